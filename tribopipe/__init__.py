@@ -1,0 +1,3 @@
+"""From tribometer run folders to wear laws that can be trusted."""
+
+__version__ = "0.1.0"

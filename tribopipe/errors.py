@@ -1,0 +1,52 @@
+"""What can go wrong, each as one sentence a lab can act on.
+
+Every message names where (file, key or line), what was found, what was expected and how to mend it.
+Nothing outside this module derives from ``Exception``.
+"""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+class TribopipeError(Exception):
+    """Root of everything tribopipe raises on purpose; its text is shown to people as it stands."""
+
+
+class UnitError(TribopipeError):
+    """A text that is no quantity, or one of the wrong kind."""
+
+
+class ManifestError(TribopipeError):
+    """A run.toml, recipe or plan that cannot be taken as it is."""
+
+
+class ReaderError(TribopipeError):
+    """A signal file that cannot be read."""
+
+
+class CheckError(TribopipeError):
+    """A run whose content is wrong enough to be refused."""
+
+
+class ContactError(TribopipeError):
+    """A contact outside what the wear model describes."""
+
+
+class FitError(TribopipeError):
+    """Data from which the asked-for quantity cannot be found."""
+
+
+class ArchiveError(TribopipeError):
+    """An archive, or a file in it, that cannot be read or written."""
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """Name what was probably meant, or list what is known, as the tail of an error sentence."""
+    choices = sorted(set(known))
+    near = get_close_matches(name, choices, n=1, cutoff=0.6)
+    if near:
+        return f"did you mean {near[0]!r}?"
+    if not choices:
+        return "nothing is known here"
+    shown = ", ".join(choices[:12]) + (", …" if len(choices) > 12 else "")
+    return f"known here: {shown}"

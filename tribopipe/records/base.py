@@ -1,0 +1,153 @@
+"""The ground every record stands on, and how a document that breaks its rules is reported."""
+
+import re
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from types import UnionType
+from typing import Any, TypeVar, Union, get_args, get_origin
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from tribopipe.errors import ManifestError, did_you_mean
+
+
+class Record(BaseModel):
+    """A document that cannot change, refuses unknown keys, and describes each of its fields."""
+
+    model_config = ConfigDict(
+        frozen=True,
+        extra="forbid",
+        allow_inf_nan=False,
+        use_attribute_docstrings=True,
+        validate_default=True,
+        populate_by_name=True,
+    )
+
+
+R = TypeVar("R", bound=Record)
+
+
+def load_toml(path: Path, record: type[R]) -> R:
+    """Read a TOML file as a record.
+
+    Raises ``ManifestError`` with file, key (or line), what was found and expected.
+    """
+    return read_document(parse_toml(path, read_bytes(path)), record, where=str(path))
+
+
+def read_bytes(path: Path) -> bytes:
+    """Read a document's bytes; ``ManifestError`` where there is no such file."""
+    if path.is_dir():
+        raise ManifestError(f"{path}: found a folder; expected a TOML file; name the file itself")
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        raise ManifestError(
+            f"{path}: no such file; expected a TOML file there; check the path"
+        ) from None
+    except OSError as error:
+        raise ManifestError(f"{path}: cannot be read ({error.strerror}); check its permissions") from None
+
+
+def parse_toml(path: Path, content: bytes) -> dict[str, Any]:
+    """Parse TOML; ``ManifestError`` with the line where it is none."""
+    try:
+        return tomllib.loads(content.decode("utf-8-sig").replace("\r\n", "\n"))
+    except UnicodeDecodeError as error:
+        raise ManifestError(f"{path}: byte {error.start} is not UTF-8; expected TOML in UTF-8; save the "
+                            "file as UTF-8") from None
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        detail = str(error) if isinstance(error, tomllib.TOMLDecodeError) else "nested too deeply"
+        raise ManifestError(f"{path}: no valid TOML: {detail}; mend that line (texts need quotes)") from None
+
+
+def read_document(document: Mapping[str, Any], record: type[R], *, where: str) -> R:
+    """Validate a document; ``ManifestError`` names the first thing wrong and counts the rest."""
+    try:
+        return record.model_validate(document)
+    except ValidationError as error:
+        raise ManifestError(f"{where}: {first_problem(error, record)}") from None
+
+
+def first_problem(error: ValidationError, record: type[Record]) -> str:
+    """Put the first problem of a validation in one sentence."""
+    problems = error.errors(include_url=False)
+    # A mistyped key is both unknown and missing: the unknown one says more.
+    first = next((problem for problem in problems if problem["type"] == "extra_forbidden"), problems[0])
+    more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
+    location = tuple(step for step in first["loc"] if step not in _union_tags(record) and step != "[key]")
+    key = _dotted(location)
+    return f"{key}: {_sentence(first, location, record)}{more}" if key else _sentence(first, location, record)
+
+
+def _dotted(location: tuple[int | str, ...]) -> str:
+    text = ""
+    for step in location:
+        text += f"[{step}]" if isinstance(step, int) else f".{step}" if text else step
+    return text
+
+
+def _sentence(problem: Any, location: tuple[int | str, ...], record: type[Record]) -> str:
+    kind, found = problem["type"], problem["input"]
+    if kind == "extra_forbidden":
+        return f"unknown key; {did_you_mean(str(location[-1]), _keys_at(record, location[:-1]))}"
+    if kind == "missing":
+        return "missing; add this key"
+    context = problem.get("ctx", {})
+    if kind == "literal_error" and problem["loc"][-1] == "[key]":
+        return f"unknown key; {did_you_mean(str(found), re.findall(r"'([^']*)'", context['expected']))}"
+    if kind in ("union_tag_invalid", "union_tag_not_found", "literal_error"):
+        expected = context.get("expected_tags") or context.get("expected", "")
+        named = found.get("kind", found) if isinstance(found, Mapping) else found
+        return f"found {_brief(named)}; expected {expected or 'a known kind'}"
+    message = str(problem["msg"]).removeprefix("Value error, ").removeprefix("Assertion failed, ")
+    if kind == "value_error":
+        return message
+    return f"found {_brief(found)}; {message[:1].lower()}{message[1:]}"
+
+
+def _brief(found: object) -> str:
+    text = repr(found)
+    return text if len(text) <= 60 else text[:57] + "…"
+
+
+def _models(annotation: Any) -> list[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    if get_origin(annotation) in (Union, UnionType) or get_origin(annotation) is not None:
+        return [model for argument in get_args(annotation) for model in _models(argument)]
+    return []
+
+
+def _union_tags(record: type[Record]) -> set[str]:
+    """Discriminator values appear in pydantic's locations but are no keys of the document."""
+    tags: set[str] = set()
+    queue: list[type[BaseModel]] = [record]
+    seen: set[type[BaseModel]] = set()
+    while queue:
+        model = queue.pop()
+        if model in seen:
+            continue
+        seen.add(model)
+        for field in model.model_fields.values():
+            queue += _models(field.annotation)
+            if field.discriminator and isinstance(field.discriminator, str):
+                for choice in _models(field.annotation):
+                    tags.update(get_args(choice.model_fields[field.discriminator].annotation))
+    return tags
+
+
+def _keys_at(record: type[Record], location: tuple[int | str, ...]) -> set[str]:
+    models: list[type[BaseModel]] = [record]
+    for step in location:
+        if isinstance(step, int):
+            continue
+        models = [
+            inner
+            for model in models
+            for name, field in model.model_fields.items()
+            if step in (name, field.alias)
+            for inner in _models(field.annotation)
+        ]
+    return {field.alias or name for model in models for name, field in model.model_fields.items()}

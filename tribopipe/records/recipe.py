@@ -1,0 +1,76 @@
+"""recipe.toml: how runs are processed. Every value has a default; the archive keeps what was used."""
+
+from typing import Literal
+
+from pydantic import Field
+
+from tribopipe.records.base import Record
+from tribopipe.records.quantity import Distance, Length
+
+LawName = Literal["archard", "sarkar"]
+FrictionSource = Literal["fitted", "measured"]
+
+
+class DriftRecipe(Record):
+    """How the linear drift of the depth sensor is found."""
+
+    window: float = Field(default=0.02, gt=0, lt=0.5)
+    """Share of the sliding distance at either end from which zero offset and end reading are taken."""
+    discrepancy_limit: Length = Field(default_factory=lambda: _length(250e-9))
+    """Discrepancy between sensor and end value that the paper found at most."""
+    sensor_resolution: Length = Field(default_factory=lambda: _length(1e-6))
+    """Resolution the paper states for its capacitive sensor."""
+
+
+class FrictionRecipe(Record):
+    """Which part of the friction signal is fitted with Eq. 7."""
+
+    start: Distance | None = None
+    """Where the fit begins; left out, the loading ramp is found and trimmed."""
+    end: Distance | None = None
+    """Where the fit ends; left out, at the end of the run."""
+
+
+class WearRecipe(Record):
+    """How the wear coefficient is identified."""
+
+    models: tuple[LawName, ...] = ("archard", "sarkar")
+    """Wear laws that `process` fits."""
+    friction: FrictionSource = "fitted"
+    """μ in Sarkar's law: Eq. 7 as fitted, or the measured curve."""
+
+
+class DefaultUncertainty(Record):
+    """Relative or absolute standard uncertainties used, by name, where the manifest states none."""
+
+    normal_load: float = Field(default=0.01, ge=0)
+    """Relative."""
+    pin_radius: float = Field(default=0.002, ge=0)
+    """Relative."""
+    youngs_modulus: float = Field(default=0.02, ge=0)
+    """Relative, for each body."""
+    pin_scar_diameter: Length = Field(default_factory=lambda: _length(2e-6))
+    """Absolute: about what an optical microscope resolves."""
+    wear_depth: Length = Field(default_factory=lambda: _length(250e-9))
+    """Absolute: the discrepancy the paper found at most."""
+
+
+def _length(metres: float) -> Length:
+    from tribopipe.records.quantity import Quantity
+
+    return Quantity(value=metres, unit="m")
+
+
+class Recipe(Record):
+    """How runs are processed, from drift correction to prediction."""
+
+    schema_version: Literal["tribopipe.recipe/1"] = Field(default="tribopipe.recipe/1", alias="schema")
+    """Version of this document."""
+    drift: DriftRecipe = DriftRecipe()
+    """Drift correction."""
+    friction: FrictionRecipe = FrictionRecipe()
+    """Friction fit."""
+    wear: WearRecipe = WearRecipe()
+    """Wear fit."""
+    uncertainty: DefaultUncertainty = DefaultUncertainty()
+    """Standard uncertainties where the manifest states none."""

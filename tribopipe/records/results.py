@@ -1,0 +1,189 @@
+"""What each stage returns: numbers with their uncertainty, and in words what stood in the way."""
+
+from typing import Literal
+
+from tribopipe.records.base import Record
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.recipe import FrictionSource, LawName
+
+COVERAGE_FACTOR = 1.959963984540054
+"""Half width of a 95 % interval in standard uncertainties of a normal distribution."""
+
+
+class DriftCorrection(Record):
+    """The linear drift taken off a depth reading, anchored on the end value."""
+
+    outcome: Literal["corrected", "uncorrected"]
+    """Uncorrected where the run lacks the depth or the end value."""
+    lacks: tuple[str, ...] = ()
+    """What the run lacks for a correction."""
+    anchor: str | None = None
+    """Which end values the end of the curve was matched to."""
+    zero_offset: Quantity | None = None
+    """Sensor reading at the start of sliding."""
+    drift_rate: Quantity | None = None
+    """Slope against time of what the sensor reads beside wear."""
+    discrepancy: Quantity | None = None
+    """Wear read by the sensor at the end, minus the end value."""
+    within_discrepancy_limit: bool | None = None
+    """Whether the discrepancy is within the recipe's limit (the paper's ±250 nm)."""
+    within_sensor_resolution: bool | None = None
+    """Whether the discrepancy is within the sensor's resolution (the paper's ±1 µm)."""
+    end_wear_depth: Quantity | None = None
+    """Wear of pin and disc at the end: what the curve is anchored on."""
+    pin_wear_depth: Quantity | None = None
+    """The pin's part of it."""
+    disc_wear_depth: Quantity | None = None
+    """The disc's part of it, where it was measured."""
+
+    @property
+    def pin_share(self) -> float:
+        """Pin wear over total wear, by the end values."""
+        if self.pin_wear_depth is None or self.end_wear_depth is None or not self.end_wear_depth.value:
+            return 1.0
+        return self.pin_wear_depth.value / self.end_wear_depth.value
+
+    def __str__(self) -> str:
+        if self.outcome == "uncorrected":
+            return f"no drift correction: the run lacks {' and '.join(self.lacks)}"
+        return (f"drift {_in(self.drift_rate, 'nm/min')}, discrepancy {_in(self.discrepancy, 'um')} "
+                f"against {self.anchor}, wear depth at the end {_in(self.end_wear_depth, 'um')}")
+
+
+class FrictionFit(Record):
+    """μ(s) = A·exp(−s/c) + b (Eq. 7), or as much of it as the data hold."""
+
+    outcome: Literal["exponential", "steady-only", "none"]
+    """Steady-only where an exponential cannot be identified; none where friction was not recorded."""
+    notes: tuple[str, ...] = ()
+    """Why the outcome is what it is, and what to beware of."""
+    amplitude: Quantity | None = None
+    """A: friction coefficient at the start above the steady state."""
+    steady_state: Quantity | None = None
+    """b; the mean of the later half where the exponential was not identified."""
+    running_in_distance: Quantity | None = None
+    """c: distance over which the start decays by a factor e."""
+    covariance: tuple[tuple[float, ...], ...] | None = None
+    """Of (A, b, c), autocorrelation of the residuals included."""
+    window: tuple[Quantity, Quantity] | None = None
+    """Sliding distances between which friction was fitted."""
+    residual_deviation: float | None = None
+    """Standard deviation of μ about the fit."""
+    effective_samples: float | None = None
+    """Number of independent samples the residuals amount to."""
+    mean: Quantity | None = None
+    """Mean of μ over the whole run, as vendor software prints it."""
+    standard_deviation: float | None = None
+    """Standard deviation of μ over the whole run, as vendor software prints it."""
+    load: Literal["measured", "nominal", "recorded"] | None = None
+    """What friction force was divided by; "recorded" where the instrument gave μ itself."""
+
+    def __str__(self) -> str:
+        if self.outcome == "none":
+            return f"no friction fit: {'; '.join(self.notes)}"
+        if self.outcome == "steady-only":
+            return f"μ = {self.steady_state} (steady value only: {'; '.join(self.notes)})"
+        text = f"μ(s) = A·exp(−s/c) + b with A = {self.amplitude}, b = {self.steady_state}, c = " \
+               f"{self.running_in_distance}"
+        return text + (f" ({'; '.join(self.notes)})" if self.notes else "")
+
+
+class Contribution(Record):
+    """One line of an uncertainty budget (JCGM 100:2008, 5.1.2)."""
+
+    name: str
+    """Input quantity."""
+    value: Quantity | None = None
+    """Its value and standard uncertainty; none for the residuals of the fit."""
+    source: Literal["manifest", "default", "fit"]
+    """Who stated the uncertainty: the lab, the recipe's default, or the data themselves."""
+    relative: float
+    """Standard uncertainty of k_D from this input alone, over k_D, with its sign."""
+
+
+class WearFit(Record):
+    """Dimensional wear coefficient k_D of the Global Incremental Wear Model for one run."""
+
+    model: LawName
+    """Wear law."""
+    outcome: Literal["fitted", "not fitted"]
+    """Not fitted where the run lacks what the fit needs."""
+    lacks: tuple[str, ...] = ()
+    """What the run lacks for a fit."""
+    notes: tuple[str, ...] = ()
+    """What to beware of, the defaults used among it."""
+    wear_coefficient: Quantity | None = None
+    """k_D with its combined standard uncertainty."""
+    interval: tuple[float, float] | None = None
+    """95 % coverage interval of k_D, in its unit (log-normal, so that it stays above zero)."""
+    random_uncertainty: float | None = None
+    """Standard uncertainty from the least-squares covariance alone."""
+    budget: tuple[Contribution, ...] = ()
+    """What the combined standard uncertainty is made of."""
+    friction: FrictionSource | None = None
+    """Which μ Sarkar's law was given."""
+    measured_end_depth: Quantity | None = None
+    """Pin wear depth by the end value."""
+    fitted_end_depth: Quantity | None = None
+    """Pin wear depth at the end by the fitted law."""
+    residual_deviation: float | None = None
+    """Standard deviation of the corrected pin wear about the fit, m."""
+    effective_samples: float | None = None
+    """Number of independent samples the residuals amount to."""
+
+    def __str__(self) -> str:
+        if self.wear_coefficient is None or self.interval is None:
+            return f"{self.model}: no wear coefficient: the run lacks {' and '.join(self.lacks)}"
+        low, high = (Quantity(value=end, unit="m^2/N").shown("mm^3/(N*mm)") for end in self.interval)
+        return (f"{self.model}: k_D = {self.wear_coefficient.shown('mm^3/(N*mm)')}, 95 % interval {low} to {high}; "
+                f"pin wear at the end {_in(self.fitted_end_depth, 'um')} fitted, "
+                f"{_in(self.measured_end_depth, 'um')} measured")
+
+
+class PredictedPoint(Record):
+    """State of the pin at one sliding distance."""
+
+    sliding_distance: Quantity
+    """Where."""
+    wear_depth: Quantity
+    """Height worn off the pin."""
+    contact_radius: Quantity
+    """Radius of the contact."""
+    pressure: Quantity
+    """Mean contact pressure p = F_N/(πa²)."""
+
+
+class WearPrediction(Record):
+    """Wear depth against sliding distance from a known k_D."""
+
+    model: LawName
+    """Wear law."""
+    scheme: Literal["exact", "published"]
+    """Closed form, or the paper's explicit Euler steps."""
+    wear_coefficient: Quantity
+    """k_D used."""
+    reference: str | None = None
+    """Run that k_D was identified from; none where it was given."""
+    normal_load: Quantity
+    """F_N predicted for."""
+    pin_radius: Quantity
+    """R_P predicted for."""
+    steps: int | None = None
+    """Number of Euler steps of the published scheme."""
+    step_error: float | None = None
+    """Relative error of the last depth by the finite step of the published scheme."""
+    notes: tuple[str, ...] = ()
+    """What to beware of."""
+    prediction: tuple[PredictedPoint, ...]
+    """The wanted distances in the order asked for."""
+
+    def __str__(self) -> str:
+        lines = [f"{self.model}, {self.scheme}: k_D = {self.wear_coefficient.shown('mm^3/(N*mm)')}, "
+                 f"F_N = {self.normal_load.shown('mN')}"]
+        lines += [f"  {point.sliding_distance.shown('m')}: {point.wear_depth.shown('um')}"
+                  for point in self.prediction]
+        return "\n".join([*lines, *(f"  {note}" for note in self.notes)])
+
+
+def _in(quantity: Quantity | None, unit: str) -> str:
+    return "unknown" if quantity is None else quantity.shown(unit)

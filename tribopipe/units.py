@@ -1,0 +1,196 @@
+"""The only place where units are converted: text and vendor units to SI, SI to what people read.
+
+Inside tribopipe every number is SI: m, s, N, Pa, m/s, K, and m²/N for the dimensional wear
+coefficient k_D (1 mm³/(N mm) = 1 mm²/N = 1e-6 m²/N). Ratios such as the friction coefficient have unit "1".
+"""
+
+import math
+import re
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribopipe.errors import UnitError
+
+
+class Kind(NamedTuple):
+    """What a number measures: its SI unit, the unit people read it in, an example to show them."""
+
+    si: str
+    shown: str
+    example: str
+
+
+KINDS: dict[str, Kind] = {
+    "length": Kind("m", "um", "0.794 mm"),
+    "distance": Kind("m", "m", "500 m"),
+    "speed": Kind("m/s", "mm/s", "400 mm/s"),
+    "time": Kind("s", "s", "1250 s"),
+    "force": Kind("N", "mN", "200 mN"),
+    "pressure": Kind("Pa", "GPa", "304 GPa"),
+    "density": Kind("kg/m^3", "g/cm^3", "3.21 g/cm^3"),
+    "toughness": Kind("Pa*m^0.5", "MPa*m^0.5", "7 MPa*m^0.5"),
+    "temperature": Kind("K", "degC", "23 degC"),
+    "ratio": Kind("1", "1", "0.24"),
+    "percentage": Kind("1", "%", "45 %"),
+    "frequency": Kind("1/s", "Hz", "10 Hz"),
+    "drift rate": Kind("m/s", "nm/min", "12 nm/min"),
+    "wear coefficient": Kind("m^2/N", "mm^3/(N*mm)", "13.5e-9 mm^3/(N*mm)"),
+}
+
+_NUMBER_THEN_UNIT = re.compile(
+    r"\s*(?P<number>[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)\s*(?P<unit>.*?)\s*\Z", re.DOTALL
+)
+_LONGEST_UNIT = 40
+_SPELLINGS = str.maketrans({"·": "*", "⋅": "*", "×": "*", "−": "-", "µ": "u", "μ": "u", "℃": "°"})
+
+
+@cache
+def _registry() -> Any:
+    import pint
+
+    registry: Any = pint.UnitRegistry(autoconvert_offset_to_baseunit=True, cache_folder=None)
+    registry.define("revolution_per_minute = revolution / minute = rpm")
+    return registry
+
+
+@cache
+def _unit(text: str) -> Any:
+    """Read a unit; ``ValueError`` where the text is none."""
+    cleaned = text.translate(_SPELLINGS).strip()
+    if cleaned in ("", "1", "-"):
+        return _registry().dimensionless
+    if len(cleaned) > _LONGEST_UNIT:
+        raise ValueError("too long for a unit")
+    try:
+        unit = _registry().parse_units(cleaned)
+        _registry().Quantity(1.0, unit).to_base_units()
+    except Exception as error:  # noqa: BLE001 - pint raises a dozen unrelated types on bad text
+        raise ValueError(str(error)) from error
+    return unit
+
+
+def is_unit(text: str) -> bool:
+    """Tell whether the text can be read as a unit."""
+    try:
+        _unit(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _checked_unit(text: str, kind: str) -> Any:
+    wanted = KINDS[kind]
+    try:
+        unit = _unit(text)
+    except ValueError:
+        raise UnitError(f"found {text!r}, which is no unit; expected a {kind} unit such as "
+                        f"{wanted.shown!r}") from None
+    if unit.dimensionality != _unit(wanted.si).dimensionality:
+        found = f"the unit {text!r}" if text.strip() else "no unit"
+        raise UnitError(f"found {found}, which is no unit of {kind}; expected one such as "
+                        f"{wanted.shown!r}")
+    return unit
+
+
+def parse(text: str, kind: str) -> float:
+    """Read "200 mN" as SI.
+
+    Raises ``UnitError`` where the text is no number with a unit of that kind, or not finite in SI.
+    """
+    wanted = KINDS[kind]
+    matched = _NUMBER_THEN_UNIT.match(text)
+    if matched is None or matched["unit"].startswith(","):
+        hint = "; write the decimal sign as a point" if re.search(r"\d,\d", text) else ""
+        raise UnitError(f"found {text!r}, which is no number with a unit; expected a {kind} such as "
+                        f"{wanted.example!r}{hint}")
+    if not matched["unit"] and wanted.si != "1":
+        raise UnitError(f"found {text!r} without a unit; expected a {kind} such as {wanted.example!r}")
+    value = float(to_si(float(matched["number"]), matched["unit"], kind))
+    if not math.isfinite(value):
+        raise UnitError(f"found {text!r}, which is not finite in {wanted.si}; expected a {kind} such as "
+                        f"{wanted.example!r}")
+    return value
+
+
+def parse_interval(text: str, kind: str, *, of: float) -> float:
+    """Read a standard uncertainty as SI: "2 um", or "1 %" of the value ``of`` it belongs to.
+
+    A difference, so offsets (°C) do not count.
+    """
+    matched = _NUMBER_THEN_UNIT.match(text)
+    if matched is not None and matched["unit"] == "%" and KINDS[kind].si != "1":
+        return abs(of) * float(matched["number"]) / 100
+    if kind == "temperature" and matched is not None and matched["unit"]:
+        return float(matched["number"]) * _scale(_checked_unit(matched["unit"], kind))
+    return parse(text, kind)
+
+
+def _scale(unit: Any) -> float:
+    quantity = _registry().Quantity
+    difference = quantity(1.0, unit).to_base_units() - quantity(0.0, unit).to_base_units()
+    return float(difference.magnitude)
+
+
+def to_si(values: float | NDArray[np.float64], unit: str, kind: str) -> Any:
+    """Convert a number or a whole column from ``unit`` to the SI unit of its kind.
+
+    Raises ``UnitError`` where ``unit`` is none of that kind.
+    """
+    source, target = _checked_unit(unit, kind), _unit(KINDS[kind].si)
+    if source == target:
+        return values
+    return _registry().Quantity(values, source).to(target).magnitude
+
+
+def from_si(values: float | NDArray[np.float64], si_unit: str, unit: str) -> Any:
+    """Convert a number or a column from SI to the unit it is shown in."""
+    if si_unit == unit:
+        return values
+    return _registry().Quantity(values, _unit(si_unit)).to(_unit(unit)).magnitude
+
+
+def interval_from_si(value: float, si_unit: str, unit: str) -> float:
+    """Convert a difference or an uncertainty: as ``from_si``, but offsets (°C) do not count."""
+    return value * _scale(_unit(si_unit)) / _scale(_unit(unit))
+
+
+_PRETTY = {"um": "µm", "um/m": "µm/m", "degC": "°C", "1": "", "mm^3/(N*mm)": "mm³/(N·mm)", "m^2/N": "m²/N",
+           "g/cm^3": "g/cm³", "kg/m^3": "kg/m³", "MPa*m^0.5": "MPa·m½"}
+
+
+def pretty(unit: str) -> str:
+    """Write a unit as people read it: "um" as "µm"."""
+    return _PRETTY.get(unit, unit)
+
+
+def axis(label: str, unit: str) -> str:
+    """Label a plot's axis: "wear depth / µm"."""
+    return f"{label} / {pretty(unit)}" if pretty(unit) else label
+
+
+def show(value: float, uncertainty: float | None, si_unit: str, unit: str | None = None) -> str:
+    """Write a value for people, rounded to two digits of its standard uncertainty (GUM 7.2.6).
+
+    "23.37 ± 0.25 µm"; four significant digits where there is no uncertainty.
+    """
+    unit = unit or si_unit
+    number = float(from_si(value, si_unit, unit))
+    tail = f" {pretty(unit)}" if pretty(unit) else ""
+    if uncertainty is None or not uncertainty > 0:
+        return f"{number:.4g}{tail}"
+    spread = interval_from_si(uncertainty, si_unit, unit)
+    return f"{_rounded_pair(number, spread)}{tail}"
+
+
+def _rounded_pair(number: float, spread: float) -> str:
+    largest = max(abs(number), spread)
+    exponent = math.floor(math.log10(largest))
+    power = exponent if not -3 <= exponent < 5 else 0
+    scaled, scaled_spread = number / 10.0**power, spread / 10.0**power
+    digits = max(0, 1 - math.floor(math.log10(scaled_spread)))
+    if not power:
+        return f"{scaled:.{digits}f} ± {scaled_spread:.{digits}f}"
+    return f"({scaled:.{digits}f} ± {scaled_spread:.{digits}f})e{power}"
