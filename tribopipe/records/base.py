@@ -96,7 +96,8 @@ def _sentence(problem: Any, location: tuple[int | str, ...], record: type[Record
         return "missing; add this key"
     context = problem.get("ctx", {})
     if kind == "literal_error" and problem["loc"][-1] == "[key]":
-        return f"unknown key; {did_you_mean(str(found), re.findall(r"'([^']*)'", context['expected']))}"
+        known = re.findall(r"'([^']*)'", context["expected"])
+        return f"unknown key; {did_you_mean(str(found), known)}"
     if kind in ("union_tag_invalid", "union_tag_not_found", "literal_error"):
         expected = context.get("expected_tags") or context.get("expected", "")
         named = found.get("kind", found) if isinstance(found, Mapping) else found

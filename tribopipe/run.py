@@ -1,0 +1,97 @@
+"""A run in memory: its manifest, its columns in SI, and where each of them came from."""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribopipe.records.manifest import RunManifest
+from tribopipe.records.results import DriftCorrection
+from tribopipe.records.signals import SignalName
+
+Column = NDArray[np.float64]
+Origin = Literal["measured", "derived from nominal speed", "derived from measured speed",
+                 "derived from measured load", "derived from nominal load"]
+
+
+@dataclass(frozen=True)
+class SourceFile:
+    """One file as the instrument wrote it."""
+
+    name: str
+    content: bytes = field(repr=False)
+
+    @cached_property
+    def sha256(self) -> str:
+        """Checksum of the bytes."""
+        return hashlib.sha256(self.content).hexdigest()
+
+
+@dataclass(frozen=True)
+class ExtraColumn:
+    """A column tribopipe gives no meaning to, kept as it was found."""
+
+    values: NDArray[Any]
+    unit: str | None = None
+
+
+@dataclass(frozen=True)
+class RawRun:
+    """One run as ingested. Columns are float64, in SI, of one length; NaN marks a missing sample."""
+
+    manifest: RunManifest
+    columns: Mapping[SignalName, Column]
+    """Signals by name, in SI."""
+    origins: Mapping[SignalName, Origin]
+    """Whether each signal was measured or derived, and from what."""
+    extras: Mapping[str, ExtraColumn]
+    """Columns of the files that no signal was made of."""
+    headers: Mapping[str, str]
+    """What stood above the numbers of each file, verbatim."""
+    sources: tuple[SourceFile, ...]
+    """run.toml first, then the instrument's files, byte for byte."""
+
+    @property
+    def id(self) -> str:
+        """Name of the run."""
+        return self.manifest.id
+
+    @property
+    def sliding_distance(self) -> Column:
+        """Sliding distance of each sample, m."""
+        return self.columns["sliding_distance"]
+
+    def __len__(self) -> int:
+        return len(self.sliding_distance)
+
+    def __str__(self) -> str:
+        load = self.manifest.conditions.normal_load.shown("mN")
+        signals = ", ".join(self.columns)
+        return f"run {self.id}: {load}, {np.nanmax(self.sliding_distance):.4g} m, {len(self)} samples of {signals}"
+
+
+@dataclass(frozen=True)
+class CorrectedRun:
+    """A run whose depth has been corrected for drift, as far as it has what that takes."""
+
+    raw: RawRun
+    correction: DriftCorrection
+    wear_depth: Column | None
+    """Wear of pin and disc at each sample, m; none where the run could not be corrected."""
+
+    @property
+    def id(self) -> str:
+        """Name of the run."""
+        return self.raw.id
+
+    @property
+    def pin_wear_depth(self) -> Column | None:
+        """The pin's part of the wear, m: a constant share, by the end values of pin and disc."""
+        return None if self.wear_depth is None else self.wear_depth * self.correction.pin_share
+
+    def __str__(self) -> str:
+        return f"run {self.id}: {self.correction}"
