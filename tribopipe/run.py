@@ -14,8 +14,13 @@ from tribopipe.records.results import DriftCorrection
 from tribopipe.records.signals import SignalName
 
 Column = NDArray[np.float64]
-Origin = Literal["measured", "derived from nominal speed", "derived from measured speed",
-                 "derived from measured load", "derived from nominal load"]
+Origin = Literal[
+    "measured",
+    "derived from nominal speed",
+    "derived from measured speed",
+    "derived from measured load",
+    "derived from nominal load",
+]
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,16 @@ coefficient k_D (1 mm³/(N mm) = 1 mm²/N = 1e-6 m²/N). Ratios such as the fric
 
 import math
 import re
+from decimal import Decimal
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tribopipe.errors import UnitError
+
+Numbers = TypeVar("Numbers", float, NDArray[np.float64])
 
 
 class Kind(NamedTuple):
@@ -67,7 +70,7 @@ def _unit(text: str) -> Any:
     try:
         unit = _registry().parse_units(cleaned)
         _registry().Quantity(1.0, unit).to_base_units()
-    except Exception as error:  # noqa: BLE001 - pint raises a dozen unrelated types on bad text
+    except Exception as error:
         raise ValueError(str(error)) from error
     return unit
 
@@ -86,12 +89,10 @@ def _checked_unit(text: str, kind: str) -> Any:
     try:
         unit = _unit(text)
     except ValueError:
-        raise UnitError(f"found {text!r}, which is no unit; expected a {kind} unit such as "
-                        f"{wanted.shown!r}") from None
+        raise UnitError(f"found {text!r}, which is no unit; expected a {kind} unit such as {wanted.shown!r}") from None
     if unit.dimensionality != _unit(wanted.si).dimensionality:
         found = f"the unit {text!r}" if text.strip() else "no unit"
-        raise UnitError(f"found {found}, which is no unit of {kind}; expected one such as "
-                        f"{wanted.shown!r}")
+        raise UnitError(f"found {found}, which is no unit of {kind}; expected one such as {wanted.shown!r}")
     return unit
 
 
@@ -104,15 +105,25 @@ def parse(text: str, kind: str) -> float:
     matched = _NUMBER_THEN_UNIT.match(text)
     if matched is None or matched["unit"].startswith(","):
         hint = "; write the decimal sign as a point" if re.search(r"\d,\d", text) else ""
-        raise UnitError(f"found {text!r}, which is no number with a unit; expected a {kind} such as "
-                        f"{wanted.example!r}{hint}")
+        raise UnitError(
+            f"found {text!r}, which is no number with a unit; expected a {kind} such as {wanted.example!r}{hint}"
+        )
     if not matched["unit"] and wanted.si != "1":
         raise UnitError(f"found {text!r} without a unit; expected a {kind} such as {wanted.example!r}")
-    value = float(to_si(float(matched["number"]), matched["unit"], kind))
+    value = _exactly(matched["number"], _checked_unit(matched["unit"], kind), kind)
     if not math.isfinite(value):
-        raise UnitError(f"found {text!r}, which is not finite in {wanted.si}; expected a {kind} such as "
-                        f"{wanted.example!r}")
+        raise UnitError(
+            f"found {text!r}, which is not finite in {wanted.si}; expected a {kind} such as {wanted.example!r}"
+        )
     return value
+
+
+def _exactly(number: str, unit: Any, kind: str) -> float:
+    """Convert in decimal where the unit is a plain factor, so that "120 nm" is 1.2e-7 to the last digit."""
+    if _registry().Quantity(0.0, unit).to_base_units().magnitude != 0:
+        return float(_registry().Quantity(float(number), unit).to(_unit(KINDS[kind].si)).magnitude)
+    factor = _registry().Quantity(1.0, unit).to(_unit(KINDS[kind].si)).magnitude
+    return float(Decimal(number) * Decimal(repr(float(factor))))
 
 
 def parse_interval(text: str, kind: str, *, of: float) -> float:
@@ -134,7 +145,7 @@ def _scale(unit: Any) -> float:
     return float(difference.magnitude)
 
 
-def to_si(values: float | NDArray[np.float64], unit: str, kind: str) -> Any:
+def to_si(values: Numbers, unit: str, kind: str) -> Numbers:
     """Convert a number or a whole column from ``unit`` to the SI unit of its kind.
 
     Raises ``UnitError`` where ``unit`` is none of that kind.
@@ -142,14 +153,14 @@ def to_si(values: float | NDArray[np.float64], unit: str, kind: str) -> Any:
     source, target = _checked_unit(unit, kind), _unit(KINDS[kind].si)
     if source == target:
         return values
-    return _registry().Quantity(values, source).to(target).magnitude
+    return cast(Numbers, _registry().Quantity(values, source).to(target).magnitude)
 
 
-def from_si(values: float | NDArray[np.float64], si_unit: str, unit: str) -> Any:
+def from_si(values: Numbers, si_unit: str, unit: str) -> Numbers:
     """Convert a number or a column from SI to the unit it is shown in."""
     if si_unit == unit:
         return values
-    return _registry().Quantity(values, _unit(si_unit)).to(_unit(unit)).magnitude
+    return cast(Numbers, _registry().Quantity(values, _unit(si_unit)).to(_unit(unit)).magnitude)
 
 
 def interval_from_si(value: float, si_unit: str, unit: str) -> float:
@@ -157,8 +168,18 @@ def interval_from_si(value: float, si_unit: str, unit: str) -> float:
     return value * _scale(_unit(si_unit)) / _scale(_unit(unit))
 
 
-_PRETTY = {"um": "µm", "um/m": "µm/m", "degC": "°C", "1": "", "mm^3/(N*mm)": "mm³/(N·mm)", "m^2/N": "m²/N",
-           "g/cm^3": "g/cm³", "kg/m^3": "kg/m³", "MPa*m^0.5": "MPa·m½"}
+_PRETTY = {
+    "um": "µm",
+    "um/m": "µm/m",
+    "degC": "°C",
+    "1": "",
+    "mm^3/(N*mm)": "mm³/(N·mm)",
+    "m^2/N": "m²/N",
+    "mm^3": "mm³",
+    "g/cm^3": "g/cm³",
+    "kg/m^3": "kg/m³",
+    "MPa*m^0.5": "MPa·m½",
+}
 
 
 def pretty(unit: str) -> str:

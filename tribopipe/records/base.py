@@ -43,9 +43,7 @@ def read_bytes(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except FileNotFoundError:
-        raise ManifestError(
-            f"{path}: no such file; expected a TOML file there; check the path"
-        ) from None
+        raise ManifestError(f"{path}: no such file; expected a TOML file there; check the path") from None
     except OSError as error:
         raise ManifestError(f"{path}: cannot be read ({error.strerror}); check its permissions") from None
 
@@ -55,8 +53,9 @@ def parse_toml(path: Path, content: bytes) -> dict[str, Any]:
     try:
         return tomllib.loads(content.decode("utf-8-sig").replace("\r\n", "\n"))
     except UnicodeDecodeError as error:
-        raise ManifestError(f"{path}: byte {error.start} is not UTF-8; expected TOML in UTF-8; save the "
-                            "file as UTF-8") from None
+        raise ManifestError(
+            f"{path}: byte {error.start} is not UTF-8; expected TOML in UTF-8; save the file as UTF-8"
+        ) from None
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         detail = str(error) if isinstance(error, tomllib.TOMLDecodeError) else "nested too deeply"
         raise ManifestError(f"{path}: no valid TOML: {detail}; mend that line (texts need quotes)") from None

@@ -34,16 +34,16 @@ _WINDOWS_DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com
 
 def _usable_as_file_name(identifier: str) -> str:
     if not _ID.fullmatch(identifier) or identifier.endswith("."):
-        raise ValueError(f"found {identifier!r}; expected up to 100 letters, digits and . _ + -, starting with a "
-                         "letter or digit, since the archive file is named after it")
+        raise ValueError(
+            f"found {identifier!r}; expected up to 100 letters, digits and . _ + -, starting with a "
+            "letter or digit, since the archive file is named after it"
+        )
     if identifier.split(".")[0].lower() in _WINDOWS_DEVICES:
         raise ValueError(f"found {identifier!r}, a device name on Windows; choose another id")
     return identifier
 
 
-RunId = Annotated[
-    str, AfterValidator(_usable_as_file_name), Field(json_schema_extra={"pattern": f"^{_ID.pattern}$"})
-]
+RunId = Annotated[str, AfterValidator(_usable_as_file_name), Field(json_schema_extra={"pattern": f"^{_ID.pattern}$"})]
 
 
 def _physical_poisson_ratio(ratio: Quantity) -> Quantity:
@@ -136,9 +136,7 @@ class SignalFile(Record):
     """Column separator, where it should not be detected: ";", "\\t", or " " for runs of blanks."""
     decimal: Literal[".", ","] | None = None
     """Decimal sign, where it should not be detected."""
-    columns: dict[SignalName, Annotated[ColumnSource, BeforeValidator(_column_by_name)]] = Field(
-        default_factory=dict
-    )
+    columns: dict[SignalName, Annotated[ColumnSource, BeforeValidator(_column_by_name)]] = Field(default_factory=dict)
     """Signal → column. Left out, columns are recognised by their names."""
 
 
@@ -192,15 +190,21 @@ class RunManifest(Record):
         pin, end = self.contact.pin, self.end_values
         radius = pin.radius
         if end.pin_scar_diameter is not None and pin.shape == "flat":
-            raise ValueError("end_values.pin_scar_diameter: found one for a flat pin, whose contact does not grow; "
-                             "give pin_wear_depth instead")
+            raise ValueError(
+                "end_values.pin_scar_diameter: found one for a flat pin, whose contact does not grow; "
+                "give pin_wear_depth instead"
+            )
         if end.pin_scar_diameter is not None and end.pin_scar_diameter.value >= 2 * radius.value:
-            raise ValueError(f"end_values.pin_scar_diameter: found {end.pin_scar_diameter.shown('um')}, no smaller "
-                             f"than the pin's diameter of {2 * radius.value * 1e6:g} µm; expected a scar on the tip; "
-                             "check both units")
+            raise ValueError(
+                f"end_values.pin_scar_diameter: found {end.pin_scar_diameter.shown('um')}, no smaller "
+                f"than the pin's diameter of {2 * radius.value * 1e6:g} µm; expected a scar on the tip; "
+                "check both units"
+            )
         if end.pin_wear_depth is not None and pin.shape == "spherical" and end.pin_wear_depth.value >= radius.value:
-            raise ValueError(f"end_values.pin_wear_depth: found {end.pin_wear_depth.shown('um')}, no less than the pin "
-                             f"radius of {radius.shown('um')}; expected a depth within the tip; check both units")
+            raise ValueError(
+                f"end_values.pin_wear_depth: found {end.pin_wear_depth.shown('um')}, no less than the pin "
+                f"radius of {radius.shown('um')}; expected a depth within the tip; check both units"
+            )
         return self
 
 

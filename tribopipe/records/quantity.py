@@ -51,8 +51,9 @@ def _read(written: Any, kind: str) -> Any:
     if isinstance(written, bool | int | float):
         if si == "1" and not isinstance(written, bool):
             return {"value": written, "unit": si}
-        raise UnitError(f"found the bare number {written!r}; expected a text with its unit, such as "
-                        f"{units.KINDS[kind].example!r}")
+        raise UnitError(
+            f"found the bare number {written!r}; expected a text with its unit, such as {units.KINDS[kind].example!r}"
+        )
     if isinstance(written, Mapping) and "unit" not in written:
         return _read_table(written, kind)
     return written
@@ -60,23 +61,29 @@ def _read(written: Any, kind: str) -> Any:
 
 def _read_table(written: Mapping[str, Any], kind: str) -> dict[str, Any]:
     if "value" not in written:
-        raise UnitError(f"found a table without 'value'; expected {{ value = "
-                        f"{units.KINDS[kind].example!r}, standard_uncertainty = … }}")
-    taken = dict(written) | _read(written["value"], kind)
+        raise UnitError(
+            f"found a table without 'value'; expected {{ value = "
+            f"{units.KINDS[kind].example!r}, standard_uncertainty = … }}"
+        )
+    taken: dict[str, Any] = {**written, **_read(written["value"], kind)}
     spread = written.get("standard_uncertainty")
     if isinstance(spread, str):
         taken["standard_uncertainty"] = units.parse_interval(spread, kind, of=taken["value"])
     elif spread is not None and not (units.KINDS[kind].si == "1" and isinstance(spread, int | float)):
-        raise UnitError(f"found the bare standard_uncertainty {spread!r}; expected a text such as '2 %' or "
-                        f"{units.KINDS[kind].example!r}")
+        raise UnitError(
+            f"found the bare standard_uncertainty {spread!r}; expected a text such as '2 %' or "
+            f"{units.KINDS[kind].example!r}"
+        )
     return taken
 
 
 def _of_kind(quantity: Quantity, *, kind: str, positive: bool) -> Quantity:
     si = units.KINDS[kind].si
     if quantity.unit != si:
-        raise ValueError(f"found the unit {quantity.unit!r} beside a bare number; expected SI ({si!r}), or "
-                         f"a text such as {units.KINDS[kind].example!r}")
+        raise ValueError(
+            f"found the unit {quantity.unit!r} beside a bare number; expected SI ({si!r}), or "
+            f"a text such as {units.KINDS[kind].example!r}"
+        )
     if positive and not quantity.value > 0:
         raise ValueError(f"found {quantity.shown()}; expected more than zero; check sign and value")
     if quantity.standard_uncertainty is not None and quantity.standard_uncertainty < 0:

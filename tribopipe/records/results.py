@@ -46,8 +46,10 @@ class DriftCorrection(Record):
     def __str__(self) -> str:
         if self.outcome == "uncorrected":
             return f"no drift correction: the run lacks {' and '.join(self.lacks)}"
-        return (f"drift {_in(self.drift_rate, 'nm/min')}, discrepancy {_in(self.discrepancy, 'um')} "
-                f"against {self.anchor}, wear depth at the end {_in(self.end_wear_depth, 'um')}")
+        return (
+            f"drift {_in(self.drift_rate, 'nm/min')}, discrepancy {_in(self.discrepancy, 'um')} "
+            f"against {self.anchor}, wear depth at the end {_in(self.end_wear_depth, 'um')}"
+        )
 
 
 class FrictionFit(Record):
@@ -83,8 +85,9 @@ class FrictionFit(Record):
             return f"no friction fit: {'; '.join(self.notes)}"
         if self.outcome == "steady-only":
             return f"μ = {self.steady_state} (steady value only: {'; '.join(self.notes)})"
-        text = f"μ(s) = A·exp(−s/c) + b with A = {self.amplitude}, b = {self.steady_state}, c = " \
-               f"{self.running_in_distance}"
+        text = (
+            f"μ(s) = A·exp(−s/c) + b with A = {self.amplitude}, b = {self.steady_state}, c = {self.running_in_distance}"
+        )
         return text + (f" ({'; '.join(self.notes)})" if self.notes else "")
 
 
@@ -135,9 +138,11 @@ class WearFit(Record):
         if self.wear_coefficient is None or self.interval is None:
             return f"{self.model}: no wear coefficient: the run lacks {' and '.join(self.lacks)}"
         low, high = (Quantity(value=end, unit="m^2/N").shown("mm^3/(N*mm)") for end in self.interval)
-        return (f"{self.model}: k_D = {self.wear_coefficient.shown('mm^3/(N*mm)')}, 95 % interval {low} to {high}; "
-                f"pin wear at the end {_in(self.fitted_end_depth, 'um')} fitted, "
-                f"{_in(self.measured_end_depth, 'um')} measured")
+        return (
+            f"{self.model}: k_D = {self.wear_coefficient.shown('mm^3/(N*mm)')}, 95 % interval {low} to {high}; "
+            f"pin wear at the end {_in(self.fitted_end_depth, 'um')} fitted, "
+            f"{_in(self.measured_end_depth, 'um')} measured"
+        )
 
 
 class PredictedPoint(Record):
@@ -178,10 +183,11 @@ class WearPrediction(Record):
     """The wanted distances in the order asked for."""
 
     def __str__(self) -> str:
-        lines = [f"{self.model}, {self.scheme}: k_D = {self.wear_coefficient.shown('mm^3/(N*mm)')}, "
-                 f"F_N = {self.normal_load.shown('mN')}"]
-        lines += [f"  {point.sliding_distance.shown('m')}: {point.wear_depth.shown('um')}"
-                  for point in self.prediction]
+        lines = [
+            f"{self.model}, {self.scheme}: k_D = {self.wear_coefficient.shown('mm^3/(N*mm)')}, "
+            f"F_N = {self.normal_load.shown('mN')}"
+        ]
+        lines += [f"  {point.sliding_distance.shown('m')}: {point.wear_depth.shown('um')}" for point in self.prediction]
         return "\n".join([*lines, *(f"  {note}" for note in self.notes)])
 
 

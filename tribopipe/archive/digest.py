@@ -1,0 +1,40 @@
+"""Fingerprints of content, by which a step knows whether anything it depends on has changed."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribopipe.records.base import Record
+from tribopipe.run import RawRun
+
+
+def digest(*parts: Record | NDArray[Any] | Mapping[str, Any] | str) -> str:
+    """Return the SHA-256 of records, arrays, mappings and texts, in this order."""
+    hashed = hashlib.sha256()
+    for part in parts:
+        if isinstance(part, Record):
+            content = part.model_dump_json(by_alias=True).encode()
+        elif isinstance(part, np.ndarray):
+            plain = part.astype(str) if part.dtype == object else part
+            content = f"{plain.dtype.str}{plain.shape}".encode() + np.ascontiguousarray(plain).tobytes()
+        elif isinstance(part, str):
+            content = part.encode()
+        else:
+            content = json.dumps(part, sort_keys=True).encode()
+        hashed.update(len(content).to_bytes(8, "big") + content)
+    return hashed.hexdigest()
+
+
+def raw_digest(run: RawRun) -> str:
+    """Return the fingerprint of a run as ingested: manifest, columns, and the bytes they came from."""
+    parts: list[Record | NDArray[Any] | Mapping[str, Any] | str] = [run.manifest]
+    for name, values in run.columns.items():
+        parts += [name, run.origins[name], values]
+    for label, extra in run.extras.items():
+        parts += [label, extra.unit or "", extra.values]
+    parts += [f"{source.name} {source.sha256}" for source in run.sources]
+    return digest(*parts)

@@ -1,0 +1,235 @@
+"""One run as a NeXus HDF5 file.
+
+/entry                   NXentry, opens on ``wear``
+  pin, disc              NXsample
+  instrument             NXinstrument with an NXsensor for each recorded signal
+  source_files           NXcollection of NXnote: the bytes as they came, with their SHA-256
+  manifest, findings     NXnote: JSON
+  raw                    NXdata: the signals in SI; each says whether it was measured or derived
+  extra_columns          NXcollection: what the files held besides
+  drift_correction, friction_fit, wear_fit_<law>, prediction_<law>
+                         NXprocess: program, version, date, parameters, result (JSON) and data
+  wear                   NXdata: the corrected wear of the pin beside the fitted laws, for viewers
+"""
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+import h5py
+import numpy as np
+
+from tribopipe import __version__
+from tribopipe.archive import nexus
+from tribopipe.archive.digest import raw_digest
+from tribopipe.archive.steps import STEPS, WEAR_FITS, Step, StepName
+from tribopipe.errors import ArchiveError
+from tribopipe.records.manifest import RunManifest, Specimen
+from tribopipe.records.results import WearFit
+from tribopipe.records.signals import SIGNALS, SignalName
+from tribopipe.run import ExtraColumn, RawRun, SourceFile
+from tribopipe.units import from_si
+
+FORMAT = "tribopipe.archive/1"
+_DISTANCE = "/entry/raw/sliding_distance"
+_SENSED: tuple[SignalName, ...] = ("depth", "normal_force", "friction_force", "temperature", "relative_humidity")
+
+
+def write_raw(file: h5py.File, run: RawRun, findings: list[dict[str, Any]]) -> None:
+    """Write a run as ingested into an empty file."""
+    file.attrs.update(
+        NX_class="NXroot", default="entry", creator="tribopipe", creator_version=__version__, tribopipe_format=FORMAT
+    )
+    entry = nexus.group(file, "entry", "NXentry", default="raw")
+    manifest = run.manifest
+    nexus.field(entry, "title", manifest.title or manifest.id)
+    nexus.field(entry, "start_time", manifest.started.isoformat())
+    nexus.field(entry, "identifier_run", manifest.id)
+    _write_people_and_things(entry, run)
+    _write_sources(entry, run)
+    nexus.document(entry, "manifest", manifest)
+    nexus.document(entry, "findings", findings)
+    _write_columns(entry, run)
+    entry.attrs["raw_sha256"] = raw_digest(run)
+
+
+def _write_people_and_things(entry: h5py.Group, run: RawRun) -> None:
+    manifest = run.manifest
+    if manifest.operator:
+        nexus.field(nexus.group(entry, "user", "NXuser"), "name", manifest.operator)
+    instrument = nexus.group(entry, "instrument", "NXinstrument")
+    nexus.field(instrument, "name", manifest.instrument or "tribometer")
+    for sensed in _SENSED:
+        if sensed in run.columns:
+            sensor = nexus.group(instrument, sensed, "NXsensor")
+            nexus.field(sensor, "name", SIGNALS[sensed].meaning)
+            nexus.field(sensor, "measurement", sensed)
+    for name, body in (("pin", manifest.contact.pin), ("disc", manifest.contact.disc)):
+        _write_specimen(entry, name, body)
+    conditions = nexus.group(entry, "conditions", "NXcollection")
+    nexus.summary(conditions, manifest.conditions)
+
+
+def _write_specimen(entry: h5py.Group, name: str, body: Specimen) -> None:
+    sample = nexus.group(entry, name, "NXsample")
+    nexus.field(sample, "name", f"{body.material} {name}")
+    properties = nexus.group(sample, "properties", "NXcollection")
+    nexus.summary(properties, body)
+
+
+def _write_sources(entry: h5py.Group, run: RawRun) -> None:
+    sources = nexus.group(entry, "source_files", "NXcollection")
+    for number, source in enumerate(run.sources):
+        note = nexus.group(sources, f"file_{number}", "NXnote")
+        nexus.field(note, "file_name", source.name)
+        nexus.field(note, "type", "application/octet-stream")
+        nexus.field(note, "data", np.frombuffer(source.content, dtype=np.uint8))
+        note.attrs["sha256"] = source.sha256
+        if source.name in run.headers:
+            nexus.field(note, "description", run.headers[source.name])
+
+
+def _write_columns(entry: h5py.Group, run: RawRun) -> None:
+    signal = next((name for name in ("depth", "friction_coefficient") if name in run.columns), None)
+    others = [name for name in run.columns if name not in ("sliding_distance", signal)]
+    raw = nexus.group(entry, "raw", "NXdata", axes=["sliding_distance"])
+    raw.attrs["sliding_distance_indices"] = 0
+    raw.attrs["signal"] = signal or others[0]
+    if signal:
+        raw.attrs["auxiliary_signals"] = others
+    for name, values in run.columns.items():
+        nexus.field(raw, name, values, SIGNALS[name].unit, origin=run.origins[name], long_name=SIGNALS[name].meaning)
+    if run.extras:
+        collection = nexus.group(entry, "extra_columns", "NXcollection")
+        for number, (label, extra) in enumerate(run.extras.items()):
+            nexus.field(collection, f"column_{number}", extra.values, column_name=label, column_unit=extra.unit or "")
+
+
+def read_manifest(file: h5py.File) -> RunManifest:
+    """Read a run's manifest."""
+    return RunManifest.model_validate_json(nexus.text(file, "entry/manifest/data"))
+
+
+def read_raw(file: h5py.File) -> RawRun:
+    """Read a run as it was ingested."""
+    entry = file["entry"]
+    raw = entry["raw"]
+    names = [name for name in SIGNALS if name in raw]
+    headers: dict[str, str] = {}
+    sources = []
+    for note in entry["source_files"].values():
+        file_name = nexus.text(note, "file_name")
+        sources.append(SourceFile(file_name, np.asarray(note["data"][()], dtype=np.uint8).tobytes()))
+        if "description" in note:
+            headers[file_name] = nexus.text(note, "description")
+    return RawRun(
+        manifest=read_manifest(file),
+        columns={name: nexus.floats(raw, name) for name in names},
+        origins={name: raw[name].attrs["origin"] for name in names},
+        extras=dict(_read_extras(entry)),
+        headers=headers,
+        sources=tuple(sources),
+    )
+
+
+def _read_extras(entry: h5py.Group) -> Iterator[tuple[str, ExtraColumn]]:
+    if "extra_columns" not in entry:
+        return
+    for column in entry["extra_columns"].values():
+        values = column.asstr()[()] if h5py.check_string_dtype(column.dtype) else column[()]
+        yield column.attrs["column_name"], ExtraColumn(np.asarray(values), column.attrs["column_unit"] or None)
+
+
+def write_step(entry: h5py.Group, step: Step) -> None:
+    """Append a step, and bring the group for viewers up to date."""
+    process = nexus.group(entry, step.name, "NXprocess")
+    nexus.field(process, "program", "tribopipe")
+    nexus.field(process, "version", step.program_version)
+    nexus.field(process, "date", step.date)
+    nexus.field(process, "sequence_index", list(STEPS).index(step.name) + 1)
+    process.attrs["inputs_sha256"], process.attrs["result_sha256"] = step.inputs_sha256, step.result_sha256
+    nexus.document(process, "result", step.result)
+    options = nexus.group(process, "options", "NXnote")
+    nexus.field(options, "type", "application/json")
+    nexus.field(options, "data", json.dumps(dict(step.options), sort_keys=True))
+    nexus.summary(nexus.group(process, "parameters", "NXparameters"), step.result)
+    if step.curves:
+        _write_curves(process, step)
+
+
+def _write_curves(process: h5py.Group, step: Step) -> None:
+    first, *others = step.curves
+    data = nexus.group(process, "data", "NXdata", signal=first, axes=["sliding_distance"])
+    if others:
+        data.attrs["auxiliary_signals"] = others
+    data.attrs["sliding_distance_indices"] = 0
+    data["sliding_distance"] = h5py.SoftLink(_DISTANCE)
+    for name, (values, unit) in step.curves.items():
+        nexus.field(data, name, values, unit)
+
+
+def read_step(entry: h5py.Group, name: StepName) -> Step | None:
+    """Read a step with its curves; none where the run has not been through it."""
+    if name not in entry:
+        return None
+    process = entry[name]
+    curves = {}
+    if "data" in process:
+        data = process["data"]
+        order = [data.attrs["signal"], *data.attrs.get("auxiliary_signals", [])]
+        curves = {str(curve): (nexus.floats(data, curve), str(data[curve].attrs["units"])) for curve in order}
+    return Step(
+        name=name,
+        result=STEPS[name].record.model_validate_json(nexus.text(process, "result/data")),
+        inputs_sha256=process.attrs["inputs_sha256"],
+        options=json.loads(nexus.text(process, "options/data")),
+        program_version=nexus.text(process, "version"),
+        date=nexus.text(process, "date"),
+        curves=curves,
+    )
+
+
+def write_wear_plot(entry: h5py.Group) -> None:
+    """Write the group that viewers open first: corrected wear of the pin and the fitted laws, µm against m."""
+    correction = read_step(entry, "drift_correction")
+    if correction is None or "pin_wear_depth" not in correction.curves:
+        return
+    curves = {"pin_wear_depth": correction.curves["pin_wear_depth"][0]}
+    for law, step_name in WEAR_FITS.items():
+        fit = read_step(entry, step_name)
+        if fit is not None and isinstance(fit.result, WearFit):
+            curves |= {f"{law}{name.removeprefix('wear_depth')}": values for name, (values, _) in fit.curves.items()}
+    wear = nexus.group(entry, "wear", "NXdata", signal="pin_wear_depth", axes=["sliding_distance"])
+    if len(curves) > 1:
+        wear.attrs["auxiliary_signals"] = list(curves)[1:]
+    wear.attrs["sliding_distance_indices"] = 0
+    nexus.field(wear, "title", f"Wear of the pin, run {nexus.text(entry, 'identifier_run')}")
+    wear["sliding_distance"] = h5py.SoftLink(_DISTANCE)
+    for name, values in curves.items():
+        nexus.field(wear, name, np.asarray(from_si(values, "m", "um")), "um")
+    entry.attrs["default"] = "wear"
+
+
+def copy_except(source: h5py.File, target: h5py.File, dropped: set[str]) -> h5py.Group:
+    """Copy a run file but for some members of its entry; what is copied keeps its bytes."""
+    target.attrs.update(source.attrs)
+    entry = nexus.group(target, "entry", "NXentry")
+    entry.attrs.update(source["entry"].attrs)
+    for name in source["entry"]:
+        if name not in dropped | {"wear"}:
+            source.copy(f"entry/{name}", entry, name=name)
+    return entry
+
+
+def check_format(file: h5py.File, path: object) -> None:
+    """Refuse a file that is no run of ours, or of a format to come."""
+    found = file.attrs.get("tribopipe_format")
+    if found is None or "entry" not in file:
+        raise ArchiveError(
+            f"{path}: found an HDF5 file that is no tribopipe run; expected one written by tribopipe; move it "
+            "out of the archive folder"
+        )
+    if found != FORMAT:
+        raise ArchiveError(
+            f"{path}: found the format {found!r}; expected {FORMAT!r}; use the tribopipe version that wrote it"
+        )

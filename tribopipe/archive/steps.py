@@ -1,0 +1,64 @@
+"""The steps of processing as the archive knows them: their names, results, and what each stands on."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal, NamedTuple
+
+from tribopipe.archive.digest import digest
+from tribopipe.records.base import Record
+from tribopipe.records.recipe import LawName
+from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
+from tribopipe.run import Column
+
+StepName = Literal[
+    "drift_correction", "friction_fit", "wear_fit_archard", "wear_fit_sarkar", "prediction_archard", "prediction_sarkar"
+]
+
+
+class StepKind(NamedTuple):
+    """What a step returns, and the steps of the same run it stands on."""
+
+    record: type[Record]
+    stands_on: tuple[StepName, ...]
+
+
+STEPS: dict[StepName, StepKind] = {
+    "drift_correction": StepKind(DriftCorrection, ()),
+    "friction_fit": StepKind(FrictionFit, ()),
+    "wear_fit_archard": StepKind(WearFit, ("drift_correction",)),
+    "wear_fit_sarkar": StepKind(WearFit, ("drift_correction", "friction_fit")),
+    "prediction_archard": StepKind(WearPrediction, ()),
+    "prediction_sarkar": StepKind(WearPrediction, ("friction_fit",)),
+}
+
+WEAR_FITS: dict[LawName, StepName] = {"archard": "wear_fit_archard", "sarkar": "wear_fit_sarkar"}
+PREDICTIONS: dict[LawName, StepName] = {"archard": "prediction_archard", "sarkar": "prediction_sarkar"}
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of one run: its result, its curves, and the fingerprint of all it was made from."""
+
+    name: StepName
+    result: Record
+    inputs_sha256: str
+    """Fingerprint of version, options, and the results this one stands on."""
+    options: Mapping[str, object]
+    """What the step was told, as JSON types."""
+    program_version: str
+    date: str
+    """When it was done, ISO 8601."""
+    curves: Mapping[str, tuple[Column, str]] = field(default_factory=dict)
+    """Arrays over the samples of the run, with their SI unit."""
+
+    @property
+    def result_sha256(self) -> str:
+        """Fingerprint of what the step found."""
+        arrays = [part for name, (values, unit) in self.curves.items() for part in (name, unit, values)]
+        return digest(self.result, *arrays)
+
+
+def downstream(name: StepName) -> set[StepName]:
+    """Return every step that stands on this one, directly or not."""
+    direct = {other for other, kind in STEPS.items() if name in kind.stands_on}
+    return direct.union(*(downstream(other) for other in direct))

@@ -1,0 +1,157 @@
+"""An archive folder: runs by id, each a file that is only ever replaced whole."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Literal
+
+import h5py
+
+from tribopipe.archive.digest import raw_digest
+from tribopipe.archive.runfile import (
+    check_format,
+    copy_except,
+    read_manifest,
+    read_raw,
+    read_step,
+    write_raw,
+    write_step,
+    write_wear_plot,
+)
+from tribopipe.archive.steps import STEPS, Step, StepName, downstream
+from tribopipe.errors import ArchiveError, did_you_mean
+from tribopipe.files import replacing
+from tribopipe.records.manifest import RunManifest
+from tribopipe.run import RawRun
+
+SUFFIX = ".h5"
+
+
+class Archive:
+    """The runs in a folder. Nothing is kept in memory: every call reads what is there."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def __repr__(self) -> str:
+        return f"Archive({str(self.folder)!r}, {len(self.ids())} runs)"
+
+    def ids(self) -> list[str]:
+        """Return the ids of all runs, sorted."""
+        if not self.folder.is_dir():
+            return []
+        return sorted(
+            path.name.removesuffix(SUFFIX) for path in self.folder.glob(f"*{SUFFIX}") if not path.name.startswith(".")
+        )
+
+    def path(self, run_id: str) -> Path:
+        """Name the file of a run, whether or not it is there."""
+        return self.folder / f"{run_id}{SUFFIX}"
+
+    def add(
+        self, run: RawRun, findings: list[dict[str, Any]] | None = None, *, force: bool = False
+    ) -> Literal["added", "unchanged", "rewritten"]:
+        """Archive a run as ingested.
+
+        A run that is there already with the same content is left alone, or written anew with ``force``. Raises
+        ``ArchiveError`` where the id is taken by other content: what is raw is never replaced.
+        """
+        path = self.path(run.id)
+        there = path.exists()
+        if there and self.raw_sha256(run.id) != raw_digest(run):
+            raise ArchiveError(
+                f"{path}: found a run of the id {run.id!r} with other content; expected the same run or "
+                "another id; change id in run.toml, or ingest into another archive"
+            )
+        if there and not force:
+            return "unchanged"
+        with self._writing(path) as part, h5py.File(part, "w", track_order=True) as file:
+            write_raw(file, run, findings or [])
+        return "rewritten" if there else "added"
+
+    def raw_sha256(self, run_id: str) -> str:
+        """Return the fingerprint of a run's raw content."""
+        with self.open(run_id) as file:
+            return str(file["entry"].attrs["raw_sha256"])
+
+    def raw(self, run_id: str) -> RawRun:
+        """Return a run as ingested."""
+        with self.open(run_id) as file:
+            return read_raw(file)
+
+    def manifest(self, run_id: str) -> RunManifest:
+        """Return a run's manifest."""
+        with self.open(run_id) as file:
+            return read_manifest(file)
+
+    def needed_step(self, run_id: str, name: StepName) -> Step:
+        """Return a step of a run. Raises ``ArchiveError`` where the run has not been through it."""
+        step = self.step(run_id, name)
+        if step is None:
+            raise ArchiveError(
+                f"{self.path(run_id)}: found no {name}; expected the run to have been through it; "
+                f"run `tribopipe process` or the command of that step first"
+            )
+        return step
+
+    def step(self, run_id: str, name: StepName) -> Step | None:
+        """Return a step of a run; none where the run has not been through it."""
+        with self.open(run_id) as file:
+            return read_step(file["entry"], name)
+
+    def steps(self, run_id: str) -> dict[StepName, Step]:
+        """Return every step a run has been through, in order."""
+        with self.open(run_id) as file:
+            found = {name: read_step(file["entry"], name) for name in STEPS}
+        return {name: step for name, step in found.items() if step is not None}
+
+    def put_step(self, run_id: str, step: Step) -> None:
+        """Add a step or replace it; steps that stood on another result of it are dropped with it."""
+        before = self.step(run_id, step.name)
+        dropped: set[str] = {step.name}
+        if before is not None and before.result_sha256 != step.result_sha256:
+            dropped |= downstream(step.name)
+        path = self.path(run_id)
+        with self.open(run_id) as old, self._writing(path) as part:
+            with h5py.File(part, "w", track_order=True) as new:
+                entry = copy_except(old, new, dropped)
+                write_step(entry, step)
+                write_wear_plot(entry)
+            old.close()  # Windows replaces no open file
+
+    @contextmanager
+    def open(self, run_id: str) -> Iterator[h5py.File]:
+        """Open a run's file for reading. Raises ``ArchiveError`` where there is none, or it is no run."""
+        path = self.path(run_id)
+        if not path.is_file():
+            raise ArchiveError(
+                f"{self.folder}: found no run {run_id!r}; expected one of the archive's; "
+                f"{did_you_mean(run_id, self.ids())}"
+            )
+        try:
+            file = h5py.File(path, "r", locking=False)
+        except OSError:
+            raise ArchiveError(
+                f"{path}: found a file that is not HDF5, or is damaged; expected a run archived by tribopipe; "
+                "restore it from a copy, or move it out of the archive"
+            ) from None
+        with file:
+            check_format(file, path)
+            yield file
+
+    @contextmanager
+    def _writing(self, path: Path) -> Iterator[Path]:
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            with replacing(path) as part:
+                yield part
+        except OSError as error:
+            raise ArchiveError(
+                f"{self.folder}: cannot be written ({error.strerror or error}); expected a folder with "
+                "room and write permission; choose another with --archive"
+            ) from None
+
+
+def open_archive(folder: Path | str = "archive") -> Archive:
+    """Return the archive in a folder, which need not exist yet."""
+    return Archive(Path(folder))

@@ -1,0 +1,1 @@
+"""Checks of a run before it is archived: small registered functions, each with one concern."""

@@ -1,0 +1,51 @@
+"""How a check is registered, and how all of them are run."""
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+from tribopipe.errors import CheckError
+from tribopipe.records.finding import Finding, Severity
+from tribopipe.run import RawRun
+
+
+class Trouble(NamedTuple):
+    """What a check has to say: where, what was found and expected, how to mend it."""
+
+    where: str
+    message: str
+    remedy: str
+
+
+Check = Callable[[RawRun], Iterator[Trouble]]
+CHECKS: dict[str, tuple[Severity, Check]] = {}
+
+
+def check(severity: Severity) -> Callable[[Check], Check]:
+    """Register a function as a check of a severity; its name is the check's name."""
+
+    def register(function: Check) -> Check:
+        CHECKS[function.__name__] = (severity, function)
+        return function
+
+    return register
+
+
+def check_run(run: RawRun) -> list[Finding]:
+    """Run every check on a run and return what they found, errors first."""
+    from tribopipe.checks import documents, samples  # noqa: F401 - importing registers their checks
+
+    found = [
+        Finding(severity=severity, check=name, where=trouble.where, message=trouble.message, remedy=trouble.remedy)
+        for name, (severity, function) in CHECKS.items()
+        for trouble in function(run)
+    ]
+    order: list[Severity] = ["error", "warning", "note"]
+    return sorted(found, key=lambda finding: order.index(finding.severity))
+
+
+def refuse_errors(run: RawRun, findings: list[Finding]) -> None:
+    """Raise ``CheckError`` with the first error among the findings."""
+    errors = [finding for finding in findings if finding.severity == "error"]
+    if errors:
+        more = f" (and {len(errors) - 1} more; see `tribopipe check`)" if len(errors) > 1 else ""
+        raise CheckError(f"{run.id}: {errors[0]}{more}")

@@ -1,0 +1,242 @@
+"""Checks of the recorded samples: order of time, gaps, missing and repeated samples, signs and magnitudes."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tribopipe.checks.registry import Trouble, check
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.signals import SIGNALS, SignalName
+from tribopipe.run import Column, RawRun
+
+_FEWEST = 2
+_GAP = 10.0
+"""A step this many times the median step is a gap."""
+_AXES: tuple[SignalName, SignalName] = ("time", "sliding_distance")
+
+
+def _measured(run: RawRun) -> Iterator[tuple[SignalName, Column]]:
+    for name, values in run.columns.items():
+        if run.origins[name] == "measured":
+            yield name, values
+
+
+def _shown(name: SignalName, value: float) -> str:
+    return Quantity(value=float(value), unit=SIGNALS[name].unit).shown()
+
+
+@check("error")
+def there_are_samples(run: RawRun) -> Iterator[Trouble]:
+    """Refuse a run of one sample or none."""
+    if len(run) < _FEWEST:
+        yield Trouble("signals", f"found {len(run)} samples; expected at least {_FEWEST}", "export the whole test")
+
+
+@check("error")
+def channel_is_recorded(run: RawRun) -> Iterator[Trouble]:
+    """Refuse a signal without one number in it."""
+    for name, values in _measured(run):
+        if len(values) and not np.any(np.isfinite(values)):
+            yield Trouble(
+                name,
+                "found no number in the whole column; expected a recorded signal",
+                "map the column that holds it, or leave the signal out of run.toml",
+            )
+
+
+@check("error")
+def axis_is_complete(run: RawRun) -> Iterator[Trouble]:
+    """Refuse missing samples of time or sliding distance, without which nothing can be placed."""
+    for name, values in _measured(run):
+        missing = np.flatnonzero(~np.isfinite(values))
+        if name in _AXES and 0 < len(missing) < len(values):
+            yield Trouble(
+                name,
+                f"found {len(missing)} missing, the first at sample {missing[0] + 1}; expected one at each sample",
+                "delete those rows, or export again",
+            )
+
+
+@check("error")
+def axis_runs_forward(run: RawRun) -> Iterator[Trouble]:
+    """Refuse time or sliding distance that goes back."""
+    for name, values in _measured(run):
+        if name not in _AXES:
+            continue
+        back = np.flatnonzero(np.diff(values) < 0)
+        if len(back):
+            first = int(back[0])
+            yield Trouble(
+                name,
+                f"found {_shown(name, values[first + 1])} at sample {first + 2} after {_shown(name, values[first])}; "
+                "expected it to grow",
+                "cut the file where a new test or step begins",
+            )
+
+
+@check("error")
+def axis_advances(run: RawRun) -> Iterator[Trouble]:
+    """Refuse a run in which no time passes or no distance is slid."""
+    for name in _AXES:
+        values = run.columns[name]
+        if len(values) >= _FEWEST and np.all(np.isfinite(values)) and not values[-1] > values[0]:
+            yield Trouble(
+                name,
+                f"found {_shown(name, values[-1])} at the end as at the start; expected it to grow",
+                "check the column and sliding_speed",
+            )
+
+
+@check("error")
+def load_presses(run: RawRun) -> Iterator[Trouble]:
+    """Refuse a measured load that pulls: its sign is the sensor's, not the contact's."""
+    load = run.columns.get("normal_force")
+    if load is not None and np.any(np.isfinite(load)) and np.nanmedian(load) <= 0:
+        yield Trouble(
+            "normal_force",
+            f"found a median of {_shown('normal_force', np.nanmedian(load))}; expected a load above zero",
+            "export with the sign of a pressing load, or leave the signal out",
+        )
+
+
+@check("warning")
+def load_is_the_nominal_one(run: RawRun) -> Iterator[Trouble]:
+    """Compare measured and nominal load: a factor of 1000 or 9.81 between them is a unit."""
+    load, nominal = run.columns.get("normal_force"), run.manifest.conditions.normal_load.value
+    if load is None or not np.any(np.isfinite(load)):
+        return
+    median = float(np.nanmedian(load))
+    if median > 0 and not 0.9 <= median / nominal <= 1.1:
+        yield Trouble(
+            "normal_force",
+            f"found a median of {_shown('normal_force', median)}; expected the nominal load of "
+            f"{_shown('normal_force', nominal)} within 10 %",
+            "check the column's unit and normal_load",
+        )
+
+
+@check("warning")
+def samples_are_not_missing(run: RawRun) -> Iterator[Trouble]:
+    """Count missing samples; they are left out of fits."""
+    for name, values in _measured(run):
+        missing = int(np.count_nonzero(~np.isfinite(values)))
+        if name not in _AXES and 0 < missing < len(values):
+            yield Trouble(
+                name, f"found {missing} of {len(values)} samples missing; expected all", "they are left out of fits"
+            )
+
+
+@check("warning")
+def samples_are_not_repeated(run: RawRun) -> Iterator[Trouble]:
+    """Count samples that stand twice at the same time."""
+    time = run.columns["time"]
+    repeated = np.flatnonzero(np.diff(time) == 0)
+    if len(repeated):
+        yield Trouble(
+            "time",
+            f"found {len(repeated)} times repeated, the first at sample {repeated[0] + 2}; expected each once",
+            "check for rows exported twice",
+        )
+
+
+@check("warning")
+def sampling_has_no_gaps(run: RawRun) -> Iterator[Trouble]:
+    """Find places where recording stopped for a while."""
+    steps = np.diff(run.columns["time"])
+    steps = steps[np.isfinite(steps)]
+    usual = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
+    gaps = np.flatnonzero(steps > _GAP * usual)
+    if usual and len(gaps):
+        yield Trouble(
+            "time",
+            f"found {len(gaps)} gaps, the first of {steps[gaps[0]]:.3g} s after sample {gaps[0] + 1}; "
+            f"expected steps of {usual:.3g} s",
+            "check whether the test was stopped there",
+        )
+
+
+@check("warning")
+def signal_is_alive(run: RawRun) -> Iterator[Trouble]:
+    """Find channels that never move."""
+    for name, values in _measured(run):
+        seen = values[np.isfinite(values)]
+        if name in ("depth", "friction_force", "friction_coefficient") and len(seen) > _FEWEST and np.ptp(seen) == 0:
+            yield Trouble(
+                name,
+                f"found {_shown(name, seen[0])} throughout; expected a signal that moves",
+                "check whether the channel was on",
+            )
+
+
+@check("warning")
+def friction_is_plausible(run: RawRun) -> Iterator[Trouble]:
+    """Catch a flipped sign or a wrong unit of friction."""
+    mu = run.columns.get("friction_coefficient")
+    if mu is None or not np.any(np.isfinite(mu)):
+        return
+    median = float(np.nanmedian(mu))
+    if not -1e-3 <= median <= 2.0:
+        yield Trouble(
+            "friction_coefficient",
+            f"found a median of {median:.3g}; expected 0 to 2",
+            "check sign and unit of friction force and load",
+        )
+
+
+@check("warning")
+def depth_is_plausible(run: RawRun) -> Iterator[Trouble]:
+    """Compare the rise of the depth reading with the end value: sign, unit or a broken sensor."""
+    depth, end = run.columns.get("depth"), run.manifest.end_values.pin_wear_depth
+    if depth is None or np.count_nonzero(np.isfinite(depth)) < _FEWEST:
+        return
+    span, radius = float(np.nanmax(depth) - np.nanmin(depth)), run.manifest.contact.pin.radius.value
+    if span > radius:
+        yield Trouble(
+            "depth",
+            f"found readings {Quantity(value=span, unit='m').shown('um')} apart; expected less than the pin radius of "
+            f"{Quantity(value=radius, unit='m').shown('um')}",
+            "check the column's unit",
+        )
+    seen = depth[np.isfinite(depth)]
+    if end is not None and seen[-1] - seen[0] < -0.5 * end.value:
+        yield Trouble(
+            "depth",
+            "found a reading that falls while the pin wears; expected wear to count up",
+            "export the depth with its sign flipped",
+        )
+
+
+@check("warning")
+def distance_is_the_planned_one(run: RawRun) -> Iterator[Trouble]:
+    """Find tests that were broken off, and speeds that do not fit time and distance."""
+    planned, speed = run.manifest.conditions.sliding_distance, run.manifest.conditions.sliding_speed
+    time, distance = run.columns["time"], run.sliding_distance
+    slid = float(distance[-1]) if len(distance) else 0.0
+    if planned is not None and not 0.95 <= slid / planned.value <= 1.05:
+        yield Trouble(
+            "sliding_distance",
+            f"found {slid:.4g} m at the end; expected the planned {planned.value:.4g} m",
+            "correct sliding_distance if the test was broken off",
+        )
+    duration = float(time[-1] - time[0]) if len(time) > 1 else 0.0
+    both = run.origins["time"] == run.origins["sliding_distance"] == "measured"
+    if speed is not None and both and duration > 0:
+        mean = float(distance[-1] - distance[0]) / duration
+        if not 0.95 <= mean / speed.value <= 1.05:
+            yield Trouble(
+                "sliding_speed",
+                f"found {mean:.4g} m/s by time and distance; expected the nominal {speed.value:.4g} m/s",
+                "correct sliding_speed, or the units of both columns",
+            )
+
+
+@check("warning")
+def time_starts_at_zero(run: RawRun) -> Iterator[Trouble]:
+    """Find counters carried over from an earlier test."""
+    time = run.columns["time"]
+    if run.origins["time"] == "measured" and len(time) > 1 and time[0] > 0.05 * (time[-1] - time[0]) > 0:
+        yield Trouble(
+            "time",
+            f"found a first sample at {time[0]:.4g} s; expected a start near 0 s",
+            "subtract the start, or sliding distance counts from before the test",
+        )

@@ -1,0 +1,127 @@
+"""Linear drift of the depth sensor, anchored on what was measured after the test.
+
+The paper (Section 2) assumes that the capacitive sensor drifts linearly and matches its curve at the largest sliding
+distance to the wear found on the pin. Here:
+
+    wear(t) = reading(t) − z − ρ·(t − t₀),     ρ = (reading(t_end) − z − h_end) / (t_end − t₀)
+
+with the zero offset z at the start t₀ of sliding and h_end the wear of pin plus disc by the end values. z is the
+intercept of a fit z + q·sⁿ to the first samples: wear of a sphere begins as √s once it exceeds the elastic approach
+(n = ½), that of a flat pin as s (n = 1), so wear within the window is not taken for offset. The end reading is the
+value at the last sample of a straight line through the last samples.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from tribopipe.end_values import EndWear, end_wear
+from tribopipe.errors import FitError
+from tribopipe.noise import inflation
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.recipe import Recipe
+from tribopipe.records.results import DriftCorrection
+from tribopipe.run import Column, CorrectedRun, RawRun
+
+_FEWEST_IN_WINDOW = 8
+
+
+@dataclass(frozen=True)
+class SensorTrace:
+    """The depth reading and what the correction takes from it."""
+
+    reading: Column
+    ramp: Column
+    """0 at the start of sliding, 1 at the last sample."""
+    duration: float
+    zero_offset: Quantity
+    end_reading: Quantity
+
+    def wear(self, end_wear: float, zero_offset: float | None = None, end_reading: float | None = None) -> Column:
+        """Return the corrected depth, m, for an end value, zero offset and end reading, m."""
+        zero = self.zero_offset.value if zero_offset is None else zero_offset
+        end = self.end_reading.value if end_reading is None else end_reading
+        return self.reading - zero - self.ramp * (end - zero - end_wear)
+
+
+def read_trace(run: RawRun, recipe: Recipe) -> SensorTrace:
+    """Take zero offset and end reading from the depth signal.
+
+    Raises ``FitError`` where fewer than 16 samples of depth are left.
+    """
+    distance, time, reading = run.sliding_distance, run.columns["time"], run.columns["depth"]
+    seen = np.flatnonzero(np.isfinite(reading) & np.isfinite(distance) & np.isfinite(time))
+    if len(seen) < 2 * _FEWEST_IN_WINDOW:
+        raise FitError(
+            f"{run.id}: found {len(seen)} samples of depth; expected at least {2 * _FEWEST_IN_WINDOW} for a "
+            "drift correction; record at a higher rate"
+        )
+    s, y = distance[seen], reading[seen]
+    exponent = 0.5 if run.manifest.contact.pin.shape == "spherical" else 1.0
+    inside = _window(s, recipe.drift.window)
+    zero = _intercept(np.maximum(s[:inside], 0.0) ** exponent, y[:inside])
+    inside = _window(s[-1] - s[::-1], recipe.drift.window)
+    end = _intercept(s[-inside:] - s[-1], y[-inside:])
+    start, duration = _sliding_time(s, time[seen])
+    return SensorTrace(
+        reading=reading, ramp=(time - start) / duration, duration=duration, zero_offset=zero, end_reading=end
+    )
+
+
+def _window(distance: Column, share: float) -> int:
+    """Count the samples within a share of the distance, but no fewer than a fit needs."""
+    return max(_FEWEST_IN_WINDOW, int(np.searchsorted(distance, share * distance[-1], side="right")))
+
+
+def _intercept(x: Column, y: Column) -> Quantity:
+    design = np.column_stack([np.ones_like(x), x])
+    (value, slope), *_ = np.linalg.lstsq(design, y, rcond=None)
+    variance = inflation(y - value - slope * x, 2) * np.linalg.pinv(design.T @ design)[0, 0]
+    return Quantity(value=float(value), unit="m", standard_uncertainty=math.sqrt(max(0.0, float(variance))))
+
+
+def _sliding_time(distance: Column, time: Column) -> tuple[float, float]:
+    """Return when sliding began, by the mean speed, and how long it lasted until the last sample."""
+    if not distance[-1] > distance[0] or not time[-1] > time[0]:
+        raise FitError(
+            "drift correction: found no sliding between first and last sample of depth; expected time and "
+            "sliding distance to grow; check both columns"
+        )
+    start = time[0] - distance[0] * (time[-1] - time[0]) / (distance[-1] - distance[0])
+    return float(start), float(time[-1] - start)
+
+
+def correct_drift(run: RawRun, recipe: Recipe | None = None) -> CorrectedRun:
+    """Take the linear drift off a run's depth, m.
+
+    A run without depth or without an end value of the pin passes through, and its correction says what it lacks.
+    """
+    recipe = recipe or Recipe()
+    end = end_wear(run.manifest, recipe.uncertainty)
+    lacks = [] if "depth" in run.columns else ["a depth signal"]
+    if end is None:
+        lacks.append("an end value of the pin (pin_wear_depth or pin_scar_diameter)")
+    if end is None or lacks:
+        return CorrectedRun(run, DriftCorrection(outcome="uncorrected", lacks=tuple(lacks)), None)
+    trace = read_trace(run, recipe)
+    return CorrectedRun(run, _describe(trace, end, recipe), trace.wear(end.total.value))
+
+
+def _describe(trace: SensorTrace, end: EndWear, recipe: Recipe) -> DriftCorrection:
+    gap = trace.end_reading.value - trace.zero_offset.value - end.total.value
+    spread = math.hypot(
+        *(part.standard_uncertainty or 0.0 for part in (end.total, trace.zero_offset, trace.end_reading))
+    )
+    return DriftCorrection(
+        outcome="corrected",
+        anchor=end.anchor,
+        zero_offset=trace.zero_offset,
+        drift_rate=Quantity(value=gap / trace.duration, unit="m/s", standard_uncertainty=spread / trace.duration),
+        discrepancy=Quantity(value=gap, unit="m", standard_uncertainty=spread),
+        within_discrepancy_limit=abs(gap) <= recipe.drift.discrepancy_limit.value,
+        within_sensor_resolution=abs(gap) <= recipe.drift.sensor_resolution.value,
+        end_wear_depth=end.total,
+        pin_wear_depth=end.pin_depth,
+        disc_wear_depth=end.disc.quantity if end.disc else None,
+    )

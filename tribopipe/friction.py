@@ -1,0 +1,248 @@
+"""Friction over the sliding distance: μ(s) = A·exp(−s/c) + b (paper, Eq. 7), or as much of it as the data hold.
+
+On real data Eq. 7 degenerates where there is no exponential running-in: c runs off to millions of metres and b to −A.
+So the fit is bounded, the loading ramp is left out, and the exponential is reported only where the data tell it
+from a constant and from a straight line, by the Bayesian information criterion (G. Schwarz, Annals of Statistics 6
+(1978) 461) with the number of independent samples in the place of the number of samples. Otherwise the steady value
+alone is reported, and why.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from tribopipe.noise import effective_samples, inflation
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.recipe import FrictionRecipe
+from tribopipe.records.results import FrictionFit
+from tribopipe.run import Column, RawRun
+
+_FEWEST_SAMPLES = 20
+_STARTS = 40
+_LONGEST_RUNNING_IN = 10.0
+"""Upper bound of c in lengths of the fitted window: beyond, the curve is a straight line."""
+_SHORTEST_RUNNING_IN = 2.0
+"""Lower bound of c in sample spacings: below, the decay is one point."""
+_DECISIVE = 6.0
+"""Difference of the criterion that counts as evidence (R. E. Kass, A. E. Raftery, JASA 90 (1995) 773: 'strong')."""
+_LARGEST_RELATIVE_UNCERTAINTY = 0.5
+_RAMP_SHARE = 0.05
+"""A loading ramp takes at most this share of a run."""
+
+
+@dataclass(frozen=True)
+class _Exponential:
+    parameters: Column
+    covariance: Column
+    residuals: Column
+
+    @property
+    def running_in(self) -> float:
+        return float(self.parameters[2])
+
+
+def fit_friction(run: RawRun, recipe: FrictionRecipe | None = None) -> FrictionFit:
+    """Fit Eq. 7 to a run's friction coefficient against sliding distance.
+
+    Amplitude A and steady state b are ratios, the running-in distance c is in m. A run without friction passes
+    through, and the result says so.
+    """
+    recipe = recipe or FrictionRecipe()
+    if "friction_coefficient" not in run.columns:
+        return FrictionFit(outcome="none", notes=("the run lacks a friction signal",))
+    distance, mu = run.sliding_distance, run.columns["friction_coefficient"]
+    seen = np.isfinite(mu) & np.isfinite(distance)
+    first = _loading_ramp_end(run, mu) if recipe.start is None else recipe.start.value
+    last = np.inf if recipe.end is None else recipe.end.value
+    inside = seen & (distance >= first) & (distance <= last)
+    fit = _fit_window(distance[inside], mu[inside])
+    trimmed = (f"loading ramp of {first:.3g} m left out",) if recipe.start is None and first > 0 else ()
+    mean, deviation = _vendor_statistics(mu[seen])
+    return fit.model_copy(
+        update={"notes": trimmed + fit.notes, "load": _load(run), "mean": mean, "standard_deviation": deviation}
+    )
+
+
+def _load(run: RawRun) -> Literal["measured", "nominal", "recorded"]:
+    origin = run.origins["friction_coefficient"]
+    if origin == "derived from measured load":
+        return "measured"
+    return "nominal" if origin == "derived from nominal load" else "recorded"
+
+
+def _vendor_statistics(mu: Column) -> tuple[Quantity | None, float | None]:
+    """Mean and standard deviation over everything recorded, loading ramp included, as instruments print them."""
+    if len(mu) < 2:
+        return None, None
+    deviation = float(np.std(mu, ddof=1))
+    return _ratio(float(np.mean(mu)), deviation / math.sqrt(effective_samples(mu))), deviation
+
+
+def _loading_ramp_end(run: RawRun, mu: Column) -> float:
+    """Return the sliding distance, m, at which the load is on; 0 where there is no ramp.
+
+    Where the load was measured, that is where it first reaches 95 % of the nominal load. Otherwise friction tells: a
+    ramp starts below half of the later level and reaches it within 5 % of the run; it ends at the peak that follows
+    within three times as long.
+    """
+    distance = run.sliding_distance
+    if run.origins.get("normal_force") == "measured":
+        force, nominal = run.columns["normal_force"], run.manifest.conditions.normal_load.value
+        return _ramp_end_by_load(distance, force, nominal)
+    return _ramp_end_by_friction(distance, mu)
+
+
+def _ramp_end_by_load(distance: Column, force: Column, nominal: float) -> float:
+    loaded = np.flatnonzero(force >= 0.95 * nominal)
+    early = len(loaded) and loaded[0] > 0 and distance[loaded[0]] <= _RAMP_SHARE * distance[-1]
+    return float(distance[loaded[0]]) if early else 0.0
+
+
+def _ramp_end_by_friction(distance: Column, mu: Column) -> float:
+    level = float(np.nanmedian(mu))
+    reached = np.flatnonzero(mu >= 0.9 * level)
+    if not len(reached) or reached[0] == 0 or not mu[0] < 0.5 * level:
+        return 0.0
+    first = int(reached[0])
+    if distance[first] > _RAMP_SHARE * distance[-1]:
+        return 0.0
+    until = int(np.searchsorted(distance, 3 * distance[first], side="right"))
+    return float(distance[first + int(np.nanargmax(mu[first:until]))])
+
+
+def _fit_window(distance: Column, mu: Column) -> FrictionFit:
+    if len(mu) < _FEWEST_SAMPLES:
+        return FrictionFit(outcome="none", notes=(f"{len(mu)} samples of friction are too few to fit",))
+    fit = _fit_exponential(distance, mu)
+    reasons = _reasons_against(fit, distance, mu)
+    window = (_metres(float(distance[0])), _metres(float(distance[-1])))
+    if reasons:
+        return _steady_only(mu, reasons, window)
+    spread = np.sqrt(np.diag(fit.covariance))
+    return FrictionFit(
+        outcome="exponential",
+        notes=_cautions(fit, distance),
+        amplitude=_ratio(float(fit.parameters[0]), float(spread[0])),
+        steady_state=_ratio(float(fit.parameters[1]), float(spread[1])),
+        running_in_distance=_metres(fit.running_in, float(spread[2])),
+        covariance=tuple(tuple(row) for row in fit.covariance.tolist()),
+        window=window,
+        residual_deviation=float(np.std(fit.residuals, ddof=3)),
+        effective_samples=effective_samples(fit.residuals),
+    )
+
+
+def _steady_only(mu: Column, reasons: tuple[str, ...], window: tuple[Quantity, Quantity]) -> FrictionFit:
+    later = mu[len(mu) // 2 :]
+    deviation = float(np.std(later, ddof=1))
+    independent = effective_samples(later)
+    return FrictionFit(
+        outcome="steady-only",
+        notes=(*reasons, "steady value is the mean of the later half"),
+        steady_state=_ratio(float(np.mean(later)), deviation / math.sqrt(independent)),
+        window=window,
+        residual_deviation=deviation,
+        effective_samples=independent,
+    )
+
+
+def _fit_exponential(distance: Column, mu: Column) -> _Exponential:
+    """Fit (A, b, c) by bounded least squares, started at the best of a ladder of running-in distances."""
+    from scipy.optimize import least_squares
+
+    shortest, longest = _running_in_bounds(distance)
+    largest = 10 * float(np.ptp(mu)) + float(np.max(np.abs(mu)))
+    start = _best_start(distance, mu, shortest, longest)
+    bounds = ([-largest, 0.0, math.log(shortest)], [largest, largest, math.log(longest)])
+    found = least_squares(
+        lambda p: p[0] * np.exp(-distance / math.exp(p[2])) + p[1] - mu,
+        np.clip(start, [-largest, 1e-12, bounds[0][2] + 1e-9], [largest, largest, bounds[1][2] - 1e-9]),
+        jac=lambda p: _slopes(distance, p),
+        bounds=bounds,
+        x_scale=[max(abs(start[0]), 1e-6), max(abs(start[1]), 1e-6), 1.0],
+        xtol=1e-12,
+        ftol=1e-12,
+        gtol=1e-12,
+    )
+    c = math.exp(found.x[2])
+    scale = np.diag([1.0, 1.0, c])
+    normal = np.linalg.pinv(found.jac.T @ found.jac)
+    covariance = scale @ normal @ scale * inflation(found.fun, 3)
+    return _Exponential(np.array([found.x[0], found.x[1], c]), covariance, found.fun)
+
+
+def _slopes(distance: Column, p: Column) -> Column:
+    """Return the derivatives of A·exp(−s/c) + b by A, b and ln c."""
+    x = distance / math.exp(p[2])
+    decay = np.exp(-x)
+    return np.column_stack([decay, np.ones_like(decay), p[0] * x * decay])
+
+
+def _running_in_bounds(distance: Column) -> tuple[float, float]:
+    spacing = float(np.median(np.diff(distance)))
+    length = float(distance[-1] - distance[0])
+    return min(_SHORTEST_RUNNING_IN * spacing, length / 4), _LONGEST_RUNNING_IN * length
+
+
+def _best_start(distance: Column, mu: Column, shortest: float, longest: float) -> Column:
+    """Try a ladder of c; for each, A and b follow by linear least squares."""
+    best, best_power = np.array([0.0, float(np.mean(mu)), math.log(longest)]), np.inf
+    for c in np.geomspace(shortest, longest, _STARTS):
+        design = np.column_stack([np.exp(-distance / c), np.ones_like(distance)])
+        (amplitude, steady), *_ = np.linalg.lstsq(design, mu, rcond=None)
+        residuals = design @ (amplitude, steady) - mu
+        power = float(residuals @ residuals)
+        if power < best_power and steady >= 0:
+            best, best_power = np.array([amplitude, steady, math.log(c)]), power
+    return best
+
+
+def _reasons_against(fit: _Exponential, distance: Column, mu: Column) -> tuple[str, ...]:
+    """Say why the exponential cannot be told from the data; nothing where it can."""
+    independent = effective_samples(fit.residuals)
+    power = float(fit.residuals @ fit.residuals)
+    constant = float(np.sum((mu - np.mean(mu)) ** 2))
+    line = np.polynomial.Polynomial.fit(distance, mu, 1)
+    straight = float(np.sum((mu - line(distance)) ** 2))
+    shortest, longest = _running_in_bounds(distance)
+    c, spread = fit.running_in, math.sqrt(fit.covariance[2, 2])
+    if _evidence(power, constant, independent, 2) < _DECISIVE:
+        return ("no running-in to be told from a constant",)
+    if _evidence(power, straight, independent, 1) < _DECISIVE or c > 0.99 * longest:
+        change = line(distance[-1]) - line(distance[0])
+        return (f"friction changes in a straight line, by {change:+.3f} over the fitted distance, not exponentially",)
+    if c < 1.01 * shortest:
+        return ("the decay is shorter than two samples",)
+    if spread > _LARGEST_RELATIVE_UNCERTAINTY * c:
+        return (f"the running-in distance is undetermined ({c:.3g} ± {spread:.2g} m)",)
+    return ()
+
+
+def _evidence(power: float, simpler: float, independent: float, fewer: int) -> float:
+    """Return how much better the exponential is than a simpler curve: the difference of the criteria."""
+    if power == 0:
+        return math.inf if simpler > 0 else 0.0
+    return independent * math.log(simpler / power) - fewer * math.log(independent)
+
+
+def _cautions(fit: _Exponential, distance: Column) -> tuple[str, ...]:
+    notes = []
+    length = float(distance[-1] - distance[0])
+    if fit.running_in > length:
+        notes.append(
+            f"running-in of {fit.running_in:.4g} m is longer than the {length:.4g} m fitted: the steady state "
+            "is an extrapolation"
+        )
+    if fit.parameters[0] < 0:
+        notes.append("friction rises from its start")
+    return tuple(notes)
+
+
+def _ratio(value: float, spread: float | None = None) -> Quantity:
+    return Quantity(value=value, unit="1", standard_uncertainty=spread)
+
+
+def _metres(value: float, spread: float | None = None) -> Quantity:
+    return Quantity(value=value, unit="m", standard_uncertainty=spread)

@@ -1,0 +1,203 @@
+"""The one place where what readers found becomes a run: named, in SI, completed, with its origins."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tribopipe.errors import ReaderError, UnitError, did_you_mean
+from tribopipe.ingest.reader import Hints, ReadColumn, Reader, ReadTable
+from tribopipe.ingest.registry import detect, reader_named
+from tribopipe.records.manifest import ColumnSource, RunManifest, SignalFile, manifest_path, read_manifest
+from tribopipe.records.signals import SIGNALS, SignalName
+from tribopipe.run import Column, ExtraColumn, Origin, RawRun, SourceFile
+from tribopipe.units import is_unit, to_si
+
+
+@dataclass
+class _Gathered:
+    """Columns of all files so far."""
+
+    columns: dict[SignalName, Column]
+    extras: dict[str, ExtraColumn]
+    headers: dict[str, str]
+
+
+def read_run(path: Path | str) -> RawRun:
+    """Read a run folder (or its run.toml) as a run in SI.
+
+    Time and sliding distance are derived from one another through the speed where one is missing, the friction
+    coefficient from friction force and normal force, or the nominal load where the force was not recorded.
+
+    Raises ``ManifestError`` or ``ReaderError`` with file, key or line, what was found and what was expected.
+    """
+    where = manifest_path(Path(path))
+    manifest, content = read_manifest(where)
+    sources = [SourceFile(where.name, content)]
+    gathered = _Gathered({}, {}, {})
+    for signals in manifest.signals:
+        source = read_source(where.parent / signals.file, signals.file)
+        sources.append(source)
+        table = _reader_for(signals, source).read(
+            source, Hints(encoding=signals.encoding, separator=signals.separator, decimal=signals.decimal)
+        )
+        _gather(gathered, table, signals)
+    origins: dict[SignalName, Origin] = dict.fromkeys(gathered.columns, "measured")
+    _complete(gathered.columns, origins, manifest, where)
+    ordered = {name: gathered.columns[name] for name in SIGNALS if name in gathered.columns}
+    return RawRun(manifest, ordered, origins, gathered.extras, gathered.headers, tuple(sources))
+
+
+def read_source(path: Path, name: str) -> SourceFile:
+    """Read a signal file's bytes. Raises ``ReaderError`` where there is no such file."""
+    if path.is_dir():
+        raise ReaderError(f"{path}: found a folder; expected a signal file; name the file in run.toml, signals.file")
+    try:
+        return SourceFile(name, path.read_bytes())
+    except FileNotFoundError:
+        there = [entry.name for entry in path.parent.iterdir()] if path.parent.is_dir() else []
+        raise ReaderError(f"{path}: no such file; expected the signal file that run.toml names; "
+                          f"{did_you_mean(name, there)}") from None
+    except OSError as error:
+        raise ReaderError(f"{path}: cannot be read ({error.strerror}); check its permissions") from None
+
+
+def _reader_for(signals: SignalFile, source: SourceFile) -> Reader:
+    return detect(source) if signals.reader is None else reader_named(signals.reader)
+
+
+def _gather(gathered: _Gathered, table: ReadTable, signals: SignalFile) -> None:
+    gathered.headers[signals.file] = table.header
+    meanings = _meanings(table, signals)
+    length = len(next(iter(gathered.columns.values()))) if gathered.columns else None
+    for column in table.columns:
+        if length is not None and len(column.values) != length:
+            raise ReaderError(f"{signals.file}: found {len(column.values)} rows where the files before have {length}; "
+                              "expected one row a sample in every file; merge them on one time base first")
+        for name, source in meanings.get(column.name, []):
+            if name in gathered.columns:
+                raise ReaderError(f"{signals.file}: found {name} a second time; expected each signal once; map it in "
+                                  "one file only")
+            gathered.columns[name] = _signal(column, name, source, signals.file)
+        if column.name not in meanings:
+            gathered.extras[_free_name(column.name, gathered.extras)] = ExtraColumn(column.values, column.unit)
+
+
+def _free_name(name: str, taken: Mapping[str, Any]) -> str:
+    return name if name not in taken else _free_name(f"{name} (again)", taken)
+
+
+Meanings = dict[str, list[tuple[SignalName, ColumnSource | None]]]
+
+
+def _meanings(table: ReadTable, signals: SignalFile) -> Meanings:
+    """Say for each column by name which signals it is: by the manifest's word, else by the format's or its own name."""
+    meanings: Meanings = {}
+    if signals.columns:
+        for name, source in signals.columns.items():
+            meanings.setdefault(_find(table, source.column, name, signals.file).name, []).append((name, source))
+        return meanings
+    for column in table.columns:
+        known = column.signal or _by_own_name(column.name)
+        if known is not None:
+            meanings[column.name] = [(known, None)]
+    if not meanings:
+        names = ", ".join(repr(column.name) for column in table.columns[:8])
+        raise ReaderError(f"{signals.file}: found the columns {names}, none with a known meaning; expected to be told; "
+                          "map signals to columns under [signals.columns] in run.toml")
+    return meanings
+
+
+def _bare(name: str) -> str:
+    """Strip a unit off a column's name: "Depth [um]" is "Depth"."""
+    for opening, closing in ("[]", "()"):
+        if name.endswith(closing) and opening in name:
+            head, _, unit = name[:-1].rpartition(opening)
+            if is_unit(unit.strip()) or not unit.strip():
+                return head.strip()
+    return name
+
+
+def _by_own_name(name: str) -> SignalName | None:
+    wanted = _bare(name).lower().replace(" ", "_")
+    return next((signal for signal in SIGNALS if signal == wanted), None)
+
+
+def _find(table: ReadTable, wanted: str, signal: str, file: str) -> ReadColumn:
+    exact = [column for column in table.columns if column.name == wanted.strip()]
+    found = exact or [column for column in table.columns if _bare(column.name) == wanted.strip()]
+    if len(found) == 1:
+        return found[0]
+    names = [column.name for column in table.columns]
+    if len(found) > 1:
+        raise ReaderError(f"{file}: found {len(found)} columns that could be {wanted!r} for {signal}; expected one; "
+                          f"write the name with its unit: {', '.join(repr(column.name) for column in found)}")
+    raise ReaderError(f"{file}: found no column {wanted!r} for {signal}; expected it in the header; "
+                      f"{did_you_mean(wanted, names)}")
+
+
+def _signal(column: ReadColumn, name: SignalName, source: ColumnSource | None, file: str) -> Column:
+    if column.first_bad is not None:
+        line, text = column.first_bad
+        raise ReaderError(f"{file}, line {line}, column {column.name!r}: found {text!r}; expected a number for {name}; "
+                          "mend that line, or map another column")
+    unit = (source.unit if source else None) or column.unit
+    signal = SIGNALS[name]
+    if unit is None and signal.unit != "1":
+        raise ReaderError(f"{file}, column {column.name!r}: found no unit; expected one for {name}; add it in run.toml: "
+                          f"{name} = {{ column = {column.name!r}, unit = … }}")
+    try:
+        return np.asarray(to_si(np.asarray(column.values, dtype=float), unit or "1", signal.kind), dtype=float)
+    except UnitError as error:
+        raise ReaderError(f"{file}, column {column.name!r} for {name}: {error}") from None
+
+
+def _complete(
+    columns: dict[SignalName, Column], origins: dict[SignalName, Origin], manifest: RunManifest, where: Path
+) -> None:
+    _complete_motion(columns, origins, manifest, where)
+    if "friction_coefficient" in columns or "friction_force" not in columns:
+        return
+    measured = "normal_force" in columns
+    force = columns["normal_force"] if measured else np.asarray(manifest.conditions.normal_load.value)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mu = columns["friction_force"] / force
+    columns["friction_coefficient"] = np.where(np.isfinite(mu), mu, np.nan)
+    origins["friction_coefficient"] = "derived from measured load" if measured else "derived from nominal load"
+
+
+def _complete_motion(
+    columns: dict[SignalName, Column], origins: dict[SignalName, Origin], manifest: RunManifest, where: Path
+) -> None:
+    """Derive time or sliding distance from the other one and the speed, measured or nominal."""
+    have_time, have_distance = "time" in columns, "sliding_distance" in columns
+    if have_time and have_distance:
+        return
+    if not have_time and not have_distance:
+        raise ReaderError(f"{where}: found neither time nor sliding_distance among the signals; expected at least one; "
+                          "map one under [signals.columns]")
+    speed = columns.get("sliding_speed")
+    origin: Origin = "derived from measured speed" if speed is not None else "derived from nominal speed"
+    if speed is None:
+        nominal = manifest.conditions.sliding_speed
+        if nominal is None:
+            lacking = "sliding distance" if have_time else "time"
+            raise ReaderError(f"{where}: conditions.sliding_speed: missing; expected one, since the files hold no "
+                              f"{lacking}; add sliding_speed = \"400 mm/s\" or the like")
+        known = columns["time" if have_time else "sliding_distance"]
+        speed = np.full_like(known, nominal.value)
+    if have_time:
+        columns["sliding_distance"] = _integrate(speed, columns["time"])
+        origins["sliding_distance"] = origin
+    else:
+        with np.errstate(divide="ignore"):
+            columns["time"] = _integrate(1 / speed, columns["sliding_distance"])
+        origins["time"] = origin
+
+
+def _integrate(rate: Column, over: Column) -> Column:
+    """Integrate by trapezoids from 0, at the first sample's rate until the first sample."""
+    inner = np.diff(over) * (rate[1:] + rate[:-1]) / 2
+    return np.concatenate([[over[0] * rate[0]], over[0] * rate[0] + np.cumsum(inner)])

@@ -1,0 +1,320 @@
+"""The whole line as plain calls: each step reads what it stands on from the archive and appends its result.
+
+A step is skipped where its version, its options and all that it stands on are unchanged; ``force`` redoes it.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from tribopipe import __version__
+from tribopipe.archive.digest import digest
+from tribopipe.archive.steps import PREDICTIONS, STEPS, WEAR_FITS, Step, StepName
+from tribopipe.archive.store import Archive
+from tribopipe.checks.registry import check_run, refuse_errors
+from tribopipe.drift import correct_drift
+from tribopipe.errors import ManifestError, TribopipeError
+from tribopipe.friction import fit_friction
+from tribopipe.ingest.harmonise import read_run
+from tribopipe.records.base import Record
+from tribopipe.records.finding import Finding
+from tribopipe.records.manifest import MANIFEST_NAME, RunManifest, manifest_path
+from tribopipe.records.recipe import LawName, Recipe
+from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
+from tribopipe.run import Column, CorrectedRun, RawRun
+from tribopipe.wear.friction_path import fitted_path, run_path
+from tribopipe.wear.identify import fit_wear
+from tribopipe.wear.predict import WearScenario, predict_wear
+
+Status = Literal["done", "unchanged", "failed"]
+Curves = Mapping[str, tuple[Column, str]]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one step of one run."""
+
+    run_id: str
+    stage: Literal["ingest", "drift_correction", "friction_fit", "wear_fit", "prediction"]
+    status: Status
+    result: Record | None = None
+    findings: tuple[Finding, ...] = ()
+    error: TribopipeError | None = None
+
+
+class _Advance(NamedTuple):
+    """A step to be taken: what it is told, what it stands on besides, and how it is done."""
+
+    name: StepName
+    options: Mapping[str, Any]
+    inputs: Sequence[str]
+    compute: Callable[[], tuple[Record, Curves]]
+
+
+def find_runs(path: Path) -> list[Path]:
+    """Return the run folders at or below a path. Raises ``ManifestError`` where there is none."""
+    if manifest_path(path).is_file() or not path.is_dir():
+        return [path]
+    found = sorted(manifest.parent for manifest in path.rglob(MANIFEST_NAME))
+    if not found:
+        raise ManifestError(
+            f"{path}: found no {MANIFEST_NAME} in it or below; expected a run folder; write one beside the "
+            "instrument's files"
+        )
+    return found
+
+
+def ingest(path: Path, archive: Archive, *, force: bool = False) -> Outcome:
+    """Read, check and archive one run folder.
+
+    Raises ``TribopipeError`` where the run cannot be read, has errors, or its id is taken by other content.
+    """
+    run = read_run(path)
+    findings = check_run(run)
+    refuse_errors(run, findings)
+    status = archive.add(run, [finding.model_dump() for finding in findings], force=force)
+    return Outcome(run.id, "ingest", "unchanged" if status == "unchanged" else "done", findings=tuple(findings))
+
+
+def correct_archived_drift(archive: Archive, run_id: str, recipe: Recipe, *, force: bool = False) -> Outcome:
+    """Correct the drift of an archived run, and archive the corrected curve."""
+
+    def compute() -> tuple[Record, Curves]:
+        corrected = correct_drift(archive.raw(run_id), recipe)
+        if corrected.wear_depth is None or corrected.pin_wear_depth is None:
+            return corrected.correction, {}
+        return corrected.correction, {
+            "wear_depth": (corrected.wear_depth, "m"),
+            "pin_wear_depth": (corrected.pin_wear_depth, "m"),
+        }
+
+    options = {"drift": _told(recipe.drift), "uncertainty": _told(recipe.uncertainty)}
+    step = _Advance("drift_correction", options, [archive.raw_sha256(run_id)], compute)
+    return _advance(archive, run_id, step, "drift_correction", force=force)
+
+
+def fit_archived_friction(archive: Archive, run_id: str, recipe: Recipe, *, force: bool = False) -> Outcome:
+    """Fit the friction of an archived run, and archive the fitted curve."""
+
+    def compute() -> tuple[Record, Curves]:
+        run = archive.raw(run_id)
+        fit = fit_friction(run, recipe.friction)
+        path = fitted_path(fit)
+        return fit, {} if path is None else {"friction_coefficient": (path.coefficient(run.sliding_distance), "1")}
+
+    step = _Advance("friction_fit", {"friction": _told(recipe.friction)}, [archive.raw_sha256(run_id)], compute)
+    return _advance(archive, run_id, step, "friction_fit", force=force)
+
+
+def fit_archived_wear(archive: Archive, run_id: str, law: LawName, recipe: Recipe, *, force: bool = False) -> Outcome:
+    """Identify k_D of an archived run under a wear law; steps it stands on are done first where they are not."""
+    correct_archived_drift(archive, run_id, recipe)
+    fit_archived_friction(archive, run_id, recipe)
+
+    def compute() -> tuple[Record, Curves]:
+        corrected, friction = archived_correction(archive, run_id), archived_friction(archive, run_id)
+        fit = fit_wear(corrected, law, friction, recipe)
+        return fit, _fit_curves(corrected.raw, fit, friction, recipe)
+
+    name = WEAR_FITS[law]
+    inputs = [archive.raw_sha256(run_id), *(_result_sha256(archive, run_id, base) for base in STEPS[name].stands_on)]
+    options = {
+        "wear": {"friction": recipe.wear.friction},
+        "drift": _told(recipe.drift),
+        "uncertainty": _told(recipe.uncertainty),
+    }
+    return _advance(archive, run_id, _Advance(name, options, inputs, compute), "wear_fit", force=force)
+
+
+def _fit_curves(run: RawRun, fit: WearFit, friction: FrictionFit | None, recipe: Recipe) -> Curves:
+    """Return the fitted law along the run with its 95 % band, m."""
+    if fit.wear_coefficient is None or fit.interval is None:
+        return {}
+    path = run_path(run, friction, recipe.wear.friction)
+    best = WearScenario(
+        run.manifest.contact, run.manifest.conditions.normal_load, fit.wear_coefficient, fit.model, path, recipe
+    )
+    values = {name: given.quantity.value for name, given in best.inputs.items()}
+    curves = {
+        "wear_depth": fit.wear_coefficient.value,
+        "wear_depth_lower": fit.interval[0],
+        "wear_depth_upper": fit.interval[1],
+    }
+    return {
+        name: (best.worn(run.sliding_distance, {**values, "wear_coefficient": k}).depth, "m")
+        for name, k in curves.items()
+    }
+
+
+def predict_archived(
+    archive: Archive, run_id: str, reference: str, law: LawName, recipe: Recipe, *, force: bool = False
+) -> Outcome:
+    """Predict a run's wear from the k_D of another run, over the run's own distance, and archive the prediction."""
+    fit = archived_fit(archive, reference, law)
+    name = PREDICTIONS[law]
+
+    def compute() -> tuple[Record, Curves]:
+        return _predict_run(archive, run_id, reference, fit, recipe)
+
+    inputs = [
+        archive.raw_sha256(run_id),
+        digest(fit),
+        *(_result_sha256(archive, run_id, base) for base in STEPS[name].stands_on),
+    ]
+    options = {
+        "reference": reference,
+        "wear": {"friction": recipe.wear.friction},
+        "uncertainty": _told(recipe.uncertainty),
+    }
+    return _advance(archive, run_id, _Advance(name, options, inputs, compute), "prediction", force=force)
+
+
+def _predict_run(
+    archive: Archive, run_id: str, reference: str, fit: WearFit, recipe: Recipe
+) -> tuple[WearPrediction, Curves]:
+    run = archive.raw(run_id)
+    if fit.wear_coefficient is None:
+        raise TribopipeError(
+            f"{reference}: found no wear coefficient to predict from; it lacks {' and '.join(fit.lacks)}"
+        )
+    path = run_path(run, archived_friction(archive, run_id), recipe.wear.friction)
+    conditions = run.manifest.conditions
+    scenario = WearScenario(run.manifest.contact, conditions.normal_load, fit.wear_coefficient, fit.model, path, recipe)
+    end = float(np.nanmax(run.sliding_distance))
+    result = predict_wear(scenario, [end], reference=reference)
+    depth = scenario.worn(run.sliding_distance).depth
+    half_width = 1.96 * scenario.depth_uncertainty(run.sliding_distance)
+    return result, {
+        "wear_depth": (depth, "m"),
+        "wear_depth_lower": (np.maximum(depth - half_width, 0.0), "m"),
+        "wear_depth_upper": (depth + half_width, "m"),
+    }
+
+
+def process(
+    paths: Sequence[Path], archive: Archive, recipe: Recipe | None = None, *, force: bool = False
+) -> Iterator[Outcome]:
+    """Take run folders through the whole line; yield what became of each step as it is done.
+
+    Runs of the same bodies in the same medium are predicted from the one under the lightest load, as the paper does. A
+    run that fails does not stop the others.
+    """
+    recipe = recipe or Recipe()
+    done: list[str] = []
+    for path in paths:
+        for outcome in _process_one(path, archive, recipe, force=force):
+            yield outcome
+            if outcome.stage == "ingest" and outcome.status != "failed":
+                done.append(outcome.run_id)
+    for run_id in done:
+        for law in recipe.wear.models:
+            yield from predict_from_lightest(archive, run_id, law, recipe, force=force)
+
+
+def _process_one(path: Path, archive: Archive, recipe: Recipe, *, force: bool) -> Iterator[Outcome]:
+    try:
+        ingested = ingest(path, archive, force=force)
+    except TribopipeError as error:
+        yield Outcome(path.name, "ingest", "failed", error=error)
+        return
+    yield ingested
+    run_id = ingested.run_id
+    try:
+        yield correct_archived_drift(archive, run_id, recipe, force=force)
+        yield fit_archived_friction(archive, run_id, recipe, force=force)
+        for law in recipe.wear.models:
+            yield fit_archived_wear(archive, run_id, law, recipe, force=force)
+    except TribopipeError as error:
+        yield Outcome(run_id, "wear_fit", "failed", error=error)
+
+
+def predict_from_lightest(
+    archive: Archive, run_id: str, law: LawName, recipe: Recipe, *, force: bool = False
+) -> Iterator[Outcome]:
+    """Predict a run from the comparable run under the lightest load; nothing where that is the run itself."""
+    reference = lightest_comparable(archive, run_id, law)
+    if reference is None or reference == run_id:
+        return
+    try:
+        yield predict_archived(archive, run_id, reference, law, recipe, force=force)
+    except TribopipeError as error:
+        yield Outcome(run_id, "prediction", "failed", error=error)
+
+
+def lightest_comparable(archive: Archive, run_id: str, law: LawName) -> str | None:
+    """Return the run of the same bodies and medium with a k_D under the lightest load; none where there is none."""
+    bodies = _bodies(archive.manifest(run_id))
+    candidates = []
+    for other in archive.ids():
+        manifest = archive.manifest(other)
+        step = archive.step(other, WEAR_FITS[law])
+        fitted = step is not None and isinstance(step.result, WearFit) and step.result.outcome == "fitted"
+        if fitted and _bodies(manifest) == bodies:
+            candidates.append((manifest.conditions.normal_load.value, other))
+    return min(candidates)[1] if candidates else None
+
+
+def _bodies(manifest: RunManifest) -> tuple[object, ...]:
+    contact = manifest.contact
+    return (
+        contact.kind,
+        contact.pin.shape,
+        contact.pin.radius.value,
+        contact.pin.material,
+        contact.disc.material,
+        manifest.conditions.medium,
+    )
+
+
+def archived_correction(archive: Archive, run_id: str) -> CorrectedRun:
+    """Return the corrected run as the archive holds it."""
+    step = archive.needed_step(run_id, "drift_correction")
+    wear = step.curves["wear_depth"][0] if step.curves else None
+    if not isinstance(step.result, DriftCorrection):
+        raise TypeError("drift_correction holds another record")
+    return CorrectedRun(archive.raw(run_id), step.result, wear)
+
+
+def archived_friction(archive: Archive, run_id: str) -> FrictionFit | None:
+    """Return the friction fit as the archive holds it; none where it was not done."""
+    step = archive.step(run_id, "friction_fit")
+    return step.result if step is not None and isinstance(step.result, FrictionFit) else None
+
+
+def archived_fit(archive: Archive, run_id: str, law: LawName) -> WearFit:
+    """Return the wear fit as the archive holds it. Raises ``ArchiveError`` where it was not done."""
+    step = archive.needed_step(run_id, WEAR_FITS[law])
+    if not isinstance(step.result, WearFit):
+        raise TypeError(f"{step.name} holds another record")
+    return step.result
+
+
+def _told(record: Record) -> dict[str, Any]:
+    return record.model_dump(mode="json")
+
+
+def _result_sha256(archive: Archive, run_id: str, name: StepName) -> str:
+    step = archive.step(run_id, name)
+    return "" if step is None else step.result_sha256
+
+
+def _advance(
+    archive: Archive,
+    run_id: str,
+    step: _Advance,
+    stage: Literal["drift_correction", "friction_fit", "wear_fit", "prediction"],
+    *,
+    force: bool,
+) -> Outcome:
+    inputs = digest(__version__, step.name, step.options, *step.inputs)
+    there = archive.step(run_id, step.name)
+    if there is not None and there.inputs_sha256 == inputs and not force:
+        return Outcome(run_id, stage, "unchanged", there.result)
+    result, curves = step.compute()
+    date = datetime.now(UTC).isoformat(timespec="seconds")
+    archive.put_step(run_id, Step(step.name, result, inputs, step.options, __version__, date, curves))
+    return Outcome(run_id, stage, "done", result)

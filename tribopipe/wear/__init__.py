@@ -1,0 +1,1 @@
+"""Wear laws and the Global Incremental Wear Model."""

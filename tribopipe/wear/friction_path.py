@@ -1,0 +1,105 @@
+"""The friction coefficient along the sliding distance, as a wear law needs it."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tribopipe.records.recipe import FrictionSource
+from tribopipe.records.results import FrictionFit
+from tribopipe.run import Column, RawRun
+
+
+def junction_factor(coefficient: ArrayLike) -> Column:
+    """Return Sarkar's √(1 + 3μ²) (Eq. 2)."""
+    return np.asarray(np.sqrt(1 + 3 * np.square(coefficient)))
+
+
+class FrictionPath(Protocol):
+    """Friction coefficient along the sliding distance."""
+
+    def coefficient(self, distance: ArrayLike) -> Column:
+        """Return μ at sliding distances in m."""
+        ...
+
+    def sarkar_distance(self, distance: ArrayLike) -> Column:
+        """Return S(s) = ∫₀ˢ √(1 + 3μ²) ds', m."""
+        ...
+
+
+@dataclass(frozen=True)
+class ExponentialFriction:
+    """μ(s) = A·exp(−s/c) + b (Eq. 7). A and b are ratios, c in m; A = 0 is a constant μ."""
+
+    amplitude: float
+    steady_state: float
+    running_in_distance: float = 1.0
+
+    def coefficient(self, distance: ArrayLike) -> Column:
+        """Return μ at sliding distances in m."""
+        decay = np.exp(-np.asarray(distance, dtype=float) / self.running_in_distance)
+        return np.asarray(self.amplitude * decay + self.steady_state)
+
+    def sarkar_distance(self, distance: ArrayLike) -> Column:
+        """Return S(s) in closed form, m.
+
+        With r(μ) = √(1 + 3μ²) and q = r(b), substituting μ for s turns the integral into
+        S = q·s + c·[r + √3·b·asinh(√3 μ) − q·ln(1 + 3bμ + q·r)] between μ(s) and μ(0). Each difference is written with
+        μ(0) − μ(s) as a factor, so that short distances lose no digits.
+        """
+        s, c = np.asarray(distance, dtype=float), self.running_in_distance
+        start, now = self.amplitude + self.steady_state, self.coefficient(s)
+        drop = -self.amplitude * np.expm1(-s / c)
+        r_start, r_now, q = junction_factor(start), junction_factor(now), junction_factor(self.steady_state)
+        root_drop = 3 * (start + now) * drop / (r_start + r_now)
+        asinh_drop = np.arcsinh(
+            3 * (start + now) * drop / (np.sqrt(3) * (start * r_now + now * r_start) + (start + now == 0))
+        )
+        shift = (3 * self.steady_state * drop + q * root_drop) / (1 + 3 * self.steady_state * now + q * r_now)
+        bracket = root_drop + np.sqrt(3) * self.steady_state * asinh_drop - q * np.log1p(shift)
+        return np.asarray(q * s + c * bracket)
+
+
+@dataclass(frozen=True)
+class MeasuredFriction:
+    """μ as recorded: samples at increasing sliding distances (m), constant before the first and after the last."""
+
+    distance: Column
+    samples: Column
+
+    def coefficient(self, distance: ArrayLike) -> Column:
+        """Return μ at sliding distances in m."""
+        return np.asarray(np.interp(np.asarray(distance, dtype=float), self.distance, self.samples))
+
+    def sarkar_distance(self, distance: ArrayLike) -> Column:
+        """Return S(s) by the trapezoidal rule over the samples, m."""
+        factor = junction_factor(self.samples)
+        inner = np.diff(self.distance) * (factor[1:] + factor[:-1]) / 2
+        at_samples = self.distance[0] * factor[0] + np.concatenate([[0.0], np.cumsum(inner)])
+        s = np.asarray(distance, dtype=float)
+        inside = np.interp(s, np.concatenate([[0.0], self.distance]), np.concatenate([[0.0], at_samples]))
+        return np.asarray(inside + np.maximum(s - self.distance[-1], 0) * factor[-1])
+
+
+def fitted_path(fit: FrictionFit | None) -> FrictionPath | None:
+    """Return μ(s) as fitted: Eq. 7, or the steady value where that is all there is; none without friction."""
+    if fit is None or fit.steady_state is None:
+        return None
+    if fit.amplitude is None or fit.running_in_distance is None:
+        return ExponentialFriction(0.0, fit.steady_state.value)
+    return ExponentialFriction(fit.amplitude.value, fit.steady_state.value, fit.running_in_distance.value)
+
+
+def measured_path(run: RawRun) -> FrictionPath | None:
+    """Return μ(s) as recorded, missing samples left out; none without friction."""
+    mu = run.columns.get("friction_coefficient")
+    if mu is None or not np.any(np.isfinite(mu)):
+        return None
+    seen = np.isfinite(mu)
+    return MeasuredFriction(run.sliding_distance[seen], mu[seen])
+
+
+def run_path(run: RawRun, fit: FrictionFit | None, source: FrictionSource) -> FrictionPath | None:
+    """Return μ(s) of a run from where the recipe wants it."""
+    return measured_path(run) if source == "measured" else fitted_path(fit)

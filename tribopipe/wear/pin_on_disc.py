@@ -1,0 +1,242 @@
+"""Global Incremental Wear Model for a pin on a disc (paper, Section 2): exact and as published.
+
+All wear laws read dh/ds = k_D·p·f with p = F_N/(πa²), so depth depends on load, coefficient and distance only through
+the worn volume v = k_D·F_N·S, where S is the law's effective distance. Each pin shape is therefore one monotone
+master curve h(v), in closed form one way and inverted by Newton's method the other.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tribopipe.errors import ContactError
+from tribopipe.geometry import cap_radius
+from tribopipe.run import Column
+from tribopipe.units import show
+from tribopipe.wear.contact import elastic_approach, hertz_radius
+
+_MOST_ITERATIONS = 60
+_CONVERGED = 1e-9
+"""Relative Newton step after which the next one, by quadratic convergence, is below the last digit."""
+
+
+@dataclass(frozen=True)
+class WornState:
+    """Wear depth and contact radius of the pin, m."""
+
+    depth: Column
+    radius: Column
+
+
+class PinContact(Protocol):
+    """A pin of some shape under load: depth against worn volume, both ways."""
+
+    @property
+    def most_volume(self) -> Column:
+        """Volume, m³, at which the shape is worn away and the model ends."""
+        ...
+
+    def worn(self, volume: ArrayLike) -> WornState:
+        """Return depth and contact radius after wearing off a volume, m³."""
+        ...
+
+    def volume(self, depth: ArrayLike) -> Column:
+        """Return the volume, m³, worn off at a depth, m."""
+        ...
+
+    def published_depth(self, volume_steps: ArrayLike) -> Column:
+        """Return the depths that the paper's explicit Euler steps reach, m; the first is 0."""
+        ...
+
+
+@dataclass(frozen=True)
+class FlatPin:
+    """A pin of constant contact area: h = v/(πa²)."""
+
+    radius: ArrayLike
+    """Radius a of the flat end, m."""
+
+    @property
+    def most_volume(self) -> Column:
+        """No bound: the shape stays as it is."""
+        return np.asarray(np.inf)
+
+    def worn(self, volume: ArrayLike) -> WornState:
+        """Return depth and contact radius after wearing off a volume, m³."""
+        radius = np.asarray(self.radius, dtype=float)
+        depth = np.asarray(volume, dtype=float) / (np.pi * radius**2)
+        return WornState(depth=depth, radius=np.broadcast_to(radius, depth.shape))
+
+    def volume(self, depth: ArrayLike) -> Column:
+        """Return the volume, m³, worn off at a depth, m."""
+        return np.asarray(np.asarray(depth, dtype=float) * np.pi * np.square(self.radius))
+
+    def published_depth(self, volume_steps: ArrayLike) -> Column:
+        """Return the depths of explicit Euler steps, which are exact at constant area."""
+        return self.worn(np.concatenate([[0.0], np.cumsum(volume_steps)])).depth
+
+
+@dataclass(frozen=True)
+class SphericalPin:
+    """A sphere worn flat against the disc.
+
+    The contact radius a follows from the sum of wear and elastic approach, cap(a) = h + F_N/(2 E_c a) with
+    cap(a) = R − √(R² − a²) (Fig. 2b, Eq. 5). In the limit Δs → 0 of Eq. 6, dv = πa²·dh integrates to
+
+        v = V_cap(a) − V_cap(a*) + (π F_N / 2 E_c)·(a − a*),
+
+    where V_cap(a) is the cap's volume and a* the radius without wear, cap(a*) = F_N/(2 E_c a*). The unknown solved
+    for is the growth d = cap(a) − cap(a*), in which nothing cancels however small the wear.
+
+    Arguments in SI; arrays broadcast against each other and against what the methods are given. Raises
+    ``ContactError`` where the elastic contact alone is as large as the tip.
+    """
+
+    normal_load: ArrayLike
+    radius: ArrayLike
+    modulus: ArrayLike
+
+    def __post_init__(self) -> None:
+        load, radius, modulus = self._inputs
+        if np.any(load / (2 * modulus) >= radius**2):
+            raise ContactError(
+                f"contact: found a load of {show(np.max(load), None, 'N')} on a tip of radius "
+                f"{show(np.min(radius), None, 'm', 'mm')}, whose elastic contact is as large as the tip; expected a "
+                "contact much smaller than the tip; check load, radius and moduli"
+            )
+
+    @cached_property
+    def _inputs(self) -> tuple[Column, Column, Column]:
+        load, radius, modulus = (np.asarray(x, dtype=float) for x in (self.normal_load, self.radius, self.modulus))
+        return load, radius, modulus
+
+    @cached_property
+    def _start_height(self) -> Column:
+        """Cap height without wear, c* with c³(2R − c) = (F_N/2E_c)², by Newton on its logarithm."""
+        load, radius, modulus = self._inputs
+        target = (load / (2 * modulus * radius**2)) ** 2
+        c = np.cbrt(target / 2)
+        for _ in range(_MOST_ITERATIONS):
+            excess = np.log(c**3 * (2 - c) / target)
+            step = excess / (3 - c / (2 - c))
+            c = c * np.exp(-step)
+            if np.all(np.abs(step) <= _CONVERGED):
+                break
+        return np.asarray(c * radius)
+
+    @cached_property
+    def _start_radius(self) -> Column:
+        return cap_radius(height=self._start_height, sphere_radius=self.radius)
+
+    @property
+    def most_volume(self) -> Column:
+        """Volume, m³, at which the contact reaches the full radius of the sphere."""
+        _, radius, _ = self._inputs
+        return self._volume_of_growth(radius - self._start_height)
+
+    def worn(self, volume: ArrayLike) -> WornState:
+        """Return depth and contact radius after wearing off a volume, m³.
+
+        Raises ``ContactError`` where more than half a sphere would be gone.
+        """
+        v = np.asarray(volume, dtype=float)
+        if np.any(v > self.most_volume):
+            raise ContactError(
+                f"contact: found a worn volume of {show(np.max(v), None, 'm^3', 'mm^3')}, more than the tip holds "
+                f"({show(np.min(self.most_volume), None, 'm^3', 'mm^3')}); expected wear within the tip; check the wear "
+                "coefficient, load and distance"
+            )
+        growth = self._growth_of_volume(v)
+        return WornState(depth=self._depth_of_growth(growth), radius=self._radius_of_growth(growth))
+
+    def volume(self, depth: ArrayLike) -> Column:
+        """Return the volume, m³, worn off at a depth, m."""
+        return self._volume_of_growth(self._growth_of_depth(np.asarray(depth, dtype=float)))
+
+    def _radius_of_growth(self, growth: Column) -> Column:
+        return cap_radius(height=self._start_height + growth, sphere_radius=self.radius)
+
+    def _relative_radius_growth(self, growth: Column) -> Column:
+        """Return a/a* − 1."""
+        _, radius, _ = self._inputs
+        y = growth * (2 * radius - 2 * self._start_height - growth) / self._start_radius**2
+        return np.asarray(y / (1 + np.sqrt(1 + y)))
+
+    def _depth_of_growth(self, growth: Column) -> Column:
+        """Return h = d + (elastic approach at a*) − (elastic approach at a)."""
+        grown = self._relative_radius_growth(growth)
+        return growth + self._start_height * grown / (1 + grown)
+
+    def _volume_of_growth(self, growth: Column) -> Column:
+        load, radius, modulus = self._inputs
+        c = self._start_height
+        cap = np.pi * growth * (radius * (2 * c + growth) - (c**2 + c * growth + growth**2 / 3))
+        grown = self._relative_radius_growth(growth)
+        return np.asarray(cap + np.pi * load / (2 * modulus) * self._start_radius * grown)
+
+    def _depth_slope(self, growth: Column) -> Column:
+        """Return dh/dd = 1 + F_N/(2 E_c a²)·da/dd with da/dd = (R − c)/a."""
+        load, radius, modulus = self._inputs
+        c = self._start_height + growth
+        a_squared = c * (2 * radius - c)
+        return np.asarray(1 + load / (2 * modulus) * (radius - c) / (a_squared * np.sqrt(a_squared)))
+
+    def _growth_of_volume(self, volume: Column) -> Column:
+        """Invert v(d) by Newton on ln v against ln d, whose slope stays between 1 and 2."""
+        _, radius, _ = self._inputs
+        slope = np.pi * self._start_radius**2 * self._depth_slope(np.asarray(0.0))
+        positive = volume > 0
+        target = np.where(positive, volume, 1.0)
+        growth = 2 * target / (slope + np.sqrt(slope**2 + 4 * np.pi * radius * target))
+        most = radius - self._start_height
+        growth = np.minimum(growth, most)
+        for _ in range(_MOST_ITERATIONS):
+            reached = self._volume_of_growth(growth)
+            rate = np.pi * self._radius_of_growth(growth) ** 2 * self._depth_slope(growth)
+            step = np.log1p((reached - target) / target) * reached / (rate * growth)
+            growth = np.minimum(growth * np.exp(-step), most)
+            if np.all(np.abs(step) <= _CONVERGED):
+                break
+        return np.asarray(np.where(positive, growth, 0.0))
+
+    def _growth_of_depth(self, depth: Column) -> Column:
+        """Invert h(d), which is concave, by Newton from below."""
+        _, radius, _ = self._inputs
+        growth = np.asarray(depth / self._depth_slope(np.asarray(0.0)))
+        most = radius - self._start_height
+        if np.any(depth < 0) or np.any(depth > self._depth_of_growth(most)):
+            raise ContactError(
+                f"contact: found a wear depth of {show(np.max(np.abs(depth)), None, 'm', 'um')}; expected one between 0 "
+                f"and the tip's radius of {show(np.min(radius), None, 'm', 'um')}; check the depth and its unit"
+            )
+        for _ in range(_MOST_ITERATIONS):
+            step = (depth - self._depth_of_growth(growth)) / self._depth_slope(growth)
+            growth = np.minimum(growth + step, most)
+            if np.all(np.abs(step) <= _CONVERGED * growth):
+                break
+        return np.asarray(growth)
+
+    def published_depth(self, volume_steps: ArrayLike) -> Column:
+        """Return the depths of the paper's flow chart (Fig. 2, Eq. 4–6), m, one more than there are steps.
+
+        Each step wears Δh = Δv/(πa²) with Δv = k_D·F_N·f·Δs and then widens the contact to a = √(2R·h_t − h_t²), where
+        the total displacement h_t takes the elastic part of the step before. Starts from Hertz's a₀ (Eq. 4).
+        """
+        load, radius, modulus = (float(x) for x in self._inputs)
+        a = float(hertz_radius(normal_load=load, pin_radius=radius, modulus=modulus))
+        elastic = float(elastic_approach(normal_load=load, modulus=modulus, contact_radius=a))
+        depths = [0.0]
+        for volume in np.asarray(volume_steps, dtype=float).tolist():
+            depths.append(depths[-1] + volume / (np.pi * a * a))
+            total = depths[-1] + elastic
+            if total >= radius:
+                raise ContactError(
+                    "published scheme: found a step that wears the pin past its radius; expected small "
+                    "steps; take more of them with --steps, or use the exact scheme"
+                )
+            a = (2 * radius * total - total * total) ** 0.5
+            elastic = load / (2 * modulus * a)
+        return np.array(depths)

@@ -1,0 +1,167 @@
+"""Wear depth at other loads, distances and geometries from a known k_D, and the distance to a given depth."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from tribopipe.errors import FitError
+from tribopipe.records.manifest import PinOnDisc
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.recipe import LawName, Recipe
+from tribopipe.records.results import PredictedPoint, WearPrediction
+from tribopipe.run import Column
+from tribopipe.wear.friction_path import FrictionPath
+from tribopipe.wear.identify import Input, Values, contact_inputs, pin_contact
+from tribopipe.wear.laws import LAWS
+from tribopipe.wear.pin_on_disc import WornState
+
+DEFAULT_STEPS = 50_000
+_NOTABLE_STEP_ERROR = 1e-3
+
+
+@dataclass(frozen=True)
+class WearScenario:
+    """What wear is predicted for: contact, load, law and k_D (m²/N).
+
+    The uncertainties of k_D, load, tip radius and moduli are taken as independent of each other.
+    """
+
+    contact: PinOnDisc
+    normal_load: Quantity
+    wear_coefficient: Quantity
+    model: LawName = "archard"
+    friction: FrictionPath | None = None
+    recipe: Recipe = field(default_factory=Recipe)
+
+    @property
+    def inputs(self) -> dict[str, Input]:
+        """Everything uncertain that the depth depends on, k_D among it."""
+        given = contact_inputs(self.contact, self.normal_load, self.recipe)
+        return given | {"wear_coefficient": Input(self.wear_coefficient, "fit")}
+
+    def volume(self, distance: Column, values: Values) -> Column:
+        """Return the worn volume v = k_D·F_N·S(s), m³."""
+        effective = LAWS[self.model].effective_distance(distance, self.friction)
+        return values["wear_coefficient"] * values["normal_load"] * effective
+
+    def worn(self, distance: Column, values: Values | None = None) -> WornState:
+        """Return depth and contact radius at sliding distances in m. Raises ``ContactError`` past the tip."""
+        values = values or {name: given.quantity.value for name, given in self.inputs.items()}
+        return pin_contact(self.contact, values).worn(self.volume(distance, values))
+
+    def depth_uncertainty(self, distance: Column) -> Column:
+        """Return the standard uncertainty of the depth, m, to first order (JCGM 100:2008, 5.1.2)."""
+        best = {name: given.quantity.value for name, given in self.inputs.items()}
+        variance = np.zeros_like(distance)
+        for name, given in self.inputs.items():
+            if given.spread:
+                # A relative step small enough to stay linear however wide the uncertainty is.
+                step = 1e-4 * best[name]
+                high = self.worn(distance, {**best, name: best[name] + step}).depth
+                low = self.worn(distance, {**best, name: best[name] - step}).depth
+                variance += ((high - low) / (2 * step) * given.spread) ** 2
+        return np.asarray(np.sqrt(variance))
+
+    def distance_at(self, depth: float) -> float:
+        """Return the sliding distance, m, at which the pin has worn to a depth, m.
+
+        S(s) is inverted by bracketing: s lies between S/f_max and S/f_min. Raises ``ContactError`` past the tip.
+        """
+        from scipy.optimize import brentq
+
+        values = {name: given.quantity.value for name, given in self.inputs.items()}
+        volume = float(pin_contact(self.contact, values).volume(depth))
+        wanted = volume / (values["wear_coefficient"] * values["normal_load"])
+        law = LAWS[self.model]
+        if wanted == 0 or not law.needs_friction:
+            return wanted
+
+        def excess(distance: float) -> float:
+            return float(law.effective_distance(np.asarray(distance), self.friction)) - wanted
+
+        # Sarkar's factor is at least 1, so the distance is at most the effective one.
+        return float(brentq(excess, 0.0, wanted, xtol=1e-12 * wanted, rtol=1e-13))
+
+
+def published_curve(scenario: WearScenario, distance: float, steps: int) -> tuple[Column, Column]:
+    """Return sliding distances and depths, m, by the paper's explicit Euler scheme in equal steps (Fig. 2)."""
+    if steps < 1:
+        raise FitError(f"published scheme: found {steps} steps; expected at least 1; give --steps a positive number")
+    values = {name: given.quantity.value for name, given in scenario.inputs.items()}
+    grid = np.linspace(0.0, distance, steps + 1)
+    factor = LAWS[scenario.model].rate_factor(grid[:-1], scenario.friction)
+    volumes = values["wear_coefficient"] * values["normal_load"] * factor * np.diff(grid)
+    return grid, pin_contact(scenario.contact, values).published_depth(volumes)
+
+
+def predict_wear(
+    scenario: WearScenario,
+    at: Sequence[float],
+    *,
+    scheme: Literal["exact", "published"] = "exact",
+    steps: int = DEFAULT_STEPS,
+    reference: str | None = None,
+) -> WearPrediction:
+    """Predict wear depth, contact radius and pressure at sliding distances ``at``, m.
+
+    ``scheme="published"`` takes ``steps`` equal Euler steps to the largest distance, and the result says how far off
+    they are. Raises ``ContactError`` where the wear would exceed the tip.
+    """
+    distance = np.asarray(at, dtype=float)
+    if distance.size == 0 or not np.all(np.isfinite(distance)) or np.any(distance < 0):
+        raise FitError(
+            f"prediction: found the distances {list(at)}; expected at least one, none below zero; check --at"
+        )
+    state = scenario.worn(distance)
+    depth, notes, error = state.depth, _default_notes(scenario), None
+    if scheme == "published":
+        grid, curve = published_curve(scenario, float(distance.max()), steps)
+        depth = np.interp(distance, grid, curve)
+        farthest = int(distance.argmax())
+        error = float(depth[farthest] / state.depth[farthest] - 1) if state.depth[farthest] else 0.0
+        notes += _step_notes(error, steps, float(distance.max()))
+    spread = scenario.depth_uncertainty(distance)
+    return WearPrediction(
+        model=scenario.model,
+        scheme=scheme,
+        wear_coefficient=scenario.wear_coefficient,
+        reference=reference,
+        normal_load=scenario.normal_load,
+        pin_radius=scenario.contact.pin.radius,
+        steps=steps if scheme == "published" else None,
+        step_error=error,
+        notes=notes,
+        prediction=tuple(_point(scenario, *row) for row in zip(distance, depth, spread, state.radius, strict=True)),
+    )
+
+
+def _point(scenario: WearScenario, distance: float, depth: float, spread: float, radius: float) -> PredictedPoint:
+    pressure = scenario.normal_load.value / (math.pi * radius**2)
+    return PredictedPoint(
+        sliding_distance=Quantity(value=float(distance), unit="m"),
+        wear_depth=Quantity(value=float(depth), unit="m", standard_uncertainty=float(spread)),
+        contact_radius=Quantity(value=float(radius), unit="m"),
+        pressure=Quantity(value=pressure, unit="Pa"),
+    )
+
+
+def _step_notes(error: float, steps: int, distance: float) -> tuple[str, ...]:
+    if abs(error) < _NOTABLE_STEP_ERROR:
+        return ()
+    side = "too deep" if error > 0 else "too shallow"
+    return (
+        f"{steps} Euler steps of {distance / steps:.3g} m end {abs(error):.2%} {side}; the exact scheme has no such "
+        "error",
+    )
+
+
+def _default_notes(scenario: WearScenario) -> tuple[str, ...]:
+    named = [
+        f"{name.replace('_', ' ')} {given.quantity}"
+        for name, given in scenario.inputs.items()
+        if given.source == "default"
+    ]
+    return (f"default uncertainty used for {', '.join(named)}",) if named else ()
