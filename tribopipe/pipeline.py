@@ -45,6 +45,16 @@ class Outcome:
     findings: tuple[Finding, ...] = ()
     error: TribopipeError | None = None
 
+    def as_json(self) -> dict[str, Any]:
+        """Return the outcome as JSON types, without its result."""
+        return {
+            "id": self.run_id,
+            "stage": self.stage,
+            "status": self.status,
+            "findings": [_told(finding) for finding in self.findings],
+            "error": None if self.error is None else str(self.error),
+        }
+
 
 class _Advance(NamedTuple):
     """A step to be taken: what it is told, what it stands on besides, and how it is done."""
@@ -76,7 +86,7 @@ def ingest(path: Path, archive: Archive, *, force: bool = False) -> Outcome:
     run = read_run(path)
     findings = check_run(run)
     refuse_errors(run, findings)
-    status = archive.add(run, [finding.model_dump() for finding in findings], force=force)
+    status = archive.add(run, findings, force=force)
     return Outcome(run.id, "ingest", "unchanged" if status == "unchanged" else "done", findings=tuple(findings))
 
 
@@ -138,14 +148,13 @@ def _fit_curves(run: RawRun, fit: WearFit, friction: FrictionFit | None, recipe:
     best = WearScenario(
         run.manifest.contact, run.manifest.conditions.normal_load, fit.wear_coefficient, fit.model, path, recipe
     )
-    values = {name: given.quantity.value for name, given in best.inputs.items()}
     curves = {
         "wear_depth": fit.wear_coefficient.value,
         "wear_depth_lower": fit.interval[0],
         "wear_depth_upper": fit.interval[1],
     }
     return {
-        name: (best.worn(run.sliding_distance, {**values, "wear_coefficient": k}).depth, "m")
+        name: (best.worn(run.sliding_distance, {**best.values, "wear_coefficient": k}).depth, "m")
         for name, k in curves.items()
     }
 
@@ -183,7 +192,15 @@ def _predict_run(
         )
     path = run_path(run, archived_friction(archive, run_id), recipe.wear.friction)
     conditions = run.manifest.conditions
-    scenario = WearScenario(run.manifest.contact, conditions.normal_load, fit.wear_coefficient, fit.model, path, recipe)
+    scenario = WearScenario(
+        run.manifest.contact,
+        conditions.normal_load,
+        fit.wear_coefficient,
+        fit.model,
+        path,
+        recipe,
+        conditions.sliding_speed,
+    )
     end = float(np.nanmax(run.sliding_distance))
     result = predict_wear(scenario, [end], reference=reference)
     depth = scenario.worn(run.sliding_distance).depth

@@ -1,8 +1,8 @@
 """A virtual tribometer: run folders with a known truth, from the exact wear model and an instrument's imperfections.
 
 Depth is pin wear (the closed form) plus disc wear, offset, linear drift and correlated noise, digitised. Disc wear
-grows as the integral of 1/a over distance, which is Archard's law for a point of the track that passes under a contact of
-radius a once a turn. The scar diameter is drawn about its true value with its stated uncertainty.
+grows as the integral of 1/a over distance, which is Archard's law for a point of the track that passes under a contact
+of radius a once a turn. The scar diameter is drawn about its true value with its stated uncertainty.
 """
 
 import json
@@ -19,7 +19,7 @@ from tribopipe.records.plan import Plan, Sensors, Series, Truth, VirtualRun
 from tribopipe.records.quantity import Quantity
 from tribopipe.run import Column
 from tribopipe.units import from_si, interval_from_si
-from tribopipe.wear.friction_path import ExponentialFriction
+from tribopipe.wear.friction_path import stated_path
 from tribopipe.wear.predict import WearScenario
 
 SIGNALS_NAME, TRUTH_NAME = "signals.csv", "truth.json"
@@ -34,10 +34,7 @@ class VirtualTest:
         samples = round(series.sliding_distance.value / series.sliding_speed.value * sampling)
         self.time = np.arange(samples + 1) / sampling
         self.distance = series.sliding_speed.value * self.time
-        truth = run.friction
-        self.friction = ExponentialFriction(
-            truth.amplitude.value, truth.steady_state.value, truth.running_in_distance.value
-        )
+        self.friction = stated_path(run.friction)
         scenario = WearScenario(series.contact, run.normal_load, run.wear_coefficient, series.law, self.friction)
         state = scenario.worn(self.distance)
         self.pin_wear, self.disc_wear = state.depth, self._disc_wear(state.radius)

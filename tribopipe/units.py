@@ -201,9 +201,21 @@ def show(value: float, uncertainty: float | None, si_unit: str, unit: str | None
     number = float(from_si(value, si_unit, unit))
     tail = f" {pretty(unit)}" if pretty(unit) else ""
     if uncertainty is None or not uncertainty > 0:
-        return f"{number:.4g}{tail}"
+        return f"{_rounded(number)}{tail}"
     spread = interval_from_si(uncertainty, si_unit, unit)
     return f"{_rounded_pair(number, spread)}{tail}"
+
+
+_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def _rounded(number: float) -> str:
+    mantissa, _, power = f"{number:.4g}".partition("e")
+    return f"{mantissa}{_power(int(power))}" if power else mantissa
+
+
+def _power(exponent: int) -> str:
+    return f"×10{str(exponent).translate(_SUPERSCRIPTS)}"
 
 
 def _rounded_pair(number: float, spread: float) -> str:
@@ -214,4 +226,4 @@ def _rounded_pair(number: float, spread: float) -> str:
     digits = max(0, 1 - math.floor(math.log10(scaled_spread)))
     if not power:
         return f"{scaled:.{digits}f} ± {scaled_spread:.{digits}f}"
-    return f"({scaled:.{digits}f} ± {scaled_spread:.{digits}f})e{power}"
+    return f"({scaled:.{digits}f} ± {scaled_spread:.{digits}f}){_power(power)}"

@@ -13,8 +13,7 @@
 """
 
 import json
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterator, Sequence
 
 import h5py
 import numpy as np
@@ -24,6 +23,7 @@ from tribopipe.archive import nexus
 from tribopipe.archive.digest import raw_digest
 from tribopipe.archive.steps import STEPS, WEAR_FITS, Step, StepName
 from tribopipe.errors import ArchiveError
+from tribopipe.records.finding import Finding
 from tribopipe.records.manifest import RunManifest, Specimen
 from tribopipe.records.results import WearFit
 from tribopipe.records.signals import SIGNALS, SignalName
@@ -35,22 +35,22 @@ _DISTANCE = "/entry/raw/sliding_distance"
 _SENSED: tuple[SignalName, ...] = ("depth", "normal_force", "friction_force", "temperature", "relative_humidity")
 
 
-def write_raw(file: h5py.File, run: RawRun, findings: list[dict[str, Any]]) -> None:
+def write_raw(file: h5py.File, run: RawRun, findings: Sequence[Finding]) -> None:
     """Write a run as ingested into an empty file."""
-    file.attrs.update(
-        NX_class="NXroot", default="entry", creator="tribopipe", creator_version=__version__, tribopipe_format=FORMAT
-    )
+    file.attrs.update(NX_class="NXroot", default="entry", creator="tribopipe", creator_version=__version__)
     entry = nexus.group(file, "entry", "NXentry", default="raw")
     manifest = run.manifest
     nexus.field(entry, "title", manifest.title or manifest.id)
     nexus.field(entry, "start_time", manifest.started.isoformat())
     nexus.field(entry, "identifier_run", manifest.id)
+    archived = nexus.group(entry, "archived", "NXcollection")
+    nexus.field(archived, "format", FORMAT)
+    nexus.field(archived, "raw_sha256", raw_digest(run))
     _write_people_and_things(entry, run)
     _write_sources(entry, run)
     nexus.document(entry, "manifest", manifest)
-    nexus.document(entry, "findings", findings)
+    nexus.document(entry, "findings", [finding.model_dump(mode="json") for finding in findings])
     _write_columns(entry, run)
-    entry.attrs["raw_sha256"] = raw_digest(run)
 
 
 def _write_people_and_things(entry: h5py.Group, run: RawRun) -> None:
@@ -63,7 +63,6 @@ def _write_people_and_things(entry: h5py.Group, run: RawRun) -> None:
         if sensed in run.columns:
             sensor = nexus.group(instrument, sensed, "NXsensor")
             nexus.field(sensor, "name", SIGNALS[sensed].meaning)
-            nexus.field(sensor, "measurement", sensed)
     for name, body in (("pin", manifest.contact.pin), ("disc", manifest.contact.disc)):
         _write_specimen(entry, name, body)
     conditions = nexus.group(entry, "conditions", "NXcollection")
@@ -147,7 +146,9 @@ def write_step(entry: h5py.Group, step: Step) -> None:
     nexus.field(process, "version", step.program_version)
     nexus.field(process, "date", step.date)
     nexus.field(process, "sequence_index", list(STEPS).index(step.name) + 1)
-    process.attrs["inputs_sha256"], process.attrs["result_sha256"] = step.inputs_sha256, step.result_sha256
+    fingerprints = nexus.group(process, "fingerprints", "NXparameters")
+    nexus.field(fingerprints, "inputs_sha256", step.inputs_sha256)
+    nexus.field(fingerprints, "result_sha256", step.result_sha256)
     nexus.document(process, "result", step.result)
     options = nexus.group(process, "options", "NXnote")
     nexus.field(options, "type", "application/json")
@@ -181,7 +182,7 @@ def read_step(entry: h5py.Group, name: StepName) -> Step | None:
     return Step(
         name=name,
         result=STEPS[name].record.model_validate_json(nexus.text(process, "result/data")),
-        inputs_sha256=process.attrs["inputs_sha256"],
+        inputs_sha256=nexus.text(process, "fingerprints/inputs_sha256"),
         options=json.loads(nexus.text(process, "options/data")),
         program_version=nexus.text(process, "version"),
         date=nexus.text(process, "date"),
@@ -223,12 +224,12 @@ def copy_except(source: h5py.File, target: h5py.File, dropped: set[str]) -> h5py
 
 def check_format(file: h5py.File, path: object) -> None:
     """Refuse a file that is no run of ours, or of a format to come."""
-    found = file.attrs.get("tribopipe_format")
-    if found is None or "entry" not in file:
+    if "entry/archived/format" not in file:
         raise ArchiveError(
-            f"{path}: found an HDF5 file that is no tribopipe run; expected one written by tribopipe; move it "
-            "out of the archive folder"
+            f"{path}: found an HDF5 file that is no tribopipe run; expected one written by tribopipe; move it out of "
+            "the archive folder"
         )
+    found = nexus.text(file, "entry/archived/format")
     if found != FORMAT:
         raise ArchiveError(
             f"{path}: found the format {found!r}; expected {FORMAT!r}; use the tribopipe version that wrote it"

@@ -1,13 +1,15 @@
 """An archive folder: runs by id, each a file that is only ever replaced whole."""
 
-from collections.abc import Iterator
+import json
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import h5py
 
 from tribopipe.archive.digest import raw_digest
+from tribopipe.archive.nexus import text
 from tribopipe.archive.runfile import (
     check_format,
     copy_except,
@@ -21,6 +23,7 @@ from tribopipe.archive.runfile import (
 from tribopipe.archive.steps import STEPS, Step, StepName, downstream
 from tribopipe.errors import ArchiveError, did_you_mean
 from tribopipe.files import replacing
+from tribopipe.records.finding import Finding
 from tribopipe.records.manifest import RunManifest
 from tribopipe.run import RawRun
 
@@ -49,7 +52,7 @@ class Archive:
         return self.folder / f"{run_id}{SUFFIX}"
 
     def add(
-        self, run: RawRun, findings: list[dict[str, Any]] | None = None, *, force: bool = False
+        self, run: RawRun, findings: Sequence[Finding] = (), *, force: bool = False
     ) -> Literal["added", "unchanged", "rewritten"]:
         """Archive a run as ingested.
 
@@ -66,13 +69,13 @@ class Archive:
         if there and not force:
             return "unchanged"
         with self._writing(path) as part, h5py.File(part, "w", track_order=True) as file:
-            write_raw(file, run, findings or [])
+            write_raw(file, run, findings)
         return "rewritten" if there else "added"
 
     def raw_sha256(self, run_id: str) -> str:
         """Return the fingerprint of a run's raw content."""
         with self.open(run_id) as file:
-            return str(file["entry"].attrs["raw_sha256"])
+            return text(file, "entry/archived/raw_sha256")
 
     def raw(self, run_id: str) -> RawRun:
         """Return a run as ingested."""
@@ -104,6 +107,16 @@ class Archive:
         with self.open(run_id) as file:
             found = {name: read_step(file["entry"], name) for name in STEPS}
         return {name: step for name, step in found.items() if step is not None}
+
+    def step_names(self, run_id: str) -> list[StepName]:
+        """Return the names of the steps a run has been through, in order."""
+        with self.open(run_id) as file:
+            return [name for name in STEPS if name in file["entry"]]
+
+    def findings(self, run_id: str) -> list[Finding]:
+        """Return what the checks found when the run was ingested."""
+        with self.open(run_id) as file:
+            return [Finding(**found) for found in json.loads(text(file, "entry/findings/data"))]
 
     def put_step(self, run_id: str, step: Step) -> None:
         """Add a step or replace it; steps that stood on another result of it are dropped with it."""

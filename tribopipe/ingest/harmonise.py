@@ -58,8 +58,9 @@ def read_source(path: Path, name: str) -> SourceFile:
         return SourceFile(name, path.read_bytes())
     except FileNotFoundError:
         there = [entry.name for entry in path.parent.iterdir()] if path.parent.is_dir() else []
-        raise ReaderError(f"{path}: no such file; expected the signal file that run.toml names; "
-                          f"{did_you_mean(name, there)}") from None
+        raise ReaderError(
+            f"{path}: no such file; expected the signal file that run.toml names; {did_you_mean(name, there)}"
+        ) from None
     except OSError as error:
         raise ReaderError(f"{path}: cannot be read ({error.strerror}); check its permissions") from None
 
@@ -74,12 +75,15 @@ def _gather(gathered: _Gathered, table: ReadTable, signals: SignalFile) -> None:
     length = len(next(iter(gathered.columns.values()))) if gathered.columns else None
     for column in table.columns:
         if length is not None and len(column.values) != length:
-            raise ReaderError(f"{signals.file}: found {len(column.values)} rows where the files before have {length}; "
-                              "expected one row a sample in every file; merge them on one time base first")
+            raise ReaderError(
+                f"{signals.file}: found {len(column.values)} rows where the files before have {length}; "
+                "expected one row a sample in every file; merge them on one time base first"
+            )
         for name, source in meanings.get(column.name, []):
             if name in gathered.columns:
-                raise ReaderError(f"{signals.file}: found {name} a second time; expected each signal once; map it in "
-                                  "one file only")
+                raise ReaderError(
+                    f"{signals.file}: found {name} a second time; expected each signal once; map it in one file only"
+                )
             gathered.columns[name] = _signal(column, name, source, signals.file)
         if column.name not in meanings:
             gathered.extras[_free_name(column.name, gathered.extras)] = ExtraColumn(column.values, column.unit)
@@ -105,8 +109,10 @@ def _meanings(table: ReadTable, signals: SignalFile) -> Meanings:
             meanings[column.name] = [(known, None)]
     if not meanings:
         names = ", ".join(repr(column.name) for column in table.columns[:8])
-        raise ReaderError(f"{signals.file}: found the columns {names}, none with a known meaning; expected to be told; "
-                          "map signals to columns under [signals.columns] in run.toml")
+        raise ReaderError(
+            f"{signals.file}: found the columns {names}, none with a known meaning; expected to be told; "
+            "map signals to columns under [signals.columns] in run.toml"
+        )
     return meanings
 
 
@@ -132,22 +138,29 @@ def _find(table: ReadTable, wanted: str, signal: str, file: str) -> ReadColumn:
         return found[0]
     names = [column.name for column in table.columns]
     if len(found) > 1:
-        raise ReaderError(f"{file}: found {len(found)} columns that could be {wanted!r} for {signal}; expected one; "
-                          f"write the name with its unit: {', '.join(repr(column.name) for column in found)}")
-    raise ReaderError(f"{file}: found no column {wanted!r} for {signal}; expected it in the header; "
-                      f"{did_you_mean(wanted, names)}")
+        raise ReaderError(
+            f"{file}: found {len(found)} columns that could be {wanted!r} for {signal}; expected one; "
+            f"write the name with its unit: {', '.join(repr(column.name) for column in found)}"
+        )
+    raise ReaderError(
+        f"{file}: found no column {wanted!r} for {signal}; expected it in the header; {did_you_mean(wanted, names)}"
+    )
 
 
 def _signal(column: ReadColumn, name: SignalName, source: ColumnSource | None, file: str) -> Column:
     if column.first_bad is not None:
         line, text = column.first_bad
-        raise ReaderError(f"{file}, line {line}, column {column.name!r}: found {text!r}; expected a number for {name}; "
-                          "mend that line, or map another column")
+        raise ReaderError(
+            f"{file}, line {line}, column {column.name!r}: found {text!r}; expected a number for {name}; "
+            "mend that line, or map another column"
+        )
     unit = (source.unit if source else None) or column.unit
     signal = SIGNALS[name]
     if unit is None and signal.unit != "1":
-        raise ReaderError(f"{file}, column {column.name!r}: found no unit; expected one for {name}; add it in run.toml: "
-                          f"{name} = {{ column = {column.name!r}, unit = … }}")
+        raise ReaderError(
+            f"{file}, column {column.name!r}: found no unit; expected one for {name}; add it in run.toml: "
+            f"{name} = {{ column = {column.name!r}, unit = … }}"
+        )
     try:
         return np.asarray(to_si(np.asarray(column.values, dtype=float), unit or "1", signal.kind), dtype=float)
     except UnitError as error:
@@ -176,16 +189,20 @@ def _complete_motion(
     if have_time and have_distance:
         return
     if not have_time and not have_distance:
-        raise ReaderError(f"{where}: found neither time nor sliding_distance among the signals; expected at least one; "
-                          "map one under [signals.columns]")
+        raise ReaderError(
+            f"{where}: found neither time nor sliding_distance among the signals; expected at least one; "
+            "map one under [signals.columns]"
+        )
     speed = columns.get("sliding_speed")
     origin: Origin = "derived from measured speed" if speed is not None else "derived from nominal speed"
     if speed is None:
         nominal = manifest.conditions.sliding_speed
         if nominal is None:
             lacking = "sliding distance" if have_time else "time"
-            raise ReaderError(f"{where}: conditions.sliding_speed: missing; expected one, since the files hold no "
-                              f"{lacking}; add sliding_speed = \"400 mm/s\" or the like")
+            raise ReaderError(
+                f"{where}: conditions.sliding_speed: missing; expected one, since the files hold no "
+                f'{lacking}; add sliding_speed = "400 mm/s" or the like'
+            )
         known = columns["time" if have_time else "sliding_distance"]
         speed = np.full_like(known, nominal.value)
     if have_time:

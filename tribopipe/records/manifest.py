@@ -93,6 +93,17 @@ class PinOnDisc(Record):
     """The disc."""
 
 
+class StatedFriction(Record):
+    """Parameters of μ(s) = A·exp(−s/c) + b (Eq. 7), known beforehand."""
+
+    amplitude: Ratio
+    """A: friction coefficient at the start above the steady state."""
+    steady_state: Ratio
+    """b."""
+    running_in_distance: Distance
+    """c."""
+
+
 class Conditions(Record):
     """How the test was run."""
 
@@ -108,6 +119,8 @@ class Conditions(Record):
     """Room temperature."""
     relative_humidity: Percentage | None = None
     """Relative humidity of the surrounding air."""
+    friction: StatedFriction | None = None
+    """Friction to predict with under Sarkar's law, where it is known beforehand; fits take the measured friction."""
 
 
 class ColumnSource(Record):

@@ -6,7 +6,7 @@ from typing import Literal
 from pydantic import Field
 
 from tribopipe.records.base import Record
-from tribopipe.records.manifest import PinOnDisc, RunId
+from tribopipe.records.manifest import PinOnDisc, RunId, StatedFriction
 from tribopipe.records.quantity import (
     Distance,
     DriftRate,
@@ -25,17 +25,6 @@ from tribopipe.records.recipe import LawName
 
 def _of(value: float, unit: str) -> Quantity:
     return Quantity(value=value, unit=unit)
-
-
-class TrueFriction(Record):
-    """Parameters of μ(s) = A·exp(−s/c) + b (Eq. 7)."""
-
-    amplitude: Ratio
-    """A."""
-    steady_state: Ratio
-    """b."""
-    running_in_distance: Distance
-    """c."""
 
 
 class Sensors(Record):
@@ -72,7 +61,7 @@ class VirtualRun(Record):
     """F_N."""
     wear_coefficient: WearCoefficient
     """True k_D of the pin."""
-    friction: TrueFriction
+    friction: StatedFriction
     """True friction."""
     zero_offset: Length
     """Sensor reading before any wear."""
@@ -123,7 +112,7 @@ class Truth(Record):
     """Wear law."""
     wear_coefficient: WearCoefficient
     """k_D."""
-    friction: TrueFriction
+    friction: StatedFriction
     """Eq. 7."""
     zero_offset: Quantity
     """Sensor reading before any wear."""

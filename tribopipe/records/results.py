@@ -98,6 +98,8 @@ class Contribution(Record):
     """Input quantity."""
     value: Quantity | None = None
     """Its value and standard uncertainty; none for the residuals of the fit."""
+    shown_in: str | None = None
+    """Unit in which people read it."""
     source: Literal["manifest", "default", "fit"]
     """Who stated the uncertainty: the lab, the recipe's default, or the data themselves."""
     relative: float
@@ -150,6 +152,8 @@ class PredictedPoint(Record):
 
     sliding_distance: Quantity
     """Where."""
+    time: Quantity | None = None
+    """When, at the sliding speed; none where the speed is not known."""
     wear_depth: Quantity
     """Height worn off the pin."""
     contact_radius: Quantity
@@ -179,15 +183,19 @@ class WearPrediction(Record):
     """Relative error of the last depth by the finite step of the published scheme."""
     notes: tuple[str, ...] = ()
     """What to beware of."""
-    prediction: tuple[PredictedPoint, ...]
+    prediction: tuple[PredictedPoint, ...] = ()
     """The wanted distances in the order asked for."""
+    reached: tuple[PredictedPoint, ...] = ()
+    """Where wanted depths are reached, in the order asked for."""
 
     def __str__(self) -> str:
         lines = [
             f"{self.model}, {self.scheme}: k_D = {self.wear_coefficient.shown('mm^3/(N*mm)')}, "
-            f"F_N = {self.normal_load.shown('mN')}"
+            f"F_N = {self.normal_load.shown('mN')}, R_P = {self.pin_radius.shown('mm')}"
         ]
-        lines += [f"  {point.sliding_distance.shown('m')}: {point.wear_depth.shown('um')}" for point in self.prediction]
+        for point in (*self.prediction, *self.reached):
+            when = "" if point.time is None else f" ({point.time.shown('s')})"
+            lines.append(f"  {point.sliding_distance.shown('m')}{when}: {point.wear_depth.shown('um')}")
         return "\n".join([*lines, *(f"  {note}" for note in self.notes)])
 
 

@@ -6,6 +6,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tribopipe.records.manifest import StatedFriction
 from tribopipe.records.recipe import FrictionSource
 from tribopipe.records.results import FrictionFit
 from tribopipe.run import Column, RawRun
@@ -80,6 +81,13 @@ class MeasuredFriction:
         s = np.asarray(distance, dtype=float)
         inside = np.interp(s, np.concatenate([[0.0], self.distance]), np.concatenate([[0.0], at_samples]))
         return np.asarray(inside + np.maximum(s - self.distance[-1], 0) * factor[-1])
+
+
+def stated_path(friction: StatedFriction) -> FrictionPath:
+    """Return μ(s) by stated parameters of Eq. 7."""
+    return ExponentialFriction(
+        friction.amplitude.value, friction.steady_state.value, friction.running_in_distance.value
+    )
 
 
 def fitted_path(fit: FrictionFit | None) -> FrictionPath | None:

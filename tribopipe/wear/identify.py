@@ -38,6 +38,19 @@ _FEWEST_SAMPLES = 10
 _MEASUREMENTS = frozenset({"pin_end_value", "disc_end_value", "zero_offset", "end_reading"})
 """Inputs of the corrected depth alone: the model does not depend on them."""
 
+_SHOWN_UNITS = {
+    "normal_load": "mN",
+    "pin_radius": "mm",
+    "pin_modulus": "GPa",
+    "disc_modulus": "GPa",
+    "pin_end_value": "um",
+    "disc_end_value": "nm",
+    "zero_offset": "um",
+    "end_reading": "um",
+    "running_in_distance": "m",
+    "wear_coefficient": "mm^3/(N*mm)",
+}
+
 Values = Mapping[str, float]
 
 
@@ -241,7 +254,7 @@ def fit_wear(
     source = None if not LAWS[model].needs_friction else recipe.wear.friction
     notes = friction.notes if friction and source == "fitted" and friction.outcome == "steady-only" else ()
     return _assess(problem, coefficient, model).model_copy(
-        update={"friction": source, "notes": (*_default_notes(problem), *notes)}
+        update={"friction": source, "notes": (*default_notes(problem.inputs), *notes)}
     )
 
 
@@ -274,6 +287,7 @@ def _budget(problem: WearProblem, coefficient: float, random: float) -> tuple[Co
         Contribution(
             name=name.replace("_", " "),
             value=given.quantity,
+            shown_in=_SHOWN_UNITS.get(name),
             source=given.source,
             relative=problem.sensitivity(name, coefficient) * given.spread,
         )
@@ -282,10 +296,11 @@ def _budget(problem: WearProblem, coefficient: float, random: float) -> tuple[Co
     return tuple(sorted(lines, key=lambda line: -abs(line.relative)))
 
 
-def _default_notes(problem: WearProblem) -> tuple[str, ...]:
+def default_notes(inputs: Mapping[str, Input]) -> tuple[str, ...]:
+    """Name the inputs whose uncertainty is a default, in one sentence; nothing where all were stated."""
     named = [
-        f"{name.replace('_', ' ')} {given.quantity}"
-        for name, given in problem.inputs.items()
+        f"{name.replace('_', ' ')} {given.quantity.shown(_SHOWN_UNITS.get(name))}"
+        for name, given in inputs.items()
         if given.source == "default"
     ]
     return (f"default uncertainty used for {', '.join(named)}",) if named else ()

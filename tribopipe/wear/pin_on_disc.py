@@ -146,8 +146,8 @@ class SphericalPin:
         if np.any(v > self.most_volume):
             raise ContactError(
                 f"contact: found a worn volume of {show(np.max(v), None, 'm^3', 'mm^3')}, more than the tip holds "
-                f"({show(np.min(self.most_volume), None, 'm^3', 'mm^3')}); expected wear within the tip; check the wear "
-                "coefficient, load and distance"
+                f"({show(np.min(self.most_volume), None, 'm^3', 'mm^3')}); expected wear within the tip; check "
+                "wear coefficient, load and distance"
             )
         growth = self._growth_of_volume(v)
         return WornState(depth=self._depth_of_growth(growth), radius=self._radius_of_growth(growth))
@@ -189,7 +189,8 @@ class SphericalPin:
         _, radius, _ = self._inputs
         slope = np.pi * self._start_radius**2 * self._depth_slope(np.asarray(0.0))
         positive = volume > 0
-        target = np.where(positive, volume, 1.0)
+        # Any small volume will do where there is none: it is set aside again below.
+        target = np.where(positive, volume, 1e-9 * slope * radius)
         growth = 2 * target / (slope + np.sqrt(slope**2 + 4 * np.pi * radius * target))
         most = radius - self._start_height
         growth = np.minimum(growth, most)
@@ -209,8 +210,8 @@ class SphericalPin:
         most = radius - self._start_height
         if np.any(depth < 0) or np.any(depth > self._depth_of_growth(most)):
             raise ContactError(
-                f"contact: found a wear depth of {show(np.max(np.abs(depth)), None, 'm', 'um')}; expected one between 0 "
-                f"and the tip's radius of {show(np.min(radius), None, 'm', 'um')}; check the depth and its unit"
+                f"contact: found a wear depth of {show(np.max(np.abs(depth)), None, 'm', 'um')}; expected one between "
+                f"0 and the tip's radius of {show(np.min(radius), None, 'm', 'um')}; check the depth and its unit"
             )
         for _ in range(_MOST_ITERATIONS):
             step = (depth - self._depth_of_growth(growth)) / self._depth_slope(growth)

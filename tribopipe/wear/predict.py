@@ -1,7 +1,7 @@
 """Wear depth at other loads, distances and geometries from a known k_D, and the distance to a given depth."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -14,7 +14,7 @@ from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.results import PredictedPoint, WearPrediction
 from tribopipe.run import Column
 from tribopipe.wear.friction_path import FrictionPath
-from tribopipe.wear.identify import Input, Values, contact_inputs, pin_contact
+from tribopipe.wear.identify import Input, Values, contact_inputs, default_notes, pin_contact
 from tribopipe.wear.laws import LAWS
 from tribopipe.wear.pin_on_disc import WornState
 
@@ -35,12 +35,18 @@ class WearScenario:
     model: LawName = "archard"
     friction: FrictionPath | None = None
     recipe: Recipe = field(default_factory=Recipe)
+    sliding_speed: Quantity | None = None
 
     @property
     def inputs(self) -> dict[str, Input]:
         """Everything uncertain that the depth depends on, k_D among it."""
         given = contact_inputs(self.contact, self.normal_load, self.recipe)
         return given | {"wear_coefficient": Input(self.wear_coefficient, "fit")}
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Best estimates of the inputs."""
+        return {name: given.quantity.value for name, given in self.inputs.items()}
 
     def volume(self, distance: Column, values: Values) -> Column:
         """Return the worn volume v = k_D·F_N·S(s), m³."""
@@ -49,12 +55,12 @@ class WearScenario:
 
     def worn(self, distance: Column, values: Values | None = None) -> WornState:
         """Return depth and contact radius at sliding distances in m. Raises ``ContactError`` past the tip."""
-        values = values or {name: given.quantity.value for name, given in self.inputs.items()}
+        values = values or self.values
         return pin_contact(self.contact, values).worn(self.volume(distance, values))
 
     def depth_uncertainty(self, distance: Column) -> Column:
         """Return the standard uncertainty of the depth, m, to first order (JCGM 100:2008, 5.1.2)."""
-        best = {name: given.quantity.value for name, given in self.inputs.items()}
+        best = self.values
         variance = np.zeros_like(distance)
         for name, given in self.inputs.items():
             if given.spread:
@@ -72,7 +78,7 @@ class WearScenario:
         """
         from scipy.optimize import brentq
 
-        values = {name: given.quantity.value for name, given in self.inputs.items()}
+        values = self.values
         volume = float(pin_contact(self.contact, values).volume(depth))
         wanted = volume / (values["wear_coefficient"] * values["normal_load"])
         law = LAWS[self.model]
@@ -90,7 +96,7 @@ def published_curve(scenario: WearScenario, distance: float, steps: int) -> tupl
     """Return sliding distances and depths, m, by the paper's explicit Euler scheme in equal steps (Fig. 2)."""
     if steps < 1:
         raise FitError(f"published scheme: found {steps} steps; expected at least 1; give --steps a positive number")
-    values = {name: given.quantity.value for name, given in scenario.inputs.items()}
+    values = scenario.values
     grid = np.linspace(0.0, distance, steps + 1)
     factor = LAWS[scenario.model].rate_factor(grid[:-1], scenario.friction)
     volumes = values["wear_coefficient"] * values["normal_load"] * factor * np.diff(grid)
@@ -99,31 +105,28 @@ def published_curve(scenario: WearScenario, distance: float, steps: int) -> tupl
 
 def predict_wear(
     scenario: WearScenario,
-    at: Sequence[float],
+    at: Sequence[float] = (),
     *,
+    depths: Sequence[float] = (),
     scheme: Literal["exact", "published"] = "exact",
     steps: int = DEFAULT_STEPS,
     reference: str | None = None,
 ) -> WearPrediction:
-    """Predict wear depth, contact radius and pressure at sliding distances ``at``, m.
+    """Predict the pin at sliding distances ``at``, m, and the distances at which it reaches wear ``depths``, m.
 
     ``scheme="published"`` takes ``steps`` equal Euler steps to the largest distance, and the result says how far off
-    they are. Raises ``ContactError`` where the wear would exceed the tip.
+    they are; depths are always reached by the closed form. Raises ``ContactError`` where the wear would exceed the tip.
     """
     distance = np.asarray(at, dtype=float)
-    if distance.size == 0 or not np.all(np.isfinite(distance)) or np.any(distance < 0):
-        raise FitError(
-            f"prediction: found the distances {list(at)}; expected at least one, none below zero; check --at"
-        )
-    state = scenario.worn(distance)
-    depth, notes, error = state.depth, _default_notes(scenario), None
-    if scheme == "published":
+    if not np.all(np.isfinite(distance)) or np.any(distance < 0):
+        raise FitError(f"prediction: found the distances {list(at)}; expected none below zero; check --at")
+    exact = scenario.worn(distance).depth
+    depth, error = exact, None
+    if scheme == "published" and distance.size:
         grid, curve = published_curve(scenario, float(distance.max()), steps)
-        depth = np.interp(distance, grid, curve)
+        depth = np.asarray(np.interp(distance, grid, curve))
         farthest = int(distance.argmax())
-        error = float(depth[farthest] / state.depth[farthest] - 1) if state.depth[farthest] else 0.0
-        notes += _step_notes(error, steps, float(distance.max()))
-    spread = scenario.depth_uncertainty(distance)
+        error = float(depth[farthest] / exact[farthest] - 1) if exact[farthest] else 0.0
     return WearPrediction(
         model=scenario.model,
         scheme=scheme,
@@ -133,35 +136,55 @@ def predict_wear(
         pin_radius=scenario.contact.pin.radius,
         steps=steps if scheme == "published" else None,
         step_error=error,
-        notes=notes,
-        prediction=tuple(_point(scenario, *row) for row in zip(distance, depth, spread, state.radius, strict=True)),
+        notes=(*default_notes(scenario.inputs), *_step_notes(error, steps, distance)),
+        prediction=tuple(_points(scenario, distance, depth)),
+        reached=tuple(_reached(scenario, depths)),
     )
 
 
-def _point(scenario: WearScenario, distance: float, depth: float, spread: float, radius: float) -> PredictedPoint:
-    pressure = scenario.normal_load.value / (math.pi * radius**2)
-    return PredictedPoint(
-        sliding_distance=Quantity(value=float(distance), unit="m"),
-        wear_depth=Quantity(value=float(depth), unit="m", standard_uncertainty=float(spread)),
-        contact_radius=Quantity(value=float(radius), unit="m"),
-        pressure=Quantity(value=pressure, unit="Pa"),
-    )
+def _points(scenario: WearScenario, distance: Column, depth: Column) -> Iterator[PredictedPoint]:
+    spread, radius = scenario.depth_uncertainty(distance), scenario.worn(distance).radius
+    for s, h, u, a in zip(distance.tolist(), depth.tolist(), spread.tolist(), radius.tolist(), strict=True):
+        yield PredictedPoint(
+            sliding_distance=Quantity(value=s, unit="m"),
+            time=_time(scenario, s),
+            wear_depth=Quantity(value=h, unit="m", standard_uncertainty=u),
+            contact_radius=Quantity(value=a, unit="m"),
+            pressure=Quantity(value=scenario.normal_load.value / (math.pi * a**2), unit="Pa"),
+        )
 
 
-def _step_notes(error: float, steps: int, distance: float) -> tuple[str, ...]:
-    if abs(error) < _NOTABLE_STEP_ERROR:
+def _reached(scenario: WearScenario, depths: Sequence[float]) -> Iterator[PredictedPoint]:
+    """Say where each depth is reached; its uncertainty is that of the depth there over the slope dh/ds."""
+    for depth in depths:
+        distance = scenario.distance_at(depth)
+        at = np.asarray([distance])
+        (point,) = _points(scenario, at, np.asarray([depth]))
+        rate = scenario.wear_coefficient.value * point.pressure.value
+        rate *= float(LAWS[scenario.model].rate_factor(at, scenario.friction)[0])
+        spread = (point.wear_depth.standard_uncertainty or 0.0) / rate
+        yield point.model_copy(
+            update={
+                "sliding_distance": Quantity(value=distance, unit="m", standard_uncertainty=spread),
+                "time": _time(scenario, distance, spread),
+                "wear_depth": Quantity(value=depth, unit="m"),
+            }
+        )
+
+
+def _time(scenario: WearScenario, distance: float, spread: float | None = None) -> Quantity | None:
+    speed = scenario.sliding_speed
+    if speed is None:
+        return None
+    scaled = None if spread is None else spread / speed.value
+    return Quantity(value=distance / speed.value, unit="s", standard_uncertainty=scaled)
+
+
+def _step_notes(error: float | None, steps: int, distances: Column) -> tuple[str, ...]:
+    if error is None or abs(error) < _NOTABLE_STEP_ERROR:
         return ()
-    side = "too deep" if error > 0 else "too shallow"
+    side, distance = "too deep" if error > 0 else "too shallow", float(distances.max())
     return (
         f"{steps} Euler steps of {distance / steps:.3g} m end {abs(error):.2%} {side}; the exact scheme has no such "
         "error",
     )
-
-
-def _default_notes(scenario: WearScenario) -> tuple[str, ...]:
-    named = [
-        f"{name.replace('_', ' ')} {given.quantity}"
-        for name, given in scenario.inputs.items()
-        if given.source == "default"
-    ]
-    return (f"default uncertainty used for {', '.join(named)}",) if named else ()

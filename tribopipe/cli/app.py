@@ -1,0 +1,48 @@
+"""The `tribopipe` command."""
+
+import sys
+from importlib import import_module
+
+import typer
+
+from tribopipe.cli import inspect, runs, steps
+
+app = typer.Typer(
+    name="tribopipe",
+    help="From tribometer run folders to wear laws that can be trusted.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+@app.callback(invoke_without_command=True)
+def _tribopipe(version: bool = typer.Option(False, "--version", help="Show the version and exit.")) -> None:
+    if version:
+        typer.echo(f"tribopipe {import_module('tribopipe').__version__}")
+        raise typer.Exit
+
+
+for _module in (runs, steps, inspect):
+    for _name, _command in _module.COMMANDS.items():
+        app.command(_name)(_command)
+app.add_typer(inspect.schema_app, name="schema")
+
+
+def main() -> None:
+    """Run the command; what went wrong on purpose is one sentence on stderr and exit code 1."""
+    from tribopipe.errors import TribopipeError
+
+    for stream in (sys.stdout, sys.stderr):
+        # A console that lacks µ or ⁻ shows a substitute rather than failing.
+        getattr(stream, "reconfigure", lambda **_: None)(errors="replace")
+    try:
+        app()
+    except TribopipeError as error:
+        typer.echo(f"error: {error}", err=True)
+        sys.exit(1)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,128 @@
+"""Commands that look: ls, show, schema."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, load_archive
+from tribopipe.cli.output import print_json, record_json, say, table
+
+if TYPE_CHECKING:
+    from tribopipe.archive.steps import StepName
+    from tribopipe.archive.store import Archive
+    from tribopipe.records.manifest import RunManifest
+
+schema_app = typer.Typer(help="JSON Schemas of the documents people write.", no_args_is_help=True)
+
+
+def ls(archive: ArchiveFolder = DEFAULT_ARCHIVE, as_json: AsJson = False) -> None:
+    """List the runs of an archive."""
+    store = load_archive(archive)
+    manifests = {run_id: store.manifest(run_id) for run_id in store.ids()}
+    if as_json:
+        print_json({"runs": [_line(manifest, store.step_names(run_id)) for run_id, manifest in manifests.items()]})
+        return
+    table(
+        f"{len(manifests)} runs in {archive}",
+        ["run", "pin", "disc", "medium", "load", "started", "steps"],
+        [_row(manifest, store.step_names(run_id)) for run_id, manifest in manifests.items()],
+    )
+
+
+def _line(manifest: "RunManifest", steps: "list[StepName]") -> dict[str, Any]:
+    conditions, contact = manifest.conditions, manifest.contact
+    return {
+        "id": manifest.id,
+        "pin_material": contact.pin.material,
+        "disc_material": contact.disc.material,
+        "medium": conditions.medium,
+        "normal_load": record_json(conditions.normal_load),
+        "started": manifest.started.isoformat(),
+        "steps": steps,
+    }
+
+
+_SHORT: "dict[StepName, str]" = {
+    "drift_correction": "drift",
+    "friction_fit": "friction",
+    "wear_fit_archard": "Archard",
+    "wear_fit_sarkar": "Sarkar",
+    "prediction_archard": "predicted by Archard",
+    "prediction_sarkar": "predicted by Sarkar",
+}
+
+
+def _row(manifest: "RunManifest", steps: "list[StepName]") -> list[str]:
+    conditions, contact = manifest.conditions, manifest.contact
+    return [
+        manifest.id,
+        contact.pin.material,
+        contact.disc.material,
+        conditions.medium or "–",
+        conditions.normal_load.shown("mN"),
+        f"{manifest.started:%Y-%m-%d %H:%M}",
+        ", ".join(_SHORT[name] for name in steps) or "ingested",
+    ]
+
+
+def show(
+    run_id: Annotated[str, typer.Argument(help="Id of an archived run.", metavar="ID")],
+    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    as_json: AsJson = False,
+) -> None:
+    """Show what the archive holds of one run."""
+    from tribopipe.cli.summary import run_summary
+
+    store = load_archive(archive)
+    if as_json:
+        findings = [record_json(finding) for finding in store.findings(run_id)]
+        manifest, steps = record_json(store.manifest(run_id)), store.step_names(run_id)
+        print_json(run_summary(store, run_id) | {"manifest": manifest, "findings": findings, "steps": steps})
+        return
+    _show_page(store, run_id)
+
+
+def _show_page(store: "Archive", run_id: str) -> None:
+    from tribopipe.records.results import WearFit
+
+    raw = store.raw(run_id)
+    say(str(raw))
+    for name, origin in raw.origins.items():
+        say(f"  {name}: {origin}")
+    for finding in store.findings(run_id):
+        say(f"  {finding.severity}: {finding}")
+    for step in store.steps(run_id).values():
+        say(f"\n{step.name} (tribopipe {step.program_version}, {step.date})")
+        say(f"  {step.result}")
+        for note in getattr(step.result, "notes", ()) if step.name.startswith("wear_fit") else ():
+            say(f"  note: {note}")
+        if isinstance(step.result, WearFit) and step.result.budget:
+            table(
+                "  budget of k_D",
+                ["input", "value", "stated by", "share of k_D"],
+                [
+                    [
+                        line.name,
+                        line.value.shown(line.shown_in) if line.value else "–",
+                        line.source,
+                        f"{line.relative:+.2%}",
+                    ]
+                    for line in step.result.budget
+                ],
+            )
+    say(f"\n{store.path(run_id)}")
+
+
+@schema_app.command("export")
+def export_schemas(
+    folder: Annotated[Path, typer.Argument(help="Folder to write *.schema.json into.")] = Path("schemas"),
+) -> None:
+    """Write the JSON Schemas, by which editors complete and check run.toml, recipes and plans."""
+    from tribopipe.records.export import write_schemas
+
+    for path in write_schemas(folder):
+        say(str(path))
+
+
+COMMANDS = {"ls": ls, "show": show}

@@ -1,0 +1,148 @@
+"""Commands that take run folders: check, ingest, process, simulate."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, Force, RecipeFile, load_archive, load_recipe
+from tribopipe.cli.output import FAILED, finish, print_json, progress, record_json, say, table
+
+if TYPE_CHECKING:
+    from tribopipe.pipeline import Outcome
+
+RunPaths = Annotated[list[Path], typer.Argument(help="Run folders, or folders of run folders.", metavar="RUN...")]
+
+
+def check(paths: RunPaths, as_json: AsJson = False) -> None:
+    """Look a run over: schema, units, order of time, gaps, signs, magnitudes. Exit code 1 on errors and warnings."""
+    from tribopipe.checks.registry import check_run
+    from tribopipe.errors import TribopipeError
+    from tribopipe.ingest.harmonise import read_run
+    from tribopipe.pipeline import find_runs
+
+    documents, sound = [], True
+    for path in [run for given in paths for run in find_runs(given)]:
+        try:
+            run = read_run(path)
+        except TribopipeError as error:
+            sound = False
+            documents.append({"path": str(path), "error": str(error), "findings": []})
+            say(f"error: {error}")
+            continue
+        findings = check_run(run)
+        sound = sound and all(finding.severity == "note" for finding in findings)
+        documents.append({"path": str(path), "id": run.id, "findings": [record_json(finding) for finding in findings]})
+        for finding in findings:
+            say(f"{run.id}: {finding.severity}: {finding}")
+        if not findings:
+            say(f"{run.id}: nothing to complain about")
+    if as_json:
+        print_json({"runs": documents})
+    if not sound:
+        raise typer.Exit(FAILED)
+
+
+def ingest(
+    paths: RunPaths, archive: ArchiveFolder = DEFAULT_ARCHIVE, force: Force = False, as_json: AsJson = False
+) -> None:
+    """Read, check and archive run folders."""
+    from tribopipe import pipeline
+    from tribopipe.errors import TribopipeError
+
+    store, outcomes = load_archive(archive, must_exist=False), []
+    folders = [run for path in paths for run in pipeline.find_runs(path)]
+    with progress("ingest", len(folders)) as advance:
+        for folder in folders:
+            try:
+                outcome = pipeline.ingest(folder, store, force=force)
+                say(f"{outcome.run_id}: {'archived' if outcome.status == 'done' else 'unchanged, nothing to do'}")
+                _say_warnings(outcome)
+            except TribopipeError as error:
+                outcome = pipeline.Outcome(folder.name, "ingest", "failed", error=error)
+            outcomes.append(outcome)
+            advance(outcome.run_id)
+    if as_json:
+        print_json({"runs": [outcome.as_json() for outcome in outcomes]})
+    finish(outcomes)
+
+
+def process(
+    paths: RunPaths,
+    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    recipe: RecipeFile = None,
+    force: Force = False,
+    as_json: AsJson = False,
+    figures: Annotated[bool, typer.Option(help="Save figures beside the archive.")] = True,
+) -> None:
+    """Take run folders through the whole line: ingest, drift, friction, wear under both laws, prediction, figures."""
+    from tribopipe import pipeline
+    from tribopipe.cli.summary import run_summary, show_summaries
+    from tribopipe.report.archived import save_run_figures
+
+    store, folders = load_archive(archive, must_exist=False), []
+    for path in paths:
+        folders += pipeline.find_runs(path)
+    outcomes, changed = [], set()
+    with progress("process", None) as advance:
+        for outcome in pipeline.process(folders, store, load_recipe(recipe), force=force):
+            outcomes.append(outcome)
+            advance(f"{outcome.run_id}: {outcome.stage.replace('_', ' ')}")
+            if outcome.status == "done":
+                changed.add(outcome.run_id)
+            _say_warnings(outcome)
+    failed = {outcome.run_id for outcome in outcomes if outcome.stage == "ingest" and outcome.status == "failed"}
+    ids = list(dict.fromkeys(outcome.run_id for outcome in outcomes if outcome.run_id not in failed))
+    with progress("figures", len(changed)) as advance:
+        for run_id in sorted(changed if figures else ()):
+            save_run_figures(store, run_id)
+            advance(run_id)
+    if as_json:
+        documents = [run_summary(store, run_id) for run_id in ids]
+        print_json({"runs": documents, "steps": [outcome.as_json() for outcome in outcomes]})
+    elif ids:
+        show_summaries(store, ids)
+    _say_what_was_done(outcomes, archive, drawn=bool(figures and changed))
+    finish(outcomes)
+
+
+def _say_warnings(outcome: "Outcome") -> None:
+    for finding in outcome.findings:
+        if finding.severity == "warning":
+            say(f"{outcome.run_id}: warning: {finding}")
+
+
+def _say_what_was_done(outcomes: "list[Outcome]", archive: Path, *, drawn: bool) -> None:
+    done = sum(outcome.status == "done" for outcome in outcomes)
+    skipped = sum(outcome.status == "unchanged" for outcome in outcomes)
+    if skipped and not done:
+        say(f"Nothing to do: all {skipped} steps are unchanged; --force redoes them.")
+    else:
+        where = f"; figures in {archive / 'figures'}" if drawn else ""
+        say(f"{done} steps done, {skipped} unchanged, in {archive}{where}")
+
+
+def simulate(
+    folder: Annotated[Path, typer.Argument(help="Folder to write run folders into.")],
+    plan: Annotated[Path, typer.Option("--plan", help="TOML file that says what to simulate.")],
+    as_json: AsJson = False,
+) -> None:
+    """Record runs on a virtual tribometer: run folders whose truth is known."""
+    from tribopipe.records.base import load_toml
+    from tribopipe.records.plan import Plan
+    from tribopipe.simulate import simulate_plan
+
+    truths = simulate_plan(load_toml(plan, Plan), folder)
+    if as_json:
+        print_json({"runs": [record_json(truth) for truth in truths]})
+    table(
+        f"Simulated into {folder}",
+        ["run", "law", "true k_D", "true pin wear at the end"],
+        [
+            [truth.id, truth.law, truth.wear_coefficient.shown("mm^3/(N*mm)"), truth.end_pin_wear_depth.shown("um")]
+            for truth in truths
+        ],
+    )
+
+
+COMMANDS = {"check": check, "ingest": ingest, "process": process, "simulate": simulate}

@@ -1,0 +1,39 @@
+"""JSON Schemas of the records, for editors and other programs."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from tribopipe.files import write_file
+from tribopipe.records.base import Record
+from tribopipe.records.manifest import RunManifest
+from tribopipe.records.plan import Plan, Truth
+from tribopipe.records.recipe import Recipe
+from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
+
+SCHEMAS: dict[str, type[Record]] = {
+    "run": RunManifest,
+    "recipe": Recipe,
+    "plan": Plan,
+    "truth": Truth,
+    "drift-correction": DriftCorrection,
+    "friction-fit": FrictionFit,
+    "wear-fit": WearFit,
+    "wear-prediction": WearPrediction,
+}
+
+
+def schema_text(name: str) -> str:
+    """Return one schema as the file holds it."""
+    schema: dict[str, Any] = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    schema |= SCHEMAS[name].model_json_schema(by_alias=True)
+    return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
+
+
+def write_schemas(folder: Path) -> list[Path]:
+    """Write every schema into a folder and return the files."""
+    folder.mkdir(parents=True, exist_ok=True)
+    written = [folder / f"{name}.schema.json" for name in SCHEMAS]
+    for path, name in zip(written, SCHEMAS, strict=True):
+        write_file(path, schema_text(name).encode("utf-8"))
+    return written

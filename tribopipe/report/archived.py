@@ -1,0 +1,42 @@
+"""Figures of archived runs, saved beside the archive."""
+
+from pathlib import Path
+
+from tribopipe.archive.steps import PREDICTIONS, WEAR_FITS, Step
+from tribopipe.archive.store import Archive
+from tribopipe.pipeline import archived_correction, archived_friction
+from tribopipe.records.recipe import LawName
+from tribopipe.records.results import WearFit, WearPrediction
+from tribopipe.report.figures import LawCurve, plot_depth, plot_friction, plot_wear, save_figure
+
+FOLDER = "figures"
+
+
+def save_run_figures(archive: Archive, run_id: str, suffix: str = ".png") -> list[Path]:
+    """Draw what a run has: depth, friction, wear. Return the files written, <archive>/figures/<id>-<what>.png."""
+    corrected, friction = archived_correction(archive, run_id), archived_friction(archive, run_id)
+    steps = archive.steps(run_id)
+    figures = {}
+    if "depth" in corrected.raw.columns:
+        figures["depth"] = plot_depth(corrected)
+    if friction is not None and friction.outcome != "none":
+        figures["friction"] = plot_friction(corrected.raw, friction)
+    fits: dict[LawName, tuple[WearFit, LawCurve]] = {}
+    predictions: dict[LawName, tuple[WearPrediction, LawCurve]] = {}
+    for law in WEAR_FITS:
+        fit, prediction = steps.get(WEAR_FITS[law]), steps.get(PREDICTIONS[law])
+        if fit is not None and fit.curves and isinstance(fit.result, WearFit):
+            fits[law] = fit.result, _curve(fit)
+        if prediction is not None and isinstance(prediction.result, WearPrediction):
+            predictions[law] = prediction.result, _curve(prediction)
+    if fits:
+        figures["wear"] = plot_wear(corrected, fits, predictions)
+    written = []
+    for what, figure in figures.items():
+        written.append(archive.folder / FOLDER / f"{run_id}-{what}{suffix}")
+        save_figure(figure, written[-1])
+    return written
+
+
+def _curve(step: Step) -> LawCurve:
+    return LawCurve(*(step.curves[name][0] for name in ("wear_depth", "wear_depth_lower", "wear_depth_upper")))

@@ -1,0 +1,262 @@
+"""Figures of one run: the depth signal and its correction, friction, and the wear curve beside the laws.
+
+Colours are from the Okabe–Ito palette, which people with any colour vision can tell apart. The figures are made without
+pyplot, so that they need no display and leave no state behind; in a notebook they show themselves.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ParamSpec
+
+import numpy as np
+
+from tribopipe.files import replacing
+from tribopipe.records.recipe import LawName
+from tribopipe.records.results import FrictionFit, WearFit, WearPrediction
+from tribopipe.run import Column, CorrectedRun, RawRun
+from tribopipe.units import axis, from_si, interval_from_si
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_BLACK, _ORANGE, _BLUE, _GREEN, _RED, _GREY = "#000000", "#E69F00", "#0072B2", "#009E73", "#D55E00", "#8C8C8C"
+_LAW_COLOURS: dict[LawName, str] = {"archard": _BLUE, "sarkar": _ORANGE}
+_LAW_NAMES: dict[LawName, str] = {"archard": "Archard", "sarkar": "Sarkar"}
+_MOST_POINTS = 1500
+_STYLE: Any = {
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.8,
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "lines.linewidth": 1.4,
+    "svg.hashsalt": "tribopipe",
+    "svg.fonttype": "none",
+    "figure.constrained_layout.use": True,
+}
+
+
+P = ParamSpec("P")
+
+
+def _styled(plot: "Callable[P, Figure]") -> "Callable[P, Figure]":
+    """Draw in the style of this module, whatever the user's own is."""
+
+    @wraps(plot)
+    def drawn(*args: P.args, **kwargs: P.kwargs) -> "Figure":
+        from matplotlib import rc_context
+
+        with rc_context(_STYLE):
+            return plot(*args, **kwargs)
+
+    return drawn
+
+
+@dataclass(frozen=True)
+class LawCurve:
+    """A law along the run, m: the fitted or predicted wear with its 95 % band."""
+
+    wear_depth: Column
+    lower: Column
+    upper: Column
+
+
+def thinned(x: Column, y: Column) -> tuple[Column, Column]:
+    """Keep the lowest and the highest sample of each of many short stretches, so that a line looks the same."""
+    seen = np.isfinite(x) & np.isfinite(y)
+    x, y = x[seen], y[seen]
+    stretches = _MOST_POINTS // 2
+    if len(x) <= 2 * stretches:
+        return x, y
+    kept = {0, len(x) - 1}
+    for part in np.array_split(np.arange(len(x)), stretches):
+        kept |= {int(part[np.argmin(y[part])]), int(part[np.argmax(y[part])])}
+    order = sorted(kept)
+    return x[order], y[order]
+
+
+@_styled
+def plot_depth(corrected: CorrectedRun) -> "Figure":
+    """Draw the depth reading, what drift adds to it, and the corrected wear with the end value."""
+    run, correction = corrected.raw, corrected.correction
+    figure, axes = _panels(1)
+    ax = axes[0]
+    distance, reading = run.sliding_distance, run.columns.get("depth")
+    if reading is not None:
+        ax.plot(*_micro(*thinned(distance, reading)), color=_GREY, lw=0.8, label="sensor reading")
+    if corrected.wear_depth is not None and reading is not None:
+        ax.plot(
+            *_micro(*thinned(distance, reading - corrected.wear_depth)),
+            color=_ORANGE,
+            ls="--",
+            label="zero offset and drift",
+        )
+        ax.plot(
+            *_micro(*thinned(distance, corrected.wear_depth)), color=_BLUE, lw=0.9, label="corrected wear, pin + disc"
+        )
+    end = correction.end_wear_depth
+    if end is not None:
+        ax.errorbar(
+            distance[-1],
+            from_si(end.value, "m", "um"),
+            yerr=1.96 * interval_from_si(end.standard_uncertainty or 0.0, "m", "um"),
+            fmt="o",
+            ms=4,
+            capsize=3,
+            color=_RED,
+            label=f"end value, 95 % ({correction.anchor})".replace("_", " "),
+            zorder=5,
+        )
+    _finish(
+        ax,
+        f"{run.id}: depth signal",
+        str(correction)
+        if end is None
+        else f"drift {_shown(correction.drift_rate, 'nm/min')}, discrepancy {_shown(correction.discrepancy, 'um')}",
+    )
+    ax.set_ylabel(axis("depth", "um"))
+    figure.legend(loc="outside lower center", ncols=2)
+    return figure
+
+
+@_styled
+def plot_friction(run: RawRun, fit: FrictionFit) -> "Figure":
+    """Draw the friction coefficient with Eq. 7 as fitted, and the residuals."""
+    from tribopipe.wear.friction_path import fitted_path
+
+    figure, (ax, below) = _panels(2)
+    distance, path = run.sliding_distance, fitted_path(fit)
+    mu = run.columns.get("friction_coefficient", np.full_like(distance, np.nan))
+    ax.plot(*thinned(distance, mu), color=_GREY, lw=0.6, label="measured")
+    if path is not None and fit.window is not None:
+        inside = (distance >= fit.window[0].value) & (distance <= fit.window[1].value)
+        fitted = path.coefficient(distance)
+        name = "A·exp(−s/c) + b" if fit.outcome == "exponential" else "steady value"
+        ax.plot(distance[inside], fitted[inside], color=_BLUE, label=name)
+        below.plot(*thinned(distance[inside], (mu - fitted)[inside]), color=_GREY, lw=0.6)
+        _mark_left_out(ax, distance, fit)
+    below.axhline(0, color=_BLACK, lw=0.8)
+    below.set_ylabel("residual of µ")
+    ax.set_ylabel("friction coefficient µ")
+    _finish(ax, f"{run.id}: friction", _friction_words(fit))
+    below.set_xlabel(axis("sliding distance s", "m"))
+    ax.set_xlabel("")
+    figure.legend(loc="outside lower center", ncols=2)
+    return figure
+
+
+def _mark_left_out(ax: "Axes", distance: Column, fit: FrictionFit) -> None:
+    if fit.window is None:
+        return
+    if fit.window[0].value > distance[0]:
+        ax.axvspan(distance[0], fit.window[0].value, color=_ORANGE, alpha=0.25, lw=0, label="left out")
+
+
+def _friction_words(fit: FrictionFit) -> str:
+    if fit.outcome != "exponential":
+        return f"b = {fit.steady_state}: {fit.notes[0]}" if fit.steady_state else "; ".join(fit.notes)
+    return f"A = {fit.amplitude}, b = {fit.steady_state}, c = {fit.running_in_distance}"
+
+
+@_styled
+def plot_wear(
+    corrected: CorrectedRun,
+    fits: Mapping[LawName, tuple[WearFit, LawCurve]],
+    predictions: Mapping[LawName, tuple[WearPrediction, LawCurve]] | None = None,
+) -> "Figure":
+    """Draw the pin's wear with the fitted laws, their residuals, and predictions from another run with 95 % bands."""
+    figure, (ax, below) = _panels(2)
+    run, wear, distance = corrected.raw, corrected.pin_wear_depth, corrected.raw.sliding_distance
+    if wear is not None:
+        ax.plot(*_micro(*thinned(distance, wear)), color=_GREY, lw=0.8, label="pin wear, corrected")
+    for law, (_, curve) in fits.items():
+        ax.plot(
+            *_micro(*thinned(distance, curve.wear_depth)), color=_LAW_COLOURS[law], label=f"{_LAW_NAMES[law]}, fitted"
+        )
+        ax.fill_between(*_micro_band(distance, curve), color=_LAW_COLOURS[law], alpha=0.15, lw=0)
+        if wear is not None:
+            below.plot(*_micro(*thinned(distance, wear - curve.wear_depth)), color=_LAW_COLOURS[law], lw=0.6)
+    for law, (prediction, curve) in (predictions or {}).items():
+        style = {"archard": "--", "sarkar": ":"}[law]
+        ax.plot(
+            *_micro(*thinned(distance, curve.wear_depth)),
+            color=_GREEN,
+            ls=style,
+            label=f"{_LAW_NAMES[law]}, predicted from {prediction.reference}",
+        )
+        ax.fill_between(*_micro_band(distance, curve), color=_GREEN, alpha=0.12, lw=0)
+    _mark_end(ax, corrected)
+    below.axhline(0, color=_BLACK, lw=0.8)
+    below.set_ylabel(axis("residual", "um"))
+    ax.set_ylabel(axis("pin wear depth", "um"))
+    _finish(ax, f"{run.id}: wear", "\n".join(_wear_words(fit) for fit, _ in fits.values()))
+    below.set_xlabel(axis("sliding distance s", "m"))
+    ax.set_xlabel("")
+    ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
+    figure.legend(loc="outside lower center", ncols=2)
+    return figure
+
+
+def _mark_end(ax: "Axes", corrected: CorrectedRun) -> None:
+    end = corrected.correction.pin_wear_depth
+    if end is not None:
+        spread = 1.96 * interval_from_si(end.standard_uncertainty or 0.0, "m", "um")
+        ax.errorbar(
+            corrected.raw.sliding_distance[-1],
+            from_si(end.value, "m", "um"),
+            yerr=spread,
+            fmt="o",
+            ms=4,
+            capsize=3,
+            color=_RED,
+            label="pin wear measured after the test, 95 %",
+            zorder=5,
+        )
+
+
+def _wear_words(fit: WearFit) -> str:
+    return f"{_LAW_NAMES[fit.model]}: $k_\\mathrm{{D}}$ = {_shown(fit.wear_coefficient, 'mm^3/(N*mm)')}"
+
+
+def _shown(quantity: object, unit: str) -> str:
+    from tribopipe.records.quantity import Quantity
+
+    return quantity.shown(unit) if isinstance(quantity, Quantity) else "unknown"
+
+
+def _micro(distance: Column, depth: Column) -> tuple[Column, Column]:
+    return distance, from_si(depth, "m", "um")
+
+
+def _micro_band(distance: Column, curve: LawCurve) -> tuple[Column, Column, Column]:
+    every = max(1, len(distance) // _MOST_POINTS)
+    return distance[::every], from_si(curve.lower[::every], "m", "um"), from_si(curve.upper[::every], "m", "um")
+
+
+def _panels(count: int) -> "tuple[Figure, list[Axes]]":
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(6.3, 3.9 if count == 1 else 5.0), dpi=150, layout="constrained")
+    grid = figure.subplots(count, 1, sharex=True, squeeze=False, height_ratios=[3, 1][:count])
+    return figure, [row[0] for row in grid]
+
+
+def _finish(ax: "Axes", title: str, words: str) -> None:
+    ax.set_title(title, loc="left", fontsize=10, fontweight="bold", pad=6 + 11 * (words.count("\n") + 1))
+    ax.text(0.0, 1.02, words, transform=ax.transAxes, fontsize=8, va="bottom")
+    ax.set_xlabel(axis("sliding distance s", "m"))
+    ax.margins(x=0.01)
+
+
+def save_figure(figure: "Figure", path: Path) -> None:
+    """Write a figure in the format of the file's suffix, whole or not at all, and the same each time."""
+    from matplotlib import rc_context
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    dated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(path.suffix, {})
+    with rc_context(_STYLE), replacing(path) as part:
+        figure.savefig(part, format=path.suffix.removeprefix("."), metadata=dated)
