@@ -1,3 +1,82 @@
-"""From tribometer run folders to wear laws that can be trusted."""
+"""From tribometer run folders to wear laws that can be trusted.
 
-__version__ = "0.1.0"
+>>> import tribopipe
+>>> run = tribopipe.read_run("sample_runs/si3n4-air-200mN")
+>>> corrected = tribopipe.correct_drift(run)
+>>> friction = tribopipe.fit_friction(run)
+>>> fit = tribopipe.fit_wear(corrected, "sarkar", friction)
+>>> print(fit)  # doctest: +ELLIPSIS
+sarkar: k_D = ...
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from tribopipe.version import VERSION
+
+if TYPE_CHECKING:
+    from tribopipe.archive.store import Archive, open_archive
+    from tribopipe.checks.registry import check_run
+    from tribopipe.drift import correct_drift
+    from tribopipe.errors import TribopipeError
+    from tribopipe.friction import fit_friction
+    from tribopipe.ingest.harmonise import read_run
+    from tribopipe.pipeline import process
+    from tribopipe.records.quantity import Quantity
+    from tribopipe.records.recipe import Recipe
+    from tribopipe.report.figures import plot_depth, plot_friction, plot_wear, save_figure
+    from tribopipe.wear.curves import fitted_curve
+    from tribopipe.wear.identify import fit_wear
+    from tribopipe.wear.predict import WearScenario, predict_wear
+
+__version__ = VERSION
+
+__all__ = [
+    "Archive",
+    "Quantity",
+    "Recipe",
+    "TribopipeError",
+    "WearScenario",
+    "__version__",
+    "check_run",
+    "correct_drift",
+    "fit_friction",
+    "fit_wear",
+    "fitted_curve",
+    "open_archive",
+    "plot_depth",
+    "plot_friction",
+    "plot_wear",
+    "predict_wear",
+    "process",
+    "read_run",
+    "save_figure",
+]
+
+_HOMES = {
+    "archive.store": ("Archive", "open_archive"),
+    "checks.registry": ("check_run",),
+    "drift": ("correct_drift",),
+    "errors": ("TribopipeError",),
+    "friction": ("fit_friction",),
+    "ingest.harmonise": ("read_run",),
+    "pipeline": ("process",),
+    "records.quantity": ("Quantity",),
+    "records.recipe": ("Recipe",),
+    "report.figures": ("plot_depth", "plot_friction", "plot_wear", "save_figure"),
+    "wear.curves": ("fitted_curve",),
+    "wear.identify": ("fit_wear",),
+    "wear.predict": ("WearScenario", "predict_wear"),
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import what is asked for when it is asked for: `tribopipe --help` needs no numpy."""
+    for module, names in _HOMES.items():
+        if name in names:
+            return getattr(import_module(f"tribopipe.{module}"), name)
+    raise AttributeError(f"module 'tribopipe' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -9,6 +9,9 @@ with the zero offset z at the start t₀ of sliding and h_end the wear of pin pl
 intercept of a fit z + q·sⁿ to the first samples: wear of a sphere begins as √s once it exceeds the elastic approach
 (n = ½), that of a flat pin as s (n = 1), so wear within the window is not taken for offset. The end reading is the
 value at the last sample of a straight line through the last samples.
+
+Where the elastic approach still makes the first wear linear, as under WC-Co in water, z comes out about 10 nm low; a
+drift of 1 nm/s shifts it by 7 nm. Both are far below the sensor's noise.
 """
 
 import math

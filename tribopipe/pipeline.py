@@ -11,7 +11,6 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from tribopipe import __version__
 from tribopipe.archive.digest import digest
 from tribopipe.archive.steps import PREDICTIONS, STEPS, WEAR_FITS, Step, StepName
 from tribopipe.archive.store import Archive
@@ -25,10 +24,12 @@ from tribopipe.records.finding import Finding
 from tribopipe.records.manifest import MANIFEST_NAME, RunManifest, manifest_path
 from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
-from tribopipe.run import Column, CorrectedRun, RawRun
-from tribopipe.wear.friction_path import fitted_path, run_path
+from tribopipe.run import Column, CorrectedRun
+from tribopipe.version import VERSION
+from tribopipe.wear.curves import LawCurve, fitted_curve, predicted_curve, run_scenario
+from tribopipe.wear.friction_path import fitted_path
 from tribopipe.wear.identify import fit_wear
-from tribopipe.wear.predict import WearScenario, predict_wear
+from tribopipe.wear.predict import predict_wear
 
 Status = Literal["done", "unchanged", "failed"]
 Curves = Mapping[str, tuple[Column, str]]
@@ -128,7 +129,7 @@ def fit_archived_wear(archive: Archive, run_id: str, law: LawName, recipe: Recip
     def compute() -> tuple[Record, Curves]:
         corrected, friction = archived_correction(archive, run_id), archived_friction(archive, run_id)
         fit = fit_wear(corrected, law, friction, recipe)
-        return fit, _fit_curves(corrected.raw, fit, friction, recipe)
+        return fit, _law_curves(fitted_curve(corrected.raw, fit, friction, recipe))
 
     name = WEAR_FITS[law]
     inputs = [archive.raw_sha256(run_id), *(_result_sha256(archive, run_id, base) for base in STEPS[name].stands_on)]
@@ -140,22 +141,13 @@ def fit_archived_wear(archive: Archive, run_id: str, law: LawName, recipe: Recip
     return _advance(archive, run_id, _Advance(name, options, inputs, compute), "wear_fit", force=force)
 
 
-def _fit_curves(run: RawRun, fit: WearFit, friction: FrictionFit | None, recipe: Recipe) -> Curves:
-    """Return the fitted law along the run with its 95 % band, m."""
-    if fit.wear_coefficient is None or fit.interval is None:
+def _law_curves(curve: LawCurve | None) -> Curves:
+    if curve is None:
         return {}
-    path = run_path(run, friction, recipe.wear.friction)
-    best = WearScenario(
-        run.manifest.contact, run.manifest.conditions.normal_load, fit.wear_coefficient, fit.model, path, recipe
-    )
-    curves = {
-        "wear_depth": fit.wear_coefficient.value,
-        "wear_depth_lower": fit.interval[0],
-        "wear_depth_upper": fit.interval[1],
-    }
     return {
-        name: (best.worn(run.sliding_distance, {**best.values, "wear_coefficient": k}).depth, "m")
-        for name, k in curves.items()
+        "wear_depth": (curve.wear_depth, "m"),
+        "wear_depth_lower": (curve.lower, "m"),
+        "wear_depth_upper": (curve.upper, "m"),
     }
 
 
@@ -190,26 +182,10 @@ def _predict_run(
         raise TribopipeError(
             f"{reference}: found no wear coefficient to predict from; it lacks {' and '.join(fit.lacks)}"
         )
-    path = run_path(run, archived_friction(archive, run_id), recipe.wear.friction)
-    conditions = run.manifest.conditions
-    scenario = WearScenario(
-        run.manifest.contact,
-        conditions.normal_load,
-        fit.wear_coefficient,
-        fit.model,
-        path,
-        recipe,
-        conditions.sliding_speed,
-    )
+    scenario = run_scenario(run, fit, fit.wear_coefficient, archived_friction(archive, run_id), recipe)
     end = float(np.nanmax(run.sliding_distance))
     result = predict_wear(scenario, [end], reference=reference)
-    depth = scenario.worn(run.sliding_distance).depth
-    half_width = 1.96 * scenario.depth_uncertainty(run.sliding_distance)
-    return result, {
-        "wear_depth": (depth, "m"),
-        "wear_depth_lower": (np.maximum(depth - half_width, 0.0), "m"),
-        "wear_depth_upper": (depth + half_width, "m"),
-    }
+    return result, _law_curves(predicted_curve(run, scenario, result))
 
 
 def process(
@@ -327,11 +303,11 @@ def _advance(
     *,
     force: bool,
 ) -> Outcome:
-    inputs = digest(__version__, step.name, step.options, *step.inputs)
+    inputs = digest(VERSION, step.name, step.options, *step.inputs)
     there = archive.step(run_id, step.name)
     if there is not None and there.inputs_sha256 == inputs and not force:
         return Outcome(run_id, stage, "unchanged", there.result)
     result, curves = step.compute()
     date = datetime.now(UTC).isoformat(timespec="seconds")
-    archive.put_step(run_id, Step(step.name, result, inputs, step.options, __version__, date, curves))
+    archive.put_step(run_id, Step(step.name, result, inputs, step.options, VERSION, date, curves))
     return Outcome(run_id, stage, "done", result)

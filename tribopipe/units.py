@@ -6,9 +6,9 @@ coefficient k_D (1 mm³/(N mm) = 1 mm²/N = 1e-6 m²/N). Ratios such as the fric
 
 import math
 import re
-from decimal import Decimal
+from decimal import Context, Decimal
 from functools import cache
-from typing import Any, NamedTuple, TypeVar, cast
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,32 +47,51 @@ _NUMBER_THEN_UNIT = re.compile(
     r"\s*(?P<number>[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)\s*(?P<unit>.*?)\s*\Z", re.DOTALL
 )
 _LONGEST_UNIT = 40
-_SPELLINGS = str.maketrans({"·": "*", "⋅": "*", "×": "*", "−": "-", "µ": "u", "μ": "u", "℃": "°"})
+_SPELLINGS = str.maketrans(
+    {"·": "*", "⋅": "*", "×": "*", "−": "-", "µ": "u", "μ": "u", "℃": "degC", "°": "deg", "½": "^0.5"}
+)
+_SUPERSCRIPTS = "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"
+_FROM_SUPERSCRIPT = str.maketrans(_SUPERSCRIPTS, "-0123456789")
+_TO_SUPERSCRIPT = str.maketrans("-0123456789", _SUPERSCRIPTS)
+_POWER = r"(?:\^|\*\*)\s*(?:[+-]?\d{1,2}(?:\.\d)?|\([+-]?\d{1,2}(?:/\d{1,2})?\))(?![\d.])"
+_UNIT = re.compile(rf"(?:(?:[^\W\d_]\w*+|\))(?:\s*{_POWER})?|1(?=\s*/)|[%*/.(\s])+")
+"""Names, small powers and the signs between them: pint would go on to compute 9^9^9, and skip what it does not know."""
+_EXACT = Context(prec=40, traps=[])
+"""Decimal arithmetic in which a number too large becomes infinite rather than an exception."""
 
 
 @cache
 def _registry() -> Any:
     import pint
 
-    registry: Any = pint.UnitRegistry(autoconvert_offset_to_baseunit=True, cache_folder=None)
+    registry: Any = pint.UnitRegistry(autoconvert_offset_to_baseunit=True, cache_folder=None, non_int_type=Decimal)
     registry.define("revolution_per_minute = revolution / minute = rpm")
     return registry
 
 
+class _Unit(NamedTuple):
+    """A unit against the SI unit of its dimension: SI = slope × value + offset, to the last digit."""
+
+    dimension: Any
+    slope: Decimal
+    offset: Decimal
+
+
 @cache
-def _unit(text: str) -> Any:
+def _unit(text: str) -> _Unit:
     """Read a unit; ``ValueError`` where the text is none."""
     cleaned = text.translate(_SPELLINGS).strip()
+    cleaned = re.sub(f"[{_SUPERSCRIPTS}]+", lambda power: "^" + power[0].translate(_FROM_SUPERSCRIPT), cleaned)
     if cleaned in ("", "1", "-"):
-        return _registry().dimensionless
-    if len(cleaned) > _LONGEST_UNIT:
-        raise ValueError("too long for a unit")
+        return _Unit(_registry().dimensionless.dimensionality, Decimal(1), Decimal(0))
+    if len(cleaned) > _LONGEST_UNIT or not _UNIT.fullmatch(cleaned):
+        raise ValueError("too long for a unit, or with signs that no unit has")
     try:
         unit = _registry().parse_units(cleaned)
-        _registry().Quantity(1.0, unit).to_base_units()
+        zero, one = (_registry().Quantity(Decimal(number), unit).to_base_units() for number in (0, 1))
+        return _Unit(unit.dimensionality, one.magnitude - zero.magnitude, zero.magnitude)
     except Exception as error:
         raise ValueError(str(error)) from error
-    return unit
 
 
 def is_unit(text: str) -> bool:
@@ -84,13 +103,13 @@ def is_unit(text: str) -> bool:
     return True
 
 
-def _checked_unit(text: str, kind: str) -> Any:
+def _checked_unit(text: str, kind: str) -> _Unit:
     wanted = KINDS[kind]
     try:
         unit = _unit(text)
     except ValueError:
         raise UnitError(f"found {text!r}, which is no unit; expected a {kind} unit such as {wanted.shown!r}") from None
-    if unit.dimensionality != _unit(wanted.si).dimensionality:
+    if unit.dimension != _unit(wanted.si).dimension:
         found = f"the unit {text!r}" if text.strip() else "no unit"
         raise UnitError(f"found {found}, which is no unit of {kind}; expected one such as {wanted.shown!r}")
     return unit
@@ -110,20 +129,15 @@ def parse(text: str, kind: str) -> float:
         )
     if not matched["unit"] and wanted.si != "1":
         raise UnitError(f"found {text!r} without a unit; expected a {kind} such as {wanted.example!r}")
-    value = _exactly(matched["number"], _checked_unit(matched["unit"], kind), kind)
+    unit = _checked_unit(matched["unit"], kind)
+    # In decimal, so that "120 nm" is 1.2e-7 to the last digit.
+    number = _EXACT.create_decimal(matched["number"])
+    value = float(_EXACT.fma(number, unit.slope, unit.offset))
     if not math.isfinite(value):
         raise UnitError(
             f"found {text!r}, which is not finite in {wanted.si}; expected a {kind} such as {wanted.example!r}"
         )
     return value
-
-
-def _exactly(number: str, unit: Any, kind: str) -> float:
-    """Convert in decimal where the unit is a plain factor, so that "120 nm" is 1.2e-7 to the last digit."""
-    if _registry().Quantity(0.0, unit).to_base_units().magnitude != 0:
-        return float(_registry().Quantity(float(number), unit).to(_unit(KINDS[kind].si)).magnitude)
-    factor = _registry().Quantity(1.0, unit).to(_unit(KINDS[kind].si)).magnitude
-    return float(Decimal(number) * Decimal(repr(float(factor))))
 
 
 def parse_interval(text: str, kind: str, *, of: float) -> float:
@@ -135,14 +149,8 @@ def parse_interval(text: str, kind: str, *, of: float) -> float:
     if matched is not None and matched["unit"] == "%" and KINDS[kind].si != "1":
         return abs(of) * float(matched["number"]) / 100
     if kind == "temperature" and matched is not None and matched["unit"]:
-        return float(matched["number"]) * _scale(_checked_unit(matched["unit"], kind))
+        return float(matched["number"]) * float(_checked_unit(matched["unit"], kind).slope)
     return parse(text, kind)
-
-
-def _scale(unit: Any) -> float:
-    quantity = _registry().Quantity
-    difference = quantity(1.0, unit).to_base_units() - quantity(0.0, unit).to_base_units()
-    return float(difference.magnitude)
 
 
 def to_si(values: Numbers, unit: str, kind: str) -> Numbers:
@@ -150,22 +158,21 @@ def to_si(values: Numbers, unit: str, kind: str) -> Numbers:
 
     Raises ``UnitError`` where ``unit`` is none of that kind.
     """
-    source, target = _checked_unit(unit, kind), _unit(KINDS[kind].si)
-    if source == target:
-        return values
-    return cast(Numbers, _registry().Quantity(values, source).to(target).magnitude)
+    source = _checked_unit(unit, kind)
+    return values * float(source.slope) + float(source.offset)
 
 
 def from_si(values: Numbers, si_unit: str, unit: str) -> Numbers:
     """Convert a number or a column from SI to the unit it is shown in."""
     if si_unit == unit:
         return values
-    return cast(Numbers, _registry().Quantity(values, _unit(si_unit)).to(_unit(unit)).magnitude)
+    shown = _unit(unit)
+    return (values - float(shown.offset)) * float(1 / shown.slope)
 
 
 def interval_from_si(value: float, si_unit: str, unit: str) -> float:
     """Convert a difference or an uncertainty: as ``from_si``, but offsets (°C) do not count."""
-    return value * _scale(_unit(si_unit)) / _scale(_unit(unit))
+    return value if si_unit == unit else value * float(1 / _unit(unit).slope)
 
 
 _PRETTY = {
@@ -206,16 +213,13 @@ def show(value: float, uncertainty: float | None, si_unit: str, unit: str | None
     return f"{_rounded_pair(number, spread)}{tail}"
 
 
-_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-
-
 def _rounded(number: float) -> str:
     mantissa, _, power = f"{number:.4g}".partition("e")
     return f"{mantissa}{_power(int(power))}" if power else mantissa
 
 
 def _power(exponent: int) -> str:
-    return f"×10{str(exponent).translate(_SUPERSCRIPTS)}"
+    return f"×10{str(exponent).translate(_TO_SUPERSCRIPT)}"
 
 
 def _rounded_pair(number: float, spread: float) -> str:

@@ -18,7 +18,6 @@ from collections.abc import Iterator, Sequence
 import h5py
 import numpy as np
 
-from tribopipe import __version__
 from tribopipe.archive import nexus
 from tribopipe.archive.digest import raw_digest
 from tribopipe.archive.steps import STEPS, WEAR_FITS, Step, StepName
@@ -29,6 +28,7 @@ from tribopipe.records.results import WearFit
 from tribopipe.records.signals import SIGNALS, SignalName
 from tribopipe.run import ExtraColumn, RawRun, SourceFile
 from tribopipe.units import from_si
+from tribopipe.version import VERSION
 
 FORMAT = "tribopipe.archive/1"
 _DISTANCE = "/entry/raw/sliding_distance"
@@ -37,7 +37,7 @@ _SENSED: tuple[SignalName, ...] = ("depth", "normal_force", "friction_force", "t
 
 def write_raw(file: h5py.File, run: RawRun, findings: Sequence[Finding]) -> None:
     """Write a run as ingested into an empty file."""
-    file.attrs.update(NX_class="NXroot", default="entry", creator="tribopipe", creator_version=__version__)
+    file.attrs.update(NX_class="NXroot", default="entry", creator="tribopipe", creator_version=VERSION)
     entry = nexus.group(file, "entry", "NXentry", default="raw")
     manifest = run.manifest
     nexus.field(entry, "title", manifest.title or manifest.id)
@@ -83,7 +83,8 @@ def _write_sources(entry: h5py.Group, run: RawRun) -> None:
         nexus.field(note, "file_name", source.name)
         nexus.field(note, "type", "application/octet-stream")
         nexus.field(note, "data", np.frombuffer(source.content, dtype=np.uint8))
-        note.attrs["sha256"] = source.sha256
+        nexus.field(note, "checksum", source.sha256)
+        nexus.field(note, "algorithm", "sha256")
         if source.name in run.headers:
             nexus.field(note, "description", run.headers[source.name])
 

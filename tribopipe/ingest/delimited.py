@@ -87,13 +87,14 @@ class DelimitedReader:
         head = SourceFile(source.name, source.content[:_SAMPLE_BYTES])
         try:
             text = decode(head, partial=len(source.content) > _SAMPLE_BYTES)
-            layout = find_layout(text, Hints())
+            table, _ = _find_table(text, Hints())
         except ReaderError as error:
             return Match(0.0, str(error).removeprefix(source.name).lstrip(":, "))
-        columns = max(layout.width, len(layout.names))
-        numeric = columns - len(layout.textual)
-        why = f"a table of {columns} columns, {numeric} of them numbers"
-        return Match(0.5 if layout.doubt else 0.5 + 0.2 * numeric / columns, why)
+        if table.regularity < 0.5:
+            line = table.rows[table.top].line
+            return Match(0.2, f"most rows have another number of fields than the names in line {line}")
+        share = len(table.numeric) / table.width
+        return Match(0.5 + 0.2 * share, f"a table of {table.width} columns, {len(table.numeric)} of them numbers")
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:
         """Parse the file; ``ReaderError`` with file and line where it is no whole, unambiguous table."""
@@ -358,6 +359,8 @@ class _Table:
     width: int
     numeric: frozenset[int]
     """Columns of numbers."""
+    textual: frozenset[int]
+    """Columns of something else; those in neither set are empty."""
     top: int = -1
     """Index of the row of names, -1 where there is none."""
     names: tuple[str, ...] = ()
@@ -372,11 +375,24 @@ class _Table:
                 if column in self.numeric and _is_number(cell, self.signs):
                     yield row.line, column, cell
 
+    def has_sample(self, row: Row) -> bool:
+        """Tell whether a row has numbers, and something else only in columns of something else."""
+        if len(row.cells) != self.width or not _count(row, self.signs):
+            return False
+        cells = [cell for column, cell in enumerate(row.cells) if column not in self.textual]
+        return all(cell in _MISSING or _is_number(cell, self.signs) for cell in cells)
+
     @property
     def coverage(self) -> float:
         """Share of the body's characters that stand in numbers."""
         cells = [cell for row in self.rows[self.body :] for cell in row.cells]
         return sum(len(cell) for cell in cells if _is_number(cell, self.signs)) / max(1, sum(map(len, cells)))
+
+    @property
+    def regularity(self) -> float:
+        """Share of the body's rows that have as many fields as the header."""
+        body = self.rows[self.body :]
+        return sum(len(_trimmed(self.names)) <= len(row.cells) <= self.width for row in body) / len(body)
 
 
 def _is_number(cell: str, signs: str) -> bool:
@@ -398,6 +414,12 @@ def find_layout(text: Text, hints: Hints) -> Layout:
 
     Raises ``ReaderError`` where there is none, saying what is missing.
     """
+    table, lines = _find_table(text, hints)
+    seen = replace(table, rows=table.rows + ([] if hints.decimal else _later_rows(text, table, lines)))
+    return _layout(table, lines, hints.decimal or _decimal(seen), _doubt(text, hints, seen))
+
+
+def _find_table(text: Text, hints: Hints) -> tuple[_Table, list[str]]:
     lines = sample_lines(text)
     tables = [
         table for separator in _wanted(text, hints) if (table := _table(lines, separator, _signs(separator, hints)))
@@ -410,8 +432,7 @@ def find_layout(text: Text, hints: Hints) -> Layout:
             f"{text.name}, line {table.rows[table.top].line}: found {max(len(table.names), table.width)} columns; "
             f"expected at most {_MOST_COLUMNS}; check that the file is a table of one row a sample"
         )
-    seen = replace(table, rows=table.rows + ([] if hints.decimal else _later_rows(text, table)))
-    return _layout(table, lines, hints.decimal or _decimal(seen), _doubt(text, hints, seen))
+    return table, lines
 
 
 def _wanted(text: Text, hints: Hints) -> tuple[str, ...]:
@@ -445,15 +466,18 @@ def _table(lines: list[str], separator: str, signs: str) -> _Table | None:
     # Below the last row that could be names, rows with numbers are samples for certain.
     below = range(max(named, default=-1) + 1, last + 1)
     certain = [rows[index] for index in below if counts[index]]
+    if certain and _is_unit_row(certain[0].cells):  # the unit 1 looks like a number
+        del certain[0]
     if not certain:
         return None
     width = _usual_width(certain, signs)
     certain = [row for row in certain if len(row.cells) == width]
-    numeric = frozenset(column for column in range(width) if _is_numeric([r.cells[column] for r in certain], signs))
-    body = next((i for i, row in enumerate(rows) if _is_sample(row, width, numeric, signs)), rows.index(certain[0]))
-    filled = max(len(_trimmed(row.cells)) for row in certain)
-    table = _Table(separator, signs, rows, body, width, numeric)
-    return _with_header(table, lines, [index for index in named if index < body][-20:], filled)
+    columns = [[row.cells[column] for row in certain] for column in range(width)]
+    numeric = frozenset(column for column, cells in enumerate(columns) if _is_numeric(cells, signs))
+    filled = frozenset(column for column, cells in enumerate(columns) if not set(cells) <= set(_MISSING))
+    table = _Table(separator, signs, rows, rows.index(certain[0]), width, numeric, filled - numeric)
+    table = replace(table, body=next((i for i, row in enumerate(rows) if table.has_sample(row)), table.body))
+    return _with_header(table, lines, [index for index in named if index < table.body][-20:])
 
 
 def _usual_width(rows: list[Row], signs: str) -> int:
@@ -468,29 +492,20 @@ def _is_numeric(cells: list[str], signs: str) -> bool:
     return 2 * numbers > sum(cell not in _MISSING for cell in cells)
 
 
-def _is_sample(row: Row, width: int, numeric: frozenset[int], signs: str) -> bool:
-    if len(row.cells) != width or not _count(row, signs):
-        return False
-    cells = [row.cells[column] for column in numeric]
-    return all(cell in _MISSING or _is_number(cell, signs) for cell in cells)
-
-
-def _with_header(table: _Table, lines: list[str], named: list[int], filled: int) -> _Table:
-    """Add names and units from the rows above the numbers.
-
-    ``named`` are the rows that could be names, ``filled`` the number of columns that are not empty.
-    """
+def _with_header(table: _Table, lines: list[str], named: list[int]) -> _Table:
+    """Add names and units from the rows above the numbers; ``named`` are those that could be names."""
+    filled = 1 + max(table.numeric | table.textual)
     split = {index: _header_cells(table, lines, index) for index in named}
-    fitting = [i for i in named if len(_trimmed(split[i])) <= table.width and filled <= len(split[i])]
+    enough = [i for i in named if filled <= len(split[i]) and filled <= 2 * sum(map(bool, split[i]))]
     if not named:
         return _with_numbered_names(table)
-    top = max(fitting or named)
+    top = max(enough or named)
     units, body = _below_names(table, top)
-    if top - 1 in fitting and not units:
-        if _is_unit_row(split[top]):
-            units, top = split[top], top - 1
-        elif _is_unit_row(split[top - 1]):
-            units = split[top - 1]
+    if not units and top - 1 in enough and _is_unit_row(split[top]):
+        units, top = split[top], top - 1
+    elif not units and top > 0 and filled <= len(table.rows[top - 1].cells):
+        above = table.rows[top - 1].cells
+        units = above if _is_unit_row(above) else []
     names = _trimmed(split[top])
     padded = [len(row.cells) for row in table.rows[body:] if not any(row.cells[len(names) :])]
     return replace(
@@ -500,7 +515,7 @@ def _with_header(table: _Table, lines: list[str], named: list[int], filled: int)
         names=tuple(split[top]),
         units=tuple(units),
         width=max(table.width, len(names), *padded, 0),
-        fits=top in fitting,
+        fits=top in enough and len(names) <= table.width,
     )
 
 
@@ -511,7 +526,7 @@ def _below_names(table: _Table, top: int) -> tuple[list[str], int]:
         row = table.rows[index]
         if not units and _is_unit_row(row.cells):
             units = row.cells
-        elif _count(row, table.signs):
+        elif _count(row, table.signs) or (len(row.cells) > 1 and set(row.cells) <= set(_MISSING)):
             return units, index
     return units, table.body
 
@@ -540,9 +555,11 @@ def _header_cells(table: _Table, lines: list[str], index: int) -> list[str]:
 
 def _chosen(tables: list[_Table]) -> _Table | None:
     """Choose among separators: the stronger ones first, then by how much stands in numbers."""
-    fitting = [table for table in tables if table.fits]
-    strong = [table for table in fitting if table.separator in _STRONG_SEPARATORS]
-    return max(strong or fitting or tables, key=lambda table: table.coverage, default=None)
+
+    def rank(table: _Table) -> tuple[bool, bool, bool, float]:
+        return table.fits, table.regularity >= 0.5, table.separator in _STRONG_SEPARATORS, table.coverage
+
+    return max(tables, key=rank, default=None)
 
 
 def _layout(table: _Table, lines: list[str], decimal: Decimal, doubt: str | None) -> Layout:
@@ -564,16 +581,17 @@ def _layout(table: _Table, lines: list[str], decimal: Decimal, doubt: str | None
 
 def _why_none(text: Text, hints: Hints, lines: list[str], tables: list[_Table]) -> str:
     """Say what a file without a table lacks."""
-    if not tables:
-        number, line = next((n, line.strip()) for n, line in enumerate(lines, 1) if not line.isspace())
+    number, line = next((n, line.strip()) for n, line in enumerate(lines, 1) if not line.isspace())
+    where = f"{text.name}, line {number}"
+    if not tables and (not hints.separator or any(hints.separator in line for line in lines)):
         found = line if len(line) <= 40 else f"{line[:39]}…"
         return (
-            f"{text.name}, line {number}: found {found!r} and no row of numbers below; expected a row of names "
-            "and rows of numbers; export the file again with its data"
+            f"{where}: found {found!r} and no row of numbers below; expected a row of names and rows of numbers; "
+            "export the file again with its data"
         )
-    table = max(tables, key=lambda table: (table.width > 1, table.coverage))
-    where = f"{text.name}, line {table.rows[table.body].line}"
-    if table.width > 1:
+    if any(table.width > 1 for table in tables):
+        table = max(tables, key=lambda table: (table.width > 1, table.coverage))
+        where = f"{text.name}, line {table.rows[table.body].line}"
         return (
             f"{where}: found numbers without a row of names above; expected one such as 'Time [s]', 'Depth [um]' "
             "with the same separators; add it"
@@ -588,12 +606,13 @@ def _why_none(text: Text, hints: Hints, lines: list[str], tables: list[_Table]) 
 # --- can it be read in another way? ---
 
 
-def _later_rows(text: Text, table: _Table) -> list[Row]:
+def _later_rows(text: Text, table: _Table, lines: list[str]) -> list[Row]:
     """Give rows from the first decimal sign on, where the sample of a longer file shows none."""
     if table.separator == "," or any(not _INTEGER.fullmatch(number) for _, _, number in table.numbers()):
         return []
-    found = [at for sign in (b".", b",") if (at := text.content.find(sign, text.start + _SAMPLE_BYTES // 2)) >= 0]
-    if not found or text.partial:
+    behind = text.start + len("".join(lines).encode())
+    found = [at for sign in (b".", b",") if (at := text.content.find(sign, behind)) >= 0]
+    if not found:
         return []
     start = max(text.content.rfind(end, 0, min(found)) for end in (b"\r", b"\n")) + 1
     before = len(_LINE_END.findall(text.content, text.start, start))
@@ -620,7 +639,11 @@ def _doubt(text: Text, hints: Hints, table: _Table) -> str | None:
 
 
 def _second_table(table: _Table) -> str | None:
-    above = [row for row in table.rows[: table.top] if 2 * _count(row, table.signs) > len(_trimmed(row.cells))]
+    above = [
+        row
+        for row in table.rows[: table.top]
+        if _is_number(row.cells[0], table.signs) and 2 * _count(row, table.signs) > len(_trimmed(row.cells))
+    ]
     for row, following in pairwise(above):
         if len(row.cells) == len(following.cells) > 1 and following.line == row.line + 1:
             return (
@@ -685,9 +708,10 @@ def _cut_number(text: Text, table: _Table) -> str | None:
     last = next(iter(_sampled([final], table.separator)), None)
     if last is None or len(last.cells) != table.width or column not in table.numeric:
         return None
-    decimals = {_decimals(row.cells[column]) for row in rows if row.cells != last.cells}
+    above = rows[:-1] if rows and rows[-1].cells == last.cells else rows
+    decimals = {_decimals(row.cells[column]) for row in above}
     found = last.cells[column]
-    if len(rows) < 3 or len(decimals) != 1 or not found or _decimals(found) >= decimals.pop():
+    if len(above) < 2 or len(decimals) != 1 or not found or _decimals(found) >= decimals.pop():
         return None
     return (
         f"last line: found {found!r} with fewer decimals than above and without a line end; expected whole rows; "
@@ -722,6 +746,7 @@ def read_table(text: Text, layout: Layout) -> ReadTable:
     """
     if layout.doubt is not None:
         raise ReaderError(layout.doubt)
+    text = _without_lone_returns(text, layout)
     parsed = _parsed(text, layout)
     _refuse_short_rows(text, layout, parsed[-1])
     if not all(column.missing.all() for column in parsed[len(layout.names) :]):
@@ -776,6 +801,16 @@ def _body_rows(text: Text, layout: Layout, start: int | None = None) -> Iterator
             yield Row(line, row.cells)
     except csv.Error:
         raise _unclosed(text, line) from None
+
+
+def _without_lone_returns(text: Text, layout: Layout) -> Text:
+    """Replace lone CRs where separators follow: pandas would lose those, or make up a row."""
+    start = _body_start(text, layout)
+    separators = " \t" if layout.separator == BLANKS else layout.separator
+    if all(text.content.find(f"\r{separator}".encode(), start) < 0 for separator in separators):
+        return text
+    body = text.content[start:].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    return replace(text, content=text.content[:start] + body)
 
 
 def _parsed(text: Text, layout: Layout) -> list[_Parsed]:
@@ -926,7 +961,11 @@ def _is_even(text: Text, layout: Layout, rows: int) -> bool:
 
 
 def _too_short(text: Text, row: Row, expected: int, remedy: str) -> ReaderError:
-    return ReaderError(f"{text.name}, line {row.line}: found {len(row.cells)} fields, expected {expected}; {remedy}")
+    return ReaderError(f"{text.name}, line {row.line}: found {_fields(row)}, expected {expected}; {remedy}")
+
+
+def _fields(row: Row) -> str:
+    return "1 field" if len(row.cells) == 1 else f"{len(row.cells)} fields"
 
 
 def _too_wide(text: Text, layout: Layout) -> ReaderError:
@@ -936,7 +975,7 @@ def _too_wide(text: Text, layout: Layout) -> ReaderError:
         line = row.line
         if len(row.cells) > layout.width or any(row.cells[len(layout.names) :]):
             return ReaderError(
-                f"{text.name}, line {line}: found {len(row.cells)} fields, expected {layout.least} as in the "
+                f"{text.name}, line {line}: found {_fields(row)}, expected {layout.least} as in the "
                 "header; mend that line; where commas are decimal signs, export with another separator"
             )
     return _unclosed(text, line)

@@ -5,9 +5,9 @@ from pathlib import Path
 from tribopipe.archive.steps import PREDICTIONS, WEAR_FITS, Step
 from tribopipe.archive.store import Archive
 from tribopipe.pipeline import archived_correction, archived_friction
-from tribopipe.records.recipe import LawName
 from tribopipe.records.results import WearFit, WearPrediction
-from tribopipe.report.figures import LawCurve, plot_depth, plot_friction, plot_wear, save_figure
+from tribopipe.report.figures import plot_depth, plot_friction, plot_wear, save_figure
+from tribopipe.wear.curves import LawCurve
 
 FOLDER = "figures"
 
@@ -21,14 +21,8 @@ def save_run_figures(archive: Archive, run_id: str, suffix: str = ".png") -> lis
         figures["depth"] = plot_depth(corrected)
     if friction is not None and friction.outcome != "none":
         figures["friction"] = plot_friction(corrected.raw, friction)
-    fits: dict[LawName, tuple[WearFit, LawCurve]] = {}
-    predictions: dict[LawName, tuple[WearPrediction, LawCurve]] = {}
-    for law in WEAR_FITS:
-        fit, prediction = steps.get(WEAR_FITS[law]), steps.get(PREDICTIONS[law])
-        if fit is not None and fit.curves and isinstance(fit.result, WearFit):
-            fits[law] = fit.result, _curve(fit)
-        if prediction is not None and isinstance(prediction.result, WearPrediction):
-            predictions[law] = prediction.result, _curve(prediction)
+    fits = [curve for name in WEAR_FITS.values() if (curve := _curve(steps.get(name)))]
+    predictions = [curve for name in PREDICTIONS.values() if (curve := _curve(steps.get(name)))]
     if fits:
         figures["wear"] = plot_wear(corrected, fits, predictions)
     written = []
@@ -38,5 +32,9 @@ def save_run_figures(archive: Archive, run_id: str, suffix: str = ".png") -> lis
     return written
 
 
-def _curve(step: Step) -> LawCurve:
-    return LawCurve(*(step.curves[name][0] for name in ("wear_depth", "wear_depth_lower", "wear_depth_upper")))
+def _curve(step: Step | None) -> LawCurve | None:
+    if step is None or not step.curves or not isinstance(step.result, WearFit | WearPrediction):
+        return None
+    return LawCurve(
+        step.result, *(step.curves[name][0] for name in ("wear_depth", "wear_depth_lower", "wear_depth_upper"))
+    )

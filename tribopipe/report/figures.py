@@ -4,8 +4,7 @@ Colours are from the Okabe–Ito palette, which people with any colour vision ca
 pyplot, so that they need no display and leave no state behind; in a notebook they show themselves.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec
@@ -13,10 +12,13 @@ from typing import TYPE_CHECKING, Any, ParamSpec
 import numpy as np
 
 from tribopipe.files import replacing
+from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName
 from tribopipe.records.results import FrictionFit, WearFit, WearPrediction
 from tribopipe.run import Column, CorrectedRun, RawRun
 from tribopipe.units import axis, from_si, interval_from_si
+from tribopipe.wear.curves import LawCurve
+from tribopipe.wear.friction_path import fitted_path
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
 
 _BLACK, _ORANGE, _BLUE, _GREEN, _RED, _GREY = "#000000", "#E69F00", "#0072B2", "#009E73", "#D55E00", "#8C8C8C"
 _LAW_COLOURS: dict[LawName, str] = {"archard": _BLUE, "sarkar": _ORANGE}
+_LAW_STYLES: dict[LawName, str] = {"archard": "--", "sarkar": ":"}
 _LAW_NAMES: dict[LawName, str] = {"archard": "Archard", "sarkar": "Sarkar"}
 _MOST_POINTS = 1500
 _STYLE: Any = {
@@ -54,15 +57,6 @@ def _styled(plot: "Callable[P, Figure]") -> "Callable[P, Figure]":
             return plot(*args, **kwargs)
 
     return drawn
-
-
-@dataclass(frozen=True)
-class LawCurve:
-    """A law along the run, m: the fitted or predicted wear with its 95 % band."""
-
-    wear_depth: Column
-    lower: Column
-    upper: Column
 
 
 def thinned(x: Column, y: Column) -> tuple[Column, Column]:
@@ -126,8 +120,6 @@ def plot_depth(corrected: CorrectedRun) -> "Figure":
 @_styled
 def plot_friction(run: RawRun, fit: FrictionFit) -> "Figure":
     """Draw the friction coefficient with Eq. 7 as fitted, and the residuals."""
-    from tribopipe.wear.friction_path import fitted_path
-
     figure, (ax, below) = _panels(2)
     distance, path = run.sliding_distance, fitted_path(fit)
     mu = run.columns.get("friction_coefficient", np.full_like(distance, np.nan))
@@ -163,37 +155,26 @@ def _friction_words(fit: FrictionFit) -> str:
 
 
 @_styled
-def plot_wear(
-    corrected: CorrectedRun,
-    fits: Mapping[LawName, tuple[WearFit, LawCurve]],
-    predictions: Mapping[LawName, tuple[WearPrediction, LawCurve]] | None = None,
-) -> "Figure":
-    """Draw the pin's wear with the fitted laws, their residuals, and predictions from another run with 95 % bands."""
+def plot_wear(corrected: CorrectedRun, fits: Sequence[LawCurve], predictions: Sequence[LawCurve] = ()) -> "Figure":
+    """Draw the pin's wear with the fitted laws, their residuals, and predictions from another run, with 95 % bands."""
     figure, (ax, below) = _panels(2)
     run, wear, distance = corrected.raw, corrected.pin_wear_depth, corrected.raw.sliding_distance
     if wear is not None:
         ax.plot(*_micro(*thinned(distance, wear)), color=_GREY, lw=0.8, label="pin wear, corrected")
-    for law, (_, curve) in fits.items():
-        ax.plot(
-            *_micro(*thinned(distance, curve.wear_depth)), color=_LAW_COLOURS[law], label=f"{_LAW_NAMES[law]}, fitted"
-        )
-        ax.fill_between(*_micro_band(distance, curve), color=_LAW_COLOURS[law], alpha=0.15, lw=0)
+    for curve in fits:
+        colour = _LAW_COLOURS[curve.result.model]
+        _draw_law(ax, distance, curve, colour, "-", f"{_LAW_NAMES[curve.result.model]}, fitted")
         if wear is not None:
-            below.plot(*_micro(*thinned(distance, wear - curve.wear_depth)), color=_LAW_COLOURS[law], lw=0.6)
-    for law, (prediction, curve) in (predictions or {}).items():
-        style = {"archard": "--", "sarkar": ":"}[law]
-        ax.plot(
-            *_micro(*thinned(distance, curve.wear_depth)),
-            color=_GREEN,
-            ls=style,
-            label=f"{_LAW_NAMES[law]}, predicted from {prediction.reference}",
-        )
-        ax.fill_between(*_micro_band(distance, curve), color=_GREEN, alpha=0.12, lw=0)
+            below.plot(*_micro(*thinned(distance, wear - curve.wear_depth)), color=colour, lw=0.6)
+    for curve in predictions:
+        source = curve.result.reference if isinstance(curve.result, WearPrediction) else None
+        name = f"{_LAW_NAMES[curve.result.model]}, predicted from {source or 'a given k_D'}"
+        _draw_law(ax, distance, curve, _GREEN, _LAW_STYLES[curve.result.model], name)
     _mark_end(ax, corrected)
     below.axhline(0, color=_BLACK, lw=0.8)
     below.set_ylabel(axis("residual", "um"))
     ax.set_ylabel(axis("pin wear depth", "um"))
-    _finish(ax, f"{run.id}: wear", "\n".join(_wear_words(fit) for fit, _ in fits.values()))
+    _finish(ax, f"{run.id}: wear", "\n".join(_wear_words(curve.result) for curve in fits))
     below.set_xlabel(axis("sliding distance s", "m"))
     ax.set_xlabel("")
     ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
@@ -218,14 +199,17 @@ def _mark_end(ax: "Axes", corrected: CorrectedRun) -> None:
         )
 
 
-def _wear_words(fit: WearFit) -> str:
+def _draw_law(ax: "Axes", distance: Column, curve: LawCurve, colour: str, style: str, name: str) -> None:
+    ax.plot(*_micro(*thinned(distance, curve.wear_depth)), color=colour, ls=style, label=name)
+    ax.fill_between(*_micro_band(distance, curve), color=colour, alpha=0.15, lw=0)
+
+
+def _wear_words(fit: WearFit | WearPrediction) -> str:
     return f"{_LAW_NAMES[fit.model]}: $k_\\mathrm{{D}}$ = {_shown(fit.wear_coefficient, 'mm^3/(N*mm)')}"
 
 
-def _shown(quantity: object, unit: str) -> str:
-    from tribopipe.records.quantity import Quantity
-
-    return quantity.shown(unit) if isinstance(quantity, Quantity) else "unknown"
+def _shown(quantity: Quantity | None, unit: str) -> str:
+    return "unknown" if quantity is None else quantity.shown(unit)
 
 
 def _micro(distance: Column, depth: Column) -> tuple[Column, Column]:

@@ -1,0 +1,89 @@
+"""What the tests share: a short virtual run, an archive of one, and the command run as a user runs it."""
+
+import shutil
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from folders import SAMPLES
+
+
+@pytest.fixture(scope="session")
+def short_plan(tmp_path_factory) -> Path:
+    """The plan of the sample runs cut down to two runs of 50 m, that is 1251 samples each."""
+    text = (SAMPLES / "plan.toml").read_text(encoding="utf-8")
+    kept = text.partition('[[series.runs]]\nid = "si3n4-air-800mN"')[0]
+    assert kept.count("[[series.runs]]") == 2
+    path = tmp_path_factory.mktemp("plan") / "plan.toml"
+    path.write_text(kept.replace('sliding_distance = "500 m"', 'sliding_distance = "50 m"'), encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="session")
+def short_runs(short_plan, tmp_path_factory) -> Path:
+    """A folder of the two short runs; not to be written into."""
+    from tribopipe.records.base import load_toml
+    from tribopipe.records.plan import Plan
+    from tribopipe.simulate import simulate_plan
+
+    folder = tmp_path_factory.mktemp("runs")
+    simulate_plan(load_toml(short_plan, Plan), folder)
+    return folder
+
+
+@pytest.fixture
+def sample_run(short_runs, tmp_path) -> Path:
+    """A short run at 400 mN to do anything with."""
+    return Path(shutil.copytree(short_runs / "si3n4-air-400mN", tmp_path / "sample-run"))
+
+
+@pytest.fixture
+def other_run(short_runs, tmp_path) -> Path:
+    """A short run of the same bodies at 200 mN."""
+    return Path(shutil.copytree(short_runs / "si3n4-air-200mN", tmp_path / "other-run"))
+
+
+@pytest.fixture(scope="session")
+def _processed(short_runs, tmp_path_factory) -> Path:
+    from tribopipe.archive.store import Archive
+    from tribopipe.pipeline import process
+
+    folder = tmp_path_factory.mktemp("processed") / "archive"
+    list(process([short_runs / "si3n4-air-200mN"], Archive(folder)))
+    return folder
+
+
+@pytest.fixture
+def archive(_processed, tmp_path) -> Path:
+    """An archive that holds the run at 200 mN, fully processed."""
+    return Path(shutil.copytree(_processed, tmp_path / "archive"))
+
+
+@dataclass(frozen=True)
+class Finished:
+    """What a command left behind."""
+
+    exit_code: int
+    stdout: str
+    stderr: str
+
+
+@pytest.fixture
+def run_cli(monkeypatch, capsys):
+    """Run the `tribopipe` command with these arguments, in a folder, as the installed script does."""
+    from tribopipe.cli.app import main
+
+    def run(*args, cwd: Path | None = None) -> Finished:
+        with monkeypatch.context() as patch:
+            patch.setattr(sys, "argv", ["tribopipe", *map(str, args)])
+            if cwd is not None:
+                patch.chdir(cwd)
+            capsys.readouterr()
+            with pytest.raises(SystemExit) as stopped:
+                main()
+        shown = capsys.readouterr()
+        return Finished(stopped.value.code or 0, shown.out, shown.err)
+
+    return run

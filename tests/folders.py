@@ -1,0 +1,34 @@
+"""Looking at folders, and spoiling the files of a run folder."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+SAMPLES = ROOT / "sample_runs"
+
+
+def tree_bytes(folder: Path) -> dict[str, bytes]:
+    """Give the content of every file of a folder, by its path in it."""
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()
+    }
+
+
+def set_key(run: Path, key: str, value: str) -> None:
+    """Give a key of run.toml another value, where it first stands."""
+    replace_in(run / "run.toml", rf"(?m)^{re.escape(key)} = .*$", f"{key} = {value}")
+
+
+def replace_in(path: Path, pattern: str, text: str) -> None:
+    """Replace the first match of a pattern in a text file, which must be there."""
+    changed, count = re.subn(pattern, lambda _: text, path.read_text(encoding="utf-8"), count=1)
+    assert count == 1, f"{pattern} stands nowhere in {path}"
+    path.write_text(changed, encoding="utf-8", newline="\n")
+
+
+def edit_rows(run: Path, edit: Callable[[list[str]], list[str]]) -> None:
+    """Pass the lines of signals.csv through a function."""
+    path = run / "signals.csv"
+    lines = path.read_text(encoding="ascii").splitlines()
+    path.write_text("\n".join(edit(lines)) + "\n", encoding="ascii", newline="\n")

@@ -1,0 +1,119 @@
+"""Drift correction, against depth signals whose drift and wear are known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from runs import bare_run  # noqa: F401
+from tribopipe.drift import correct_drift
+from tribopipe.errors import FitError
+from tribopipe.records.manifest import EndValues
+from tribopipe.records.quantity import EndValue
+from tribopipe.run import RawRun
+
+WEAR_END = 23e-6
+
+
+def with_depth(run: RawRun, reading, end: EndValues, distance=None) -> RawRun:
+    distance = np.linspace(0, 500, len(reading)) if distance is None else distance
+    columns = {"time": distance / 0.4, "sliding_distance": distance, "depth": np.asarray(reading, dtype=float)}
+    manifest = run.manifest.model_copy(update={"end_values": end})
+    return replace(run, manifest=manifest, columns=columns, origins=dict.fromkeys(columns, "measured"))
+
+
+def metres(value: float, spread: float | None = None) -> EndValue:
+    return EndValue(value=value, unit="m", standard_uncertainty=spread)
+
+
+def wear_curve(distance):
+    return WEAR_END * np.sqrt(distance / distance[-1])
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.floats(-50e-6, 50e-6), st.floats(-5e-9, 5e-9))
+def test_offset_and_drift_of_a_noiseless_signal_come_back(bare_run, offset, rate):
+    distance = np.linspace(0, 500, 2001)
+    reading = offset + wear_curve(distance) + rate * distance / 0.4
+    corrected = correct_drift(with_depth(bare_run, reading, EndValues(pin_wear_depth=metres(WEAR_END, 1e-7)), distance))
+    # What drifts within the 25 s of the window at the start is small but not nothing.
+    assert corrected.correction.zero_offset.value == pytest.approx(offset, abs=3e-9 + 8 * abs(rate))
+    assert corrected.correction.drift_rate.value == pytest.approx(rate, abs=1e-11 + abs(rate) * 0.02)
+    np.testing.assert_allclose(corrected.wear_depth, wear_curve(distance), atol=2e-8 + 10 * abs(rate))
+
+
+def test_corrected_curve_ends_on_the_end_value_and_starts_at_zero(bare_run):
+    distance = np.linspace(0, 500, 2001)
+    reading = 3e-6 + wear_curve(distance) - 1e-9 * distance / 0.4
+    end = EndValues(pin_wear_depth=metres(WEAR_END), disc_wear_depth=metres(0.15e-6))
+    corrected = correct_drift(with_depth(bare_run, reading, end))
+    assert corrected.wear_depth[-1] == pytest.approx(WEAR_END + 0.15e-6, abs=1e-9)
+    assert corrected.correction.anchor == "pin_wear_depth + disc_wear_depth"
+    assert corrected.pin_wear_depth[-1] == pytest.approx(WEAR_END, abs=1e-9)
+
+
+def test_scar_diameter_counts_as_the_height_of_its_cap(bare_run):
+    radius = bare_run.manifest.contact.pin.radius.value
+    scar = 2 * np.sqrt(WEAR_END * (2 * radius - WEAR_END))
+    reading = wear_curve(np.linspace(0, 500, 2001))
+    correction = correct_drift(with_depth(bare_run, reading, EndValues(pin_scar_diameter=metres(scar, 2e-6)))).correction
+    assert correction.pin_wear_depth.value == pytest.approx(WEAR_END, rel=1e-12)
+    step = 1e-9
+    above = correct_drift(with_depth(bare_run, reading, EndValues(pin_scar_diameter=metres(scar + step, 2e-6)))).correction
+    slope = (above.pin_wear_depth.value - correction.pin_wear_depth.value) / step
+    assert correction.pin_wear_depth.standard_uncertainty == pytest.approx(2e-6 * slope, rel=1e-4)
+
+
+def test_of_depth_and_scar_the_more_certain_one_is_the_anchor(bare_run):
+    reading = wear_curve(np.linspace(0, 500, 2001))
+    end = EndValues(pin_wear_depth=metres(WEAR_END, 1e-7), pin_scar_diameter=metres(380e-6, 10e-6))
+    assert correct_drift(with_depth(bare_run, reading, end)).correction.anchor == "pin_wear_depth"
+
+
+@pytest.mark.parametrize(("discrepancy", "paper", "sensor"), [(0.1e-6, True, True), (0.6e-6, False, True), (2e-6, False, False)])
+def test_discrepancy_is_held_against_the_paper_s_limit_and_the_sensor_s_resolution(bare_run, discrepancy, paper, sensor):
+    distance = np.linspace(0, 500, 2001)
+    reading = wear_curve(distance) + discrepancy * distance / 500
+    correction = correct_drift(with_depth(bare_run, reading, EndValues(pin_wear_depth=metres(WEAR_END)))).correction
+    assert correction.discrepancy.value == pytest.approx(discrepancy, rel=0.05)
+    assert (correction.within_discrepancy_limit, correction.within_sensor_resolution) == (paper, sensor)
+
+
+def test_stated_uncertainties_are_those_of_repeated_runs(bare_run):
+    distance, rng = np.linspace(0, 500, 2001), np.random.default_rng(2)
+    end = EndValues(pin_wear_depth=metres(WEAR_END, 0.0))
+    found = [
+        correct_drift(with_depth(bare_run, wear_curve(distance) + 1e-7 * rng.standard_normal(2001), end)).correction
+        for _ in range(200)
+    ]
+    for name in ("zero_offset", "drift_rate"):
+        values = [getattr(one, name).value for one in found]
+        stated = np.mean([getattr(one, name).standard_uncertainty for one in found])
+        assert stated == pytest.approx(np.std(values), rel=0.2)
+
+
+@pytest.mark.parametrize(("end", "lacks"), [(EndValues(), "end value"), (EndValues(disc_wear_depth=metres(1e-7)), "end value")])
+def test_run_without_an_end_value_of_the_pin_passes_through(bare_run, end, lacks):
+    corrected = correct_drift(with_depth(bare_run, np.linspace(0, 1e-5, 100), end))
+    assert corrected.wear_depth is None
+    assert lacks in str(corrected.correction)
+
+
+def test_run_without_depth_passes_through(bare_run):
+    run = with_depth(bare_run, np.linspace(0, 1e-5, 100), EndValues(pin_wear_depth=metres(WEAR_END)))
+    del run.columns["depth"]
+    assert "depth signal" in str(correct_drift(run).correction)
+
+
+def test_missing_samples_stay_missing(bare_run):
+    reading = wear_curve(np.linspace(0, 500, 2001))
+    reading[100:200] = np.nan
+    corrected = correct_drift(with_depth(bare_run, reading, EndValues(pin_wear_depth=metres(WEAR_END))))
+    assert np.count_nonzero(np.isnan(corrected.wear_depth)) == 100
+
+
+def test_too_few_samples_are_refused(bare_run):
+    with pytest.raises(FitError, match="5 samples of depth"):
+        correct_drift(with_depth(bare_run, np.linspace(0, 1e-5, 5), EndValues(pin_wear_depth=metres(WEAR_END))))

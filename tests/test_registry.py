@@ -1,0 +1,146 @@
+"""The registry of readers: lazy, tolerant of broken plugins, strict about what is unclear."""
+
+import subprocess
+import sys
+import tomllib
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
+import pytest
+
+from tribopipe.errors import ReaderError
+from tribopipe.ingest import registry
+from tribopipe.ingest.delimited import DelimitedReader
+from tribopipe.ingest.reader import Hints, Match, Reader, ReadTable
+from tribopipe.ingest.winducom import WinducomReader
+from tribopipe.run import SourceFile
+
+BUILT_IN = {
+    "delimited": "tribopipe.ingest.delimited:DelimitedReader",
+    "ducom-winducom": "tribopipe.ingest.winducom:WinducomReader",
+}
+WINDUCOM = b"          TIME;          FF;\r        0,9150;        4,80;;\r"
+
+
+class Sure:
+    """A plugin that takes every file."""
+
+    name = "sure"
+    title = "Takes everything"
+
+    def match(self, source: SourceFile) -> Match:
+        return Match(0.95, "it is a file")
+
+    def read(self, source: SourceFile, hints: Hints) -> ReadTable:
+        return ReadTable(())
+
+
+class Impostor(Sure):
+    name = "delimited"
+
+
+class Crashing(Sure):
+    name = "crashing"
+
+    def match(self, source: SourceFile) -> Match:
+        raise RuntimeError("bug")
+
+
+class NoReader:
+    name = "nothing"
+
+
+@pytest.fixture
+def installed(monkeypatch):
+    """Install entry points for one test."""
+
+    def install(**plugins: str) -> None:
+        declared = {name.replace("_", "-"): value for name, value in plugins.items()}
+        entries = [EntryPoint(name, value, registry.GROUP) for name, value in (BUILT_IN | declared).items()]
+        monkeypatch.setattr(registry, "entry_points", lambda group: entries if group == registry.GROUP else [])
+        registry._loaded.cache_clear()
+
+    yield install
+    registry._loaded.cache_clear()
+
+
+def here(cls: type) -> str:
+    return f"{__name__}:{cls.__name__}"
+
+
+def test_pyproject_declares_the_built_in_readers():
+    project = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    declared = project["entry-points"][registry.GROUP]
+    assert declared == BUILT_IN
+    for name, value in declared.items():
+        reader = EntryPoint(name, value, registry.GROUP).load()()
+        assert isinstance(reader, Reader)
+        assert reader.name == name
+
+
+def test_all_readers_by_name(installed):
+    installed(sure=here(Sure))
+    found = registry.readers()
+    assert list(found) == ["delimited", "ducom-winducom", "sure"]
+    found.clear()
+    assert registry.readers()
+
+
+def test_reader_by_name(installed):
+    installed()
+    assert isinstance(registry.reader_named("ducom-winducom"), WinducomReader)
+    with pytest.raises(ReaderError, match=r"unknown reader 'delimted'.*did you mean 'delimited'\?"):
+        registry.reader_named("delimted")
+
+
+def test_broken_plugin_is_left_out_with_a_warning(installed):
+    installed(broken="no_such_package:Reader")
+    with pytest.warns(UserWarning, match="'broken' left out.*no_such_package"):
+        assert list(registry.readers()) == ["delimited", "ducom-winducom"]
+
+
+def test_plugin_that_is_no_reader_is_left_out_with_a_warning(installed):
+    installed(nothing=here(NoReader))
+    with pytest.warns(UserWarning, match="'nothing' left out.*lacks name, title, match or read"):
+        assert "nothing" not in registry.readers()
+
+
+def test_plugin_cannot_take_the_name_of_a_built_in_reader(installed):
+    installed(a_delimited=here(Impostor))
+    with pytest.warns(UserWarning, match="left out, since a reader 'delimited'"):
+        assert isinstance(registry.readers()["delimited"], DelimitedReader)
+
+
+def test_format_is_found_by_content(installed):
+    installed()
+    assert registry.detect(SourceFile("a.csv", WINDUCOM)).name == "ducom-winducom"
+    assert registry.detect(SourceFile("a.dwf", b"Time;Depth\n1;2\n")).name == "delimited"
+
+
+def test_unknown_format_says_what_was_tried(installed):
+    installed()
+    with pytest.raises(ReaderError) as caught:
+        registry.detect(SourceFile("a.csv", b"\x00\x01\x02"))
+    message = str(caught.value)
+    assert message.startswith("a.csv: found no known format")
+    assert "delimited: found a zero byte" in message
+    assert "ducom-winducom: " in message
+
+
+def test_tie_names_both(installed):
+    installed(sure=here(Sure))
+    with pytest.raises(ReaderError, match=r"a\.csv: found a file that ducom-winducom and sure both know"):
+        registry.detect(SourceFile("a.csv", WINDUCOM))
+    assert registry.detect(SourceFile("a.csv", b"Time;Depth\n1;2\n")).name == "sure"
+
+
+def test_plugin_that_crashes_while_judging_is_passed_over(installed):
+    installed(crashing=here(Crashing))
+    with pytest.warns(UserWarning, match="'crashing' failed"):
+        assert registry.detect(SourceFile("a.csv", WINDUCOM)).name == "ducom-winducom"
+
+
+def test_importing_the_registry_loads_neither_readers_nor_pandas():
+    code = "import sys, tribopipe.ingest.registry, tribopipe.ingest.delimited; print('pandas' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"

@@ -1,0 +1,61 @@
+"""The whole line on sample_runs, against the truth they were made from and the paper's own story."""
+
+import json
+
+import pytest
+
+from test_archive import SAMPLE_IDS, SAMPLES, sample_archive  # noqa: F401
+from tribopipe.pipeline import archived_fit, archived_friction
+from tribopipe.records.plan import Truth
+from tribopipe.records.results import WearPrediction
+
+MM3_PER_N_MM = 1e-6  # m²/N
+
+
+def truth_of(run_id: str) -> Truth:
+    return Truth.model_validate(json.loads((SAMPLES / run_id / "truth.json").read_text(encoding="utf-8")))
+
+
+def test_nine_in_ten_parameters_lie_in_their_95_percent_interval(sample_archive):
+    held = []
+    for run_id in SAMPLE_IDS:
+        truth, friction = truth_of(run_id), archived_friction(sample_archive, run_id)
+        low, high = archived_fit(sample_archive, run_id, truth.law).interval
+        held.append(low <= truth.wear_coefficient.value <= high)
+        for name in ("amplitude", "steady_state", "running_in_distance"):
+            found = getattr(friction, name)
+            held.append(abs(found.value - getattr(truth.friction, name).value) <= 1.96 * found.standard_uncertainty)
+    assert len(held) == 28
+    assert sum(held) >= 0.9 * len(held)
+
+
+@pytest.mark.parametrize(("law", "coefficient"), [("archard", 13.5e-9), ("sarkar", 10.2e-9)])
+def test_coefficients_of_the_paper_come_back_from_200_mn(sample_archive, law, coefficient):
+    found = archived_fit(sample_archive, "si3n4-air-200mN", law).wear_coefficient.value / MM3_PER_N_MM
+    assert found == pytest.approx(coefficient, rel=0.03)
+
+
+def test_coefficient_of_tungsten_carbide_lies_in_its_interval(sample_archive):
+    low, high = archived_fit(sample_archive, "wc-co-water-400mN", "archard").interval
+    assert low <= 0.75e-11 * MM3_PER_N_MM <= high
+
+
+def predicted_over_measured(archive, run_id: str) -> float:
+    prediction = archive.step(run_id, "prediction_archard").result
+    assert isinstance(prediction, WearPrediction)
+    assert prediction.reference == "si3n4-air-200mN"
+    measured = archived_fit(archive, run_id, "archard").measured_end_depth.value
+    return prediction.prediction[0].wear_depth.value / measured
+
+
+def test_400_mn_is_predicted_from_200_mn(sample_archive):
+    assert predicted_over_measured(sample_archive, "si3n4-air-400mN") == pytest.approx(1.0, abs=0.05)
+
+
+def test_800_mn_is_over_predicted_from_200_mn(sample_archive):
+    assert predicted_over_measured(sample_archive, "si3n4-air-800mN") > 1.25
+
+
+def test_800_mn_ends_only_slightly_deeper_than_400_mn():
+    ratio = truth_of("si3n4-air-800mN").end_pin_wear_depth.value / truth_of("si3n4-air-400mN").end_pin_wear_depth.value
+    assert 1.0 < ratio < 1.1

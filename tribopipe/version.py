@@ -1,0 +1,3 @@
+"""The version of tribopipe."""
+
+VERSION = "0.1.0"

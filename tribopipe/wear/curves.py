@@ -1,0 +1,54 @@
+"""A law along a run: the fitted or predicted wear at each sample, with its 95 % band."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.recipe import Recipe
+from tribopipe.records.results import COVERAGE_FACTOR, FrictionFit, WearFit, WearPrediction
+from tribopipe.run import Column, RawRun
+from tribopipe.wear.friction_path import run_path
+from tribopipe.wear.predict import WearScenario
+
+
+@dataclass(frozen=True)
+class LawCurve:
+    """Wear depth of the pin along a run by a law, m."""
+
+    result: WearFit | WearPrediction
+    wear_depth: Column
+    lower: Column
+    upper: Column
+
+
+def run_scenario(
+    run: RawRun, fit: WearFit, coefficient: Quantity, friction: FrictionFit | None, recipe: Recipe
+) -> WearScenario:
+    """Return the scenario of a run's own contact, load and friction under a known k_D."""
+    conditions = run.manifest.conditions
+    path = run_path(run, friction, recipe.wear.friction)
+    return WearScenario(
+        run.manifest.contact, conditions.normal_load, coefficient, fit.model, path, recipe, conditions.sliding_speed
+    )
+
+
+def fitted_curve(
+    run: RawRun, fit: WearFit, friction: FrictionFit | None = None, recipe: Recipe | None = None
+) -> LawCurve | None:
+    """Return the fitted law along its run; the band is that of k_D. None where nothing was fitted."""
+    if fit.wear_coefficient is None or fit.interval is None:
+        return None
+    scenario = run_scenario(run, fit, fit.wear_coefficient, friction, recipe or Recipe())
+    depth, lower, upper = (
+        replace(scenario, wear_coefficient=Quantity(value=k, unit="m^2/N")).worn(run.sliding_distance).depth
+        for k in (fit.wear_coefficient.value, *fit.interval)
+    )
+    return LawCurve(fit, depth, lower, upper)
+
+
+def predicted_curve(run: RawRun, scenario: WearScenario, prediction: WearPrediction) -> LawCurve:
+    """Return a prediction along the run it is made for; the band is that of k_D, load, tip radius and moduli."""
+    depth = scenario.worn(run.sliding_distance).depth
+    half_width = COVERAGE_FACTOR * scenario.depth_uncertainty(run.sliding_distance)
+    return LawCurve(prediction, depth, np.maximum(depth - half_width, 0.0), depth + half_width)
