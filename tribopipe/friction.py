@@ -84,8 +84,9 @@ def _loading_ramp_end(run: RawRun, mu: Column) -> float:
     """Return the sliding distance, m, at which the load is on; 0 where there is no ramp.
 
     Where the load was measured, that is where it first reaches 95 % of the nominal load. Otherwise friction tells: a
-    ramp starts below half of the later level and reaches it within 5 % of the run; it ends at the peak that follows
-    within three times as long.
+    ramp starts below half of the later level and crosses that within 5 % of the run; it ends at the highest friction
+    within three times the distance of the crossing. A true rise of friction loses only its first metres by this, which
+    an exponential does not miss.
     """
     distance = run.sliding_distance
     if run.origins.get("normal_force") == "measured":
@@ -101,14 +102,12 @@ def _ramp_end_by_load(distance: Column, force: Column, nominal: float) -> float:
 
 
 def _ramp_end_by_friction(distance: Column, mu: Column) -> float:
-    level = float(np.nanmedian(mu))
-    reached = np.flatnonzero(mu >= 0.9 * level)
-    if not len(reached) or reached[0] == 0 or not mu[0] < 0.5 * level:
+    half = 0.5 * float(np.nanmedian(mu))
+    crossed = np.flatnonzero(mu >= half)
+    if not len(crossed) or crossed[0] == 0 or distance[crossed[0]] > _RAMP_SHARE * distance[-1]:
         return 0.0
-    first = int(reached[0])
-    if distance[first] > _RAMP_SHARE * distance[-1]:
-        return 0.0
-    until = int(np.searchsorted(distance, 3 * distance[first], side="right"))
+    first = int(crossed[0])
+    until = max(first + 2, int(np.searchsorted(distance, 3 * distance[first], side="right")))
     return float(distance[first + int(np.nanargmax(mu[first:until]))])
 
 

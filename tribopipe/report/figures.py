@@ -200,8 +200,9 @@ def _mark_end(ax: "Axes", corrected: CorrectedRun) -> None:
 
 
 def _draw_law(ax: "Axes", distance: Column, curve: LawCurve, colour: str, style: str, name: str) -> None:
-    ax.plot(*_micro(*thinned(distance, curve.wear_depth)), color=colour, ls=style, label=name)
-    ax.fill_between(*_micro_band(distance, curve), color=colour, alpha=0.15, lw=0)
+    ax.plot(*_smooth(distance, curve.wear_depth), color=colour, ls=style, label=name)
+    x, lower, upper = _smooth(distance, curve.lower, curve.upper)
+    ax.fill_between(x, lower, upper, color=colour, alpha=0.15, lw=0)
 
 
 def _wear_words(fit: WearFit | WearPrediction) -> str:
@@ -216,9 +217,12 @@ def _micro(distance: Column, depth: Column) -> tuple[Column, Column]:
     return distance, from_si(depth, "m", "um")
 
 
-def _micro_band(distance: Column, curve: LawCurve) -> tuple[Column, Column, Column]:
-    every = max(1, len(distance) // _MOST_POINTS)
-    return distance[::every], from_si(curve.lower[::every], "m", "um"), from_si(curve.upper[::every], "m", "um")
+def _smooth(distance: Column, *curves: Column) -> list[Column]:
+    """Take as many points as a smooth curve needs, closer where wear is steepest; depths in µm."""
+    last = len(distance) - 1
+    steep, even = np.geomspace(1, max(last, 1), 120), np.linspace(0, last, 120)
+    kept = np.unique(np.concatenate([[0], steep, even]).astype(int).clip(0, last))
+    return [distance[kept], *(from_si(curve[kept], "m", "um") for curve in curves)]
 
 
 def _panels(count: int) -> "tuple[Figure, list[Axes]]":
