@@ -28,15 +28,25 @@ def record(series: Series, run: VirtualRun, **changes) -> RawRun:
     series, run = series.model_copy(update={"sensors": sensors}), run.model_copy(update=changes)
     test = VirtualTest(series, run)
     columns, ends = test.record()
-    columns |= {"sliding_distance": test.distance, "friction_coefficient": columns["friction_force"] / columns["normal_force"]}
+    columns |= {
+        "sliding_distance": test.distance,
+        "friction_coefficient": columns["friction_force"] / columns["normal_force"],
+    }
     origins = dict.fromkeys(columns, "measured") | {"friction_coefficient": "derived from measured load"}
-    spreads = {"pin_scar_diameter": series.sensors.scar_uncertainty.value, "disc_wear_depth": 20e-9}
-    manifest = RunManifest.model_validate({
-        "schema": "tribopipe.run/1", "id": run.id, "started": run.started, "contact": series.contact.model_dump(),
-        "conditions": {"normal_load": run.normal_load.model_dump(), "sliding_speed": series.sliding_speed.model_dump()},
-        "signals": [{"file": "signals.csv"}],
-        "end_values": {name: {"value": value, "unit": "m", "standard_uncertainty": spreads[name]} for name, value in ends.items()},
-    })
+    manifest = RunManifest.model_validate(
+        {
+            "schema": "tribopipe.run/1",
+            "id": run.id,
+            "started": run.started,
+            "contact": series.contact.model_dump(),
+            "conditions": {
+                "normal_load": run.normal_load.model_dump(),
+                "sliding_speed": series.sliding_speed.model_dump(),
+            },
+            "signals": [{"file": "signals.csv"}],
+            "end_values": {name: value.model_dump() for name, value in ends.items()},
+        }
+    )
     return RawRun(manifest, columns, origins, {}, {}, ())
 
 
@@ -44,7 +54,13 @@ def quiet() -> dict:
     """Sensors that add almost nothing to the truth."""
     tiny = EndValue(value=1e-15, unit="m")
     nothing = EndValue(value=1e-12, unit="1")
-    return {"depth_noise": tiny, "depth_resolution": tiny, "scar_uncertainty": tiny, "friction_noise": nothing, "load_noise": nothing}
+    return {
+        "depth_noise": tiny,
+        "depth_resolution": tiny,
+        "scar_uncertainty": tiny,
+        "friction_noise": nothing,
+        "load_noise": nothing,
+    }
 
 
 @pytest.mark.parametrize("run_id", CASES)
@@ -87,7 +103,13 @@ def test_combined_uncertainty_is_the_root_sum_of_squares_of_the_budget():
     fit = fit_wear(correct_drift(raw), "archard")
     combined = np.sqrt(sum(line.relative**2 for line in fit.budget))
     assert fit.wear_coefficient.standard_uncertainty / fit.wear_coefficient.value == pytest.approx(combined, rel=1e-12)
-    assert {line.name for line in fit.budget} >= {"normal load", "pin radius", "pin modulus", "disc modulus", "pin end value"}
+    assert {line.name for line in fit.budget} >= {
+        "normal load",
+        "pin radius",
+        "pin modulus",
+        "disc modulus",
+        "pin end value",
+    }
     assert fit.random_uncertainty < fit.wear_coefficient.standard_uncertainty
 
 
@@ -126,7 +148,9 @@ def test_end_value_of_no_wear_is_refused():
 def test_run_without_what_the_fit_needs_says_what_it_lacks():
     raw = record(*CASES["si3n4-air-200mN"])
     no_friction = {name: column for name, column in raw.columns.items() if not name.startswith("friction")}
-    fit = fit_wear(correct_drift(replace(raw, columns=no_friction)), "sarkar", fit_friction(replace(raw, columns=no_friction)))
+    fit = fit_wear(
+        correct_drift(replace(raw, columns=no_friction)), "sarkar", fit_friction(replace(raw, columns=no_friction))
+    )
     assert (fit.outcome, fit.lacks) == ("not fitted", ("a friction signal",))
     no_depth = {name: column for name, column in raw.columns.items() if name != "depth"}
     assert fit_wear(correct_drift(replace(raw, columns=no_depth))).lacks == ("a depth signal",)

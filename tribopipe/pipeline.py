@@ -203,9 +203,8 @@ def process(
             yield outcome
             if outcome.stage == "ingest" and outcome.status != "failed":
                 done.append(outcome.run_id)
-    for run_id in done:
-        for law in recipe.wear.models:
-            yield from predict_from_lightest(archive, run_id, law, recipe, force=force)
+    for law in recipe.wear.models:
+        yield from predict_from_lightest(archive, done, law, recipe, force=force)
 
 
 def _process_one(path: Path, archive: Archive, recipe: Recipe, *, force: bool) -> Iterator[Outcome]:
@@ -226,32 +225,33 @@ def _process_one(path: Path, archive: Archive, recipe: Recipe, *, force: bool) -
 
 
 def predict_from_lightest(
-    archive: Archive, run_id: str, law: LawName, recipe: Recipe, *, force: bool = False
+    archive: Archive, run_ids: Sequence[str], law: LawName, recipe: Recipe, *, force: bool = False
 ) -> Iterator[Outcome]:
-    """Predict a run from the comparable run under the lightest load; nothing where that is the run itself."""
-    reference = lightest_comparable(archive, run_id, law)
-    if reference is None or reference == run_id:
-        return
-    try:
-        yield predict_archived(archive, run_id, reference, law, recipe, force=force)
-    except TribopipeError as error:
-        yield Outcome(run_id, "prediction", "failed", error=error)
-
-
-def lightest_comparable(archive: Archive, run_id: str, law: LawName) -> str | None:
-    """Return the run of the same bodies and medium with a k_D under the lightest load; none where there is none."""
-    bodies = _bodies(archive.manifest(run_id))
-    candidates = []
+    """Predict each run from the comparable run under the lightest load; nothing for a run that is itself that one."""
+    references: dict[_Bodies, tuple[float, str]] = {}
     for other in archive.ids():
-        manifest = archive.manifest(other)
-        step = archive.step(other, WEAR_FITS[law])
-        fitted = step is not None and isinstance(step.result, WearFit) and step.result.outcome == "fitted"
-        if fitted and _bodies(manifest) == bodies:
-            candidates.append((manifest.conditions.normal_load.value, other))
-    return min(candidates)[1] if candidates else None
+        try:
+            fit = archive.result(other, WEAR_FITS[law], WearFit)
+            if fit is not None and fit.outcome == "fitted":
+                manifest = archive.manifest(other)
+                candidate = (manifest.conditions.normal_load.value, other)
+                references[_bodies(manifest)] = min(references.get(_bodies(manifest), candidate), candidate)
+        except TribopipeError as error:
+            yield Outcome(other, "prediction", "failed", error=error)
+    for run_id in run_ids:
+        try:
+            _, reference = references.get(_bodies(archive.manifest(run_id)), (0.0, run_id))
+            if reference != run_id:
+                yield predict_archived(archive, run_id, reference, law, recipe, force=force)
+        except TribopipeError as error:
+            yield Outcome(run_id, "prediction", "failed", error=error)
 
 
-def _bodies(manifest: RunManifest) -> tuple[object, ...]:
+_Bodies = tuple[object, ...]
+
+
+def _bodies(manifest: RunManifest) -> _Bodies:
+    """What two runs must have in common for one to be predicted from the other."""
     contact = manifest.contact
     return (
         contact.kind,
@@ -264,26 +264,21 @@ def _bodies(manifest: RunManifest) -> tuple[object, ...]:
 
 
 def archived_correction(archive: Archive, run_id: str) -> CorrectedRun:
-    """Return the corrected run as the archive holds it."""
-    step = archive.needed_step(run_id, "drift_correction")
-    wear = step.curves["wear_depth"][0] if step.curves else None
-    if not isinstance(step.result, DriftCorrection):
-        raise TypeError("drift_correction holds another record")
-    return CorrectedRun(archive.raw(run_id), step.result, wear)
+    """Return the corrected run as the archive holds it. Raises ``ArchiveError`` where it was not corrected."""
+    correction = archive.needed_result(run_id, "drift_correction", DriftCorrection)
+    step = archive.step(run_id, "drift_correction")
+    wear = step.curves["wear_depth"][0] if step is not None and step.curves else None
+    return CorrectedRun(archive.raw(run_id), correction, wear)
 
 
 def archived_friction(archive: Archive, run_id: str) -> FrictionFit | None:
     """Return the friction fit as the archive holds it; none where it was not done."""
-    step = archive.step(run_id, "friction_fit")
-    return step.result if step is not None and isinstance(step.result, FrictionFit) else None
+    return archive.result(run_id, "friction_fit", FrictionFit)
 
 
 def archived_fit(archive: Archive, run_id: str, law: LawName) -> WearFit:
     """Return the wear fit as the archive holds it. Raises ``ArchiveError`` where it was not done."""
-    step = archive.needed_step(run_id, WEAR_FITS[law])
-    if not isinstance(step.result, WearFit):
-        raise TypeError(f"{step.name} holds another record")
-    return step.result
+    return archive.needed_result(run_id, WEAR_FITS[law], WearFit)
 
 
 def _told(record: Record) -> dict[str, Any]:
@@ -291,8 +286,8 @@ def _told(record: Record) -> dict[str, Any]:
 
 
 def _result_sha256(archive: Archive, run_id: str, name: StepName) -> str:
-    step = archive.step(run_id, name)
-    return "" if step is None else step.result_sha256
+    there = archive.fingerprints(run_id, name)
+    return "" if there is None else there.result
 
 
 def _advance(
@@ -304,9 +299,9 @@ def _advance(
     force: bool,
 ) -> Outcome:
     inputs = digest(VERSION, step.name, step.options, *step.inputs)
-    there = archive.step(run_id, step.name)
-    if there is not None and there.inputs_sha256 == inputs and not force:
-        return Outcome(run_id, stage, "unchanged", there.result)
+    there = archive.fingerprints(run_id, step.name)
+    if there is not None and there.inputs == inputs and not force:
+        return Outcome(run_id, stage, "unchanged", archive.result(run_id, step.name, STEPS[step.name].record))
     result, curves = step.compute()
     date = datetime.now(UTC).isoformat(timespec="seconds")
     archive.put_step(run_id, Step(step.name, result, inputs, step.options, VERSION, date, curves))

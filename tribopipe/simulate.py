@@ -59,21 +59,28 @@ class VirtualTest:
             end_disc_wear_depth=Quantity(value=float(self.disc_wear[-1]), unit="m"),
         )
 
-    def record(self) -> tuple[dict[str, Column], dict[str, float]]:
-        """Return the instrument's columns and the end values, SI, drawn with the run's seed."""
+    def record(self) -> tuple[dict[str, Column], dict[str, Quantity]]:
+        """Return the instrument's columns, SI, and the end values with their uncertainty, drawn with the run's seed."""
         sensors, rng = self.series.sensors, np.random.Generator(np.random.PCG64(self.run.seed))
         depth = self._depth_reading(sensors, rng)
         count = len(self.time)
         noise = _correlated(rng, count, sensors.friction_correlation_time.value * sensors.sampling_rate.value)
         mu = self.friction.coefficient(self.distance) + sensors.friction_noise.value * noise
         load = self.run.normal_load.value * (1 + sensors.load_noise.value * rng.standard_normal(count))
-        scar = 2 * float(cap_radius(height=self.pin_wear[-1], sphere_radius=self.series.contact.pin.radius.value))
         columns = {"time": self.time, "depth": depth, "normal_force": load, "friction_force": mu * load}
-        ends = {"pin_scar_diameter": scar + sensors.scar_uncertainty.value * float(rng.standard_normal())}
-        if self.run.disc_wear_depth is not None:
-            spread = self.run.disc_wear_depth.standard_uncertainty or 0.0
-            ends["disc_wear_depth"] = float(self.disc_wear[-1]) + spread * float(rng.standard_normal())
-        return columns, ends
+        return columns, self._end_values(sensors, rng)
+
+    def _end_values(self, sensors: Sensors, rng: Generator) -> dict[str, Quantity]:
+        pin, worn = self.series.contact.pin, float(self.pin_wear[-1])
+        if pin.shape == "spherical":
+            scar = 2 * float(cap_radius(height=worn, sphere_radius=pin.radius.value))
+            ends = {"pin_scar_diameter": _measured(scar, sensors.scar_uncertainty.value, rng)}
+        else:
+            ends = {"pin_wear_depth": _measured(worn, sensors.height_loss_uncertainty.value, rng)}
+        disc = self.run.disc_wear_depth
+        if disc is not None:
+            ends["disc_wear_depth"] = _measured(float(self.disc_wear[-1]), disc.standard_uncertainty or 0.0, rng)
+        return ends
 
     def _depth_reading(self, sensors: Sensors, rng: Generator) -> Column:
         correlated = _correlated(
@@ -88,6 +95,10 @@ class VirtualTest:
         )
         step = sensors.depth_resolution.value
         return np.asarray(np.round(reading / step) * step)
+
+
+def _measured(true: float, spread: float, rng: Generator) -> Quantity:
+    return Quantity(value=true + spread * float(rng.standard_normal()), unit="m", standard_uncertainty=spread)
 
 
 def _correlated(rng: Generator, count: int, length: float) -> Column:
@@ -131,11 +142,8 @@ def _csv(columns: dict[str, Column]) -> str:
     return "\n".join([head, *map(",".join, zip(*shown, strict=True))]) + "\n"
 
 
-def _manifest(series: Series, run: VirtualRun, ends: dict[str, float]) -> str:
+def _manifest(series: Series, run: VirtualRun, ends: dict[str, Quantity]) -> str:
     pin, disc = series.contact.pin, series.contact.disc
-    scar = Quantity(
-        value=ends["pin_scar_diameter"], unit="m", standard_uncertainty=series.sensors.scar_uncertainty.value
-    )
     lines = [
         "#:schema ../../schemas/run.schema.json",
         "# Synthetic: written by `tribopipe simulate`; truth.json beside it says what it was made from.",
@@ -168,14 +176,16 @@ def _manifest(series: Series, run: VirtualRun, ends: dict[str, float]) -> str:
         *(f"{name} = {{ column = {_quoted(header)} }}" for name, (header, *_) in _WRITTEN.items()),
         "",
         "[end_values]",
-        f"pin_scar_diameter = {_written(scar, 'um', method='white-light')}",
+        *(f"{name} = {_written(value, *_MEASURED_BY[name])}" for name, value in ends.items()),
     ]
-    if run.disc_wear_depth is not None:
-        depth = run.disc_wear_depth.model_copy(update={"value": ends["disc_wear_depth"]})
-        lines.append(f"disc_wear_depth = {_written(depth, 'nm', method='stylus')}")
     return "\n".join(lines) + "\n"
 
 
+_MEASURED_BY = {  # end value -> unit in the file, method
+    "pin_scar_diameter": ("um", "white-light"),
+    "pin_wear_depth": ("um", "stylus"),
+    "disc_wear_depth": ("nm", "stylus"),
+}
 _SPECIMEN_UNITS = {
     "material": None,
     "youngs_modulus": "GPa",
@@ -197,7 +207,7 @@ def _specimen(specimen: Specimen) -> list[str]:
     ]
 
 
-def _written(quantity: Quantity, unit: str, *, method: str | None = None) -> str:
+def _written(quantity: Quantity, unit: str, method: str | None = None) -> str:
     """Write a quantity as TOML, a table where it carries more than its value."""
     value = _number(from_si(quantity.value, quantity.unit, unit), unit)
     if quantity.standard_uncertainty is None and method is None:

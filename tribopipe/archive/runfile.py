@@ -14,14 +14,16 @@
 
 import json
 from collections.abc import Iterator, Sequence
+from typing import TypeVar
 
 import h5py
 import numpy as np
 
 from tribopipe.archive import nexus
 from tribopipe.archive.digest import raw_digest
-from tribopipe.archive.steps import STEPS, WEAR_FITS, Step, StepName
+from tribopipe.archive.steps import STEPS, WEAR_FITS, Fingerprints, Step, StepName
 from tribopipe.errors import ArchiveError
+from tribopipe.records.base import Record
 from tribopipe.records.finding import Finding
 from tribopipe.records.manifest import RunManifest, Specimen
 from tribopipe.records.results import WearFit
@@ -29,6 +31,8 @@ from tribopipe.records.signals import SIGNALS, SignalName
 from tribopipe.run import ExtraColumn, RawRun, SourceFile
 from tribopipe.units import from_si
 from tribopipe.version import VERSION
+
+R = TypeVar("R", bound=Record)
 
 FORMAT = "tribopipe.archive/1"
 _DISTANCE = "/entry/raw/sliding_distance"
@@ -168,6 +172,21 @@ def _write_curves(process: h5py.Group, step: Step) -> None:
     data["sliding_distance"] = h5py.SoftLink(_DISTANCE)
     for name, (values, unit) in step.curves.items():
         nexus.field(data, name, values, unit)
+
+
+def read_fingerprints(entry: h5py.Group, name: StepName) -> Fingerprints | None:
+    """Read what a step was made from and what it found; none where the run has not been through it."""
+    if name not in entry:
+        return None
+    stored = entry[name]["fingerprints"]
+    return Fingerprints(nexus.text(stored, "inputs_sha256"), nexus.text(stored, "result_sha256"))
+
+
+def read_result(entry: h5py.Group, name: StepName, record: type[R]) -> R | None:
+    """Read the result of a step without its curves; none where the run has not been through it."""
+    if name not in entry:
+        return None
+    return record.model_validate_json(nexus.text(entry[name], "result/data"))
 
 
 def read_step(entry: h5py.Group, name: StepName) -> Step | None:

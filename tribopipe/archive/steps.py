@@ -35,6 +35,13 @@ WEAR_FITS: dict[LawName, StepName] = {"archard": "wear_fit_archard", "sarkar": "
 PREDICTIONS: dict[LawName, StepName] = {"archard": "prediction_archard", "sarkar": "prediction_sarkar"}
 
 
+class Fingerprints(NamedTuple):
+    """What a step was made from, and what it found, each as one SHA-256."""
+
+    inputs: str
+    result: str
+
+
 @dataclass(frozen=True)
 class Step:
     """One step of one run: its result, its curves, and the fingerprint of all it was made from."""

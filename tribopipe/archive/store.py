@@ -12,15 +12,18 @@ from tribopipe.archive.digest import raw_digest
 from tribopipe.archive.nexus import text
 from tribopipe.archive.runfile import (
     check_format,
+    R,
     copy_except,
+    read_fingerprints,
     read_manifest,
     read_raw,
+    read_result,
     read_step,
     write_raw,
     write_step,
     write_wear_plot,
 )
-from tribopipe.archive.steps import STEPS, Step, StepName, downstream
+from tribopipe.archive.steps import STEPS, Fingerprints, Step, StepName, downstream
 from tribopipe.errors import ArchiveError, did_you_mean
 from tribopipe.files import replacing
 from tribopipe.records.finding import Finding
@@ -87,15 +90,25 @@ class Archive:
         with self.open(run_id) as file:
             return read_manifest(file)
 
-    def needed_step(self, run_id: str, name: StepName) -> Step:
-        """Return a step of a run. Raises ``ArchiveError`` where the run has not been through it."""
-        step = self.step(run_id, name)
-        if step is None:
+    def result(self, run_id: str, name: StepName, record: type[R]) -> R | None:
+        """Return the result of a step, a ``record``, without its curves; none where the run has not been through it."""
+        with self.open(run_id) as file:
+            return read_result(file["entry"], name, record)
+
+    def needed_result(self, run_id: str, name: StepName, record: type[R]) -> R:
+        """Return the result of a step. Raises ``ArchiveError`` where the run has not been through it."""
+        result = self.result(run_id, name, record)
+        if result is None:
             raise ArchiveError(
-                f"{self.path(run_id)}: found no {name}; expected the run to have been through it; "
-                f"run `tribopipe process` or the command of that step first"
+                f"{self.path(run_id)}: found no {name.replace('_', ' ')}; expected the run to have been through it; do "
+                "that step first, or `tribopipe process` the run"
             )
-        return step
+        return result
+
+    def fingerprints(self, run_id: str, name: StepName) -> Fingerprints | None:
+        """Return what a step was made from and what it found; none where the run has not been through it."""
+        with self.open(run_id) as file:
+            return read_fingerprints(file["entry"], name)
 
     def step(self, run_id: str, name: StepName) -> Step | None:
         """Return a step of a run; none where the run has not been through it."""
@@ -120,9 +133,9 @@ class Archive:
 
     def put_step(self, run_id: str, step: Step) -> None:
         """Add a step or replace it; steps that stood on another result of it are dropped with it."""
-        before = self.step(run_id, step.name)
+        before = self.fingerprints(run_id, step.name)
         dropped: set[str] = {step.name}
-        if before is not None and before.result_sha256 != step.result_sha256:
+        if before is not None and before.result != step.result_sha256:
             dropped |= downstream(step.name)
         path = self.path(run_id)
         with self.open(run_id) as old, self._writing(path) as part:

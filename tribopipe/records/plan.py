@@ -45,7 +45,9 @@ class Sensors(Record):
     load_noise: Ratio = Field(default_factory=lambda: _of(0.002, "1"))
     """Standard deviation of the normal force over the normal force."""
     scar_uncertainty: Length = Field(default_factory=lambda: _of(2e-6, "m"))
-    """Standard uncertainty of the scar diameter, drawn once a run."""
+    """Standard uncertainty of the scar diameter of a spherical pin, drawn once a run."""
+    height_loss_uncertainty: Length = Field(default_factory=lambda: _of(2.5e-7, "m"))
+    """Standard uncertainty of the height lost by a flat pin, drawn once a run."""
 
 
 class VirtualRun(Record):

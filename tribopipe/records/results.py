@@ -46,8 +46,11 @@ class DriftCorrection(Record):
     def __str__(self) -> str:
         if self.outcome == "uncorrected":
             return f"no drift correction: the run lacks {' and '.join(self.lacks)}"
+        beyond = " (beyond the limit)" if self.within_discrepancy_limit is False else ""
+        if self.within_sensor_resolution is False:
+            beyond = " (beyond the limit and the sensor's resolution)"
         return (
-            f"drift {_in(self.drift_rate, 'nm/min')}, discrepancy {_in(self.discrepancy, 'um')} "
+            f"drift {_in(self.drift_rate, 'nm/min')}, discrepancy {_in(self.discrepancy, 'um')}{beyond} "
             f"against {self.anchor}, wear depth at the end {_in(self.end_wear_depth, 'um')}"
         )
 
