@@ -6,8 +6,20 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from folders import SAMPLE_IDS, SAMPLES
+from hypothesis import settings
 
-from folders import SAMPLES
+from tribopipe.archive.store import Archive
+from tribopipe.pipeline import process
+from tribopipe.records.base import load_toml
+from tribopipe.records.manifest import RunManifest
+from tribopipe.records.plan import Plan
+from tribopipe.run import RawRun
+from tribopipe.simulate import simulate_plan
+
+# The first example of a test may have to import what takes longer than the others.
+settings.register_profile("tribopipe", deadline=None)
+settings.load_profile("tribopipe")
 
 
 @pytest.fixture(scope="session")
@@ -24,10 +36,6 @@ def short_plan(tmp_path_factory) -> Path:
 @pytest.fixture(scope="session")
 def short_runs(short_plan, tmp_path_factory) -> Path:
     """A folder of the two short runs; not to be written into."""
-    from tribopipe.records.base import load_toml
-    from tribopipe.records.plan import Plan
-    from tribopipe.simulate import simulate_plan
-
     folder = tmp_path_factory.mktemp("runs")
     simulate_plan(load_toml(short_plan, Plan), folder)
     return folder
@@ -47,9 +55,6 @@ def other_run(short_runs, tmp_path) -> Path:
 
 @pytest.fixture(scope="session")
 def _processed(short_runs, tmp_path_factory) -> Path:
-    from tribopipe.archive.store import Archive
-    from tribopipe.pipeline import process
-
     folder = tmp_path_factory.mktemp("processed") / "archive"
     list(process([short_runs / "si3n4-air-200mN"], Archive(folder)))
     return folder
@@ -87,3 +92,38 @@ def run_cli(monkeypatch, capsys):
         return Finished(stopped.value.code or 0, shown.out, shown.err)
 
     return run
+
+
+MANIFEST = {
+    "schema": "tribopipe.run/1",
+    "id": "bare",
+    "started": "2006-03-01T09:30:00+01:00",
+    "contact": {
+        "kind": "pin-on-disc",
+        "pin": {
+            "shape": "spherical",
+            "radius": "0.794 mm",
+            "material": "Si3N4",
+            "youngs_modulus": "304 GPa",
+            "poisson_ratio": 0.24,
+        },
+        "disc": {"material": "Si3N4", "youngs_modulus": "304 GPa", "poisson_ratio": 0.24},
+    },
+    "conditions": {"normal_load": "200 mN", "sliding_speed": "400 mm/s"},
+    "signals": [{"file": "signals.csv"}],
+}
+
+
+@pytest.fixture(scope="session")
+def bare_run() -> RawRun:
+    """A run in memory with a manifest and no samples yet."""
+    return RawRun(RunManifest.model_validate(MANIFEST), {}, {}, {}, {}, ())
+
+
+@pytest.fixture(scope="session")
+def sample_archive(tmp_path_factory) -> Archive:
+    """All sample runs taken through the whole line; not to be written into."""
+    archive = Archive(tmp_path_factory.mktemp("samples"))
+    outcomes = list(process([SAMPLES / run_id for run_id in SAMPLE_IDS], archive))
+    assert [outcome for outcome in outcomes if outcome.status == "failed"] == []
+    return archive

@@ -6,6 +6,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 SAMPLES = ROOT / "sample_runs"
+SAMPLE_IDS = sorted(path.parent.name for path in SAMPLES.glob("*/run.toml"))
 
 
 def tree_bytes(folder: Path) -> dict[str, bytes]:

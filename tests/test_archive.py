@@ -9,32 +9,19 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from folders import SAMPLE_IDS
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
-from runs import bare_run  # noqa: F401
 from tribopipe.archive.runfile import read_raw, write_raw
 from tribopipe.archive.steps import STEPS, Step, downstream
 from tribopipe.archive.store import Archive
 from tribopipe.errors import ArchiveError
-from tribopipe.pipeline import process
 from tribopipe.records.finding import Finding
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit
 from tribopipe.run import ExtraColumn, RawRun, SourceFile
-
-SAMPLES = Path(__file__).parents[1] / "sample_runs"
-SAMPLE_IDS = sorted(path.parent.name for path in SAMPLES.glob("*/run.toml"))
-
-
-@pytest.fixture(scope="session")
-def sample_archive(tmp_path_factory) -> Archive:
-    """All sample runs taken through the whole line."""
-    archive = Archive(tmp_path_factory.mktemp("archive"))
-    outcomes = list(process([SAMPLES / name for name in SAMPLE_IDS], archive))
-    assert [outcome for outcome in outcomes if outcome.status == "failed"] == []
-    return archive
 
 
 def run_with(bare: RawRun, values: np.ndarray, **more) -> RawRun:
@@ -64,7 +51,10 @@ def same(first: RawRun, second: RawRun) -> None:
     st.lists(st.text(st.characters(codec="utf-8", exclude_characters="\x00"), max_size=20), min_size=2, max_size=2),
 )
 def test_raw_run_comes_back_bit_for_bit(bare_run, values, texts):
-    extras = {"a/b [°]": ExtraColumn(np.arange(len(values)), "deg"), "words": ExtraColumn(np.array(texts, dtype=object))}
+    extras = {
+        "a/b [°]": ExtraColumn(np.arange(len(values)), "deg"),
+        "words": ExtraColumn(np.array(texts, dtype=object)),
+    }
     run = run_with(bare_run, values, extras=extras, headers={"signals.csv": "Test №1; µ"})
     with h5py.File("memory", "w", driver="core", backing_store=False, track_order=True) as file:
         write_raw(file, run, ())
@@ -95,8 +85,15 @@ def test_same_run_again_is_left_alone_and_other_content_is_refused(bare_run, tmp
 
 
 def step(name, result, **curves) -> Step:
-    return Step(name, result, f"inputs of {name}", {"told": 1}, "0.1.0", "2026-01-01T00:00:00+00:00",
-                {curve: (values, "m") for curve, values in curves.items()})
+    return Step(
+        name,
+        result,
+        f"inputs of {name}",
+        {"told": 1},
+        "0.1.0",
+        "2026-01-01T00:00:00+00:00",
+        {curve: (values, "m") for curve, values in curves.items()},
+    )
 
 
 def metres(value: float) -> Quantity:
@@ -106,11 +103,20 @@ def metres(value: float) -> Quantity:
 def test_step_comes_back_whole_and_leaves_the_raw_part_as_it_was(bare_run, tmp_path):
     archive, run = Archive(tmp_path), run_with(bare_run, np.arange(10.0))
     archive.add(run)
-    put = step("drift_correction", DriftCorrection(outcome="corrected", zero_offset=metres(0.1 + 0.2)),
-               wear_depth=np.arange(10.0) / 3, pin_wear_depth=np.arange(10.0) / 7)
+    put = step(
+        "drift_correction",
+        DriftCorrection(outcome="corrected", zero_offset=metres(0.1 + 0.2)),
+        wear_depth=np.arange(10.0) / 3,
+        pin_wear_depth=np.arange(10.0) / 7,
+    )
     archive.put_step("bare", put)
     got = archive.step("bare", "drift_correction")
-    assert (got.result, got.options, got.inputs_sha256, got.date) == (put.result, put.options, put.inputs_sha256, put.date)
+    assert (got.result, got.options, got.inputs_sha256, got.date) == (
+        put.result,
+        put.options,
+        put.inputs_sha256,
+        put.date,
+    )
     assert got.result_sha256 == put.result_sha256
     np.testing.assert_array_equal(got.curves["wear_depth"][0], put.curves["wear_depth"][0])
     same(run, archive.raw("bare"))

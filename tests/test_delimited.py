@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tribopipe.errors import ReaderError
+from tribopipe.ingest import delimited
 from tribopipe.ingest.delimited import DelimitedReader, bare_name, split_name
 from tribopipe.ingest.reader import Hints, ReadColumn, Reader, ReadTable
 from tribopipe.run import SourceFile
@@ -118,11 +119,15 @@ def test_written_numbers_come_back_exactly(written: Written):
     assert [each.first_bad for each in table.columns] == [None] * len(written.names)
     assert np.array_equal(np.column_stack([each.values for each in table.columns]), written.values, equal_nan=True)
     assert table.header == written.header
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(delimited, "_PIECE_BYTES", 16)
+        again = READER.read(SourceFile("signals.csv", written.content), Hints())
+    assert np.array_equal(np.column_stack([each.values for each in again.columns]), written.values, equal_nan=True)
     assert 0.5 <= READER.match(SourceFile("signals.csv", written.content)).confidence <= 0.7
 
 
 @settings(max_examples=200, deadline=None)
-@given(st.binary(max_size=300) | st.text(alphabet="0123456789.,;\t |\"\r\nabcNa[]-", max_size=120).map(str.encode))
+@given(st.binary(max_size=300) | st.text(alphabet='0123456789.,;\t |"\r\nabcNa[]-', max_size=120).map(str.encode))
 def test_whatever_the_bytes_nothing_but_reader_errors_is_raised(content: bytes):
     source = SourceFile("signals.csv", content)
     assert 0 <= READER.match(source).confidence <= 0.7
@@ -316,6 +321,18 @@ def test_empty_file():
     assert confidence(b"") == 0
 
 
+@pytest.mark.parametrize("size", range(60, 120))
+def test_table_cut_anywhere_gives_no_wrong_number(size):
+    rows = [[0.25, 1.125, 10.25], [0.5, 2.25, 11.5], [0.75, 3.5, 12.75], [1.0, 4.125, 113.0], [1.25, 5.5, 114.25]]
+    whole = "Time [s];Depth [um];Ft\r\n" + "".join("{:.2f};{:.3f};{:.2f}\r\n".format(*row) for row in rows)
+    try:
+        table = read(whole[:size])
+    except ReaderError:
+        return
+    found = np.column_stack([each.values for each in table.columns])
+    assert np.array_equal(found[~np.isnan(found)], np.array(rows)[: len(found)][~np.isnan(found)])
+
+
 @pytest.mark.parametrize("content", [b" ", b"\n\n\r\n \t \n", b"\xef\xbb\xbf"])
 def test_nothing_but_blanks(content):
     assert "blanks" in refusal(content)
@@ -329,7 +346,9 @@ def test_numbers_without_names(content):
     assert confidence(content) == 0
 
 
-@pytest.mark.parametrize("content", ["Time;Depth\n", "Time;Depth\ns;um\n", "Some report\nwithout any table\n"])
+@pytest.mark.parametrize(
+    "content", ["Time;Depth\n", "Time;Depth\ns;um\n", "Some report\nwithout any table\n", "\n" * 600 + "A;B\n1;2\n"]
+)
 def test_header_without_data(content):
     assert "no row of numbers" in refusal(content)
     assert confidence(content) == 0
@@ -387,11 +406,31 @@ def test_long_row(row):
     assert f"line {row + 2}: found 3 fields, expected 2" in refusal("Time;Depth\n" + "\n".join(lines) + "\n")
 
 
-def test_long_row_wherever_a_large_file_is_divided():
-    rows = [b"1000.5;2000.5\n"] * 300_000
-    for row in range(149_790, 149_800):
-        damaged = [*rows[:row], b"1000.5;2000.5;7\n", *rows[row + 1 :]]
-        assert f"line {row + 2}: found 3 fields" in refusal(b"Time;Depth\n" + b"".join(damaged))
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_bad_rows_are_found_wherever_the_file_is_divided(monkeypatch, end):
+    monkeypatch.setattr(delimited, "_PIECE_BYTES", 40)
+    rows = ["1000.5;2000.5"] * 20
+    for row in range(20):
+        for bad, complaint in (("1;2;7", "found 3 fields"), ("1;2;", None), ("1", "found 1 field"), ("1;x", None)):
+            content = "Time;Depth" + end + end.join([*rows[:row], bad, *rows[row + 1 :]]) + end
+            if complaint:
+                assert f"line {row + 2}: {complaint}, expected 2" in refusal(content)
+            else:
+                bad_field = (row + 2, "x") if bad == "1;x" else None
+                assert [each.first_bad for each in read(content).columns] == [None, bad_field]
+
+
+def test_long_row_behind_a_field_that_is_no_number(monkeypatch):
+    monkeypatch.setattr(delimited, "_PIECE_BYTES", 40)
+    content = "Time;Depth\n" + "1000.5;2000.5\n" * 500 + "1;x\n" + "1000.5;2000.5\n" * 99 + "1;2;3\n" + "1;2\n" * 9
+    assert "line 602: found 3 fields" in refusal(content)
+
+
+def test_rows_that_start_with_a_separator_after_a_lone_return():
+    table = read("Time;Depth\r0.5;1.5\r;1.6\r\r;1.7\r")
+    assert np.array_equal(column(table, "Time").values, [0.5, np.nan, np.nan], equal_nan=True)
+    assert column(table, "Depth").values.tolist() == [1.5, 1.6, 1.7]
+    assert columns(read("A B\r 1 2\r\t\r 3 4\r")) == {"A": [1.0, 3.0], "B": [2.0, 4.0]}
 
 
 def test_comma_for_both_columns_and_decimals():
@@ -485,8 +524,14 @@ def test_two_tables():
     assert "one table in a file" in refusal("A;B\n1;2\n2;3\n\nC;D;E\n1;2;3\n1;2;3\n1;2;4\n")
 
 
-def test_prose_with_numbers_is_no_table():
-    prose = "We ran 12 tests at 5 N.\nOf these 3 failed, as Table 4 shows\n\nin 2006 and 2007, with 14 pins.\n"
+@pytest.mark.parametrize(
+    "prose",
+    [
+        "We ran 12 tests at 5 N.\nOf these 3 failed, as Table 4 shows\n\nin 2006 and 2007, with 14 pins.\n",
+        "Rows       : 460, 460 and 427\nOracle     : the mean of 9 runs\n",
+    ],
+)
+def test_prose_with_numbers_is_no_table(prose):
     assert confidence(prose) < 0.5
 
 

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from runs import bare_run  # noqa: F401
 from tribopipe.drift import correct_drift
 from tribopipe.errors import FitError
 from tribopipe.records.manifest import EndValues
@@ -58,10 +57,14 @@ def test_scar_diameter_counts_as_the_height_of_its_cap(bare_run):
     radius = bare_run.manifest.contact.pin.radius.value
     scar = 2 * np.sqrt(WEAR_END * (2 * radius - WEAR_END))
     reading = wear_curve(np.linspace(0, 500, 2001))
-    correction = correct_drift(with_depth(bare_run, reading, EndValues(pin_scar_diameter=metres(scar, 2e-6)))).correction
+    correction = correct_drift(
+        with_depth(bare_run, reading, EndValues(pin_scar_diameter=metres(scar, 2e-6)))
+    ).correction
     assert correction.pin_wear_depth.value == pytest.approx(WEAR_END, rel=1e-12)
     step = 1e-9
-    above = correct_drift(with_depth(bare_run, reading, EndValues(pin_scar_diameter=metres(scar + step, 2e-6)))).correction
+    above = correct_drift(
+        with_depth(bare_run, reading, EndValues(pin_scar_diameter=metres(scar + step, 2e-6)))
+    ).correction
     slope = (above.pin_wear_depth.value - correction.pin_wear_depth.value) / step
     assert correction.pin_wear_depth.standard_uncertainty == pytest.approx(2e-6 * slope, rel=1e-4)
 
@@ -72,8 +75,12 @@ def test_of_depth_and_scar_the_more_certain_one_is_the_anchor(bare_run):
     assert correct_drift(with_depth(bare_run, reading, end)).correction.anchor == "pin_wear_depth"
 
 
-@pytest.mark.parametrize(("discrepancy", "paper", "sensor"), [(0.1e-6, True, True), (0.6e-6, False, True), (2e-6, False, False)])
-def test_discrepancy_is_held_against_the_paper_s_limit_and_the_sensor_s_resolution(bare_run, discrepancy, paper, sensor):
+@pytest.mark.parametrize(
+    ("discrepancy", "paper", "sensor"), [(0.1e-6, True, True), (0.6e-6, False, True), (2e-6, False, False)]
+)
+def test_discrepancy_is_held_against_the_paper_s_limit_and_the_sensor_s_resolution(
+    bare_run, discrepancy, paper, sensor
+):
     distance = np.linspace(0, 500, 2001)
     reading = wear_curve(distance) + discrepancy * distance / 500
     correction = correct_drift(with_depth(bare_run, reading, EndValues(pin_wear_depth=metres(WEAR_END)))).correction
@@ -94,7 +101,9 @@ def test_stated_uncertainties_are_those_of_repeated_runs(bare_run):
         assert stated == pytest.approx(np.std(values), rel=0.2)
 
 
-@pytest.mark.parametrize(("end", "lacks"), [(EndValues(), "end value"), (EndValues(disc_wear_depth=metres(1e-7)), "end value")])
+@pytest.mark.parametrize(
+    ("end", "lacks"), [(EndValues(), "end value"), (EndValues(disc_wear_depth=metres(1e-7)), "end value")]
+)
 def test_run_without_an_end_value_of_the_pin_passes_through(bare_run, end, lacks):
     corrected = correct_drift(with_depth(bare_run, np.linspace(0, 1e-5, 100), end))
     assert corrected.wear_depth is None

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from folders import SAMPLE_IDS
 
-from test_archive import SAMPLE_IDS, sample_archive  # noqa: F401
 from tribopipe.drift import correct_drift
 from tribopipe.friction import fit_friction
 from tribopipe.pipeline import archived_correction, archived_friction
@@ -27,8 +27,13 @@ def labels(figure) -> set[str]:
 
 
 def test_wear_figure_shows_laws_end_value_and_residuals(sample_archive):
-    corrected, friction = archived_correction(sample_archive, SAMPLE_IDS[0]), archived_friction(sample_archive, SAMPLE_IDS[0])
-    curves = [fitted_curve(corrected.raw, fit_wear(corrected, law, friction), friction) for law in ("archard", "sarkar")]
+    corrected, friction = (
+        archived_correction(sample_archive, SAMPLE_IDS[0]),
+        archived_friction(sample_archive, SAMPLE_IDS[0]),
+    )
+    curves = [
+        fitted_curve(corrected.raw, fit_wear(corrected, law, friction), friction) for law in ("archard", "sarkar")
+    ]
     figure = plot_wear(corrected, curves)
     assert labels(figure) >= {"pin wear, corrected", "Archard, fitted", "Sarkar, fitted"}
     upper, lower = figure.axes
@@ -41,8 +46,11 @@ def test_wear_figure_shows_laws_end_value_and_residuals(sample_archive):
 def test_figures_of_a_run_without_end_value_and_friction_say_what_is_missing(sample_archive):
     raw = sample_archive.raw(SAMPLE_IDS[0])
     end = raw.manifest.end_values.model_copy(update={"pin_scar_diameter": None})
-    bare = replace(raw, manifest=raw.manifest.model_copy(update={"end_values": end}),
-                   columns={name: raw.columns[name] for name in ("time", "sliding_distance", "depth")})
+    bare = replace(
+        raw,
+        manifest=raw.manifest.model_copy(update={"end_values": end}),
+        columns={name: raw.columns[name] for name in ("time", "sliding_distance", "depth")},
+    )
     assert "lacks an end value" in plot_depth(correct_drift(bare)).axes[0].texts[0].get_text()
     assert "lacks a friction signal" in plot_friction(bare, fit_friction(bare)).axes[0].texts[0].get_text()
 

@@ -110,7 +110,7 @@ def test_combined_uncertainty_is_the_root_sum_of_squares_of_the_budget():
         "disc modulus",
         "pin end value",
     }
-    assert fit.random_uncertainty < fit.wear_coefficient.standard_uncertainty
+    assert fit.random_uncertainty.value < fit.wear_coefficient.standard_uncertainty
 
 
 def test_larger_end_value_uncertainty_widens_the_interval():
@@ -173,7 +173,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say(run_id):
     for seed in range(count):
         raw = record(series, run, seed=10_000 + seed)
         friction = fit_friction(raw)
-        low, high = fit_wear(correct_drift(raw)).interval
+        low, high = (end.value for end in fit_wear(correct_drift(raw)).interval)
         held[0] += low <= run.wear_coefficient.value <= high
         for index, name in enumerate(("amplitude", "steady_state", "running_in_distance"), start=1):
             found, truth = getattr(friction, name), getattr(run.friction, name).value

@@ -19,8 +19,12 @@ def test_sarkar_s_distance_in_closed_form_is_its_integral(amplitude, steady, run
     friction = ExponentialFriction(amplitude, steady, running_in)
     points = [x for x in (running_in, 5 * running_in, 20 * running_in) if x < distance]
     wanted, _ = quad(
-        lambda s: np.sqrt(1 + 3 * float(friction.coefficient(s)) ** 2), 0, distance, points=points or None,
-        epsrel=1e-11, limit=500,
+        lambda s: np.sqrt(1 + 3 * float(friction.coefficient(s)) ** 2),
+        0,
+        distance,
+        points=points or None,
+        epsrel=1e-11,
+        limit=500,
     )
     assert float(friction.sarkar_distance(distance)) == pytest.approx(wanted, rel=1e-9)
 
@@ -57,7 +61,9 @@ def test_measured_friction_is_held_constant_outside_its_samples():
     measured = MeasuredFriction(np.array([2.0, 4.0]), np.array([0.2, 0.4]))
     first, last = np.sqrt(1 + 3 * 0.2**2), np.sqrt(1 + 3 * 0.4**2)
     np.testing.assert_allclose(
-        measured.sarkar_distance([0, 1, 2, 4, 6]), [0, first, 2 * first, 3 * first + last, 3 * first + 3 * last], rtol=1e-14
+        measured.sarkar_distance([0, 1, 2, 4, 6]),
+        [0, first, 2 * first, 3 * first + last, 3 * first + 3 * last],
+        rtol=1e-14,
     )
     np.testing.assert_allclose(measured.coefficient([0, 3, 9]), [0.2, 0.3, 0.4], rtol=1e-14)
 

@@ -23,10 +23,34 @@ TABLE_2 = ExponentialFriction(0.226, 0.496, 32.877)
 
 # Depths in µm at DISTANCES, worked out in 40-digit arithmetic (mm³/(N mm) = 1e-6 m²/N).
 CERTIFIED = {
-    "Si3N4 200 mN, Archard": (0.2, 13.5e-15, SI3N4, None, "3.276881128288 7.357384070702 10.41765143924 16.49998514648 23.37263750258"),
-    "Si3N4 400 mN, Archard": (0.4, 13.5e-15, SI3N4, None, "4.631594330148 10.40883555202 14.74387725499 23.36653793757 33.12080449065"),
-    "Si3N4 200 mN, Sarkar": (0.2, 10.2e-15, SI3N4, TABLE_2, "3.559175055723 7.725113375678 10.72713985886 16.68852094500 23.48391395212"),
-    "WC-Co 400 mN, Archard": (0.4, 0.75e-17, WC_CO, None, "0.05208080111 0.1806371537666 0.2846375253204 0.4922109821785 0.7248884320725"),
+    "Si3N4 200 mN, Archard": (
+        0.2,
+        13.5e-15,
+        SI3N4,
+        None,
+        "3.276881128288 7.357384070702 10.41765143924 16.49998514648 23.37263750258",
+    ),
+    "Si3N4 400 mN, Archard": (
+        0.4,
+        13.5e-15,
+        SI3N4,
+        None,
+        "4.631594330148 10.40883555202 14.74387725499 23.36653793757 33.12080449065",
+    ),
+    "Si3N4 200 mN, Sarkar": (
+        0.2,
+        10.2e-15,
+        SI3N4,
+        TABLE_2,
+        "3.559175055723 7.725113375678 10.72713985886 16.68852094500 23.48391395212",
+    ),
+    "WC-Co 400 mN, Archard": (
+        0.4,
+        0.75e-17,
+        WC_CO,
+        None,
+        "0.05208080111 0.1806371537666 0.2846375253204 0.4922109821785 0.7248884320725",
+    ),
 }
 
 loads = st.floats(-3, 3).map(lambda x: 10.0**x)
@@ -52,7 +76,9 @@ def test_exact_model_meets_the_certified_depths(case):
 
 
 @given(loads, radii, moduli, moduli, coefficients, distances)
-def test_distance_found_from_the_depth_is_the_distance_slid(load, radius, pin_modulus, disc_modulus, coefficient, distance):
+def test_distance_found_from_the_depth_is_the_distance_slid(
+    load, radius, pin_modulus, disc_modulus, coefficient, distance
+):
     pin = pin_of(load, radius, pin_modulus, disc_modulus)
     volume = coefficient * load * distance
     assume(volume < 0.999 * pin.most_volume)
@@ -90,7 +116,9 @@ def test_exact_model_agrees_with_an_integration_of_the_differential_equation():
         return np.array([coefficient * load / (np.pi * brentq(gap, 1e-6, RADIUS, xtol=1e-18, rtol=1e-14) ** 2)])
 
     # s = x² smooths the start, where the depth rises steeply.
-    solved = solve_ivp(lambda x, h: 2 * x * rate(x, h), (0, 500**0.5), [0.0], rtol=1e-11, atol=1e-20, t_eval=DISTANCES**0.5)
+    solved = solve_ivp(
+        lambda x, h: 2 * x * rate(x, h), (0, 500**0.5), [0.0], rtol=1e-11, atol=1e-20, t_eval=DISTANCES**0.5
+    )
     depth = pin.worn(coefficient * load * DISTANCES).depth
     np.testing.assert_allclose(depth, solved.y[0], rtol=1e-9)
 

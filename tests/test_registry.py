@@ -29,10 +29,10 @@ class Sure:
     title = "Takes everything"
 
     def match(self, source: SourceFile) -> Match:
-        return Match(0.95, "it is a file")
+        return Match(0.95, f"{source.name} is a file")
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:
-        return ReadTable(())
+        return ReadTable((), header=f"{source} {hints}")
 
 
 class Impostor(Sure):
@@ -43,7 +43,7 @@ class Crashing(Sure):
     name = "crashing"
 
     def match(self, source: SourceFile) -> Match:
-        raise RuntimeError("bug")
+        raise RuntimeError(source.name)
 
 
 class NoReader:

@@ -3,8 +3,8 @@
 import json
 
 import pytest
+from folders import SAMPLE_IDS, SAMPLES
 
-from test_archive import SAMPLE_IDS, SAMPLES, sample_archive  # noqa: F401
 from tribopipe.pipeline import archived_fit, archived_friction
 from tribopipe.records.plan import Truth
 from tribopipe.records.results import WearPrediction
@@ -20,7 +20,7 @@ def test_nine_in_ten_parameters_lie_in_their_95_percent_interval(sample_archive)
     held = []
     for run_id in SAMPLE_IDS:
         truth, friction = truth_of(run_id), archived_friction(sample_archive, run_id)
-        low, high = archived_fit(sample_archive, run_id, truth.law).interval
+        low, high = (end.value for end in archived_fit(sample_archive, run_id, truth.law).interval)
         held.append(low <= truth.wear_coefficient.value <= high)
         for name in ("amplitude", "steady_state", "running_in_distance"):
             found = getattr(friction, name)
@@ -36,7 +36,7 @@ def test_coefficients_of_the_paper_come_back_from_200_mn(sample_archive, law, co
 
 
 def test_coefficient_of_tungsten_carbide_lies_in_its_interval(sample_archive):
-    low, high = archived_fit(sample_archive, "wc-co-water-400mN", "archard").interval
+    low, high = (end.value for end in archived_fit(sample_archive, "wc-co-water-400mN", "archard").interval)
     assert low <= 0.75e-11 * MM3_PER_N_MM <= high
 
 

@@ -72,12 +72,12 @@ def _load(run: RawRun) -> Literal["measured", "nominal", "recorded"]:
     return "nominal" if origin == "derived from nominal load" else "recorded"
 
 
-def _vendor_statistics(mu: Column) -> tuple[Quantity | None, float | None]:
+def _vendor_statistics(mu: Column) -> tuple[Quantity | None, Quantity | None]:
     """Mean and standard deviation over everything recorded, loading ramp included, as instruments print them."""
     if len(mu) < 2:
         return None, None
     deviation = float(np.std(mu, ddof=1))
-    return _ratio(float(np.mean(mu)), deviation / math.sqrt(effective_samples(mu))), deviation
+    return _ratio(float(np.mean(mu)), deviation / math.sqrt(effective_samples(mu))), _ratio(deviation)
 
 
 def _loading_ramp_end(run: RawRun, mu: Column) -> float:
@@ -128,7 +128,7 @@ def _fit_window(distance: Column, mu: Column) -> FrictionFit:
         running_in_distance=_metres(fit.running_in, float(spread[2])),
         covariance=tuple(tuple(row) for row in fit.covariance.tolist()),
         window=window,
-        residual_deviation=float(np.std(fit.residuals, ddof=3)),
+        residual_deviation=_ratio(float(np.std(fit.residuals, ddof=3))),
         effective_samples=effective_samples(fit.residuals),
     )
 
@@ -142,7 +142,7 @@ def _steady_only(mu: Column, reasons: tuple[str, ...], window: tuple[Quantity, Q
         notes=(*reasons, "steady value is the mean of the later half"),
         steady_state=_ratio(float(np.mean(later)), deviation / math.sqrt(independent)),
         window=window,
-        residual_deviation=deviation,
+        residual_deviation=_ratio(deviation),
         effective_samples=independent,
     )
 

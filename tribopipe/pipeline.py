@@ -40,6 +40,7 @@ class Outcome:
     """What became of one step of one run."""
 
     run_id: str
+    """Id of the run; its path where the run could not be read."""
     stage: Literal["ingest", "drift_correction", "friction_fit", "wear_fit", "prediction"]
     status: Status
     result: Record | None = None
@@ -199,10 +200,12 @@ def process(
     recipe = recipe or Recipe()
     done: list[str] = []
     for path in paths:
+        outcomes = []
         for outcome in _process_one(path, archive, recipe, force=force):
+            outcomes.append(outcome)
             yield outcome
-            if outcome.stage == "ingest" and outcome.status != "failed":
-                done.append(outcome.run_id)
+        if all(outcome.status != "failed" for outcome in outcomes):
+            done.append(outcomes[0].run_id)
     for law in recipe.wear.models:
         yield from predict_from_lightest(archive, done, law, recipe, force=force)
 
@@ -211,7 +214,7 @@ def _process_one(path: Path, archive: Archive, recipe: Recipe, *, force: bool) -
     try:
         ingested = ingest(path, archive, force=force)
     except TribopipeError as error:
-        yield Outcome(path.name, "ingest", "failed", error=error)
+        yield Outcome(str(path), "ingest", "failed", error=error)
         return
     yield ingested
     run_id = ingested.run_id
@@ -251,7 +254,7 @@ _Bodies = tuple[object, ...]
 
 
 def _bodies(manifest: RunManifest) -> _Bodies:
-    """What two runs must have in common for one to be predicted from the other."""
+    """Return what two runs must have in common for one to be predicted from the other."""
     contact = manifest.contact
     return (
         contact.kind,

@@ -11,8 +11,8 @@ import h5py
 from tribopipe.archive.digest import raw_digest
 from tribopipe.archive.nexus import text
 from tribopipe.archive.runfile import (
-    check_format,
     R,
+    check_format,
     copy_except,
     read_fingerprints,
     read_manifest,
@@ -147,7 +147,10 @@ class Archive:
 
     @contextmanager
     def open(self, run_id: str) -> Iterator[h5py.File]:
-        """Open a run's file for reading. Raises ``ArchiveError`` where there is none, or it is no run."""
+        """Open a run's file for reading.
+
+        Raises ``ArchiveError`` where there is none, it is no run, or what is read from it is damaged.
+        """
         path = self.path(run_id)
         if not path.is_file():
             raise ArchiveError(
@@ -163,7 +166,12 @@ class Archive:
             ) from None
         with file:
             check_format(file, path)
-            yield file
+            try:
+                yield file
+            except (KeyError, OSError, RuntimeError, ValueError) as error:
+                raise ArchiveError(
+                    f"{path}: found a damaged run ({error}); expected what tribopipe wrote; restore it from a copy"
+                ) from error
 
     @contextmanager
     def _writing(self, path: Path) -> Iterator[Path]:

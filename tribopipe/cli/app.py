@@ -42,6 +42,10 @@ def main() -> None:
     except TribopipeError as error:
         typer.echo(f"error: {error}", err=True)
         sys.exit(1)
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        typer.echo(f"error: {where}cannot be read or written ({error.strerror or error}); check it", err=True)
+        sys.exit(1)
 
 
 if __name__ == "__main__":

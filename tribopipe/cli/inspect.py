@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, load_archive
-from tribopipe.cli.output import print_json, record_json, say, table
+from tribopipe.cli.output import exit_with, print_json, record_json, say, table
 
 if TYPE_CHECKING:
     from tribopipe.archive.steps import StepName
@@ -18,16 +18,23 @@ schema_app = typer.Typer(help="JSON Schemas of the documents people write.", no_
 
 def ls(archive: ArchiveFolder = DEFAULT_ARCHIVE, as_json: AsJson = False) -> None:
     """List the runs of an archive."""
-    store = load_archive(archive)
-    manifests = {run_id: store.manifest(run_id) for run_id in store.ids()}
+    from tribopipe.errors import ArchiveError
+
+    store, held, unreadable = load_archive(archive), [], []
+    for run_id in store.ids():
+        try:
+            held.append((store.manifest(run_id), store.step_names(run_id)))
+        except ArchiveError as error:
+            unreadable.append(error)
     if as_json:
-        print_json({"runs": [_line(manifest, store.step_names(run_id)) for run_id, manifest in manifests.items()]})
-        return
-    table(
-        f"{len(manifests)} runs in {archive}",
-        ["run", "pin", "disc", "medium", "load", "started", "steps"],
-        [_row(manifest, store.step_names(run_id)) for run_id, manifest in manifests.items()],
-    )
+        print_json({"runs": [_line(manifest, steps) for manifest, steps in held]})
+    elif held or not unreadable:
+        table(
+            f"{len(held)} runs in {archive}",
+            ["run", "pin", "disc", "medium", "load", "started", "steps"],
+            [_row(manifest, steps) for manifest, steps in held],
+        )
+    exit_with(unreadable, some_done=bool(held))
 
 
 def _line(manifest: "RunManifest", steps: "list[StepName]") -> dict[str, Any]:

@@ -54,13 +54,10 @@ def load_recipe(path: Path | None) -> "Recipe":
 
 
 def chosen_ids(archive: "Archive", ids: list[str] | None) -> list[str]:
-    """Return the ids asked for, or all. Raises ``ArchiveError`` where there is none, or one is unknown."""
+    """Return the ids asked for, or all. Raises ``ArchiveError`` where there is none."""
     from tribopipe.errors import ArchiveError
 
     chosen = ids or archive.ids()
     if not chosen:
         raise ArchiveError(f"{archive.folder}: found no runs; expected at least one; run `tribopipe ingest` first")
-    for run_id in chosen:
-        with archive.open(run_id):
-            pass
     return chosen

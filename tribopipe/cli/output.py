@@ -11,6 +11,7 @@ import typer
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from tribopipe.errors import TribopipeError
     from tribopipe.pipeline import Outcome
 
 DONE, FAILED, USAGE, PARTLY_FAILED = 0, 1, 2, 3
@@ -22,8 +23,8 @@ def say(text: str) -> None:
 
 
 def print_json(document: Any) -> None:
-    """Put one JSON document on stdout."""
-    typer.echo(json.dumps(document, indent=2, ensure_ascii=False))
+    """Put one JSON document on stdout, in ASCII, which every console and pipe can carry."""
+    typer.echo(json.dumps(document, indent=2))
 
 
 def record_json(record: Any) -> Any:
@@ -89,11 +90,15 @@ def progress(what: str, total: int | None) -> Iterator[Callable[[str], None]]:
 
 
 def finish(outcomes: "Sequence[Outcome]") -> None:
-    """Tell every failure, and exit with 0, 1 (nothing done) or 3 (part of the batch failed)."""
-    failed = [outcome for outcome in outcomes if outcome.error is not None]
-    for outcome in failed:
-        say(f"error: {outcome.error}")
-    if failed:
-        failed_runs = {outcome.run_id for outcome in failed}
-        some_done = any(outcome.run_id not in failed_runs for outcome in outcomes)
+    """Tell every failure, and exit accordingly; a run of which one step failed counts as failed."""
+    failed_runs = {outcome.run_id for outcome in outcomes if outcome.error is not None}
+    some_done = any(outcome.run_id not in failed_runs for outcome in outcomes)
+    exit_with([outcome.error for outcome in outcomes if outcome.error is not None], some_done=some_done)
+
+
+def exit_with(errors: "Sequence[TribopipeError]", *, some_done: bool) -> None:
+    """Tell every error once, and exit with 0, 1 (nothing done) or 3 (part of the batch failed)."""
+    for message in dict.fromkeys(str(error) for error in errors):
+        say(f"error: {message}")
+    if errors:
         raise typer.Exit(PARTLY_FAILED if some_done else FAILED)

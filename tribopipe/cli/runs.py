@@ -14,21 +14,35 @@ if TYPE_CHECKING:
 RunPaths = Annotated[list[Path], typer.Argument(help="Run folders, or folders of run folders.", metavar="RUN...")]
 
 
+def _run_folders(paths: list[Path]) -> "tuple[list[Path], list[Outcome]]":
+    """Return the run folders at or below the paths, and a failure for each path that has none."""
+    from tribopipe.errors import ManifestError
+    from tribopipe.pipeline import Outcome, find_runs
+
+    folders: list[Path] = []
+    failures: list[Outcome] = []
+    for path in paths:
+        try:
+            folders += find_runs(path)
+        except ManifestError as error:
+            failures.append(Outcome(str(path), "ingest", "failed", error=error))
+    return folders, failures
+
+
 def check(paths: RunPaths, as_json: AsJson = False) -> None:
     """Look a run over: schema, units, order of time, gaps, signs, magnitudes. Exit code 1 on errors and warnings."""
     from tribopipe.checks.registry import check_run
     from tribopipe.errors import TribopipeError
     from tribopipe.ingest.harmonise import read_run
-    from tribopipe.pipeline import find_runs
+    from tribopipe.pipeline import Outcome
 
+    folders, failures = _run_folders(paths)
     documents, sound = [], True
-    for path in [run for given in paths for run in find_runs(given)]:
+    for path in folders:
         try:
             run = read_run(path)
         except TribopipeError as error:
-            sound = False
-            documents.append({"path": str(path), "error": str(error), "findings": []})
-            say(f"error: {error}")
+            failures.append(Outcome(str(path), "ingest", "failed", error=error))
             continue
         findings = check_run(run)
         sound = sound and all(finding.severity == "note" for finding in findings)
@@ -37,9 +51,12 @@ def check(paths: RunPaths, as_json: AsJson = False) -> None:
             say(f"{run.id}: {finding.severity}: {finding}")
         if not findings:
             say(f"{run.id}: nothing to complain about")
+    for failure in failures:
+        say(f"error: {failure.error}")
     if as_json:
-        print_json({"runs": documents})
-    if not sound:
+        unread = [{"path": failure.run_id, "error": str(failure.error), "findings": []} for failure in failures]
+        print_json({"runs": documents + unread})
+    if failures or not sound:
         raise typer.Exit(FAILED)
 
 
@@ -50,8 +67,8 @@ def ingest(
     from tribopipe import pipeline
     from tribopipe.errors import TribopipeError
 
-    store, outcomes = load_archive(archive, must_exist=False), []
-    folders = [run for path in paths for run in pipeline.find_runs(path)]
+    store = load_archive(archive, must_exist=False)
+    folders, outcomes = _run_folders(paths)
     with progress("ingest", len(folders)) as advance:
         for folder in folders:
             try:
@@ -59,7 +76,7 @@ def ingest(
                 say(f"{outcome.run_id}: {'archived' if outcome.status == 'done' else 'unchanged, nothing to do'}")
                 _say_warnings(outcome)
             except TribopipeError as error:
-                outcome = pipeline.Outcome(folder.name, "ingest", "failed", error=error)
+                outcome = pipeline.Outcome(str(folder), "ingest", "failed", error=error)
             outcomes.append(outcome)
             advance(outcome.run_id)
     if as_json:
@@ -80,10 +97,8 @@ def process(
     from tribopipe.cli.summary import run_summary, show_summaries
     from tribopipe.report.archived import save_run_figures
 
-    store, folders = load_archive(archive, must_exist=False), []
-    for path in paths:
-        folders += pipeline.find_runs(path)
-    outcomes, changed = [], set()
+    store, changed = load_archive(archive, must_exist=False), set()
+    folders, outcomes = _run_folders(paths)
     with progress("process", None) as advance:
         for outcome in pipeline.process(folders, store, load_recipe(recipe), force=force):
             outcomes.append(outcome)
@@ -91,8 +106,8 @@ def process(
             if outcome.status == "done":
                 changed.add(outcome.run_id)
             _say_warnings(outcome)
-    failed = {outcome.run_id for outcome in outcomes if outcome.stage == "ingest" and outcome.status == "failed"}
-    ids = list(dict.fromkeys(outcome.run_id for outcome in outcomes if outcome.run_id not in failed))
+    archived = (outcome for outcome in outcomes if outcome.stage == "ingest" and outcome.status != "failed")
+    ids = list(dict.fromkeys(outcome.run_id for outcome in archived))
     with progress("figures", len(changed)) as advance:
         for run_id in sorted(changed if figures else ()):
             save_run_figures(store, run_id)
@@ -117,7 +132,7 @@ def _say_what_was_done(outcomes: "list[Outcome]", archive: Path, *, drawn: bool)
     skipped = sum(outcome.status == "unchanged" for outcome in outcomes)
     if skipped and not done:
         say(f"Nothing to do: all {skipped} steps are unchanged; --force redoes them.")
-    else:
+    elif done:
         where = f"; figures in {archive / 'figures'}" if drawn else ""
         say(f"{done} steps done, {skipped} unchanged, in {archive}{where}")
 

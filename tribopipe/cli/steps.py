@@ -89,7 +89,7 @@ def _fit_json(store: "Archive", run_id: str, law: Law) -> dict[str, Any]:
 
 def _each(
     ids: list[str],
-    stage: Literal["drift_correction", "wear_fit", "prediction"],
+    stage: Literal["drift_correction", "wear_fit"],
     advance: "Callable[[str], Iterable[Outcome]]",
 ) -> "list[Outcome]":
     """Take each run further; one that fails does not stop the others."""
@@ -185,11 +185,12 @@ def _predict_archived(
     from tribopipe import pipeline
 
     store = load_archive(folder)
-    outcomes = _each(
-        chosen_ids(store, ids),
-        "prediction",
-        lambda run_id: pipeline.predict_from_lightest(store, run_id, law, recipe, force=force),
-    )
+    chosen, outcomes = chosen_ids(store, ids), []
+    with progress("prediction", len(chosen)) as moved:
+        for outcome in pipeline.predict_from_lightest(store, chosen, law, recipe, force=force):
+            outcomes.append(outcome)
+            _tell(outcome)
+            moved(outcome.run_id)
     if not outcomes:
         say(f"Nothing to predict: no run has a comparable one under a lighter load with a k_D under {law}.")
     if as_json:
@@ -223,7 +224,7 @@ def _folder_scenario(run: Path, coefficient: str | None, law: Law, friction: str
     scenario = WearScenario(
         manifest.contact,
         conditions.normal_load,
-        _quantity(coefficient, "wear coefficient"),
+        _quantity("--wear-coefficient", coefficient, "wear coefficient"),
         law,
         path,
         recipe,
@@ -252,7 +253,7 @@ def _archived_scenario(
 
     raw = store.raw(run_id)
     if coefficient is not None:
-        known = _quantity(coefficient, "wear coefficient")
+        known = _quantity("--wear-coefficient", coefficient, "wear coefficient")
     else:
         fitted = archived_fit(store, run_id, law)
         if fitted.wear_coefficient is None:
@@ -279,11 +280,11 @@ def _changed(scenario: "WearScenario", load: str | None, speed: str | None, radi
     from dataclasses import replace
 
     if load is not None:
-        scenario = replace(scenario, normal_load=_quantity(load, "force"))
+        scenario = replace(scenario, normal_load=_quantity("--load", load, "force"))
     if speed is not None:
-        scenario = replace(scenario, sliding_speed=_quantity(speed, "speed"))
+        scenario = replace(scenario, sliding_speed=_quantity("--speed", speed, "speed"))
     if radius is not None:
-        pin = scenario.contact.pin.model_copy(update={"radius": _quantity(radius, "length")})
+        pin = scenario.contact.pin.model_copy(update={"radius": _quantity("--radius", radius, "length")})
         scenario = replace(scenario, contact=scenario.contact.model_copy(update={"pin": pin}))
     return scenario
 
@@ -309,6 +310,7 @@ def _predict(
 
 
 def _parsed(option: str, text: str, kind: str) -> float:
+    """Read an option as SI."""
     from tribopipe.errors import UnitError
     from tribopipe.units import parse
 
@@ -318,15 +320,15 @@ def _parsed(option: str, text: str, kind: str) -> float:
         raise UnitError(f"{option}: {error}") from None
 
 
-def _quantity(text: str, kind: str) -> Any:
+def _quantity(option: str, text: str, kind: str) -> Any:
     """Read an option as a quantity above zero."""
     from tribopipe.errors import UnitError
     from tribopipe.records.quantity import Quantity
-    from tribopipe.units import KINDS, parse
+    from tribopipe.units import KINDS
 
-    value = parse(text, kind)
+    value = _parsed(option, text, kind)
     if not value > 0:
-        raise UnitError(f"found {text!r}; expected a {kind} above zero, such as {KINDS[kind].example!r}")
+        raise UnitError(f"{option}: found {text!r}; expected a {kind} above zero, such as {KINDS[kind].example!r}")
     return Quantity(value=value, unit=KINDS[kind].si)
 
 
@@ -336,7 +338,6 @@ _FRICTION = re.compile(r"\s*A\s*=\s*(\S+)[\s,;]+b\s*=\s*(\S+)[\s,;]+c\s*=\s*(.+?
 def _parse_friction(text: str) -> "FrictionPath":
     """Read "A=0.226 b=0.496 c=32.877 m"."""
     from tribopipe.errors import UnitError
-    from tribopipe.units import parse
     from tribopipe.wear.friction_path import ExponentialFriction
 
     found = _FRICTION.fullmatch(text)
@@ -345,10 +346,11 @@ def _parse_friction(text: str) -> "FrictionPath":
             f'--friction: found {text!r}; expected the three of Eq. 7, such as "A=0.226 b=0.496 c=32.877 m"'
         )
     amplitude, steady, distance = found.groups()
-    running_in = parse(distance, "distance")
+    running_in = _parsed("--friction", distance, "distance")
     if not running_in > 0:
         raise UnitError(f"--friction: found c = {distance}; expected a distance above zero")
-    return ExponentialFriction(parse(amplitude.rstrip(",;"), "ratio"), parse(steady.rstrip(",;"), "ratio"), running_in)
+    start, end = (_parsed("--friction", ratio.rstrip(",;"), "ratio") for ratio in (amplitude, steady))
+    return ExponentialFriction(start, end, running_in)
 
 
 COMMANDS = {"correct-drift": correct_drift, "fit": fit, "predict": predict}

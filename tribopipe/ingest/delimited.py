@@ -24,6 +24,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import cached_property
 from io import BytesIO, TextIOWrapper
 from itertools import islice, pairwise
 from math import isfinite, nan
@@ -44,8 +45,9 @@ BLANKS = " "
 _STRONG_SEPARATORS = ("\t", ";", "|")
 _SEPARATORS = (*_STRONG_SEPARATORS, ",", BLANKS)
 _SAMPLE_BYTES = 1 << 19
-_SAMPLE_LINES = 500
-_PIECE_BYTES = 1 << 21
+_SAMPLE_LINES = 300
+_PIECE_BYTES = 3 << 20
+_THREADS = 4
 _LONGEST_LINE = 1 << 17
 _MOST_COLUMNS = 1000
 _CONTROLS = bytes(set(range(32)) - set(b"\t\n\v\f\r\x1a\x1b"))
@@ -90,7 +92,7 @@ class DelimitedReader:
             table, _ = _find_table(text, Hints())
         except ReaderError as error:
             return Match(0.0, str(error).removeprefix(source.name).lstrip(":, "))
-        if table.regularity < 0.5:
+        if not table.fits or table.regularity < 0.5:
             line = table.rows[table.top].line
             return Match(0.2, f"most rows have another number of fields than the names in line {line}")
         share = len(table.numeric) / table.width
@@ -264,26 +266,30 @@ def sample_lines(text: Text) -> list[str]:
 
     Raises ``ReaderError`` where there is nothing but blanks, or a line too long for a table.
     """
-    lines, whole = _lines_from(text, text.start)
-    for number, line in enumerate(lines, 1):
+    lines, rest = _lines_from(text, text.start)
+    for number, line in enumerate([*lines, rest], 1):
         if len(line) > _LONGEST_LINE:
             raise ReaderError(
                 f"{text.name}, line {number}: found more than {_LONGEST_LINE} characters in one line; "
                 f"expected a table of at most {_MOST_COLUMNS} columns; check that this file is one and "
                 "has kept its line ends"
             )
-    if all(map(str.isspace, lines)):
+    if not rest and len(lines) < _SAMPLE_LINES and all(map(str.isspace, lines)):
         raise ReaderError(
             f"{text.name}: found nothing but blanks; expected a row of names and rows of numbers; copy the "
             "file again from the instrument"
         )
-    return lines[:_SAMPLE_LINES] if whole else lines[:-1][:_SAMPLE_LINES]
+    return lines
 
 
-def _lines_from(text: Text, start: int) -> tuple[list[str], bool]:
-    """Give a sample of lines, and whether it reaches the end of the file: if not, the last one is cut."""
+def _lines_from(text: Text, start: int) -> tuple[list[str], str]:
+    """Give a sample of lines, and the beginning of the next one where it may be cut."""
     block = text.content[start : start + _SAMPLE_BYTES]
-    return _LINE.findall(block.decode(errors="ignore")), not text.partial and start + len(block) == len(text.content)
+    found = _LINE.finditer(block.decode(errors="ignore"))
+    lines = [line[0] for line in islice(found, _SAMPLE_LINES + 1)]
+    at_end = not text.partial and start + len(block) == len(text.content)
+    rest = "" if at_end or len(lines) > _SAMPLE_LINES or not lines else lines.pop()
+    return lines[:_SAMPLE_LINES], rest
 
 
 def split_rows(lines: Iterable[str], separator: str) -> Iterator[Row]:
@@ -368,12 +374,15 @@ class _Table:
     fits: bool = False
     """Whether there are as many names as columns."""
 
-    def numbers(self) -> Iterator[tuple[int, int, str]]:
-        """Give line, column and text of each number in the columns of numbers."""
-        for row in self.rows[self.body :]:
-            for column, cell in enumerate(row.cells):
-                if column in self.numeric and _is_number(cell, self.signs):
-                    yield row.line, column, cell
+    @cached_property
+    def numbers(self) -> list[tuple[int, int, str]]:
+        """Line, column and text of each number in the columns of numbers."""
+        return [
+            (row.line, column, cell)
+            for row in self.rows[self.body :]
+            for column, cell in enumerate(row.cells)
+            if column in self.numeric and _is_number(cell, self.signs)
+        ]
 
     def has_sample(self, row: Row) -> bool:
         """Tell whether a row has numbers, and something else only in columns of something else."""
@@ -415,7 +424,8 @@ def find_layout(text: Text, hints: Hints) -> Layout:
     Raises ``ReaderError`` where there is none, saying what is missing.
     """
     table, lines = _find_table(text, hints)
-    seen = replace(table, rows=table.rows + ([] if hints.decimal else _later_rows(text, table, lines)))
+    later = [] if hints.decimal else _later_rows(text, table, lines)
+    seen = replace(table, rows=table.rows + later) if later else table
     return _layout(table, lines, hints.decimal or _decimal(seen), _doubt(text, hints, seen))
 
 
@@ -581,12 +591,13 @@ def _layout(table: _Table, lines: list[str], decimal: Decimal, doubt: str | None
 
 def _why_none(text: Text, hints: Hints, lines: list[str], tables: list[_Table]) -> str:
     """Say what a file without a table lacks."""
-    number, line = next((n, line.strip()) for n, line in enumerate(lines, 1) if not line.isspace())
+    number, line = next(((n, line.strip()) for n, line in enumerate(lines, 1) if not line.isspace()), (1, ""))
     where = f"{text.name}, line {number}"
     if not tables and (not hints.separator or any(hints.separator in line for line in lines)):
         found = line if len(line) <= 40 else f"{line[:39]}…"
+        below = "below" if len(lines) < _SAMPLE_LINES else f"in the first {_SAMPLE_LINES} lines"
         return (
-            f"{where}: found {found!r} and no row of numbers below; expected a row of names and rows of numbers; "
+            f"{where}: found {found!r} and no row of numbers {below}; expected a row of names and rows of numbers; "
             "export the file again with its data"
         )
     if any(table.width > 1 for table in tables):
@@ -608,7 +619,7 @@ def _why_none(text: Text, hints: Hints, lines: list[str], tables: list[_Table]) 
 
 def _later_rows(text: Text, table: _Table, lines: list[str]) -> list[Row]:
     """Give rows from the first decimal sign on, where the sample of a longer file shows none."""
-    if table.separator == "," or any(not _INTEGER.fullmatch(number) for _, _, number in table.numbers()):
+    if table.separator == "," or any(not _INTEGER.fullmatch(number) for _, _, number in table.numbers):
         return []
     behind = text.start + len("".join(lines).encode())
     found = [at for sign in (b".", b",") if (at := text.content.find(sign, behind)) >= 0]
@@ -616,13 +627,12 @@ def _later_rows(text: Text, table: _Table, lines: list[str]) -> list[Row]:
         return []
     start = max(text.content.rfind(end, 0, min(found)) for end in (b"\r", b"\n")) + 1
     before = len(_LINE_END.findall(text.content, text.start, start))
-    later, whole = _lines_from(text, start)
-    rows = _sampled(later[: len(later) if whole else -1][:_SAMPLE_LINES], table.separator)
-    return [Row(before + row.line, row.cells) for row in rows]
+    later, _ = _lines_from(text, start)
+    return [Row(before + row.line, row.cells) for row in _sampled(later, table.separator)]
 
 
 def _decimal(table: _Table) -> Decimal:
-    signs = Counter(sign for _, _, number in table.numbers() for sign in ".," if sign in number)
+    signs = Counter(sign for _, _, number in table.numbers for sign in ".," if sign in number)
     return "," if signs[","] > signs["."] else "."
 
 
@@ -660,7 +670,7 @@ def _comma_doubt(table: _Table) -> str | None:
             parts = cell.split()
             if len(parts) > 1 and all(_is_number(part, ".") for part in parts):
                 return f"line {row.line}: found {cell!r} between commas; {_ASK_FOR_SEPARATOR}"
-    pointed = any(not _INTEGER.fullmatch(number) for _, _, number in table.numbers())
+    pointed = any(not _INTEGER.fullmatch(number) for _, _, number in table.numbers)
     names = table.names
     if pointed or len(names) % 2 or not all(unit and is_unit(unit) for unit in names[1::2]):
         return None
@@ -670,7 +680,7 @@ def _comma_doubt(table: _Table) -> str | None:
 def _two_signs(table: _Table) -> str | None:
     """Doubt the decimal sign where numbers are written with both."""
     first: dict[str, tuple[int, str]] = {}
-    for line, _, number in table.numbers():
+    for line, _, number in table.numbers:
         for sign in ".,":
             if sign in number:
                 first.setdefault(sign, (line, number))
@@ -687,8 +697,8 @@ def _maybe_thousands(table: _Table) -> str | None:
     """Doubt numbers such as 1,234 in a column with plain integers, where no other shows the decimal sign."""
     if table.separator == ",":
         return None
-    signed = [entry for entry in table.numbers() if not _INTEGER.fullmatch(entry[2])]
-    plain = {column for _, column, number in table.numbers() if _INTEGER.fullmatch(number)}
+    signed = [entry for entry in table.numbers if not _INTEGER.fullmatch(entry[2])]
+    plain = {column for _, column, number in table.numbers if _INTEGER.fullmatch(number)}
     if not all(_MAYBE_THOUSANDS.fullmatch(number) for _, _, number in signed):
         return None
     for line, column, number in signed:
@@ -746,7 +756,6 @@ def read_table(text: Text, layout: Layout) -> ReadTable:
     """
     if layout.doubt is not None:
         raise ReaderError(layout.doubt)
-    text = _without_lone_returns(text, layout)
     parsed = _parsed(text, layout)
     _refuse_short_rows(text, layout, parsed[-1])
     if not all(column.missing.all() for column in parsed[len(layout.names) :]):
@@ -803,16 +812,6 @@ def _body_rows(text: Text, layout: Layout, start: int | None = None) -> Iterator
         raise _unclosed(text, line) from None
 
 
-def _without_lone_returns(text: Text, layout: Layout) -> Text:
-    """Replace lone CRs where separators follow: pandas would lose those, or make up a row."""
-    start = _body_start(text, layout)
-    separators = " \t" if layout.separator == BLANKS else layout.separator
-    if all(text.content.find(f"\r{separator}".encode(), start) < 0 for separator in separators):
-        return text
-    body = text.content[start:].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    return replace(text, content=text.content[:start] + body)
-
-
 def _parsed(text: Text, layout: Layout) -> list[_Parsed]:
     columns, textual = _columns(text, layout)
     return [
@@ -823,13 +822,9 @@ def _parsed(text: Text, layout: Layout) -> list[_Parsed]:
 
 def _columns(text: Text, layout: Layout) -> tuple[list[NDArray[Any]], set[int]]:
     """Parse the body, and name the columns that had to be read as text."""
-    from pandas.errors import ParserError
-
     textual = set(layout.textual)
     try:
         columns = _read_columns(text, layout, textual)
-    except ParserError:
-        raise _too_wide(text, layout) from None
     except ValueError:
         guessed = _read_csv(text, layout, textual, guess=True)
         textual |= {number for number in range(layout.width) if guessed[number].dtype.kind not in "fiu"}
@@ -845,12 +840,13 @@ def _read_columns(text: Text, layout: Layout, textual: set[int]) -> list[NDArray
     """Parse the body piece by piece in threads: pandas holds no lock while it parses."""
     starts = _pieces(text, layout)
     ends = [*starts[1:], len(text.content)]
-    with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
+    with ThreadPoolExecutor(max_workers=min(_THREADS, os.cpu_count() or 1)) as pool:
         spans = zip(starts, ends, strict=True)
         pieces = list(pool.map(lambda span: _read_csv(text, layout, textual, *span), spans))
-    if len(pieces) == 1:
-        return [pieces[0][number].to_numpy() for number in range(layout.width)]
-    return [np.concatenate([piece[number].to_numpy() for piece in pieces]) for number in range(layout.width)]
+        if len(pieces) == 1:
+            return [pieces[0][number].to_numpy() for number in range(layout.width)]
+        columns = ([piece[number].to_numpy() for piece in pieces] for number in range(layout.width))
+        return list(pool.map(np.concatenate, columns))
 
 
 def _pieces(text: Text, layout: Layout) -> list[int]:
@@ -871,6 +867,15 @@ def _pieces(text: Text, layout: Layout) -> list[int]:
     if any(first is not None and len(first.cells) > layout.width for first in firsts):
         raise _too_wide(text, layout)
     return starts
+
+
+def _stream(content: bytes, start: int, end: int) -> BytesIO:
+    """Open part of a file, without the lone CRs after which pandas may lose a separator or make up a row."""
+    codes = np.frombuffer(content, np.uint8, end - start, start)
+    returns = np.flatnonzero(codes == ord("\r"))
+    if returns.size and (returns[-1] + 1 == codes.size or np.any(codes[returns + 1] != ord("\n"))):
+        return BytesIO(content[start:end].replace(b"\r\n", b"\n").replace(b"\r", b"\n"))
+    return _Piece(content, start, end)
 
 
 class _Piece(BytesIO):
@@ -904,19 +909,22 @@ def _read_csv(
     }
     if [int(part) for part in pd.__version__.split(".")[:2]] < [3, 1]:
         options["float_precision"] = "round_trip"  # later versions read so anyway
-    return pd.read_csv(
-        _Piece(text.content, start, len(text.content) if end is None else end),
-        sep=r"\s+" if blanks else layout.separator,
-        decimal=layout.decimal,
-        header=None,
-        names=range(layout.width),
-        index_col=False,
-        keep_default_na=False,
-        encoding="utf-8",
-        # Piece by piece, columns in which something is no number could get several types.
-        low_memory=False,
-        **options,
-    )
+    try:
+        return pd.read_csv(
+            _stream(text.content, start, len(text.content) if end is None else end),
+            sep=r"\s+" if blanks else layout.separator,
+            decimal=layout.decimal,
+            header=None,
+            names=range(layout.width),
+            index_col=False,
+            keep_default_na=False,
+            encoding="utf-8",
+            # Piece by piece, columns in which something is no number could get several types.
+            low_memory=False,
+            **options,
+        )
+    except pd.errors.ParserError:
+        raise _too_wide(text, layout) from None
 
 
 def _from_texts(fields: list[str], decimal: Decimal) -> _Parsed:

@@ -35,34 +35,41 @@ def read_run(path: Path | str) -> RawRun:
     """
     where = manifest_path(Path(path))
     manifest, content = read_manifest(where)
-    sources = [SourceFile(where.name, content)]
+    try:
+        return _read_files(manifest, where.parent, SourceFile(where.name, content))
+    except ReaderError as error:
+        raise ReaderError(f"{where.parent}: {error}") from None
+
+
+def _read_files(manifest: RunManifest, folder: Path, written: SourceFile) -> RawRun:
+    sources = [written]
     gathered = _Gathered({}, {}, {})
     for signals in manifest.signals:
-        source = read_source(where.parent / signals.file, signals.file)
+        source = _read_source(folder, signals.file)
         sources.append(source)
         table = _reader_for(signals, source).read(
             source, Hints(encoding=signals.encoding, separator=signals.separator, decimal=signals.decimal)
         )
         _gather(gathered, table, signals)
     origins: dict[SignalName, Origin] = dict.fromkeys(gathered.columns, "measured")
-    _complete(gathered.columns, origins, manifest, where)
+    _complete(gathered.columns, origins, manifest)
     ordered = {name: gathered.columns[name] for name in SIGNALS if name in gathered.columns}
     return RawRun(manifest, ordered, origins, gathered.extras, gathered.headers, tuple(sources))
 
 
-def read_source(path: Path, name: str) -> SourceFile:
-    """Read a signal file's bytes. Raises ``ReaderError`` where there is no such file."""
+def _read_source(folder: Path, name: str) -> SourceFile:
+    path = folder / name
     if path.is_dir():
-        raise ReaderError(f"{path}: found a folder; expected a signal file; name the file in run.toml, signals.file")
+        raise ReaderError(f"{name}: found a folder; expected a signal file; name the file in run.toml, signals.file")
     try:
         return SourceFile(name, path.read_bytes())
     except FileNotFoundError:
         there = [entry.name for entry in path.parent.iterdir()] if path.parent.is_dir() else []
         raise ReaderError(
-            f"{path}: no such file; expected the signal file that run.toml names; {did_you_mean(name, there)}"
+            f"{name}: no such file; expected the signal file that run.toml names; {did_you_mean(name, there)}"
         ) from None
     except OSError as error:
-        raise ReaderError(f"{path}: cannot be read ({error.strerror}); check its permissions") from None
+        raise ReaderError(f"{name}: cannot be read ({error.strerror}); check its permissions") from None
 
 
 def _reader_for(signals: SignalFile, source: SourceFile) -> Reader:
@@ -167,10 +174,8 @@ def _signal(column: ReadColumn, name: SignalName, source: ColumnSource | None, f
         raise ReaderError(f"{file}, column {column.name!r} for {name}: {error}") from None
 
 
-def _complete(
-    columns: dict[SignalName, Column], origins: dict[SignalName, Origin], manifest: RunManifest, where: Path
-) -> None:
-    _complete_motion(columns, origins, manifest, where)
+def _complete(columns: dict[SignalName, Column], origins: dict[SignalName, Origin], manifest: RunManifest) -> None:
+    _complete_motion(columns, origins, manifest)
     if "friction_coefficient" in columns or "friction_force" not in columns:
         return
     measured = "normal_force" in columns
@@ -182,7 +187,7 @@ def _complete(
 
 
 def _complete_motion(
-    columns: dict[SignalName, Column], origins: dict[SignalName, Origin], manifest: RunManifest, where: Path
+    columns: dict[SignalName, Column], origins: dict[SignalName, Origin], manifest: RunManifest
 ) -> None:
     """Derive time or sliding distance from the other one and the speed, measured or nominal."""
     have_time, have_distance = "time" in columns, "sliding_distance" in columns
@@ -190,8 +195,8 @@ def _complete_motion(
         return
     if not have_time and not have_distance:
         raise ReaderError(
-            f"{where}: found neither time nor sliding_distance among the signals; expected at least one; "
-            "map one under [signals.columns]"
+            "found neither time nor sliding_distance among the signals; expected at least one; "
+            "map one under [signals.columns] in run.toml"
         )
     speed = columns.get("sliding_speed")
     origin: Origin = "derived from measured speed" if speed is not None else "derived from nominal speed"
@@ -200,7 +205,7 @@ def _complete_motion(
         if nominal is None:
             lacking = "sliding distance" if have_time else "time"
             raise ReaderError(
-                f"{where}: conditions.sliding_speed: missing; expected one, since the files hold no "
+                f"run.toml: conditions.sliding_speed: missing; expected one, since the files hold no "
                 f'{lacking}; add sliding_speed = "400 mm/s" or the like'
             )
         known = columns["time" if have_time else "sliding_distance"]

@@ -1,5 +1,6 @@
 """The ground every record stands on, and how a document that breaks its rules is reported."""
 
+import json
 import re
 import tomllib
 from collections.abc import Mapping
@@ -56,9 +57,12 @@ def parse_toml(path: Path, content: bytes) -> dict[str, Any]:
         raise ManifestError(
             f"{path}: byte {error.start} is not UTF-8; expected TOML in UTF-8; save the file as UTF-8"
         ) from None
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        detail = str(error) if isinstance(error, tomllib.TOMLDecodeError) else "nested too deeply"
-        raise ManifestError(f"{path}: no valid TOML: {detail}; mend that line (texts need quotes)") from None
+    except tomllib.TOMLDecodeError as error:
+        raise ManifestError(f"{path}: no valid TOML: {error}; mend that line (texts need quotes)") from None
+    except (ValueError, RecursionError):
+        raise ManifestError(
+            f"{path}: no valid TOML: nested too deeply, or with a number of thousands of digits; mend that line"
+        ) from None
 
 
 def read_document(document: Mapping[str, Any], record: type[R], *, where: str) -> R:
@@ -83,8 +87,13 @@ def first_problem(error: ValidationError, record: type[Record]) -> str:
 def _dotted(location: tuple[int | str, ...]) -> str:
     text = ""
     for step in location:
-        text += f"[{step}]" if isinstance(step, int) else f".{step}" if text else step
+        text += f"[{step}]" if isinstance(step, int) else f".{_key(step)}" if text else _key(step)
     return text
+
+
+def _key(name: str) -> str:
+    """Write a key as TOML does: in quotes where it is not of letters, digits, _ and - alone."""
+    return name if re.fullmatch(r"[\w-]+", name, re.ASCII) else _cut(json.dumps(name))
 
 
 def _sentence(problem: Any, location: tuple[int | str, ...], record: type[Record]) -> str:
@@ -108,7 +117,10 @@ def _sentence(problem: Any, location: tuple[int | str, ...], record: type[Record
 
 
 def _brief(found: object) -> str:
-    text = repr(found)
+    return _cut(repr(found))
+
+
+def _cut(text: str) -> str:
     return text if len(text) <= 60 else text[:57] + "…"
 
 

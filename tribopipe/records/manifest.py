@@ -2,7 +2,7 @@
 
 import re
 from datetime import datetime
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
@@ -136,10 +136,21 @@ def _column_by_name(written: Any) -> Any:
     return {"column": written} if isinstance(written, str) else written
 
 
+def _inside_run_folder(name: str) -> str:
+    # Windows' rules also see what other systems would take for a folder or a root.
+    path = PureWindowsPath(name)
+    if not name.isprintable() or path.anchor or ".." in path.parts:
+        raise ValueError(
+            f"found {name!r}; expected the name of a file in the run folder, since a run carries all its files; "
+            "copy the file beside run.toml"
+        )
+    return name
+
+
 class SignalFile(Record):
     """One file of the instrument and what its columns mean."""
 
-    file: str = Field(min_length=1)
+    file: Annotated[str, AfterValidator(_inside_run_folder)] = Field(min_length=1)
     """Name of the file, relative to run.toml."""
     reader: str | None = None
     """Format, where it should not be detected: "delimited", "ducom-winducom"…"""

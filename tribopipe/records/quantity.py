@@ -45,18 +45,22 @@ def _take(written: Any, *, kind: str) -> Any:
 
 
 def _read(written: Any, kind: str) -> Any:
-    si = units.KINDS[kind].si
-    if isinstance(written, str):
-        return {"value": units.parse(written, kind), "unit": si}
-    if isinstance(written, bool | int | float):
-        if si == "1" and not isinstance(written, bool):
-            return {"value": written, "unit": si}
-        raise UnitError(
-            f"found the bare number {written!r}; expected a text with its unit, such as {units.KINDS[kind].example!r}"
-        )
+    if isinstance(written, str | bool | int | float):
+        return _read_value(written, kind)
     if isinstance(written, Mapping) and "unit" not in written:
         return _read_table(written, kind)
     return written
+
+
+def _read_value(written: Any, kind: str) -> dict[str, Any]:
+    si, example = units.KINDS[kind].si, units.KINDS[kind].example
+    if isinstance(written, str):
+        return {"value": units.parse(written, kind), "unit": si}
+    is_number = isinstance(written, int | float) and not isinstance(written, bool)
+    if is_number and si == "1":
+        return {"value": written, "unit": si}
+    found = f"the bare number {written!r}" if is_number else repr(written)
+    raise UnitError(f"found {found}; expected a text with its unit, such as {example!r}")
 
 
 def _read_table(written: Mapping[str, Any], kind: str) -> dict[str, Any]:
@@ -65,7 +69,7 @@ def _read_table(written: Mapping[str, Any], kind: str) -> dict[str, Any]:
             f"found a table without 'value'; expected {{ value = "
             f"{units.KINDS[kind].example!r}, standard_uncertainty = … }}"
         )
-    taken: dict[str, Any] = {**written, **_read(written["value"], kind)}
+    taken: dict[str, Any] = {**written, **_read_value(written["value"], kind)}
     spread = written.get("standard_uncertainty")
     if isinstance(spread, str):
         taken["standard_uncertainty"] = units.parse_interval(spread, kind, of=taken["value"])

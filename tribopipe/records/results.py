@@ -72,13 +72,13 @@ class FrictionFit(Record):
     """Of (A, b, c), autocorrelation of the residuals included."""
     window: tuple[Quantity, Quantity] | None = None
     """Sliding distances between which friction was fitted."""
-    residual_deviation: float | None = None
+    residual_deviation: Quantity | None = None
     """Standard deviation of μ about the fit."""
     effective_samples: float | None = None
     """Number of independent samples the residuals amount to."""
     mean: Quantity | None = None
     """Mean of μ over the whole run, as vendor software prints it."""
-    standard_deviation: float | None = None
+    standard_deviation: Quantity | None = None
     """Standard deviation of μ over the whole run, as vendor software prints it."""
     load: Literal["measured", "nominal", "recorded"] | None = None
     """What friction force was divided by; "recorded" where the instrument gave μ itself."""
@@ -122,9 +122,9 @@ class WearFit(Record):
     """What to beware of, the defaults used among it."""
     wear_coefficient: Quantity | None = None
     """k_D with its combined standard uncertainty."""
-    interval: tuple[float, float] | None = None
-    """95 % coverage interval of k_D, in its unit (log-normal, so that it stays above zero)."""
-    random_uncertainty: float | None = None
+    interval: tuple[Quantity, Quantity] | None = None
+    """95 % coverage interval of k_D (log-normal, so that it stays above zero)."""
+    random_uncertainty: Quantity | None = None
     """Standard uncertainty from the least-squares covariance alone."""
     budget: tuple[Contribution, ...] = ()
     """What the combined standard uncertainty is made of."""
@@ -134,15 +134,15 @@ class WearFit(Record):
     """Pin wear depth by the end value."""
     fitted_end_depth: Quantity | None = None
     """Pin wear depth at the end by the fitted law."""
-    residual_deviation: float | None = None
-    """Standard deviation of the corrected pin wear about the fit, m."""
+    residual_deviation: Quantity | None = None
+    """Standard deviation of the corrected pin wear about the fit."""
     effective_samples: float | None = None
     """Number of independent samples the residuals amount to."""
 
     def __str__(self) -> str:
         if self.wear_coefficient is None or self.interval is None:
             return f"{self.model}: no wear coefficient: the run lacks {' and '.join(self.lacks)}"
-        low, high = (Quantity(value=end, unit="m^2/N").shown("mm^3/(N*mm)") for end in self.interval)
+        low, high = (end.shown("mm^3/(N*mm)") for end in self.interval)
         return (
             f"{self.model}: k_D = {self.wear_coefficient.shown('mm^3/(N*mm)')}, 95 % interval {low} to {high}; "
             f"pin wear at the end {_in(self.fitted_end_depth, 'um')} fitted, "

@@ -13,7 +13,12 @@ FOLDER = "figures"
 
 
 def save_run_figures(archive: Archive, run_id: str, suffix: str = ".png") -> list[Path]:
-    """Draw what a run has: depth, friction, wear. Return the files written, <archive>/figures/<id>-<what>.png."""
+    """Draw what a run has: depth, friction, wear. Return the files written, <archive>/figures/<id>-<what>.png.
+
+    Nothing is drawn of a run that could not be corrected for want of samples.
+    """
+    if "drift_correction" not in archive.step_names(run_id):
+        return []
     corrected, friction = archived_correction(archive, run_id), archived_friction(archive, run_id)
     steps = archive.steps(run_id)
     figures = {}

@@ -41,8 +41,8 @@ def fitted_curve(
         return None
     scenario = run_scenario(run, fit, fit.wear_coefficient, friction, recipe or Recipe())
     depth, lower, upper = (
-        replace(scenario, wear_coefficient=Quantity(value=k, unit="m^2/N")).worn(run.sliding_distance).depth
-        for k in (fit.wear_coefficient.value, *fit.interval)
+        replace(scenario, wear_coefficient=k).worn(run.sliding_distance).depth
+        for k in (fit.wear_coefficient, *fit.interval)
     )
     return LawCurve(fit, depth, lower, upper)
 

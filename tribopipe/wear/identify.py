@@ -271,14 +271,18 @@ def _assess(problem: WearProblem, coefficient: float, model: LawName) -> WearFit
         model=model,
         outcome="fitted",
         wear_coefficient=Quantity(value=coefficient, unit="m^2/N", standard_uncertainty=coefficient * relative),
-        interval=(coefficient / factor, coefficient * factor),
-        random_uncertainty=coefficient * random,
+        interval=(_coefficient(coefficient / factor), _coefficient(coefficient * factor)),
+        random_uncertainty=_coefficient(coefficient * random),
         budget=budget,
         measured_end_depth=problem.end.pin_depth,
         fitted_end_depth=Quantity(value=float(fitted), unit="m", standard_uncertainty=float(slope[-1]) * relative),
-        residual_deviation=float(np.std(residuals)),
+        residual_deviation=Quantity(value=float(np.std(residuals)), unit="m"),
         effective_samples=effective_samples(residuals),
     )
+
+
+def _coefficient(value: float) -> Quantity:
+    return Quantity(value=value, unit="m^2/N")
 
 
 def _budget(problem: WearProblem, coefficient: float, random: float) -> tuple[Contribution, ...]:

@@ -1,0 +1,259 @@
+"""Checks: each finds what it is for, and leaves alone what is nearly so."""
+
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+
+import numpy as np
+import pytest
+
+from tribopipe.checks import documents, samples  # noqa: F401 - importing registers their checks
+from tribopipe.checks.registry import CHECKS, check_run, refuse_errors
+from tribopipe.errors import CheckError
+from tribopipe.ingest.harmonise import read_run
+from tribopipe.records.manifest import RunManifest
+
+
+@pytest.fixture(scope="module")
+def sound(short_runs):
+    return read_run(short_runs / "si3n4-air-400mN")
+
+
+def column(name, change):
+    """Pass a copy of one column through a function."""
+
+    def spoil(run):
+        values = run.columns[name].copy()
+        changed = change(values)
+        return replace(run, columns={**run.columns, name: values if changed is None else changed})
+
+    return spoil
+
+
+def samples_set(name, where, value):
+    def change(values):
+        values[where] = value
+
+    return column(name, change)
+
+
+def without(*names):
+    return lambda run: replace(run, columns={name: v for name, v in run.columns.items() if name not in names})
+
+
+def first(count):
+    return lambda run: replace(run, columns={name: values[:count] for name, values in run.columns.items()})
+
+
+def manifest(**written):
+    """Give keys of run.toml other values: contact__pin__radius="2 mm"; None takes a key out."""
+
+    def spoil(run):
+        document = run.manifest.model_dump(mode="json", by_alias=True, exclude_none=True)
+        for path, value in written.items():
+            *tables, last = path.split("__")
+            table = document
+            for name in tables:
+                table = table[name]
+            table.pop(last, None)
+            if value is not None:
+                table[last] = value
+        return replace(run, manifest=RunManifest.model_validate(document))
+
+    return spoil
+
+
+def measured(name):
+    """Say that a derived column was measured."""
+    return lambda run: replace(run, origins={**run.origins, name: "measured"})
+
+
+def both(*spoils):
+    def spoil(run):
+        for one in spoils:
+            run = one(run)
+        return run
+
+    return spoil
+
+
+def started(**later):
+    return manifest(started=(datetime.now(UTC) + timedelta(**later)).isoformat())
+
+
+NAN = float("nan")
+AS_IT_IS = both()
+
+# For each check: its severity, what it must find, where, and what it must leave alone.
+CASES = {
+    "there_are_samples": ("error", first(1), "signals", first(2)),
+    "channel_is_recorded": (
+        "error",
+        samples_set("depth", slice(None), NAN),
+        "depth",
+        samples_set("depth", slice(1, None), NAN),
+    ),
+    "axis_is_complete": ("error", samples_set("time", 7, NAN), "time", samples_set("depth", 7, NAN)),
+    "axis_runs_forward": ("error", samples_set("time", 7, 0.5), "time", samples_set("time", 7, 0.6)),
+    "axis_advances": (
+        "error",
+        samples_set("sliding_distance", slice(None), 3.0),
+        "sliding_distance",
+        samples_set("sliding_distance", slice(-1), 3.0),
+    ),
+    "load_presses": (
+        "error",
+        column("normal_force", np.negative),
+        "normal_force",
+        samples_set("normal_force", slice(500), -0.4),
+    ),
+    "load_is_the_nominal_one": (
+        "warning",
+        column("normal_force", lambda load: load / 9.81),
+        "normal_force",
+        column("normal_force", lambda load: load * 1.09),
+    ),
+    "samples_are_not_missing": ("warning", samples_set("depth", 7, NAN), "depth", AS_IT_IS),
+    "samples_are_not_repeated": ("warning", samples_set("time", 7, 0.6), "time", samples_set("time", 7, 0.601)),
+    "sampling_has_no_gaps": (
+        "warning",
+        column("time", lambda time: time + 1.0 * (np.arange(len(time)) > 600)),
+        "time",
+        column("time", lambda time: time + 0.8 * (np.arange(len(time)) > 600)),
+    ),
+    "signal_is_alive": (
+        "warning",
+        samples_set("depth", slice(None), 1e-6),
+        "depth",
+        samples_set("depth", slice(1, None), 1e-6),
+    ),
+    "friction_is_plausible": (
+        "warning",
+        column("friction_coefficient", np.negative),
+        "friction_coefficient",
+        column("friction_coefficient", lambda mu: mu / mu.max() * 1.9),
+    ),
+    "depth_is_plausible": (
+        "warning",
+        column("depth", lambda depth: depth * 1000),
+        "depth",
+        column("depth", lambda depth: depth * 10),
+    ),
+    "distance_is_the_planned_one": (
+        "warning",
+        manifest(conditions__sliding_distance="60 m"),
+        "sliding_distance",
+        manifest(conditions__sliding_distance="52 m"),
+    ),
+    "time_starts_at_zero": (
+        "warning",
+        column("time", lambda time: time + 10),
+        "time",
+        column("time", lambda time: time + 5),
+    ),
+    "density_is_that_of_a_solid": (
+        "error",
+        manifest(contact__disc__density="3.21 kg/m^3"),
+        "contact.disc.density",
+        manifest(contact__disc__density="22.59 g/cm^3"),
+    ),
+    "modulus_is_plausible": (
+        "warning",
+        manifest(contact__pin__youngs_modulus="304 kPa"),
+        "contact.pin.youngs_modulus",
+        manifest(contact__pin__youngs_modulus="1220 GPa"),
+    ),
+    "sizes_and_speeds_are_plausible": (
+        "warning",
+        manifest(contact__pin__radius="0.794 m"),
+        "contact.pin.radius",
+        manifest(contact__pin__radius="50 mm"),
+    ),
+    "end_values_agree": (
+        "warning",
+        manifest(end_values__pin_wear_depth={"value": "12 um", "standard_uncertainty": "0.2 um"}),
+        "end_values",
+        manifest(end_values__pin_wear_depth={"value": "10.4 um", "standard_uncertainty": "0.2 um"}),
+    ),
+    "start_is_in_the_past": ("warning", started(days=1), "started", started(minutes=-1)),
+    "needed_for_a_wear_coefficient": (
+        "note",
+        without("depth"),
+        "signals",
+        manifest(end_values={"pin_wear_depth": "10 um"}),
+    ),
+    "uncertainties_are_stated": ("note", manifest(contact__pin__radius="0.794 mm"), "contact.pin.radius", AS_IT_IS),
+}
+
+# What else a check must find.
+MORE = {
+    "no time passes": ("axis_advances", samples_set("time", slice(None), 3.0), "time"),
+    "no end value": ("needed_for_a_wear_coefficient", manifest(end_values={}), "end_values"),
+    "depth counts down": (
+        "depth_is_plausible",
+        both(manifest(end_values__pin_wear_depth="10 um"), column("depth", np.negative)),
+        "depth",
+    ),
+    "speed by the clock": (
+        "distance_is_the_planned_one",
+        both(measured("sliding_distance"), column("time", lambda time: time * 2)),
+        "sliding_speed",
+    ),
+    "kg/m³ as g/cm³": (
+        "density_is_that_of_a_solid",
+        manifest(contact__pin__density="3210 g/cm^3"),
+        "contact.pin.density",
+    ),
+    "load in kg": ("load_is_the_nominal_one", column("normal_force", lambda load: load * 1000), "normal_force"),
+    "wear below the scar's cap": (
+        "end_values_agree",
+        manifest(end_values__pin_wear_depth={"value": "8 um", "standard_uncertainty": "0.2 um"}),
+        "end_values",
+    ),
+    "clock without a time zone": (
+        "start_is_in_the_past",
+        manifest(started=f"{datetime.now(UTC) + timedelta(days=1):%Y-%m-%dT%H:%M:%S}"),
+        "started",
+    ),
+}
+
+
+def found_by(name, run):
+    return [finding for finding in check_run(run) if finding.check == name]
+
+
+def test_every_check_has_a_case():
+    assert set(CASES) == set(CHECKS)
+
+
+def test_sound_run_has_no_findings(sound):
+    assert check_run(sound) == []
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_check_finds(sound, name):
+    severity, spoil, where, _ = CASES[name]
+    findings = found_by(name, spoil(sound))
+    assert where in [finding.where for finding in findings]
+    assert {finding.severity for finding in findings} == {severity}
+    assert all("found" in finding.message and "expected" in finding.message for finding in findings)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_check_leaves_alone(sound, name):
+    *_, nearly = CASES[name]
+    assert found_by(name, nearly(sound)) == []
+
+
+@pytest.mark.parametrize("case", MORE)
+def test_check_also_finds(sound, case):
+    name, spoil, where = MORE[case]
+    assert [finding.where for finding in found_by(name, spoil(sound))] == [where]
+
+
+def test_errors_come_first_and_refuse_the_run(sound):
+    spoil = both(samples_set("time", 7, 0.5), samples_set("depth", 7, NAN), manifest(contact__pin__density="3 kg/m^3"))
+    findings = check_run(spoil(sound))
+    assert [finding.severity for finding in findings] == ["error", "error", "warning"]
+    with pytest.raises(CheckError, match=r"^si3n4-air-400mN: .*\(and 1 more; see `tribopipe check`\)$"):
+        refuse_errors(sound, findings)
+    refuse_errors(sound, findings[2:])

@@ -1,0 +1,250 @@
+"""run.toml and its kin: read whole or refused in one sentence, described by schemas that say the same."""
+
+import copy
+import json
+import tomllib
+from pathlib import Path
+
+import jsonschema
+import pytest
+from folders import ROOT, SAMPLES
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from tribopipe.errors import ManifestError
+from tribopipe.records.base import load_toml, parse_toml, read_document
+from tribopipe.records.export import SCHEMAS, schema_text
+from tribopipe.records.manifest import RunManifest, read_manifest
+from tribopipe.records.plan import Plan
+from tribopipe.records.recipe import Recipe
+from tribopipe.simulate import simulate_plan
+
+RUNS = sorted(SAMPLES.glob("*/run.toml"))
+ONE = SAMPLES / "si3n4-air-200mN" / "run.toml"
+DOCUMENT = tomllib.loads(ONE.read_text(encoding="utf-8"))
+
+
+def run_schema() -> jsonschema.Draft202012Validator:
+    schema = json.loads(schema_text("run"))
+    jsonschema.Draft202012Validator.check_schema(schema)
+    return jsonschema.Draft202012Validator(schema)
+
+
+def as_json(document: object) -> object:
+    """Write dates as JSON does."""
+    return json.loads(json.dumps(document, default=lambda date: date.isoformat()))
+
+
+def with_value(path: tuple, value: object) -> dict:
+    document = copy.deepcopy(DOCUMENT)
+    table = document
+    for step in path[:-1]:
+        table = table[step]
+    table[path[-1]] = value
+    return document
+
+
+# --- records ---
+
+
+def test_there_are_seven_sample_runs():
+    assert len(RUNS) == 7
+
+
+@pytest.mark.parametrize("path", RUNS, ids=lambda path: path.parent.name)
+def test_manifest_comes_back_from_json_as_it_was(path):
+    manifest, content = read_manifest(path)
+    assert content == path.read_bytes()
+    assert RunManifest.model_validate_json(manifest.model_dump_json(by_alias=True)) == manifest
+
+
+@pytest.mark.parametrize("record", [Recipe(), load_toml(SAMPLES / "plan.toml", Plan)], ids=["recipe", "plan"])
+def test_other_documents_come_back_from_json_as_they_were(record):
+    assert type(record).model_validate_json(record.model_dump_json(by_alias=True)) == record
+
+
+def test_quantities_are_in_si_with_their_uncertainty():
+    manifest, _ = read_manifest(ONE)
+    pin, load = manifest.contact.pin, manifest.conditions.normal_load
+    assert (load.value, load.unit, load.standard_uncertainty) == (0.2, "N", 0.002)
+    assert (pin.radius.value, pin.radius.standard_uncertainty) == (0.794e-3, 1.588e-6)
+    assert pin.density.value == 3200.0
+    assert manifest.end_values.pin_scar_diameter.method == "white-light"
+
+
+def test_byte_order_mark_and_windows_line_ends_are_taken(tmp_path):
+    path = tmp_path / "run.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + ONE.read_bytes().replace(b"\n", b"\r\n"))
+    assert read_manifest(path)[0] == read_manifest(ONE)[0]
+
+
+def test_records_cannot_change():
+    manifest, _ = read_manifest(ONE)
+    with pytest.raises(ValidationError, match="frozen"):
+        manifest.id = "other"
+    with pytest.raises(ValidationError, match="frozen"):
+        manifest.contact.pin.radius.value = 1.0
+
+
+TABLES = [
+    (),
+    ("contact",),
+    ("contact", "pin"),
+    ("contact", "disc"),
+    ("conditions",),
+    ("conditions", "normal_load"),
+    ("signals", 0),
+    ("signals", 0, "columns"),
+    ("signals", 0, "columns", "depth"),
+    ("end_values",),
+    ("end_values", "pin_scar_diameter"),
+]
+
+
+@pytest.mark.parametrize("table", TABLES, ids=lambda table: ".".join(map(str, table)) or "top")
+def test_unknown_key_is_refused_in_every_table(table):
+    document = with_value((*table, "surprise"), "here")
+    with pytest.raises(ManifestError, match=r"^where: .*surprise: unknown key; "):
+        read_document(document, RunManifest, where="where")
+    assert not run_schema().is_valid(as_json(document))
+
+
+QUANTITIES = [
+    ("contact", "pin", "radius"),
+    ("contact", "disc", "youngs_modulus"),
+    ("contact", "disc", "density"),
+    ("conditions", "normal_load"),
+    ("conditions", "sliding_speed"),
+    ("end_values", "disc_wear_depth"),
+]
+
+
+@pytest.mark.parametrize("path", QUANTITIES, ids=".".join)
+def test_bare_number_is_refused_where_a_unit_belongs(path):
+    document = with_value(path, 0.794)
+    with pytest.raises(ManifestError, match=rf"^where: {'.'.join(path)}: found the bare number 0.794; expected a text"):
+        read_document(document, RunManifest, where="where")
+    assert not run_schema().is_valid(as_json(document))
+
+
+def test_first_problem_is_told_and_the_rest_counted():
+    document = with_value(("contact", "pin", "radius"), 0.794)
+    document["conditions"]["normal_load"] = 200
+    del document["id"]
+    with pytest.raises(ManifestError, match=r"^where: id: missing; add this key \(and 2 more\)$"):
+        read_document(document, RunManifest, where="where")
+
+
+# --- anything at all ---
+
+LEAVES = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(),
+    st.floats(),
+    st.text(max_size=8),
+    st.sampled_from(["1 mm", "-1 mm", "0 N", "5 %", "1e999 mm", "pin-on-disc", "../a", "a\0b", "NaN", 10**400]),
+)
+VALUES = st.recursive(
+    LEAVES,
+    lambda inner: st.one_of(
+        st.lists(inner, max_size=3),
+        st.dictionaries(
+            st.one_of(
+                st.text(max_size=5), st.sampled_from(["value", "unit", "standard_uncertainty", "kind", "column"])
+            ),
+            inner,
+            max_size=3,
+        ),
+    ),
+    max_leaves=5,
+)
+
+
+def paths_in(value: object, above: tuple = ()) -> list[tuple]:
+    inner = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    return [path for step, below in inner for path in [(*above, step), *paths_in(below, (*above, step))]]
+
+
+def assert_taken_or_refused(record, where: str, read) -> None:
+    """A document is read as a record that survives JSON, or refused in one sentence that says where."""
+    try:
+        found = read()
+    except ManifestError as error:
+        found = str(error)
+    if isinstance(found, str):
+        assert found.startswith(f"{where}: ")
+        assert found.isprintable()
+    else:
+        assert record.model_validate_json(found.model_dump_json(by_alias=True)) == found
+
+
+@given(st.sampled_from(paths_in(DOCUMENT)), VALUES)
+def test_any_value_anywhere_is_taken_or_refused(path, value):
+    document = with_value(path, value)
+    assert_taken_or_refused(RunManifest, "where", lambda: read_document(document, RunManifest, where="where"))
+
+
+@given(st.dictionaries(st.text(max_size=8), VALUES, max_size=4), st.sampled_from([RunManifest, Recipe, Plan]))
+def test_any_document_is_taken_or_refused(document, record):
+    assert_taken_or_refused(record, "where", lambda: read_document(document, record, where="where"))
+
+
+BYTES = st.one_of(
+    st.binary(max_size=20), st.text(max_size=20).map(str.encode), st.just(b"9" * 5000), st.just(b"[" * 5000)
+)
+
+
+@given(st.integers(0, len(ONE.read_bytes())), st.integers(0, 40), BYTES)
+def test_any_bytes_are_taken_or_refused(start, length, put):
+    content = ONE.read_bytes()[:start] + put + ONE.read_bytes()[start + length :]
+
+    def read():
+        return read_document(parse_toml(Path("run.toml"), content), RunManifest, where="run.toml")
+
+    assert_taken_or_refused(RunManifest, "run.toml", read)
+
+
+# --- what is committed ---
+
+
+@pytest.mark.parametrize("path", RUNS, ids=lambda path: path.parent.name)
+def test_schema_accepts_the_sample_runs(path):
+    run_schema().validate(as_json(tomllib.loads(path.read_text(encoding="utf-8"))))
+
+
+def test_schema_accepts_the_plan():
+    document = as_json(tomllib.loads((SAMPLES / "plan.toml").read_text(encoding="utf-8")))
+    jsonschema.validate(document, json.loads(schema_text("plan")), jsonschema.Draft202012Validator)
+
+
+@pytest.mark.parametrize("name", SCHEMAS)
+def test_committed_schema_is_the_generated_one(name):
+    committed = (ROOT / "schemas" / f"{name}.schema.json").read_text(encoding="utf-8")
+    assert committed == schema_text(name), "run `tribopipe schema export schemas`"
+
+
+def test_no_committed_schema_is_left_over():
+    committed = {path.name for path in (ROOT / "schemas").iterdir()}
+    assert committed == {f"{name}.schema.json" for name in SCHEMAS}
+
+
+@pytest.fixture(scope="module")
+def regenerated(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("regenerated")
+    simulate_plan(load_toml(SAMPLES / "plan.toml", Plan), folder)
+    return folder
+
+
+@pytest.mark.parametrize("path", RUNS, ids=lambda path: path.parent.name)
+def test_committed_sample_run_is_the_simulated_one(regenerated, path):
+    again = "run `tribopipe simulate sample_runs --plan sample_runs/plan.toml`"
+    there, made = path.parent, regenerated / path.parent.name
+    for name in ("run.toml", "signals.csv"):
+        assert (there / name).read_bytes() == (made / name).read_bytes(), again
+    committed, truth = (json.loads((folder / "truth.json").read_bytes()) for folder in (there, made))
+    for depth in ("end_pin_wear_depth", "end_disc_wear_depth"):
+        # The last digit may differ from one processor to another.
+        assert committed.pop(depth)["value"] == pytest.approx(truth.pop(depth)["value"], rel=1e-13), again
+    assert committed == truth, again
