@@ -1,4 +1,4 @@
-"""The Global Incremental Wear Model for a pin on a disc, against certified digits, limits and independent integration."""
+"""The Global Incremental Wear Model for a pin on a disc, against certified digits, limits and plain integration."""
 
 import mpmath
 import numpy as np
