@@ -308,6 +308,12 @@ def test_odd_blanks_around_numbers_are_no_harm():
     assert np.array_equal(column(table, "Depth").values, [1.5, 1.6, np.nan], equal_nan=True)
 
 
+def test_missing_samples_are_no_names():
+    table = read("Time,Distance\n NaN, NaN\n NaN, 0.0\n")
+    assert list(columns(table)) == ["Time", "Distance"]
+    assert len(table.columns[0].values) == 2
+
+
 def test_missing_samples():
     values = column(read("Time;Depth\n1;\n2;NaN\n3;nan\n4;NA\n5;6\n"), "Depth").values
     assert np.array_equal(values, [np.nan] * 4 + [6.0], equal_nan=True)

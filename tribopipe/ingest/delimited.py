@@ -394,7 +394,7 @@ class _Table:
     @property
     def coverage(self) -> float:
         """Share of the body's characters that stand in numbers."""
-        cells = [cell for row in self.rows[self.body :] for cell in row.cells]
+        cells = [cell for row in self.rows[self.body :] for cell in row.cells if cell not in _MISSING]
         return sum(len(cell) for cell in cells if _is_number(cell, self.signs)) / max(1, sum(map(len, cells)))
 
     @property
