@@ -181,6 +181,12 @@ CASES = {
         "signals",
         manifest(end_values={"pin_wear_depth": "10 um"}),
     ),
+    "files_were_read_as_they_stand": (
+        "note",
+        lambda run: replace(run, notes=("signals.csv: read as cp1252",)),
+        "signals",
+        AS_IT_IS,
+    ),
     "uncertainties_are_stated": ("note", manifest(contact__pin__radius="0.794 mm"), "contact.pin.radius", AS_IT_IS),
 }
 

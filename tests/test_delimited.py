@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from tribopipe.errors import ReaderError
 from tribopipe.ingest import delimited
-from tribopipe.ingest.delimited import DelimitedReader, bare_name, split_name
+from tribopipe.ingest.delimited import DelimitedReader
+from tribopipe.ingest.names import bare_name, split_name
 from tribopipe.ingest.reader import Hints, ReadColumn, Reader, ReadTable
 from tribopipe.run import SourceFile
 

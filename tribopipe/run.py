@@ -59,6 +59,8 @@ class RawRun:
     """What stood above the numbers of each file, verbatim."""
     sources: tuple[SourceFile, ...]
     """run.toml first, then the instrument's files, byte for byte."""
+    notes: tuple[str, ...] = ()
+    """What readers had to say about their files; kept in an archive among the findings."""
 
     @property
     def id(self) -> str:

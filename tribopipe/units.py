@@ -64,9 +64,7 @@ _EXACT = Context(prec=40, traps=[])
 def _registry() -> Any:
     import pint
 
-    registry: Any = pint.UnitRegistry(autoconvert_offset_to_baseunit=True, cache_folder=None, non_int_type=Decimal)
-    registry.define("revolution_per_minute = revolution / minute = rpm")
-    return registry
+    return pint.UnitRegistry(autoconvert_offset_to_baseunit=True, cache_folder=None, non_int_type=Decimal)
 
 
 class _Unit(NamedTuple):

@@ -107,6 +107,17 @@ def needed_for_a_wear_coefficient(run: RawRun) -> Iterator[Trouble]:
 
 
 @check("note")
+def files_were_read_as_they_stand(run: RawRun) -> Iterator[Trouble]:
+    """Pass on what a reader had to guess or change."""
+    for note in run.notes:
+        yield Trouble(
+            "signals",
+            f"found a file that took a decision to read: {note}; expected none",
+            "say in run.toml how it is written",
+        )
+
+
+@check("note")
 def uncertainties_are_stated(run: RawRun) -> Iterator[Trouble]:
     """Name the inputs for which a default uncertainty will be used."""
     manifest = run.manifest

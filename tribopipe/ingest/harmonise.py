@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 
 from tribopipe.errors import ReaderError, UnitError, did_you_mean
+from tribopipe.ingest.names import bare_name
 from tribopipe.ingest.reader import Hints, ReadColumn, Reader, ReadTable
 from tribopipe.ingest.registry import detect, reader_named
 from tribopipe.records.manifest import ColumnSource, RunManifest, SignalFile, manifest_path, read_manifest
 from tribopipe.records.signals import SIGNALS, SignalName
 from tribopipe.run import Column, ExtraColumn, Origin, RawRun, SourceFile
-from tribopipe.units import is_unit, to_si
+from tribopipe.units import to_si
 
 
 @dataclass
@@ -23,6 +24,7 @@ class _Gathered:
     columns: dict[SignalName, Column]
     extras: dict[str, ExtraColumn]
     headers: dict[str, str]
+    notes: list[str]
 
 
 def read_run(path: Path | str) -> RawRun:
@@ -43,7 +45,7 @@ def read_run(path: Path | str) -> RawRun:
 
 def _read_files(manifest: RunManifest, folder: Path, written: SourceFile) -> RawRun:
     sources = [written]
-    gathered = _Gathered({}, {}, {})
+    gathered = _Gathered({}, {}, {}, [])
     for signals in manifest.signals:
         source = _read_source(folder, signals.file)
         sources.append(source)
@@ -54,7 +56,7 @@ def _read_files(manifest: RunManifest, folder: Path, written: SourceFile) -> Raw
     origins: dict[SignalName, Origin] = dict.fromkeys(gathered.columns, "measured")
     _complete(gathered.columns, origins, manifest)
     ordered = {name: gathered.columns[name] for name in SIGNALS if name in gathered.columns}
-    return RawRun(manifest, ordered, origins, gathered.extras, gathered.headers, tuple(sources))
+    return RawRun(manifest, ordered, origins, gathered.extras, gathered.headers, tuple(sources), tuple(gathered.notes))
 
 
 def _read_source(folder: Path, name: str) -> SourceFile:
@@ -73,11 +75,18 @@ def _read_source(folder: Path, name: str) -> SourceFile:
 
 
 def _reader_for(signals: SignalFile, source: SourceFile) -> Reader:
-    return detect(source) if signals.reader is None else reader_named(signals.reader)
+    """Return the reader the manifest names, or the one for the content; a separator named means delimited text."""
+    if signals.reader is None:
+        return detect(source) if signals.separator is None else reader_named("delimited")
+    try:
+        return reader_named(signals.reader)
+    except ReaderError as error:
+        raise ReaderError(f"run.toml: signals.reader of {signals.file}: {error}") from None
 
 
 def _gather(gathered: _Gathered, table: ReadTable, signals: SignalFile) -> None:
     gathered.headers[signals.file] = table.header
+    gathered.notes += [f"{signals.file}: {note}" for note in table.notes]
     meanings = _meanings(table, signals)
     length = len(next(iter(gathered.columns.values()))) if gathered.columns else None
     for column in table.columns:
@@ -123,24 +132,14 @@ def _meanings(table: ReadTable, signals: SignalFile) -> Meanings:
     return meanings
 
 
-def _bare(name: str) -> str:
-    """Strip a unit off a column's name: "Depth [um]" is "Depth"."""
-    for opening, closing in ("[]", "()"):
-        if name.endswith(closing) and opening in name:
-            head, _, unit = name[:-1].rpartition(opening)
-            if is_unit(unit.strip()) or not unit.strip():
-                return head.strip()
-    return name
-
-
 def _by_own_name(name: str) -> SignalName | None:
-    wanted = _bare(name).lower().replace(" ", "_")
+    wanted = bare_name(name).lower().replace(" ", "_")
     return next((signal for signal in SIGNALS if signal == wanted), None)
 
 
 def _find(table: ReadTable, wanted: str, signal: str, file: str) -> ReadColumn:
     exact = [column for column in table.columns if column.name == wanted.strip()]
-    found = exact or [column for column in table.columns if _bare(column.name) == wanted.strip()]
+    found = exact or [column for column in table.columns if bare_name(column.name) == wanted.strip()]
     if len(found) == 1:
         return found[0]
     names = [column.name for column in table.columns]

@@ -20,8 +20,10 @@ import re
 from dataclasses import replace
 
 from tribopipe.errors import ReaderError
-from tribopipe.ingest.delimited import Layout, Text, decode, read_table, sample_lines, split_rows
+from tribopipe.ingest.delimited import read_table
+from tribopipe.ingest.layout import Layout
 from tribopipe.ingest.reader import Hints, Match, ReadColumn, ReadTable
+from tribopipe.ingest.text import Text, decode, sample_lines, split_rows
 from tribopipe.records.signals import SignalName
 from tribopipe.run import SourceFile
 
