@@ -62,10 +62,12 @@ def read_trace(run: RawRun, recipe: Recipe) -> SensorTrace:
         )
     s, y = distance[seen], reading[seen]
     exponent = 0.5 if run.manifest.contact.pin.shape == "spherical" else 1.0
+    wear = np.maximum(s, 0.0) ** exponent
+    noise = _noise(np.column_stack([np.ones_like(s), wear, s]), y)
     inside = _window(s, recipe.drift.window)
-    zero = _intercept(np.maximum(s[:inside], 0.0) ** exponent, y[:inside])
+    zero = _intercept(wear[:inside], y[:inside], noise)
     inside = _window(s[-1] - s[::-1], recipe.drift.window)
-    end = _intercept(s[-inside:] - s[-1], y[-inside:])
+    end = _intercept(s[-inside:] - s[-1], y[-inside:], noise)
     start, duration = _sliding_time(s, time[seen])
     return SensorTrace(
         reading=reading, ramp=(time - start) / duration, duration=duration, zero_offset=zero, end_reading=end
@@ -77,11 +79,20 @@ def _window(distance: Column, share: float) -> int:
     return max(_FEWEST_IN_WINDOW, int(np.searchsorted(distance, share * distance[-1], side="right")))
 
 
-def _intercept(x: Column, y: Column) -> Quantity:
+def _noise(smooth: Column, reading: Column) -> float:
+    """Return the variance of the sensor's noise times its autocorrelation time, about a smooth curve, m².
+
+    From the whole run: a window at its end holds too few independent samples to tell.
+    """
+    parameters, *_ = np.linalg.lstsq(smooth, reading, rcond=None)
+    return inflation(reading - smooth @ parameters, smooth.shape[1])
+
+
+def _intercept(x: Column, y: Column, noise: float) -> Quantity:
     design = np.column_stack([np.ones_like(x), x])
-    (value, slope), *_ = np.linalg.lstsq(design, y, rcond=None)
-    variance = inflation(y - value - slope * x, 2) * np.linalg.pinv(design.T @ design)[0, 0]
-    return Quantity(value=float(value), unit="m", standard_uncertainty=math.sqrt(max(0.0, float(variance))))
+    (value, _), *_ = np.linalg.lstsq(design, y, rcond=None)
+    variance = noise * float(np.linalg.pinv(design.T @ design)[0, 0])
+    return Quantity(value=float(value), unit="m", standard_uncertainty=math.sqrt(max(0.0, variance)))
 
 
 def _sliding_time(distance: Column, time: Column) -> tuple[float, float]:
