@@ -18,7 +18,6 @@ file is refused rather than guessed.
 
 import csv
 import os
-import re
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from io import BytesIO, TextIOWrapper
@@ -34,13 +33,12 @@ from tribopipe.ingest.layout import Decimal, Layout, find_layout
 from tribopipe.ingest.names import split_name, without_brackets
 from tribopipe.ingest.reader import Hints, Match, ReadColumn, ReadTable
 from tribopipe.ingest.tables import MISSING, find_table, is_number
-from tribopipe.ingest.text import BLANKS, SAMPLE_BYTES, Row, Text, decode, split_rows
+from tribopipe.ingest.text import BLANKS, LINE_END, SAMPLE_BYTES, Row, Text, decode, split_rows
 from tribopipe.run import SourceFile
 from tribopipe.units import is_unit
 
 _PIECE_BYTES = 3 << 20
 _THREADS = 4
-_LINE_END = re.compile(rb"\r\n?|\n")
 
 
 class DelimitedReader:
@@ -189,7 +187,7 @@ def _pieces(text: Text, layout: Layout) -> list[int]:
     """
     starts = [_body_start(text, layout)]
     if text.content.find(b'"', starts[0]) < 0:
-        while (end := _LINE_END.search(text.content, starts[-1] + _PIECE_BYTES)) and end.end() < len(text.content):
+        while (end := LINE_END.search(text.content, starts[-1] + _PIECE_BYTES)) and end.end() < len(text.content):
             starts.append(end.end())
     firsts = [next(_body_rows(text, layout, start), None) for start in starts]
     if firsts[0] is None:

@@ -3,12 +3,12 @@
 import re
 from itertools import pairwise
 
+from tribopipe.ingest.names import INTEGER
 from tribopipe.ingest.reader import Hints
 from tribopipe.ingest.tables import Table, count_numbers, is_number
 from tribopipe.ingest.text import LONGEST_LINE, Text, sampled_rows, trimmed
 from tribopipe.units import is_unit
 
-_INTEGER = re.compile(r"[+-]?\d+", re.ASCII)
 _MAYBE_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}", re.ASCII)
 _ASK_FOR_SEPARATOR = (
     "expected to see whether commas separate columns or are decimal signs; name separator and decimal in run.toml"
@@ -49,7 +49,7 @@ def _comma_doubt(table: Table) -> str | None:
             parts = cell.split()
             if len(parts) > 1 and all(is_number(part, ".") for part in parts):
                 return f"line {row.line}: found {cell!r} between commas; {_ASK_FOR_SEPARATOR}"
-    pointed = any(not _INTEGER.fullmatch(number) for _, _, number in table.numbers)
+    pointed = any(not INTEGER.fullmatch(number) for _, _, number in table.numbers)
     names = table.names
     if pointed or len(names) % 2 or not all(unit and is_unit(unit) for unit in names[1::2]):
         return None
@@ -76,8 +76,8 @@ def _maybe_thousands(table: Table) -> str | None:
     """Doubt numbers such as 1,234 in a column with plain integers, where no other shows the decimal sign."""
     if table.separator == ",":
         return None
-    signed = [entry for entry in table.numbers if not _INTEGER.fullmatch(entry[2])]
-    plain = {column for _, column, number in table.numbers if _INTEGER.fullmatch(number)}
+    signed = [entry for entry in table.numbers if not INTEGER.fullmatch(entry[2])]
+    plain = {column for _, column, number in table.numbers if INTEGER.fullmatch(number)}
     if not all(_MAYBE_THOUSANDS.fullmatch(number) for _, _, number in signed):
         return None
     for line, column, number in signed:

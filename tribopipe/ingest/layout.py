@@ -1,18 +1,16 @@
 """Where the table stands in a text and how it is written."""
 
-import re
 from collections import Counter
 from dataclasses import dataclass, replace
 from typing import Literal
 
 from tribopipe.ingest.doubts import find_doubt
+from tribopipe.ingest.names import INTEGER
 from tribopipe.ingest.reader import Hints
 from tribopipe.ingest.tables import MISSING, Table, find_table, is_number
-from tribopipe.ingest.text import Row, Text, lines_from, sampled_rows, trimmed
+from tribopipe.ingest.text import LINE_END, Row, Text, lines_from, sampled_rows, trimmed
 
 Decimal = Literal[".", ","]
-_INTEGER = re.compile(r"[+-]?\d+", re.ASCII)
-_LINE_END = re.compile(rb"\r\n?|\n")
 
 
 @dataclass(frozen=True)
@@ -69,14 +67,14 @@ def _layout(table: Table, lines: list[str], decimal: Decimal, doubt: str | None)
 
 def _later_rows(text: Text, table: Table, lines: list[str]) -> list[Row]:
     """Give rows from the first decimal sign on, where the sample of a longer file shows none."""
-    if table.separator == "," or any(not _INTEGER.fullmatch(number) for _, _, number in table.numbers):
+    if table.separator == "," or any(not INTEGER.fullmatch(number) for _, _, number in table.numbers):
         return []
     behind = text.start + len("".join(lines).encode())
     found = [at for sign in (b".", b",") if (at := text.content.find(sign, behind)) >= 0]
     if not found:
         return []
     start = max(text.content.rfind(end, 0, min(found)) for end in (b"\r", b"\n")) + 1
-    before = len(_LINE_END.findall(text.content, text.start, start))
+    before = len(LINE_END.findall(text.content, text.start, start))
     later, _ = lines_from(text, start)
     return [Row(before + row.line, row.cells) for row in sampled_rows(later, table.separator)]
 

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 from tribopipe.units import is_unit
 
-_INTEGER = re.compile(r"[+-]?\d+", re.ASCII)
+INTEGER = re.compile(r"[+-]?\d+", re.ASCII)
 _UNIT_IN_WORD = re.compile(r"(?P<bare>[^\s/]+)/(?P<unit>\S+)")
 _UNITS_IN_NAMES = (
     re.compile(r"(?P<bare>.+?)\s*\[(?P<unit>[^\[\]]*)\]"),
@@ -44,4 +44,4 @@ def is_unit_row(cells: Iterable[str]) -> bool:
     units = [without_brackets(cell) for cell in cells if cell]
     if units and units[0].lower() in _UNIT_ROW_LABELS:
         del units[0]
-    return not all(map(_INTEGER.fullmatch, units)) and all(map(is_unit, units))
+    return not all(map(INTEGER.fullmatch, units)) and all(map(is_unit, units))

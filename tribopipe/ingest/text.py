@@ -18,6 +18,7 @@ SAMPLE_BYTES = 1 << 19
 SAMPLE_LINES = 300
 LONGEST_LINE = 1 << 17
 _CONTROLS = bytes(set(range(32)) - set(b"\t\n\v\f\r\x1a\x1b"))
+LINE_END = re.compile(rb"\r\n?|\n")
 _LINE = re.compile(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+")
 
 
