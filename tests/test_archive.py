@@ -18,6 +18,7 @@ from tribopipe.archive.runfile import read_raw, write_raw
 from tribopipe.archive.steps import STEPS, Step, downstream
 from tribopipe.archive.store import Archive
 from tribopipe.errors import ArchiveError
+from tribopipe.files import natural_order
 from tribopipe.records.finding import Finding
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit
@@ -205,3 +206,9 @@ def test_everything_a_fit_needs_comes_from_the_file_alone(sample_archive, tmp_pa
     outcome = fit_archived_wear(alone, run_id, "sarkar", Recipe(), force=True)
     assert outcome.status == "done"
     assert outcome.result == sample_archive.step(run_id, "wear_fit_sarkar").result
+
+
+@given(st.lists(st.integers(0, 10**9), min_size=2, max_size=5, unique=True))
+def test_names_are_listed_by_their_numbers(numbers):
+    names = [f"run-{number}mN" for number in numbers]
+    assert sorted(names, key=natural_order) == [f"run-{number}mN" for number in sorted(numbers)]

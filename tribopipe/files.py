@@ -1,6 +1,7 @@
-"""Writing files whole or not at all."""
+"""Files written whole or not at all, and names in the order people expect."""
 
 import os
+import re
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -31,6 +32,11 @@ def write_file(path: Path, content: bytes) -> None:
     """Write a file whole or not at all."""
     with replacing(path) as part:
         part.write_bytes(content)
+
+
+def natural_order(name: str) -> list[tuple[str, int]]:
+    """Return a key that sorts "400mN" before "1200mN"."""
+    return [(text, int(digits or 0)) for text, digits in re.findall(r"(\D*)(\d{0,18})", name)]
 
 
 def _umask() -> int:

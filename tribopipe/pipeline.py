@@ -17,6 +17,7 @@ from tribopipe.archive.store import Archive
 from tribopipe.checks.registry import check_run, refuse_errors
 from tribopipe.drift import correct_drift
 from tribopipe.errors import ManifestError, TribopipeError
+from tribopipe.files import natural_order
 from tribopipe.friction import fit_friction
 from tribopipe.ingest.harmonise import read_run
 from tribopipe.records.base import Record
@@ -71,7 +72,7 @@ def find_runs(path: Path) -> list[Path]:
     """Return the run folders at or below a path. Raises ``ManifestError`` where there is none."""
     if manifest_path(path).is_file() or not path.is_dir():
         return [path]
-    found = sorted(manifest.parent for manifest in path.rglob(MANIFEST_NAME))
+    found = sorted((manifest.parent for manifest in path.rglob(MANIFEST_NAME)), key=lambda run: natural_order(str(run)))
     if not found:
         raise ManifestError(
             f"{path}: found no {MANIFEST_NAME} in it or below; expected a run folder; write one beside the "

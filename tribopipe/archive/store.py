@@ -25,7 +25,7 @@ from tribopipe.archive.runfile import (
 )
 from tribopipe.archive.steps import STEPS, Fingerprints, Step, StepName, downstream
 from tribopipe.errors import ArchiveError, did_you_mean
-from tribopipe.files import replacing
+from tribopipe.files import natural_order, replacing
 from tribopipe.records.finding import Finding
 from tribopipe.records.manifest import RunManifest
 from tribopipe.run import RawRun
@@ -43,12 +43,11 @@ class Archive:
         return f"Archive({str(self.folder)!r}, {len(self.ids())} runs)"
 
     def ids(self) -> list[str]:
-        """Return the ids of all runs, sorted."""
+        """Return the ids of all runs, in natural order."""
         if not self.folder.is_dir():
             return []
-        return sorted(
-            path.name.removesuffix(SUFFIX) for path in self.folder.glob(f"*{SUFFIX}") if not path.name.startswith(".")
-        )
+        found = (path.name for path in self.folder.glob(f"*{SUFFIX}") if not path.name.startswith("."))
+        return sorted((name.removesuffix(SUFFIX) for name in found), key=natural_order)
 
     def path(self, run_id: str) -> Path:
         """Name the file of a run, whether or not it is there."""
