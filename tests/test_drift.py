@@ -126,3 +126,12 @@ def test_missing_samples_stay_missing(bare_run):
 def test_too_few_samples_are_refused(bare_run):
     with pytest.raises(FitError, match="5 samples of depth"):
         correct_drift(with_depth(bare_run, np.linspace(0, 1e-5, 5), EndValues(pin_wear_depth=metres(WEAR_END))))
+
+
+def test_wear_before_the_first_and_after_the_last_sample_is_reckoned_with(bare_run):
+    distance = np.linspace(0, 500, 12_501)
+    reading = 2e-6 + wear_curve(distance) + 1e-9 * distance / 0.4
+    reading[:250] = np.nan
+    reading[-500:] = np.nan
+    corrected = correct_drift(with_depth(bare_run, reading, EndValues(pin_wear_depth=metres(WEAR_END)), distance))
+    np.testing.assert_allclose(corrected.wear_depth[250:-500], wear_curve(distance)[250:-500], atol=0.05e-6)

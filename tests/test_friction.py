@@ -146,3 +146,18 @@ def test_run_without_friction_says_so(bare_run):
     fit = fit_friction(run)
     assert fit.outcome == "none"
     assert "lacks a friction signal" in str(fit)
+
+
+@pytest.mark.parametrize(
+    ("mu", "reason"),
+    [
+        (np.zeros(500), "never changes"),
+        (np.full(500, 0.4), "never changes"),
+        (-0.4 - 0.2 * np.exp(-np.linspace(0, 10, 500)), "negative"),
+        (np.concatenate([np.full(3, 500.0), np.full(2000, 0.4) + 1e-3 * np.sin(np.arange(2000))]), "shorter than 5"),
+    ],
+)
+def test_what_no_friction_looks_like_is_said_to_be_so(bare_run, mu, reason):
+    fit = fit_friction(with_friction(bare_run, mu))
+    assert fit.outcome == "steady-only"
+    assert reason in " ".join(fit.notes)

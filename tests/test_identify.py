@@ -181,3 +181,9 @@ def test_intervals_hold_the_truth_as_often_as_they_say(run_id):
     # The uncertainty of the load is stated but not drawn, so k_D may be held more often than 95 %.
     assert np.all(held / count > 0.90)
     assert np.all(held[1:] / count < 0.985)
+
+
+def test_depth_that_contradicts_the_end_value_is_said_to_be_in_doubt():
+    raw = record(*CASES["si3n4-air-200mN"])
+    fit = fit_wear(correct_drift(replace(raw, columns={**raw.columns, "depth": -raw.columns["depth"]})))
+    assert any("more than the sensor's resolution" in note for note in fit.notes)

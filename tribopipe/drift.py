@@ -8,7 +8,7 @@ distance to the wear found on the pin. Here:
 with the zero offset z at the start t₀ of sliding and h_end the wear of pin plus disc by the end values. z is the
 intercept of a fit z + q·sⁿ to the first samples: wear of a sphere begins as √s once it exceeds the elastic approach
 (n = ½), that of a flat pin as s (n = 1), so wear within the window is not taken for offset. The end reading is the
-value at the last sample of a straight line through the last samples.
+value at the end of sliding of a straight line through the last samples.
 
 Where the elastic approach still makes the first wear linear, as under WC-Co in water, z comes out about 10 nm low; a
 drift of 1 nm/s shifts it by 7 nm. Both are far below the sensor's noise.
@@ -53,30 +53,30 @@ def read_trace(run: RawRun, recipe: Recipe) -> SensorTrace:
 
     Raises ``FitError`` where fewer than 16 samples of depth are left.
     """
+    placed = np.isfinite(run.sliding_distance) & np.isfinite(run.columns["time"])
     distance, time, reading = run.sliding_distance, run.columns["time"], run.columns["depth"]
-    seen = np.flatnonzero(np.isfinite(reading) & np.isfinite(distance) & np.isfinite(time))
-    if len(seen) < 2 * _FEWEST_IN_WINDOW:
+    seen = placed & np.isfinite(reading)
+    if np.count_nonzero(seen) < 2 * _FEWEST_IN_WINDOW:
         raise FitError(
-            f"{run.id}: found {len(seen)} samples of depth; expected at least {2 * _FEWEST_IN_WINDOW} for a "
-            "drift correction; record at a higher rate"
+            f"{run.id}: found {np.count_nonzero(seen)} samples of depth; expected at least {2 * _FEWEST_IN_WINDOW} for "
+            "a drift correction; record at a higher rate"
         )
-    s, y = distance[seen], reading[seen]
-    exponent = 0.5 if run.manifest.contact.pin.shape == "spherical" else 1.0
-    wear = np.maximum(s, 0.0) ** exponent
-    noise = _noise(np.column_stack([np.ones_like(s), wear, s]), y)
-    inside = _window(s, recipe.drift.window)
-    zero = _intercept(wear[:inside], y[:inside], noise)
-    inside = _window(s[-1] - s[::-1], recipe.drift.window)
-    end = _intercept(s[-inside:] - s[-1], y[-inside:], noise)
-    start, duration = _sliding_time(s, time[seen])
+    start, duration = _sliding_time(distance[placed], time[placed])
+    zero, end = _ends(run, distance[seen], reading[seen], float(distance[placed][-1]), recipe.drift.window)
     return SensorTrace(
         reading=reading, ramp=(time - start) / duration, duration=duration, zero_offset=zero, end_reading=end
     )
 
 
-def _window(distance: Column, share: float) -> int:
-    """Count the samples within a share of the distance, but no fewer than a fit needs."""
-    return max(_FEWEST_IN_WINDOW, int(np.searchsorted(distance, share * distance[-1], side="right")))
+def _ends(run: RawRun, s: Column, y: Column, slid: float, share: float) -> tuple[Quantity, Quantity]:
+    """Return the reading at the start of sliding and after the whole distance ``slid``, m."""
+    exponent = 0.5 if run.manifest.contact.pin.shape == "spherical" else 1.0
+    wear = np.maximum(s, 0.0) ** exponent
+    noise = _noise(np.column_stack([np.ones_like(s), wear, s]), y)
+    window = share * (s[-1] - s[0])
+    first = max(_FEWEST_IN_WINDOW, int(np.searchsorted(s, s[0] + window, side="right")))
+    last = min(len(s) - _FEWEST_IN_WINDOW, int(np.searchsorted(s, s[-1] - window)))
+    return _intercept(wear[:first], y[:first], noise), _intercept(s[last:] - slid, y[last:], noise)
 
 
 def _noise(smooth: Column, reading: Column) -> float:

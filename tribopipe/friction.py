@@ -23,8 +23,8 @@ _FEWEST_SAMPLES = 20
 _STARTS = 40
 _LONGEST_RUNNING_IN = 10.0
 """Upper bound of c in lengths of the fitted window: beyond, the curve is a straight line."""
-_SHORTEST_RUNNING_IN = 2.0
-"""Lower bound of c in sample spacings: below, the decay is one point."""
+_SHORTEST_RUNNING_IN = 5.0
+"""Lower bound of c in sample spacings: below, the decay may as well be a few odd samples."""
 _DECISIVE = 6.0
 """Difference of the criterion that counts as evidence (R. E. Kass, A. E. Raftery, JASA 90 (1995) 773: 'strong')."""
 _LARGEST_RELATIVE_UNCERTAINTY = 0.5
@@ -114,9 +114,13 @@ def _ramp_end_by_friction(distance: Column, mu: Column) -> float:
 def _fit_window(distance: Column, mu: Column) -> FrictionFit:
     if len(mu) < _FEWEST_SAMPLES:
         return FrictionFit(outcome="none", notes=(f"{len(mu)} samples of friction are too few to fit",))
+    window = (_metres(float(distance[0])), _metres(float(distance[-1])))
+    if np.median(mu) < 0:
+        return _steady_only(mu, ("friction is negative: check the sign of the friction force",), window)
+    if np.ptp(mu) == 0:
+        return _steady_only(mu, ("friction never changes: check whether the channel was on",), window)
     fit = _fit_exponential(distance, mu)
     reasons = _reasons_against(fit, distance, mu)
-    window = (_metres(float(distance[0])), _metres(float(distance[-1])))
     if reasons:
         return _steady_only(mu, reasons, window)
     spread = np.sqrt(np.diag(fit.covariance))
@@ -213,7 +217,7 @@ def _reasons_against(fit: _Exponential, distance: Column, mu: Column) -> tuple[s
         change = line(distance[-1]) - line(distance[0])
         return (f"friction changes in a straight line, by {change:+.3f} over the fitted distance, not exponentially",)
     if c < 1.01 * shortest:
-        return ("the decay is shorter than two samples",)
+        return (f"the decay is shorter than {_SHORTEST_RUNNING_IN:.0f} samples",)
     if spread > _LARGEST_RELATIVE_UNCERTAINTY * c:
         return (f"the running-in distance is undetermined ({c:.3g} ± {spread:.2g} m)",)
     return ()

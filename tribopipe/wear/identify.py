@@ -254,7 +254,18 @@ def fit_wear(
     source = None if not LAWS[model].needs_friction else recipe.wear.friction
     notes = friction.notes if friction and source == "fitted" and friction.outcome == "steady-only" else ()
     return _assess(problem, coefficient, model).model_copy(
-        update={"friction": source, "notes": (*default_notes(problem.inputs), *notes)}
+        update={"friction": source, "notes": (*_doubts(corrected), *default_notes(problem.inputs), *notes)}
+    )
+
+
+def _doubts(corrected: CorrectedRun) -> tuple[str, ...]:
+    """Say where the depth signal itself is in doubt."""
+    correction = corrected.correction
+    if correction.within_sensor_resolution is not False or correction.discrepancy is None:
+        return ()
+    return (
+        f"sensor and end value differ by {correction.discrepancy.shown('um')}, more than the sensor's resolution: the "
+        "shape of the wear curve is in doubt",
     )
 
 
