@@ -46,6 +46,13 @@ def same(first: RawRun, second: RawRun) -> None:
         assert list(extra.values) == list(second.extras[name].values)
 
 
+def test_long_column_of_texts_is_kept(bare_run, tmp_path):
+    clock = np.array([f"12:00:{second % 60:02d}" for second in range(5000)], dtype=object)
+    archive = Archive(tmp_path)
+    archive.add(run_with(bare_run, np.arange(5000.0), extras={"Clock": ExtraColumn(clock)}))
+    assert list(archive.raw("bare").extras["Clock"].values) == list(clock)
+
+
 @settings(max_examples=40, deadline=None)
 @given(
     npst.arrays(np.float64, st.integers(2, 600), elements=st.floats(allow_infinity=False, width=64)),
@@ -137,6 +144,14 @@ def test_new_result_drops_what_stood_on_the_old_one_and_an_equal_one_does_not(ba
     assert archive.step_names("bare") == ["drift_correction", "friction_fit", "wear_fit_archard"]
     archive.put_step("bare", step("drift_correction", DriftCorrection(outcome="uncorrected", lacks=("a depth",))))
     assert archive.step_names("bare") == ["drift_correction", "friction_fit"]
+
+
+def test_raw_part_written_anew_keeps_the_steps(bare_run, tmp_path):
+    archive, run = Archive(tmp_path), run_with(bare_run, np.arange(10.0))
+    archive.add(run)
+    archive.put_step("bare", step("friction_fit", FrictionFit(outcome="none")))
+    assert archive.add(run, force=True) == "rewritten"
+    assert archive.step_names("bare") == ["friction_fit"]
 
 
 def test_downstream_follows_the_table_of_steps():

@@ -110,7 +110,7 @@ CASES = {
         "warning",
         column("normal_force", lambda load: load / 9.81),
         "normal_force",
-        column("normal_force", lambda load: load * 1.09),
+        column("normal_force", lambda load: load * 1.02),
     ),
     "samples_are_not_missing": ("warning", samples_set("depth", 7, NAN), "depth", AS_IT_IS),
     "samples_are_not_repeated": ("warning", samples_set("time", 7, 0.6), "time", samples_set("time", 7, 0.601)),
@@ -136,7 +136,7 @@ CASES = {
         "warning",
         column("depth", lambda depth: depth * 1000),
         "depth",
-        column("depth", lambda depth: depth * 10),
+        column("depth", lambda depth: depth * 1.3),
     ),
     "distance_is_the_planned_one": (
         "warning",
@@ -144,7 +144,7 @@ CASES = {
         "sliding_distance",
         manifest(conditions__sliding_distance="52 m"),
     ),
-    "time_starts_at_zero": (
+    "axis_starts_at_zero": (
         "warning",
         column("time", lambda time: time + 10),
         "time",
@@ -194,10 +194,17 @@ CASES = {
 MORE = {
     "no time passes": ("axis_advances", samples_set("time", slice(None), 3.0), "time"),
     "no end value": ("needed_for_a_wear_coefficient", manifest(end_values={}), "end_values"),
-    "depth counts down": (
-        "depth_is_plausible",
-        both(manifest(end_values__pin_wear_depth="10 um"), column("depth", np.negative)),
-        "depth",
+    "depth counts down": ("depth_is_plausible", column("depth", np.negative), "depth"),
+    "depth in nm": ("depth_is_plausible", column("depth", lambda depth: depth / 1000), "depth"),
+    "distance carried over": (
+        "axis_starts_at_zero",
+        both(measured("sliding_distance"), column("sliding_distance", lambda distance: distance + 100)),
+        "sliding_distance",
+    ),
+    "speed with a hole": (
+        "axis_is_complete",
+        column("sliding_distance", lambda distance: np.append(distance[:-9], [NAN] * 9)),
+        "sliding_distance",
     ),
     "speed by the clock": (
         "distance_is_the_planned_one",

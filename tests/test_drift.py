@@ -12,6 +12,7 @@ from tribopipe.errors import FitError
 from tribopipe.records.manifest import EndValues
 from tribopipe.records.quantity import EndValue
 from tribopipe.run import RawRun
+from tribopipe.simulate import _correlated
 
 WEAR_END = 23e-6
 
@@ -88,11 +89,14 @@ def test_discrepancy_is_held_against_the_paper_s_limit_and_the_sensor_s_resoluti
     assert (correction.within_discrepancy_limit, correction.within_sensor_resolution) == (paper, sensor)
 
 
-def test_stated_uncertainties_are_those_of_repeated_runs(bare_run):
-    distance, rng = np.linspace(0, 500, 2001), np.random.default_rng(2)
+@pytest.mark.parametrize("memory", [0.01, 4.0])
+def test_stated_uncertainties_are_those_of_repeated_runs(bare_run, memory):
+    distance, rng = np.linspace(0, 500, 4001), np.random.default_rng(2)
     end = EndValues(pin_wear_depth=metres(WEAR_END, 0.0))
     found = [
-        correct_drift(with_depth(bare_run, wear_curve(distance) + 1e-7 * rng.standard_normal(2001), end)).correction
+        correct_drift(
+            with_depth(bare_run, wear_curve(distance) + 1e-7 * _correlated(rng, 4001, memory), end)
+        ).correction
         for _ in range(200)
     ]
     for name in ("zero_offset", "drift_rate"):

@@ -70,3 +70,8 @@ def test_thinning_keeps_the_extremes():
     assert len(thin_x) < 2000
     assert (thin_y.max(), thin_y.min()) == (9.0, -9.0)
     assert np.all(np.diff(thin_x) > 0)
+
+
+def test_figure_shows_itself_in_a_notebook(sample_archive):
+    corrected = archived_correction(sample_archive, SAMPLE_IDS[0])
+    assert plot_depth(corrected)._repr_png_().startswith(b"\x89PNG")

@@ -108,11 +108,12 @@ def test_loading_ramp_is_left_out(bare_run):
     assert "loading ramp" in fit.notes[0]
 
 
-def test_loading_ramp_is_seen_in_the_measured_load(bare_run):
+@pytest.mark.parametrize("share", [1.0, 0.93])
+def test_loading_ramp_is_seen_in_the_measured_load(bare_run, share):
     distance = np.linspace(0.1, 500, 5000)
     run = with_friction(bare_run, exponential(distance, 0.2, 0.4, 60.0), distance)
-    nominal = run.manifest.conditions.normal_load.value
-    columns = dict(run.columns) | {"normal_force": nominal * np.clip(distance / 8, 0, 1)}
+    load = share * run.manifest.conditions.normal_load.value
+    columns = dict(run.columns) | {"normal_force": load * np.clip(distance / 8, 0, 1)}
     fit = fit_friction(replace(run, columns=columns, origins=dict(run.origins) | {"normal_force": "measured"}))
     assert fit.window[0].value == pytest.approx(0.95 * 8, abs=0.2)
 

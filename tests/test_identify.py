@@ -83,6 +83,35 @@ def test_measured_friction_serves_sarkar_s_law_as_well_as_the_fitted():
     assert measured.friction == "measured"
 
 
+def test_friction_without_an_exponential_enters_sarkar_s_law_as_measured():
+    series, run = CASES["si3n4-air-200mN"]
+    raw = record(series, run, sensors=quiet())
+    rising = np.linspace(0.5, 0.8, len(raw.sliding_distance))
+    raw = replace(raw, columns={**raw.columns, "friction_coefficient": rising})
+    friction = fit_friction(raw)
+    assert friction.outcome == "steady-only"
+    fit = fit_wear(correct_drift(raw), "sarkar", friction)
+    as_measured = fit_wear(correct_drift(raw), "sarkar", friction, Recipe(wear=WearRecipe(friction="measured")))
+    assert fit.wear_coefficient == as_measured.wear_coefficient
+    assert fit.friction == "measured"
+    assert any("straight line" in note for note in fit.notes)
+
+
+def test_friction_enters_the_budget_with_its_covariance():
+    raw = record(*CASES["si3n4-air-400mN"])
+    friction = fit_friction(raw)
+    fit = fit_wear(correct_drift(raw), "sarkar", friction)
+    (line,) = [line for line in fit.budget if line.name == "friction fit"]
+    problem = problem_of(raw)
+    alone = [
+        problem.sensitivity(name, fit.wear_coefficient.value) * given.spread
+        for name, given in problem.inputs.items()
+        if name in ("friction_amplitude", "friction_steady_state")
+    ]
+    # A and b make up for each other: together they matter far less than either alone.
+    assert line.relative < 0.3 * min(map(abs, alone))
+
+
 def problem_of(raw: RawRun) -> WearProblem:
     problem = wear_problem(correct_drift(raw), "sarkar", fit_friction(raw), Recipe())
     assert isinstance(problem, WearProblem)

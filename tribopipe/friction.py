@@ -83,20 +83,19 @@ def _vendor_statistics(mu: Column) -> tuple[Quantity | None, Quantity | None]:
 def _loading_ramp_end(run: RawRun, mu: Column) -> float:
     """Return the sliding distance, m, at which the load is on; 0 where there is no ramp.
 
-    Where the load was measured, that is where it first reaches 95 % of the nominal load. Otherwise friction tells: a
+    Where the load was measured, that is where it first reaches 95 % of its median. Otherwise friction tells: a
     ramp starts below half of the later level and crosses that within 5 % of the run; it ends at the highest friction
     within three times the distance of the crossing. A true rise of friction loses only its first metres by this, which
     an exponential does not miss.
     """
     distance = run.sliding_distance
     if run.origins.get("normal_force") == "measured":
-        force, nominal = run.columns["normal_force"], run.manifest.conditions.normal_load.value
-        return _ramp_end_by_load(distance, force, nominal)
+        return _ramp_end_by_load(distance, run.columns["normal_force"])
     return _ramp_end_by_friction(distance, mu)
 
 
-def _ramp_end_by_load(distance: Column, force: Column, nominal: float) -> float:
-    loaded = np.flatnonzero(force >= 0.95 * nominal)
+def _ramp_end_by_load(distance: Column, force: Column) -> float:
+    loaded = np.flatnonzero(force >= 0.95 * np.nanmedian(force))
     early = len(loaded) and loaded[0] > 0 and distance[loaded[0]] <= _RAMP_SHARE * distance[-1]
     return float(distance[loaded[0]]) if early else 0.0
 
@@ -216,6 +215,8 @@ def _reasons_against(fit: _Exponential, distance: Column, mu: Column) -> tuple[s
     if _evidence(power, straight, independent, 1) < _DECISIVE or c > 0.99 * longest:
         change = line(distance[-1]) - line(distance[0])
         return (f"friction changes in a straight line, by {change:+.3f} over the fitted distance, not exponentially",)
+    if fit.parameters[0] + fit.parameters[1] < 0:
+        return ("the exponential would start at a negative friction",)
     if c < 1.01 * shortest:
         return (f"the decay is shorter than {_SHORTEST_RUNNING_IN:.0f} samples",)
     if spread > _LARGEST_RELATIVE_UNCERTAINTY * c:

@@ -6,6 +6,7 @@ A step is skipped where its version, its options and all that it stands on are u
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -32,6 +33,7 @@ from tribopipe.wear.friction_path import fitted_path
 from tribopipe.wear.identify import fit_wear
 from tribopipe.wear.predict import predict_wear
 
+Stage = Literal["ingest", "drift_correction", "friction_fit", "wear_fit", "prediction"]
 Status = Literal["done", "unchanged", "failed"]
 Curves = Mapping[str, tuple[Column, str]]
 
@@ -42,7 +44,7 @@ class Outcome:
 
     run_id: str
     """Id of the run; its path where the run could not be read."""
-    stage: Literal["ingest", "drift_correction", "friction_fit", "wear_fit", "prediction"]
+    stage: Stage
     status: Status
     result: Record | None = None
     findings: tuple[Finding, ...] = ()
@@ -219,13 +221,19 @@ def _process_one(path: Path, archive: Archive, recipe: Recipe, *, force: bool) -
         return
     yield ingested
     run_id = ingested.run_id
-    try:
-        yield correct_archived_drift(archive, run_id, recipe, force=force)
-        yield fit_archived_friction(archive, run_id, recipe, force=force)
-        for law in recipe.wear.models:
-            yield fit_archived_wear(archive, run_id, law, recipe, force=force)
-    except TribopipeError as error:
-        yield Outcome(run_id, "wear_fit", "failed", error=error)
+    stages: list[tuple[Stage, Callable[[], Outcome]]] = [
+        ("drift_correction", lambda: correct_archived_drift(archive, run_id, recipe, force=force)),
+        ("friction_fit", lambda: fit_archived_friction(archive, run_id, recipe, force=force)),
+    ]
+    stages += [
+        ("wear_fit", partial(fit_archived_wear, archive, run_id, law, recipe, force=force))
+        for law in recipe.wear.models
+    ]
+    for stage, advance in stages:
+        try:
+            yield advance()
+        except TribopipeError as error:
+            yield Outcome(run_id, stage, "failed", error=error)
 
 
 def predict_from_lightest(
@@ -298,7 +306,7 @@ def _advance(
     archive: Archive,
     run_id: str,
     step: _Advance,
-    stage: Literal["drift_correction", "friction_fit", "wear_fit", "prediction"],
+    stage: Stage,
     *,
     force: bool,
 ) -> Outcome:
@@ -306,7 +314,10 @@ def _advance(
     there = archive.fingerprints(run_id, step.name)
     if there is not None and there.inputs == inputs and not force:
         return Outcome(run_id, stage, "unchanged", archive.result(run_id, step.name, STEPS[step.name].record))
-    result, curves = step.compute()
+    try:
+        result, curves = step.compute()
+    except TribopipeError as error:
+        raise error if run_id in str(error) else type(error)(f"{run_id}: {error}") from None
     date = datetime.now(UTC).isoformat(timespec="seconds")
     archive.put_step(run_id, Step(step.name, result, inputs, step.options, VERSION, date, curves))
     return Outcome(run_id, stage, "done", result)

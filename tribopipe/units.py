@@ -78,7 +78,7 @@ class _Unit(NamedTuple):
 @cache
 def _unit(text: str) -> _Unit:
     """Read a unit; ``ValueError`` where the text is none."""
-    cleaned = text.translate(_SPELLINGS).strip()
+    cleaned = re.sub(r"/\s*N(m{1,2})\b", r"/(N*\1)", text.translate(_SPELLINGS).strip())
     cleaned = re.sub(f"[{_SUPERSCRIPTS}]+", lambda power: "^" + power[0].translate(_FROM_SUPERSCRIPT), cleaned)
     if cleaned in ("", "1", "-"):
         return _Unit(_registry().dimensionless.dimensionality, Decimal(1), Decimal(0))
@@ -205,7 +205,7 @@ def show(value: float, uncertainty: float | None, si_unit: str, unit: str | None
     unit = unit or si_unit
     number = float(from_si(value, si_unit, unit))
     tail = f" {pretty(unit)}" if pretty(unit) else ""
-    if uncertainty is None or not uncertainty > 0:
+    if uncertainty is None or not uncertainty > 1e-12 * abs(value):
         return f"{_rounded(number)}{tail}"
     spread = interval_from_si(uncertainty, si_unit, unit)
     return f"{_rounded_pair(number, spread)}{tail}"

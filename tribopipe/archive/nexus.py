@@ -25,7 +25,7 @@ def group(parent: h5py.Group, name: str, nx_class: str, **attributes: Any) -> h5
 def field(parent: h5py.Group, name: str, value: Any, unit: str | None = None, **attributes: Any) -> h5py.Dataset:
     """Add a field: a number, a text, or an array, which is compressed and checksummed."""
     options: dict[str, Any] = {}
-    if isinstance(value, np.ndarray) and value.size >= _COMPRESSED_FROM:
+    if isinstance(value, np.ndarray) and value.dtype != object and value.size >= _COMPRESSED_FROM:
         options = {
             "chunks": (min(_CHUNK, len(value)),),
             "compression": "gzip",
@@ -73,6 +73,9 @@ def summary(parent: h5py.Group, record: Record) -> None:
             field(parent, name, int(value))
         elif isinstance(value, str | int | float):
             field(parent, name, value)
+        elif isinstance(value, tuple) and len(value) == 2 and all(isinstance(end, Quantity) for end in value):
+            for suffix, end in zip(("lower", "upper"), value, strict=True):
+                quantity(parent, f"{name}_{suffix}", end)
         elif isinstance(value, tuple) and value and all(isinstance(item, str) for item in value):
             field(parent, name, "; ".join(value))
 

@@ -1,7 +1,9 @@
 """One run as a NeXus HDF5 file.
 
 /entry                   NXentry, opens on ``wear``
+  archived               NXcollection: format of this file, fingerprint of the raw content
   pin, disc              NXsample
+  conditions, end_values NXcollection: as run.toml states them, in SI
   instrument             NXinstrument with an NXsensor for each recorded signal
   source_files           NXcollection of NXnote: the bytes as they came, with their SHA-256
   manifest, findings     NXnote: JSON
@@ -69,8 +71,8 @@ def _write_people_and_things(entry: h5py.Group, run: RawRun) -> None:
             nexus.field(sensor, "name", SIGNALS[sensed].meaning)
     for name, body in (("pin", manifest.contact.pin), ("disc", manifest.contact.disc)):
         _write_specimen(entry, name, body)
-    conditions = nexus.group(entry, "conditions", "NXcollection")
-    nexus.summary(conditions, manifest.conditions)
+    nexus.summary(nexus.group(entry, "conditions", "NXcollection"), manifest.conditions)
+    nexus.summary(nexus.group(entry, "end_values", "NXcollection"), manifest.end_values)
 
 
 def _write_specimen(entry: h5py.Group, name: str, body: Specimen) -> None:
@@ -240,6 +242,13 @@ def copy_except(source: h5py.File, target: h5py.File, dropped: set[str]) -> h5py
         if name not in dropped | {"wear"}:
             source.copy(f"entry/{name}", entry, name=name)
     return entry
+
+
+def copy_steps(source: h5py.File, entry: h5py.Group) -> None:
+    """Copy the steps of a run file into the entry of another one."""
+    for name in STEPS:
+        if name in source["entry"]:
+            source.copy(f"entry/{name}", entry, name=name)
 
 
 def check_format(file: h5py.File, path: object) -> None:

@@ -14,6 +14,7 @@ from tribopipe.archive.runfile import (
     R,
     check_format,
     copy_except,
+    copy_steps,
     read_fingerprints,
     read_manifest,
     read_raw,
@@ -58,20 +59,24 @@ class Archive:
     ) -> Literal["added", "unchanged", "rewritten"]:
         """Archive a run as ingested.
 
-        A run that is there already with the same content is left alone, or written anew with ``force``. Raises
-        ``ArchiveError`` where the id is taken by other content: what is raw is never replaced.
+        A run that is there already with the same content is left alone, or with ``force`` written anew beside its
+        steps. Raises ``ArchiveError`` where the id is taken by other content: what is raw is never replaced.
         """
         path = self.path(run.id)
         there = path.exists()
         if there and self.raw_sha256(run.id) != raw_digest(run):
             raise ArchiveError(
                 f"{path}: found a run of the id {run.id!r} with other content; expected the same run or "
-                "another id; change id in run.toml, or ingest into another archive"
+                "another id; change id in run.toml, or move the old file away if this run replaces it"
             )
         if there and not force:
             return "unchanged"
         with self._writing(path) as part, h5py.File(part, "w", track_order=True) as file:
             write_raw(file, run, findings)
+            if there:
+                with self.open(run.id) as old:
+                    copy_steps(old, file["entry"])
+                write_wear_plot(file["entry"])
         return "rewritten" if there else "added"
 
     def raw_sha256(self, run_id: str) -> str:

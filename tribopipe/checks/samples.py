@@ -5,13 +5,17 @@ from collections.abc import Iterator
 import numpy as np
 
 from tribopipe.checks.registry import Trouble, check
+from tribopipe.end_values import end_wear, stated_or_default
 from tribopipe.records.quantity import Quantity
+from tribopipe.records.recipe import DefaultUncertainty
 from tribopipe.records.signals import SIGNALS, SignalName
 from tribopipe.run import Column, RawRun
 
 _FEWEST = 2
 _GAP = 10.0
 """A step this many times the median step is a gap."""
+_MOST_DRIFT = 5e-6
+"""m: what a sensor may drift in a test without being wrong in sign or unit."""
 _AXES: tuple[SignalName, SignalName] = ("time", "sliding_distance")
 
 
@@ -47,13 +51,15 @@ def channel_is_recorded(run: RawRun) -> Iterator[Trouble]:
 @check("error")
 def axis_is_complete(run: RawRun) -> Iterator[Trouble]:
     """Refuse missing samples of time or sliding distance, without which nothing can be placed."""
-    for name, values in _measured(run):
+    for name in _AXES:
+        values = run.columns[name]
         missing = np.flatnonzero(~np.isfinite(values))
-        if name in _AXES and 0 < len(missing) < len(values):
+        if len(missing) > 0 and (run.origins[name] != "measured" or len(missing) < len(values)):
+            source = "" if run.origins[name] == "measured" else f", {run.origins[name]}"
             yield Trouble(
                 name,
-                f"found {len(missing)} missing, the first at sample {missing[0] + 1}; expected one at each sample",
-                "delete those rows, or export again",
+                f"found {len(missing)} missing{source}, the first at sample {missing[0] + 1}; expected one at each",
+                "mend or delete those rows, or export again",
             )
 
 
@@ -102,16 +108,17 @@ def load_presses(run: RawRun) -> Iterator[Trouble]:
 @check("warning")
 def load_is_the_nominal_one(run: RawRun) -> Iterator[Trouble]:
     """Compare measured and nominal load: a factor of 1000 or 9.81 between them is a unit."""
-    load, nominal = run.columns.get("normal_force"), run.manifest.conditions.normal_load.value
+    load, stated = run.columns.get("normal_force"), run.manifest.conditions.normal_load
     if load is None or not np.any(np.isfinite(load)):
         return
-    median = float(np.nanmedian(load))
-    if median > 0 and not 0.9 <= median / nominal <= 1.1:
+    nominal, _ = stated_or_default(stated, DefaultUncertainty().normal_load * stated.value)
+    median, allowed = float(np.nanmedian(load)), max(3 * (nominal.standard_uncertainty or 0.0), 0.03 * nominal.value)
+    if median > 0 and abs(median - nominal.value) > allowed:
         yield Trouble(
             "normal_force",
-            f"found a median of {_shown('normal_force', median)}; expected the nominal load of "
-            f"{_shown('normal_force', nominal)} within 10 %",
-            "check the column's unit and normal_load",
+            f"found a median of {_shown('normal_force', median)}; expected the nominal load of {nominal.shown()} "
+            "within three standard uncertainties",
+            "check the column's unit, and normal_load, which the wear models take",
         )
 
 
@@ -186,7 +193,7 @@ def friction_is_plausible(run: RawRun) -> Iterator[Trouble]:
 @check("warning")
 def depth_is_plausible(run: RawRun) -> Iterator[Trouble]:
     """Compare the rise of the depth reading with the end value: sign, unit or a broken sensor."""
-    depth, end = run.columns.get("depth"), run.manifest.end_values.pin_wear_depth
+    depth, end = run.columns.get("depth"), end_wear(run.manifest, DefaultUncertainty())
     if depth is None or np.count_nonzero(np.isfinite(depth)) < _FEWEST:
         return
     span, radius = float(np.nanmax(depth) - np.nanmin(depth)), run.manifest.contact.pin.radius.value
@@ -198,11 +205,13 @@ def depth_is_plausible(run: RawRun) -> Iterator[Trouble]:
             "check the column's unit",
         )
     seen = depth[np.isfinite(depth)]
-    if end is not None and seen[-1] - seen[0] < -0.5 * end.value:
+    rise = float(seen[-1] - seen[0])
+    if end is not None and abs(rise - end.total.value) > max(0.5 * end.total.value, _MOST_DRIFT):
         yield Trouble(
             "depth",
-            "found a reading that falls while the pin wears; expected wear to count up",
-            "export the depth with its sign flipped",
+            f"found a reading that rises by {Quantity(value=rise, unit='m').shown('um')} while the specimens lost "
+            f"{end.total.shown('um')}; expected about the same",
+            "check sign and unit of the depth and of the end values",
         )
 
 
@@ -231,12 +240,12 @@ def distance_is_the_planned_one(run: RawRun) -> Iterator[Trouble]:
 
 
 @check("warning")
-def time_starts_at_zero(run: RawRun) -> Iterator[Trouble]:
+def axis_starts_at_zero(run: RawRun) -> Iterator[Trouble]:
     """Find counters carried over from an earlier test."""
-    time = run.columns["time"]
-    if run.origins["time"] == "measured" and len(time) > 1 and time[0] > 0.05 * (time[-1] - time[0]) > 0:
-        yield Trouble(
-            "time",
-            f"found a first sample at {time[0]:.4g} s; expected a start near 0 s",
-            "subtract the start, or sliding distance counts from before the test",
-        )
+    for name, values in _measured(run):
+        if name in _AXES and len(values) > 1 and values[0] > 0.05 * (values[-1] - values[0]) > 0:
+            yield Trouble(
+                name,
+                f"found {_shown(name, values[0])} at the first sample; expected a start near zero",
+                "subtract the start if the counter was carried over from an earlier test",
+            )

@@ -1,5 +1,6 @@
 """The `tribopipe` command."""
 
+import codecs
 import sys
 from importlib import import_module
 
@@ -30,13 +31,28 @@ for _module in (runs, steps, inspect):
 app.add_typer(inspect.schema_app, name="schema")
 
 
+_PLAIN = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−–μ·…─", "-0123456789--u.~-")
+
+
+def _plainly(error: UnicodeError) -> tuple[str, int]:
+    """Write powers as ^-8 and Greek in Latin letters where the console's encoding lacks them."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    text = error.object[error.start : error.end]
+    plain = text.translate(_PLAIN).encode("ascii", "replace").decode("ascii")
+    return ("^" if text[0] in "⁻⁰⁴⁵⁶⁷⁸⁹" else "") + plain, error.end
+
+
+codecs.register_error("tribopipe-plain", _plainly)
+
+
 def main() -> None:
     """Run the command; what went wrong on purpose is one sentence on stderr and exit code 1."""
     from tribopipe.errors import TribopipeError
 
     for stream in (sys.stdout, sys.stderr):
-        # A console that lacks µ or ⁻ shows a substitute rather than failing.
-        getattr(stream, "reconfigure", lambda **_: None)(errors="replace")
+        # A console that lacks μ or ⁻ shows a plain substitute rather than failing.
+        getattr(stream, "reconfigure", lambda **_: None)(errors="tribopipe-plain")
     try:
         app()
     except TribopipeError as error:

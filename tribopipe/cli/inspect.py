@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, load_archive
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archived_ids, load_archive
 from tribopipe.cli.output import exit_with, print_json, record_json, say, table
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def _row(manifest: "RunManifest", steps: "list[StepName]") -> list[str]:
 
 
 def show(
-    run_id: Annotated[str, typer.Argument(help="Id of an archived run.", metavar="ID")],
+    run_id: Annotated[str, typer.Argument(help="Id of an archived run.", metavar="ID", autocompletion=archived_ids)],
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     as_json: AsJson = False,
 ) -> None:

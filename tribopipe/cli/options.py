@@ -12,9 +12,9 @@ if TYPE_CHECKING:
 DEFAULT_ARCHIVE = Path("archive")
 
 
-def _ids() -> list[str]:
-    """Complete ids from the archive in the current folder."""
-    return sorted(path.stem for path in DEFAULT_ARCHIVE.glob("*.h5"))
+def archived_ids(context: typer.Context) -> list[str]:
+    """Complete ids from the archive named so far, or the one in the current folder."""
+    return sorted(path.stem for path in Path(context.params.get("archive") or DEFAULT_ARCHIVE).glob("*.h5"))
 
 
 ArchiveFolder = Annotated[Path, typer.Option("--archive", help="Archive folder.", file_okay=True)]
@@ -26,7 +26,7 @@ RunIds = Annotated[
     typer.Argument(
         help="Ids of archived runs; none for every run that lacks the step.",
         metavar="[ID]...",
-        autocompletion=_ids,
+        autocompletion=archived_ids,
     ),
 ]
 Law = Literal["archard", "sarkar"]

@@ -106,6 +106,7 @@ def process(
             if outcome.status == "done":
                 changed.add(outcome.run_id)
             _say_warnings(outcome)
+            _say_doubts(outcome)
     archived = (outcome for outcome in outcomes if outcome.stage == "ingest" and outcome.status != "failed")
     ids = list(dict.fromkeys(outcome.run_id for outcome in archived))
     with progress("figures", len(changed)) as advance:
@@ -125,6 +126,19 @@ def _say_warnings(outcome: "Outcome") -> None:
     for finding in outcome.findings:
         if finding.severity == "warning":
             say(f"{outcome.run_id}: warning: {finding}")
+
+
+def _say_doubts(outcome: "Outcome") -> None:
+    """Say where the depth contradicts the end value, and what a run lacks for a correction."""
+    from tribopipe.records.results import DriftCorrection
+
+    correction = outcome.result
+    if not isinstance(correction, DriftCorrection):
+        return
+    if correction.within_sensor_resolution is False:
+        say(f"{outcome.run_id}: warning: {correction}")
+    elif correction.lacks:
+        say(f"{outcome.run_id}: {correction}")
 
 
 def _say_what_was_done(outcomes: "list[Outcome]", archive: Path, *, drawn: bool) -> None:

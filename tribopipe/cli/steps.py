@@ -151,7 +151,7 @@ def predict(
     With a run (an id, or a folder and a k_D) and what to change, the prediction is shown. With neither, every archived
     run is predicted from the comparable run under the lightest load, and the prediction is archived.
     """
-    asked = [wear_coefficient, friction, at, depth, load, speed, radius]
+    asked = [wear_coefficient, friction, at, depth, load, speed, radius, scheme == "published"]
     how = load_recipe(recipe)
     if run is None and not any(asked):
         _predict_archived(archive, ids, law, how, force=force, as_json=as_json)

@@ -54,6 +54,7 @@ def _row(archive: Archive, run_id: str) -> list[str]:
     steps = archive.steps(run_id)
     drift, friction = _result(steps, "drift_correction"), _result(steps, "friction_fit")
     predictions = [_result(steps, name) for name in PREDICTIONS.values()]
+    fitted = next((k for name in WEAR_FITS.values() if (k := _coefficient(steps, name))), None)
     reference = next((p.reference for p in predictions if isinstance(p, WearPrediction)), None)
     return [
         run_id,
@@ -62,7 +63,7 @@ def _row(archive: Archive, run_id: str) -> list[str]:
         *(_cell(_coefficient(steps, name), K_D) for name in WEAR_FITS.values()),
         _cell(drift.pin_wear_depth if isinstance(drift, DriftCorrection) else None, "um"),
         *(_cell(p.prediction[0].wear_depth, "um") if isinstance(p, WearPrediction) else "–" for p in predictions),
-        reference or "(identifies k_D)",
+        reference or ("–" if fitted is None else "(identifies k_D)"),
     ]
 
 

@@ -115,14 +115,15 @@ Meanings = dict[str, list[tuple[SignalName, ColumnSource | None]]]
 def _meanings(table: ReadTable, signals: SignalFile) -> Meanings:
     """Say for each column by name which signals it is: by the manifest's word, else by the format's or its own name."""
     meanings: Meanings = {}
-    if signals.columns:
-        for name, source in signals.columns.items():
-            meanings.setdefault(_find(table, source.column, name, signals.file).name, []).append((name, source))
-        return meanings
+    for name, source in signals.columns.items():
+        meanings.setdefault(_find(table, source.column, name, signals.file).name, []).append((name, source))
+    taken = set(signals.columns)
     for column in table.columns:
         known = column.signal or _by_own_name(column.name)
-        if known is not None:
-            meanings[column.name] = [(known, None)]
+        if known is None or known in taken or column.name in meanings or not _usable(column, known):
+            continue
+        meanings[column.name] = [(known, None)]
+        taken.add(known)
     if not meanings:
         names = ", ".join(repr(column.name) for column in table.columns[:8])
         raise ReaderError(
@@ -130,6 +131,11 @@ def _meanings(table: ReadTable, signals: SignalFile) -> Meanings:
             "map signals to columns under [signals.columns] in run.toml"
         )
     return meanings
+
+
+def _usable(column: ReadColumn, signal: SignalName) -> bool:
+    """Tell whether a column may be taken by its name alone: numbers, with a unit where one is needed."""
+    return column.first_bad is None and (column.unit is not None or SIGNALS[signal].unit == "1")
 
 
 def _by_own_name(name: str) -> SignalName | None:

@@ -183,6 +183,12 @@ class EndValues(Record):
         return self
 
 
+def _date_and_time(written: Any) -> Any:
+    if isinstance(written, bool | int | float):
+        raise ValueError(f"found {written!r}; expected a date and time such as 2006-03-01T09:30:00+01:00")
+    return written
+
+
 class RunManifest(Record):
     """One run: specimens, conditions, signal files and end values."""
 
@@ -190,8 +196,8 @@ class RunManifest(Record):
     """Version of this document."""
     id: RunId
     """Name of the run, unique in an archive; its file is <id>.h5."""
-    started: datetime
-    """Start of the test, with its time zone."""
+    started: Annotated[datetime, BeforeValidator(_date_and_time)]
+    """Start of the test, such as 2006-03-01T09:30:00+01:00."""
     title: str | None = None
     """One line about the run."""
     operator: str | None = None

@@ -136,6 +136,7 @@ def _rules(kind: str, *, positive: bool = True, method: bool = False) -> tuple[A
 
 Length = Annotated[Quantity, *_rules("length")]
 Distance = Annotated[Quantity, *_rules("distance")]
+Position = Annotated[Quantity, *_rules("distance", positive=False)]
 Speed = Annotated[Quantity, *_rules("speed")]
 Force = Annotated[Quantity, *_rules("force")]
 Pressure = Annotated[Quantity, *_rules("pressure")]

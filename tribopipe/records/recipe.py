@@ -5,7 +5,7 @@ from typing import Literal
 from pydantic import Field
 
 from tribopipe.records.base import Record
-from tribopipe.records.quantity import Distance, Length
+from tribopipe.records.quantity import Length, Position
 
 LawName = Literal["archard", "sarkar"]
 FrictionSource = Literal["fitted", "measured"]
@@ -25,9 +25,9 @@ class DriftRecipe(Record):
 class FrictionRecipe(Record):
     """Which part of the friction signal is fitted with Eq. 7."""
 
-    start: Distance | None = None
-    """Where the fit begins; left out, the loading ramp is found and trimmed."""
-    end: Distance | None = None
+    start: Position | None = None
+    """Where the fit begins, "0 m" for the first sample; left out, the loading ramp is found and trimmed."""
+    end: Position | None = None
     """Where the fit ends; left out, at the end of the run."""
 
 

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 
 _BLACK, _ORANGE, _BLUE, _GREEN, _RED, _GREY = "#000000", "#E69F00", "#0072B2", "#009E73", "#D55E00", "#8C8C8C"
 _LAW_COLOURS: dict[LawName, str] = {"archard": _BLUE, "sarkar": _ORANGE}
-_LAW_STYLES: dict[LawName, str] = {"archard": "--", "sarkar": ":"}
+_FITTED_STYLES: dict[LawName, str] = {"archard": "-", "sarkar": "--"}
+_LAW_STYLES: dict[LawName, str] = {"archard": "-.", "sarkar": ":"}
 _LAW_NAMES: dict[LawName, str] = {"archard": "Archard", "sarkar": "Sarkar"}
 _MOST_POINTS = 1500
 _STYLE: Any = {
@@ -150,7 +151,7 @@ def _mark_left_out(ax: "Axes", distance: Column, fit: FrictionFit) -> None:
 
 def _friction_words(fit: FrictionFit) -> str:
     if fit.outcome != "exponential":
-        return f"b = {fit.steady_state}: {fit.notes[0]}" if fit.steady_state else "; ".join(fit.notes)
+        return f"b = {fit.steady_state}: {fit.notes[-2]}" if fit.steady_state else "; ".join(fit.notes)
     return f"A = {fit.amplitude}, b = {fit.steady_state}, c = {fit.running_in_distance}"
 
 
@@ -163,7 +164,9 @@ def plot_wear(corrected: CorrectedRun, fits: Sequence[LawCurve], predictions: Se
         ax.plot(*_micro(*thinned(distance, wear)), color=_GREY, lw=0.8, label="pin wear, corrected")
     for curve in fits:
         colour = _LAW_COLOURS[curve.result.model]
-        _draw_law(ax, distance, curve, colour, "-", f"{_LAW_NAMES[curve.result.model]}, fitted")
+        _draw_law(
+            ax, distance, curve, colour, _FITTED_STYLES[curve.result.model], f"{_LAW_NAMES[curve.result.model]}, fitted"
+        )
         if wear is not None:
             below.plot(*_micro(*thinned(distance, wear - curve.wear_depth)), color=colour, lw=0.6)
     for curve in predictions:
@@ -226,9 +229,9 @@ def _smooth(distance: Column, *curves: Column) -> list[Column]:
 
 
 def _panels(count: int) -> "tuple[Figure, list[Axes]]":
-    from matplotlib.figure import Figure
+    from tribopipe.report.canvas import ShownFigure
 
-    figure = Figure(figsize=(6.3, 3.9 if count == 1 else 5.0), dpi=150, layout="constrained")
+    figure = ShownFigure(figsize=(6.3, 3.9 if count == 1 else 5.0), dpi=150, layout="constrained")
     grid = figure.subplots(count, 1, sharex=True, squeeze=False, height_ratios=[3, 1][:count])
     return figure, [row[0] for row in grid]
 

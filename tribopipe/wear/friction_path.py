@@ -109,5 +109,7 @@ def measured_path(run: RawRun) -> FrictionPath | None:
 
 
 def run_path(run: RawRun, fit: FrictionFit | None, source: FrictionSource) -> FrictionPath | None:
-    """Return μ(s) of a run from where the recipe wants it."""
-    return measured_path(run) if source == "measured" else fitted_path(fit)
+    """Return μ(s) of a run from where the recipe wants it; as measured where Eq. 7 was not identified."""
+    if source == "measured" or fit is None or fit.outcome != "exponential":
+        return measured_path(run)
+    return fitted_path(fit)

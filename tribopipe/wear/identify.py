@@ -23,7 +23,7 @@ from tribopipe.errors import FitError
 from tribopipe.noise import effective_samples, inflation
 from tribopipe.records.manifest import PinOnDisc
 from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import LawName, Recipe
+from tribopipe.records.recipe import FrictionSource, LawName, Recipe
 from tribopipe.records.results import COVERAGE_FACTOR, Contribution, FrictionFit, WearFit
 from tribopipe.run import Column, CorrectedRun
 from tribopipe.wear.contact import contact_modulus
@@ -38,6 +38,8 @@ _FEWEST_SAMPLES = 10
 _MEASUREMENTS = frozenset({"pin_end_value", "disc_end_value", "zero_offset", "end_reading"})
 """Inputs of the corrected depth alone: the model does not depend on them."""
 
+_FRICTION_INPUTS = ("friction_amplitude", "friction_steady_state", "running_in_distance")
+"""A, b and c of Eq. 7, in the order of their covariance."""
 _SHOWN_UNITS = {
     "normal_load": "mN",
     "pin_radius": "mm",
@@ -106,6 +108,8 @@ class WearProblem:
     end: EndWear
     friction: FrictionPath | None
     inputs: Mapping[str, Input]
+    friction_covariance: tuple[tuple[float, ...], ...] | None = None
+    """Of (A, b, c), where Eq. 7 is the friction."""
 
     @property
     def values(self) -> dict[str, float]:
@@ -192,16 +196,20 @@ def wear_problem(
     if corrected.wear_depth is None or end is None:
         return corrected.correction.lacks
     path: FrictionPath | None = None
+    covariance = None
     inputs = contact_inputs(run.manifest.contact, run.manifest.conditions.normal_load, recipe)
     if LAWS[law].needs_friction:
         path = run_path(run, friction, recipe.wear.friction)
         if path is None:
             return ("a friction signal",)
-        if friction is not None and recipe.wear.friction == "fitted":
+        if isinstance(path, ExponentialFriction) and friction is not None:
             inputs |= _friction_inputs(friction)
+            covariance = friction.covariance
     trace = _seen(read_trace(run, recipe), seen := np.isfinite(corrected.wear_depth))
     inputs |= _trace_inputs(trace, end)
-    return WearProblem(run.manifest.contact, LAWS[law], run.sliding_distance[seen], trace, end, path, inputs)
+    return WearProblem(
+        run.manifest.contact, LAWS[law], run.sliding_distance[seen], trace, end, path, inputs, covariance
+    )
 
 
 def _seen(trace: SensorTrace, seen: Column) -> SensorTrace:
@@ -209,12 +217,12 @@ def _seen(trace: SensorTrace, seen: Column) -> SensorTrace:
 
 
 def _friction_inputs(friction: FrictionFit) -> dict[str, Input]:
-    named = {
-        "friction_amplitude": friction.amplitude,
-        "friction_steady_state": friction.steady_state,
-        "running_in_distance": friction.running_in_distance,
+    fitted = (friction.amplitude, friction.steady_state, friction.running_in_distance)
+    return {
+        name: Input(quantity, "fit")
+        for name, quantity in zip(_FRICTION_INPUTS, fitted, strict=True)
+        if quantity is not None
     }
-    return {name: Input(quantity, "fit") for name, quantity in named.items() if quantity is not None}
 
 
 def _trace_inputs(trace: SensorTrace, end: EndWear) -> dict[str, Input]:
@@ -251,8 +259,10 @@ def fit_wear(
             f"{_FEWEST_SAMPLES}; record at a higher rate"
         )
     coefficient = problem.solve(problem.values)
-    source = None if not LAWS[model].needs_friction else recipe.wear.friction
-    notes = friction.notes if friction and source == "fitted" and friction.outcome == "steady-only" else ()
+    source: FrictionSource | None = None
+    if LAWS[model].needs_friction:
+        source = "fitted" if isinstance(problem.friction, ExponentialFriction) else "measured"
+    notes = friction.notes if friction and source == "measured" and recipe.wear.friction == "fitted" else ()
     return _assess(problem, coefficient, model).model_copy(
         update={"friction": source, "notes": (*_doubts(corrected), *default_notes(problem.inputs), *notes)}
     )
@@ -298,6 +308,7 @@ def _coefficient(value: float) -> Quantity:
 
 def _budget(problem: WearProblem, coefficient: float, random: float) -> tuple[Contribution, ...]:
     lines = [Contribution(name="residuals of the fit", source="fit", relative=random)]
+    lines += _friction_line(problem, coefficient)
     lines += [
         Contribution(
             name=name.replace("_", " "),
@@ -307,8 +318,18 @@ def _budget(problem: WearProblem, coefficient: float, random: float) -> tuple[Co
             relative=problem.sensitivity(name, coefficient) * given.spread,
         )
         for name, given in problem.inputs.items()
+        if name not in _FRICTION_INPUTS
     ]
     return tuple(sorted(lines, key=lambda line: -abs(line.relative)))
+
+
+def _friction_line(problem: WearProblem, coefficient: float) -> list[Contribution]:
+    """Combine A, b and c by their covariance: they are far from independent (JCGM 100:2008, 5.2.2)."""
+    if problem.friction_covariance is None:
+        return []
+    slopes = np.array([problem.sensitivity(name, coefficient) for name in _FRICTION_INPUTS])
+    variance = float(slopes @ np.array(problem.friction_covariance) @ slopes)
+    return [Contribution(name="friction fit", source="fit", relative=math.sqrt(max(0.0, variance)))]
 
 
 def default_notes(inputs: Mapping[str, Input]) -> tuple[str, ...]:

@@ -58,6 +58,11 @@ class WearScenario:
         values = values or self.values
         return pin_contact(self.contact, values).worn(self.volume(distance, values))
 
+    def radius_at(self, depth: Column) -> Column:
+        """Return the contact radius, m, at wear depths in m: the geometry is the same for both schemes (Fig. 2b)."""
+        pin = pin_contact(self.contact, self.values)
+        return pin.worn(pin.volume(depth)).radius
+
     def depth_uncertainty(self, distance: Column) -> Column:
         """Return the standard uncertainty of the depth, m, to first order (JCGM 100:2008, 5.1.2)."""
         best = self.values
@@ -136,14 +141,14 @@ def predict_wear(
         pin_radius=scenario.contact.pin.radius,
         steps=steps if scheme == "published" else None,
         step_error=error,
-        notes=(*default_notes(scenario.inputs), *_step_notes(error, steps, distance)),
+        notes=(*_coefficient_notes(scenario), *default_notes(scenario.inputs), *_step_notes(error, steps, distance)),
         prediction=tuple(_points(scenario, distance, depth)),
         reached=tuple(_reached(scenario, depths)),
     )
 
 
 def _points(scenario: WearScenario, distance: Column, depth: Column) -> Iterator[PredictedPoint]:
-    spread, radius = scenario.depth_uncertainty(distance), scenario.worn(distance).radius
+    spread, radius = scenario.depth_uncertainty(distance), scenario.radius_at(depth)
     for s, h, u, a in zip(distance.tolist(), depth.tolist(), spread.tolist(), radius.tolist(), strict=True):
         yield PredictedPoint(
             sliding_distance=Quantity(value=s, unit="m"),
@@ -178,6 +183,11 @@ def _time(scenario: WearScenario, distance: float, spread: float | None = None) 
         return None
     scaled = None if spread is None else spread / speed.value
     return Quantity(value=distance / speed.value, unit="s", standard_uncertainty=scaled)
+
+
+def _coefficient_notes(scenario: WearScenario) -> tuple[str, ...]:
+    given = scenario.wear_coefficient.standard_uncertainty is not None
+    return () if given else ("k_D is taken as exact, since no standard uncertainty of it is known",)
 
 
 def _step_notes(error: float | None, steps: int, distances: Column) -> tuple[str, ...]:
