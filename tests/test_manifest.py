@@ -2,6 +2,7 @@
 
 import copy
 import json
+import re
 import tomllib
 from pathlib import Path
 
@@ -248,3 +249,11 @@ def test_committed_sample_run_is_the_simulated_one(regenerated, path):
         # The last digit may differ from one processor to another.
         assert committed.pop(depth)["value"] == pytest.approx(truth.pop(depth)["value"], rel=1e-13), again
     assert committed == truth, again
+
+
+@pytest.mark.parametrize(("number", "record"), [(0, RunManifest), (1, Recipe)])
+def test_documents_of_the_readme_are_valid(tmp_path, number, record):
+    blocks = re.findall(r"```toml\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    path = tmp_path / "document.toml"
+    path.write_text(blocks[number], encoding="utf-8")
+    assert isinstance(load_toml(path, record), record)
