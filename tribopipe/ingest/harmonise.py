@@ -96,13 +96,22 @@ def _gather(gathered: _Gathered, table: ReadTable, signals: SignalFile) -> None:
                 "expected one row a sample in every file; merge them on one time base first"
             )
         for name, source in meanings.get(column.name, []):
+            values = _signal(column, name, source, signals.file)
             if name in gathered.columns:
-                raise ReaderError(
-                    f"{signals.file}: found {name} a second time; expected each signal once; map it in one file only"
-                )
-            gathered.columns[name] = _signal(column, name, source, signals.file)
+                _refuse_difference(name, gathered.columns[name], values, signals.file)
+            gathered.columns[name] = values
         if column.name not in meanings:
             gathered.extras[_free_name(column.name, gathered.extras)] = ExtraColumn(column.values, column.unit)
+
+
+def _refuse_difference(name: SignalName, before: Column, values: Column, file: str) -> None:
+    """Accept a signal a second time where it is the same: several files of one test share their time base."""
+    different = np.flatnonzero(~(np.isclose(before, values, rtol=1e-9, atol=0) | (np.isnan(before) & np.isnan(values))))
+    if len(different):
+        raise ReaderError(
+            f"{file}: found another {name} than in the files before, first at sample {different[0] + 1}; expected each "
+            "signal once, or the same in every file; map it in one file only, or merge the files on one time base first"
+        )
 
 
 def _free_name(name: str, taken: Mapping[str, Any]) -> str:

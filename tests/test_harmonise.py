@@ -1,0 +1,59 @@
+"""From files to one run: recognised and mapped columns, several files, and what is derived from what."""
+
+import numpy as np
+import pytest
+from folders import replace_in
+
+from tribopipe.errors import ReaderError
+from tribopipe.ingest.harmonise import read_run
+
+ONE = "Time [s],Depth [um]\n0.0,0.1\n0.1,0.2\n0.2,0.4\n"
+OTHER = "Time [s];Ff [mN];Note\n0,0;1,5;a\n0,1;1,6;b\n0,2;1,7;c\n"
+
+
+def write_files(run, one: str, other: str, columns: str = 'friction_force = { column = "Ff", unit = "mN" }') -> None:
+    (run / "depth.csv").write_text(one, encoding="utf-8")
+    (run / "friction.csv").write_text(other, encoding="utf-8")
+    files = f'[[signals]]\nfile = "depth.csv"\n[[signals]]\nfile = "friction.csv"\n[signals.columns]\n{columns}\n\n'
+    replace_in(run / "run.toml", r"(?ms)^\[\[signals\]\].*?(?=^\[end_values\])", files)
+
+
+def test_files_of_one_time_base_make_one_run(sample_run):
+    write_files(sample_run, ONE, OTHER)
+    run = read_run(sample_run)
+    np.testing.assert_allclose(run.columns["depth"], [1e-7, 2e-7, 4e-7], rtol=1e-12)
+    np.testing.assert_allclose(run.columns["friction_force"], [1.5e-3, 1.6e-3, 1.7e-3], rtol=1e-12)
+    assert list(run.extras["Note"].values) == ["a", "b", "c"]
+    assert [source.name for source in run.sources] == ["run.toml", "depth.csv", "friction.csv"]
+
+
+def test_files_of_different_clocks_are_refused(sample_run):
+    write_files(sample_run, ONE, OTHER.replace("0,1;", "0,15;"))
+    with pytest.raises(ReaderError, match=r"friction.csv: found another time .* first at sample 2"):
+        read_run(sample_run)
+
+
+def test_files_of_different_length_are_refused(sample_run):
+    write_files(sample_run, ONE + "0.3,0.5\n", OTHER)
+    with pytest.raises(ReaderError, match="3 rows where the files before have 4"):
+        read_run(sample_run)
+
+
+def test_friction_is_divided_by_the_nominal_load_where_none_was_measured(sample_run):
+    write_files(sample_run, ONE, OTHER)
+    run = read_run(sample_run)
+    assert run.origins["friction_coefficient"] == "derived from nominal load"
+    np.testing.assert_allclose(run.columns["friction_coefficient"], np.array([1.5, 1.6, 1.7]) / 400, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("header", "scale", "derived", "expected"),
+    [("Time [s]", 1.0, "sliding_distance", [0.0, 0.04, 0.08]), ("Sliding distance [m]", 0.4, "time", [0.0, 0.1, 0.2])],
+)
+def test_time_and_distance_follow_from_each_other(sample_run, header, scale, derived, expected):
+    rows = "".join(f"{second * scale:.2f},{second}\n" for second in (0.0, 0.1, 0.2))
+    write_files(sample_run, f"{header},Depth [um]\n{rows}", "", "")
+    replace_in(sample_run / "run.toml", r'\[\[signals\]\]\nfile = "friction.csv"\n\[signals.columns\]\n', "")
+    run = read_run(sample_run)
+    assert run.origins[derived] == "derived from nominal speed"
+    np.testing.assert_allclose(run.columns[derived], expected, atol=1e-12)
