@@ -19,9 +19,3 @@ def cap_radius(*, height: ArrayLike, sphere_radius: ArrayLike) -> Column:
     """Return the scar radius of a cap: a = √(c(2R − c)), m. c and R in m, c ≤ R."""
     c, r = np.asarray(height, dtype=float), np.asarray(sphere_radius, dtype=float)
     return np.asarray(np.sqrt(c * (2 * r - c)))
-
-
-def cap_volume(*, height: ArrayLike, sphere_radius: ArrayLike) -> Column:
-    """Return the volume of a cap: πc²(3R − c)/3, m³ (ASTM G99). c and R in m, c ≤ R."""
-    c, r = np.asarray(height, dtype=float), np.asarray(sphere_radius, dtype=float)
-    return np.asarray(np.pi * c**2 * (3 * r - c) / 3)

@@ -26,11 +26,6 @@ class WearLaw(Protocol):
         ...
 
     @property
-    def equation(self) -> str:
-        """The law as a figure's legend writes it."""
-        ...
-
-    @property
     def needs_friction(self) -> bool:
         """Whether μ enters."""
         ...
@@ -49,7 +44,6 @@ class Archard:
     """V/s = k·F_N/H (Eq. 1): friction plays no part."""
 
     name: LawName = "archard"
-    equation: str = "dh/ds = k_D p"
     needs_friction: bool = False
 
     def rate_factor(self, distance: ArrayLike, friction: FrictionPath | None) -> Column:  # noqa: ARG002
@@ -66,7 +60,6 @@ class Sarkar:
     """V/s = k·F_N/H·√(1 + 3μ²) (Eq. 2): junctions grow with friction."""
 
     name: LawName = "sarkar"
-    equation: str = "dh/ds = k_D p √(1 + 3µ²)"
     needs_friction: bool = True
 
     def rate_factor(self, distance: ArrayLike, friction: FrictionPath | None) -> Column:
