@@ -24,6 +24,7 @@ from tribopipe.records.quantity import (
     Toughness,
 )
 from tribopipe.records.signals import SignalName
+from tribopipe.units import show
 
 MANIFEST_NAME = "run.toml"
 MANIFEST_SCHEMA = "tribopipe.run/1"
@@ -227,7 +228,7 @@ class RunManifest(Record):
         if end.pin_scar_diameter is not None and end.pin_scar_diameter.value >= 2 * radius.value:
             raise ValueError(
                 f"end_values.pin_scar_diameter: found {end.pin_scar_diameter.shown('um')}, no smaller "
-                f"than the pin's diameter of {2 * radius.value * 1e6:g} µm; expected a scar on the tip; "
+                f"than the pin's diameter of {show(2 * radius.value, None, 'm', 'um')}; expected a scar on the tip; "
                 "check both units"
             )
         if end.pin_wear_depth is not None and pin.shape == "spherical" and end.pin_wear_depth.value >= radius.value:

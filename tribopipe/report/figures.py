@@ -14,7 +14,7 @@ import numpy as np
 from tribopipe.files import replacing
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName
-from tribopipe.records.results import FrictionFit, WearFit, WearPrediction
+from tribopipe.records.results import COVERAGE_FACTOR, FrictionFit, WearFit, WearPrediction
 from tribopipe.run import Column, CorrectedRun, RawRun
 from tribopipe.units import axis, from_si, interval_from_si
 from tribopipe.wear.curves import LawCurve
@@ -98,7 +98,7 @@ def plot_depth(corrected: CorrectedRun) -> "Figure":
         ax.errorbar(
             distance[-1],
             from_si(end.value, "m", "um"),
-            yerr=1.96 * interval_from_si(end.standard_uncertainty or 0.0, "m", "um"),
+            yerr=COVERAGE_FACTOR * interval_from_si(end.standard_uncertainty or 0.0, "m", "um"),
             fmt="o",
             ms=4,
             capsize=3,
@@ -188,7 +188,7 @@ def plot_wear(corrected: CorrectedRun, fits: Sequence[LawCurve], predictions: Se
 def _mark_end(ax: "Axes", corrected: CorrectedRun) -> None:
     end = corrected.correction.pin_wear_depth
     if end is not None:
-        spread = 1.96 * interval_from_si(end.standard_uncertainty or 0.0, "m", "um")
+        spread = COVERAGE_FACTOR * interval_from_si(end.standard_uncertainty or 0.0, "m", "um")
         ax.errorbar(
             corrected.raw.sliding_distance[-1],
             from_si(end.value, "m", "um"),
