@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tribopipe.contact.pin_on_disc import SphericalPin
 from tribopipe.drift import correct_drift
 from tribopipe.errors import FitError
 from tribopipe.records.manifest import EndValues
@@ -28,8 +29,12 @@ def metres(value: float, spread: float | None = None) -> EndValue:
     return EndValue(value=value, unit="m", standard_uncertainty=spread)
 
 
+PIN = SphericalPin(normal_load=0.2, radius=0.794e-3, modulus=304e9 / (2 * (1 - 0.24**2)))
+"""The bare run's pin under its load."""
+
+
 def wear_curve(distance):
-    return WEAR_END * np.sqrt(distance / distance[-1])
+    return PIN.worn(PIN.volume(WEAR_END) * distance / distance[-1]).depth
 
 
 @settings(max_examples=50, deadline=None)

@@ -13,12 +13,13 @@ from tribopipe.records.base import load_toml
 from tribopipe.records.manifest import RunManifest
 from tribopipe.records.plan import Plan, Series, VirtualRun
 from tribopipe.records.quantity import EndValue
-from tribopipe.records.recipe import Recipe, WearRecipe
+from tribopipe.records.recipe import MonteCarloRecipe, Recipe, WearRecipe
 from tribopipe.run import RawRun
 from tribopipe.simulate import VirtualTest
 from tribopipe.wear.identify import WearProblem, fit_wear, wear_problem
 
 PLAN = load_toml(Path(__file__).parents[1] / "sample_runs" / "plan.toml", Plan)
+FIRST_ORDER = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
 CASES = {run.id: (series, run) for series in PLAN.series for run in series.runs}
 
 
@@ -44,6 +45,7 @@ def record(series: Series, run: VirtualRun, **changes) -> RawRun:
                 "sliding_speed": series.sliding_speed.model_dump(),
             },
             "signals": [{"file": "signals.csv"}],
+            "sensors": {"depth_scale": series.depth_scale.model_dump()},
             "end_values": {name: value.model_dump() for name, value in ends.items()},
         }
     )
@@ -129,7 +131,7 @@ def test_first_order_sensitivities_are_those_of_refitting():
 
 def test_combined_uncertainty_is_the_root_sum_of_squares_of_the_budget():
     raw = record(*CASES["wc-co-water-400mN"])
-    fit = fit_wear(correct_drift(raw), "archard")
+    fit = fit_wear(correct_drift(raw), "archard", recipe=FIRST_ORDER)
     combined = np.sqrt(sum(line.relative**2 for line in fit.budget))
     assert fit.wear_coefficient.standard_uncertainty / fit.wear_coefficient.value == pytest.approx(combined, rel=1e-12)
     assert {line.name for line in fit.budget} >= {

@@ -3,15 +3,12 @@
 The paper (Section 2) assumes that the capacitive sensor drifts linearly and matches its curve at the largest sliding
 distance to the wear found on the pin. Here:
 
-    wear(t) = reading(t) − z − ρ·(t − t₀),     ρ = (reading(t_end) − z − h_end) / (t_end − t₀)
+    wear(t) = g·(reading(t) − z) − ρ·(t − t₀),     ρ = (g·(reading(t_end) − z) − h_end) / (t_end − t₀)
 
-with the zero offset z at the start t₀ of sliding and h_end the wear of pin plus disc by the end values. z is the
-intercept of a fit z + q·sⁿ to the first samples: wear of a sphere begins as √s once it exceeds the elastic approach
-(n = ½), that of a flat pin as s (n = 1), so wear within the window is not taken for offset. The end reading is the
-value at the end of sliding of a straight line through the last samples.
-
-The first wear is less steep than √s while the elastic approach matters, so z comes out low: without noise by 15 to
-25 nm in the WC-Co sample runs and by 30 to 90 nm in the Si3N4 ones, which is below the noise of their sensor.
+with g the sensor's scale (1 unless run.toml says otherwise), the zero offset z at the start t₀ of sliding and h_end the
+wear of pin plus disc by the end values. z is the intercept of a fit z + q·h(s) to the first samples, with h(s) the wear
+of a pin that reaches the end value at the end, so that wear within the window is not taken for offset. The end
+reading is the value at the end of sliding of a straight line through the last samples.
 """
 
 import math
@@ -19,15 +16,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tribopipe.contact.pin_on_disc import pin_contact
 from tribopipe.end_values import EndWear, end_wear
 from tribopipe.errors import FitError
 from tribopipe.noise import inflation
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import Recipe
 from tribopipe.records.results import DriftCorrection
-from tribopipe.run import Column, CorrectedRun, RawRun
+from tribopipe.run import Column, CorrectedRun, Numbers, RawRun
 
 _FEWEST_IN_WINDOW = 8
+_LEAST_WEAR = 1e-9
+"""Depth, m, whose shape serves where none was measured."""
 
 
 @dataclass(frozen=True)
@@ -41,15 +41,13 @@ class SensorTrace:
     zero_offset: Quantity
     end_reading: Quantity
 
-    def wear(self, end_wear: float, zero_offset: float | None = None, end_reading: float | None = None) -> Column:
-        """Return the corrected depth, m, for an end value, zero offset and end reading, m."""
-        zero = self.zero_offset.value if zero_offset is None else zero_offset
-        end = self.end_reading.value if end_reading is None else end_reading
-        return self.reading - zero - self.ramp * (end - zero - end_wear)
+    def wear(self, end_wear: Numbers, zero: Numbers, end: Numbers, scale: Numbers) -> Column:
+        """Return the corrected depth, m, for an end value, zero offset, end reading (m) and scale of the sensor."""
+        return np.asarray(scale * (self.reading - zero - self.ramp * (end - zero)) + self.ramp * end_wear)
 
 
-def read_trace(run: RawRun, recipe: Recipe) -> SensorTrace:
-    """Take zero offset and end reading from the depth signal.
+def read_trace(run: RawRun, end: EndWear, recipe: Recipe) -> SensorTrace:
+    """Take zero offset and end reading from the depth signal of a run with this wear at its end.
 
     Raises ``FitError`` where fewer than 16 samples of depth are left.
     """
@@ -62,16 +60,29 @@ def read_trace(run: RawRun, recipe: Recipe) -> SensorTrace:
             "a drift correction; record at a higher rate"
         )
     start, duration = _sliding_time(distance[placed], time[placed])
-    zero, end = _ends(run, distance[seen], reading[seen], float(distance[placed][-1]), recipe.drift.window)
+    slid = float(distance[placed][-1])
+    wear = _first_wear(run, end, np.maximum(distance[seen], 0.0) / slid)
+    zero, last = _ends(distance[seen], reading[seen], wear, slid, recipe.drift.window)
     return SensorTrace(
-        reading=reading, ramp=(time - start) / duration, duration=duration, zero_offset=zero, end_reading=end
+        reading=reading, ramp=(time - start) / duration, duration=duration, zero_offset=zero, end_reading=last
     )
 
 
-def _ends(run: RawRun, s: Column, y: Column, slid: float, share: float) -> tuple[Quantity, Quantity]:
+def _first_wear(run: RawRun, end: EndWear, share: Column) -> Column:
+    """Return the wear depth of a pin that reaches its end value at the end, m, against the share of the distance."""
+    manifest = run.manifest
+    nominal = {
+        "normal_load": manifest.conditions.normal_load.value,
+        "pin_radius": manifest.contact.pin.radius.value,
+        "pin_modulus": manifest.contact.pin.youngs_modulus.value,
+        "disc_modulus": manifest.contact.disc.youngs_modulus.value,
+    }
+    pin = pin_contact(manifest.contact, nominal)
+    return pin.worn(pin.volume(max(end.pin_depth.value, _LEAST_WEAR)) * share).depth
+
+
+def _ends(s: Column, y: Column, wear: Column, slid: float, share: float) -> tuple[Quantity, Quantity]:
     """Return the reading at the start of sliding and after the whole distance ``slid``, m."""
-    exponent = 0.5 if run.manifest.contact.pin.shape == "spherical" else 1.0
-    wear = np.maximum(s, 0.0) ** exponent
     noise = _noise(np.column_stack([np.ones_like(s), wear, s]), y)
     window = share * (s[-1] - s[0])
     first = max(_FEWEST_IN_WINDOW, int(np.searchsorted(s, s[0] + window, side="right")))
@@ -112,18 +123,20 @@ def correct_drift(run: RawRun, recipe: Recipe | None = None) -> CorrectedRun:
     A run without depth or without an end value of the pin passes through, and its correction says what it lacks.
     """
     recipe = recipe or Recipe()
-    end = end_wear(run.manifest, recipe.uncertainty)
+    manifest = run.manifest
+    end = end_wear(manifest.end_values, manifest.contact.pin.radius.value, recipe.uncertainty)
     lacks = [] if "depth" in run.columns else ["a depth signal"]
     if end is None:
         lacks.append("an end value of the pin (pin_wear_depth or pin_scar_diameter)")
     if end is None or lacks:
         return CorrectedRun(run, DriftCorrection(outcome="uncorrected", lacks=tuple(lacks)), None)
-    trace = read_trace(run, recipe)
-    return CorrectedRun(run, _describe(trace, end, recipe), trace.wear(end.total.value))
+    trace, scale = read_trace(run, end, recipe), manifest.sensors.depth_scale.value
+    wear = trace.wear(end.total.value, trace.zero_offset.value, trace.end_reading.value, scale)
+    return CorrectedRun(run, _describe(trace, end, scale, recipe), wear)
 
 
-def _describe(trace: SensorTrace, end: EndWear, recipe: Recipe) -> DriftCorrection:
-    gap = trace.end_reading.value - trace.zero_offset.value - end.total.value
+def _describe(trace: SensorTrace, end: EndWear, scale: float, recipe: Recipe) -> DriftCorrection:
+    gap = scale * (trace.end_reading.value - trace.zero_offset.value) - end.total.value
     spread = math.hypot(
         *(part.standard_uncertainty or 0.0 for part in (end.total, trace.zero_offset, trace.end_reading))
     )

@@ -4,10 +4,14 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from tribopipe.geometry import cap_height
-from tribopipe.records.manifest import RunManifest
+from tribopipe.records.manifest import EndValues
 from tribopipe.records.quantity import EndValue, Quantity
 from tribopipe.records.recipe import DefaultUncertainty
+from tribopipe.run import Column
 
 Source = Literal["manifest", "default"]
 
@@ -39,13 +43,16 @@ class EndWear:
         spread = self.pin.quantity.standard_uncertainty or 0.0
         if self.pin.name == "pin_scar_diameter":
             spread *= value / 4 / math.sqrt(self.pin_radius**2 - value**2 / 4)
-        return Quantity(value=self.pin_depth_of(value, self.pin_radius), unit="m", standard_uncertainty=spread)
+        depth = float(self.pin_depth_of(value, self.pin_radius))
+        return Quantity(value=depth, unit="m", standard_uncertainty=spread)
 
-    def pin_depth_of(self, end_value: float, pin_radius: float) -> float:
+    def pin_depth_of(self, end_value: ArrayLike, pin_radius: ArrayLike) -> Column:
         """Return the pin's wear depth, m, were end value and tip radius these: R − √(R² − d²/4) of a scar d."""
+        measured = np.asarray(end_value, dtype=float)
         if self.pin.name != "pin_scar_diameter":
-            return end_value
-        return float(cap_height(scar_radius=end_value / 2, sphere_radius=pin_radius))
+            return measured
+        depth = cap_height(scar_radius=np.abs(measured) / 2, sphere_radius=pin_radius)
+        return np.asarray(np.copysign(depth, measured))
 
     @property
     def total(self) -> Quantity:
@@ -69,16 +76,15 @@ def stated_or_default(quantity: Quantity, default: float) -> tuple[Quantity, Sou
     return quantity.model_copy(update={"standard_uncertainty": default}), "default"
 
 
-def end_wear(manifest: RunManifest, defaults: DefaultUncertainty) -> EndWear | None:
-    """Return the wear at the end of a run; none where nothing was measured on the pin.
+def end_wear(end: EndValues, pin_radius: float, defaults: DefaultUncertainty) -> EndWear | None:
+    """Return the wear measured at the end of a run or in between; none where nothing was measured on the pin.
 
     Of a depth and a scar diameter of the pin, the more certain one is used.
     """
-    end, radius = manifest.end_values, manifest.contact.pin.radius.value
     depth = _used("pin_wear_depth", end.pin_wear_depth, defaults.wear_depth.value)
     scar = _used("pin_scar_diameter", end.pin_scar_diameter, defaults.pin_scar_diameter.value)
     disc = _used("disc_wear_depth", end.disc_wear_depth, defaults.wear_depth.value)
-    found = [EndWear(pin, disc, radius) for pin in (depth, scar) if pin is not None]
+    found = [EndWear(pin, disc, pin_radius) for pin in (depth, scar) if pin is not None]
     return min(found, key=lambda wear: wear.pin_depth.standard_uncertainty or 0.0, default=None)
 
 

@@ -14,6 +14,10 @@ from tribopipe.records.results import DriftCorrection
 from tribopipe.records.signals import SignalName
 
 Column = NDArray[np.float64]
+Numbers = float | Column
+"""One value, or as many as are drawn."""
+Values = Mapping[str, Numbers]
+"""One value of each uncertain input, or columns of draws of shape (draws, 1), which broadcast against samples."""
 Origin = Literal[
     "measured",
     "derived from nominal speed",

@@ -2,11 +2,13 @@
 
 Depth is pin wear (the closed form) plus disc wear, offset, linear drift and correlated noise, digitised. Disc wear
 grows as the integral of 1/a over distance, which is Archard's law for a point of the track that passes under a contact
-of radius a once a turn. The scar diameter is drawn about its true value with its stated uncertainty.
+of radius a once a turn. The end value is drawn about its true value with its stated uncertainty; so are load, tip
+radius, moduli, speed and sensor scale where a series has systematic errors, its manifests stating what was meant.
 """
 
 import json
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +16,7 @@ from numpy.random import Generator
 
 from tribopipe.files import write_file
 from tribopipe.geometry import cap_radius
-from tribopipe.records.manifest import Specimen
+from tribopipe.records.manifest import PinOnDisc, Specimen
 from tribopipe.records.plan import Plan, Sensors, Series, Truth, VirtualRun
 from tribopipe.records.quantity import Quantity
 from tribopipe.run import Column
@@ -33,11 +35,27 @@ class VirtualTest:
         sampling = series.sensors.sampling_rate.value
         samples = round(series.sliding_distance.value / series.sliding_speed.value * sampling)
         self.time = np.arange(samples + 1) / sampling
-        self.distance = series.sliding_speed.value * self.time
+        off = self._systematic_errors()
+        self.distance = off(series.sliding_speed) * self.time
+        self.depth_scale = off(series.depth_scale)
         self.friction = stated_path(run.friction)
-        scenario = WearScenario(series.contact, run.normal_load, run.wear_coefficient, series.law, self.friction)
+        contact = _off(series.contact, off)
+        self.pin_radius = contact.pin.radius.value
+        load = Quantity(value=off(run.normal_load), unit="N")
+        scenario = WearScenario(contact, load, run.wear_coefficient, series.law, self.friction)
         state = scenario.worn(self.distance)
         self.pin_wear, self.disc_wear = state.depth, self._disc_wear(state.radius)
+
+    def _systematic_errors(self) -> Callable[[Quantity], float]:
+        """Return what makes the true value of a quantity out of the stated one."""
+        # A stream of its own, so that the noise is the same with these errors and without.
+        rng = np.random.Generator(np.random.PCG64([self.run.seed, 1]))
+
+        def off(stated: Quantity) -> float:
+            error = (stated.standard_uncertainty or 0.0) * float(rng.standard_normal())
+            return stated.value + (error if self.series.systematic_errors else 0.0)
+
+        return off
 
     def _disc_wear(self, contact_radius: Column) -> Column:
         if self.run.disc_wear_depth is None:
@@ -72,8 +90,8 @@ class VirtualTest:
 
     def _end_values(self, sensors: Sensors, rng: Generator) -> dict[str, Quantity]:
         pin, worn = self.series.contact.pin, float(self.pin_wear[-1])
-        if pin.shape == "spherical":
-            scar = 2 * float(cap_radius(height=worn, sphere_radius=pin.radius.value))
+        if pin.shape == "spherical" and sensors.pin_end_value == "pin_scar_diameter":
+            scar = 2 * float(cap_radius(height=worn, sphere_radius=self.pin_radius))
             ends = {"pin_scar_diameter": _measured(scar, sensors.scar_uncertainty.value, rng)}
         else:
             ends = {"pin_wear_depth": _measured(worn, sensors.height_loss_uncertainty.value, rng)}
@@ -88,13 +106,25 @@ class VirtualTest:
         )
         reading = (
             self.run.zero_offset.value
-            + self.pin_wear
-            + self.disc_wear
+            + (self.pin_wear + self.disc_wear) / self.depth_scale
             + self.run.drift_rate.value * self.time
             + sensors.depth_noise.value * correlated
         )
         step = sensors.depth_resolution.value
         return np.asarray(np.round(reading / step) * step)
+
+
+def _off(contact: PinOnDisc, off: Callable[[Quantity], float]) -> PinOnDisc:
+    """Return a contact whose tip radius and moduli are off."""
+
+    def changed(quantity: Quantity) -> Quantity:
+        return Quantity(value=off(quantity), unit=quantity.unit)
+
+    pin = {"radius": changed(contact.pin.radius), "youngs_modulus": changed(contact.pin.youngs_modulus)}
+    disc = {"youngs_modulus": changed(contact.disc.youngs_modulus)}
+    return contact.model_copy(
+        update={"pin": contact.pin.model_copy(update=pin), "disc": contact.disc.model_copy(update=disc)}
+    )
 
 
 def _measured(true: float, spread: float, rng: Generator) -> Quantity:
@@ -177,6 +207,9 @@ def _manifest(series: Series, run: VirtualRun, ends: dict[str, Quantity]) -> str
         "",
         "[end_values]",
         *(f"{name} = {_written(value, *_MEASURED_BY[name])}" for name, value in ends.items()),
+        "",
+        "[sensors]",
+        f"depth_scale = {_written(series.depth_scale, '1')}",
     ]
     return "\n".join(lines) + "\n"
 

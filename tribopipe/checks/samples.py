@@ -193,10 +193,11 @@ def friction_is_plausible(run: RawRun) -> Iterator[Trouble]:
 @check("warning")
 def depth_is_plausible(run: RawRun) -> Iterator[Trouble]:
     """Compare the rise of the depth reading with the end value: sign, unit or a broken sensor."""
-    depth, end = run.columns.get("depth"), end_wear(run.manifest, DefaultUncertainty())
+    depth, radius = run.columns.get("depth"), run.manifest.contact.pin.radius.value
+    end = end_wear(run.manifest.end_values, radius, DefaultUncertainty())
     if depth is None or np.count_nonzero(np.isfinite(depth)) < _FEWEST:
         return
-    span, radius = float(np.nanmax(depth) - np.nanmin(depth)), run.manifest.contact.pin.radius.value
+    span = float(np.nanmax(depth) - np.nanmin(depth))
     if span > radius:
         yield Trouble(
             "depth",
@@ -206,7 +207,8 @@ def depth_is_plausible(run: RawRun) -> Iterator[Trouble]:
         )
     seen = depth[np.isfinite(depth)]
     rise = float(seen[-1] - seen[0])
-    if end is not None and abs(rise - end.total.value) > max(0.5 * end.total.value, _MOST_DRIFT):
+    started_anew = any(stop.remounted for stop in run.manifest.interruptions)
+    if end is not None and not started_anew and abs(rise - end.total.value) > max(0.5 * end.total.value, _MOST_DRIFT):
         yield Trouble(
             "depth",
             f"found a reading that rises by {Quantity(value=rise, unit='m').shown('um')} while the specimens lost "

@@ -2,6 +2,7 @@
 
 import re
 from datetime import datetime
+from itertools import pairwise
 from pathlib import Path, PureWindowsPath
 from typing import Annotated, Any, Literal, Self
 
@@ -184,6 +185,22 @@ class EndValues(Record):
         return self
 
 
+class Interruption(EndValues):
+    """What was measured on the specimens where the test was interrupted."""
+
+    sliding_distance: Distance
+    """Distance slid until then."""
+    remounted: bool = False
+    """Whether the specimens were taken out, so that the depth sensor started again from another offset."""
+
+
+class Sensors(Record):
+    """How far the sensors can be trusted beside their noise."""
+
+    depth_scale: Ratio = Quantity(value=1.0, unit="1")
+    """True displacement over displacement read: the depth signal is multiplied by it."""
+
+
 def _date_and_time(written: Any) -> Any:
     if isinstance(written, bool | int | float):
         raise ValueError(f"found {written!r}; expected a date and time such as 2006-03-01T09:30:00+01:00")
@@ -215,28 +232,47 @@ class RunManifest(Record):
     """The instrument's files."""
     end_values: EndValues = EndValues()
     """What was measured on the specimens afterwards."""
+    interruptions: tuple[Interruption, ...] = ()
+    """What was measured on the specimens in between, in the order of the test."""
+    sensors: Sensors = Sensors()
+    """How far the sensors can be trusted beside their noise."""
 
     @model_validator(mode="after")
-    def _scar_fits_the_pin(self) -> Self:
-        pin, end = self.contact.pin, self.end_values
-        radius = pin.radius
-        if end.pin_scar_diameter is not None and pin.shape == "flat":
+    def _wear_fits_the_pin(self) -> Self:
+        _refuse_impossible_wear("end_values", self.end_values, self.contact.pin)
+        for number, interruption in enumerate(self.interruptions):
+            _refuse_impossible_wear(f"interruptions[{number}]", interruption, self.contact.pin)
+        return self
+
+    @model_validator(mode="after")
+    def _interruptions_follow_each_other(self) -> Self:
+        slid = [interruption.sliding_distance.value for interruption in self.interruptions]
+        if any(later <= earlier for earlier, later in pairwise(slid)):
             raise ValueError(
-                "end_values.pin_scar_diameter: found one for a flat pin, whose contact does not grow; "
-                "give pin_wear_depth instead"
-            )
-        if end.pin_scar_diameter is not None and end.pin_scar_diameter.value >= 2 * radius.value:
-            raise ValueError(
-                f"end_values.pin_scar_diameter: found {end.pin_scar_diameter.shown('um')}, no smaller "
-                f"than the pin's diameter of {show(2 * radius.value, None, 'm', 'um')}; expected a scar on the tip; "
-                "check both units"
-            )
-        if end.pin_wear_depth is not None and pin.shape == "spherical" and end.pin_wear_depth.value >= radius.value:
-            raise ValueError(
-                f"end_values.pin_wear_depth: found {end.pin_wear_depth.shown('um')}, no less than the pin "
-                f"radius of {radius.shown('um')}; expected a depth within the tip; check both units"
+                f"interruptions: found the sliding distances {', '.join(f'{s:g}' for s in slid)} m; expected each "
+                "above the one before; write the distance slid since the start of the test"
             )
         return self
+
+
+def _refuse_impossible_wear(where: str, measured: EndValues, pin: Pin) -> None:
+    scar, depth, radius = measured.pin_scar_diameter, measured.pin_wear_depth, pin.radius
+    if scar is not None and pin.shape == "flat":
+        raise ValueError(
+            f"{where}.pin_scar_diameter: found one for a flat pin, whose contact does not grow; "
+            "give pin_wear_depth instead"
+        )
+    if scar is not None and scar.value >= 2 * radius.value:
+        raise ValueError(
+            f"{where}.pin_scar_diameter: found {scar.shown('um')}, no smaller "
+            f"than the pin's diameter of {show(2 * radius.value, None, 'm', 'um')}; expected a scar on the tip; "
+            "check both units"
+        )
+    if depth is not None and pin.shape == "spherical" and depth.value >= radius.value:
+        raise ValueError(
+            f"{where}.pin_wear_depth: found {depth.shown('um')}, no less than the pin "
+            f"radius of {radius.shown('um')}; expected a depth within the tip; check both units"
+        )
 
 
 def manifest_path(run: Path) -> Path:

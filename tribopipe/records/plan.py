@@ -46,8 +46,10 @@ class Sensors(Record):
     """Standard deviation of the normal force over the normal force."""
     scar_uncertainty: Length = Field(default_factory=lambda: _of(2e-6, "m"))
     """Standard uncertainty of the scar diameter of a spherical pin, drawn once a run."""
+    pin_end_value: Literal["pin_scar_diameter", "pin_wear_depth"] = "pin_scar_diameter"
+    """What is measured on a spherical pin after the test; on a flat one it is always the depth."""
     height_loss_uncertainty: Length = Field(default_factory=lambda: _of(2.5e-7, "m"))
-    """Standard uncertainty of the height lost by a flat pin, drawn once a run."""
+    """Standard uncertainty of the height lost by a pin, drawn once a run where that is measured."""
 
 
 class VirtualRun(Record):
@@ -84,6 +86,11 @@ class Series(Record):
     """The two bodies."""
     medium: str
     """What surrounds the contact."""
+    depth_scale: Ratio = Field(default_factory=lambda: _of(1.0, "1"))
+    """True displacement over displacement read."""
+    systematic_errors: bool = False
+    """Whether load, tip radius, moduli, speed and sensor scale are off by errors drawn once a run within their stated
+    uncertainty, or are just what the manifest says."""
     sliding_speed: Speed
     """Nominal sliding speed."""
     sliding_distance: Distance

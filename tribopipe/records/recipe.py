@@ -31,6 +31,9 @@ class FrictionRecipe(Record):
     """Where the fit ends; left out, at the end of the run."""
 
 
+Correction = Literal["two-step", "joint"]
+
+
 class WearRecipe(Record):
     """How the wear coefficient is identified."""
 
@@ -38,6 +41,8 @@ class WearRecipe(Record):
     """Wear laws that `process` fits."""
     friction: FrictionSource = "fitted"
     """μ in Sarkar's law: Eq. 7 as fitted, or the measured curve."""
+    correction: Correction = "two-step"
+    """Drift first and then wear, as the paper does; or zero offset, drift rate and k_D in one fit."""
 
 
 class DefaultUncertainty(Record):
@@ -49,10 +54,23 @@ class DefaultUncertainty(Record):
     """Relative."""
     youngs_modulus: float = Field(default=0.02, ge=0)
     """Relative, for each body."""
+    sliding_speed: float = Field(default=0.005, ge=0)
+    """Relative; it matters where sliding distance is derived from the nominal speed."""
+    depth_scale: float = Field(default=0.005, ge=0)
+    """Relative: how far the depth sensor's calibration may be off."""
     pin_scar_diameter: Length = Field(default_factory=lambda: _length(2e-6))
     """Absolute: about what an optical microscope resolves."""
     wear_depth: Length = Field(default_factory=lambda: _length(250e-9))
     """Absolute: the discrepancy the paper found at most."""
+
+
+class MonteCarloRecipe(Record):
+    """How distributions are propagated (JCGM 101:2008)."""
+
+    significant_digits: Literal[0, 1, 2] = 1
+    """Digits of the standard uncertainty that must be stable when drawing ends (7.9.2); 0 stays at first order."""
+    seed: int = Field(default=1, ge=0)
+    """Seed of every draw."""
 
 
 def _length(metres: float) -> Length:
@@ -74,3 +92,5 @@ class Recipe(Record):
     """Wear fit."""
     uncertainty: DefaultUncertainty = DefaultUncertainty()
     """Standard uncertainties where the manifest states none."""
+    monte_carlo: MonteCarloRecipe = MonteCarloRecipe()
+    """How distributions are propagated."""

@@ -4,7 +4,7 @@ from typing import Literal
 
 from tribopipe.records.base import Record
 from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import FrictionSource, LawName
+from tribopipe.records.recipe import Correction, FrictionSource, LawName
 
 COVERAGE_FACTOR = 1.959963984540054
 """Half width of a 95 % interval in standard uncertainties of a normal distribution."""
@@ -109,6 +109,46 @@ class Contribution(Record):
     """Standard uncertainty of k_D from this input alone, over k_D, with its sign."""
 
 
+class MonteCarlo(Record):
+    """Propagation of distributions (JCGM 101:2008)."""
+
+    draws: int
+    """Number of draws."""
+    mean: Quantity
+    """Mean of the draws."""
+    standard_uncertainty: Quantity
+    """Standard deviation of the draws."""
+    stable: bool
+    """Whether the digits asked for were stable when drawing ended (7.9.4)."""
+    first_order_interval: tuple[Quantity, Quantity]
+    """95 % interval of JCGM 100:2008, log-normal."""
+    agrees_with_first_order: bool
+    """Whether both ends agree with it within those digits (8.1)."""
+
+
+class JointFit(Record):
+    """Zero offsets, drift rate and k_D estimated together, to first order."""
+
+    zero_offsets: tuple[Quantity, ...]
+    """Sensor reading at the start of sliding, and after each remounting less what drift had added."""
+    drift_rate: Quantity
+    """Slope against time of what the sensor reads beside wear."""
+    wear_coefficient: Quantity
+    """k_D."""
+    end_wear_depth: Quantity
+    """Pin wear depth at the end by the fitted law."""
+    end_value_deviation: float
+    """End value of the pin minus fitted depth, over the end value's standard uncertainty."""
+    anchors: int
+    """Number of depths measured on the pin, at interruptions and at the end."""
+
+    def __str__(self) -> str:
+        return (
+            f"k_D = {self.wear_coefficient.shown('mm^3/(N*mm)')}, drift {_in(self.drift_rate, 'nm/min')}, end value "
+            f"{self.end_value_deviation:+.1f} standard uncertainties off"
+        )
+
+
 class WearFit(Record):
     """Dimensional wear coefficient k_D of the Global Incremental Wear Model for one run."""
 
@@ -123,11 +163,17 @@ class WearFit(Record):
     wear_coefficient: Quantity | None = None
     """k_D with its combined standard uncertainty."""
     interval: tuple[Quantity, Quantity] | None = None
-    """95 % coverage interval of k_D (log-normal, so that it stays above zero)."""
+    """95 % coverage interval of k_D by Monte Carlo; to first order, log-normal, where none was drawn."""
     random_uncertainty: Quantity | None = None
     """Standard uncertainty from the least-squares covariance alone."""
     budget: tuple[Contribution, ...] = ()
-    """What the combined standard uncertainty is made of."""
+    """What the combined standard uncertainty is made of, to first order."""
+    monte_carlo: MonteCarlo | None = None
+    """How the interval was drawn."""
+    correction: Correction = "two-step"
+    """Whether drift was taken off first or fitted together with k_D."""
+    joint: JointFit | None = None
+    """Drift and wear fitted together, to hold beside correction in two steps."""
     friction: FrictionSource | None = None
     """Which μ Sarkar's law was given."""
     measured_end_depth: Quantity | None = None

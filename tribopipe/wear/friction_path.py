@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from tribopipe.records.manifest import StatedFriction
 from tribopipe.records.recipe import FrictionSource
 from tribopipe.records.results import FrictionFit
-from tribopipe.run import Column, RawRun
+from tribopipe.run import Column, Numbers, RawRun
 
 
 def junction_factor(coefficient: ArrayLike) -> Column:
@@ -33,9 +33,9 @@ class FrictionPath(Protocol):
 class ExponentialFriction:
     """μ(s) = A·exp(−s/c) + b (Eq. 7). A and b are ratios, c in m; A = 0 is a constant μ."""
 
-    amplitude: float
-    steady_state: float
-    running_in_distance: float = 1.0
+    amplitude: Numbers
+    steady_state: Numbers
+    running_in_distance: Numbers = 1.0
 
     def coefficient(self, distance: ArrayLike) -> Column:
         """Return μ at sliding distances in m."""

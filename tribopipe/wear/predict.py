@@ -7,16 +7,16 @@ from typing import Literal
 
 import numpy as np
 
+from tribopipe.contact.pin_on_disc import WornState, pin_contact
 from tribopipe.errors import FitError
 from tribopipe.records.manifest import PinOnDisc
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.results import PredictedPoint, WearPrediction
-from tribopipe.run import Column
+from tribopipe.run import Column, Values
 from tribopipe.wear.friction_path import FrictionPath
-from tribopipe.wear.identify import Input, Values, contact_inputs, default_notes, pin_contact
+from tribopipe.wear.inputs import Input, best_values, contact_inputs, default_notes
 from tribopipe.wear.laws import LAWS
-from tribopipe.wear.pin_on_disc import WornState
 
 DEFAULT_STEPS = 50_000
 _NOTABLE_STEP_ERROR = 1e-3
@@ -46,7 +46,7 @@ class WearScenario:
     @property
     def values(self) -> dict[str, float]:
         """Best estimates of the inputs."""
-        return {name: given.quantity.value for name, given in self.inputs.items()}
+        return best_values(self.inputs)
 
     def volume(self, distance: Column, values: Values) -> Column:
         """Return the worn volume v = k_D·F_N·S(s), m³."""

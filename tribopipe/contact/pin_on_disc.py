@@ -12,11 +12,12 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tribopipe.contact.mechanics import contact_modulus, elastic_approach, hertz_radius
 from tribopipe.errors import ContactError
 from tribopipe.geometry import cap_radius
-from tribopipe.run import Column
+from tribopipe.records.manifest import PinOnDisc
+from tribopipe.run import Column, Values
 from tribopipe.units import show
-from tribopipe.wear.contact import elastic_approach, hertz_radius
 
 _MOST_ITERATIONS = 60
 _CONVERGED = 1e-9
@@ -241,3 +242,16 @@ class SphericalPin:
             a = (2 * radius * total - total * total) ** 0.5
             elastic = load / (2 * modulus * a)
         return np.array(depths)
+
+
+def pin_contact(contact: PinOnDisc, values: Values) -> PinContact:
+    """Build the pin's master curve from ``normal_load``, ``pin_radius``, ``pin_modulus`` and ``disc_modulus``."""
+    if contact.pin.shape == "flat":
+        return FlatPin(values["pin_radius"])
+    modulus = contact_modulus(
+        pin_modulus=values["pin_modulus"],
+        pin_ratio=contact.pin.poisson_ratio.value,
+        disc_modulus=values["disc_modulus"],
+        disc_ratio=contact.disc.poisson_ratio.value,
+    )
+    return SphericalPin(normal_load=values["normal_load"], radius=values["pin_radius"], modulus=modulus)

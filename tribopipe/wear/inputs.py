@@ -1,0 +1,130 @@
+"""Everything uncertain that wear depends on: each input with its standard uncertainty and who stated it.
+
+What is systematic is drawn once a run: load, tip radius, moduli, sliding speed, sensor scale, end values, zero offset,
+end reading, and the friction fit by its covariance (JCGM 101:2008, 6.4: normal about the best estimate).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.random import Generator
+
+from tribopipe.end_values import stated_or_default
+from tribopipe.records.manifest import PinOnDisc
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.recipe import Recipe
+from tribopipe.run import Column, RawRun, Values
+
+FRICTION_INPUTS = ("friction_amplitude", "friction_steady_state", "running_in_distance")
+"""A, b and c of Eq. 7, in the order of their covariance."""
+CONTACT_INPUTS = ("normal_load", "pin_radius", "pin_modulus", "disc_modulus")
+MATERIAL_INPUTS = ("pin_modulus", "disc_modulus")
+"""Inputs that runs of the same materials have in common."""
+SHOWN_UNITS = {
+    "normal_load": "mN",
+    "pin_radius": "mm",
+    "pin_modulus": "GPa",
+    "disc_modulus": "GPa",
+    "sliding_speed": "mm/s",
+    "depth_scale": "1",
+    "pin_end_value": "um",
+    "disc_end_value": "nm",
+    "zero_offset": "um",
+    "end_reading": "um",
+    "running_in_distance": "m",
+    "wear_coefficient": "mm^3/(N*mm)",
+}
+
+
+@dataclass(frozen=True)
+class Input:
+    """One number that wear depends on."""
+
+    quantity: Quantity
+    source: Literal["manifest", "default", "fit"]
+
+    @property
+    def spread(self) -> float:
+        """Standard uncertainty."""
+        return self.quantity.standard_uncertainty or 0.0
+
+
+Inputs = Mapping[str, Input]
+
+
+def best_values(inputs: Inputs) -> dict[str, float]:
+    """Return the best estimate of each input."""
+    return {name: given.quantity.value for name, given in inputs.items()}
+
+
+def contact_inputs(contact: PinOnDisc, normal_load: Quantity, recipe: Recipe) -> dict[str, Input]:
+    """Collect load, tip radius and moduli with the uncertainties stated, or else the recipe's defaults."""
+    defaults = recipe.uncertainty
+    stated = (normal_load, contact.pin.radius, contact.pin.youngs_modulus, contact.disc.youngs_modulus)
+    relative = (defaults.normal_load, defaults.pin_radius, defaults.youngs_modulus, defaults.youngs_modulus)
+    return {
+        name: _relative(quantity, share) for name, quantity, share in zip(CONTACT_INPUTS, stated, relative, strict=True)
+    }
+
+
+def instrument_inputs(run: RawRun, recipe: Recipe) -> dict[str, Input]:
+    """Collect the sensor's scale, and the sliding speed where sliding distance was derived from it."""
+    found = {"depth_scale": _relative(run.manifest.sensors.depth_scale, recipe.uncertainty.depth_scale)}
+    speed = run.manifest.conditions.sliding_speed
+    if speed is not None and run.origins.get("sliding_distance") == "derived from nominal speed":
+        found["sliding_speed"] = _relative(speed, recipe.uncertainty.sliding_speed)
+    return found
+
+
+def _relative(quantity: Quantity, share: float) -> Input:
+    return Input(*stated_or_default(quantity, share * abs(quantity.value)))
+
+
+def draw_values(
+    inputs: Inputs,
+    friction_covariance: tuple[tuple[float, ...], ...] | None,
+    rng: Generator,
+    count: int,
+    known: Values | None = None,
+) -> dict[str, Column]:
+    """Draw each input ``count`` times, as columns; ``known`` ones are taken over instead.
+
+    Inputs that must be above zero are drawn again where they come out below. The running-in distance is log-normal.
+    """
+    drawn: dict[str, Column] = {}
+    for name, given in inputs.items():
+        if known is not None and name in known:
+            drawn[name] = np.asarray(known[name])
+        elif friction_covariance is None or name not in FRICTION_INPUTS:
+            drawn[name] = _normal(given, rng, count, above_zero=name in CONTACT_INPUTS)[:, None]
+    if friction_covariance is not None:
+        drawn |= _draw_friction(inputs, np.asarray(friction_covariance), rng, count)
+    return drawn
+
+
+def _normal(given: Input, rng: Generator, count: int, *, above_zero: bool) -> Column:
+    drawn = given.quantity.value + given.spread * rng.standard_normal(count)
+    while above_zero and np.any(low := drawn <= 0):
+        drawn[low] = given.quantity.value + given.spread * rng.standard_normal(np.count_nonzero(low))
+    return np.asarray(drawn)
+
+
+def _draw_friction(inputs: Inputs, covariance: Column, rng: Generator, count: int) -> dict[str, Column]:
+    amplitude, steady, running_in = (inputs[name].quantity.value for name in FRICTION_INPUTS)
+    scale = np.array([1.0, 1.0, 1.0 / running_in])
+    centre = np.array([amplitude, steady, 0.0])
+    drawn = rng.multivariate_normal(centre, covariance * np.outer(scale, scale), count, method="eigh")
+    drawn[:, 2] = running_in * np.exp(np.clip(drawn[:, 2], -5.0, 5.0))
+    return {name: drawn[:, [place]] for place, name in enumerate(FRICTION_INPUTS)}
+
+
+def default_notes(inputs: Inputs) -> tuple[str, ...]:
+    """Name the inputs whose uncertainty is a default, in one sentence; nothing where all were stated."""
+    named = [
+        f"{name.replace('_', ' ')} {given.quantity.shown(SHOWN_UNITS.get(name))}"
+        for name, given in inputs.items()
+        if given.source == "default"
+    ]
+    return (f"default uncertainty used for {', '.join(named)}",) if named else ()

@@ -1,0 +1,199 @@
+"""Drift and wear estimated together: zero offsets, drift rate and k_D in one least-squares fit.
+
+    g·reading(t) = z + ρ·(t − t₀) + h(s; k_D)·(1 + disc/pin) + noise
+    measured depth at an interruption or at the end = h(s; k_D) + its own error
+
+Each row is weighted by its variance: the sensor's noise with its autocorrelation, and the uncertainty of each end
+value. So the end value is one more measurement, not the truth that the curve is bent to; every interruption adds
+another; and where the specimens were taken out, a new zero offset begins. The fit trusts the law's shape to tell wear
+from drift, which correction in two steps does not.
+"""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+from numpy.random import Generator
+
+from tribopipe.contact.pin_on_disc import pin_contact
+from tribopipe.end_values import EndWear, end_wear
+from tribopipe.noise import inflation
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.recipe import Recipe
+from tribopipe.records.results import JointFit
+from tribopipe.run import Column, CorrectedRun, Numbers, Values
+from tribopipe.wear.inputs import Input
+from tribopipe.wear.problem import WearProblem
+
+_SMOOTH_TERMS = 8
+"""Powers of √s that, beside drift, take the wear out of a reading so that its noise is left."""
+_LEAST_SPREAD = 1e-12
+"""Standard uncertainty, m, of an end value stated as exact: it cannot be weighted without bound."""
+END_ANCHOR = "pin_end_value"
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """Wear of the pin measured at one sliding distance."""
+
+    name: str
+    """Name of its input."""
+    distance: float
+    wear: EndWear
+
+
+@dataclass(frozen=True)
+class JointProblem(WearProblem):
+    """One run with drift and wear in one fit: rows of the reading, and then one for each anchor."""
+
+    anchors: tuple[Anchor, ...] = ()
+    segments: Column = field(default_factory=lambda: np.zeros(1))
+    """Number of remountings before each row of the reading."""
+
+    def rows(self, values: Values) -> Column:
+        """Return the reading in true displacement, and each depth measured on the pin, m."""
+        reading = np.asarray(values["depth_scale"] * self.trace.reading)
+        measured = [anchor.wear.pin_depth_of(values[anchor.name], values["pin_radius"]) for anchor in self.anchors]
+        draws = reading.shape[:-1]
+        return np.concatenate([reading, *(np.broadcast_to(depth, (*draws, 1)) for depth in measured)], axis=-1)
+
+    def model(self, log_coefficient: Column, values: Values) -> tuple[Column, Column]:
+        """Return wear of pin and disc at each sample and of the pin at each anchor, and slopes against ln k_D, m."""
+        distance = np.concatenate([self.distance, [anchor.distance for anchor in self.anchors]])
+        volume = np.exp(log_coefficient)[..., None] * self.unit_volume(values, distance)
+        state = pin_contact(self.contact, values).worn(volume)
+        both = 1 + np.where(np.arange(len(distance)) < len(self.distance), self._disc_share(values), 0.0)
+        return state.depth * both, volume / (np.pi * state.radius**2) * both
+
+    def _disc_share(self, values: Values) -> Numbers:
+        """Return disc wear over pin wear, the same along the run, as in correction in two steps."""
+        pin = self.end.pin_depth.value
+        return values["disc_end_value"] / pin if "disc_end_value" in values and pin > 0 else 0.0
+
+    @cached_property
+    def root_weights(self) -> Column:
+        """Inverse standard deviation of each row, 1/m."""
+        spreads = [anchor.wear.pin_depth.standard_uncertainty or 0.0 for anchor in self.anchors]
+        deviations = [*np.sqrt(self.noise / self.weights), *np.maximum(spreads, _LEAST_SPREAD)]
+        return 1 / np.asarray(deviations)
+
+    @cached_property
+    def linear(self) -> Column:
+        """Columns of the zero offsets and of the drift over the whole run, in weighted rows."""
+        offsets = np.equal.outer(self.segments, np.unique(self.segments)).astype(float)
+        columns = np.column_stack([offsets, self.trace.ramp])
+        rows = np.vstack([columns, np.zeros((len(self.anchors), columns.shape[1]))])
+        return np.asarray(rows * self.root_weights[:, None])
+
+    @cached_property
+    def free(self) -> Column:
+        """Orthonormal basis of zero offsets and drift, in weighted rows."""
+        return np.linalg.qr(self.linear)[0]
+
+    def draw_noise(self, rng: Generator, count: int) -> Column:
+        """Draw the noise of the reading, m; what is uncertain of an anchor is among the inputs."""
+        return np.hstack([super().draw_noise(rng, count), np.zeros((count, len(self.anchors)))])
+
+    def stretches(self) -> Column:
+        """Return the numbers of the stretches into which samples are pooled, none across a remounting."""
+        within = super().stretches()
+        return np.asarray(within + (within.max() + 1) * self.segments)
+
+    def reduced(self) -> Self:
+        """Return the same problem on means over stretches of samples."""
+        _, first = np.unique(self.stretches(), return_index=True)
+        return replace(super().reduced(), segments=self.segments[first])
+
+    def offsets_and_drift(self, coefficient: Column, values: Values, noise: Numbers = 0.0) -> Column:
+        """Return the zero offsets and what drift adds over the run, m, for a k_D; one row a draw."""
+        depth, _ = self.model(np.log(coefficient), values)
+        residual = (self.rows(values) + noise - depth) * self.root_weights
+        return np.asarray(residual @ np.linalg.pinv(self.linear).T)
+
+    def pin_wear_by(self, offsets_and_drift: Column, values: Values) -> Column:
+        """Return the pin's wear at each sample, m, by the reading without zero offsets and drift."""
+        drift = (
+            offsets_and_drift @ (self.linear[: len(self.distance)] / self.root_weights[: len(self.distance), None]).T
+        )
+        return (values["depth_scale"] * self.trace.reading - drift) / (1 + self._disc_share(values))
+
+
+def joint_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe) -> JointProblem:
+    """Pose the joint fit of a run that a fit in two steps has been posed for."""
+    manifest = corrected.raw.manifest
+    radius, slid = manifest.contact.pin.radius.value, float(problem.distance[-1])
+    anchors, inputs = [Anchor(END_ANCHOR, slid, problem.end)], dict(problem.inputs)
+    for name in ("zero_offset", "end_reading"):
+        inputs.pop(name)
+    segments = np.zeros(len(problem.distance))
+    for number, stop in enumerate(manifest.interruptions, start=1):
+        wear = end_wear(stop, radius, recipe.uncertainty)
+        if wear is not None:
+            anchors.append(Anchor(f"pin_value_at_interruption_{number}", stop.sliding_distance.value, wear))
+            inputs[anchors[-1].name] = Input(wear.pin.quantity, wear.pin.source)
+        if stop.remounted:
+            segments += problem.distance > stop.sliding_distance.value
+    return JointProblem(
+        contact=problem.contact,
+        law=problem.law,
+        distance=problem.distance,
+        trace=problem.trace,
+        end=problem.end,
+        friction=problem.friction,
+        inputs=inputs,
+        friction_covariance=problem.friction_covariance,
+        weights=np.ones(len(problem.distance)),
+        noise=_sensor_noise(problem, segments),
+        anchors=tuple(anchors),
+        segments=segments,
+    ).reduced()
+
+
+def _sensor_noise(problem: WearProblem, segments: Column) -> float:
+    """Return the variance of the reading times its autocorrelation time about a smooth curve, m²."""
+    share = np.maximum(problem.distance, 0.0) / problem.distance[-1]
+    smooth = [share ** (power / 2) for power in range(1, _SMOOTH_TERMS + 1)]
+    offsets = [(segments == segment).astype(float) for segment in np.unique(segments)]
+    design = np.column_stack([*offsets, problem.trace.ramp, *smooth])
+    parameters, _, rank, _ = np.linalg.lstsq(design, problem.trace.reading)
+    return max(inflation(problem.trace.reading - design @ parameters, int(rank)), _LEAST_SPREAD**2)
+
+
+def fit_joint(problem: JointProblem) -> JointFit:
+    """Estimate zero offsets, drift rate and k_D together, to first order (JCGM 100:2008, 5.1.2 and 5.2)."""
+    values = problem.values
+    best = problem.coefficient()
+    covariance = _statistical_covariance(problem, best)
+    for name, given in problem.inputs.items():
+        if given.spread and name not in {anchor.name for anchor in problem.anchors}:
+            low, high = (_parameters(problem, {**values, name: values[name] + sign * given.spread}) for sign in (-1, 1))
+            half = (high - low) / 2
+            covariance = covariance + np.outer(half, half)
+    _, *offsets, drift = _parameters(problem, values)
+    log_spread, *offset_spreads, drift_spread = np.sqrt(np.diag(covariance))
+    duration, end = problem.trace.duration, problem.end.pin_depth
+    _, depths = len(problem.distance), problem.model(np.log(best), values)[0][len(problem.distance) :]
+    return JointFit(
+        zero_offsets=tuple(
+            Quantity(value=value, unit="m", standard_uncertainty=spread)
+            for value, spread in zip(offsets, offset_spreads, strict=True)
+        ),
+        drift_rate=Quantity(value=drift / duration, unit="m/s", standard_uncertainty=drift_spread / duration),
+        wear_coefficient=Quantity(value=best, unit="m^2/N", standard_uncertainty=best * log_spread),
+        end_wear_depth=Quantity(value=float(depths[0]), unit="m"),
+        end_value_deviation=(end.value - float(depths[0])) / max(end.standard_uncertainty or 0.0, _LEAST_SPREAD),
+        anchors=len(problem.anchors),
+    )
+
+
+def _parameters(problem: JointProblem, values: Values) -> Column:
+    coefficient = problem.solve(values)
+    return np.concatenate([[np.log(coefficient)], problem.offsets_and_drift(coefficient, values)])
+
+
+def _statistical_covariance(problem: JointProblem, coefficient: float) -> Column:
+    """Return the covariance of ln k_D, zero offsets and drift by noise and end values."""
+    _, slope = problem.model(np.log(coefficient), problem.values)
+    design = np.column_stack([slope * problem.root_weights, problem.linear])
+    return np.asarray(np.linalg.pinv(design.T @ design))

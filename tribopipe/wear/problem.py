@@ -1,0 +1,263 @@
+"""The wear of one run as a question: which k_D makes the model follow what was measured.
+
+The model depth is h(v) of the pin's master curve with v = k_D·F_N·S(s). k_D is found by weighted least squares on rows
+of measured and modelled depth, for any values of the other inputs, or for thousands of draws of them at once. What is
+fitted linearly beside k_D (zero offsets and drift of a joint fit) is projected out of all rows.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+from numpy.random import Generator
+
+from tribopipe.contact.pin_on_disc import pin_contact
+from tribopipe.drift import SensorTrace, read_trace
+from tribopipe.end_values import EndWear, end_wear
+from tribopipe.errors import FitError
+from tribopipe.records.manifest import PinOnDisc
+from tribopipe.records.recipe import LawName, Recipe
+from tribopipe.records.results import FrictionFit
+from tribopipe.run import Column, CorrectedRun, Numbers, Values
+from tribopipe.wear.friction_path import ExponentialFriction, FrictionPath, run_path
+from tribopipe.wear.inputs import FRICTION_INPUTS, Input, best_values, contact_inputs, instrument_inputs
+from tribopipe.wear.laws import LAWS, WearLaw
+
+_MOST_ITERATIONS = 60
+_CONVERGED = 1e-12
+_LEAST_LOG_K = 14.0
+"""A k_D this many e-folds below where the search starts is no wear at all."""
+NODES = 40
+
+
+@dataclass(frozen=True)
+class WearProblem:
+    """One run corrected in two steps: drift first, by the end value, then k_D on the corrected wear of the pin."""
+
+    contact: PinOnDisc
+    law: WearLaw
+    distance: Column
+    trace: SensorTrace
+    end: EndWear
+    friction: FrictionPath | None
+    inputs: Mapping[str, Input]
+    friction_covariance: tuple[tuple[float, ...], ...] | None = None
+    """Of (A, b, c), where Eq. 7 is the friction."""
+    weights: Column = field(default_factory=lambda: np.ones(1))
+    """Number of samples behind each row of the curve."""
+    noise: float = 0.0
+    """Variance of one sample about the model times its autocorrelation time, m²."""
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """Best estimates of the inputs."""
+        return best_values(self.inputs)
+
+    def pin_wear(self, values: Values) -> Column:
+        """Return the corrected wear of the pin, m: the sensor's wear times the pin's share by the end values."""
+        pin = self.end_depth(values)
+        total = pin + values.get("disc_end_value", 0.0)
+        wear = self.trace.wear(total, values["zero_offset"], values["end_reading"], values["depth_scale"])
+        return np.asarray(wear * np.divide(pin, total, out=np.ones_like(total), where=total != 0))
+
+    def end_depth(self, values: Values) -> Column:
+        """Return the pin's wear depth by its end value, m."""
+        return self.end.pin_depth_of(values["pin_end_value"], values["pin_radius"])
+
+    def effective_distance(self, values: Values, distance: Column | None = None) -> Column:
+        """Return the law's S(s), m, longer or shorter as the sliding speed is above or below its best estimate."""
+        friction = self.friction
+        if "friction_steady_state" in values:
+            friction = ExponentialFriction(
+                values.get("friction_amplitude", 0.0),
+                values["friction_steady_state"],
+                values.get("running_in_distance", 1.0),
+            )
+        effective = self.law.effective_distance(self.distance if distance is None else distance, friction)
+        if "sliding_speed" in values:
+            effective = effective * (values["sliding_speed"] / self.values["sliding_speed"])
+        return effective
+
+    def depth(self, coefficient: Numbers, values: Values, distance: Column | None = None) -> Column:
+        """Return the model's wear depth, m, for a k_D in m²/N; at the samples unless told where."""
+        return pin_contact(self.contact, values).worn(coefficient * self.unit_volume(values, distance)).depth
+
+    def unit_volume(self, values: Values, distance: Column | None = None) -> Column:
+        """Return the volume worn at k_D = 1, F_N·S(s)."""
+        return values["normal_load"] * self.effective_distance(values, distance)
+
+    def rows(self, values: Values) -> Column:
+        """Return what is measured, m."""
+        return self.pin_wear(values)
+
+    def model(self, log_coefficient: Column, values: Values) -> tuple[Column, Column]:
+        """Return what the model says each row is, and its slope against ln k_D, m."""
+        volume = np.exp(log_coefficient)[..., None] * self.unit_volume(values)
+        state = pin_contact(self.contact, values).worn(volume)
+        return state.depth, volume / (np.pi * state.radius**2)
+
+    @cached_property
+    def root_weights(self) -> Column:
+        """What each row is multiplied by in the least-squares sum."""
+        return np.asarray(np.sqrt(self.weights))
+
+    @cached_property
+    def free(self) -> Column:
+        """Orthonormal basis of what is fitted beside k_D, in weighted rows; empty here."""
+        return np.zeros((len(self.distance), 0))
+
+    def draw_noise(self, rng: Generator, count: int) -> Column:
+        """Draw the noise of each row, m, independent from row to row."""
+        return rng.standard_normal((count, len(self.distance))) * np.sqrt(self.noise / self.weights)
+
+    def solve(self, values: Values, noise: Column | float = 0.0, tolerance: float = _CONVERGED) -> Column:
+        """Return the least-squares k_D, m²/N, by Gauss–Newton on ln k_D; 0 where no wear fits best, else NaN.
+
+        Values of shape (draws, 1), and ``noise`` on each row of them, give as many solutions at once. The search
+        starts at the k_D that meets the end value.
+        """
+        root, free = self.root_weights, self.free
+        measured = self.rows(values) + noise
+        log_k, lowest, highest = self._search_range(values)
+        change = np.full_like(log_k, np.inf)
+        for _ in range(_MOST_ITERATIONS):
+            depth, slope = self.model(log_k, values)
+            residual, slope = _projected((measured - depth) * root, free), _projected(slope * root, free)
+            step = np.clip(np.vecdot(residual, slope) / np.vecdot(slope, slope), -1.0, 1.0)
+            moved = np.clip(log_k + step, lowest, highest)
+            change, log_k = np.abs(moved - log_k), moved
+            if np.all(change < tolerance):
+                break
+        found = np.where(log_k <= lowest, 0.0, np.exp(log_k))
+        return np.where(change < tolerance, found, np.nan)
+
+    def _search_range(self, values: Values) -> tuple[Column, Column, Column]:
+        pin, end = pin_contact(self.contact, values), self.end_depth(values)
+        unit = self.unit_volume(values)[..., -1]
+        worn = np.maximum(end, 1e-3 * abs(float(self.end_depth(self.values))))
+        start = np.log(_last(pin.volume(worn)) / unit)
+        return start, start - _LEAST_LOG_K, np.log(_last(pin.most_volume) / unit) - 1e-12
+
+    def coefficient(self) -> float:
+        """Return k_D, m²/N, at the best estimates. Raises ``FitError`` where the pin shows no wear."""
+        if not float(self.end_depth(self.values)) > 0:
+            raise FitError(
+                "wear fit: found an end value without wear of the pin; expected wear to fit; a longer or "
+                "heavier test may show some"
+            )
+        found = float(self.solve(self.values))
+        if not found > 0:
+            raise FitError(
+                f"wear fit: found no k_D in {_MOST_ITERATIONS} iterations; expected the depth to grow with distance; "
+                "look at the raw depth signal"
+            )
+        return found
+
+    def slope(self, coefficient: float, values: Values) -> Column:
+        """Return ∂h/∂ln k_D, m."""
+        return self.model(np.log(coefficient), values)[1]
+
+    def sensitivity(self, name: str, coefficient: float) -> float:
+        """Return ∂ln k_D/∂x for one input, by central differences over its standard uncertainty."""
+        spread = self.inputs[name].spread
+        if not spread:
+            return 0.0
+        low, high = ({**self.values, name: self.values[name] + sign * spread} for sign in (-1, 1))
+        log_k, root = np.asarray(np.log(coefficient)), self.root_weights
+        change = self.rows(high) - self.rows(low) - (self.model(log_k, high)[0] - self.model(log_k, low)[0])
+        slope = _projected(self.model(log_k, self.values)[1] * root, self.free)
+        return float(np.vecdot(slope, change * root) / np.vecdot(slope, slope)) / (2 * spread)
+
+    def random_uncertainty(self, coefficient: float) -> float:
+        """Return the standard uncertainty of ln k_D by the noise of the curve alone."""
+        _, slope = self.model(np.log(coefficient), self.values)
+        slope = _projected(slope * self.root_weights, self.free)
+        weighted = (slope * self.root_weights)[: len(self.distance)] * np.sqrt(self.noise / self.weights)
+        return math.sqrt(float(weighted @ weighted)) / float(slope @ slope)
+
+    def stretches(self) -> Column:
+        """Return the numbers of the stretches into which samples are pooled, evenly spaced in the wear to come."""
+        wear = self._to_come
+        return np.asarray(np.minimum((wear / wear[-1] * NODES).astype(int), NODES - 1))
+
+    @property
+    def _power(self) -> float:
+        """Depth grows about as √s on a sphere and as s on a flat pin."""
+        return 0.5 if self.contact.pin.shape == "spherical" else 1.0
+
+    @property
+    def _to_come(self) -> Column:
+        return np.asarray(np.maximum(self.distance, 0.0) ** self._power)
+
+    def reduced(self) -> Self:
+        """Return the same problem on means over stretches of samples; each stands at the mean of √s, or of s."""
+        _, place, counts = np.unique(self.stretches(), return_inverse=True, return_counts=True)
+
+        def mean(column: Column) -> Column:
+            return np.bincount(place, column) / counts
+
+        trace = replace(self.trace, reading=mean(self.trace.reading), ramp=mean(self.trace.ramp))
+        return replace(
+            self, distance=mean(self._to_come) ** (1 / self._power), trace=trace, weights=counts.astype(float)
+        )
+
+
+def _projected(rows: Column, free: Column) -> Column:
+    """Return rows without what the columns of ``free``, orthonormal, can describe."""
+    return rows - (rows @ free) @ free.T if free.shape[1] else rows
+
+
+def _last(values: Column) -> Column:
+    """Drop the axis that a column of draws, (draws, 1), has for broadcasting against samples."""
+    return values[..., 0] if np.ndim(values) else values
+
+
+def wear_problem(
+    corrected: CorrectedRun, law: LawName, friction: FrictionFit | None, recipe: Recipe
+) -> WearProblem | tuple[str, ...]:
+    """Pose the fit of k_D to a corrected run, or say what the run lacks for it."""
+    run, manifest = corrected.raw, corrected.raw.manifest
+    end = end_wear(manifest.end_values, manifest.contact.pin.radius.value, recipe.uncertainty)
+    if corrected.wear_depth is None or end is None:
+        return corrected.correction.lacks
+    path: FrictionPath | None = None
+    covariance = None
+    inputs = contact_inputs(manifest.contact, manifest.conditions.normal_load, recipe)
+    inputs |= instrument_inputs(run, recipe)
+    if LAWS[law].needs_friction:
+        path = run_path(run, friction, recipe.wear.friction)
+        if path is None:
+            return ("a friction signal",)
+        if isinstance(path, ExponentialFriction) and friction is not None:
+            inputs |= _friction_inputs(friction)
+            covariance = friction.covariance
+    trace = _seen(read_trace(run, end, recipe), seen := np.isfinite(corrected.wear_depth))
+    inputs |= _trace_inputs(trace, end)
+    return WearProblem(manifest.contact, LAWS[law], run.sliding_distance[seen], trace, end, path, inputs, covariance)
+
+
+def _seen(trace: SensorTrace, seen: Column) -> SensorTrace:
+    return replace(trace, reading=trace.reading[seen], ramp=trace.ramp[seen])
+
+
+def _friction_inputs(friction: FrictionFit) -> dict[str, Input]:
+    fitted = (friction.amplitude, friction.steady_state, friction.running_in_distance)
+    return {
+        name: Input(quantity, "fit")
+        for name, quantity in zip(FRICTION_INPUTS, fitted, strict=True)
+        if quantity is not None
+    }
+
+
+def _trace_inputs(trace: SensorTrace, end: EndWear) -> dict[str, Input]:
+    inputs = {
+        "pin_end_value": Input(end.pin.quantity, end.pin.source),
+        "zero_offset": Input(trace.zero_offset, "fit"),
+        "end_reading": Input(trace.end_reading, "fit"),
+    }
+    if end.disc is not None:
+        inputs["disc_end_value"] = Input(end.disc.quantity, end.disc.source)
+    return inputs
