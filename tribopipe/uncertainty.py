@@ -29,6 +29,8 @@ class Distribution:
     draws: Column
     stable: bool = True
     """Whether the digits asked for were reached before the draws ran out."""
+    rejected: int = 0
+    """Number of draws for which the model had no value."""
 
     @property
     def mean(self) -> float:
@@ -70,9 +72,11 @@ def propagate(model: Callable[[Generator, int], Column], *, digits: int = 1, see
         blocks.append(drawn[np.isfinite(drawn)])
         block = Distribution(blocks[-1])
         told.append((block.mean, block.standard_uncertainty, *block.interval))
-        if len(blocks) > 1 and _settled(told, Distribution(np.concatenate(blocks)), digits):
-            return Distribution(np.concatenate(blocks))
-    return Distribution(np.concatenate(blocks), stable=False)
+        whole = np.concatenate(blocks)
+        stable = len(blocks) > 1 and _settled(told, Distribution(whole), digits)
+        if stable:
+            break
+    return Distribution(whole, stable, rejected=len(blocks) * BLOCK - len(whole))
 
 
 def _settled(told: list[tuple[float, ...]], whole: Distribution, digits: int) -> bool:

@@ -15,7 +15,7 @@ from tribopipe.end_values import stated_or_default
 from tribopipe.records.manifest import PinOnDisc
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import Recipe
-from tribopipe.run import Column, RawRun, Values
+from tribopipe.run import Column, RawRun
 
 FRICTION_INPUTS = ("friction_amplitude", "friction_steady_state", "running_in_distance")
 """A, b and c of Eq. 7, in the order of their covariance."""
@@ -87,16 +87,17 @@ def draw_values(
     friction_covariance: tuple[tuple[float, ...], ...] | None,
     rng: Generator,
     count: int,
-    known: Values | None = None,
+    shared: Mapping[str, Column] | None = None,
 ) -> dict[str, Column]:
-    """Draw each input ``count`` times, as columns; ``known`` ones are taken over instead.
+    """Draw each input ``count`` times, as columns of shape (count, 1).
 
-    Inputs that must be above zero are drawn again where they come out below. The running-in distance is log-normal.
+    ``shared`` gives errors in standard uncertainties for inputs that are off by the same in other runs. Inputs that
+    must be above zero are drawn again where they come out below. The running-in distance is log-normal.
     """
     drawn: dict[str, Column] = {}
     for name, given in inputs.items():
-        if known is not None and name in known:
-            drawn[name] = np.asarray(known[name])
+        if shared is not None and name in shared:
+            drawn[name] = (given.quantity.value + given.spread * shared[name])[:, None]
         elif friction_covariance is None or name not in FRICTION_INPUTS:
             drawn[name] = _normal(given, rng, count, above_zero=name in CONTACT_INPUTS)[:, None]
     if friction_covariance is not None:

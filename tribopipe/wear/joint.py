@@ -63,10 +63,10 @@ class JointProblem(WearProblem):
         distance = np.concatenate([self.distance, [anchor.distance for anchor in self.anchors]])
         volume = np.exp(log_coefficient)[..., None] * self.unit_volume(values, distance)
         state = pin_contact(self.contact, values).worn(volume)
-        both = 1 + np.where(np.arange(len(distance)) < len(self.distance), self._disc_share(values), 0.0)
+        both = 1 + np.where(np.arange(len(distance)) < len(self.distance), self.disc_share(values), 0.0)
         return state.depth * both, volume / (np.pi * state.radius**2) * both
 
-    def _disc_share(self, values: Values) -> Numbers:
+    def disc_share(self, values: Values) -> Numbers:
         """Return disc wear over pin wear, the same along the run, as in correction in two steps."""
         pin = self.end.pin_depth.value
         return values["disc_end_value"] / pin if "disc_end_value" in values and pin > 0 else 0.0
@@ -111,19 +111,20 @@ class JointProblem(WearProblem):
         residual = (self.rows(values) + noise - depth) * self.root_weights
         return np.asarray(residual @ np.linalg.pinv(self.linear).T)
 
-    def pin_wear_by(self, offsets_and_drift: Column, values: Values) -> Column:
-        """Return the pin's wear at each sample, m, by the reading without zero offsets and drift."""
-        drift = (
-            offsets_and_drift @ (self.linear[: len(self.distance)] / self.root_weights[: len(self.distance), None]).T
-        )
-        return (values["depth_scale"] * self.trace.reading - drift) / (1 + self._disc_share(values))
+    def measured(self, values: Values, coefficient: Column, noise: Numbers = 0.0) -> Column:
+        """Return the pin's wear as the reading has it without the zero offsets and drift found with a k_D, m."""
+        count = len(self.distance)
+        beside = self.linear[:count] / self.root_weights[:count, None]
+        drift = self.offsets_and_drift(coefficient, values, noise) @ beside.T
+        wear = (self.rows(values) + noise)[..., :count] - drift
+        return np.asarray(wear / (1 + self.disc_share(values)))
 
 
 def joint_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe) -> JointProblem:
     """Pose the joint fit of a run that a fit in two steps has been posed for."""
     manifest = corrected.raw.manifest
-    radius, slid = manifest.contact.pin.radius.value, float(problem.distance[-1])
-    anchors, inputs = [Anchor(END_ANCHOR, slid, problem.end)], dict(problem.inputs)
+    radius = manifest.contact.pin.radius.value
+    anchors, inputs = [Anchor(END_ANCHOR, problem.slid, problem.end)], dict(problem.inputs)
     for name in ("zero_offset", "end_reading"):
         inputs.pop(name)
     segments = np.zeros(len(problem.distance))
@@ -143,6 +144,7 @@ def joint_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe)
         friction=problem.friction,
         inputs=inputs,
         friction_covariance=problem.friction_covariance,
+        slid=problem.slid,
         weights=np.ones(len(problem.distance)),
         noise=_sensor_noise(problem, segments),
         anchors=tuple(anchors),

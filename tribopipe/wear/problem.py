@@ -48,6 +48,8 @@ class WearProblem:
     """Of (A, b, c), where Eq. 7 is the friction."""
     weights: Column = field(default_factory=lambda: np.ones(1))
     """Number of samples behind each row of the curve."""
+    slid: float = 0.0
+    """Sliding distance at the end of the run, m."""
     noise: float = 0.0
     """Variance of one sample about the model times its autocorrelation time, m²."""
 
@@ -92,6 +94,10 @@ class WearProblem:
     def rows(self, values: Values) -> Column:
         """Return what is measured, m."""
         return self.pin_wear(values)
+
+    def measured(self, values: Values, coefficient: Column, noise: Numbers = 0.0) -> Column:  # noqa: ARG002
+        """Return the pin's wear as the curve has it, m; here it does not depend on the run's k_D."""
+        return self.pin_wear(values) + noise
 
     def model(self, log_coefficient: Column, values: Values) -> tuple[Column, Column]:
         """Return what the model says each row is, and its slope against ln k_D, m."""
@@ -236,7 +242,18 @@ def wear_problem(
             covariance = friction.covariance
     trace = _seen(read_trace(run, end, recipe), seen := np.isfinite(corrected.wear_depth))
     inputs |= _trace_inputs(trace, end)
-    return WearProblem(manifest.contact, LAWS[law], run.sliding_distance[seen], trace, end, path, inputs, covariance)
+    distance = run.sliding_distance[seen]
+    return WearProblem(
+        contact=manifest.contact,
+        law=LAWS[law],
+        distance=distance,
+        trace=trace,
+        end=end,
+        friction=path,
+        inputs=inputs,
+        friction_covariance=covariance,
+        slid=float(distance[-1]),
+    )
 
 
 def _seen(trace: SensorTrace, seen: Column) -> SensorTrace:

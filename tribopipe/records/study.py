@@ -1,0 +1,50 @@
+"""study.toml: which runs identify a wear law, and which ones it has to predict."""
+
+from collections import Counter
+from typing import Literal, Self
+
+from pydantic import Field, model_validator
+
+from tribopipe.records.base import Record
+from tribopipe.records.manifest import RunId
+from tribopipe.records.quantity import Length
+from tribopipe.records.recipe import LawName
+
+STUDY_NAME = "study.toml"
+STUDY_SUFFIX = ".study.toml"
+SharedInput = Literal["normal_load", "pin_radius", "pin_modulus", "disc_modulus", "sliding_speed", "depth_scale"]
+
+
+class Study(Record):
+    """Some runs identify k_D, others are predicted with it; a verdict on the law is given for each."""
+
+    schema_version: Literal["tribopipe.study/1"] = Field(default="tribopipe.study/1", alias="schema")
+    """Version of this document."""
+    id: RunId
+    """Name of the study."""
+    title: str | None = None
+    """One line about the study."""
+    fit: tuple[RunId, ...] = Field(min_length=1)
+    """Runs that identify k_D."""
+    predict: tuple[RunId, ...] = ()
+    """Runs that are predicted with it."""
+    laws: tuple[LawName, ...] = Field(default=("archard", "sarkar"), min_length=1)
+    """Wear laws."""
+    shared: tuple[SharedInput, ...] = ("pin_modulus", "disc_modulus")
+    """Inputs that are off by the same error in all runs, such as the moduli of one material or one load cell."""
+    end_of_life: Length | None = None
+    """Wear depth whose distance is wanted for every run."""
+
+    @model_validator(mode="after")
+    def _each_run_has_one_place(self) -> Self:
+        for name, ids in (("fit", self.fit), ("predict", self.predict)):
+            twice = [run_id for run_id, count in Counter(ids).items() if count > 1]
+            if twice:
+                raise ValueError(f"{name}: found {twice[0]!r} twice; expected each run once; take one out")
+        both = sorted(set(self.fit) & set(self.predict))
+        if both:
+            raise ValueError(
+                f"predict: found {both[0]!r}, which is also in fit; expected runs that do not identify k_D themselves, "
+                "or the prediction would be of what it was made from; take it out of one of the two"
+            )
+        return self

@@ -1,0 +1,1 @@
+"""Several runs under one wear law: fit some, predict others, and say where the law does not hold."""

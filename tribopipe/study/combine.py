@@ -1,0 +1,104 @@
+"""One k_D from several runs, with the scatter between them.
+
+A random-effects mean: run i found x_i with its own variance u_i², and the runs scatter by τ about the mean beyond that.
+τ² is Paule and Mandel's estimate (R. C. Paule, J. Mandel, J. Res. NBS 87 (1982) 377), by statsmodels; weights are
+1/(u_i² + τ²). x is √k_D rather than k_D: worn depth grows about as √k_D, and it is errors of depth that make k_D
+uncertain, so that they are about symmetric in x, and k_D = 0 is a value like any other. Errors that runs share cannot
+be averaged away and are left out of u_i; they enter as every draw of the mean takes all runs together.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.random import Generator
+
+from tribopipe.records.verdict import BetweenRuns
+from tribopipe.run import Column
+
+_FEWEST_TO_JUDGE = 4
+"""With fewer runs no outlier can be told from scatter."""
+_OUTLIER_LEVEL = 0.05
+"""Probability of calling any run of a sound set an outlier, shared out among the runs."""
+
+
+@dataclass(frozen=True)
+class Combination:
+    """How √k_D of several runs makes one."""
+
+    weights: Column
+    scatter: float
+    """τ, in units of √k_D."""
+    summary: BetweenRuns | None
+
+    def mean(self, draws: Column, rng: Generator) -> Column:
+        """Return k_D for draws of each run's k_D, (draws, runs); the scatter leaves the mean of n runs uncertain."""
+        mean = np.sqrt(draws) @ self.weights
+        if self.scatter:
+            spread = self.scatter * math.sqrt(float(self.weights @ self.weights))
+            mean = mean + spread * rng.standard_t(len(self.weights) - 1, len(draws))
+        return np.asarray(np.maximum(mean, 0.0) ** 2)
+
+    def next_run(self, mean: Column, rng: Generator) -> Column:
+        """Return k_D of a further run for draws of the mean."""
+        if not self.scatter:
+            return mean
+        return np.asarray(np.maximum(np.sqrt(mean) + self.scatter * rng.standard_normal(len(mean)), 0.0) ** 2)
+
+
+def combine(ids: Sequence[str], best: Sequence[float], draws: Column) -> Combination:
+    """Weigh runs by their best k_D and by draws of it, (draws, runs)."""
+    if len(ids) == 1:
+        return Combination(np.ones(1), 0.0, None)
+    from scipy.stats import chi2
+
+    roots = np.sqrt(draws)
+    covariance = np.cov(roots.T)
+    shared = float(np.mean(covariance[~np.eye(len(ids), dtype=bool)]))
+    own = np.maximum(np.diag(covariance) - max(shared, 0.0), 1e-3 * np.diag(covariance))
+    x = np.sqrt(np.asarray(best))
+    scatter = _between(x, own)
+    weights = 1 / (own + scatter**2)
+    weights /= weights.sum()
+    mean = float(weights @ x)
+    plain = 1 / own
+    q = float(plain @ (x - plain @ x / plain.sum()) ** 2)
+    summary = BetweenRuns(
+        runs=len(ids),
+        # dk/k = 2·dx/x
+        scatter=2 * scatter / mean,
+        within=2 * math.sqrt(float(np.mean(own))) / mean,
+        p_value=float(chi2.sf(q, len(ids) - 1)),
+        weights=tuple(weights.tolist()),
+        outliers=tuple(ids[place] for place in _outliers(x, own)),
+    )
+    return Combination(weights, scatter, summary)
+
+
+def _between(x: Column, variance: Column) -> float:
+    """Return τ, scaled so that the library's iteration does not stop at numbers as small as √k_D."""
+    from statsmodels.stats.meta_analysis import combine_effects
+
+    unit = float(np.mean(x))
+    found = combine_effects(x / unit, variance / unit**2, method_re="iterated")
+    return math.sqrt(max(0.0, float(found.tau2))) * unit
+
+
+def _outliers(x: Column, variance: Column) -> list[int]:
+    """Return the places of runs that disagree with the mean of all others by Student's t, Bonferroni-corrected."""
+    from scipy.stats import t
+
+    count = len(x)
+    if count < _FEWEST_TO_JUDGE:
+        return []
+    found = []
+    for place in range(count):
+        others = np.arange(count) != place
+        scatter = _between(x[others], variance[others])
+        weights = 1 / (variance[others] + scatter**2)
+        mean, of_mean = float(weights @ x[others] / weights.sum()), 1 / float(weights.sum())
+        distance = abs(x[place] - mean) / math.sqrt(variance[place] + scatter**2 + of_mean)
+        if 2 * t.sf(distance, count - 2) < _OUTLIER_LEVEL / count:
+            found.append(place)
+    return found

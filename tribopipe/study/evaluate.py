@@ -1,0 +1,297 @@
+"""A study from beginning to end: k_D of the fitted runs, every run's prediction, and a verdict on each."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.random import Generator
+
+from tribopipe.contact.mechanics import contact_modulus, hertz_radius
+from tribopipe.contact.pin_on_disc import pin_contact
+from tribopipe.errors import FitError
+from tribopipe.records.manifest import RunManifest
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.recipe import LawName, Recipe
+from tribopipe.records.study import Study
+from tribopipe.records.verdict import (
+    EndOfLife,
+    LawComparison,
+    LawResult,
+    LeftOut,
+    Role,
+    RunVerdict,
+    StudyResult,
+)
+from tribopipe.run import Column
+from tribopipe.study.combine import Combination, combine
+from tribopipe.study.life import end_of_life
+from tribopipe.study.member import Member, PosedRun, RunDraws
+from tribopipe.study.shape import Shape, compare_laws
+from tribopipe.study.verdict import Comparison, compare, decide, exponent, ratio, sentence
+from tribopipe.uncertainty import propagate
+from tribopipe.wear.inputs import default_notes
+
+_HARDNESS_UNIT = 9.80665e6
+"""HV is a kilogram-force a square millimetre: 1 HV = 9.80665 MPa."""
+
+
+@dataclass(frozen=True)
+class StudyCurve:
+    """Wear of one run's pin by measurement and by a law along the run, m, with 95 % bands."""
+
+    run_id: str
+    model: LawName
+    role: Role
+    sliding_distance: Column
+    measured: Column
+    predicted: Column
+    lower: Column
+    upper: Column
+    """Band of the law."""
+    measurement_lower: Column
+    measurement_upper: Column
+    """Band of measurements."""
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """A study's result and the curves behind it."""
+
+    result: StudyResult
+    curves: tuple[StudyCurve, ...]
+
+
+def evaluate(
+    study: Study, members: Mapping[str, Member], recipe: Recipe | None = None, left_out: Sequence[LeftOut] = ()
+) -> Evaluation:
+    """Evaluate a study on its runs, ``members`` by id; runs left out are only named.
+
+    Raises ``FitError`` where no run is left to fit, where runs differ in bodies or medium, or where a run lacks
+    something that the law needs.
+    """
+    recipe = recipe or Recipe()
+    out = {one.id for one in left_out}
+    fit, predict = ([run_id for run_id in ids if run_id not in out] for ids in (study.fit, study.predict))
+    if not fit:
+        raise FitError(
+            f"{study.id}: found no run left to identify k_D; expected at least one; name another in fit, or take the "
+            "mark off one with `tribopipe mark-bad --undo`"
+        )
+    check_bodies(study.id, [members[run_id].corrected.raw.manifest for run_id in (*fit, *predict)])
+    laws, curves, shapes = [], [], {}
+    for law in study.laws:
+        found = _Law(study, law, recipe, [members[i] for i in fit], [members[i] for i in predict])
+        laws.append(found.result())
+        curves += found.curves
+        shapes[law] = found.shapes
+    comparisons: dict[str, LawComparison] = {}
+    if {"archard", "sarkar"} <= set(shapes):
+        comparisons = {i: compare_laws(shapes["archard"][i], shapes["sarkar"][i]) for i in (*fit, *predict)}
+    result = StudyResult(
+        id=study.id,
+        title=study.title,
+        correction=recipe.wear.correction,
+        laws=tuple(laws),
+        comparisons=comparisons,
+        left_out=tuple(left_out),
+        notes=_notes(fit),
+    )
+    return Evaluation(result, tuple(curves))
+
+
+def check_bodies(study_id: str, manifests: Sequence[RunManifest]) -> None:
+    """Refuse runs of other materials, geometry or medium under one k_D."""
+    first = manifests[0]
+    for other in manifests[1:]:
+        for what, mine, theirs in zip(_BODY_KEYS, bodies(first), bodies(other), strict=True):
+            if mine != theirs:
+                raise FitError(
+                    f"{study_id}: found {what} {theirs} in {other.id} and {mine} in {first.id}; expected the same "
+                    "bodies in the same medium for one k_D; take one of them out of the study"
+                )
+
+
+_BODY_KEYS = ("contact", "pin shape", "pin radius in m", "pin material", "disc material", "medium")
+
+
+def bodies(manifest: RunManifest) -> tuple[object, ...]:
+    """Return what runs must have in common for one k_D."""
+    contact = manifest.contact
+    return (
+        contact.kind,
+        contact.pin.shape,
+        contact.pin.radius.value,
+        contact.pin.material,
+        contact.disc.material,
+        manifest.conditions.medium,
+    )
+
+
+class _Law:
+    """One law of a study."""
+
+    def __init__(
+        self, study: Study, law: LawName, recipe: Recipe, fit: Sequence[Member], predict: Sequence[Member]
+    ) -> None:
+        self.study, self.law, self.recipe = study, law, recipe
+        self.fitted = [member.pose(law, recipe) for member in fit]
+        self.predicted = [member.pose(law, recipe) for member in predict]
+        self.shapes = {run.member.id: Shape(run) for run in (*self.fitted, *self.predicted)}
+        self.curves: list[StudyCurve] = []
+        self._first: list[tuple[Generator, dict[str, Column], list[RunDraws], Column]] = []
+        self._combination: Combination | None = None
+
+    def result(self) -> LawResult:
+        """Identify k_D, and hold the law against every run."""
+        how = self.recipe.monte_carlo
+        found = propagate(self._draw, digits=max(1, how.significant_digits), seed=how.seed)
+        rng, shared, fitted, mean = self._first[0]
+        combination = self._combined(fitted)
+        best = self._best(combination)
+        following = combination.next_run(mean, rng)
+        judged = [self._judge(one, "fitted", best, following) for one in fitted]
+        judged += [
+            self._judge(run.draw(rng, len(mean), shared), "predicted", best, following) for run in self.predicted
+        ]
+        return LawResult(
+            model=self.law,
+            wear_coefficient=_coefficient(best, found.standard_uncertainty),
+            interval=(_coefficient(found.interval[0]), _coefficient(found.interval[1])),
+            draws=len(found.draws),
+            rejected=found.rejected,
+            between_runs=combination.summary,
+            runs=tuple(judged),
+        )
+
+    def _draw(self, rng: Generator, count: int) -> Column:
+        """Draw k_D of the study: the model of JCGM 101."""
+        shared = self._shared(rng, count)
+        drawn = [run.draw(rng, count, shared) for run in self.fitted]
+        mean = self._combined(drawn).mean(np.column_stack([one.coefficient for one in drawn]), rng)
+        if not self._first:
+            accepted = np.isfinite(mean)
+            kept = {name: errors[accepted] for name, errors in shared.items()}
+            self._first.append((rng, kept, [one.kept(accepted) for one in drawn], mean[accepted]))
+        return mean
+
+    def _shared(self, rng: Generator, count: int) -> dict[str, Column]:
+        return {name: rng.standard_normal(count) for name in self.study.shared}
+
+    def _combined(self, drawn: Sequence[RunDraws]) -> Combination:
+        if self._combination is None:
+            draws = np.column_stack([one.coefficient for one in drawn])
+            solved = draws[np.all(np.isfinite(draws), axis=1)]
+            ids = [run.member.id for run in self.fitted]
+            self._combination = combine(ids, [run.coefficient for run in self.fitted], solved)
+        return self._combination
+
+    def _best(self, combination: Combination) -> float:
+        return float(np.sqrt([run.coefficient for run in self.fitted]) @ combination.weights) ** 2
+
+    def _judge(self, draws: RunDraws, role: Role, best: float, coefficients: Column) -> RunVerdict:
+        run, comparison = draws.run, compare(draws, best, coefficients)
+        self.curves.append(_curve(self.law, role, run, comparison))
+        along = comparison.along(0.05)
+        worst = int(np.argmax(np.abs(along)))
+        shape = self.shapes[run.member.id]
+        manifest = run.member.corrected.raw.manifest
+        verdict = RunVerdict(
+            id=run.member.id,
+            role=role,
+            normal_load=manifest.conditions.normal_load,
+            outcome=decide(draws, comparison, best),
+            sentence="",
+            notes=(*_extrapolations(run, comparison), *default_notes(run.problem.inputs)),
+            sliding_distance=_metres(run.problem.slid),
+            measured_depth=_metres(comparison.measured[-1], float(np.std(comparison.measured_draws[:, -1]))),
+            predicted_depth=_metres(comparison.predicted[-1], float(np.std(comparison.predicted_draws[:, -1]))),
+            predicted_interval=_ends(comparison.law_band()),
+            measurement_interval=_ends(comparison.measurement_band()),
+            e_n=float(comparison.deviation[-1] / comparison.limits(0.05)[-1]),
+            e_n_curve=float(along[worst]),
+            e_n_curve_at=_metres(run.places[worst]),
+            wear_coefficient=_coefficient(run.coefficient, float(np.std(draws.coefficient))),
+            coefficient_ratio=ratio(run.coefficient, draws.coefficient, best, coefficients),
+            trend=shape.trend(),
+            exponent=exponent(draws, comparison, run.predicted(run.coefficient)),
+            change_point=shape.change_point(),
+            end_of_life=self._end_of_life(draws, coefficients),
+        )
+        return verdict.model_copy(update={"sentence": sentence(self.law, role, verdict)})
+
+    def _end_of_life(self, draws: RunDraws, coefficients: Column) -> EndOfLife | None:
+        wanted = self.study.end_of_life
+        return None if wanted is None else end_of_life(draws, coefficients, wanted.value)
+
+
+def _coefficient(value: float, spread: float | None = None) -> Quantity:
+    return Quantity(value=value, unit="m^2/N", standard_uncertainty=spread)
+
+
+def _metres(value: float, spread: float | None = None) -> Quantity:
+    return Quantity(value=float(value), unit="m", standard_uncertainty=spread)
+
+
+def _ends(band: tuple[Column, Column]) -> tuple[Quantity, Quantity]:
+    low, high = (float(side[-1]) for side in band)
+    return _metres(max(low, 0.0)), _metres(high)
+
+
+def _curve(law: LawName, role: Role, run: PosedRun, comparison: Comparison) -> StudyCurve:
+    lower, upper = comparison.law_band()
+    measurement_lower, measurement_upper = comparison.measurement_band()
+    return StudyCurve(
+        run.member.id,
+        law,
+        role,
+        run.places,
+        comparison.measured,
+        comparison.predicted,
+        lower,
+        upper,
+        measurement_lower,
+        measurement_upper,
+    )
+
+
+def _extrapolations(run: PosedRun, comparison: Comparison) -> list[str]:
+    """Say where the contact leaves what the wear model describes."""
+    contact, values = run.problem.contact, run.problem.values
+    notes: list[str] = []
+    if contact.pin.shape != "spherical":
+        return notes
+    load, radius = values["normal_load"], values["pin_radius"]
+    pin = pin_contact(contact, values)
+    worn = float(pin.worn(pin.volume(comparison.predicted[-1])).radius)
+    if worn > radius / 2:
+        notes.append(
+            f"extrapolation: the predicted contact radius of {_metres(worn).shown('um')} is more than half the tip "
+            f"radius of {_metres(radius).shown('um')}, beyond what the model was tested for"
+        )
+    modulus = contact_modulus(
+        pin_modulus=values["pin_modulus"],
+        pin_ratio=contact.pin.poisson_ratio.value,
+        disc_modulus=values["disc_modulus"],
+        disc_ratio=contact.disc.poisson_ratio.value,
+    )
+    start = float(hertz_radius(normal_load=load, pin_radius=radius, modulus=modulus))
+    pressure = 1.5 * load / (np.pi * start**2)
+    hardness = [body.vickers_hardness for body in (contact.pin, contact.disc) if body.vickers_hardness is not None]
+    if hardness and pressure > min(hardness) * _HARDNESS_UNIT:
+        found, softer = (
+            Quantity(value=value, unit="Pa").shown("GPa") for value in (pressure, min(hardness) * _HARDNESS_UNIT)
+        )
+        notes.append(
+            f"extrapolation: Hertz's pressure of {found} at the start exceeds the hardness of the softer body, "
+            f"{softer}: it yields before it wears"
+        )
+    return notes
+
+
+def _notes(fit: Sequence[str]) -> tuple[str, ...]:
+    if len(fit) > 1:
+        return ()
+    return (
+        f"one run, {fit[0]}, identifies k_D: the bands hold what is uncertain within it, not the scatter from run to "
+        "run; replicates would tell",
+    )

@@ -1,0 +1,36 @@
+"""The sliding distance at which a pin reaches a wear depth, with its interval."""
+
+import numpy as np
+
+from tribopipe.contact.pin_on_disc import pin_contact
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.verdict import EndOfLife
+from tribopipe.run import Column
+from tribopipe.study.member import RunDraws
+from tribopipe.uncertainty import TAILS
+
+_ITERATIONS = 40
+
+
+def end_of_life(draws: RunDraws, coefficients: Column, depth: float) -> EndOfLife:
+    """Return where a run reaches a depth, m, for draws of k_D. Raises ``ContactError`` past the tip.
+
+    S(s) = V(h)/(k_D·F_N) is solved by s ← s·S/S(s): S(s)/s changes slowly.
+    """
+    problem, values = draws.run.problem, draws.values
+    volume = pin_contact(problem.contact, values).volume(depth) / values["normal_load"]
+    wearing = coefficients > 0
+    wanted = np.where(wearing[:, None], volume / np.where(wearing, coefficients, 1.0)[:, None], np.nan)
+    distance = wanted
+    for _ in range(_ITERATIONS):
+        distance = distance * wanted / problem.effective_distance(values, distance)
+    low, middle, high = np.quantile(np.where(wearing, distance[:, 0], np.inf), [TAILS[0], 0.5, TAILS[1]])
+    return EndOfLife(
+        wear_depth=Quantity(value=depth, unit="m"),
+        sliding_distance=_metres(float(middle)),
+        interval=(_metres(float(low)), _metres(float(high)) if np.isfinite(high) else None),
+    )
+
+
+def _metres(value: float) -> Quantity:
+    return Quantity(value=value, unit="m")
