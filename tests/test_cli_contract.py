@@ -30,6 +30,7 @@ FLAGS = {
     | {"--run", "--wear-coefficient", "--law", "--model", "--scheme", "--steps", "--friction", "--at", "--depth"}
     | {"--load", "--speed", "--radius"},
     "ls": COMMON,
+    "mark-bad": COMMON | {"--reason", "--undo", "--by"},
     "show": COMMON,
     "schema export": set(),
 }

@@ -239,12 +239,15 @@ def _process_one(path: Path, archive: Archive, recipe: Recipe, *, force: bool) -
 def predict_from_lightest(
     archive: Archive, run_ids: Sequence[str], law: LawName, recipe: Recipe, *, force: bool = False
 ) -> Iterator[Outcome]:
-    """Predict each run from the comparable run under the lightest load; nothing for a run that is itself that one."""
+    """Predict each run from the comparable run under the lightest load; nothing for a run that is itself that one.
+
+    A run marked bad is never the one predicted from.
+    """
     references: dict[_Bodies, tuple[float, str]] = {}
     for other in archive.ids():
         try:
             fit = archive.result(other, WEAR_FITS[law], WearFit)
-            if fit is not None and fit.outcome == "fitted":
+            if fit is not None and fit.outcome == "fitted" and archive.bad(other) is None:
                 manifest = archive.manifest(other)
                 candidate = (manifest.conditions.normal_load.value, other)
                 references[_bodies(manifest)] = min(references.get(_bodies(manifest), candidate), candidate)

@@ -12,6 +12,7 @@
   drift_correction, friction_fit, wear_fit_<law>, prediction_<law>
                          NXprocess: program, version, date, parameters, result (JSON) and data
   wear                   NXdata: the corrected wear of the pin beside the fitted laws, for viewers
+  marks                  NXnote: JSON; who marked the run bad, or took that back, when and why
 """
 
 import json
@@ -28,6 +29,7 @@ from tribopipe.errors import ArchiveError
 from tribopipe.records.base import Record
 from tribopipe.records.finding import Finding
 from tribopipe.records.manifest import RunManifest, Specimen
+from tribopipe.records.mark import Mark
 from tribopipe.records.results import WearFit
 from tribopipe.records.signals import SIGNALS, SignalName
 from tribopipe.run import ExtraColumn, RawRun, SourceFile
@@ -212,6 +214,18 @@ def read_step(entry: h5py.Group, name: StepName) -> Step | None:
     )
 
 
+def write_marks(entry: h5py.Group, marks: Sequence[Mark]) -> None:
+    """Write the history of marks, oldest first."""
+    nexus.document(entry, "marks", [mark.model_dump(mode="json") for mark in marks])
+
+
+def read_marks(entry: h5py.Group) -> list[Mark]:
+    """Read the history of marks, oldest first; empty where the run was never marked."""
+    if "marks" not in entry:
+        return []
+    return [Mark(**mark) for mark in json.loads(nexus.text(entry, "marks/data"))]
+
+
 def write_wear_plot(entry: h5py.Group) -> None:
     """Write the group that viewers open first: corrected wear of the pin and the fitted laws, µm against m."""
     correction = read_step(entry, "drift_correction")
@@ -244,9 +258,9 @@ def copy_except(source: h5py.File, target: h5py.File, dropped: set[str]) -> h5py
     return entry
 
 
-def copy_steps(source: h5py.File, entry: h5py.Group) -> None:
-    """Copy the steps of a run file into the entry of another one."""
-    for name in STEPS:
+def copy_additions(source: h5py.File, entry: h5py.Group) -> None:
+    """Copy what a run file gained since it was ingested, steps and marks, into the entry of another one."""
+    for name in (*STEPS, "marks"):
         if name in source["entry"]:
             source.copy(f"entry/{name}", entry, name=name)
 

@@ -1,7 +1,7 @@
 """An archive folder: runs by id, each a file that is only ever replaced whole."""
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Literal
@@ -13,13 +13,15 @@ from tribopipe.archive.nexus import text
 from tribopipe.archive.runfile import (
     R,
     check_format,
+    copy_additions,
     copy_except,
-    copy_steps,
     read_fingerprints,
     read_manifest,
+    read_marks,
     read_raw,
     read_result,
     read_step,
+    write_marks,
     write_raw,
     write_step,
     write_wear_plot,
@@ -29,6 +31,7 @@ from tribopipe.errors import ArchiveError, did_you_mean
 from tribopipe.files import natural_order, replacing
 from tribopipe.records.finding import Finding
 from tribopipe.records.manifest import RunManifest
+from tribopipe.records.mark import Mark
 from tribopipe.run import RawRun
 
 SUFFIX = ".h5"
@@ -60,7 +63,7 @@ class Archive:
         """Archive a run as ingested.
 
         A run that is there already with the same content is left alone, or with ``force`` written anew beside its
-        steps. Raises ``ArchiveError`` where the id is taken by other content: what is raw is never replaced.
+        steps and marks. Raises ``ArchiveError`` where the id is taken by other content: what is raw is never replaced.
         """
         path = self.path(run.id)
         there = path.exists()
@@ -75,7 +78,7 @@ class Archive:
             write_raw(file, run, findings)
             if there:
                 with self.open(run.id) as old:
-                    copy_steps(old, file["entry"])
+                    copy_additions(old, file["entry"])
                 write_wear_plot(file["entry"])
         return "rewritten" if there else "added"
 
@@ -141,13 +144,30 @@ class Archive:
         dropped: set[str] = {step.name}
         if before is not None and before.result != step.result_sha256:
             dropped |= downstream(step.name)
-        path = self.path(run_id)
-        with self.open(run_id) as old, self._writing(path) as part:
-            with h5py.File(part, "w", track_order=True) as new:
-                entry = copy_except(old, new, dropped)
-                write_step(entry, step)
-                write_wear_plot(entry)
-            old.close()  # Windows replaces no open file
+        self._rewrite(run_id, dropped, lambda entry: write_step(entry, step))
+
+    def marks(self, run_id: str) -> list[Mark]:
+        """Return the history of a run's marks, oldest first; the last one counts."""
+        with self.open(run_id) as file:
+            return read_marks(file["entry"])
+
+    def bad(self, run_id: str) -> Mark | None:
+        """Return the mark by which a run counts as bad; none where it does not."""
+        marks = self.marks(run_id)
+        return marks[-1] if marks and marks[-1].kind == "bad" else None
+
+    def mark(self, run_id: str, mark: Mark) -> None:
+        """Add a mark to a run's history; all else that the run holds stays as it is.
+
+        Raises ``ArchiveError`` for a mark that takes back what was not said: good, on a run not marked bad.
+        """
+        if mark.kind == "good" and self.bad(run_id) is None:
+            raise ArchiveError(
+                f"{self.path(run_id)}: found no bad mark to take back; expected a run that is marked bad; "
+                "`tribopipe ls` shows which are"
+            )
+        marks = [*self.marks(run_id), mark]
+        self._rewrite(run_id, {"marks"}, lambda entry: write_marks(entry, marks))
 
     @contextmanager
     def open(self, run_id: str) -> Iterator[h5py.File]:
@@ -176,6 +196,15 @@ class Archive:
                 raise ArchiveError(
                     f"{path}: found a damaged run ({error}); expected what tribopipe wrote; restore it from a copy"
                 ) from error
+
+    def _rewrite(self, run_id: str, dropped: set[str], write: Callable[[h5py.Group], None]) -> None:
+        """Replace a run's file by a copy without some members of its entry, and with what is written instead."""
+        with self.open(run_id) as old, self._writing(self.path(run_id)) as part:
+            with h5py.File(part, "w", track_order=True) as new:
+                entry = copy_except(old, new, dropped)
+                write(entry)
+                write_wear_plot(entry)
+            old.close()  # Windows replaces no open file
 
     @contextmanager
     def _writing(self, path: Path) -> Iterator[Path]:

@@ -1,7 +1,7 @@
 """Commands that look: ls, show, schema."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
@@ -12,8 +12,17 @@ if TYPE_CHECKING:
     from tribopipe.archive.steps import StepName
     from tribopipe.archive.store import Archive
     from tribopipe.records.manifest import RunManifest
+    from tribopipe.records.mark import Mark
 
 schema_app = typer.Typer(help="JSON Schemas of the documents people write.", no_args_is_help=True)
+
+
+class _Listed(NamedTuple):
+    """What is said of a run in a list."""
+
+    manifest: "RunManifest"
+    steps: "list[StepName]"
+    bad: "Mark | None"
 
 
 def ls(archive: ArchiveFolder = DEFAULT_ARCHIVE, as_json: AsJson = False) -> None:
@@ -23,22 +32,23 @@ def ls(archive: ArchiveFolder = DEFAULT_ARCHIVE, as_json: AsJson = False) -> Non
     store, held, unreadable = load_archive(archive), [], []
     for run_id in store.ids():
         try:
-            held.append((store.manifest(run_id), store.step_names(run_id)))
+            held.append(_Listed(store.manifest(run_id), store.step_names(run_id), store.bad(run_id)))
         except ArchiveError as error:
             unreadable.append(error)
     if as_json:
-        print_json({"runs": [_line(manifest, steps) for manifest, steps in held]})
+        print_json({"runs": [_line(run) for run in held]})
     elif held or not unreadable:
+        marked = any(run.bad for run in held)
         table(
             f"{len(held)} runs in {archive}",
-            ["run", "pin", "disc", "medium", "load", "started", "steps"],
-            [_row(manifest, steps) for manifest, steps in held],
+            ["run", *(["mark"] if marked else []), "pin", "disc", "medium", "load", "started", "steps"],
+            [_row(run, marked=marked) for run in held],
         )
     exit_with(unreadable, some_done=bool(held))
 
 
-def _line(manifest: "RunManifest", steps: "list[StepName]") -> dict[str, Any]:
-    conditions, contact = manifest.conditions, manifest.contact
+def _line(run: _Listed) -> dict[str, Any]:
+    manifest, conditions, contact = run.manifest, run.manifest.conditions, run.manifest.contact
     return {
         "id": manifest.id,
         "pin_material": contact.pin.material,
@@ -46,7 +56,8 @@ def _line(manifest: "RunManifest", steps: "list[StepName]") -> dict[str, Any]:
         "medium": conditions.medium,
         "normal_load": record_json(conditions.normal_load),
         "started": manifest.started.isoformat(),
-        "steps": steps,
+        "steps": run.steps,
+        "marked_bad": run.bad.reason if run.bad else None,
     }
 
 
@@ -60,16 +71,18 @@ _SHORT: "dict[StepName, str]" = {
 }
 
 
-def _row(manifest: "RunManifest", steps: "list[StepName]") -> list[str]:
-    conditions, contact = manifest.conditions, manifest.contact
+def _row(run: _Listed, *, marked: bool) -> list[str]:
+    """Return the cells of a run, that of its mark only in a list where a run is marked."""
+    manifest, conditions, contact = run.manifest, run.manifest.conditions, run.manifest.contact
     return [
         manifest.id,
+        *(["bad" if run.bad else "–"] if marked else []),
         contact.pin.material,
         contact.disc.material,
         conditions.medium or "–",
         conditions.normal_load.shown("mN"),
         f"{manifest.started:%Y-%m-%d %H:%M}",
-        ", ".join(_SHORT[name] for name in steps) or "ingested",
+        ", ".join(_SHORT[name] for name in run.steps) or "ingested",
     ]
 
 
@@ -85,7 +98,9 @@ def show(
     if as_json:
         findings = [record_json(finding) for finding in store.findings(run_id)]
         manifest, steps = record_json(store.manifest(run_id)), store.step_names(run_id)
-        print_json(run_summary(store, run_id) | {"manifest": manifest, "findings": findings, "steps": steps})
+        marks = [record_json(mark) for mark in store.marks(run_id)]
+        told = {"manifest": manifest, "findings": findings, "steps": steps, "marks": marks}
+        print_json(run_summary(store, run_id) | told)
         return
     _show_page(store, run_id)
 
@@ -99,6 +114,8 @@ def _show_page(store: "Archive", run_id: str) -> None:
         say(f"  {name}: {origin}")
     for finding in store.findings(run_id):
         say(f"  {finding.severity}: {finding}")
+    for mark in store.marks(run_id):
+        say(f"  {mark}")
     for step in store.steps(run_id).values():
         say(f"\n{step.name} (tribopipe {step.program_version}, {step.date})")
         say(f"  {step.result}")

@@ -38,8 +38,7 @@ class Member:
                 "for Sarkar's law, friction; take it out of the study"
             )
         joint = joint_problem(problem, self.corrected, recipe)
-        chosen = joint if recipe.wear.correction == "joint" else pooled(problem)
-        return PosedRun(self, chosen, joint)
+        return PosedRun(self, joint if recipe.wear.correction == "joint" else pooled(problem), joint)
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@
 which is the E_n number of ISO 13528 with the expanded uncertainty taken from draws, so that what both share (the
 tip radius) cancels and skewness counts. Along the curve the largest such number is held against what 95 % of drawn
 curves keep to anywhere: a simultaneous band. The law is called off only beyond the 99 % limits, half of that allowed to
-the end and half to the curve, so that a sound law is called off in about one of a hundred runs; between the 95 % and the
-99 % limits nothing is decided, nor where a k_D off by a factor of two would go unnoticed.
+the end and half to the curve, so that a sound law is called off in about one of a hundred runs; between the 95 %
+and the 99 % limits nothing is decided, nor where a k_D off by a factor of two would go unnoticed.
 """
 
 import math

@@ -29,7 +29,7 @@ def pooled(problem: P) -> P:
     if problem.noise:
         return problem
     residuals = problem.rows(problem.values) - problem.depth(problem.coefficient(), problem.values)
-    return replace(problem, noise=inflation(residuals, 1)).reduced()
+    return replace(problem, noise=inflation(residuals, 1), deviation=float(np.std(residuals))).reduced()
 
 
 def solve_draws(problem: WearProblem, values: Values, noise: Column) -> Column:

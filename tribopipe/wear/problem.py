@@ -31,6 +31,8 @@ _CONVERGED = 1e-12
 _LEAST_LOG_K = 14.0
 """A k_D this many e-folds below where the search starts is no wear at all."""
 NODES = 40
+_LEAST_NOISE = 1e-15
+"""Standard deviation, m, of a reading without noise."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,9 @@ class WearProblem:
     """Sliding distance at the end of the run, m."""
     noise: float = 0.0
     """Variance of one sample about the model times its autocorrelation time, m²."""
+
+    deviation: float = math.inf
+    """Standard deviation of one sample about the model, m: the mean of a stretch scatters no more."""
 
     @cached_property
     def values(self) -> dict[str, float]:
@@ -97,7 +102,8 @@ class WearProblem:
 
     def measured(self, values: Values, coefficient: Column, noise: Numbers = 0.0) -> Column:  # noqa: ARG002
         """Return the pin's wear as the curve has it, m; here it does not depend on the run's k_D."""
-        return self.pin_wear(values) + noise
+        scatter = np.sqrt(self.noise / self.weights)
+        return self.pin_wear(values) + noise * (np.minimum(scatter, self.deviation) / np.maximum(scatter, _LEAST_NOISE))
 
     def model(self, log_coefficient: Column, values: Values) -> tuple[Column, Column]:
         """Return what the model says each row is, and its slope against ln k_D, m."""
