@@ -24,7 +24,10 @@ if TYPE_CHECKING:
     from tribopipe.pipeline import process
     from tribopipe.records.quantity import Quantity
     from tribopipe.records.recipe import Recipe
+    from tribopipe.records.study import Study
     from tribopipe.report.figures import plot_depth, plot_friction, plot_wear, save_figure
+    from tribopipe.study.evaluate import evaluate
+    from tribopipe.study.member import Member
     from tribopipe.wear.curves import fitted_curve
     from tribopipe.wear.identify import fit_wear
     from tribopipe.wear.predict import WearScenario, predict_wear
@@ -33,13 +36,16 @@ __version__ = VERSION
 
 __all__ = [
     "Archive",
+    "Member",
     "Quantity",
     "Recipe",
+    "Study",
     "TribopipeError",
     "WearScenario",
     "__version__",
     "check_run",
     "correct_drift",
+    "evaluate",
     "fit_friction",
     "fit_wear",
     "fitted_curve",
@@ -63,7 +69,10 @@ _HOMES = {
     "pipeline": ("process",),
     "records.quantity": ("Quantity",),
     "records.recipe": ("Recipe",),
+    "records.study": ("Study",),
     "report.figures": ("plot_depth", "plot_friction", "plot_wear", "save_figure"),
+    "study.evaluate": ("evaluate",),
+    "study.member": ("Member",),
     "wear.curves": ("fitted_curve",),
     "wear.identify": ("fit_wear",),
     "wear.predict": ("WearScenario", "predict_wear"),

@@ -3,7 +3,7 @@
 A step is skipped where its version, its options and all that it stands on are unchanged; ``force`` redoes it.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
@@ -23,17 +23,19 @@ from tribopipe.friction import fit_friction
 from tribopipe.ingest.harmonise import read_run
 from tribopipe.records.base import Record
 from tribopipe.records.finding import Finding
-from tribopipe.records.manifest import MANIFEST_NAME, RunManifest, manifest_path
+from tribopipe.records.manifest import MANIFEST_NAME, manifest_path
+from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName, Recipe
-from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
+from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit
 from tribopipe.run import Column, CorrectedRun
+from tribopipe.study.bodies import bodies
 from tribopipe.version import VERSION
 from tribopipe.wear.curves import LawCurve, fitted_curve, predicted_curve, run_scenario
 from tribopipe.wear.friction_path import fitted_path
 from tribopipe.wear.identify import fit_wear
 from tribopipe.wear.predict import predict_wear
 
-Stage = Literal["ingest", "drift_correction", "friction_fit", "wear_fit", "prediction"]
+Stage = Literal["ingest", "drift_correction", "friction_fit", "wear_fit", "prediction", "study"]
 Status = Literal["done", "unchanged", "failed"]
 Curves = Mapping[str, tuple[Column, str]]
 
@@ -43,7 +45,7 @@ class Outcome:
     """What became of one step of one run."""
 
     run_id: str
-    """Id of the run; its path where the run could not be read."""
+    """Id of the run, or of the study; its path where it could not be read."""
     stage: Stage
     status: Status
     result: Record | None = None
@@ -160,14 +162,35 @@ def predict_archived(
 ) -> Outcome:
     """Predict a run's wear from the k_D of another run, over the run's own distance, and archive the prediction."""
     fit = archived_fit(archive, reference, law)
+    if fit.wear_coefficient is None:
+        raise TribopipeError(
+            f"{reference}: found no wear coefficient to predict from; it lacks {' and '.join(fit.lacks)}"
+        )
+    return predict_with(archive, run_id, reference, law, fit.wear_coefficient, recipe, force=force)
+
+
+def predict_with(
+    archive: Archive,
+    run_id: str,
+    reference: str,
+    law: LawName,
+    coefficient: Quantity,
+    recipe: Recipe,
+    *,
+    force: bool = False,
+) -> Outcome:
+    """Predict a run's wear from a k_D that ``reference`` found, over the run's own distance, and archive it."""
     name = PREDICTIONS[law]
 
     def compute() -> tuple[Record, Curves]:
-        return _predict_run(archive, run_id, reference, fit, recipe)
+        run = archive.raw(run_id)
+        scenario = run_scenario(run, law, coefficient, archived_friction(archive, run_id), recipe)
+        result = predict_wear(scenario, [float(np.nanmax(run.sliding_distance))], reference=reference)
+        return result, _law_curves(predicted_curve(run, scenario, result))
 
     inputs = [
         archive.raw_sha256(run_id),
-        digest(fit),
+        digest(coefficient),
         *(_result_sha256(archive, run_id, base) for base in STEPS[name].stands_on),
     ]
     options = {
@@ -178,27 +201,19 @@ def predict_archived(
     return _advance(archive, run_id, _Advance(name, options, inputs, compute), "prediction", force=force)
 
 
-def _predict_run(
-    archive: Archive, run_id: str, reference: str, fit: WearFit, recipe: Recipe
-) -> tuple[WearPrediction, Curves]:
-    run = archive.raw(run_id)
-    if fit.wear_coefficient is None:
-        raise TribopipeError(
-            f"{reference}: found no wear coefficient to predict from; it lacks {' and '.join(fit.lacks)}"
-        )
-    scenario = run_scenario(run, fit, fit.wear_coefficient, archived_friction(archive, run_id), recipe)
-    end = float(np.nanmax(run.sliding_distance))
-    result = predict_wear(scenario, [end], reference=reference)
-    return result, _law_curves(predicted_curve(run, scenario, result))
-
-
 def process(
-    paths: Sequence[Path], archive: Archive, recipe: Recipe | None = None, *, force: bool = False
+    paths: Sequence[Path],
+    archive: Archive,
+    recipe: Recipe | None = None,
+    *,
+    force: bool = False,
+    studied: Collection[str] = (),
 ) -> Iterator[Outcome]:
     """Take run folders through the whole line; yield what became of each step as it is done.
 
-    Runs of the same bodies in the same medium are predicted from the one under the lightest load, as the paper does. A
-    run that fails does not stop the others.
+    Runs of the same bodies in the same medium are predicted from the one under the lightest load, as the paper does,
+    but for those that are ``studied``: a study says from which runs they are predicted. A run that fails does not stop
+    the others.
     """
     recipe = recipe or Recipe()
     done: list[str] = []
@@ -210,7 +225,7 @@ def process(
         if all(outcome.status != "failed" for outcome in outcomes):
             done.append(outcomes[0].run_id)
     for law in recipe.wear.models:
-        yield from predict_from_lightest(archive, done, law, recipe, force=force)
+        yield from predict_from_lightest(archive, [i for i in done if i not in studied], law, recipe, force=force)
 
 
 def _process_one(path: Path, archive: Archive, recipe: Recipe, *, force: bool) -> Iterator[Outcome]:
@@ -243,39 +258,23 @@ def predict_from_lightest(
 
     A run marked bad is never the one predicted from.
     """
-    references: dict[_Bodies, tuple[float, str]] = {}
+    references: dict[tuple[object, ...], tuple[float, str]] = {}
     for other in archive.ids():
         try:
             fit = archive.result(other, WEAR_FITS[law], WearFit)
             if fit is not None and fit.outcome == "fitted" and archive.bad(other) is None:
                 manifest = archive.manifest(other)
                 candidate = (manifest.conditions.normal_load.value, other)
-                references[_bodies(manifest)] = min(references.get(_bodies(manifest), candidate), candidate)
+                references[bodies(manifest)] = min(references.get(bodies(manifest), candidate), candidate)
         except TribopipeError as error:
             yield Outcome(other, "prediction", "failed", error=error)
     for run_id in run_ids:
         try:
-            _, reference = references.get(_bodies(archive.manifest(run_id)), (0.0, run_id))
+            _, reference = references.get(bodies(archive.manifest(run_id)), (0.0, run_id))
             if reference != run_id:
                 yield predict_archived(archive, run_id, reference, law, recipe, force=force)
         except TribopipeError as error:
             yield Outcome(run_id, "prediction", "failed", error=error)
-
-
-_Bodies = tuple[object, ...]
-
-
-def _bodies(manifest: RunManifest) -> _Bodies:
-    """Return what two runs must have in common for one to be predicted from the other."""
-    contact = manifest.contact
-    return (
-        contact.kind,
-        contact.pin.shape,
-        contact.pin.radius.value,
-        contact.pin.material,
-        contact.disc.material,
-        manifest.conditions.medium,
-    )
 
 
 def archived_correction(archive: Archive, run_id: str) -> CorrectedRun:

@@ -27,6 +27,7 @@ from tribopipe.archive.runfile import (
     write_wear_plot,
 )
 from tribopipe.archive.steps import STEPS, Fingerprints, Step, StepName, downstream
+from tribopipe.archive.studyfile import StoredStudy, read_study, write_study
 from tribopipe.errors import ArchiveError, did_you_mean
 from tribopipe.files import natural_order, replacing
 from tribopipe.records.finding import Finding
@@ -35,6 +36,7 @@ from tribopipe.records.mark import Mark
 from tribopipe.run import RawRun
 
 SUFFIX = ".h5"
+STUDIES = "studies"
 
 
 class Archive:
@@ -48,10 +50,7 @@ class Archive:
 
     def ids(self) -> list[str]:
         """Return the ids of all runs, in natural order."""
-        if not self.folder.is_dir():
-            return []
-        found = (path.name for path in self.folder.glob(f"*{SUFFIX}") if not path.name.startswith("."))
-        return sorted((name.removesuffix(SUFFIX) for name in found), key=natural_order)
+        return _ids(self.folder)
 
     def path(self, run_id: str) -> Path:
         """Name the file of a run, whether or not it is there."""
@@ -146,6 +145,32 @@ class Archive:
             dropped |= downstream(step.name)
         self._rewrite(run_id, dropped, lambda entry: write_step(entry, step))
 
+    @property
+    def study_folder(self) -> Path:
+        """Folder of the studies."""
+        return self.folder / STUDIES
+
+    def study_ids(self) -> list[str]:
+        """Return the ids of all studies, in natural order."""
+        return _ids(self.study_folder)
+
+    def put_study(self, stored: StoredStudy) -> None:
+        """Archive a study, in the place of an earlier one of its id."""
+        path = self.study_folder / f"{stored.study.id}{SUFFIX}"
+        with self._writing(path) as part, h5py.File(part, "w", track_order=True) as file:
+            write_study(file, stored)
+
+    def study(self, study_id: str) -> StoredStudy:
+        """Return an archived study. Raises ``ArchiveError`` where there is none, or its file is damaged."""
+        path = self.study_folder / f"{study_id}{SUFFIX}"
+        if not path.is_file():
+            raise ArchiveError(
+                f"{self.folder}: found no study {study_id!r}; expected one of the archive's; "
+                f"{did_you_mean(study_id, self.study_ids())}"
+            )
+        with _opened(path) as file:
+            return read_study(file, path)
+
     def marks(self, run_id: str) -> list[Mark]:
         """Return the history of a run's marks, oldest first; the last one counts."""
         with self.open(run_id) as file:
@@ -181,21 +206,9 @@ class Archive:
                 f"{self.folder}: found no run {run_id!r}; expected one of the archive's; "
                 f"{did_you_mean(run_id, self.ids())}"
             )
-        try:
-            file = h5py.File(path, "r", locking=False)
-        except OSError:
-            raise ArchiveError(
-                f"{path}: found a file that is not HDF5, or is damaged; expected a run archived by tribopipe; "
-                "restore it from a copy, or move it out of the archive"
-            ) from None
-        with file:
+        with _opened(path) as file:
             check_format(file, path)
-            try:
-                yield file
-            except (KeyError, OSError, RuntimeError, ValueError) as error:
-                raise ArchiveError(
-                    f"{path}: found a damaged run ({error}); expected what tribopipe wrote; restore it from a copy"
-                ) from error
+            yield file
 
     def _rewrite(self, run_id: str, dropped: set[str], write: Callable[[h5py.Group], None]) -> None:
         """Replace a run's file by a copy without some members of its entry, and with what is written instead."""
@@ -209,7 +222,7 @@ class Archive:
     @contextmanager
     def _writing(self, path: Path) -> Iterator[Path]:
         try:
-            self.folder.mkdir(parents=True, exist_ok=True)
+            path.parent.mkdir(parents=True, exist_ok=True)
             with replacing(path) as part:
                 yield part
         except OSError as error:
@@ -217,6 +230,32 @@ class Archive:
                 f"{self.folder}: cannot be written ({error.strerror or error}); expected a folder with "
                 "room and write permission; choose another with --archive"
             ) from None
+
+
+def _ids(folder: Path) -> list[str]:
+    if not folder.is_dir():
+        return []
+    found = (path.name for path in folder.glob(f"*{SUFFIX}") if not path.name.startswith("."))
+    return sorted((name.removesuffix(SUFFIX) for name in found), key=natural_order)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[h5py.File]:
+    """Open a file for reading; ``ArchiveError`` where it, or what is read from it, is damaged."""
+    try:
+        file = h5py.File(path, "r", locking=False)
+    except OSError:
+        raise ArchiveError(
+            f"{path}: found a file that is not HDF5, or is damaged; expected one archived by tribopipe; "
+            "restore it from a copy, or move it out of the archive"
+        ) from None
+    with file:
+        try:
+            yield file
+        except (KeyError, OSError, RuntimeError, ValueError) as error:
+            raise ArchiveError(
+                f"{path}: found a damaged file ({error}); expected what tribopipe wrote; restore it from a copy"
+            ) from error
 
 
 def open_archive(folder: Path | str = "archive") -> Archive:

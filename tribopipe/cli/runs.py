@@ -1,5 +1,6 @@
 """Commands that take run folders: check, ingest, process, simulate."""
 
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -92,15 +93,26 @@ def process(
     as_json: AsJson = False,
     figures: Annotated[bool, typer.Option(help="Save figures beside the archive.")] = True,
 ) -> None:
-    """Take run folders through the whole line: ingest, drift, friction, wear under both laws, prediction, figures."""
+    """Take run folders through the whole line: ingest, drift, friction, wear under both laws, prediction, figures.
+
+    Studies beside the runs, study.toml or *.study.toml, say which runs are fitted together and which are predicted.
+    """
     from tribopipe import pipeline
+    from tribopipe.cli.studies import show_study
     from tribopipe.cli.summary import run_summary, show_summaries
     from tribopipe.report.archived import save_run_figures
+    from tribopipe.report.studies import save_study_figures
+    from tribopipe.studies import find_studies, load_studies, process_studies
 
-    store, changed = load_archive(archive, must_exist=False), set()
+    store, changed, how = load_archive(archive, must_exist=False), set(), load_recipe(recipe)
     folders, outcomes = _run_folders(paths)
+    studies = load_studies([document for path in paths for document in find_studies(path)])
+    studied = {run_id for study in studies for run_id in (*study.fit, *study.predict)}
     with progress("process", None) as advance:
-        for outcome in pipeline.process(folders, store, load_recipe(recipe), force=force):
+        for outcome in chain(
+            pipeline.process(folders, store, how, force=force, studied=studied),
+            process_studies(store, studies, how, force=force),
+        ):
             outcomes.append(outcome)
             advance(f"{outcome.run_id}: {outcome.stage.replace('_', ' ')}")
             if outcome.status == "done":
@@ -109,15 +121,24 @@ def process(
             _say_doubts(outcome)
     archived = (outcome for outcome in outcomes if outcome.stage == "ingest" and outcome.status != "failed")
     ids = list(dict.fromkeys(outcome.run_id for outcome in archived))
-    with progress("figures", len(changed)) as advance:
+    evaluated = [outcome for outcome in outcomes if outcome.stage == "study" and outcome.error is None]
+    redrawn = {outcome.run_id for outcome in evaluated if outcome.status == "done"}
+    changed -= redrawn
+    with progress("figures", len(changed) + len(redrawn)) as advance:
         for run_id in sorted(changed if figures else ()):
             save_run_figures(store, run_id)
             advance(run_id)
+        for study_id in sorted(redrawn if figures else ()):
+            save_study_figures(store, study_id)
+            advance(study_id)
     if as_json:
         documents = [run_summary(store, run_id) for run_id in ids]
-        print_json({"runs": documents, "steps": [outcome.as_json() for outcome in outcomes]})
+        results = [record_json(outcome.result) for outcome in evaluated]
+        print_json({"runs": documents, "studies": results, "steps": [outcome.as_json() for outcome in outcomes]})
     elif ids:
         show_summaries(store, ids)
+        for outcome in evaluated:
+            show_study(store.study(outcome.run_id).result)
     _say_what_was_done(outcomes, archive, drawn=bool(figures and changed))
     finish(outcomes)
 

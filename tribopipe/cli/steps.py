@@ -15,11 +15,13 @@ from tribopipe.cli.options import (
     Law,
     RecipeFile,
     RunIds,
+    archived_ids,
     chosen_ids,
     load_archive,
     load_recipe,
 )
 from tribopipe.cli.output import finish, print_json, progress, record_json, say
+from tribopipe.cli.studies import show_together
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
@@ -56,6 +58,9 @@ def correct_drift(
 def fit(
     ids: RunIds = None,
     model: Annotated[Law, typer.Option("--model", "--law", help="Wear law.")] = "archard",
+    together: Annotated[
+        bool, typer.Option("--together", help="One k_D from all these runs, with the scatter between them.")
+    ] = False,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     recipe: RecipeFile = None,
     force: Force = False,
@@ -65,6 +70,9 @@ def fit(
     from tribopipe import pipeline
 
     store, how = load_archive(archive), load_recipe(recipe)
+    if together:
+        show_together(store, chosen_ids(store, ids), (), model, how, as_json=as_json)
+        return
 
     def advance(run_id: str) -> "Iterable[Outcome]":
         yield pipeline.correct_archived_drift(store, run_id, how)
@@ -140,6 +148,14 @@ def predict(
     ] = None,
     load: Annotated[str | None, typer.Option(help='Another normal load, "400 mN".')] = None,
     speed: Annotated[str | None, typer.Option(help='Another sliding speed, "200 mm/s".')] = None,
+    source: Annotated[
+        list[str] | None,
+        typer.Option("--from", help="Archived run that identifies k_D; may be repeated.", autocompletion=archived_ids),
+    ] = None,
+    target: Annotated[
+        list[str] | None,
+        typer.Option("--onto", help="Archived run to predict and judge; may be repeated.", autocompletion=archived_ids),
+    ] = None,
     radius: Annotated[str | None, typer.Option(help='Another pin radius, "2 mm".')] = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     recipe: RecipeFile = None,
@@ -148,9 +164,13 @@ def predict(
 ) -> None:
     """Predict wear at other loads, speeds, distances or radii.
 
-    With a run (an id, or a folder and a k_D) and what to change, the prediction is shown. With neither, every archived
-    run is predicted from the comparable run under the lightest load, and the prediction is archived.
+    With a run (an id, or a folder and a k_D) and what to change, the prediction is shown. With --from and --onto, runs
+    are predicted from others, with bands and a verdict on the law. With none of these, every archived run is predicted
+    from the comparable run under the lightest load, and the prediction is archived.
     """
+    if source or target:
+        _predict_onto(archive, source, target, law, load_recipe(recipe), ids or run, as_json=as_json)
+        return
     asked = [wear_coefficient, friction, at, depth, load, speed, radius, scheme == "published"]
     how = load_recipe(recipe)
     if run is None and not any(asked):
@@ -177,6 +197,21 @@ def predict(
     if as_json:
         documents = [record_json(result) for result in results]
         print_json(documents[0] if len(documents) == 1 else {"predictions": documents})
+
+
+def _predict_onto(
+    folder: Path,
+    source: list[str] | None,
+    target: list[str] | None,
+    law: Law,
+    recipe: "Recipe",
+    beside: object,
+    *,
+    as_json: bool,
+) -> None:
+    if not source or not target or beside:
+        raise typer.BadParameter("give runs to fit, --from ID, and runs to predict, --onto ID, and no other run")
+    show_together(load_archive(folder), source, target, law, recipe, as_json=as_json)
 
 
 def _predict_archived(

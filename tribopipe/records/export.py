@@ -6,20 +6,26 @@ from typing import Any
 
 from tribopipe.files import write_file
 from tribopipe.records.base import Record
+from tribopipe.records.design import Design
 from tribopipe.records.manifest import RunManifest
 from tribopipe.records.plan import Plan, Truth
 from tribopipe.records.recipe import Recipe
 from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
+from tribopipe.records.study import Study
+from tribopipe.records.verdict import StudyResult
 
 SCHEMAS: dict[str, type[Record]] = {
     "run": RunManifest,
     "recipe": Recipe,
     "plan": Plan,
     "truth": Truth,
+    "study": Study,
     "drift-correction": DriftCorrection,
     "friction-fit": FrictionFit,
     "wear-fit": WearFit,
     "wear-prediction": WearPrediction,
+    "study-result": StudyResult,
+    "design": Design,
 }
 
 

@@ -9,7 +9,6 @@ from numpy.random import Generator
 from tribopipe.contact.mechanics import contact_modulus, hertz_radius
 from tribopipe.contact.pin_on_disc import pin_contact
 from tribopipe.errors import FitError
-from tribopipe.records.manifest import RunManifest
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.study import Study
@@ -23,6 +22,7 @@ from tribopipe.records.verdict import (
     StudyResult,
 )
 from tribopipe.run import Column
+from tribopipe.study.bodies import check_bodies
 from tribopipe.study.combine import Combination, combine
 from tribopipe.study.life import end_of_life
 from tribopipe.study.member import Member, PosedRun, RunDraws
@@ -97,34 +97,6 @@ def evaluate(
         notes=_notes(fit),
     )
     return Evaluation(result, tuple(curves))
-
-
-def check_bodies(study_id: str, manifests: Sequence[RunManifest]) -> None:
-    """Refuse runs of other materials, geometry or medium under one k_D."""
-    first = manifests[0]
-    for other in manifests[1:]:
-        for what, mine, theirs in zip(_BODY_KEYS, bodies(first), bodies(other), strict=True):
-            if mine != theirs:
-                raise FitError(
-                    f"{study_id}: found {what} {theirs} in {other.id} and {mine} in {first.id}; expected the same "
-                    "bodies in the same medium for one k_D; take one of them out of the study"
-                )
-
-
-_BODY_KEYS = ("contact", "pin shape", "pin radius in m", "pin material", "disc material", "medium")
-
-
-def bodies(manifest: RunManifest) -> tuple[object, ...]:
-    """Return what runs must have in common for one k_D."""
-    contact = manifest.contact
-    return (
-        contact.kind,
-        contact.pin.shape,
-        contact.pin.radius.value,
-        contact.pin.material,
-        contact.disc.material,
-        manifest.conditions.medium,
-    )
 
 
 class _Law:

@@ -128,7 +128,7 @@ def exponent(draws: RunDraws, comparison: Comparison, own: Column) -> Exponent |
 def sentence(law: LawName, role: Role, verdict: RunVerdict) -> str:
     """Say the outcome as a tribologist would."""
     name, load = f"{law.capitalize()}'s law", show(verdict.normal_load.value, None, "N", "mN")
-    where = verdict.sliding_distance.shown("m")
+    where = f"{verdict.sliding_distance.value:.4g} m"
     low, high = (end.shown("um") for end in verdict.predicted_interval)
     said = (
         f"{verdict.predicted_depth.shown('um')} {role} (95 % interval {low} to {high}) against "
@@ -155,7 +155,7 @@ def _bend(verdict: RunVerdict) -> str:
     if change is None or change.p_value > _SURE:
         return ""
     return (
-        f", and its wear rate leaves the law at about {change.sliding_distance.shown('m')}, after which k_D is "
+        f", and its wear rate leaves the law at about {change.sliding_distance.value:.2g} m, after which k_D is "
         f"{change.rate_ratio:.2f} times that before"
     )
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import Recipe
+from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.results import COVERAGE_FACTOR, FrictionFit, WearFit, WearPrediction
 from tribopipe.run import Column, RawRun
 from tribopipe.wear.friction_path import run_path
@@ -23,13 +23,13 @@ class LawCurve:
 
 
 def run_scenario(
-    run: RawRun, fit: WearFit, coefficient: Quantity, friction: FrictionFit | None, recipe: Recipe
+    run: RawRun, law: LawName, coefficient: Quantity, friction: FrictionFit | None, recipe: Recipe
 ) -> WearScenario:
     """Return the scenario of a run's own contact, load and friction under a known k_D."""
     conditions = run.manifest.conditions
     path = run_path(run, friction, recipe.wear.friction)
     return WearScenario(
-        run.manifest.contact, conditions.normal_load, coefficient, fit.model, path, recipe, conditions.sliding_speed
+        run.manifest.contact, conditions.normal_load, coefficient, law, path, recipe, conditions.sliding_speed
     )
 
 
@@ -39,7 +39,7 @@ def fitted_curve(
     """Return the fitted law along its run; the band is that of k_D. None where nothing was fitted."""
     if fit.wear_coefficient is None or fit.interval is None:
         return None
-    scenario = run_scenario(run, fit, fit.wear_coefficient, friction, recipe or Recipe())
+    scenario = run_scenario(run, fit.model, fit.wear_coefficient, friction, recipe or Recipe())
     depth, lower, upper = (
         replace(scenario, wear_coefficient=k).worn(run.sliding_distance).depth
         for k in (fit.wear_coefficient, *fit.interval)

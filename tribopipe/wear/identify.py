@@ -119,9 +119,8 @@ def _as_joint(fit: WearFit, joint: JointProblem) -> WearFit:
 
 def _first_order(problem: WearProblem, coefficient: float) -> dict[str, Any]:
     """Return k_D with its uncertainty, interval, budget and end depth, to first order."""
-    random = problem.random_uncertainty(coefficient)
-    budget = _budget(problem, coefficient, random)
-    relative = math.hypot(*(line.relative for line in budget))
+    lines = budget(problem, coefficient)
+    relative = math.hypot(*(line.relative for line in lines))
     factor = math.exp(COVERAGE_FACTOR * relative)
     end = np.asarray([problem.distance[-1]])
     volume = coefficient * problem.unit_volume(problem.values, end)
@@ -130,8 +129,8 @@ def _first_order(problem: WearProblem, coefficient: float) -> dict[str, Any]:
     return {
         "wear_coefficient": Quantity(value=coefficient, unit="m^2/N", standard_uncertainty=coefficient * relative),
         "interval": (_coefficient(coefficient / factor), _coefficient(coefficient * factor)),
-        "random_uncertainty": _coefficient(coefficient * random),
-        "budget": budget,
+        "random_uncertainty": _coefficient(coefficient * problem.random_uncertainty(coefficient)),
+        "budget": lines,
         "fitted_end_depth": Quantity(value=float(state.depth[0]), unit="m", standard_uncertainty=slope * relative),
     }
 
@@ -140,7 +139,9 @@ def _coefficient(value: float) -> Quantity:
     return Quantity(value=value, unit="m^2/N")
 
 
-def _budget(problem: WearProblem, coefficient: float, random: float) -> tuple[Contribution, ...]:
+def budget(problem: WearProblem, coefficient: float) -> tuple[Contribution, ...]:
+    """Return what the uncertainty of k_D is made of, to first order, the largest part first."""
+    random = problem.random_uncertainty(coefficient)
     lines = [Contribution(name="residuals of the fit", source="fit", relative=random)]
     lines += _friction_line(problem, coefficient)
     lines += [

@@ -1,0 +1,104 @@
+"""One study as a NeXus HDF5 file, studies/<id>.h5 in the archive folder.
+
+/entry                NXentry, opens on its first curve
+  archived            NXcollection: format of this file, fingerprint of all the study was made from
+  process             NXprocess: program, version, date
+  study, result       NXnote: JSON, from which the records come back to the last digit
+  options             NXnote: JSON of the recipe's parts that were used
+  curve_000 …         NXdata: one run under one law, measured wear beside the law with both 95 % bands
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import h5py
+import numpy as np
+
+from tribopipe.archive import nexus
+from tribopipe.errors import ArchiveError
+from tribopipe.records.study import Study
+from tribopipe.records.verdict import StudyResult
+from tribopipe.study.evaluate import StudyCurve
+from tribopipe.units import from_si, to_si
+from tribopipe.version import VERSION
+
+STUDY_FORMAT = "tribopipe.archive.study/1"
+_DEPTHS = ("predicted", "lower", "upper", "measurement_lower", "measurement_upper")
+
+
+@dataclass(frozen=True)
+class StoredStudy:
+    """A study as the archive keeps it."""
+
+    study: Study
+    result: StudyResult
+    curves: tuple[StudyCurve, ...]
+    inputs_sha256: str
+    """Fingerprint of version, options, and the runs it stands on."""
+    options: Mapping[str, Any]
+    program_version: str
+    date: str
+
+
+def write_study(file: h5py.File, stored: StoredStudy) -> None:
+    """Write a study into an empty file."""
+    file.attrs.update(NX_class="NXroot", default="entry", creator="tribopipe", creator_version=VERSION)
+    entry = nexus.group(file, "entry", "NXentry")
+    nexus.field(entry, "title", stored.study.title or stored.study.id)
+    nexus.field(entry, "identifier_study", stored.study.id)
+    archived = nexus.group(entry, "archived", "NXcollection")
+    nexus.field(archived, "format", STUDY_FORMAT)
+    nexus.field(archived, "inputs_sha256", stored.inputs_sha256)
+    process = nexus.group(entry, "process", "NXprocess")
+    nexus.field(process, "program", "tribopipe")
+    nexus.field(process, "version", stored.program_version)
+    nexus.field(process, "date", stored.date)
+    nexus.document(entry, "study", stored.study)
+    nexus.document(entry, "result", stored.result)
+    options = nexus.group(entry, "options", "NXnote")
+    nexus.field(options, "type", "application/json")
+    nexus.field(options, "data", json.dumps(dict(stored.options), sort_keys=True))
+    for number, curve in enumerate(stored.curves):
+        _write_curve(entry, f"curve_{number:03}", curve)
+    if stored.curves:
+        entry.attrs["default"] = "curve_000"
+
+
+def _write_curve(entry: h5py.Group, name: str, curve: StudyCurve) -> None:
+    data = nexus.group(entry, name, "NXdata", signal="measured", axes=["sliding_distance"])
+    data.attrs["auxiliary_signals"] = list(_DEPTHS)
+    data.attrs["sliding_distance_indices"] = 0
+    nexus.field(data, "title", f"{curve.run_id}: {curve.role} by {curve.model.capitalize()}'s law")
+    for told in ("run_id", "model", "role"):
+        nexus.field(data, told, getattr(curve, told))
+    nexus.field(data, "sliding_distance", curve.sliding_distance, "m")
+    for depth in ("measured", *_DEPTHS):
+        nexus.field(data, depth, np.asarray(from_si(getattr(curve, depth), "m", "um")), "um")
+
+
+def read_study(file: h5py.File, path: object) -> StoredStudy:
+    """Read a study. Raises ``ArchiveError`` where the file is none of ours, or of a format to come."""
+    if "entry/archived/format" not in file or nexus.text(file, "entry/archived/format") != STUDY_FORMAT:
+        raise ArchiveError(
+            f"{path}: found an HDF5 file that is no study of the format {STUDY_FORMAT}; expected one written by "
+            "tribopipe; move it away and run the study again"
+        )
+    entry = file["entry"]
+    curves = [_read_curve(entry[name]) for name in sorted(entry) if name.startswith("curve_")]
+    return StoredStudy(
+        study=Study.model_validate_json(nexus.text(entry, "study/data")),
+        result=StudyResult.model_validate_json(nexus.text(entry, "result/data")),
+        curves=tuple(curves),
+        inputs_sha256=nexus.text(entry, "archived/inputs_sha256"),
+        options=json.loads(nexus.text(entry, "options/data")),
+        program_version=nexus.text(entry, "process/version"),
+        date=nexus.text(entry, "process/date"),
+    )
+
+
+def _read_curve(data: h5py.Group) -> StudyCurve:
+    told = {name: nexus.text(data, name) for name in ("run_id", "model", "role")}
+    depths = {name: to_si(nexus.floats(data, name), "um", "length") for name in ("measured", *_DEPTHS)}
+    return StudyCurve(**told, sliding_distance=nexus.floats(data, "sliding_distance"), **depths)  # type: ignore[arg-type]

@@ -1,0 +1,284 @@
+"""Commands on several runs under one law: study new, study run, study show, study figures; plan."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tribopipe.cli.options import (
+    DEFAULT_ARCHIVE,
+    ArchiveFolder,
+    AsJson,
+    Force,
+    Law,
+    RecipeFile,
+    archived_ids,
+    load_archive,
+    load_recipe,
+)
+from tribopipe.cli.output import finish, print_json, progress, record_json, say, table
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from tribopipe.archive.store import Archive
+    from tribopipe.records.recipe import Recipe
+    from tribopipe.records.verdict import LawResult, RunVerdict, StudyResult
+
+study_app = typer.Typer(
+    help="Fit some runs, predict others, and say where the wear law does not hold.", no_args_is_help=True
+)
+_COLUMNS = (
+    "run",
+    "role",
+    "load",
+    "measured, µm",
+    "by the law, µm",
+    "95 % interval",
+    "E_n",
+    "along",
+    "k_D / study's",
+    "verdict",
+)
+
+
+def archived_studies(context: typer.Context) -> list[str]:
+    """Complete ids of archived studies."""
+    folder = Path(context.params.get("archive") or DEFAULT_ARCHIVE) / "studies"
+    return sorted(path.stem for path in folder.glob("*.h5"))
+
+
+@study_app.command("new")
+def new(
+    paths: Annotated[list[Path] | None, typer.Argument(help="Run folders; none for the runs of the archive.")] = None,
+    into: Annotated[Path, typer.Option("--into", help="Folder to write into.")] = Path(),
+    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    force: Annotated[bool, typer.Option("--force", help="Replace a document that is there already.")] = False,
+) -> None:
+    """Draft a study for each set of runs of the same bodies: the lightest load is fitted, the others predicted.
+
+    Writes study.toml, or <id>.study.toml for each of several; read it and change it before you run it.
+    """
+    from tribopipe.errors import ManifestError
+    from tribopipe.files import write_file
+    from tribopipe.pipeline import find_runs
+    from tribopipe.records.manifest import manifest_path, read_manifest
+    from tribopipe.records.study import STUDY_NAME, STUDY_SUFFIX
+    from tribopipe.studies import draft_studies, study_toml
+
+    if paths:
+        folders = [run for path in paths for run in find_runs(path)]
+        manifests = [read_manifest(manifest_path(folder))[0] for folder in folders]
+    else:
+        store = load_archive(archive)
+        manifests = [store.manifest(run_id) for run_id in store.ids() if store.bad(run_id) is None]
+    drafts = draft_studies(manifests)
+    for draft in drafts:
+        path = into / (STUDY_NAME if len(drafts) == 1 else f"{draft.id}{STUDY_SUFFIX}")
+        if path.exists() and not force:
+            raise ManifestError(f"{path}: found a study there already; expected none; --force replaces it")
+        into.mkdir(parents=True, exist_ok=True)
+        write_file(path, study_toml(draft).encode("utf-8"))
+        say(f"{path}: fits {', '.join(draft.fit)}; predicts {', '.join(draft.predict) or 'none'}")
+
+
+@study_app.command("run")
+def run(
+    path: Annotated[Path, typer.Argument(help="study.toml.", metavar="STUDY")],
+    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    recipe: RecipeFile = None,
+    force: Force = False,
+    as_json: AsJson = False,
+    figures: Annotated[bool, typer.Option(help="Save figures beside the archive.")] = True,
+) -> None:
+    """Evaluate a study on archived runs, and archive it."""
+    from tribopipe.report.studies import save_study_figures
+    from tribopipe.studies import load_studies, run_study
+
+    (study,) = load_studies([path])
+    store = load_archive(archive)
+    with progress("study", None) as advance:
+        outcomes = []
+        for outcome in run_study(store, study, load_recipe(recipe), force=force):
+            outcomes.append(outcome)
+            advance(outcome.run_id)
+    if outcomes[0].error is None:
+        result = store.study(study.id).result
+        if outcomes[0].status == "unchanged":
+            say(f"{study.id}: unchanged, nothing to do")
+        show_study(result)
+        if figures and outcomes[0].status == "done":
+            say(f"figures in {save_study_figures(store, study.id)[0].parent}")
+        if as_json:
+            print_json(record_json(result))
+    finish(outcomes)
+
+
+@study_app.command("show")
+def show(
+    study_id: Annotated[
+        str | None,
+        typer.Argument(
+            help="Id of an archived study; none lists them.", metavar="[ID]", autocompletion=archived_studies
+        ),
+    ] = None,
+    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    as_json: AsJson = False,
+) -> None:
+    """Show an archived study, or list them."""
+    store = load_archive(archive)
+    if study_id is not None:
+        result = store.study(study_id).result
+        show_study(result)
+        if as_json:
+            print_json(record_json(result))
+        return
+    stored = [store.study(one) for one in store.study_ids()]
+    if as_json:
+        print_json({"studies": [record_json(one.study) for one in stored]})
+        return
+    table(
+        f"{len(stored)} studies in {archive}",
+        ["study", "fits", "predicts", "verdicts"],
+        [[one.study.id, ", ".join(one.study.fit), str(len(one.study.predict)), _tally(one.result)] for one in stored],
+    )
+
+
+def _tally(result: "StudyResult") -> str:
+    outcomes = [verdict.outcome for law in result.laws for verdict in law.runs if verdict.role == "predicted"]
+    return ", ".join(f"{outcomes.count(name)} {name}" for name in dict.fromkeys(outcomes)) or "–"
+
+
+@study_app.command("figures")
+def figures(
+    ids: Annotated[
+        list[str] | None,
+        typer.Argument(help="Ids of studies; none for all.", metavar="[ID]...", autocompletion=archived_studies),
+    ] = None,
+    into: Annotated[Path | None, typer.Option("--into", help="Folder; by default figures/ in the archive.")] = None,
+    formats: Annotated[list[str] | None, typer.Option("--format", help="svg, png or pdf; may be repeated.")] = None,
+    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+) -> None:
+    """Draw a study as a paper would: wear under each law, friction, k_D against friction."""
+    from tribopipe.report.studies import save_study_figures
+
+    known = ("svg", "png", "pdf")
+    for name in formats or ():
+        if name not in known:
+            raise typer.BadParameter(f"--format: found {name!r}; expected one of {', '.join(known)}")
+    store = load_archive(archive)
+    for study_id in ids or store.study_ids():
+        for path in save_study_figures(store, study_id, into, tuple(f".{name}" for name in formats or ("svg", "png"))):
+            say(str(path))
+
+
+def show_together(
+    store: "Archive", fit: "Sequence[str]", predict: "Sequence[str]", law: Law, recipe: "Recipe", *, as_json: bool
+) -> None:
+    """Evaluate a study that no document describes, and show it; nothing of it is kept."""
+    from tribopipe.records.base import read_document
+    from tribopipe.records.study import Study
+    from tribopipe.studies import evaluate_archived
+
+    document = {"id": "together", "fit": fit, "predict": predict, "laws": [law]}
+    result = evaluate_archived(store, read_document(document, Study, where="runs"), recipe).result
+    show_study(result)
+    if as_json:
+        print_json(record_json(result))
+
+
+def show_study(result: "StudyResult") -> None:
+    """Show a study as tables and in words."""
+    for law in result.laws:
+        _show_law(result, law)
+    for run_id, comparison in result.comparisons.items():
+        better = f"{comparison.preferred.capitalize()}'s law" if comparison.preferred else "neither law"
+        say(f"{run_id}: its shape prefers {better} (AIC of Sarkar's minus Archard's {comparison.delta_aic:+.1f})")
+    for left_out in result.left_out:
+        say(f"left out: {left_out.id} ({left_out.reason})")
+    for note in result.notes:
+        say(f"note: {note}")
+
+
+def _show_law(result: "StudyResult", law: "LawResult") -> None:
+    low, high = (end.shown("mm^3/(N*mm)") for end in law.interval)
+    k = law.wear_coefficient.shown("mm^3/(N*mm)")
+    table(
+        f"{result.id}, {law.model.capitalize()}'s law: k_D = {k}, 95 % interval {low} to {high}",
+        _COLUMNS,
+        [_verdict_row(verdict) for verdict in law.runs],
+    )
+    between = law.between_runs
+    if between is not None:
+        say(
+            f"scatter of k_D between the {between.runs} runs {between.scatter:.1%}, within a run {between.within:.1%}; "
+            f"probability of so much disagreement under one k_D {between.p_value:.2g}"
+        )
+        for run_id in between.outliers:
+            say(f'{run_id}: outlier; `tribopipe mark-bad {run_id} --reason "…"` would leave it out')
+    for verdict in law.runs:
+        say(f"{verdict.id}: {verdict.sentence}")
+        for note in verdict.notes:
+            say(f"{verdict.id}: note: {note}")
+        life = verdict.end_of_life
+        if life is not None:
+            upper = "open" if life.interval[1] is None else life.interval[1].shown("m")
+            say(
+                f"{verdict.id}: reaches {life.wear_depth.shown('um')} at {life.sliding_distance.shown('m')} "
+                f"(95 % interval {life.interval[0].shown('m')} to {upper})"
+            )
+
+
+def _verdict_row(verdict: "RunVerdict") -> list[str]:
+    micro = "um"
+    low, high = (end.shown(micro).removesuffix(" µm") for end in verdict.predicted_interval)
+    return [
+        verdict.id,
+        verdict.role,
+        verdict.normal_load.shown("mN"),
+        verdict.measured_depth.shown(micro).removesuffix(" µm"),
+        verdict.predicted_depth.shown(micro).removesuffix(" µm"),
+        f"{low} to {high}",
+        f"{verdict.e_n:+.2f}",
+        f"{verdict.e_n_curve:+.2f}",
+        str(verdict.coefficient_ratio),
+        verdict.outcome,
+    ]
+
+
+def plan(
+    name: Annotated[
+        str, typer.Argument(help="Id of an archived run or study.", metavar="ID", autocompletion=archived_ids)
+    ],
+    interval: Annotated[str, typer.Option("--interval", help='Wanted 95 % interval of k_D, "10 %" for ±10 %.')],
+    model: Annotated[Law, typer.Option("--model", "--law", help="Wear law.")] = "archard",
+    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    recipe: RecipeFile = None,
+    as_json: AsJson = False,
+) -> None:
+    """Say which uncertainty pays most to reduce, and how far to slide or how often to repeat for a wanted interval."""
+    from tribopipe.studies import plan_archived
+    from tribopipe.units import parse
+
+    store = load_archive(archive)
+    found = plan_archived(store, name, model, parse(interval, "percentage"), load_recipe(recipe))
+    say(str(found))
+    table(
+        "  what the uncertainty of k_D is made of",
+        ["input", "value", "u of k_D", "of the variance", "95 % if halved"],
+        [
+            [
+                lever.name,
+                lever.value.shown(lever.shown_in) if lever.value else "–",
+                f"{lever.relative:.2%}",
+                f"{lever.share:.0%}",
+                f"±{lever.if_halved:.1%}",
+            ]
+            for lever in found.levers
+        ],
+    )
+    if as_json:
+        print_json(record_json(found))
+
+
+COMMANDS = {"plan": plan}

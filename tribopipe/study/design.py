@@ -1,0 +1,150 @@
+"""Experimental design: what a longer test, replicates, or a better known input would do for k_D.
+
+To first order (JCGM 100:2008, 5.1.2) on the run as it would be: the law with the k_D found, the same sensors, the same
+absolute uncertainties of end values, and the same noise at the same sampling rate.
+"""
+
+import math
+from collections.abc import Collection
+from dataclasses import replace
+
+import numpy as np
+
+from tribopipe.end_values import EndValueUsed, EndWear
+from tribopipe.errors import ContactError, FitError
+from tribopipe.geometry import cap_radius
+from tribopipe.records.design import Design, Lever
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.recipe import LawName
+from tribopipe.records.results import COVERAGE_FACTOR, Contribution
+from tribopipe.study.member import PosedRun
+from tribopipe.wear.identify import budget
+from tribopipe.wear.inputs import Input
+from tribopipe.wear.joint import END_ANCHOR, Anchor, JointProblem
+from tribopipe.wear.problem import WearProblem
+
+_LENGTHS = np.geomspace(1.0, 100.0, 61)
+"""Test lengths looked at, in lengths of the run."""
+
+
+def design(
+    run: PosedRun, law: LawName, wanted: float, shared: Collection[str] = (), scatter: float | None = None
+) -> Design:
+    """Say what it takes to know k_D to ``wanted``, the half width of its 95 % interval over k_D.
+
+    ``shared`` inputs are off by the same error in all replicates; ``scatter`` is that of k_D between runs over k_D.
+    """
+    if not wanted > 0:
+        raise FitError(f"plan: found a wanted interval of {wanted:g}; expected one above zero, such as '10 %'")
+    lines = budget(run.problem, run.coefficient)
+    now = _half_width(lines)
+    common = {name.replace("_", " ") for name in shared}
+    by_shared = _half_width([line for line in lines if line.name in common])
+    length, by_distance = _length(run, wanted)
+    return Design(
+        id=run.member.id,
+        model=law,
+        half_width=now,
+        wanted=wanted,
+        levers=tuple(_levers(lines)),
+        sliding_distance=None if length is None else Quantity(value=length * run.problem.slid, unit="m"),
+        by_distance=by_distance,
+        replicates=_replicates(now, by_shared, COVERAGE_FACTOR * (scatter or 0.0), wanted),
+        by_replicates=by_shared,
+        scatter=scatter,
+    )
+
+
+def _half_width(lines: Collection[Contribution]) -> float:
+    return COVERAGE_FACTOR * math.hypot(*(line.relative for line in lines))
+
+
+def _levers(lines: Collection[Contribution]) -> list[Lever]:
+    variance = sum(line.relative**2 for line in lines)
+    return [
+        Lever(
+            name=line.name,
+            value=line.value,
+            shown_in=line.shown_in,
+            relative=abs(line.relative),
+            share=line.relative**2 / variance,
+            if_halved=COVERAGE_FACTOR * math.sqrt(variance - 0.75 * line.relative**2),
+        )
+        for line in sorted(lines, key=lambda line: -abs(line.relative))
+    ]
+
+
+def _length(run: PosedRun, wanted: float) -> tuple[float | None, float]:
+    """Return the length that does, in lengths of the run, and the least half width of any."""
+    best = math.inf
+    before = (1.0, math.inf)
+    for length in _LENGTHS.tolist():
+        try:
+            width = _half_width(budget(at_length(run.problem, run.coefficient, length), run.coefficient))
+        except ContactError:  # the tip is worn away before
+            break
+        best = min(best, width)
+        if width <= wanted:
+            return _between(before, (length, width), wanted), best
+        before = (length, width)
+    return None, best
+
+
+def _between(before: tuple[float, float], after: tuple[float, float], wanted: float) -> float:
+    """Return the length at which the half width is as wanted, by interpolation of logarithms."""
+    (short, wide), (long, narrow) = before, after
+    if not math.isfinite(wide):
+        return long
+    share = math.log(wide / wanted) / math.log(wide / narrow)
+    return float(short * (long / short) ** share)
+
+
+def _replicates(now: float, shared: float, scatter: float, wanted: float) -> int | None:
+    room = wanted**2 - shared**2
+    if room <= 0:
+        return None
+    return max(1, math.ceil((now**2 - shared**2 + scatter**2) / room - 1e-9))
+
+
+def at_length(problem: WearProblem, coefficient: float, length: float) -> WearProblem:
+    """Return the problem that a test ``length`` times as long would pose if the law held exactly.
+
+    Raises ``ContactError`` where the tip would be worn away.
+    """
+    values = problem.values
+    longer = replace(
+        problem, distance=problem.distance * length, slid=problem.slid * length, weights=problem.weights * length
+    )
+    end = float(longer.depth(coefficient, values, np.asarray([longer.slid]))[0])
+    wear = _grown(problem.end, end)
+    share = 1 + (wear.disc.quantity.value / end if wear.disc is not None else 0.0)
+    scale, zero = values["depth_scale"], problem.trace.zero_offset
+    curve = zero.value + longer.depth(coefficient, values, longer.distance) * share / scale
+    last = problem.trace.end_reading.model_copy(update={"value": zero.value + end * share / scale})
+    trace = replace(problem.trace, reading=curve, end_reading=last, duration=problem.trace.duration * length)
+    inputs = dict(problem.inputs) | {END_ANCHOR: Input(wear.pin.quantity, problem.inputs[END_ANCHOR].source)}
+    if wear.disc is not None:
+        inputs["disc_end_value"] = Input(wear.disc.quantity, problem.inputs["disc_end_value"].source)
+    if "end_reading" in inputs:
+        inputs["end_reading"] = Input(last, "fit")
+    longer = replace(longer, trace=trace, end=wear, inputs=inputs)
+    if isinstance(longer, JointProblem):
+        longer = replace(longer, anchors=(Anchor(END_ANCHOR, longer.slid, wear),))
+    return longer
+
+
+def _grown(end: EndWear, depth: float) -> EndWear:
+    """Return the end values of a pin worn to another depth, the disc's in proportion, as uncertain as before."""
+    measured = 2 * float(cap_radius(height=depth, sphere_radius=end.pin_radius)) if _is_scar(end) else depth
+    disc = None
+    if end.disc is not None:
+        disc = _with_value(end.disc, end.disc.quantity.value * depth / end.pin_depth.value)
+    return EndWear(_with_value(end.pin, measured), disc, end.pin_radius)
+
+
+def _is_scar(end: EndWear) -> bool:
+    return end.pin.name == "pin_scar_diameter"
+
+
+def _with_value(used: EndValueUsed, value: float) -> EndValueUsed:
+    return replace(used, quantity=used.quantity.model_copy(update={"value": value}))
