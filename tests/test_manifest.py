@@ -37,8 +37,8 @@ def as_json(document: object) -> object:
     return json.loads(json.dumps(document, default=lambda date: date.isoformat()))
 
 
-def with_value(path: tuple, value: object) -> dict:
-    document = copy.deepcopy(DOCUMENT)
+def with_value(path: tuple, value: object, of: dict = DOCUMENT) -> dict:
+    document = copy.deepcopy(of)
     table = document
     for step in path[:-1]:
         table = table[step]
@@ -137,6 +137,124 @@ def test_first_problem_is_told_and_the_rest_counted():
         read_document(document, RunManifest, where="where")
 
 
+# --- interruptions and sensors ---
+
+STOPS: list[dict] = [
+    {"sliding_distance": "100 m", "pin_wear_depth": {"value": "10 um", "standard_uncertainty": "0.1 um"}},
+    {"sliding_distance": "0.25 km", "remounted": True, "pin_scar_diameter": "320 um"},
+]
+
+
+def with_stop(number: int, **changes: object) -> dict:
+    """The document with two interruptions, one of them changed."""
+    stops = copy.deepcopy(STOPS)
+    stops[number] |= changes
+    return with_value(("interruptions",), stops)
+
+
+def test_interruptions_are_read_in_their_order():
+    document = with_stop(0)
+    stops = read_document(document, RunManifest, where="where").interruptions
+    run_schema().validate(as_json(document))
+    assert [stop.sliding_distance.value for stop in stops] == [100.0, 250.0]
+    assert [stop.remounted for stop in stops] == [False, True]
+    assert (stops[0].pin_wear_depth.value, stops[0].pin_wear_depth.standard_uncertainty) == pytest.approx(
+        (10e-6, 0.1e-6), rel=1e-12
+    )
+    assert stops[1].pin_scar_diameter.value == pytest.approx(320e-6, rel=1e-12)
+    assert (stops[0].pin_scar_diameter, stops[1].pin_wear_depth) == (None, None)
+
+
+def test_run_without_interruptions_has_none():
+    assert read_document(DOCUMENT, RunManifest, where="where").interruptions == ()
+
+
+@pytest.mark.parametrize(("second", "shown"), [("50 m", "100, 50"), ("100 m", "100, 100"), ("100000 mm", "100, 100")])
+def test_interruptions_that_do_not_follow_each_other_are_refused(second, shown):
+    with pytest.raises(
+        ManifestError, match=rf"^where: interruptions: found the sliding distances {shown} m; expected each above"
+    ):
+        read_document(with_stop(1, sliding_distance=second), RunManifest, where="where")
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "found"),
+    [
+        ("pin_scar_diameter", "1.588 mm", "found 1588 µm, no smaller than the pin's diameter"),
+        ("pin_wear_depth", "0.8 mm", "found 800 µm, no less than the pin radius"),
+    ],
+)
+@pytest.mark.parametrize("number", [0, 1])
+def test_impossible_wear_at_an_interruption_is_named_with_its_place(number, key, value, found):
+    with pytest.raises(ManifestError, match=rf"^where: interruptions\[{number}\]\.{key}: {found}"):
+        read_document(with_stop(number, **{key: value}), RunManifest, where="where")
+
+
+def test_scar_of_a_flat_pin_at_an_interruption_is_named_with_its_place():
+    document = with_stop(1)
+    document["contact"]["pin"]["shape"] = "flat"
+    document["end_values"] = {}
+    with pytest.raises(ManifestError, match=r"^where: interruptions\[1\]\.pin_scar_diameter: found one for a flat pin"):
+        read_document(document, RunManifest, where="where")
+
+
+def test_negative_wear_at_an_interruption_is_named_with_its_place():
+    with pytest.raises(ManifestError, match=r"^where: interruptions\[0\].*pin_wear_depth: found .*; expected zero or"):
+        read_document(with_stop(0, pin_wear_depth="-1 um"), RunManifest, where="where")
+
+
+def test_unknown_key_at_an_interruption_is_refused_with_its_place_and_the_nearest_one():
+    document = with_stop(1, remount=True)
+    with pytest.raises(ManifestError, match=r"^where: interruptions\[1\]\.remount: unknown key; .*remounted"):
+        read_document(document, RunManifest, where="where")
+    assert not run_schema().is_valid(as_json(document))
+
+
+def test_interruption_without_its_distance_is_refused():
+    document = with_stop(0)
+    del document["interruptions"][0]["sliding_distance"]
+    with pytest.raises(ManifestError, match=r"^where: interruptions\[0\]\.sliding_distance: missing; add this key$"):
+        read_document(document, RunManifest, where="where")
+    assert not run_schema().is_valid(as_json(document))
+
+
+@pytest.mark.parametrize(
+    ("written", "value", "spread"),
+    [
+        (1.02, 1.02, None),
+        ({"value": 1.02, "standard_uncertainty": 0.01}, 1.02, 0.01),
+        # Of a ratio, a per cent is a hundredth and not a share.
+        ({"value": 1.02, "standard_uncertainty": "0.5 %"}, 1.02, 0.005),
+    ],
+)
+def test_depth_scale_is_taken_with_its_uncertainty(written, value, spread):
+    document = with_value(("sensors",), {"depth_scale": written})
+    scale = read_document(document, RunManifest, where="where").sensors.depth_scale
+    run_schema().validate(as_json(document))
+    assert (scale.value, scale.unit) == (value, "1")
+    assert scale.standard_uncertainty == (spread if spread is None else pytest.approx(spread, rel=1e-12))
+
+
+def test_depth_scale_left_out_is_one():
+    document = copy.deepcopy(DOCUMENT)
+    document.pop("sensors", None)
+    scale = read_document(document, RunManifest, where="where").sensors.depth_scale
+    assert (scale.value, scale.standard_uncertainty) == (1.0, None)
+
+
+@pytest.mark.parametrize(
+    ("sensors", "problem"),
+    [
+        ({"depth_scale": "1 mm"}, r"sensors\.depth_scale: "),
+        ({"depth_scale": {"value": 1, "standard_uncertainty": -0.1}}, r"sensors\.depth_scale: found a negative"),
+        ({"depth_scales": 1}, r"sensors\.depth_scales: unknown key; .*depth_scale"),
+    ],
+)
+def test_depth_scale_that_is_none_is_refused(sensors, problem):
+    with pytest.raises(ManifestError, match=f"^where: {problem}"):
+        read_document(with_value(("sensors",), sensors), RunManifest, where="where")
+
+
 # --- anything at all ---
 
 LEAVES = st.one_of(
@@ -184,6 +302,12 @@ def assert_taken_or_refused(record, where: str, read) -> None:
 @given(st.sampled_from(paths_in(DOCUMENT)), VALUES)
 def test_any_value_anywhere_is_taken_or_refused(path, value):
     document = with_value(path, value)
+    assert_taken_or_refused(RunManifest, "where", lambda: read_document(document, RunManifest, where="where"))
+
+
+@given(st.sampled_from([path for path in paths_in(with_stop(0)) if path[0] == "interruptions"]), VALUES)
+def test_any_value_at_an_interruption_is_taken_or_refused(path, value):
+    document = with_value(path, value, of=with_stop(0))
     assert_taken_or_refused(RunManifest, "where", lambda: read_document(document, RunManifest, where="where"))
 
 

@@ -38,6 +38,8 @@ class SensorTrace:
     ramp: Column
     """0 at the start of sliding, 1 at the last sample."""
     duration: float
+    slid: float
+    """Sliding distance at the end of the run, m, whether or not depth was still recorded there."""
     zero_offset: Quantity
     end_reading: Quantity
 
@@ -64,7 +66,12 @@ def read_trace(run: RawRun, end: EndWear, recipe: Recipe) -> SensorTrace:
     wear = _first_wear(run, end, np.maximum(distance[seen], 0.0) / slid)
     zero, last = _ends(distance[seen], reading[seen], wear, slid, recipe.drift.window)
     return SensorTrace(
-        reading=reading, ramp=(time - start) / duration, duration=duration, zero_offset=zero, end_reading=last
+        reading=reading,
+        ramp=(time - start) / duration,
+        duration=duration,
+        slid=slid,
+        zero_offset=zero,
+        end_reading=last,
     )
 
 
@@ -100,7 +107,8 @@ def _noise(smooth: Column, reading: Column) -> float:
 
 
 def _intercept(x: Column, y: Column, noise: float) -> Quantity:
-    design = np.column_stack([np.ones_like(x), x])
+    # Wear is micrometres: in units of its own largest value it weighs as much as the offset.
+    design = np.column_stack([np.ones_like(x), x / np.max(np.abs(x))])
     (value, _), *_ = np.linalg.lstsq(design, y, rcond=None)
     variance = noise * float(np.linalg.pinv(design.T @ design)[0, 0])
     return Quantity(value=float(value), unit="m", standard_uncertainty=math.sqrt(max(0.0, variance)))

@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.random import Generator
 
+from tribopipe.errors import FitError
 from tribopipe.run import Column
 
 BLOCK = 10_000
@@ -73,6 +74,11 @@ def propagate(model: Callable[[Generator, int], Column], *, digits: int = 1, see
         block = Distribution(blocks[-1])
         told.append((block.mean, block.standard_uncertainty, *block.interval))
         whole = np.concatenate(blocks)
+        if not len(whole):
+            raise FitError(
+                f"Monte Carlo: found no solution in {BLOCK} draws; expected k_D to follow from what is stated; check "
+                "the standard uncertainties"
+            )
         stable = len(blocks) > 1 and _settled(told, Distribution(whole), digits)
         if stable:
             break

@@ -190,6 +190,19 @@ def friction_is_plausible(run: RawRun) -> Iterator[Trouble]:
         )
 
 
+@check("error")
+def interruptions_lie_within_the_run(run: RawRun) -> Iterator[Trouble]:
+    """Refuse an interruption after the end of sliding: its depth would anchor the curve where there is none."""
+    end = float(np.nanmax(run.sliding_distance))
+    for number, stop in enumerate(run.manifest.interruptions):
+        if stop.sliding_distance.value > end:
+            yield Trouble(
+                f"interruptions[{number}].sliding_distance",
+                f"found {stop.sliding_distance.shown('m')} in a run that slid {end:.4g} m; expected one within the run",
+                "write the distance slid since the start of the test; the end has end_values",
+            )
+
+
 @check("warning")
 def depth_is_plausible(run: RawRun) -> Iterator[Trouble]:
     """Compare the rise of the depth reading with the end value: sign, unit or a broken sensor."""

@@ -121,6 +121,8 @@ def _show_page(store: "Archive", run_id: str) -> None:
         say(f"  {step.result}")
         for note in getattr(step.result, "notes", ()) if step.name.startswith("wear_fit") else ():
             say(f"  note: {note}")
+        if isinstance(step.result, WearFit) and step.result.joint is not None:
+            say(f"  drift and wear in one fit: {step.result.joint}")
         if isinstance(step.result, WearFit) and step.result.budget:
             table(
                 "  budget of k_D",

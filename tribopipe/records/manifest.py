@@ -194,10 +194,16 @@ class Interruption(EndValues):
     """Whether the specimens were taken out, so that the depth sensor started again from another offset."""
 
 
+def _above_zero(scale: Quantity) -> Quantity:
+    if not scale.value > 0:
+        raise ValueError(f"found {scale.value:g}; expected a scale above zero, about 1")
+    return scale
+
+
 class Sensors(Record):
     """How far the sensors can be trusted beside their noise."""
 
-    depth_scale: Ratio = Quantity(value=1.0, unit="1")
+    depth_scale: Annotated[Ratio, AfterValidator(_above_zero)] = Quantity(value=1.0, unit="1")
     """True displacement over displacement read: the depth signal is multiplied by it."""
 
 

@@ -24,13 +24,15 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_BLACK, _ORANGE, _BLUE, _GREEN, _RED, _GREY = "#000000", "#E69F00", "#0072B2", "#009E73", "#D55E00", "#8C8C8C"
+BLACK, _ORANGE, _BLUE, _GREEN, _RED, GREY = "#000000", "#E69F00", "#0072B2", "#009E73", "#D55E00", "#8C8C8C"
+PALETTE = (_BLUE, _RED, _GREEN, "#CC79A7", _ORANGE, "#56B4E9", BLACK)
+"""Colours of several runs in one figure."""
 _LAW_COLOURS: dict[LawName, str] = {"archard": _BLUE, "sarkar": _ORANGE}
 _FITTED_STYLES: dict[LawName, str] = {"archard": "-", "sarkar": "--"}
 _LAW_STYLES: dict[LawName, str] = {"archard": "-.", "sarkar": ":"}
 _LAW_NAMES: dict[LawName, str] = {"archard": "Archard", "sarkar": "Sarkar"}
 _MOST_POINTS = 1500
-_STYLE: Any = {
+STYLE: Any = {
     "font.size": 9,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -40,6 +42,7 @@ _STYLE: Any = {
     "lines.linewidth": 1.4,
     "svg.hashsalt": "tribopipe",
     "svg.fonttype": "none",
+    "pdf.fonttype": 42,  # journals take no Type 3 fonts
     "figure.constrained_layout.use": True,
 }
 
@@ -47,14 +50,14 @@ _STYLE: Any = {
 P = ParamSpec("P")
 
 
-def _styled(plot: "Callable[P, Figure]") -> "Callable[P, Figure]":
+def styled(plot: "Callable[P, Figure]", style: Any = STYLE) -> "Callable[P, Figure]":
     """Draw in the style of this module, whatever the user's own is."""
 
     @wraps(plot)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> "Figure":
         from matplotlib import rc_context
 
-        with rc_context(_STYLE):
+        with rc_context(style):
             return plot(*args, **kwargs)
 
     return drawn
@@ -74,7 +77,7 @@ def thinned(x: Column, y: Column) -> tuple[Column, Column]:
     return x[order], y[order]
 
 
-@_styled
+@styled
 def plot_depth(corrected: CorrectedRun) -> "Figure":
     """Draw the depth reading, what drift adds to it, and the corrected wear with the end value."""
     run, correction = corrected.raw, corrected.correction
@@ -82,7 +85,7 @@ def plot_depth(corrected: CorrectedRun) -> "Figure":
     ax = axes[0]
     distance, reading = run.sliding_distance, run.columns.get("depth")
     if reading is not None:
-        ax.plot(*_micro(*thinned(distance, reading)), color=_GREY, lw=0.8, label="sensor reading")
+        ax.plot(*_micro(*thinned(distance, reading)), color=GREY, lw=0.8, label="sensor reading")
     if corrected.wear_depth is not None and reading is not None:
         ax.plot(
             *_micro(*thinned(distance, reading - corrected.wear_depth)),
@@ -118,21 +121,21 @@ def plot_depth(corrected: CorrectedRun) -> "Figure":
     return figure
 
 
-@_styled
+@styled
 def plot_friction(run: RawRun, fit: FrictionFit) -> "Figure":
     """Draw the friction coefficient with Eq. 7 as fitted, and the residuals."""
     figure, (ax, below) = _panels(2)
     distance, path = run.sliding_distance, fitted_path(fit)
     mu = run.columns.get("friction_coefficient", np.full_like(distance, np.nan))
-    ax.plot(*thinned(distance, mu), color=_GREY, lw=0.6, label="measured")
+    ax.plot(*thinned(distance, mu), color=GREY, lw=0.6, label="measured")
     if path is not None and fit.window is not None:
         inside = (distance >= fit.window[0].value) & (distance <= fit.window[1].value)
         fitted = path.coefficient(distance)
         name = "A·exp(−s/c) + b" if fit.outcome == "exponential" else "steady value"
         ax.plot(distance[inside], fitted[inside], color=_BLUE, label=name)
-        below.plot(*thinned(distance[inside], (mu - fitted)[inside]), color=_GREY, lw=0.6)
+        below.plot(*thinned(distance[inside], (mu - fitted)[inside]), color=GREY, lw=0.6)
         _mark_left_out(ax, distance, fit)
-    below.axhline(0, color=_BLACK, lw=0.8)
+    below.axhline(0, color=BLACK, lw=0.8)
     below.set_ylabel("residual of µ")
     ax.set_ylabel("friction coefficient µ")
     _finish(ax, f"{run.id}: friction", _friction_words(fit))
@@ -155,13 +158,13 @@ def _friction_words(fit: FrictionFit) -> str:
     return f"A = {fit.amplitude}, b = {fit.steady_state}, c = {fit.running_in_distance}"
 
 
-@_styled
+@styled
 def plot_wear(corrected: CorrectedRun, fits: Sequence[LawCurve], predictions: Sequence[LawCurve] = ()) -> "Figure":
     """Draw the pin's wear with the fitted laws, their residuals, and predictions from another run, with 95 % bands."""
     figure, (ax, below) = _panels(2)
     run, wear, distance = corrected.raw, corrected.pin_wear_depth, corrected.raw.sliding_distance
     if wear is not None:
-        ax.plot(*_micro(*thinned(distance, wear)), color=_GREY, lw=0.8, label="pin wear, corrected")
+        ax.plot(*_micro(*thinned(distance, wear)), color=GREY, lw=0.8, label="pin wear, corrected")
     for curve in fits:
         colour = _LAW_COLOURS[curve.result.model]
         _draw_law(
@@ -174,7 +177,7 @@ def plot_wear(corrected: CorrectedRun, fits: Sequence[LawCurve], predictions: Se
         name = f"{_LAW_NAMES[curve.result.model]}, predicted from {source or 'a given k_D'}"
         _draw_law(ax, distance, curve, _GREEN, _LAW_STYLES[curve.result.model], name)
     _mark_end(ax, corrected)
-    below.axhline(0, color=_BLACK, lw=0.8)
+    below.axhline(0, color=BLACK, lw=0.8)
     below.set_ylabel(axis("residual", "um"))
     ax.set_ylabel(axis("pin wear depth", "um"))
     _finish(ax, f"{run.id}: wear", "\n".join(_wear_words(curve.result) for curve in fits))
@@ -249,5 +252,5 @@ def save_figure(figure: "Figure", path: Path) -> None:
 
     path.parent.mkdir(parents=True, exist_ok=True)
     dated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(path.suffix, {})
-    with rc_context(_STYLE), replacing(path) as part:
+    with rc_context(STYLE), replacing(path) as part:
         figure.savefig(part, format=path.suffix.removeprefix("."), metadata=dated)

@@ -47,7 +47,7 @@ def design(
         half_width=now,
         wanted=wanted,
         levers=tuple(_levers(lines)),
-        sliding_distance=None if length is None else Quantity(value=length * run.problem.slid, unit="m"),
+        sliding_distance=None if length is None else Quantity(value=length * run.problem.trace.slid, unit="m"),
         by_distance=by_distance,
         replicates=_replicates(now, by_shared, COVERAGE_FACTOR * (scatter or 0.0), wanted),
         by_replicates=by_shared,
@@ -113,15 +113,18 @@ def at_length(problem: WearProblem, coefficient: float, length: float) -> WearPr
     """
     values = problem.values
     longer = replace(
-        problem, distance=problem.distance * length, slid=problem.slid * length, weights=problem.weights * length
+        problem,
+        distance=problem.distance * length,
+        weights=problem.weights * length,
+        trace=replace(problem.trace, slid=problem.trace.slid * length),
     )
-    end = float(longer.depth(coefficient, values, np.asarray([longer.slid]))[0])
+    end = float(longer.depth(coefficient, values, np.asarray([longer.trace.slid]))[0])
     wear = _grown(problem.end, end)
     share = 1 + (wear.disc.quantity.value / end if wear.disc is not None else 0.0)
     scale, zero = values["depth_scale"], problem.trace.zero_offset
     curve = zero.value + longer.depth(coefficient, values, longer.distance) * share / scale
     last = problem.trace.end_reading.model_copy(update={"value": zero.value + end * share / scale})
-    trace = replace(problem.trace, reading=curve, end_reading=last, duration=problem.trace.duration * length)
+    trace = replace(longer.trace, reading=curve, end_reading=last, duration=problem.trace.duration * length)
     inputs = dict(problem.inputs) | {END_ANCHOR: Input(wear.pin.quantity, problem.inputs[END_ANCHOR].source)}
     if wear.disc is not None:
         inputs["disc_end_value"] = Input(wear.disc.quantity, problem.inputs["disc_end_value"].source)
@@ -129,7 +132,7 @@ def at_length(problem: WearProblem, coefficient: float, length: float) -> WearPr
         inputs["end_reading"] = Input(last, "fit")
     longer = replace(longer, trace=trace, end=wear, inputs=inputs)
     if isinstance(longer, JointProblem):
-        longer = replace(longer, anchors=(Anchor(END_ANCHOR, longer.slid, wear),))
+        longer = replace(longer, anchors=(Anchor(END_ANCHOR, longer.trace.slid, wear),))
     return longer
 
 

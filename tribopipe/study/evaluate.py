@@ -174,7 +174,7 @@ class _Law:
             outcome=decide(draws, comparison, best),
             sentence="",
             notes=(*_extrapolations(run, comparison), *default_notes(run.problem.inputs)),
-            sliding_distance=_metres(run.problem.slid),
+            sliding_distance=_metres(run.problem.trace.slid),
             measured_depth=_metres(comparison.measured[-1], float(np.std(comparison.measured_draws[:, -1]))),
             predicted_depth=_metres(comparison.predicted[-1], float(np.std(comparison.predicted_draws[:, -1]))),
             predicted_interval=_ends(comparison.law_band()),

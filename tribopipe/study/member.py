@@ -59,7 +59,7 @@ class PosedRun:
     @cached_property
     def places(self) -> Column:
         """Sliding distances at which wear is compared, m: one for each pooled stretch, and the end."""
-        return np.append(self.problem.distance, self.problem.slid)
+        return np.append(self.problem.distance, self.problem.trace.slid)
 
     def measured(self) -> Column:
         """Return the pin's wear at the places, m: the corrected curve, and the end value."""

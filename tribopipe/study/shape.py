@@ -87,15 +87,17 @@ class Shape:
         problem = self.problem
         values, load = problem.values, problem.values["normal_load"]
         pin = pin_contact(problem.contact, values)
-        reading, free = problem.rows(values)[: len(effective)], np.linalg.qr(problem.linear[: len(effective)])[0]
+        count = len(effective)
+        # The disc's wear as without the change: it is small.
+        disc = problem.model(np.log(self.coefficient), values)[0][:count] - problem.depth(self.coefficient, values)
+        reading, free = problem.rows(values)[:count] - disc, np.linalg.qr(problem.linear[:count])[0]
         before, after = np.minimum(effective, change), np.maximum(effective - change, 0.0)
         log_k = np.full(2, np.log(self.coefficient))
-        both = 1 + float(problem.disc_share(values))
         for _ in range(30):
             k = np.exp(log_k)
             state = pin.worn(load * (k[0] * before + k[1] * after))
-            slopes = load * both * np.column_stack([k[0] * before, k[1] * after]) / (np.pi * state.radius**2)[:, None]
-            rows = np.column_stack([reading - both * state.depth, slopes]) * self.root[:, None]
+            slopes = load * np.column_stack([k[0] * before, k[1] * after]) / (np.pi * state.radius**2)[:, None]
+            rows = np.column_stack([reading - state.depth, slopes]) * self.root[:, None]
             rows -= free @ (free.T @ rows)
             step, *_ = np.linalg.lstsq(rows[:, 1:], rows[:, 0])
             log_k = log_k + np.clip(step, -0.5, 0.5)

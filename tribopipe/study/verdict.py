@@ -11,6 +11,7 @@ and the 99 % limits nothing is decided, nor where a k_D off by a factor of two w
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -49,7 +50,7 @@ class Comparison:
         """Measured minus predicted depth, m."""
         return self.measured - self.predicted
 
-    @property
+    @cached_property
     def errors(self) -> Column:
         """What the deviation may be off by, draws by places, m."""
         return (self.measured_draws - self.measured) - (self.predicted_draws - self.predicted)
@@ -72,8 +73,12 @@ class Comparison:
         return _interval(self.predicted_draws)
 
     def measurement_band(self) -> tuple[Column, Column]:
-        """Return where 95 % of measurements would lie, were the law true, m, at each place."""
-        return _interval(self.predicted_draws + (self.measured_draws - self.measured))
+        """Return where 95 % of measurements would lie, were the law true, m, at each place.
+
+        A drawn measured depth less the best is what the truth may be off by; the reading is off the other way. So what
+        both share, such as the tip radius, counts with its sign.
+        """
+        return _interval(self.predicted_draws - (self.measured_draws - self.measured))
 
 
 def _interval(draws: Column) -> tuple[Column, Column]:

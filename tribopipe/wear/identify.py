@@ -30,6 +30,8 @@ from tribopipe.wear.laws import LAWS
 from tribopipe.wear.problem import WearProblem, wear_problem
 
 _FEWEST_SAMPLES = 10
+_WIDEST = 100.0
+"""Half width of ln k_D beyond which an interval says nothing and would overflow."""
 
 
 def fit_wear(
@@ -59,11 +61,10 @@ def fit_wear(
         source = "fitted" if isinstance(problem.friction, ExponentialFriction) else "measured"
     notes = friction.notes if friction and source == "measured" and recipe.wear.friction == "fitted" else ()
     joint = joint_problem(problem, corrected, recipe)
-    two_step = _assess(problem, model)
-    chosen, fit = (joint, _as_joint(two_step, joint)) if recipe.wear.correction == "joint" else (problem, two_step)
-    fit = fit.model_copy(
+    chosen: WearProblem = joint if recipe.wear.correction == "joint" else problem
+    fit = _assess(chosen, model).model_copy(
         update={
-            "joint": _joint_or_none(joint, recipe),
+            "joint": _joint_or_none(joint),
             "correction": recipe.wear.correction,
             "friction": source,
             "notes": (*_doubts(corrected, recipe), *default_notes(chosen.inputs), *notes),
@@ -72,13 +73,11 @@ def fit_wear(
     return _with_monte_carlo(fit, chosen, recipe.monte_carlo)
 
 
-def _joint_or_none(joint: JointProblem, recipe: Recipe) -> JointFit | None:
-    """Return the joint fit; none where it is only to be held beside and the law tells no wear from drift."""
+def _joint_or_none(joint: JointProblem) -> JointFit | None:
+    """Return the joint fit to hold beside the other; none where the law tells no wear from drift."""
     try:
         return fit_joint(joint)
     except FitError:
-        if recipe.wear.correction == "joint":
-            raise
         return None
 
 
@@ -101,28 +100,24 @@ def _doubts(corrected: CorrectedRun, recipe: Recipe) -> tuple[str, ...]:
 
 def _assess(problem: WearProblem, model: LawName) -> WearFit:
     coefficient, values = problem.coefficient(), problem.values
-    residuals = problem.pin_wear(values) - problem.depth(coefficient, values)
+    residuals = problem.measured(values, np.asarray(coefficient)) - problem.depth(coefficient, values)
+    known = problem if problem.noise else replace(problem, noise=inflation(residuals, 1))
     return WearFit(
         model=model,
         outcome="fitted",
-        **_first_order(replace(problem, noise=inflation(residuals, 1)), coefficient),
+        **_first_order(known, coefficient),
         measured_end_depth=problem.end.pin_depth,
         residual_deviation=Quantity(value=float(np.std(residuals)), unit="m"),
         effective_samples=effective_samples(residuals),
     )
 
 
-def _as_joint(fit: WearFit, joint: JointProblem) -> WearFit:
-    """Put what the joint fit finds in the place of what two steps did."""
-    return fit.model_copy(update=_first_order(joint, joint.coefficient()))
-
-
 def _first_order(problem: WearProblem, coefficient: float) -> dict[str, Any]:
     """Return k_D with its uncertainty, interval, budget and end depth, to first order."""
     lines = budget(problem, coefficient)
     relative = math.hypot(*(line.relative for line in lines))
-    factor = math.exp(COVERAGE_FACTOR * relative)
-    end = np.asarray([problem.distance[-1]])
+    factor = math.exp(min(COVERAGE_FACTOR * relative, _WIDEST))
+    end = np.asarray([problem.trace.slid])
     volume = coefficient * problem.unit_volume(problem.values, end)
     state = pin_contact(problem.contact, problem.values).worn(volume)
     slope = float((volume / (np.pi * state.radius**2))[0])

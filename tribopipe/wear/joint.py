@@ -23,7 +23,7 @@ from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import Recipe
 from tribopipe.records.results import JointFit
 from tribopipe.run import Column, CorrectedRun, Numbers, Values
-from tribopipe.wear.inputs import Input
+from tribopipe.wear.inputs import FRICTION_INPUTS, Input
 from tribopipe.wear.problem import WearProblem
 
 _SMOOTH_TERMS = 8
@@ -60,16 +60,31 @@ class JointProblem(WearProblem):
 
     def model(self, log_coefficient: Column, values: Values) -> tuple[Column, Column]:
         """Return wear of pin and disc at each sample and of the pin at each anchor, and slopes against ln k_D, m."""
-        distance = np.concatenate([self.distance, [anchor.distance for anchor in self.anchors]])
-        volume = np.exp(log_coefficient)[..., None] * self.unit_volume(values, distance)
+        volume = np.exp(log_coefficient)[..., None] * self.unit_volume(values, self._row_distance)
         state = pin_contact(self.contact, values).worn(volume)
-        both = 1 + np.where(np.arange(len(distance)) < len(self.distance), self.disc_share(values), 0.0)
-        return state.depth * both, volume / (np.pi * state.radius**2) * both
+        depth = state.depth.copy()
+        depth[..., : len(self.distance)] += self.disc_wear(state.radius, values)
+        return depth, volume / (np.pi * state.radius**2)
 
-    def disc_share(self, values: Values) -> Numbers:
-        """Return disc wear over pin wear, the same along the run, as in correction in two steps."""
-        pin = self.end.pin_depth.value
-        return values["disc_end_value"] / pin if "disc_end_value" in values and pin > 0 else 0.0
+    @cached_property
+    def _row_distance(self) -> Column:
+        """Sliding distance of each row, m, that of the end anchor right after the reading's."""
+        return np.concatenate([self.distance, [anchor.distance for anchor in self.anchors]])
+
+    def disc_wear(self, radius: Column, values: Values) -> Numbers:
+        """Return the disc's wear at each sample, m, for contact radii at each sample and, next, at the end.
+
+        By Archard's law a point of the track, passing under a contact of radius a once a turn, wears as ∫ds/a.
+        """
+        if "disc_end_value" not in values:
+            return 0.0
+        count = len(self.distance) + 1
+        # By the trapezoidal rule over √s, in which 2√s/a is smooth and begins at 0.
+        root = np.concatenate([[0.0], np.sqrt(self._row_distance[:count])])
+        rate = root[1:] / radius[..., :count]
+        rate = np.concatenate([np.zeros((*rate.shape[:-1], 1)), rate], axis=-1)
+        grown = np.cumsum((rate[..., 1:] + rate[..., :-1]) * np.diff(root), axis=-1)
+        return np.asarray(values["disc_end_value"] * grown[..., :-1] / grown[..., -1:])
 
     @cached_property
     def root_weights(self) -> Column:
@@ -111,20 +126,25 @@ class JointProblem(WearProblem):
         residual = (self.rows(values) + noise - depth) * self.root_weights
         return np.asarray(residual @ np.linalg.pinv(self.linear).T)
 
+    def starting_depth(self, values: Values) -> Column:
+        """Return the best estimate of the end value, m: from a low draw of it the search would slide to no wear."""
+        return np.broadcast_to(self.end_depth(self.values), np.shape(self.end_depth(values)))
+
     def measured(self, values: Values, coefficient: Column, noise: Numbers = 0.0) -> Column:
-        """Return the pin's wear as the reading has it without the zero offsets and drift found with a k_D, m."""
+        """Return the pin's wear as the reading has it without drift, zero offset and disc wear found with a k_D, m."""
         count = len(self.distance)
         beside = self.linear[:count] / self.root_weights[:count, None]
         drift = self.offsets_and_drift(coefficient, values, noise) @ beside.T
-        wear = (self.rows(values) + noise)[..., :count] - drift
-        return np.asarray(wear / (1 + self.disc_share(values)))
+        volume = np.asarray(coefficient)[..., None] * self.unit_volume(values, self._row_distance)
+        disc = self.disc_wear(pin_contact(self.contact, values).worn(volume).radius, values)
+        return np.asarray((self.rows(values) + noise)[..., :count] - drift - disc)
 
 
 def joint_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe) -> JointProblem:
     """Pose the joint fit of a run that a fit in two steps has been posed for."""
     manifest = corrected.raw.manifest
     radius = manifest.contact.pin.radius.value
-    anchors, inputs = [Anchor(END_ANCHOR, problem.slid, problem.end)], dict(problem.inputs)
+    anchors, inputs = [Anchor(END_ANCHOR, problem.trace.slid, problem.end)], dict(problem.inputs)
     for name in ("zero_offset", "end_reading"):
         inputs.pop(name)
     segments = np.zeros(len(problem.distance))
@@ -144,7 +164,6 @@ def joint_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe)
         friction=problem.friction,
         inputs=inputs,
         friction_covariance=problem.friction_covariance,
-        slid=problem.slid,
         weights=np.ones(len(problem.distance)),
         noise=_sensor_noise(problem, segments),
         anchors=tuple(anchors),
@@ -166,16 +185,11 @@ def fit_joint(problem: JointProblem) -> JointFit:
     """Estimate zero offsets, drift rate and k_D together, to first order (JCGM 100:2008, 5.1.2 and 5.2)."""
     values = problem.values
     best = problem.coefficient()
-    covariance = _statistical_covariance(problem, best)
-    for name, given in problem.inputs.items():
-        if given.spread and name not in {anchor.name for anchor in problem.anchors}:
-            low, high = (_parameters(problem, {**values, name: values[name] + sign * given.spread}) for sign in (-1, 1))
-            half = (high - low) / 2
-            covariance = covariance + np.outer(half, half)
+    covariance = _statistical_covariance(problem, best) + _systematic_covariance(problem)
     _, *offsets, drift = _parameters(problem, values)
     log_spread, *offset_spreads, drift_spread = np.sqrt(np.diag(covariance))
     duration, end = problem.trace.duration, problem.end.pin_depth
-    _, depths = len(problem.distance), problem.model(np.log(best), values)[0][len(problem.distance) :]
+    depths = problem.model(np.log(best), values)[0][len(problem.distance) :]
     return JointFit(
         zero_offsets=tuple(
             Quantity(value=value, unit="m", standard_uncertainty=spread)
@@ -195,7 +209,35 @@ def _parameters(problem: JointProblem, values: Values) -> Column:
 
 
 def _statistical_covariance(problem: JointProblem, coefficient: float) -> Column:
-    """Return the covariance of ln k_D, zero offsets and drift by noise and end values."""
+    """Return the covariance of ln k_D, zero offsets and drift by noise and end values, (JᵀWJ)⁻¹."""
     _, slope = problem.model(np.log(coefficient), problem.values)
     design = np.column_stack([slope * problem.root_weights, problem.linear])
-    return np.asarray(np.linalg.pinv(design.T @ design))
+    # Columns of length one: ln k_D and metres differ by many orders of magnitude.
+    length = np.linalg.norm(design, axis=0)
+    root = np.linalg.inv(np.linalg.qr(design / length)[1]) / length[:, None]
+    return np.asarray(root @ root.T)
+
+
+def _systematic_covariance(problem: JointProblem) -> Column:
+    """Return what the inputs add, friction by its covariance; anchors are among the rows and their weights."""
+    anchors = {anchor.name for anchor in problem.anchors}
+    friction = FRICTION_INPUTS if problem.friction_covariance is not None else ()
+    moved = {
+        name: _shift(problem, name, given.spread)
+        for name, given in problem.inputs.items()
+        if given.spread and name not in anchors
+    }
+    alone = [shift for name, shift in moved.items() if name not in friction]
+    covariance = np.sum([np.outer(shift, shift) for shift in alone], axis=0)
+    if problem.friction_covariance is not None:
+        spreads = np.array([problem.inputs[name].spread for name in friction])
+        slopes = np.column_stack([moved[name] for name in friction]) / spreads
+        covariance = covariance + slopes @ np.asarray(problem.friction_covariance) @ slopes.T
+    return np.asarray(covariance)
+
+
+def _shift(problem: JointProblem, name: str, spread: float) -> Column:
+    """Return how far one standard uncertainty of an input moves ln k_D, zero offsets and drift."""
+    best = problem.values
+    low, high = (_parameters(problem, {**best, name: best[name] + sign * spread}) for sign in (-1, 1))
+    return (high - low) / 2

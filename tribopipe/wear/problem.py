@@ -50,8 +50,6 @@ class WearProblem:
     """Of (A, b, c), where Eq. 7 is the friction."""
     weights: Column = field(default_factory=lambda: np.ones(1))
     """Number of samples behind each row of the curve."""
-    slid: float = 0.0
-    """Sliding distance at the end of the run, m."""
     noise: float = 0.0
     """Variance of one sample about the model times its autocorrelation time, m²."""
 
@@ -147,11 +145,14 @@ class WearProblem:
         return np.where(change < tolerance, found, np.nan)
 
     def _search_range(self, values: Values) -> tuple[Column, Column, Column]:
-        pin, end = pin_contact(self.contact, values), self.end_depth(values)
-        unit = self.unit_volume(values)[..., -1]
-        worn = np.maximum(end, 1e-3 * abs(float(self.end_depth(self.values))))
+        pin, unit = pin_contact(self.contact, values), self.unit_volume(values)[..., -1]
+        worn = np.maximum(self.starting_depth(values), 1e-3 * abs(float(self.end_depth(self.values))))
         start = np.log(_last(pin.volume(worn)) / unit)
         return start, start - _LEAST_LOG_K, np.log(_last(pin.most_volume) / unit) - 1e-12
+
+    def starting_depth(self, values: Values) -> Column:
+        """Return the depth at the end from which the search for k_D starts, m: here the curve is bent to it."""
+        return self.end_depth(values)
 
     def coefficient(self) -> float:
         """Return k_D, m²/N, at the best estimates. Raises ``FitError`` where the pin shows no wear."""
@@ -248,17 +249,15 @@ def wear_problem(
             covariance = friction.covariance
     trace = _seen(read_trace(run, end, recipe), seen := np.isfinite(corrected.wear_depth))
     inputs |= _trace_inputs(trace, end)
-    distance = run.sliding_distance[seen]
     return WearProblem(
         contact=manifest.contact,
         law=LAWS[law],
-        distance=distance,
+        distance=run.sliding_distance[seen],
         trace=trace,
         end=end,
         friction=path,
         inputs=inputs,
         friction_covariance=covariance,
-        slid=float(distance[-1]),
     )
 
 

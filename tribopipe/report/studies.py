@@ -1,0 +1,61 @@
+"""Figures of archived studies, saved beside the archive."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tribopipe.archive.store import Archive
+from tribopipe.archive.studyfile import StoredStudy
+from tribopipe.pipeline import archived_correction, archived_friction
+from tribopipe.records.recipe import Recipe
+from tribopipe.report.archived import FOLDER
+from tribopipe.report.figures import save_figure
+from tribopipe.report.study_figures import plot_study_coefficient, plot_study_friction, plot_study_wear
+from tribopipe.run import Column
+from tribopipe.study.effective import effective_coefficient
+from tribopipe.study.member import Member
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def save_study_figures(
+    archive: Archive, study_id: str, into: Path | None = None, suffixes: Sequence[str] = (".svg", ".png")
+) -> list[Path]:
+    """Draw wear under each law of a study, friction, and effective k_D. Return the files, <into>/<study>-<what>.
+
+    ``into`` is the archive's own figures/ unless named. Friction is drawn where a run has it, effective k_D where the
+    study also tried Sarkar's law. Raises ``ArchiveError`` where the study or one of its runs is not in the archive.
+    """
+    stored = archive.study(study_id)
+    recipe = Recipe.model_validate(stored.options)
+    runs = [
+        Member(archived_correction(archive, run.id), archived_friction(archive, run.id))
+        for run in stored.result.laws[0].runs
+    ]
+    written = []
+    for what, figure in _figures(stored, runs, recipe).items():
+        for suffix in suffixes:
+            written.append((into or archive.folder / FOLDER) / f"{study_id}-{what}{suffix}")
+            save_figure(figure, written[-1])
+    return written
+
+
+def _figures(stored: StoredStudy, runs: Sequence[Member], recipe: Recipe) -> "dict[str, Figure]":
+    result = stored.result
+    measured = _measured(runs) if result.correction == "two-step" else {}
+    figures = {f"wear-{law.model}": plot_study_wear(result, law.model, stored.curves, measured) for law in result.laws}
+    if any(run.friction is not None and run.friction.outcome != "none" for run in runs):
+        figures["friction"] = plot_study_friction(runs)
+    if any(law.model == "sarkar" for law in result.laws):
+        found = [effective_coefficient(run.pose("sarkar", recipe)) for run in runs]
+        effective = [one for one in found if one is not None]
+        if effective:
+            figures["coefficient"] = plot_study_coefficient(result, effective)
+    return figures
+
+
+def _measured(runs: Sequence[Member]) -> Mapping[str, tuple[Column, Column]]:
+    """Return the corrected wear of the pins; a fit that finds drift with k_D has its own, which the study holds."""
+    curves = {run.id: (run.corrected.raw.sliding_distance, run.corrected.pin_wear_depth) for run in runs}
+    return {run_id: (distance, depth) for run_id, (distance, depth) in curves.items() if depth is not None}

@@ -1,0 +1,402 @@
+"""Figures of a study in the size of a journal's columns: wear of all runs under one law, friction, and effective k_D.
+
+They hold what Figures 1, 3, 4, 5 and 6 of the paper do, with the uncertainties besides. Runs stand in the order of
+their loads; they differ in colour (Okabe–Ito), in line style and in marker, so that the figures survive greyscale.
+"""
+
+import math
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from string import ascii_lowercase
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.recipe import LawName
+from tribopipe.records.results import COVERAGE_FACTOR, FrictionFit
+from tribopipe.records.verdict import LawResult, RunVerdict, StudyResult
+from tribopipe.report.figures import BLACK, GREY, PALETTE, STYLE, P, styled, thinned
+from tribopipe.run import Column
+from tribopipe.study.effective import EffectiveCoefficient
+from tribopipe.study.evaluate import StudyCurve
+from tribopipe.study.member import Member
+from tribopipe.units import axis, from_si, interval_from_si
+from tribopipe.wear.friction_path import fitted_path, junction_factor
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_ONE_COLUMN, _TWO_COLUMNS = 3.5, 7.2
+"""Widths of a journal's columns, inches."""
+_MOST_COLUMNS = 4
+"""Panels beside each other."""
+_MARKERS = ("o", "s", "^", "D", "v", "P")
+_DASHES = ((0, (5, 1.6)), (0, (5, 1.4, 1.2, 1.4)), (0, (2.2, 1.2)), (0, (7, 1.2, 1.2, 1.2, 1.2, 1.2)))
+_SMALL: Any = {
+    **STYLE,
+    "font.size": 8,
+    "axes.titlesize": 8,
+    "legend.fontsize": 7,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "axes.linewidth": 0.6,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "lines.linewidth": 1.2,
+    "figure.constrained_layout.w_pad": 0.04,
+    "figure.constrained_layout.h_pad": 0.04,
+}
+_KEY_ORDER = ("measured", "smoothing", "Archard", "Sarkar")
+"""Of the legend of effective k_D."""
+_EVERY = 2
+"""One of so many averages is drawn."""
+_UNIT = "mm^3/(N*mm)"
+
+
+class _Look(NamedTuple):
+    """How one run is drawn wherever it stands."""
+
+    colour: str
+    dashes: Any
+    marker: str
+
+
+def _in_columns(plot: "Callable[P, Figure]") -> "Callable[P, Figure]":
+    """Draw in the sizes of a journal's column."""
+    return styled(plot, _SMALL)
+
+
+@_in_columns
+def plot_study_wear(
+    result: StudyResult,
+    law: LawName,
+    curves: Sequence[StudyCurve],
+    measured: Mapping[str, tuple[Column, Column]] | None = None,
+) -> "Figure":
+    """Draw pin wear of all runs beside one law, with 95 % bands and end values (paper, Figs. 1, 4 and 6).
+
+    ``measured`` holds sliding distance and pin wear depth, m, by run, for the thin lines. The open markers are what the
+    study compares: the same averaged over stretches of the distance.
+    """
+    from tribopipe.report.canvas import ShownFigure
+
+    found, by_run = result.law(law), {curve.run_id: curve for curve in curves if curve.model == law}
+    runs = [run for run in _by_load(found.runs) if run.id in by_run]
+    names = _names({run.id: run.normal_load for run in runs})
+    key = sum(0.34 if below else 0.2 for _, below in names.values())
+    figure = ShownFigure(figsize=(_TWO_COLUMNS, max(3.7, 1.5 + key)), dpi=300, layout="constrained")
+    ax = figure.subplots()
+    handles: list[Artist] = []
+    for number, run in enumerate(runs):
+        look = _look(number, run, runs)
+        if measured is not None and run.id in measured:
+            distance, depth = thinned(*measured[run.id])
+            ax.plot(distance, _micro(depth), color=look.colour, lw=0.4, alpha=0.35, zorder=1.5)
+        _draw_law(ax, by_run[run.id], look)
+        handles.append(_run_handle(look, _role(run).join(names[run.id])))
+    _draw_ends(ax, runs)
+    if ax.dataLim.y0 > -0.02 * ax.dataLim.y1:
+        ax.set_ylim(bottom=0.0)
+    ax.set_xlabel(axis("sliding distance s", "m"))
+    ax.set_ylabel(axis("pin wear depth", "um"))
+    ax.set_title(_law_words(found, names), loc="left")
+    handles = [*handles[::-1], *_wear_key(ax, thin=bool(measured), apart=len(runs) > 1)]
+    figure.legend(handles=handles, loc="outside right upper", labelspacing=0.7, handlelength=4.0)
+    return figure
+
+
+def _draw_law(ax: "Axes", curve: StudyCurve, look: _Look) -> None:
+    """Draw a law from zero on and its band; the averages compared with it, and the edges between which they belong."""
+    from matplotlib.patheffects import withStroke
+
+    distance = np.concatenate([[0.0], curve.sliding_distance])
+    depth, lower, upper = (
+        np.concatenate([[0.0], _micro(values)]) for values in (curve.predicted, curve.lower, curve.upper)
+    )
+    ax.fill_between(distance, lower, upper, color=look.colour, alpha=0.2, lw=0, zorder=1.8)
+    halo = withStroke(linewidth=1.8, foreground="white")
+    ax.plot(distance, depth, color=look.colour, ls=look.dashes, zorder=3, path_effects=[halo])
+    # The last place is that of the end value, which is no reading of the sensor.
+    for edge in (curve.measurement_lower, curve.measurement_upper):
+        ax.plot(distance[1:-1], _micro(edge[:-1]), color=look.colour, ls=":", lw=0.6, alpha=0.9, zorder=2)
+    every = slice(1, -1, _EVERY)
+    averages = _marks(look.colour, look.marker, open_=True)
+    ax.plot(curve.sliding_distance[every], _micro(curve.measured[every]), ls="", zorder=4, **averages)
+
+
+def _marks(colour: str, marker: str, *, open_: bool) -> dict[str, Any]:
+    """Give averages small open markers, and end values larger ones that are filled."""
+    if open_:
+        return {"color": colour, "marker": marker, "ms": 2.3, "mfc": "white", "mec": colour, "mew": 0.5}
+    return {"color": colour, "marker": marker, "ms": 3.2, "mec": BLACK, "mew": 0.4}
+
+
+def _draw_ends(ax: "Axes", runs: Sequence[RunVerdict]) -> None:
+    """Draw the end values; several of them side by side behind the curves, where error bars do not hide each other."""
+    last = max(run.sliding_distance.value for run in runs)
+    for number, run in enumerate(runs):
+        look, end = _look(number, run, runs), run.measured_depth
+        spread = COVERAGE_FACTOR * interval_from_si(end.standard_uncertainty or 0.0, "m", "um")
+        shift = 0.0 if len(runs) == 1 else 0.018 * last * (number + 0.8)
+        ax.errorbar(
+            run.sliding_distance.value + shift,
+            from_si(end.value, "m", "um"),
+            yerr=spread,
+            ls="",
+            elinewidth=0.9,
+            capsize=2,
+            zorder=5,
+            **_marks(look.colour, look.marker, open_=False),
+        )
+    ax.set_xlim(-0.01 * last, last * (1.018 + 0.018 * len(runs)))
+
+
+def _run_handle(look: _Look, name: str) -> "Artist":
+    from matplotlib.lines import Line2D
+
+    return Line2D([], [], ls=look.dashes, label=name, **_marks(look.colour, look.marker, open_=False))
+
+
+def _wear_key(ax: "Axes", *, thin: bool, apart: bool) -> "list[Any]":
+    """Say what is drawn of every run."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    end = "end value, 95 % (shifted right)" if apart else "end value, 95 %"
+    return [
+        Line2D([], [], color="none", label=" "),
+        *([Line2D([], [], color=GREY, lw=0.6, label="measured")] if thin else []),
+        Line2D([], [], ls="", label="measured, averaged", **_marks(GREY, "o", open_=True)),
+        ax.errorbar([], [], yerr=[], ls="", elinewidth=0.9, capsize=2, label=end, **_marks(GREY, "o", open_=False)),
+        Patch(color=GREY, alpha=0.35, lw=0, label="law, 95 % band"),
+        Line2D([], [], color=GREY, ls=":", lw=0.9, label="averages, 95 % band"),
+    ]
+
+
+@_in_columns
+def plot_study_friction(runs: Sequence[Member]) -> "Figure":
+    """Draw the friction coefficient of each run with Eq. 7 as fitted and its parameters (paper, Fig. 3).
+
+    Runs without friction are left out. Raises ``ValueError`` where no run has any.
+    """
+    shown = [(run, run.friction) for run in runs if run.friction is not None and run.friction.outcome != "none"]
+    if not shown:
+        raise ValueError("found no run with friction; expected at least one")
+    loads = {run.id: run.corrected.raw.manifest.conditions.normal_load for run, _ in shown}
+    shown.sort(key=lambda one: loads[one[0].id].value)
+    names = _names(loads)
+    figure, axes = _grid(len(shown), 1)
+    for number, (ax, (run, fit)) in enumerate(zip(axes, shown, strict=True)):
+        _draw_friction(ax, run, fit)
+        _title(ax, number, "".join(names[run.id]), len(shown))
+    low, high = axes[0].get_ylim()
+    # Room for the parameters above all samples.
+    axes[0].set_ylim(low, low + (high - low) / 0.76)
+    _label(axes, axis("sliding distance s", "m"), "friction coefficient µ")
+    handles = {label: line for ax in axes for line, label in zip(*ax.get_legend_handles_labels(), strict=True)}
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3)
+    return figure
+
+
+def _draw_friction(ax: "Axes", run: Member, fit: FrictionFit) -> None:
+    raw, path = run.corrected.raw, fitted_path(fit)
+    distance = raw.sliding_distance
+    mu = raw.columns.get("friction_coefficient", np.full_like(distance, np.nan))
+    ax.plot(*thinned(distance, mu), color=GREY, lw=0.4, label="measured")
+    if path is not None and fit.window is not None:
+        inside = np.linspace(fit.window[0].value, fit.window[1].value, 400)
+        exponential = fit.outcome == "exponential"
+        ax.plot(
+            inside,
+            path.coefficient(inside),
+            color=PALETTE[0] if exponential else PALETTE[1],
+            ls="-" if exponential else "--",
+            lw=1.4,
+            label="fit, µ = A·exp(−s/c) + b" if exponential else "steady value b",
+        )
+    words = {"A": fit.amplitude, "b": fit.steady_state, "c": fit.running_in_distance}
+    text = "\n".join(f"{name} = {value}" for name, value in words.items() if value is not None)
+    ax.text(0.97, 0.97, text, transform=ax.transAxes, ha="right", va="top", fontsize=7, linespacing=1.25)
+    ax.margins(x=0.02)
+
+
+@_in_columns
+def plot_study_coefficient(result: StudyResult, effective: Sequence[EffectiveCoefficient]) -> "Figure":
+    """Draw each run's effective k_D against friction, with Sarkar's law and Archard's by the study (paper, Fig. 5).
+
+    Raises ``KeyError`` where the study has not tried Sarkar's law.
+    """
+    by_run = {one.run_id: one for one in effective}
+    runs = [run for run in _by_load(result.law("sarkar").runs) if run.id in by_run]
+    names, shown = _names({run.id: run.normal_load for run in runs}), [by_run[run.id] for run in runs]
+    power = _power(result.law("sarkar").wear_coefficient)
+    last = max(float(np.max(one.sliding_distance)) for one in shown)
+    bias = max(float(np.max(np.abs(one.bias))) for one in shown)
+    figure, axes = _grid(len(shown), 3 if len(shown) > 1 else 5)
+    mu = _friction_range(shown)
+    for number, (ax, one, run) in enumerate(zip(axes, shown, runs, strict=True)):
+        points = _draw_effective(ax, one, power, last)
+        ax.plot([], [], ls="", label=f"(smoothing bias at most {100 * bias:.1f} %)")
+        ends = [end for law in result.laws for end in _draw_coefficient(ax, law, mu, power)]
+        _title(ax, number, f", {run.role}".join(names[run.id]), len(shown))
+    axes[0].set_xlim(mu[0], mu[-1])
+    axes[0].set_ylim(*_coefficient_range(shown, ends, power))
+    _label(axes, "friction coefficient µ", f"effective $k_\\mathrm{{D}}$ / {_scale(power)}")
+    bar = figure.colorbar(points, ax=axes, aspect=30, pad=0.01)
+    bar.set_label(axis("sliding distance s", "m"))
+    handles, labels = axes[0].get_legend_handles_labels()
+    order = sorted(range(len(labels)), key=lambda i: [word in labels[i] for word in _KEY_ORDER].index(True))
+    columns = 1 if len(shown) == 1 else 2
+    figure.legend([handles[i] for i in order], [labels[i] for i in order], loc="outside lower center", ncols=columns)
+    return figure
+
+
+def _friction_range(shown: Sequence[EffectiveCoefficient]) -> Column:
+    friction = np.concatenate([one.friction for one in shown])
+    room = 0.08 * max(float(np.ptp(friction)), 0.02)
+    return np.linspace(np.min(friction) - room, np.max(friction) + room, 100)
+
+
+def _draw_coefficient(ax: "Axes", law: LawResult, mu: Column, power: int) -> list[float]:
+    """Draw what the law says effective k_D is at a friction coefficient; return how far it reaches on the axis."""
+    best, low, high = (_scaled(one.value, power) for one in (law.wear_coefficient, *law.interval))
+    words = f"$k_\\mathrm{{D}}$ = {_coefficient(law.wear_coefficient, power)}"
+    if law.model == "archard":
+        ax.axhline(best, color=PALETTE[0], ls=_DASHES[0], zorder=2.5, label=f"Archard, {words}")
+        return [best]
+    factor = junction_factor(mu)
+    ax.plot(mu, best * factor, color=PALETTE[1], zorder=2.5, label=f"Sarkar, $k_\\mathrm{{D}}$·√(1 + 3µ²), {words}")
+    ax.fill_between(mu, low * factor, high * factor, color=PALETTE[1], alpha=0.2, lw=0, label="Sarkar, 95 % band")
+    return [low * float(factor[0]), high * float(factor[-1])]
+
+
+def _draw_effective(ax: "Axes", one: EffectiveCoefficient, power: int, last: float) -> Any:
+    """Draw the windows, coloured and joined in the order of sliding, so that running-in can be followed."""
+    from matplotlib.colors import PowerNorm
+
+    x, y, spread = one.friction, _scaled(one.coefficient, power), _scaled(one.standard_uncertainty, power)
+    ax.errorbar(
+        x,
+        y,
+        yerr=spread,
+        color=GREY,
+        lw=0.5,
+        marker="o",
+        ms=3.4,
+        mec=BLACK,
+        mew=0.4,
+        elinewidth=0.6,
+        ecolor=BLACK,
+        capsize=1.5,
+        capthick=0.6,
+        zorder=3,
+        label="measured, with standard uncertainty",
+    )
+    norm = PowerNorm(0.5, vmin=0.0, vmax=last)
+    return ax.scatter(
+        x, y, c=one.sliding_distance, cmap="cividis", norm=norm, s=13, edgecolors=BLACK, linewidths=0.4, zorder=4
+    )
+
+
+def _coefficient_range(shown: Sequence[EffectiveCoefficient], ends: Sequence[float], power: int) -> tuple[float, float]:
+    """Hold all points and laws; error bars far longer than others may leave the axes."""
+    usual = float(np.median(np.concatenate([one.standard_uncertainty for one in shown])))
+    reached = list(ends)
+    for one in shown:
+        bar = np.minimum(one.standard_uncertainty, 4 * usual)
+        reached += [*_scaled(one.coefficient - bar, power), *_scaled(one.coefficient + bar, power)]
+    room = 0.04 * (max(reached) - min(reached))
+    return min(reached) - room, max(reached) + room
+
+
+def _grid(count: int, key_lines: int) -> "tuple[Figure, list[Axes]]":
+    """Lay out panels with common axes, at most four beside each other, above a legend of so many lines."""
+    from tribopipe.report.canvas import ShownFigure
+
+    rows = math.ceil(count / _MOST_COLUMNS)
+    columns = math.ceil(count / rows)
+    width = _ONE_COLUMN if count == 1 else _TWO_COLUMNS
+    figure = ShownFigure(figsize=(width, 0.3 + 2.1 * rows + 0.16 * key_lines), dpi=300, layout="constrained")
+    axes = list(figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).flat)
+    for ax in axes[count:]:
+        ax.remove()
+    for ax in axes[max(0, count - columns) : count]:
+        ax.tick_params(labelbottom=True)
+    return figure, axes[:count]
+
+
+def _label(axes: "Sequence[Axes]", x: str, y: str) -> None:
+    """Label the outer axes of a grid."""
+    columns = axes[0].get_gridspec().ncols  # type: ignore[union-attr]
+    for number, ax in enumerate(axes):
+        if number >= len(axes) - columns:
+            ax.set_xlabel(x)
+        if number % columns == 0:
+            ax.set_ylabel(y)
+
+
+def _title(ax: "Axes", number: int, words: str, count: int) -> None:
+    letter = f"({ascii_lowercase[number % 26]}) " if count > 1 else ""
+    ax.set_title(f"{letter}{words}", loc="left")
+
+
+def _by_load(runs: Sequence[RunVerdict]) -> list[RunVerdict]:
+    return sorted(runs, key=lambda run: run.normal_load.value)
+
+
+def _names(loads: Mapping[str, Quantity]) -> dict[str, tuple[str, str]]:
+    """Name runs by their loads, and on a line below by their ids where several have the same."""
+    shown = {run_id: load.shown("mN") for run_id, load in _without_spread(loads).items()}
+    count = Counter(shown.values())
+    return {run_id: (load, "" if count[load] == 1 else f"\n{run_id}") for run_id, load in shown.items()}
+
+
+def _without_spread(loads: Mapping[str, Quantity]) -> dict[str, Quantity]:
+    return {run_id: Quantity(value=load.value, unit=load.unit) for run_id, load in loads.items()}
+
+
+def _look(number: int, run: RunVerdict, runs: Sequence[RunVerdict]) -> _Look:
+    predicted = sum(other.role == "predicted" for other in runs[:number])
+    dashes = "-" if run.role == "fitted" else _DASHES[predicted % len(_DASHES)]
+    return _Look(PALETTE[number % len(PALETTE)], dashes, _MARKERS[number % len(_MARKERS)])
+
+
+def _role(run: RunVerdict) -> str:
+    return ", fitted" if run.role == "fitted" else f", predicted: {run.outcome}"
+
+
+def _law_words(law: LawResult, names: Mapping[str, tuple[str, str]]) -> str:
+    fitted = [run.id for run in law.runs if run.role == "fitted"]
+    source = f"at {names[fitted[0]][0]}" if len(fitted) == 1 and fitted[0] in names else f"to {len(fitted)} runs"
+    coefficient = _coefficient(law.wear_coefficient, _power(law.wear_coefficient))
+    return f"{law.model.capitalize()}'s law, $k_\\mathrm{{D}}$ = {coefficient}, fitted {source}"
+
+
+def _power(coefficient: Quantity) -> int:
+    """Return the power of a thousand in which k_D reads as a number of one to three digits."""
+    return 3 * math.floor(math.log10(from_si(coefficient.value, coefficient.unit, _UNIT)) / 3)
+
+
+def _scaled(values: Any, power: int) -> Any:
+    return from_si(values, "m^2/N", _UNIT) / 10.0**power
+
+
+def _scale(power: int) -> str:
+    return axis(f"$10^{{{power}}}$", _UNIT).replace(" / ", " ")
+
+
+def _coefficient(coefficient: Quantity, power: int) -> str:
+    spread = coefficient.standard_uncertainty
+    number = Quantity(
+        value=_scaled(coefficient.value, power),
+        unit="1",
+        standard_uncertainty=None if spread is None else _scaled(spread, power),
+    )
+    return f"({number})×{_scale(power)}"
+
+
+def _micro(depth: Column) -> Column:
+    return from_si(depth, "m", "um")
