@@ -20,7 +20,7 @@ from tribopipe.records.recipe import MonteCarloRecipe, Recipe, WearRecipe
 from tribopipe.records.results import COVERAGE_FACTOR, JointFit
 from tribopipe.run import RawRun
 from tribopipe.simulate import VirtualTest
-from tribopipe.wear.draws import coefficient_draws, pooled, solve_draws
+from tribopipe.wear.draws import coefficient_draws, solve_draws
 from tribopipe.wear.identify import fit_wear
 from tribopipe.wear.inputs import FRICTION_INPUTS, draw_values
 from tribopipe.wear.joint import JointProblem, fit_joint, joint_problem
@@ -373,7 +373,7 @@ def test_draws_with_no_wear_left_have_a_coefficient_of_zero(run_id, disc):
     truth, raw = virtual(run_id, sensors={"sampling_rate": HERTZ})
     worn = truth.pin_wear[-1]
     raw = with_end(raw, pin_wear_depth=metres(worn, 250e-9), disc_wear_depth=disc)
-    for problem in (pooled(problems(raw)[0]), problems(raw)[1]):
+    for problem in (problems(raw)[0].pooled(), problems(raw)[1]):
         ends = np.array([1.0, 0.3, -10.0, -20.0]) * worn
         values = {name: np.full((len(ends), 1), best) for name, best in problem.values.items()}
         values["pin_end_value"] = ends[:, None]
@@ -405,7 +405,7 @@ def test_joint_coefficient_is_where_the_squares_are_least_however_low_the_end_va
 @pytest.mark.parametrize("which", [0, 1], ids=["two-step", "joint"])
 def test_solving_columns_of_draws_is_solving_one_by_one(which, law):
     _, raw = virtual("si3n4-air-400mN", sensors={"sampling_rate": HERTZ})
-    problem = pooled(problems(raw, law)[which])
+    problem = problems(raw, law)[which].pooled()
     rng = np.random.default_rng(3)
     values = draw_values(problem.inputs, problem.friction_covariance, rng, 25)
     noise = problem.draw_noise(rng, 25)
@@ -460,7 +460,7 @@ def test_friction_is_drawn_with_its_covariance():
 @pytest.mark.parametrize("law", ["archard", "sarkar"])
 def test_pooled_samples_give_the_coefficient_of_all_of_them(run_id, law):
     problem, _ = problems(record(*CASES[run_id]), law)
-    few = pooled(problem)
+    few = problem.pooled()
     assert len(few.distance) <= 40 < len(problem.distance)
     assert np.sum(few.weights) == len(problem.distance)
     assert alike(few.coefficient(), problem.coefficient(), 1e-3)
@@ -477,7 +477,7 @@ def flat_pin(**changes) -> tuple[VirtualTest, RawRun]:
 
 def test_pooled_samples_give_the_coefficient_of_all_of_them_for_a_flat_pin():
     problem, _ = problems(flat_pin()[1])
-    assert alike(pooled(problem).coefficient(), problem.coefficient(), 1e-3)
+    assert alike(problem.pooled().coefficient(), problem.coefficient(), 1e-3)
 
 
 @pytest.mark.parametrize("sensors", [{}, quiet()], ids=["noisy", "quiet"])

@@ -11,7 +11,7 @@ class Lever(Record):
     name: str
     """Input."""
     value: Quantity | None = None
-    """Its value and standard uncertainty; none for the residuals of the fit."""
+    """Its value and standard uncertainty; none for the noise of the depth signal."""
     shown_in: str | None = None
     """Unit in which people read it."""
     relative: float

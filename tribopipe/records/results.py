@@ -100,7 +100,7 @@ class Contribution(Record):
     name: str
     """Input quantity."""
     value: Quantity | None = None
-    """Its value and standard uncertainty; none for the residuals of the fit."""
+    """Its value and standard uncertainty; none for the noise of the depth signal."""
     shown_in: str | None = None
     """Unit in which people read it."""
     source: Literal["manifest", "default", "fit"]
@@ -165,7 +165,7 @@ class WearFit(Record):
     interval: tuple[Quantity, Quantity] | None = None
     """95 % coverage interval of k_D by Monte Carlo; to first order, log-normal, where none was drawn."""
     random_uncertainty: Quantity | None = None
-    """Standard uncertainty from the least-squares covariance alone."""
+    """Standard uncertainty from the noise of the depth signal alone, by the least-squares covariance."""
     budget: tuple[Contribution, ...] = ()
     """What the combined standard uncertainty is made of, to first order."""
     monte_carlo: MonteCarlo | None = None

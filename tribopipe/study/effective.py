@@ -46,8 +46,8 @@ def effective_coefficient(run: PosedRun, seed: int = 1) -> EffectiveCoefficient 
     path = measured_path(run.member.corrected.raw)
     if path is None:
         return None
-    # The sensor's own noise: what Sarkar's law misses is what the figure is to show.
-    run = replace(run, problem=replace(run.problem, noise=run.joint.noise))
+    # What Sarkar's law misses is what the figure is to show: no part of the error bars.
+    run = replace(run, problem=replace(run.problem, missed=0.0))
     edges = np.arange(0, len(run.places) - 1, _STRETCHES)
     places = run.places[edges]
     draws = run.draw(np.random.Generator(np.random.PCG64(seed)), _DRAWS, {})

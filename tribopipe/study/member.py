@@ -11,7 +11,7 @@ from tribopipe.errors import FitError
 from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.results import FrictionFit
 from tribopipe.run import Column, CorrectedRun
-from tribopipe.wear.draws import pooled, solve_draws
+from tribopipe.wear.draws import solve_draws
 from tribopipe.wear.inputs import draw_values
 from tribopipe.wear.joint import JointProblem, joint_problem
 from tribopipe.wear.problem import WearProblem, wear_problem
@@ -38,7 +38,7 @@ class Member:
                 "for Sarkar's law, friction; take it out of the study"
             )
         joint = joint_problem(problem, self.corrected, recipe)
-        return PosedRun(self, joint if recipe.wear.correction == "joint" else pooled(problem), joint)
+        return PosedRun(self, joint if recipe.wear.correction == "joint" else problem.pooled(), joint)
 
 
 @dataclass(frozen=True)

@@ -1,17 +1,14 @@
 """k_D of one run for draws of everything uncertain (JCGM 101:2008).
 
-What is systematic is drawn once a run; the residuals are drawn row by row with the variance that their autocorrelation
+What is systematic is drawn once a run; the sensor's noise is drawn row by row, with the variance its autocorrelation
 leaves the mean of a row.
 """
 
 from collections.abc import Callable
-from dataclasses import replace
-from typing import TypeVar
 
 import numpy as np
 from numpy.random import Generator
 
-from tribopipe.noise import inflation
 from tribopipe.run import Column, Values
 from tribopipe.wear.inputs import draw_values
 from tribopipe.wear.problem import WearProblem
@@ -20,16 +17,6 @@ _SLICE = 2_000
 """Draws solved at a time, so that their rows stay in the processor's cache."""
 _TOLERANCE = 1e-5
 """Of ln k_D in a draw: far below any uncertainty of k_D."""
-
-P = TypeVar("P", bound=WearProblem)
-
-
-def pooled(problem: P) -> P:
-    """Return a problem on pooled samples, with the noise of its residuals; one that knows its noise stays as it is."""
-    if problem.noise:
-        return problem
-    residuals = problem.rows(problem.values) - problem.depth(problem.coefficient(), problem.values)
-    return replace(problem, noise=inflation(residuals, 1), deviation=float(np.std(residuals))).reduced()
 
 
 def solve_draws(problem: WearProblem, values: Values, noise: Column) -> Column:
@@ -44,7 +31,7 @@ def solve_draws(problem: WearProblem, values: Values, noise: Column) -> Column:
 
 def coefficient_draws(problem: WearProblem) -> Callable[[Generator, int], Column]:
     """Return the model of a Monte Carlo: k_D, m²/N, for as many draws as asked for."""
-    reduced = pooled(problem)
+    reduced = problem.pooled()
 
     def draw(rng: Generator, count: int) -> Column:
         values = draw_values(reduced.inputs, reduced.friction_covariance, rng, count)

@@ -5,18 +5,17 @@ To first order a change of an input x moves k_D by
     dk/dx = J·∂(y − h)/∂x / J·J,     J = ∂h/∂k
 
 with y the corrected depth (JCGM 100:2008, 5.1.3): that is the budget. The interval is that of a Monte Carlo (JCGM
-101:2008) in which every systematic input is drawn once a run and the residuals with their autocorrelation.
+101:2008) in which every systematic input is drawn once a run and the sensor's noise with its autocorrelation.
 """
 
 import math
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from tribopipe.contact.pin_on_disc import pin_contact
 from tribopipe.errors import FitError
-from tribopipe.noise import effective_samples, inflation
+from tribopipe.noise import effective_samples
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import FrictionSource, LawName, MonteCarloRecipe, Recipe
 from tribopipe.records.results import COVERAGE_FACTOR, Contribution, FrictionFit, JointFit, MonteCarlo, WearFit
@@ -101,11 +100,10 @@ def _doubts(corrected: CorrectedRun, recipe: Recipe) -> tuple[str, ...]:
 def _assess(problem: WearProblem, model: LawName) -> WearFit:
     coefficient, values = problem.coefficient(), problem.values
     residuals = problem.measured(values, np.asarray(coefficient)) - problem.depth(coefficient, values)
-    known = problem if problem.noise else replace(problem, noise=inflation(residuals, 1))
     return WearFit(
         model=model,
         outcome="fitted",
-        **_first_order(known, coefficient),
+        **_first_order(problem, coefficient),
         measured_end_depth=problem.end.pin_depth,
         residual_deviation=Quantity(value=float(np.std(residuals)), unit="m"),
         effective_samples=effective_samples(residuals),
@@ -137,7 +135,7 @@ def _coefficient(value: float) -> Quantity:
 def budget(problem: WearProblem, coefficient: float) -> tuple[Contribution, ...]:
     """Return what the uncertainty of k_D is made of, to first order, the largest part first."""
     random = problem.random_uncertainty(coefficient)
-    lines = [Contribution(name="residuals of the fit", source="fit", relative=random)]
+    lines = [Contribution(name="noise of the depth signal", source="fit", relative=random)]
     lines += _friction_line(problem, coefficient)
     lines += [
         Contribution(

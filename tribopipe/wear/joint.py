@@ -18,16 +18,13 @@ from numpy.random import Generator
 
 from tribopipe.contact.pin_on_disc import pin_contact
 from tribopipe.end_values import EndWear, end_wear
-from tribopipe.noise import inflation
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import Recipe
 from tribopipe.records.results import JointFit
 from tribopipe.run import Column, CorrectedRun, Numbers, Values
 from tribopipe.wear.inputs import FRICTION_INPUTS, Input
-from tribopipe.wear.problem import WearProblem
+from tribopipe.wear.problem import WearProblem, remountings
 
-_SMOOTH_TERMS = 8
-"""Powers of √s that, beside drift, take the wear out of a reading so that its noise is left."""
 _LEAST_SPREAD = 1e-12
 """Standard uncertainty, m, of an end value stated as exact: it cannot be weighted without bound."""
 END_ANCHOR = "pin_end_value"
@@ -115,6 +112,10 @@ class JointProblem(WearProblem):
         within = super().stretches()
         return np.asarray(within + (within.max() + 1) * self.segments)
 
+    def pooled(self) -> Self:
+        """Return the problem itself: it is posed on pooled samples."""
+        return self
+
     def reduced(self) -> Self:
         """Return the same problem on means over stretches of samples."""
         _, first = np.unique(self.stretches(), return_index=True)
@@ -147,14 +148,11 @@ def joint_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe)
     anchors, inputs = [Anchor(END_ANCHOR, problem.trace.slid, problem.end)], dict(problem.inputs)
     for name in ("zero_offset", "end_reading"):
         inputs.pop(name)
-    segments = np.zeros(len(problem.distance))
     for number, stop in enumerate(manifest.interruptions, start=1):
         wear = end_wear(stop, radius, recipe.uncertainty)
         if wear is not None:
             anchors.append(Anchor(f"pin_value_at_interruption_{number}", stop.sliding_distance.value, wear))
             inputs[anchors[-1].name] = Input(wear.pin.quantity, wear.pin.source)
-        if stop.remounted:
-            segments += problem.distance > stop.sliding_distance.value
     return JointProblem(
         contact=problem.contact,
         law=problem.law,
@@ -165,20 +163,10 @@ def joint_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe)
         inputs=inputs,
         friction_covariance=problem.friction_covariance,
         weights=np.ones(len(problem.distance)),
-        noise=_sensor_noise(problem, segments),
+        noise=problem.noise,
         anchors=tuple(anchors),
-        segments=segments,
+        segments=remountings(manifest, problem.distance),
     ).reduced()
-
-
-def _sensor_noise(problem: WearProblem, segments: Column) -> float:
-    """Return the variance of the reading times its autocorrelation time about a smooth curve, m²."""
-    share = np.maximum(problem.distance, 0.0) / problem.distance[-1]
-    smooth = [share ** (power / 2) for power in range(1, _SMOOTH_TERMS + 1)]
-    offsets = [(segments == segment).astype(float) for segment in np.unique(segments)]
-    design = np.column_stack([*offsets, problem.trace.ramp, *smooth])
-    parameters, _, rank, _ = np.linalg.lstsq(design, problem.trace.reading)
-    return max(inflation(problem.trace.reading - design @ parameters, int(rank)), _LEAST_SPREAD**2)
 
 
 def fit_joint(problem: JointProblem) -> JointFit:

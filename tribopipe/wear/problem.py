@@ -18,7 +18,8 @@ from tribopipe.contact.pin_on_disc import pin_contact
 from tribopipe.drift import SensorTrace, read_trace
 from tribopipe.end_values import EndWear, end_wear
 from tribopipe.errors import FitError
-from tribopipe.records.manifest import PinOnDisc
+from tribopipe.noise import inflation
+from tribopipe.records.manifest import PinOnDisc, RunManifest
 from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.results import FrictionFit
 from tribopipe.run import Column, CorrectedRun, Numbers, Values
@@ -31,8 +32,10 @@ _CONVERGED = 1e-12
 _LEAST_LOG_K = 14.0
 """A k_D this many e-folds below where the search starts is no wear at all."""
 NODES = 40
-_LEAST_NOISE = 1e-15
-"""Standard deviation, m, of a reading without noise."""
+_SMOOTH_TERMS = 8
+"""Powers of √s that, beside drift, take the wear out of a reading so that its noise is left."""
+_LEAST_NOISE = 1e-12
+"""Standard deviation, m, below which a reading counts as without noise."""
 
 
 @dataclass(frozen=True)
@@ -50,11 +53,10 @@ class WearProblem:
     """Of (A, b, c), where Eq. 7 is the friction."""
     weights: Column = field(default_factory=lambda: np.ones(1))
     """Number of samples behind each row of the curve."""
-    noise: float = 0.0
-    """Variance of one sample about the model times its autocorrelation time, m²."""
-
-    deviation: float = math.inf
-    """Standard deviation of one sample about the model, m: the mean of a stretch scatters no more."""
+    noise: float = _LEAST_NOISE**2
+    """Variance of the sensor's noise times its autocorrelation time, m²."""
+    missed: float = 0.0
+    """Standard deviation, m, of what the law, fitted to this run, misses of each row beyond that noise."""
 
     @cached_property
     def values(self) -> dict[str, float]:
@@ -100,8 +102,7 @@ class WearProblem:
 
     def measured(self, values: Values, coefficient: Column, noise: Numbers = 0.0) -> Column:  # noqa: ARG002
         """Return the pin's wear as the curve has it, m; here it does not depend on the run's k_D."""
-        scatter = np.sqrt(self.noise / self.weights)
-        return self.pin_wear(values) + noise * (np.minimum(scatter, self.deviation) / np.maximum(scatter, _LEAST_NOISE))
+        return self.pin_wear(values) + noise * np.sqrt(1 + self.missed**2 * self.weights / self.noise)
 
     def model(self, log_coefficient: Column, values: Values) -> tuple[Column, Column]:
         """Return what the model says each row is, and its slope against ln k_D, m."""
@@ -205,6 +206,13 @@ class WearProblem:
     def _to_come(self) -> Column:
         return np.asarray(np.maximum(self.distance, 0.0) ** self._power)
 
+    def pooled(self) -> Self:
+        """Return the same problem on pooled samples, with what the law misses of this run."""
+        reduced = self.reduced()
+        missed = reduced.rows(reduced.values) - reduced.depth(reduced.coefficient(), reduced.values)
+        excess = np.average(missed**2 - reduced.noise / reduced.weights, weights=reduced.weights)
+        return replace(reduced, missed=math.sqrt(max(0.0, float(excess))))
+
     def reduced(self) -> Self:
         """Return the same problem on means over stretches of samples; each stands at the mean of √s, or of s."""
         _, place, counts = np.unique(self.stretches(), return_inverse=True, return_counts=True)
@@ -258,7 +266,27 @@ def wear_problem(
         friction=path,
         inputs=inputs,
         friction_covariance=covariance,
+        noise=_sensor_noise(trace, run.sliding_distance[seen], remountings(manifest, run.sliding_distance[seen])),
     )
+
+
+def remountings(manifest: RunManifest, distance: Column) -> Column:
+    """Return how often the specimens had been taken out before each sample."""
+    stops = [stop.sliding_distance.value for stop in manifest.interruptions if stop.remounted]
+    return np.asarray(np.searchsorted(stops, distance), dtype=float)
+
+
+def _sensor_noise(trace: SensorTrace, distance: Column, segments: Column) -> float:
+    """Return the variance of the reading times its autocorrelation time about a smooth curve, m².
+
+    Not about the law: what a law or a wrong end value misses is smooth, no noise, and counted by itself.
+    """
+    share = np.maximum(distance, 0.0) / distance[-1]
+    smooth = [share ** (power / 2) for power in range(1, _SMOOTH_TERMS + 1)]
+    offsets = [(segments == segment).astype(float) for segment in np.unique(segments)]
+    design = np.column_stack([*offsets, trace.ramp, *smooth])
+    parameters, _, rank, _ = np.linalg.lstsq(design, trace.reading)
+    return max(inflation(trace.reading - design @ parameters, int(rank)), _LEAST_NOISE**2)
 
 
 def _seen(trace: SensorTrace, seen: Column) -> SensorTrace:
