@@ -25,13 +25,18 @@ FLAGS = {
     "process": STEP | {"--figures", "--no-figures"},
     "simulate": {"--plan", "--json"},
     "correct-drift": STEP,
-    "fit": STEP | {"--model", "--law"},
+    "fit": STEP | {"--model", "--law", "--together"},
     "predict": STEP
     | {"--run", "--wear-coefficient", "--law", "--model", "--scheme", "--steps", "--friction", "--at", "--depth"}
-    | {"--load", "--speed", "--radius"},
+    | {"--load", "--speed", "--radius", "--from", "--onto"},
     "ls": COMMON,
     "mark-bad": COMMON | {"--reason", "--undo", "--by"},
     "show": COMMON,
+    "study new": {"--into", "--archive", "--force"},
+    "study run": STEP | {"--figures", "--no-figures"},
+    "study show": COMMON,
+    "study figures": {"--into", "--format", "--archive"},
+    "plan": COMMON | {"--interval", "--model", "--law", "--recipe"},
     "schema export": set(),
 }
 K_D = "13.5e-9 mm^3/(N*mm)"
@@ -92,6 +97,14 @@ def test_flags_are_these_and_help_tells_them(run_cli, command):
         "predict --at 5",
         "predict some-id --run some-folder",
         "predict --run sample-run",
+        "predict --from some-id",
+        "predict --onto some-id",
+        "predict some-id --from one --onto another",
+        "study evaluate",
+        "study run",
+        "study figures --format gif",
+        "plan some-id",
+        "plan --interval 5%",
         "schema import",
     ],
 )
@@ -167,13 +180,29 @@ JSON_COMMANDS = {
     "predict a folder": ["predict", "--run", "sample-run", "--wear-coefficient", K_D],
     "ls": ["ls"],
     "show": ["show", "si3n4-air-200mN"],
+    "fit together": ["fit", "si3n4-air-200mN", "--together"],
+    "predict onto": ["predict", "--from", "si3n4-air-200mN", "--onto", "si3n4-air-400mN"],
+    "study run": ["study", "run", "study.toml", "--no-figures"],
+    "study show": ["study", "show"],
+    "study show one": ["study", "show", "alone"],
+    "plan": ["plan", "si3n4-air-200mN", "--interval", "5 %"],
 }
+BEFORE = {
+    "predict onto": ["ingest", "sample-run"],
+    "study show": JSON_COMMANDS["study run"],
+    "study show one": JSON_COMMANDS["study run"],
+}
+"""What has to be done first."""
+STUDY = 'id = "alone"\nfit = ["si3n4-air-200mN"]\nlaws = ["archard"]\nend_of_life = "10 um"\n'
 
 
 @pytest.mark.usefixtures("sample_run")
 @pytest.mark.parametrize("case", JSON_COMMANDS)
 def test_json_is_one_document_of_quantities_with_units(run_cli, archive, short_plan, case):
     shutil.copy(short_plan, archive.parent)
+    (archive.parent / "study.toml").write_text(STUDY, encoding="utf-8")
+    if case in BEFORE:
+        assert run_cli(*BEFORE[case], cwd=archive.parent).exit_code == 0
     result = run_cli(*JSON_COMMANDS[case], "--json", cwd=archive.parent)
     assert result.exit_code == 0
     quantities = [found for found in objects_in(document_of(result)) if isinstance(found.get("value"), float)]

@@ -12,7 +12,8 @@ def cap_height(*, scar_radius: ArrayLike, sphere_radius: ArrayLike) -> Column:
     Written a²/(R + √(R² − a²)), which keeps all digits of shallow caps. a and R in m, a ≤ R.
     """
     a, r = np.asarray(scar_radius, dtype=float), np.asarray(sphere_radius, dtype=float)
-    return np.asarray(a**2 / (r + np.sqrt(r**2 - a**2)))
+    # A draw of a scar as wide as the tip may be wider: half a sphere is gone then.
+    return np.asarray(a**2 / (r + np.sqrt(np.maximum(r**2 - a**2, 0.0))))
 
 
 def cap_radius(*, height: ArrayLike, sphere_radius: ArrayLike) -> Column:

@@ -16,6 +16,7 @@ from numpy.random import Generator
 
 from tribopipe.files import write_file
 from tribopipe.geometry import cap_radius
+from tribopipe.records.base import quoted
 from tribopipe.records.manifest import PinOnDisc, Specimen
 from tribopipe.records.plan import Plan, Sensors, Series, Truth, VirtualRun
 from tribopipe.records.quantity import Quantity
@@ -178,16 +179,16 @@ def _manifest(series: Series, run: VirtualRun, ends: dict[str, Quantity]) -> str
         "#:schema ../../schemas/run.schema.json",
         "# Synthetic: written by `tribopipe simulate`; truth.json beside it says what it was made from.",
         'schema = "tribopipe.run/1"',
-        f"id = {_quoted(run.id)}",
+        f"id = {quoted(run.id)}",
         f"started = {run.started.isoformat()}",
-        f"title = {_quoted(series.title)}",
+        f"title = {quoted(series.title)}",
         'instrument = "virtual micro pin-on-disc tribometer"',
         "",
         "[contact]",
         'kind = "pin-on-disc"',
         "",
         "[contact.pin]",
-        f"shape = {_quoted(pin.shape)}",
+        f"shape = {quoted(pin.shape)}",
         f"radius = {_written(pin.radius, 'mm')}",
         *_specimen(pin),
         "",
@@ -198,12 +199,12 @@ def _manifest(series: Series, run: VirtualRun, ends: dict[str, Quantity]) -> str
         f"normal_load = {_written(run.normal_load, 'mN')}",
         f"sliding_speed = {_written(series.sliding_speed, 'mm/s')}",
         f"sliding_distance = {_written(series.sliding_distance, 'm')}",
-        f"medium = {_quoted(series.medium)}",
+        f"medium = {quoted(series.medium)}",
         "",
         "[[signals]]",
-        f"file = {_quoted(SIGNALS_NAME)}",
+        f"file = {quoted(SIGNALS_NAME)}",
         "[signals.columns]",
-        *(f"{name} = {{ column = {_quoted(header)} }}" for name, (header, *_) in _WRITTEN.items()),
+        *(f"{name} = {{ column = {quoted(header)} }}" for name, (header, *_) in _WRITTEN.items()),
         "",
         "[end_values]",
         *(f"{name} = {_written(value, *_MEASURED_BY[name])}" for name, value in ends.items()),
@@ -250,17 +251,12 @@ def _written(quantity: Quantity, unit: str, method: str | None = None) -> str:
         spread = interval_from_si(quantity.standard_uncertainty, quantity.unit, unit)
         fields.append(f"standard_uncertainty = {_number(spread, unit)}")
     if method is not None:
-        fields.append(f"method = {_quoted(method)}")
+        fields.append(f"method = {quoted(method)}")
     return f"{{ {', '.join(fields)} }}"
 
 
 def _number(value: float, unit: str) -> str:
-    return f"{value:.6g}" if unit == "1" else _quoted(f"{value:.6g} {unit}")
-
-
-def _quoted(text: str) -> str:
-    """Write a TOML string, whose escapes are JSON's."""
-    return json.dumps(text, ensure_ascii=False)
+    return f"{value:.6g}" if unit == "1" else quoted(f"{value:.6g} {unit}")
 
 
 def simulate_plan(plan: Plan, folder: Path) -> list[Truth]:

@@ -1,24 +1,24 @@
 """Studies on archived runs: found beside run folders, evaluated, archived, and their predictions put into the runs."""
 
-import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from datetime import UTC, datetime
+from itertools import count
 from pathlib import Path
 
 from tribopipe.archive.digest import digest
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
-from tribopipe.errors import ArchiveError, FitError, TribopipeError
+from tribopipe.drift import correct_drift
+from tribopipe.errors import ArchiveError, FitError, ManifestError, TribopipeError, did_you_mean
+from tribopipe.friction import fit_friction
 from tribopipe.pipeline import (
     Outcome,
-    archived_correction,
-    archived_friction,
     correct_archived_drift,
     fit_archived_friction,
     predict_with,
 )
-from tribopipe.records.base import load_toml
+from tribopipe.records.base import load_toml, quoted
 from tribopipe.records.design import Design
 from tribopipe.records.manifest import RunManifest
 from tribopipe.records.recipe import LawName, Recipe
@@ -28,6 +28,7 @@ from tribopipe.study.bodies import bodies
 from tribopipe.study.design import design
 from tribopipe.study.evaluate import Evaluation, evaluate
 from tribopipe.study.member import Member
+from tribopipe.units import from_si
 from tribopipe.version import VERSION
 
 
@@ -39,12 +40,12 @@ def find_studies(path: Path) -> list[Path]:
 
 
 def load_studies(paths: Sequence[Path]) -> list[Study]:
-    """Read studies. Raises ``ManifestError`` where one is wrong, or two have the same id."""
+    """Read studies, each document once. Raises ``ManifestError`` where one is wrong, or two have the same id."""
     studies: dict[str, tuple[Path, Study]] = {}
-    for path in paths:
+    for path in {path.resolve(): path for path in paths}.values():
         study = load_toml(path, Study)
         if study.id in studies:
-            raise ArchiveError(
+            raise ManifestError(
                 f"{path}: id: found {study.id!r}, which {studies[study.id][0]} has too; expected each study under "
                 "an id of its own; change one of them"
             )
@@ -52,30 +53,33 @@ def load_studies(paths: Sequence[Path]) -> list[Study]:
     return [study for _, study in studies.values()]
 
 
-def members(archive: Archive, study: Study, recipe: Recipe) -> tuple[dict[str, Member], list[LeftOut]]:
-    """Return the runs of a study as the archive holds them, corrected on the way, and those marked bad.
+def members(archive: Archive, run_ids: Sequence[str], recipe: Recipe) -> tuple[dict[str, Member], list[LeftOut]]:
+    """Return archived runs as a study takes them, and those marked bad. Nothing is written.
 
     Raises ``ArchiveError`` for a run that is not in the archive.
     """
     found: dict[str, Member] = {}
     left_out: list[LeftOut] = []
-    for run_id in (*study.fit, *study.predict):
-        try:
-            mark = archive.bad(run_id)
-            if mark is not None:
-                left_out.append(LeftOut(id=run_id, reason=f"marked bad: {mark.reason}"))
-                continue
-            correct_archived_drift(archive, run_id, recipe)
-            fit_archived_friction(archive, run_id, recipe)
-            found[run_id] = Member(archived_correction(archive, run_id), archived_friction(archive, run_id))
-        except TribopipeError as error:
-            raise type(error)(f"study {study.id}: {error}") from None
+    for run_id in run_ids:
+        mark = archive.bad(run_id)
+        if mark is not None:
+            left_out.append(LeftOut(id=run_id, reason=f"marked bad: {mark.reason}"))
+            continue
+        raw = archive.raw(run_id)
+        found[run_id] = Member(correct_drift(raw, recipe), fit_friction(raw, recipe.friction))
     return found, left_out
+
+
+def _members_of(archive: Archive, study: Study, recipe: Recipe) -> tuple[dict[str, Member], list[LeftOut]]:
+    try:
+        return members(archive, (*study.fit, *study.predict), recipe)
+    except TribopipeError as error:
+        raise type(error)(f"study {study.id}: {error}") from None
 
 
 def evaluate_archived(archive: Archive, study: Study, recipe: Recipe) -> Evaluation:
     """Evaluate a study on archived runs; nothing of it is kept."""
-    runs, left_out = members(archive, study, recipe)
+    runs, left_out = _members_of(archive, study, recipe)
     return evaluate(study, runs, recipe, left_out)
 
 
@@ -93,6 +97,8 @@ def run_study(archive: Archive, study: Study, recipe: Recipe, *, force: bool = F
     if not isinstance(outcome.result, StudyResult):
         return
     left_out = {one.id for one in outcome.result.left_out}
+    for run_id in (run_id for run_id in (*study.fit, *study.predict) if run_id not in left_out):
+        yield from _complete(archive, run_id, recipe)
     for law in outcome.result.laws:
         for run_id in (run_id for run_id in study.predict if run_id not in left_out):
             try:
@@ -100,6 +106,15 @@ def run_study(archive: Archive, study: Study, recipe: Recipe, *, force: bool = F
                 yield predict_with(archive, run_id, reference, law.model, law.wear_coefficient, recipe, force=force)
             except TribopipeError as error:
                 yield Outcome(run_id, "prediction", "failed", error=error)
+
+
+def _complete(archive: Archive, run_id: str, recipe: Recipe) -> Iterator[Outcome]:
+    """Take the steps that a run of a study lacks for its figures and its prediction; those it has stay as they are."""
+    done = archive.step_names(run_id)
+    if "drift_correction" not in done:
+        yield correct_archived_drift(archive, run_id, recipe)
+    if "friction_fit" not in done:
+        yield fit_archived_friction(archive, run_id, recipe)
 
 
 def process_studies(
@@ -111,9 +126,9 @@ def process_studies(
 
 
 def _keep(archive: Archive, study: Study, recipe: Recipe, *, force: bool) -> Outcome:
-    runs, left_out = members(archive, study, recipe)
+    runs, left_out = _members_of(archive, study, recipe)
     options = recipe.model_dump(mode="json", by_alias=True)
-    inputs = digest(VERSION, study, options, *left_out, *_fingerprints(archive, runs))
+    inputs = digest(VERSION, study, options, *left_out, *(archive.raw_sha256(run_id) for run_id in runs))
     if study.id in archive.study_ids() and not force:
         stored = archive.study(study.id)
         if stored.inputs_sha256 == inputs:
@@ -124,27 +139,32 @@ def _keep(archive: Archive, study: Study, recipe: Recipe, *, force: bool) -> Out
     return Outcome(study.id, "study", "done", found.result)
 
 
-def _fingerprints(archive: Archive, runs: Mapping[str, Member]) -> list[str]:
-    prints = []
-    for run_id in runs:
-        steps = [archive.fingerprints(run_id, name) for name in ("drift_correction", "friction_fit")]
-        prints += [archive.raw_sha256(run_id), *("" if step is None else step.result for step in steps)]
-    return prints
-
-
 def plan_archived(archive: Archive, name: str, law: LawName, wanted: float, recipe: Recipe) -> Design:
     """Plan from an archived run, or from the first run that identifies k_D in an archived study.
 
-    ``wanted`` is the half width of the 95 % interval of k_D over k_D. Raises ``ArchiveError`` for an unknown name.
+    ``wanted`` is the half width of the 95 % interval of k_D over k_D. Raises ``ArchiveError`` for an unknown name, or
+    where all that could be planned from is marked bad.
     """
-    study, scatter = Study(id=name, fit=(name,)), None
-    if name not in archive.ids() and name in archive.study_ids():
+    fit: tuple[str, ...] = (name,)
+    shared, scatter = Study.model_fields["shared"].default, None
+    if name not in archive.ids():
+        if name not in archive.study_ids():
+            known = [*archive.ids(), *archive.study_ids()]
+            raise ArchiveError(
+                f"{archive.folder}: found no run and no study {name!r}; expected one of the archive's; "
+                f"{did_you_mean(name, known)}"
+            )
         stored = archive.study(name)
-        study, between = stored.study, [result.between_runs for result in stored.result.laws if result.model == law]
+        fit, shared = stored.study.fit, stored.study.shared
+        between = [result.between_runs for result in stored.result.laws if result.model == law]
         scatter = between[0].scatter if between and between[0] is not None else None
-    runs, _ = members(archive, study.model_copy(update={"predict": ()}), recipe)
-    first = next(run for run_id, run in runs.items() if run_id in study.fit)
-    return design(first.pose(law, recipe), law, wanted, study.shared, scatter)
+    runs, left_out = members(archive, fit, recipe)
+    if not runs:
+        raise ArchiveError(
+            f"{name}: found nothing to plan from: {left_out[0].id} is {left_out[0].reason}; expected a sound run; name "
+            "another, or take the mark back with `tribopipe mark-bad --undo`"
+        )
+    return design(next(iter(runs.values())).pose(law, recipe), law, wanted, shared, scatter)
 
 
 def draft_studies(manifests: Sequence[RunManifest]) -> list[Study]:
@@ -155,7 +175,10 @@ def draft_studies(manifests: Sequence[RunManifest]) -> list[Study]:
     groups: dict[tuple[object, ...], list[RunManifest]] = {}
     for manifest in manifests:
         groups.setdefault(bodies(manifest), []).append(manifest)
-    drafts = [_draft(group) for group in groups.values() if len(group) > 1]
+    drafts: list[Study] = []
+    for group in groups.values():
+        if len(group) > 1:
+            drafts.append(_draft(group, {draft.id for draft in drafts}))
     if not drafts:
         raise FitError(
             f"study: found {len(manifests)} runs, of which no two are of the same bodies in the same medium; expected "
@@ -164,7 +187,7 @@ def draft_studies(manifests: Sequence[RunManifest]) -> list[Study]:
     return drafts
 
 
-def _draft(group: Sequence[RunManifest]) -> Study:
+def _draft(group: Sequence[RunManifest], taken: Collection[str]) -> Study:
     by_load = sorted(group, key=lambda manifest: manifest.conditions.normal_load.value)
     lightest = by_load[0].conditions.normal_load.value
     fit = [manifest.id for manifest in by_load if manifest.conditions.normal_load.value == lightest]
@@ -172,9 +195,13 @@ def _draft(group: Sequence[RunManifest]) -> Study:
     first = by_load[0]
     words = [first.contact.pin.material, first.conditions.medium or ""]
     name = re.sub("[^a-z0-9]+", "-", " ".join(words).lower()).strip("-")
+    # A word more keeps Windows' device names away, a number other studies' names.
+    name = name[:80] if name and name not in ("con", "prn", "aux", "nul") else f"study-{name}".rstrip("-")
+    numbered = (f"{name}-{number}" for number in count(2))
+    name = name if name not in taken else next(other for other in numbered if other not in taken)
     title = f"{first.contact.pin.material} on {first.contact.disc.material}"
     return Study(
-        id=name or "study",
+        id=name,
         title=f"{title} in {first.conditions.medium}" if first.conditions.medium else title,
         fit=tuple(fit),
         predict=tuple(predict),
@@ -186,25 +213,25 @@ def study_toml(study: Study) -> str:
     lines = [
         'schema = "tribopipe.study/1"',
         f'id = "{study.id}"',
-        f"title = {_quoted(study.title or study.id)}",
+        f"title = {quoted(study.title or study.id)}",
         "",
         "fit = [                              # these runs identify k_D",
-        *(f"    {_quoted(run_id)}," for run_id in study.fit),
+        *(f"    {quoted(run_id)}," for run_id in study.fit),
         "]",
         "predict = [                          # these are predicted with it, and judged",
-        *(f"    {_quoted(run_id)}," for run_id in study.predict),
+        *(f"    {quoted(run_id)}," for run_id in study.predict),
         "]",
-        f"laws = [{', '.join(_quoted(law) for law in study.laws)}]",
+        f"laws = [{', '.join(quoted(law) for law in study.laws)}]",
         "# Inputs that are off by the same error in all runs; add normal_load where one load cell weighed them all.",
-        f"shared = [{', '.join(_quoted(name) for name in study.shared)}]",
+        f"shared = [{', '.join(quoted(name) for name in study.shared)}]",
     ]
-    if study.end_of_life is not None:
-        lines.append(f"end_of_life = {_quoted(study.end_of_life.shown('um').replace('µ', 'u'))}")
-    else:
+    depth = study.end_of_life
+    if depth is None:
         lines.append('# end_of_life = "50 um"             # wear depth whose sliding distance is wanted')
+    else:
+        value = f'"{from_si(depth.value, "m", "um"):.15g} um"'
+        spread = depth.standard_uncertainty
+        if spread is not None:
+            value = f'{{ value = {value}, standard_uncertainty = "{from_si(spread, "m", "um"):.15g} um" }}'
+        lines.append(f"end_of_life = {value}")
     return "\n".join(lines) + "\n"
-
-
-def _quoted(text: str) -> str:
-    """Write a TOML string, whose escapes are JSON's."""
-    return json.dumps(text, ensure_ascii=False)

@@ -253,8 +253,9 @@ def _opened(path: Path) -> Iterator[h5py.File]:
         try:
             yield file
         except (KeyError, OSError, RuntimeError, ValueError) as error:
+            why = str(error).splitlines()[0]
             raise ArchiveError(
-                f"{path}: found a damaged file ({error}); expected what tribopipe wrote; restore it from a copy"
+                f"{path}: found a damaged file ({why}); expected what tribopipe wrote; restore it from a copy"
             ) from error
 
 

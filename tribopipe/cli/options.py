@@ -61,3 +61,14 @@ def chosen_ids(archive: "Archive", ids: list[str] | None) -> list[str]:
     if not chosen:
         raise ArchiveError(f"{archive.folder}: found no runs; expected at least one; run `tribopipe ingest` first")
     return chosen
+
+
+def parsed(option: str, text: str, kind: str) -> float:
+    """Read an option as SI."""
+    from tribopipe.errors import UnitError
+    from tribopipe.units import parse
+
+    try:
+        return parse(text, kind)
+    except UnitError as error:
+        raise UnitError(f"{option}: {error}") from None

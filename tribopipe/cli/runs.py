@@ -115,7 +115,7 @@ def process(
         ):
             outcomes.append(outcome)
             advance(f"{outcome.run_id}: {outcome.stage.replace('_', ' ')}")
-            if outcome.status == "done":
+            if outcome.status == "done" and outcome.stage != "study":
                 changed.add(outcome.run_id)
             _say_warnings(outcome)
             _say_doubts(outcome)
@@ -123,7 +123,6 @@ def process(
     ids = list(dict.fromkeys(outcome.run_id for outcome in archived))
     evaluated = [outcome for outcome in outcomes if outcome.stage == "study" and outcome.error is None]
     redrawn = {outcome.run_id for outcome in evaluated if outcome.status == "done"}
-    changed -= redrawn
     with progress("figures", len(changed) + len(redrawn)) as advance:
         for run_id in sorted(changed if figures else ()):
             save_run_figures(store, run_id)

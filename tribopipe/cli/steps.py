@@ -19,6 +19,7 @@ from tribopipe.cli.options import (
     chosen_ids,
     load_archive,
     load_recipe,
+    parsed,
 )
 from tribopipe.cli.output import finish, print_json, progress, record_json, say
 from tribopipe.cli.studies import show_together
@@ -168,11 +169,11 @@ def predict(
     are predicted from others, with bands and a verdict on the law. With none of these, every archived run is predicted
     from the comparable run under the lightest load, and the prediction is archived.
     """
-    if source or target:
-        _predict_onto(archive, source, target, law, load_recipe(recipe), ids or run, as_json=as_json)
-        return
     asked = [wear_coefficient, friction, at, depth, load, speed, radius, scheme == "published"]
     how = load_recipe(recipe)
+    if source or target:
+        _predict_onto(archive, source, target, law, how, any(asked) or ids or run, as_json=as_json)
+        return
     if run is None and not any(asked):
         _predict_archived(archive, ids, law, how, force=force, as_json=as_json)
         return
@@ -210,7 +211,7 @@ def _predict_onto(
     as_json: bool,
 ) -> None:
     if not source or not target or beside:
-        raise typer.BadParameter("give runs to fit, --from ID, and runs to predict, --onto ID, and no other run")
+        raise typer.BadParameter("give runs to fit, --from ID, and runs to predict, --onto ID, and nothing else")
     show_together(load_archive(folder), source, target, law, recipe, as_json=as_json)
 
 
@@ -335,24 +336,13 @@ def _predict(
 ) -> "WearPrediction":
     from tribopipe.wear.predict import predict_wear
 
-    distances = [_parsed("--at", text, "distance") for text in at or []]
-    depths = [_parsed("--depth", text, "length") for text in depth or []]
+    distances = [parsed("--at", text, "distance") for text in at or []]
+    depths = [parsed("--depth", text, "length") for text in depth or []]
     if not distances and not depths:
         if own_distance is None:
             raise typer.BadParameter('say where to predict: --at "500 m"')
         distances = [own_distance]
     return predict_wear(scenario, distances, depths=depths, scheme=scheme, steps=steps, reference=reference)
-
-
-def _parsed(option: str, text: str, kind: str) -> float:
-    """Read an option as SI."""
-    from tribopipe.errors import UnitError
-    from tribopipe.units import parse
-
-    try:
-        return parse(text, kind)
-    except UnitError as error:
-        raise UnitError(f"{option}: {error}") from None
 
 
 def _quantity(option: str, text: str, kind: str) -> Any:
@@ -361,7 +351,7 @@ def _quantity(option: str, text: str, kind: str) -> Any:
     from tribopipe.records.quantity import Quantity
     from tribopipe.units import KINDS
 
-    value = _parsed(option, text, kind)
+    value = parsed(option, text, kind)
     if not value > 0:
         raise UnitError(f"{option}: found {text!r}; expected a {kind} above zero, such as {KINDS[kind].example!r}")
     return Quantity(value=value, unit=KINDS[kind].si)
@@ -381,10 +371,10 @@ def _parse_friction(text: str) -> "FrictionPath":
             f'--friction: found {text!r}; expected the three of Eq. 7, such as "A=0.226 b=0.496 c=32.877 m"'
         )
     amplitude, steady, distance = found.groups()
-    running_in = _parsed("--friction", distance, "distance")
+    running_in = parsed("--friction", distance, "distance")
     if not running_in > 0:
         raise UnitError(f"--friction: found c = {distance}; expected a distance above zero")
-    start, end = (_parsed("--friction", ratio.rstrip(",;"), "ratio") for ratio in (amplitude, steady))
+    start, end = (parsed("--friction", ratio.rstrip(",;"), "ratio") for ratio in (amplitude, steady))
     return ExponentialFriction(start, end, running_in)
 
 

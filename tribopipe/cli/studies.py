@@ -15,8 +15,9 @@ from tribopipe.cli.options import (
     archived_ids,
     load_archive,
     load_recipe,
+    parsed,
 )
-from tribopipe.cli.output import finish, print_json, progress, record_json, say, table
+from tribopipe.cli.output import exit_with, finish, print_json, progress, record_json, say, table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -73,11 +74,12 @@ def new(
         store = load_archive(archive)
         manifests = [store.manifest(run_id) for run_id in store.ids() if store.bad(run_id) is None]
     drafts = draft_studies(manifests)
-    for draft in drafts:
-        path = into / (STUDY_NAME if len(drafts) == 1 else f"{draft.id}{STUDY_SUFFIX}")
-        if path.exists() and not force:
+    documents = {into / (STUDY_NAME if len(drafts) == 1 else f"{draft.id}{STUDY_SUFFIX}"): draft for draft in drafts}
+    for path in documents if not force else ():
+        if path.exists():
             raise ManifestError(f"{path}: found a study there already; expected none; --force replaces it")
-        into.mkdir(parents=True, exist_ok=True)
+    into.mkdir(parents=True, exist_ok=True)
+    for path, draft in documents.items():
         write_file(path, study_toml(draft).encode("utf-8"))
         say(f"{path}: fits {', '.join(draft.fit)}; predicts {', '.join(draft.predict) or 'none'}")
 
@@ -126,6 +128,8 @@ def show(
     as_json: AsJson = False,
 ) -> None:
     """Show an archived study, or list them."""
+    from tribopipe.errors import ArchiveError
+
     store = load_archive(archive)
     if study_id is not None:
         result = store.study(study_id).result
@@ -133,15 +137,24 @@ def show(
         if as_json:
             print_json(record_json(result))
         return
-    stored = [store.study(one) for one in store.study_ids()]
+    stored, unreadable = [], []
+    for one in store.study_ids():
+        try:
+            stored.append(store.study(one))
+        except ArchiveError as error:
+            unreadable.append(error)
     if as_json:
         print_json({"studies": [record_json(one.study) for one in stored]})
-        return
-    table(
-        f"{len(stored)} studies in {archive}",
-        ["study", "fits", "predicts", "verdicts"],
-        [[one.study.id, ", ".join(one.study.fit), str(len(one.study.predict)), _tally(one.result)] for one in stored],
-    )
+    elif stored or not unreadable:
+        table(
+            f"{len(stored)} {'study' if len(stored) == 1 else 'studies'} in {archive}",
+            ["study", "fits", "predicts", "verdicts"],
+            [
+                [one.study.id, ", ".join(one.study.fit), str(len(one.study.predict)), _tally(one.result)]
+                for one in stored
+            ],
+        )
+    exit_with(unreadable, some_done=bool(stored))
 
 
 def _tally(result: "StudyResult") -> str:
@@ -258,10 +271,9 @@ def plan(
 ) -> None:
     """Say which uncertainty pays most to reduce, and how far to slide or how often to repeat for a wanted interval."""
     from tribopipe.studies import plan_archived
-    from tribopipe.units import parse
 
-    store = load_archive(archive)
-    found = plan_archived(store, name, model, parse(interval, "percentage"), load_recipe(recipe))
+    store, wanted = load_archive(archive), parsed("--interval", interval, "percentage")
+    found = plan_archived(store, name, model, wanted, load_recipe(recipe))
     say(str(found))
     table(
         "  what the uncertainty of k_D is made of",

@@ -37,6 +37,11 @@ def load_toml(path: Path, record: type[R]) -> R:
     return read_document(parse_toml(path, read_bytes(path)), record, where=str(path))
 
 
+def quoted(text: str) -> str:
+    """Write a TOML string: its escapes are JSON's, and DEL has to be escaped too."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
 def read_bytes(path: Path) -> bytes:
     """Read a document's bytes; ``ManifestError`` where there is no such file."""
     if path.is_dir():

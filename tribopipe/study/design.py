@@ -121,19 +121,27 @@ def at_length(problem: WearProblem, coefficient: float, length: float) -> WearPr
     end = float(longer.depth(coefficient, values, np.asarray([longer.trace.slid]))[0])
     wear = _grown(problem.end, end)
     share = 1 + (wear.disc.quantity.value / end if wear.disc is not None else 0.0)
-    scale, zero = values["depth_scale"], problem.trace.zero_offset
+    # Windows are a share of the distance: they hold as many more samples.
+    scale, zero = values["depth_scale"], _better(problem.trace.zero_offset, length)
     curve = zero.value + longer.depth(coefficient, values, longer.distance) * share / scale
-    last = problem.trace.end_reading.model_copy(update={"value": zero.value + end * share / scale})
-    trace = replace(longer.trace, reading=curve, end_reading=last, duration=problem.trace.duration * length)
+    last = _better(problem.trace.end_reading, length).model_copy(update={"value": zero.value + end * share / scale})
+    trace = replace(
+        longer.trace, reading=curve, zero_offset=zero, end_reading=last, duration=problem.trace.duration * length
+    )
     inputs = dict(problem.inputs) | {END_ANCHOR: Input(wear.pin.quantity, problem.inputs[END_ANCHOR].source)}
     if wear.disc is not None:
         inputs["disc_end_value"] = Input(wear.disc.quantity, problem.inputs["disc_end_value"].source)
     if "end_reading" in inputs:
-        inputs["end_reading"] = Input(last, "fit")
+        inputs |= {"zero_offset": Input(zero, "fit"), "end_reading": Input(last, "fit")}
     longer = replace(longer, trace=trace, end=wear, inputs=inputs)
     if isinstance(longer, JointProblem):
         longer = replace(longer, anchors=(Anchor(END_ANCHOR, longer.trace.slid, wear),))
     return longer
+
+
+def _better(reading: Quantity, length: float) -> Quantity:
+    """Return a reading that is the mean of ``length`` times as many samples."""
+    return reading.model_copy(update={"standard_uncertainty": (reading.standard_uncertainty or 0.0) / length**0.5})
 
 
 def _grown(end: EndWear, depth: float) -> EndWear:

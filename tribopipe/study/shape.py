@@ -16,6 +16,8 @@ from tribopipe.study.member import PosedRun
 
 _PLAYED = 4_000
 """Draws of pure noise that a searched gain is held against."""
+_START = 1e-9
+"""Effective distance, m, of what is recorded before any sliding."""
 _EDGE = 4
 """Stretches at either end in which no change is looked for."""
 _PREFERENCE = 2.0
@@ -67,7 +69,8 @@ class Shape:
         places = np.arange(_EDGE, len(effective) - _EDGE)
         if not len(places):
             return None
-        columns = [self.slope * np.maximum(0.0, 1 - effective[place] / effective) for place in places]
+        slid = np.maximum(effective, _START)
+        columns = [self.slope * np.maximum(0.0, 1 - effective[place] / slid) for place in places]
         left = np.column_stack([self.left_of(column) for column in columns])
         left /= np.linalg.norm(left, axis=0)
         gains = (left.T @ self.residual) ** 2
