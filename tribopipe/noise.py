@@ -5,6 +5,8 @@ import numpy as np
 from tribopipe.run import Column
 
 _FEWEST = 2.0
+_MOST_TAKEN = 0.5
+"""Share of the independent samples that fitted parameters are counted with at most."""
 
 
 def effective_samples(residuals: Column) -> float:
@@ -19,8 +21,9 @@ def effective_samples(residuals: Column) -> float:
     power = float(np.dot(centred, centred))
     if n < 4 or power == 0:
         return max(_FEWEST, float(n))
-    spectrum = np.fft.rfft(centred, 2 * n)
-    correlation = np.fft.irfft(np.abs(spectrum) ** 2, 2 * n)[:n] / power
+    length = 1 << (2 * n - 1).bit_length()  # a power of two, for which the transform is quick
+    spectrum = np.fft.rfft(centred, length)
+    correlation = np.fft.irfft(np.abs(spectrum) ** 2, length)[:n] / power
     pairs = correlation[: n - n % 2].reshape(-1, 2).sum(axis=1)
     negative = np.flatnonzero(pairs < 0)
     kept = pairs[: negative[0]] if len(negative) else pairs
@@ -31,8 +34,9 @@ def effective_samples(residuals: Column) -> float:
 def inflation(residuals: Column, parameters: int) -> float:
     """Return the variance of one residual times τ: what a least-squares (JᵀJ)⁻¹ is multiplied by.
 
-    Unbiased for ``parameters`` fitted ones (JCGM 100:2008, H.3), widened by the autocorrelation time.
+    Smooth fitted curves take as many independent samples out of correlated residuals as they have ``parameters``: out
+    of their sum of squares (JCGM 100:2008, H.3) and out of their slowest part, which makes up τ.
     """
-    n = len(residuals)
-    variance = float(np.dot(residuals, residuals)) / max(1, n - parameters)
-    return variance * n / effective_samples(residuals)
+    n, independent = len(residuals), effective_samples(residuals)
+    left = 1 - min(_MOST_TAKEN, parameters / independent)
+    return float(np.dot(residuals, residuals)) / n / left * (n / independent) / left

@@ -37,10 +37,10 @@ class Study(Record):
 
     @model_validator(mode="after")
     def _each_run_has_one_place(self) -> Self:
-        for name, ids in (("fit", self.fit), ("predict", self.predict)):
-            twice = [run_id for run_id, count in Counter(ids).items() if count > 1]
+        for name, listed in (("fit", self.fit), ("predict", self.predict), ("laws", self.laws)):
+            twice = [one for one, count in Counter(listed).items() if count > 1]
             if twice:
-                raise ValueError(f"{name}: found {twice[0]!r} twice; expected each run once; take one out")
+                raise ValueError(f"{name}: found {twice[0]!r} twice; expected each once; take one out")
         both = sorted(set(self.fit) & set(self.predict))
         if both:
             raise ValueError(

@@ -19,7 +19,7 @@ class Trend(Record):
     p_value: float
     """Probability of as much trend in noise alone (χ² with two degrees of freedom)."""
     amplitude: Quantity
-    """Largest deviation of the trend from zero, m."""
+    """Root mean square of the trend over the run, m."""
 
 
 class Exponent(Record):
@@ -104,7 +104,7 @@ class RunVerdict(Record):
     change_point: ChangePoint | None = None
     """Where the wear rate would leave the law."""
     end_of_life: EndOfLife | None = None
-    """Where the run reaches the wanted depth."""
+    """Where the run reaches the wanted depth; none where its k_D is rather zero, or no depth is wanted."""
 
 
 class BetweenRuns(Record):

@@ -32,19 +32,19 @@ class Combination:
     """τ, in units of √k_D."""
     summary: BetweenRuns | None
 
-    def mean(self, draws: Column, rng: Generator) -> Column:
-        """Return k_D for draws of each run's k_D, (draws, runs); the scatter leaves the mean of n runs uncertain."""
-        mean = np.sqrt(draws) @ self.weights
-        if self.scatter:
-            spread = self.scatter * math.sqrt(float(self.weights @ self.weights))
-            mean = mean + spread * rng.standard_t(len(self.weights) - 1, len(draws))
-        return np.asarray(np.maximum(mean, 0.0) ** 2)
+    def draw(self, draws: Column, rng: Generator) -> tuple[Column, Column]:
+        """Return k_D of all runs and of a further one for draws of each run's k_D, (draws, runs).
 
-    def next_run(self, mean: Column, rng: Generator) -> Column:
-        """Return k_D of a further run for draws of the mean."""
+        τ is known from n runs only: in each draw it is τ·√((n − 1)/χ²), χ² with n − 1 degrees of freedom.
+        """
+        count, runs = draws.shape
+        mean = np.sqrt(draws) @ self.weights
         if not self.scatter:
-            return mean
-        return np.asarray(np.maximum(np.sqrt(mean) + self.scatter * rng.standard_normal(len(mean)), 0.0) ** 2)
+            return mean**2, mean**2
+        scatter = self.scatter * np.sqrt((runs - 1) / rng.chisquare(runs - 1, count))
+        of_mean = math.sqrt(float(self.weights @ self.weights))
+        mean = np.maximum(mean + scatter * of_mean * rng.standard_normal(count), 0.0)
+        return mean**2, np.maximum(mean + scatter * rng.standard_normal(count), 0.0) ** 2
 
 
 def combine(ids: Sequence[str], best: Sequence[float], draws: Column) -> Combination:
@@ -81,7 +81,8 @@ def _between(x: Column, variance: Column) -> float:
     from statsmodels.stats.meta_analysis import combine_effects
 
     unit = float(np.mean(x))
-    found = combine_effects(x / unit, variance / unit**2, method_re="iterated")
+    with np.errstate(divide="ignore"):  # of a heterogeneity index that is not used, where runs agree to the last digit
+        found = combine_effects(x / unit, variance / unit**2, method_re="iterated")
     return math.sqrt(max(0.0, float(found.tau2))) * unit
 
 

@@ -8,7 +8,7 @@ from numpy.random import Generator
 
 from tribopipe.contact.mechanics import contact_modulus, hertz_radius
 from tribopipe.contact.pin_on_disc import pin_contact
-from tribopipe.errors import FitError
+from tribopipe.errors import ContactError, FitError
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.study import Study
@@ -117,13 +117,12 @@ class _Law:
         """Identify k_D, and hold the law against every run."""
         how = self.recipe.monte_carlo
         found = propagate(self._draw, digits=max(1, how.significant_digits), seed=how.seed)
-        rng, shared, fitted, mean = self._first[0]
+        rng, shared, fitted, following = self._first[0]
         combination = self._combined(fitted)
         best = self._best(combination)
-        following = combination.next_run(mean, rng)
         judged = [self._judge(one, "fitted", best, following) for one in fitted]
         judged += [
-            self._judge(run.draw(rng, len(mean), shared), "predicted", best, following) for run in self.predicted
+            self._judge(run.draw(rng, len(following), shared), "predicted", best, following) for run in self.predicted
         ]
         return LawResult(
             model=self.law,
@@ -139,11 +138,11 @@ class _Law:
         """Draw k_D of the study: the model of JCGM 101."""
         shared = self._shared(rng, count)
         drawn = [run.draw(rng, count, shared) for run in self.fitted]
-        mean = self._combined(drawn).mean(np.column_stack([one.coefficient for one in drawn]), rng)
+        mean, following = self._combined(drawn).draw(np.column_stack([one.coefficient for one in drawn]), rng)
         if not self._first:
             accepted = np.isfinite(mean)
             kept = {name: errors[accepted] for name, errors in shared.items()}
-            self._first.append((rng, kept, [one.kept(accepted) for one in drawn], mean[accepted]))
+            self._first.append((rng, kept, [one.kept(accepted) for one in drawn], following[accepted]))
         return mean
 
     def _shared(self, rng: Generator, count: int) -> dict[str, Column]:
@@ -161,6 +160,12 @@ class _Law:
         return float(np.sqrt([run.coefficient for run in self.fitted]) @ combination.weights) ** 2
 
     def _judge(self, draws: RunDraws, role: Role, best: float, coefficients: Column) -> RunVerdict:
+        try:
+            return self._verdict(draws, role, best, coefficients)
+        except ContactError as error:
+            raise ContactError(f"{draws.run.member.id}: {error}") from None
+
+    def _verdict(self, draws: RunDraws, role: Role, best: float, coefficients: Column) -> RunVerdict:
         run, comparison = draws.run, compare(draws, best, coefficients)
         self.curves.append(_curve(self.law, role, run, comparison))
         along = comparison.along(0.05)

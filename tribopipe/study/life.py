@@ -12,8 +12,10 @@ from tribopipe.uncertainty import TAILS
 _ITERATIONS = 40
 
 
-def end_of_life(draws: RunDraws, coefficients: Column, depth: float) -> EndOfLife:
-    """Return where a run reaches a depth, m, for draws of k_D. Raises ``ContactError`` past the tip.
+def end_of_life(draws: RunDraws, coefficients: Column, depth: float) -> EndOfLife | None:
+    """Return where a run reaches a depth, m, for draws of k_D; none where k_D is rather zero.
+
+    Raises ``ContactError`` for a depth past the tip.
 
     S(s) = V(h)/(k_D·F_N) is solved by s ← s·S/S(s): S(s)/s changes slowly.
     """
@@ -24,7 +26,10 @@ def end_of_life(draws: RunDraws, coefficients: Column, depth: float) -> EndOfLif
     distance = wanted
     for _ in range(_ITERATIONS):
         distance = distance * wanted / problem.effective_distance(values, distance)
-    low, middle, high = np.quantile(np.where(wearing, distance[:, 0], np.inf), [TAILS[0], 0.5, TAILS[1]])
+    reached = np.where(wearing, distance[:, 0], np.inf)
+    low, middle, high = np.quantile(reached, [TAILS[0], 0.5, TAILS[1]], method="inverted_cdf")
+    if not np.isfinite(middle):
+        return None
     return EndOfLife(
         wear_depth=Quantity(value=depth, unit="m"),
         sliding_distance=_metres(float(middle)),

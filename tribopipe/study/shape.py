@@ -5,6 +5,8 @@ describe is projected out of them and out of every alternative. What is left is 
 the gain of an alternative is χ² (trend) or, where its place is searched for, drawn.
 """
 
+import math
+
 import numpy as np
 
 from tribopipe.contact.pin_on_disc import pin_contact
@@ -59,7 +61,7 @@ class Shape:
         left = np.column_stack([self.left_of(column) for column in columns.T])
         amount, *_ = np.linalg.lstsq(left, self.residual)
         gain = float(np.sum((left @ amount) ** 2))
-        amplitude = float(np.max(np.abs((left @ amount) / self.root)))
+        amplitude = math.sqrt(float(np.average((left @ amount / self.root) ** 2, weights=self.problem.weights)))
         return Trend(p_value=float(chi2.sf(gain, 2)), amplitude=Quantity(value=amplitude, unit="m"))
 
     def change_point(self) -> ChangePoint | None:

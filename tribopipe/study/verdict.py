@@ -15,6 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
+from tribopipe.errors import ContactError
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName
 from tribopipe.records.verdict import Exponent, Role, RunVerdict, Verdict
@@ -108,7 +109,11 @@ def decide(draws: RunDraws, comparison: Comparison, coefficient: float) -> Verdi
 def _telling(draws: RunDraws, comparison: Comparison, coefficient: float) -> bool:
     """Say whether the end would show a k_D off by a factor of two, on one side at least."""
     low, high = np.quantile(comparison.errors[:, -1], TAILS)
-    less, as_it_is, more = (draws.run.predicted(coefficient * factor)[-1] for factor in (1 / _NOTICED, 1.0, _NOTICED))
+    less, as_it_is = (draws.run.predicted(coefficient / factor)[-1] for factor in (_NOTICED, 1.0))
+    try:
+        more = draws.run.predicted(coefficient * _NOTICED)[-1]
+    except ContactError:  # the tip would be worn away, which nobody overlooks
+        return True
     return bool(as_it_is - less > high or more - as_it_is > -low)
 
 

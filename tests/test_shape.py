@@ -1,0 +1,203 @@
+"""The shape of one run's curve: p-values that mean what they say, and departures from the law that are found."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_identify import CASES, record
+
+from tribopipe.contact.mechanics import contact_modulus
+from tribopipe.contact.pin_on_disc import SphericalPin
+from tribopipe.drift import correct_drift
+from tribopipe.friction import fit_friction
+from tribopipe.geometry import cap_radius
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.recipe import LawName, Recipe
+from tribopipe.run import Column, RawRun
+from tribopipe.study.member import Member
+from tribopipe.study.shape import Shape, compare_laws
+
+LIGHT, HEAVY, CARBIDE = "si3n4-air-200mN", "si3n4-air-800mN", "wc-co-water-400mN"
+SLOW = {"sampling_rate": Quantity(value=2.0, unit="1/s")}
+"""A fifth of the samples, as good as all of them: the noise remembers itself for 2 s."""
+
+
+def shape_of(raw: RawRun, law: LawName = "archard") -> Shape:
+    friction = fit_friction(raw) if law == "sarkar" else None
+    return Shape(Member(correct_drift(raw), friction).pose(law, Recipe()))
+
+
+def seeded(run_id: str, seed: int, law: LawName = "archard", **sensors) -> RawRun:
+    series, run = CASES[run_id]
+    return record(series.model_copy(update={"law": law}), run, seed=seed, sensors=SLOW | sensors)
+
+
+def with_depth(raw: RawRun, added: Column) -> RawRun:
+    """The run with something added to its depth reading, m."""
+    return replace(raw, columns={**raw.columns, "depth": raw.columns["depth"] + added})
+
+
+def changed(run_id: str, seed: int, ratio: float, at: float) -> RawRun:
+    """A run whose k_D is ``ratio`` times as large after a share ``at`` of the distance, measured end value and all."""
+    raw, run = seeded(run_id, seed), CASES[run_id][1]
+    contact, distance = raw.manifest.contact, raw.sliding_distance
+    modulus = contact_modulus(
+        pin_modulus=contact.pin.youngs_modulus.value,
+        pin_ratio=contact.pin.poisson_ratio.value,
+        disc_modulus=contact.disc.youngs_modulus.value,
+        disc_ratio=contact.disc.poisson_ratio.value,
+    )
+    load, radius = run.normal_load.value, contact.pin.radius.value
+    pin = SphericalPin(normal_load=load, radius=radius, modulus=modulus)
+    change = at * distance[-1]
+    travelled = np.minimum(distance, change) + ratio * np.maximum(distance - change, 0.0)
+    steady, other = (pin.worn(run.wear_coefficient.value * load * path).depth for path in (distance, travelled))
+    end = raw.manifest.end_values
+    error = end.pin_scar_diameter.value - 2 * float(cap_radius(height=steady[-1], sphere_radius=radius))
+    scar = 2 * float(cap_radius(height=other[-1], sphere_radius=radius)) + error
+    end = end.model_copy(
+        update={"pin_scar_diameter": end.pin_scar_diameter.model_copy(update={"value": scar})},
+    )
+    manifest = raw.manifest.model_copy(update={"end_values": end})
+    return with_depth(replace(raw, manifest=manifest), other - steady)
+
+
+def bump(raw: RawRun, height: float) -> Column:
+    """A smooth hill halfway along the run, m."""
+    share = raw.sliding_distance / raw.sliding_distance[-1]
+    return height * np.exp(-(((share - 0.5) / 0.2) ** 2))
+
+
+# --- under the law ---
+
+
+@pytest.fixture(scope="module")
+def sound() -> list[Shape]:
+    """Sixty runs of which the law is true, half of them in each condition."""
+    return [shape_of(seeded((LIGHT, CARBIDE)[seed % 2], 3_000 + seed)) for seed in range(60)]
+
+
+def test_trends_of_sound_runs_are_as_improbable_as_they_say(sound):
+    told = np.array([shape.trend().p_value for shape in sound])
+    assert np.all((told > 0) & (told <= 1))
+    assert 0.02 <= np.mean(told < 0.1) <= 0.22
+    assert 0.3 <= np.mean(told < 0.5) <= 0.7
+
+
+def test_changes_of_sound_runs_are_as_improbable_as_they_say(sound):
+    told = np.array([shape.change_point().p_value for shape in sound])
+    assert np.all((told > 0) & (told <= 1))
+    assert 0.02 <= np.mean(told < 0.1) <= 0.22
+    assert 0.3 <= np.mean(told < 0.5) <= 0.7
+
+
+def test_residuals_of_sound_runs_are_as_large_as_their_noise(sound):
+    # What is fitted: k_D, one zero offset, drift.
+    reduced = [shape.sum_of_squares / (len(shape.residual) - 3) for shape in sound]
+    assert np.mean(reduced) == pytest.approx(1, abs=4 * math.sqrt(2 / (37 * len(sound))))
+
+
+def test_residuals_hold_nothing_that_k_d_offset_or_drift_explain(sound):
+    for shape in sound[::10]:
+        distance = shape.problem.distance
+        for column in (np.ones_like(distance), shape.problem.trace.ramp, shape.slope):
+            assert np.linalg.norm(shape.left_of(column)) < 1e-8 * np.linalg.norm(column * shape.root)
+
+
+@pytest.mark.parametrize("run_id", [LIGHT, CARBIDE])
+def test_offset_and_drift_are_no_trend_and_no_change(run_id):
+    raw = seeded(run_id, 11)
+    plain = shape_of(raw)
+    drifted = shape_of(with_depth(raw, 2e-6 - 1e-6 * raw.columns["time"] / raw.columns["time"][-1]))
+    assert plain.trend().p_value > 0.05
+    assert drifted.trend().p_value == pytest.approx(plain.trend().p_value, rel=1e-3)
+    assert drifted.trend().amplitude.value == pytest.approx(plain.trend().amplitude.value, rel=1e-3, abs=0)
+    assert drifted.change_point().p_value == pytest.approx(plain.change_point().p_value, abs=2e-3)
+    assert drifted.coefficient == pytest.approx(plain.coefficient, rel=1e-6, abs=0)
+
+
+# --- departures from the law ---
+
+
+@pytest.mark.parametrize("run_id", [LIGHT, HEAVY, CARBIDE])
+def test_a_smooth_bump_is_a_trend(run_id):
+    raw = seeded(run_id, 12)
+    assert shape_of(with_depth(raw, bump(raw, 0.5e-6))).trend().p_value < 1e-3
+    assert shape_of(raw).trend().p_value > 0.05
+
+
+def test_amplitude_is_that_of_what_wear_offset_and_drift_leave_of_a_trend():
+    raw = seeded(LIGHT, 13)
+    share = raw.sliding_distance / raw.sliding_distance[-1]
+    trend = 10e-6 * share**1.5
+    # Wear of a sphere grows about as √s, as does its change with k_D.
+    beside = np.column_stack([np.ones_like(share), share, np.sqrt(share)])
+    left = trend - beside @ np.linalg.lstsq(beside, trend)[0]
+    shape = shape_of(with_depth(raw, trend))
+    found = shape.trend().amplitude
+    assert found.value == pytest.approx(np.sqrt(np.mean(left**2)), rel=0.2, abs=0)
+    assert found.unit == "m"
+
+
+@pytest.mark.parametrize("run_id", [LIGHT, HEAVY])
+@pytest.mark.parametrize(("ratio", "at"), [(0.5, 0.5), (0.5, 0.3), (2.0, 0.4)])
+def test_a_change_of_k_d_is_found_where_it_was_made(run_id, ratio, at):
+    for seed in (21, 22, 23):
+        shape = shape_of(changed(run_id, seed, ratio, at))
+        found = shape.change_point()
+        assert found.p_value < 0.01
+        assert found.sliding_distance.value == pytest.approx(at * 500, abs=0.15 * 500)
+        assert found.rate_ratio == pytest.approx(ratio, rel=0.2)
+        assert shape.trend().p_value < 0.01
+
+
+def test_a_change_that_is_none_is_not_found():
+    shape = shape_of(changed(LIGHT, 24, 1.0, 0.5))
+    assert shape.change_point().p_value > 0.05
+    assert shape.change_point().rate_ratio == pytest.approx(1, abs=0.3)
+
+
+def test_a_change_of_k_d_goes_by_the_law_s_own_distance():
+    raw = changed(HEAVY, 25, 0.5, 0.5)
+    assert shape_of(raw, "sarkar").change_point().rate_ratio == pytest.approx(0.5, rel=0.3)
+
+
+def test_a_run_of_few_samples_has_no_change_point():
+    raw = seeded(LIGHT, 26)
+    # Samples in seven clumps: as many stretches.
+    kept = np.concatenate([np.arange(first, first + 4) for first in np.linspace(0, len(raw) - 4, 7).astype(int)])
+    few = replace(raw, columns={name: column[kept] for name, column in raw.columns.items()})
+    assert shape_of(few).change_point() is None
+    assert 0 < shape_of(few).trend().p_value <= 1
+
+
+# --- one law against the other ---
+
+
+def comparison(raw: RawRun):
+    return compare_laws(shape_of(raw, "archard"), shape_of(raw, "sarkar"))
+
+
+@pytest.mark.parametrize(("truth", "sign"), [("archard", 1), ("sarkar", -1)])
+@pytest.mark.parametrize("seed", [31, 32, 33, 34])
+def test_the_law_that_a_run_was_made_with_is_preferred(truth, sign, seed):
+    found = comparison(seeded(LIGHT, seed, truth))
+    assert found.preferred == truth
+    assert sign * found.delta_aic > 2
+
+
+@pytest.mark.parametrize("truth", ["archard", "sarkar"])
+def test_no_law_is_preferred_where_wear_is_slight(truth):
+    found = [comparison(seeded(CARBIDE, seed, truth)) for seed in (41, 42, 43)]
+    assert [one.preferred for one in found] == [None] * 3
+    assert max(abs(one.delta_aic) for one in found) < 2
+
+
+def test_aic_is_that_of_the_two_sums_of_squares():
+    raw = seeded(LIGHT, 35)
+    archard, sarkar = shape_of(raw, "archard"), shape_of(raw, "sarkar")
+    count = len(archard.residual)
+    aic = [count * math.log(shape.residual @ shape.residual / count) + 2 * 4 for shape in (archard, sarkar)]
+    assert compare_laws(archard, sarkar).delta_aic == pytest.approx(aic[1] - aic[0], rel=1e-12)
+    assert compare_laws(archard, archard).preferred is None
