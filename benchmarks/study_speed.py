@@ -1,0 +1,132 @@
+"""Time of a study with 10 000 draws beside that of one least-squares fit by plain Euler steps.
+
+    python benchmarks/study_speed.py
+
+The study identifies k_D from the Si3N4 sample run at 200 mN and predicts 400 and 800 mN; its runs are in memory,
+corrected for drift. The fit is of one k_D to the same three runs by `scipy.optimize.least_squares`, the model being a
+loop of one explicit step for each recorded sample. Both are run in turn in one process. Times are of the processor, so
+that other work on the machine counts little; the target is a ratio of at most 5.
+"""
+
+import math
+import statistics
+import time
+from collections.abc import Callable
+
+import numpy as np
+from labs import SAMPLES, LabRun, Report, arguments, raw_run
+from scipy.optimize import least_squares
+
+from tribopipe.contact.mechanics import contact_modulus
+from tribopipe.drift import correct_drift
+from tribopipe.friction import fit_friction
+from tribopipe.records.recipe import LawName
+from tribopipe.records.results import FrictionFit
+from tribopipe.records.study import Study
+from tribopipe.run import Column
+from tribopipe.simulate import VirtualTest
+from tribopipe.study.evaluate import Evaluation, evaluate
+from tribopipe.study.member import Member
+
+RUNS = ("si3n4-air-200mN", "si3n4-air-400mN", "si3n4-air-800mN")
+
+
+def sample(name: str) -> LabRun:
+    """Return a sample run in memory."""
+    series, run = SAMPLES[name]
+    test = VirtualTest(series, run)
+    return LabRun(correct_drift(raw_run(series, run, test)), test.truth())
+
+
+def study_of(laws: tuple[LawName, ...], members: dict[str, Member]) -> Evaluation:
+    """Evaluate the study."""
+    return evaluate(Study(id="speed", fit=RUNS[:1], predict=RUNS[1:], laws=laws), members)
+
+
+def euler_depth(coefficient: float, load: float, radius: float, modulus: float, distance: Column) -> Column:
+    """Return the wear depth, m, by one explicit step from each sample to the next, as the trial script had it."""
+    start = (3 * load * radius / (4 * modulus)) ** (1 / 3)
+    depth, a = np.zeros_like(distance), start
+    for i in range(len(distance) - 1):
+        pressure = load / (np.pi * a * a)
+        depth[i + 1] = depth[i] + coefficient * pressure * (distance[i + 1] - distance[i])
+        total = depth[i + 1] + load / (2 * modulus * a)
+        a = np.sqrt(max(2 * radius * total - total * total, start * start * 0.25))
+    return depth
+
+
+def euler_fit(runs: dict[str, LabRun]) -> tuple[float, int]:
+    """Fit one k_D, m²/N, to all runs, and say how often the model was computed."""
+    evaluations = 0
+
+    def residuals(log_k: Column) -> Column:
+        nonlocal evaluations
+        evaluations += 1
+        return np.concatenate([_residuals(math.exp(log_k[0]), run) for run in runs.values()])
+
+    true = runs[RUNS[0]].truth.wear_coefficient.value
+    found = least_squares(residuals, [math.log(1.3 * true)])
+    return math.exp(found.x[0]), evaluations
+
+
+def _residuals(coefficient: float, run: LabRun) -> Column:
+    raw, measured = run.corrected.raw, run.corrected.pin_wear_depth
+    if measured is None:
+        raise ValueError(f"{raw.id}: expected a run corrected for drift")
+    contact, load = raw.manifest.contact, raw.manifest.conditions.normal_load.value
+    modulus = contact_modulus(
+        pin_modulus=contact.pin.youngs_modulus.value,
+        pin_ratio=contact.pin.poisson_ratio.value,
+        disc_modulus=contact.disc.youngs_modulus.value,
+        disc_ratio=contact.disc.poisson_ratio.value,
+    )
+    model = euler_depth(coefficient, load, contact.pin.radius.value, float(modulus), raw.sliding_distance)
+    return np.asarray((model - measured) / 1e-7)
+
+
+def timed(work: Callable[[], object]) -> tuple[float, float]:
+    """Return the time of the processor and of the clock, s."""
+    wall, start = time.perf_counter(), time.process_time()
+    work()
+    return time.process_time() - start, time.perf_counter() - wall
+
+
+def main() -> None:
+    """Time all in turn and print medians and ratios."""
+    parser = arguments(__doc__ or "")
+    parser.add_argument("--repeats", type=int, default=7, help="number of repeats (%(default)s)")
+    options = parser.parse_args()
+    report = Report("Speed of a study", options)
+    runs = {name: sample(name) for name in RUNS}
+    members = {name: run.member for name, run in runs.items()}
+    with_friction: dict[str, FrictionFit] = {name: fit_friction(run.corrected.raw) for name, run in runs.items()}
+    rubbed = {name: Member(run.corrected, with_friction[name]) for name, run in runs.items()}
+    one = study_of(("archard",), members).result.law("archard")
+    _, evaluations = euler_fit(runs)
+    cases: dict[str, Callable[[], object]] = {
+        "least squares by Euler steps": lambda: euler_fit(runs),
+        "study, Archard's law": lambda: study_of(("archard",), members),
+        "study, both laws": lambda: study_of(("archard", "sarkar"), rubbed),
+    }
+    times: dict[str, list[tuple[float, float]]] = {name: [] for name in cases}
+    for _ in range(options.repeats):
+        for name, work in cases.items():
+            times[name].append(timed(work))
+    report.say(
+        f"{one.draws} accepted draws of k_D by Archard's law, {one.rejected} rejected; the fit computes the model "
+        f"{evaluations} times on {sum(len(run.corrected.raw) for run in runs.values())} samples. Medians of "
+        f"{options.repeats} repeats in turn; in brackets the least and the greatest time."
+    )
+    medians = {name: statistics.median(taken for taken, _ in times[name]) for name in cases}
+    least = medians["least squares by Euler steps"]
+    rows = []
+    for name, taken in times.items():
+        processor, clock = zip(*taken, strict=True)
+        cell = f"{medians[name]:.2f} s ({min(processor):.2f} to {max(processor):.2f})"
+        rows.append([name, cell, f"{statistics.median(clock):.2f} s", f"{medians[name] / least:.2f}"])
+    report.table(["", "processor", "clock", "ratio"], rows)
+    report.finish()
+
+
+if __name__ == "__main__":
+    main()
