@@ -132,6 +132,12 @@ CASES = {
         "friction_coefficient",
         column("friction_coefficient", lambda mu: mu / mu.max() * 1.9),
     ),
+    "interruptions_lie_within_the_run": (
+        "error",
+        manifest(interruptions=[{"sliding_distance": "51 m", "pin_wear_depth": "5 um"}]),
+        "interruptions[0].sliding_distance",
+        manifest(interruptions=[{"sliding_distance": "49 m", "pin_wear_depth": "5 um"}]),
+    ),
     "depth_is_plausible": (
         "warning",
         column("depth", lambda depth: depth * 1000),
