@@ -44,7 +44,7 @@ def study_of(laws: tuple[LawName, ...], members: dict[str, Member]) -> Evaluatio
 
 
 def euler_depth(coefficient: float, load: float, radius: float, modulus: float, distance: Column) -> Column:
-    """Return the wear depth, m, by one explicit step from each sample to the next, as the trial script had it."""
+    """Return the wear depth, m, by one explicit step from each sample to the next."""
     start = (3 * load * radius / (4 * modulus)) ** (1 / 3)
     depth, a = np.zeros_like(distance), start
     for i in range(len(distance) - 1):

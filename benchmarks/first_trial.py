@@ -1,6 +1,6 @@
-"""The standard uncertainty of k_D by Monte Carlo beside that of the least-squares covariance, as first published here.
+"""The standard uncertainty of k_D by Monte Carlo beside that of the covariance, as a first trial found them.
 
-    python benchmarks/published_uncertainty.py
+    python benchmarks/first_trial.py
 
 The recipe: 2000 samples of pin wear spaced geometrically over 500 m, noise of 0.3 µm (first-order autoregressive, 0.98
 from sample to sample), and in each draw an error of the end value of ±250 nm that grows with distance, as the drift
@@ -26,7 +26,7 @@ RADIUS, MODULUS_SI3N4, RATIO = 0.794e-3, 304e9, 0.24
 SLID, SAMPLES = 500.0, 2000
 NOISE, MEMORY = 0.3e-6, 0.98
 END_VALUE, LOAD, TIP = 250e-9, 0.01, 0.002
-PUBLISHED_DRAWS, SERIES = 60, 20
+TRIAL_DRAWS, SERIES = 60, 20
 _SLICE = 250
 _LEAST_LOG_K = 14.0
 """A k_D this many e-folds below the true one is none."""
@@ -39,8 +39,8 @@ class Case:
     name: str
     coefficient: float
     load: float
-    published: str
-    published_covariance: str
+    trial: str
+    trial_covariance: str
 
 
 CASES = (
@@ -152,7 +152,7 @@ def trial() -> dict[str, Repeated]:
         reading = depth(case, distance) + draw_noise(rng, len(distance))
         alone = float(fitted(case, distance, reading, none)[0])
         found[case.name] = Repeated(
-            relative=relative(fitted(case, distance, reading, draw_errors(rng, PUBLISHED_DRAWS))),
+            relative=relative(fitted(case, distance, reading, draw_errors(rng, TRIAL_DRAWS))),
             fitted=alone,
             covariance=covariance(replace(case, coefficient=alone * case.coefficient), distance),
         )
@@ -179,10 +179,10 @@ def main() -> None:
     parser = arguments(__doc__ or "")
     parser.add_argument("--draws", type=int, default=10_000, help="number of draws (%(default)s)")
     options = parser.parse_args()
-    report = Report("Uncertainty of k_D, as first published", options)
+    report = Report("Uncertainty of k_D in a first trial, drawn again", options)
     report.say(
-        f"Relative standard deviation of k_D with {options.draws} draws. That of {PUBLISHED_DRAWS} draws is itself "
-        f"uncertain by 1/√(2·{PUBLISHED_DRAWS - 1}) = {percent(1 / math.sqrt(2 * (PUBLISHED_DRAWS - 1)))} of its value "
+        f"Relative standard deviation of k_D with {options.draws} draws. That of {TRIAL_DRAWS} draws is itself "
+        f"uncertain by 1/√(2·{TRIAL_DRAWS - 1}) = {percent(1 / math.sqrt(2 * (TRIAL_DRAWS - 1)))} of its value "
         "where draws are normal."
     )
     again, rows, weights, ends = trial(), [], [], []
@@ -197,12 +197,12 @@ def main() -> None:
                 [
                     case.name,
                     spacing,
-                    case.published if like else "",
+                    case.trial if like else "",
                     percent(again[case.name].relative) if like else "",
                     percent(relative(clean)),
                     f"{percent(middle)} ({percent(least)} to {percent(most)})",
                     percent(covariance(case, distance)),
-                    case.published_covariance if like else "",
+                    case.trial_covariance if like else "",
                 ]
             )
             share = end_value_share(case, distance)
@@ -226,12 +226,12 @@ def main() -> None:
     report.table(
         [
             *head,
-            "published",
-            f"its {PUBLISHED_DRAWS} draws, exact model",
+            "first trial",
+            f"its {TRIAL_DRAWS} draws, exact model",
             f"{options.draws} draws, no noise",
             f"{SERIES} series of noise: median (range)",
             "covariance",
-            "published",
+            "first trial",
         ],
         rows,
     )
@@ -240,9 +240,9 @@ def main() -> None:
         "and the relative standard uncertainty that the covariance states at that k_D."
     )
     report.table(
-        ["run", "fitted over true", "covariance", "published"],
+        ["run", "fitted over true", "covariance", "first trial"],
         [
-            [case.name, f"{of.fitted:.3f}", percent(of.covariance), case.published_covariance]
+            [case.name, f"{of.fitted:.3f}", percent(of.covariance), case.trial_covariance]
             for case in CASES
             for of in [again[case.name]]
         ],
