@@ -122,8 +122,10 @@ def bare_run() -> RawRun:
 
 @pytest.fixture(scope="session")
 def sample_archive(tmp_path_factory) -> Archive:
-    """All sample runs taken through the whole line; not to be written into."""
+    """All sample runs taken through the whole line, with fewer draws; not to be written into."""
     archive = Archive(tmp_path_factory.mktemp("samples"))
-    outcomes = list(process([SAMPLES / run_id for run_id in SAMPLE_IDS], archive))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("tribopipe.uncertainty.BLOCK", 2_000)
+        outcomes = list(process([SAMPLES / run_id for run_id in SAMPLE_IDS], archive))
     assert [outcome for outcome in outcomes if outcome.status == "failed"] == []
     return archive

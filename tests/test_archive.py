@@ -211,7 +211,8 @@ def test_nexus_checker_would_find_a_fault(sample_archive, tmp_path):
     assert warnings + errors > 0
 
 
-def test_everything_a_fit_needs_comes_from_the_file_alone(sample_archive, tmp_path):
+def test_everything_a_fit_needs_comes_from_the_file_alone(sample_archive, tmp_path, monkeypatch):
+    monkeypatch.setattr("tribopipe.uncertainty.BLOCK", 2_000)  # as the archived fit was drawn
     from tribopipe.pipeline import fit_archived_wear
     from tribopipe.records.recipe import Recipe
 

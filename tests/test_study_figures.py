@@ -35,8 +35,10 @@ def studied(sample_archive, tmp_path_factory) -> Archive:
     folder = tmp_path_factory.mktemp("studied") / "archive"
     shutil.copytree(sample_archive.folder, folder)
     archive = Archive(folder)
-    for study in (SI3N4, WC_CO):
-        assert [one for one in run_study(archive, study, Recipe()) if one.status == "failed"] == []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("tribopipe.uncertainty.BLOCK", 2_000)
+        for study in (SI3N4, WC_CO):
+            assert [one for one in run_study(archive, study, Recipe()) if one.status == "failed"] == []
     return archive
 
 
