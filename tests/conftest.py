@@ -5,6 +5,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+import blas  # noqa: F401, before all that loads numpy
 import pytest
 from folders import SAMPLE_IDS, SAMPLES
 from hypothesis import settings
