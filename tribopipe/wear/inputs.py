@@ -20,8 +20,6 @@ from tribopipe.run import Column, RawRun
 FRICTION_INPUTS = ("friction_amplitude", "friction_steady_state", "running_in_distance")
 """A, b and c of Eq. 7, in the order of their covariance."""
 CONTACT_INPUTS = ("normal_load", "pin_radius", "pin_modulus", "disc_modulus")
-MATERIAL_INPUTS = ("pin_modulus", "disc_modulus")
-"""Inputs that runs of the same materials have in common."""
 SHOWN_UNITS = {
     "normal_load": "mN",
     "pin_radius": "mm",

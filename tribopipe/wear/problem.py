@@ -170,10 +170,6 @@ class WearProblem:
             )
         return found
 
-    def slope(self, coefficient: float, values: Values) -> Column:
-        """Return ∂h/∂ln k_D, m."""
-        return self.model(np.log(coefficient), values)[1]
-
     def sensitivity(self, name: str, coefficient: float) -> float:
         """Return ∂ln k_D/∂x for one input, by central differences over its standard uncertainty."""
         spread = self.inputs[name].spread
