@@ -32,6 +32,8 @@ class FrictionRecipe(Record):
 
 
 Correction = Literal["two-step", "joint"]
+DistanceConvention = Literal["full-slip", "contact-width", "volume-conserving"]
+"""What counts as the distance that a point of a disc slides in one rotation (tribopipe.contact.twin_disc)."""
 
 
 class WearRecipe(Record):

@@ -1,0 +1,87 @@
+"""The paper's explicit steps for two discs, as printed (Fig. 8, Eq. 10–13; Fig. A, Eq. 14–16), a rotation at a time.
+
+It starts from Hertz's ellipse, with p₀ = F_N/(π·a_x·a_z) and u₀ by Eq. 10. Each step first lets both discs recede by
+k·p times the distance they slide (tribopipe.contact.twin_disc has the three ways of counting that), and then takes
+
+    a_x = √(2r₁ₓ·h − h²) with h = h₁ + h₂ + u,   r₁ = r₁z − h₁,   r₂ = r₂z − h₂,   a_z and p by Eq. 15 and 16
+
+and the speeds v = 2πnr of radii so changed. Wear on one disc only is k₂ = 0. What the paper leaves open: u is renewed
+by Eq. 10 in every step, with a_x and a_z of that step, and enters the next one.
+"""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tribopipe.contact.elliptic import hertz_ellipse
+from tribopipe.contact.twin_disc import KAPPA, DiscPair, DiscWear
+from tribopipe.errors import ContactError
+
+_State = tuple[float, float, float, float, float, float, float, float, float]
+
+
+def published_wear(
+    discs: DiscPair, rotation_steps: ArrayLike, curved_coefficient: float, flat_coefficient: float = 0.0
+) -> DiscWear:
+    """Return the discs before the first and after each step, for numbers of rotations a step and k₁, k₂ in m²/N.
+
+    Arguments of ``discs`` must be single numbers. Raises ``ContactError`` where a step wears the crown past its radius.
+    """
+    steps = np.asarray(rotation_steps, dtype=float).tolist()
+    states = np.array(list(_states(discs, steps, curved_coefficient, flat_coefficient)))
+    return DiscWear(*states.T)
+
+
+def _states(
+    discs: DiscPair, steps: list[float], curved_coefficient: float, flat_coefficient: float
+) -> Iterator[_State]:
+    load, crown, curved, flat, modulus, _ = (
+        float(np.asarray(value).item())
+        for value in (
+            discs.normal_load,
+            discs.crown_radius,
+            discs.curved_radius,
+            discs.flat_radius,
+            discs.modulus,
+            discs.slip,
+        )
+    )
+    ratio = float(discs.rotation_ratio.item())
+    start = hertz_ellipse(normal_load=load, radius_x=crown, radius_z=curved * flat / (curved + flat), modulus=modulus)
+    a_x, a_z, p = start.half_width, start.half_length, start.mean_pressure
+    u = load / (2 * modulus * math.sqrt(a_x * a_z))
+    h_1 = h_2 = volume_1 = volume_2 = slid = 0.0
+    r_1, r_2 = curved, flat
+    slip_distance = 2 * math.pi * (ratio * r_2 - r_1)
+    yield (h_1, h_2, volume_1, volume_2, a_x, a_z, p, slip_distance / (2 * math.pi * r_1), slid)
+    for turns in steps:
+        if discs.distance == "contact-width":
+            work_1 = p * 2 * a_z if slip_distance else 0.0
+            work_2 = work_1 * ratio
+        elif discs.distance == "full-slip":
+            work_1 = p * abs(slip_distance)
+            work_2 = work_1 * ratio
+        else:
+            work_1 = load / (2 * a_x) * abs(slip_distance) / (2 * math.pi * r_1)
+            work_2 = work_1 * r_1 / r_2
+        loss_1, loss_2 = curved_coefficient * work_1 * turns, flat_coefficient * work_2 * turns
+        h_1, h_2 = h_1 + loss_1, h_2 + loss_2
+        volume_1 += 4 * math.pi * r_1 * a_x * loss_1
+        volume_2 += 4 * math.pi * r_2 * a_x * loss_2
+        slid += abs(slip_distance) * turns
+        total = h_1 + h_2 + u
+        if total >= crown:
+            raise ContactError(
+                "published scheme: found a step that wears the crown past its radius; expected small steps; take more "
+                "of them with --steps, or use the exact scheme"
+            )
+        a_x = math.sqrt(2 * crown * total - total * total)
+        r_1, r_2 = curved - h_1, flat - h_2
+        line_load, equivalent = load / (2 * a_x), r_1 * r_2 / (r_1 + r_2)
+        a_z = KAPPA * math.sqrt(4 * line_load * equivalent / (math.pi * modulus))
+        p = math.pi / 4 * math.sqrt(line_load * modulus / (math.pi * equivalent))
+        u = load / (2 * modulus * math.sqrt(a_x * a_z))
+        slip_distance = 2 * math.pi * (ratio * r_2 - r_1)
+        yield (h_1, h_2, volume_1, volume_2, a_x, a_z, p, slip_distance / (2 * math.pi * r_1), slid)
