@@ -73,7 +73,7 @@ def _residuals(coefficient: float, run: LabRun) -> Column:
     raw, measured = run.corrected.raw, run.corrected.pin_wear_depth
     if measured is None:
         raise ValueError(f"{raw.id}: expected a run corrected for drift")
-    contact, load = raw.manifest.contact, raw.manifest.conditions.normal_load.value
+    contact, load = raw.manifest.pin_on_disc, raw.manifest.conditions.normal_load.value
     modulus = contact_modulus(
         pin_modulus=contact.pin.youngs_modulus.value,
         pin_ratio=contact.pin.poisson_ratio.value,

@@ -22,6 +22,7 @@ Origin = Literal[
     "measured",
     "derived from nominal speed",
     "derived from measured speed",
+    "derived from nominal slip",
     "derived from measured load",
     "derived from nominal load",
 ]
@@ -49,6 +50,14 @@ class ExtraColumn:
 
 
 @dataclass(frozen=True)
+class Profile:
+    """Height measured across a wear track, m; position and height of one length."""
+
+    position: Column
+    height: Column
+
+
+@dataclass(frozen=True)
 class RawRun:
     """One run as ingested. Columns are float64, in SI, of one length; NaN marks a missing sample."""
 
@@ -63,6 +72,8 @@ class RawRun:
     """What stood above the numbers of each file, verbatim."""
     sources: tuple[SourceFile, ...]
     """run.toml first, then the instrument's files, byte for byte."""
+    profiles: Mapping[str, Profile] = field(default_factory=dict)
+    """Profiles across wear tracks by where run.toml names them: "end_values.curved_disc_profile"."""
     notes: tuple[str, ...] = ()
     """What readers had to say about their files; kept in an archive among the findings."""
 

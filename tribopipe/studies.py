@@ -193,13 +193,14 @@ def _draft(group: Sequence[RunManifest], taken: Collection[str]) -> Study:
     fit = [manifest.id for manifest in by_load if manifest.conditions.normal_load.value == lightest]
     predict = [manifest.id for manifest in by_load if manifest.id not in fit]
     first = by_load[0]
-    words = [first.contact.pin.material, first.conditions.medium or ""]
+    upper, lower = (body.material for body in first.contact.bodies.values())
+    words = [upper, first.conditions.medium or ""]
     name = re.sub("[^a-z0-9]+", "-", " ".join(words).lower()).strip("-")
     # A word more keeps Windows' device names away, a number other studies' names.
     name = name[:80] if name and name not in ("con", "prn", "aux", "nul") else f"study-{name}".rstrip("-")
     numbered = (f"{name}-{number}" for number in count(2))
     name = name if name not in taken else next(other for other in numbered if other not in taken)
-    title = f"{first.contact.pin.material} on {first.contact.disc.material}"
+    title = f"{upper} on {lower}"
     return Study(
         id=name,
         title=f"{title} in {first.conditions.medium}" if first.conditions.medium else title,

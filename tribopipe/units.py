@@ -38,6 +38,8 @@ KINDS: dict[str, Kind] = {
     "temperature": Kind("K", "degC", "23 degC"),
     "ratio": Kind("1", "1", "0.24"),
     "percentage": Kind("1", "%", "45 %"),
+    "count": Kind("1", "1", "1e6"),
+    "volume": Kind("m^3", "mm^3", "2.7e-3 mm^3"),
     "frequency": Kind("1/s", "Hz", "10 Hz"),
     "drift rate": Kind("m/s", "nm/min", "12 nm/min"),
     "wear coefficient": Kind("m^2/N", "mm^3/(N*mm)", "13.5e-9 mm^3/(N*mm)"),

@@ -71,7 +71,7 @@ def _write_people_and_things(entry: h5py.Group, run: RawRun) -> None:
         if sensed in run.columns:
             sensor = nexus.group(instrument, sensed, "NXsensor")
             nexus.field(sensor, "name", SIGNALS[sensed].meaning)
-    for name, body in (("pin", manifest.contact.pin), ("disc", manifest.contact.disc)):
+    for name, body in manifest.contact.bodies.items():
         _write_specimen(entry, name, body)
     nexus.summary(nexus.group(entry, "conditions", "NXcollection"), manifest.conditions)
     nexus.summary(nexus.group(entry, "end_values", "NXcollection"), manifest.end_values)
@@ -79,7 +79,7 @@ def _write_people_and_things(entry: h5py.Group, run: RawRun) -> None:
 
 def _write_specimen(entry: h5py.Group, name: str, body: Specimen) -> None:
     sample = nexus.group(entry, name, "NXsample")
-    nexus.field(sample, "name", f"{body.material} {name}")
+    nexus.field(sample, "name", f"{body.material} {name.replace('_', ' ')}")
     properties = nexus.group(sample, "properties", "NXcollection")
     nexus.summary(properties, body)
 

@@ -13,9 +13,8 @@ _LIGHTEST_SOLID, _DENSEST_SOLID = 30.0, 23_000.0
 
 
 def _bodies(run: RawRun) -> Iterator[tuple[str, Quantity | None, Quantity]]:
-    contact = run.manifest.contact
-    yield "contact.pin", contact.pin.density, contact.pin.youngs_modulus
-    yield "contact.disc", contact.disc.density, contact.disc.youngs_modulus
+    for name, body in run.manifest.contact.bodies.items():
+        yield f"contact.{name}", body.density, body.youngs_modulus
 
 
 @check("error")

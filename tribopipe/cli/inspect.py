@@ -41,7 +41,7 @@ def ls(archive: ArchiveFolder = DEFAULT_ARCHIVE, as_json: AsJson = False) -> Non
         marked = any(run.bad for run in held)
         table(
             f"{len(held)} runs in {archive}",
-            ["run", *(["mark"] if marked else []), "pin", "disc", "medium", "load", "started", "steps"],
+            ["run", *(["mark"] if marked else []), "tribometer", "materials", "medium", "load", "started", "steps"],
             [_row(run, marked=marked) for run in held],
         )
     exit_with(unreadable, some_done=bool(held))
@@ -51,8 +51,8 @@ def _line(run: _Listed) -> dict[str, Any]:
     manifest, conditions, contact = run.manifest, run.manifest.conditions, run.manifest.contact
     return {
         "id": manifest.id,
-        "pin_material": contact.pin.material,
-        "disc_material": contact.disc.material,
+        "tribometer": contact.kind,
+        **{f"{name}_material": body.material for name, body in contact.bodies.items()},
         "medium": conditions.medium,
         "normal_load": record_json(conditions.normal_load),
         "started": manifest.started.isoformat(),
@@ -77,8 +77,8 @@ def _row(run: _Listed, *, marked: bool) -> list[str]:
     return [
         manifest.id,
         *(["bad" if run.bad else "–"] if marked else []),
-        contact.pin.material,
-        contact.disc.material,
+        contact.kind,
+        " / ".join(dict.fromkeys(body.material for body in contact.bodies.values())),
         conditions.medium or "–",
         conditions.normal_load.shown("mN"),
         f"{manifest.started:%Y-%m-%d %H:%M}",

@@ -258,7 +258,7 @@ def _folder_scenario(run: Path, coefficient: str | None, law: Law, friction: str
         else:
             path = _measured_friction(run, recipe)
     scenario = WearScenario(
-        manifest.contact,
+        manifest.pin_on_disc,
         conditions.normal_load,
         _quantity("--wear-coefficient", coefficient, "wear coefficient"),
         law,
@@ -306,7 +306,7 @@ def _archived_scenario(
         )
     conditions = raw.manifest.conditions
     scenario = WearScenario(
-        raw.manifest.contact, conditions.normal_load, known, law, path, recipe, conditions.sliding_speed
+        raw.manifest.pin_on_disc, conditions.normal_load, known, law, path, recipe, conditions.sliding_speed
     )
     return scenario, float(raw.sliding_distance[-1]), None if coefficient else run_id
 

@@ -1,5 +1,6 @@
 """run.toml: what a lab writes beside the instrument's own files about one run."""
 
+import math
 import re
 from datetime import datetime
 from itertools import pairwise
@@ -8,18 +9,22 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
+from tribopipe.errors import ContactError
 from tribopipe.records.base import Record, parse_toml, read_bytes, read_document
 from tribopipe.records.quantity import (
     Density,
     Distance,
+    EndValue,
     Force,
     Length,
     MeasuredDepth,
     MeasuredLength,
+    MeasuredVolume,
     Percentage,
     Pressure,
     Quantity,
     Ratio,
+    Slip,
     Speed,
     Temperature,
     Toughness,
@@ -94,6 +99,62 @@ class PinOnDisc(Record):
     disc: Specimen
     """The disc."""
 
+    @property
+    def bodies(self) -> dict[str, Specimen]:
+        """The two bodies by name."""
+        return {"pin": self.pin, "disc": self.disc}
+
+
+class CurvedDisc(Specimen):
+    """The disc with a crown."""
+
+    rolling_radius: Length
+    """r₁z: radius along the direction of rolling."""
+    crown_radius: Length
+    """r₁x: radius of its surface across the direction of rolling."""
+    width: Length | None = None
+    """Width of the running surface, beyond which a worn flat cannot widen."""
+
+
+class FlatDisc(Specimen):
+    """The disc whose running surface is flat across the direction of rolling."""
+
+    rolling_radius: Length
+    """r₂z: radius along the direction of rolling."""
+    width: Length | None = None
+    """Width of the running surface."""
+
+
+class TwinDisc(Record):
+    """Two discs that roll on each other and slip."""
+
+    kind: Literal["twin-disc"]
+    """Type of tribometer."""
+    curved_disc: CurvedDisc
+    """The disc with a crown; rotations are counted on it."""
+    flat_disc: FlatDisc
+    """The flat disc."""
+
+    @property
+    def bodies(self) -> dict[str, Specimen]:
+        """The two bodies by name."""
+        return {"curved_disc": self.curved_disc, "flat_disc": self.flat_disc}
+
+
+Contact = Annotated[PinOnDisc | TwinDisc, Field(discriminator="kind")]
+
+
+def _a_count(written: Any) -> Any:
+    number = isinstance(written, int | float) and not isinstance(written, bool)
+    if not number or not math.isfinite(written) or written < 1 or written != math.floor(written):
+        raise ValueError(
+            f"found {written!r}; expected a number of rotations, whole and at least 1, such as 1000000 or 1e6"
+        )
+    return float(written)
+
+
+Rotations = Annotated[float, BeforeValidator(_a_count), Field(json_schema_extra={"minimum": 1, "multipleOf": 1})]
+
 
 class StatedFriction(Record):
     """Parameters of μ(s) = A·exp(−s/c) + b (Eq. 7), known beforehand."""
@@ -115,6 +176,14 @@ class Conditions(Record):
     """Nominal sliding speed; needed where only one of time and sliding distance was recorded."""
     sliding_distance: Distance | None = None
     """Planned sliding distance."""
+    curved_disc_speed: Speed | None = None
+    """Tangential speed v₁ of the curved disc; needed where only one of time and rotations was recorded."""
+    flat_disc_speed: Speed | None = None
+    """Tangential speed v₂ of the flat disc; or give slip."""
+    slip: Slip | None = None
+    """(v₂ − v₁)/v₁: "4 %" where the flat disc is faster, "-4 %" where it is slower."""
+    rotations: Rotations | None = None
+    """Planned rotations of the curved disc."""
     medium: str | None = None
     """What surrounds the contact: "air", "water"…"""
     temperature: Temperature | None = None
@@ -166,6 +235,17 @@ class SignalFile(Record):
     """Signal → column. Left out, columns are recognised by their names."""
 
 
+class ProfileSource(Record):
+    """A profile measured across a wear track: height against position."""
+
+    file: Annotated[str, AfterValidator(_inside_run_folder)] = Field(min_length=1)
+    """Name of the file, relative to run.toml; text in columns."""
+    position: Annotated[ColumnSource, BeforeValidator(_column_by_name)]
+    """Column of the position across the track."""
+    height: Annotated[ColumnSource, BeforeValidator(_column_by_name)]
+    """Column of the height, upwards out of the disc."""
+
+
 class EndValues(Record):
     """What the profilometer or microscope said after the test."""
 
@@ -174,24 +254,58 @@ class EndValues(Record):
     pin_scar_diameter: MeasuredLength | None = None
     """Diameter of the flat circular scar on a spherical pin; its cap height is the wear depth."""
     disc_wear_depth: MeasuredDepth | None = None
-    """Maximum depth of the wear track on the disc."""
+    """Maximum depth of the wear track on the disc a pin rubs on."""
+    curved_disc_wear_depth: MeasuredDepth | None = None
+    """Height worn off the crown of a curved disc."""
+    curved_disc_track_width: MeasuredLength | None = None
+    """Width of the flat worn on a curved disc."""
+    curved_disc_wear_volume: MeasuredVolume | None = None
+    """Volume worn off a curved disc."""
+    curved_disc_profile: ProfileSource | None = None
+    """Profile across the track of a curved disc, from which its volume is taken."""
+    flat_disc_wear_depth: MeasuredDepth | None = None
+    """Depth of the track on a flat disc."""
+    flat_disc_track_width: MeasuredLength | None = None
+    """Width of the track on a flat disc."""
+    flat_disc_wear_volume: MeasuredVolume | None = None
+    """Volume worn off a flat disc."""
+    flat_disc_profile: ProfileSource | None = None
+    """Profile across the track of a flat disc, from which its volume is taken."""
 
     @model_validator(mode="after")
-    def _depths_are_losses(self) -> Self:
-        for name in ("pin_wear_depth", "disc_wear_depth"):
-            depth = getattr(self, name)
-            if depth is not None and depth.value < 0:
-                raise ValueError(f"{name}: found {depth.shown('um')}; expected zero or more, since wear is a loss")
+    def _wear_is_a_loss(self) -> Self:
+        for name in EndValues.model_fields:
+            value = getattr(self, name)
+            if isinstance(value, EndValue) and value.value < 0:
+                found = value.shown("um" if value.unit == "m" else "mm^3")
+                raise ValueError(f"{name}: found {found}; expected zero or more, since wear is a loss")
+        return self
+
+    @model_validator(mode="after")
+    def _volume_is_given_once(self) -> Self:
+        for disc in ("curved_disc", "flat_disc"):
+            if getattr(self, f"{disc}_profile") is not None and getattr(self, f"{disc}_wear_volume") is not None:
+                raise ValueError(
+                    f"{disc}_wear_volume: found one beside {disc}_profile, from which it would be taken; expected one "
+                    "of the two; take the other out"
+                )
         return self
 
 
 class Interruption(EndValues):
     """What was measured on the specimens where the test was interrupted."""
 
-    sliding_distance: Distance
-    """Distance slid until then."""
+    sliding_distance: Distance | None = None
+    """Distance that a pin had slid until then."""
+    rotations: Rotations | None = None
+    """Rotations that a curved disc had done until then."""
     remounted: bool = False
     """Whether the specimens were taken out, so that the depth sensor started again from another offset."""
+
+    @property
+    def place(self) -> float:
+        """Where the test was interrupted: m for a pin, rotations for a curved disc."""
+        return self.sliding_distance.value if self.sliding_distance is not None else self.rotations or 0.0
 
 
 def _above_zero(scale: Quantity) -> Quantity:
@@ -230,7 +344,7 @@ class RunManifest(Record):
     """Name of the tribometer."""
     comment: str | None = None
     """Anything else worth keeping."""
-    contact: PinOnDisc
+    contact: Contact
     """The two bodies."""
     conditions: Conditions
     """How the test was run."""
@@ -244,21 +358,61 @@ class RunManifest(Record):
     """How far the sensors can be trusted beside their noise."""
 
     @model_validator(mode="after")
-    def _wear_fits_the_pin(self) -> Self:
-        _refuse_impossible_wear("end_values", self.end_values, self.contact.pin)
-        for number, interruption in enumerate(self.interruptions):
-            _refuse_impossible_wear(f"interruptions[{number}]", interruption, self.contact.pin)
+    def _what_is_said_fits_the_tribometer(self) -> Self:
+        for where, part in self._parts():
+            foreign = next(
+                (name for name in _FOREIGN[self.contact.kind] if getattr(part, name, None) is not None), None
+            )
+            if foreign is not None:
+                raise ValueError(
+                    f"{where}.{foreign}: found one in a {self.contact.kind} run, which has no such thing; expected "
+                    f"one of {', '.join(sorted(_own_keys(part, self.contact.kind)))}; take it out, or correct "
+                    "contact.kind"
+                )
+        if self.contact.kind == "twin-disc":
+            _refuse_no_slip(self.conditions)
         return self
 
     @model_validator(mode="after")
+    def _wear_fits_the_bodies(self) -> Self:
+        for where, measured in self._parts():
+            if isinstance(measured, EndValues) and isinstance(self.contact, PinOnDisc):
+                _refuse_impossible_wear(where, measured, self.contact.pin)
+            elif isinstance(measured, EndValues) and isinstance(self.contact, TwinDisc):
+                _refuse_impossible_tracks(where, measured, self.contact)
+        return self
+
+    def _parts(self) -> "list[tuple[str, Conditions | EndValues]]":
+        stops = [(f"interruptions[{number}]", stop) for number, stop in enumerate(self.interruptions)]
+        return [("conditions", self.conditions), ("end_values", self.end_values), *stops]
+
+    @model_validator(mode="after")
     def _interruptions_follow_each_other(self) -> Self:
-        slid = [interruption.sliding_distance.value for interruption in self.interruptions]
-        if any(later <= earlier for earlier, later in pairwise(slid)):
+        name, unit = ("rotations", "") if self.contact.kind == "twin-disc" else ("sliding_distance", " m")
+        for number, stop in enumerate(self.interruptions):
+            if getattr(stop, name) is None:
+                raise ValueError(f"interruptions[{number}].{name}: missing; add this key")
+        places = [stop.place for stop in self.interruptions]
+        if any(later <= earlier for earlier, later in pairwise(places)):
             raise ValueError(
-                f"interruptions: found the sliding distances {', '.join(f'{s:g}' for s in slid)} m; expected each "
-                "above the one before; write the distance slid since the start of the test"
+                f"interruptions: found the {name.replace('_', ' ')}s {', '.join(f'{s:g}' for s in places)}{unit}; "
+                f"expected each above the one before; write the {name.replace('_', ' ')} since the start of the test"
             )
         return self
+
+    @property
+    def pin_on_disc(self) -> PinOnDisc:
+        """The bodies of a pin-on-disc run. Raises ``ContactError`` for a run on another tribometer."""
+        if isinstance(self.contact, PinOnDisc):
+            return self.contact
+        raise ContactError(f"{self.id}: found a {self.contact.kind} run; expected a pin on a disc; name another run")
+
+    @property
+    def twin_disc(self) -> TwinDisc:
+        """The bodies of a twin-disc run. Raises ``ContactError`` for a run on another tribometer."""
+        if isinstance(self.contact, TwinDisc):
+            return self.contact
+        raise ContactError(f"{self.id}: found a {self.contact.kind} run; expected twin discs; name another run")
 
 
 def _refuse_impossible_wear(where: str, measured: EndValues, pin: Pin) -> None:
@@ -279,6 +433,66 @@ def _refuse_impossible_wear(where: str, measured: EndValues, pin: Pin) -> None:
             f"{where}.pin_wear_depth: found {depth.shown('um')}, no less than the pin "
             f"radius of {radius.shown('um')}; expected a depth within the tip; check both units"
         )
+
+
+_DISC_END_VALUES = tuple(name for name in EndValues.model_fields if name.startswith(("curved_disc", "flat_disc")))
+_PIN_END_VALUES = tuple(name for name in EndValues.model_fields if name not in _DISC_END_VALUES)
+_FOREIGN = {
+    "pin-on-disc": ("curved_disc_speed", "flat_disc_speed", "slip", "rotations", *_DISC_END_VALUES),
+    "twin-disc": ("sliding_speed", "sliding_distance", *_PIN_END_VALUES),
+}
+"""Keys that make no sense on a tribometer."""
+
+
+def _own_keys(part: Conditions | EndValues, kind: str) -> set[str]:
+    other = {"pin-on-disc": "twin-disc", "twin-disc": "pin-on-disc"}[kind]
+    return set(_FOREIGN[other]) & set(type(part).model_fields)
+
+
+def _refuse_no_slip(conditions: Conditions) -> None:
+    speeds, slip = (conditions.curved_disc_speed, conditions.flat_disc_speed), conditions.slip
+    if slip is None and None in speeds:
+        raise ValueError(
+            'conditions.slip: missing; expected the slip of the discs, or the speeds of both; add slip = "4 %", or '
+            "curved_disc_speed and flat_disc_speed"
+        )
+    if slip is not None and conditions.flat_disc_speed is not None:
+        raise ValueError(
+            "conditions.slip: found it beside flat_disc_speed, which says the same; expected one of the two; take the "
+            "other out"
+        )
+    equal = slip is None and speeds[0] is not None and speeds[1] is not None and speeds[0].value == speeds[1].value
+    if equal or (slip is not None and slip.value == 0):
+        raise ValueError(
+            "conditions.slip: found none, both discs at the same speed; expected slip, since discs that only roll do "
+            "not wear by sliding; check both speeds"
+        )
+    if slip is not None and slip.value <= -1:
+        raise ValueError(
+            f"conditions.slip: found {slip.shown('%')}; expected more than -100 %, at which the flat disc would stand "
+            "still; write (v2 - v1)/v1"
+        )
+
+
+def _refuse_impossible_tracks(where: str, measured: EndValues, discs: TwinDisc) -> None:
+    crown = discs.curved_disc.crown_radius
+    for name, disc in (("curved_disc", discs.curved_disc), ("flat_disc", discs.flat_disc)):
+        depth, width = getattr(measured, f"{name}_wear_depth"), getattr(measured, f"{name}_track_width")
+        if depth is not None and depth.value >= crown.value:
+            raise ValueError(
+                f"{where}.{name}_wear_depth: found {depth.shown('um')}, no less than the crown radius of "
+                f"{crown.shown('mm')}; expected wear within the crown; check both units"
+            )
+        if width is not None and width.value >= 2 * crown.value:
+            raise ValueError(
+                f"{where}.{name}_track_width: found {width.shown('mm')}, no less than twice the crown radius of "
+                f"{crown.shown('mm')}; expected a track on the crown; check both units"
+            )
+        if width is not None and disc.width is not None and width.value > disc.width.value:
+            raise ValueError(
+                f"{where}.{name}_track_width: found {width.shown('mm')} on a disc {disc.width.shown('mm')} wide; "
+                "expected a track within the disc; check both units"
+            )
 
 
 def manifest_path(run: Path) -> Path:

@@ -6,6 +6,7 @@ from tribopipe.units import KINDS
 
 SignalName = Literal[
     "time",
+    "rotations",
     "sliding_distance",
     "sliding_speed",
     "normal_force",
@@ -31,12 +32,13 @@ class Signal(NamedTuple):
 
 SIGNALS: dict[SignalName, Signal] = {
     "time": Signal("time", "time since the start of the test"),
+    "rotations": Signal("count", "rotations of the curved disc since the start of the test"),
     "sliding_distance": Signal("distance", "distance slid since the start of the test"),
-    "sliding_speed": Signal("speed", "speed of the disc's surface under the pin"),
-    "normal_force": Signal("force", "load pressing pin and disc together"),
+    "sliding_speed": Signal("speed", "speed at which the two surfaces slide on each other"),
+    "normal_force": Signal("force", "load pressing the two bodies together"),
     "friction_force": Signal("force", "force along the direction of sliding"),
     "friction_coefficient": Signal("ratio", "friction force over normal force"),
-    "depth": Signal("length", "reading of the displacement sensor: wear of pin and disc, offset and drift"),
+    "depth": Signal("length", "reading of the displacement sensor: wear of both bodies, offset and drift"),
     "temperature": Signal("temperature", "temperature at the test rig"),
     "relative_humidity": Signal("percentage", "relative humidity at the test rig"),
 }

@@ -21,6 +21,7 @@ from tribopipe.records.recipe import FrictionSource, LawName, MonteCarloRecipe, 
 from tribopipe.records.results import COVERAGE_FACTOR, Contribution, FrictionFit, JointFit, MonteCarlo, WearFit
 from tribopipe.run import CorrectedRun
 from tribopipe.uncertainty import first_order_holds, propagate
+from tribopipe.units import show
 from tribopipe.wear.draws import coefficient_draws
 from tribopipe.wear.friction_path import ExponentialFriction
 from tribopipe.wear.inputs import FRICTION_INPUTS, SHOWN_UNITS, default_notes
@@ -90,7 +91,7 @@ def _doubts(corrected: CorrectedRun, recipe: Recipe) -> tuple[str, ...]:
         )
     anew = [stop for stop in corrected.raw.manifest.interruptions if stop.remounted]
     if anew and recipe.wear.correction == "two-step":
-        where = ", ".join(stop.sliding_distance.shown("m") for stop in anew)
+        where = ", ".join(show(stop.place, None, "m") for stop in anew)
         doubts.append(
             f"the depth sensor started anew at {where}, which two-step correction does not know; use the joint fit"
         )

@@ -237,12 +237,12 @@ def wear_problem(
 ) -> WearProblem | tuple[str, ...]:
     """Pose the fit of k_D to a corrected run, or say what the run lacks for it."""
     run, manifest = corrected.raw, corrected.raw.manifest
-    end = end_wear(manifest.end_values, manifest.contact.pin.radius.value, recipe.uncertainty)
+    end = end_wear(manifest.end_values, manifest.pin_on_disc.pin.radius.value, recipe.uncertainty)
     if corrected.wear_depth is None or end is None:
         return corrected.correction.lacks
     path: FrictionPath | None = None
     covariance = None
-    inputs = contact_inputs(manifest.contact, manifest.conditions.normal_load, recipe)
+    inputs = contact_inputs(manifest.pin_on_disc, manifest.conditions.normal_load, recipe)
     inputs |= instrument_inputs(run, recipe)
     if LAWS[law].needs_friction:
         path = run_path(run, friction, recipe.wear.friction)
@@ -254,7 +254,7 @@ def wear_problem(
     trace = _seen(read_trace(run, end, recipe), seen := np.isfinite(corrected.wear_depth))
     inputs |= _trace_inputs(trace, end)
     return WearProblem(
-        contact=manifest.contact,
+        contact=manifest.pin_on_disc,
         law=LAWS[law],
         distance=run.sliding_distance[seen],
         trace=trace,
@@ -268,7 +268,7 @@ def wear_problem(
 
 def remountings(manifest: RunManifest, distance: Column) -> Column:
     """Return how often the specimens had been taken out before each sample."""
-    stops = [stop.sliding_distance.value for stop in manifest.interruptions if stop.remounted]
+    stops = [stop.place for stop in manifest.interruptions if stop.remounted]
     return np.asarray(np.searchsorted(stops, distance), dtype=float)
 
 
