@@ -2,6 +2,7 @@
 
 import shutil
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import blas  # noqa: F401, before all that loads numpy
 import pytest
 from folders import SAMPLE_IDS, SAMPLES
 from hypothesis import settings
+from study_runs import fill, record_runs
 
 from tribopipe.archive.store import Archive
 from tribopipe.pipeline import process
@@ -21,6 +23,16 @@ from tribopipe.simulate import simulate_plan
 # The first example of a test may have to import what takes longer than the others.
 settings.register_profile("tribopipe", deadline=None)
 settings.load_profile("tribopipe")
+
+
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """Two processes for whatever is not a few files or tests named; those start sooner in one."""
+    return 0 if all(Path(name.partition("::")[0]).is_file() for name in config.args) else 2
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put all that look at the archived samples into the first half, so that one process alone makes them."""
+    items.sort(key=lambda item: "sample_archive" not in getattr(item, "fixturenames", ()))
 
 
 @pytest.fixture(scope="session")
@@ -65,6 +77,26 @@ def _processed(short_runs, tmp_path_factory) -> Path:
 def archive(_processed, tmp_path) -> Path:
     """An archive that holds the run at 200 mN, fully processed."""
     return Path(shutil.copytree(_processed, tmp_path / "archive"))
+
+
+@pytest.fixture(scope="module")
+def few_draws() -> Iterator[None]:
+    """So few draws that a Monte Carlo takes no time."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("tribopipe.uncertainty.BLOCK", 200)
+        yield
+
+
+@pytest.fixture(scope="session")
+def runs(tmp_path_factory) -> Path:
+    """Folders of the runs of study_runs.py; not to be written into."""
+    return record_runs(tmp_path_factory.mktemp("study-runs"))
+
+
+@pytest.fixture(scope="session")
+def filled(runs, tmp_path_factory) -> Path:
+    """An archive of those runs, corrected; not to be written into."""
+    return fill(tmp_path_factory.mktemp("study") / "archive", runs).folder
 
 
 @dataclass(frozen=True)

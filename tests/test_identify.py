@@ -73,7 +73,7 @@ def quiet() -> dict:
 def test_true_coefficient_comes_back_without_noise(run_id, law):
     series, run = CASES[run_id]
     raw = record(series.model_copy(update={"law": law}), run, sensors=quiet(), disc_wear_depth=None)
-    fit = fit_wear(correct_drift(raw), law, fit_friction(raw))
+    fit = fit_wear(correct_drift(raw), law, fit_friction(raw), FIRST_ORDER)
     assert fit.wear_coefficient.value == pytest.approx(run.wear_coefficient.value, rel=0.03, abs=0)
     assert fit.fitted_end_depth.value == pytest.approx(fit.measured_end_depth.value, rel=0.003, abs=20e-9)
 
@@ -81,8 +81,8 @@ def test_true_coefficient_comes_back_without_noise(run_id, law):
 def test_measured_friction_serves_sarkar_s_law_as_well_as_the_fitted():
     series, run = CASES["si3n4-air-200mN"]
     raw = record(series.model_copy(update={"law": "sarkar"}), run, sensors=quiet())
-    recipe = Recipe(wear=WearRecipe(friction="measured"))
-    fitted, measured = (fit_wear(correct_drift(raw), "sarkar", fit_friction(raw), how) for how in (Recipe(), recipe))
+    recipe = FIRST_ORDER.model_copy(update={"wear": WearRecipe(friction="measured")})
+    fitted, measured = (fit_wear(correct_drift(raw), "sarkar", fit_friction(raw), how) for how in (FIRST_ORDER, recipe))
     assert measured.wear_coefficient.value == pytest.approx(fitted.wear_coefficient.value, rel=1e-4, abs=0)
     assert measured.friction == "measured"
 
@@ -104,7 +104,7 @@ def test_friction_without_an_exponential_enters_sarkar_s_law_as_measured():
 def test_friction_enters_the_budget_with_its_covariance():
     raw = record(*CASES["si3n4-air-400mN"])
     friction = fit_friction(raw)
-    fit = fit_wear(correct_drift(raw), "sarkar", friction)
+    fit = fit_wear(correct_drift(raw), "sarkar", friction, FIRST_ORDER)
     (line,) = [line for line in fit.budget if line.name == "friction fit"]
     problem = problem_of(raw)
     alone = [

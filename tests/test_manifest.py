@@ -4,6 +4,7 @@ import copy
 import json
 import re
 import tomllib
+from functools import cache
 from pathlib import Path
 
 import jsonschema
@@ -26,6 +27,7 @@ ONE = SAMPLES / "si3n4-air-200mN" / "run.toml"
 DOCUMENT = tomllib.loads(ONE.read_text(encoding="utf-8"))
 
 
+@cache
 def run_schema() -> jsonschema.Draft202012Validator:
     schema = json.loads(schema_text("run"))
     jsonschema.Draft202012Validator.check_schema(schema)

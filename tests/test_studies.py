@@ -7,25 +7,23 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from folders import SAMPLE_IDS, SAMPLES, replace_in, set_key, tree_bytes
+from folders import SAMPLE_IDS, SAMPLES, tree_bytes
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from study_runs import AGAIN, HEAVY, LIGHT, NO_END
 from test_archive import nxcheck
 
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
 from tribopipe.errors import ArchiveError, FitError, TribopipeError
-from tribopipe.pipeline import correct_archived_drift, fit_archived_friction, fit_archived_wear, ingest, process
+from tribopipe.pipeline import correct_archived_drift, fit_archived_wear, ingest, process
 from tribopipe.records.base import load_toml
 from tribopipe.records.manifest import RunManifest, manifest_path, read_manifest
 from tribopipe.records.mark import Mark
-from tribopipe.records.plan import Plan
-from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import DriftRecipe, Recipe
 from tribopipe.records.results import WearPrediction
 from tribopipe.records.study import Study
 from tribopipe.records.verdict import LeftOut, StudyResult
-from tribopipe.simulate import simulate_plan
 from tribopipe.studies import (
     draft_studies,
     evaluate_archived,
@@ -38,67 +36,15 @@ from tribopipe.studies import (
     study_toml,
 )
 
-LIGHT, AGAIN, HEAVY = "si3n4-air-200mN", "si3n4-air-200mN-again", "si3n4-air-400mN"
-OTHERS = {
-    "other-material": ("material", '"SiC"'),
-    "other-radius": ("radius", '"1 mm"'),
-    "other-medium": ("medium", '"water"'),
-}
-"""A copy of the run at 400 mN with one key of run.toml changed."""
-NO_END = "no-end-value"
+# What is kept and what is refused does not depend on how often one draws.
+pytestmark = pytest.mark.usefixtures("few_draws")
+
 STUDY = Study(id="air", title="One law, two loads", fit=(LIGHT, AGAIN), predict=(HEAVY,))
 QUICK = STUDY.model_copy(update={"laws": ("archard",)})
 DATE = "2026-07-01T10:00:00+00:00"
 BAD = Mark(kind="bad", reason="the pin slipped", date=DATE)
 GOOD = Mark(kind="good", reason="it was another run", date=DATE)
 OTHER_WINDOW = Recipe(drift=DriftRecipe(window=0.05))
-
-
-def record_runs(folder: Path) -> Path:
-    """Record 100 m at 200 mN, at 200 mN once more and at 400 mN, and runs that do not belong to these."""
-    series = load_toml(SAMPLES / "plan.toml", Plan).series[0]
-    light, heavy, _ = series.runs
-    runs = (light, light.model_copy(update={"id": AGAIN, "seed": 141}), heavy)
-    series = series.model_copy(update={"sliding_distance": Quantity(value=100.0, unit="m"), "runs": runs})
-    simulate_plan(Plan(schema="tribopipe.plan/1", series=(series,)), folder)
-    for name in (*OTHERS, NO_END):
-        run = shutil.copytree(folder / HEAVY, folder / name)
-        set_key(run, "id", f'"{name}"')
-        if name in OTHERS:
-            set_key(run, *OTHERS[name])
-        else:
-            replace_in(run / "run.toml", r"(?s)\[end_values\].*?(?=\[sensors\])", "")
-    return folder
-
-
-def fill(archive: Path, runs: Path) -> Archive:
-    """Archive runs, corrected and with their friction."""
-    store = Archive(archive)
-    for run in sorted(runs.iterdir()):
-        ingest(run, store)
-        correct_archived_drift(store, run.name, Recipe())
-        fit_archived_friction(store, run.name, Recipe())
-    return store
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _few_draws():
-    """What is kept and what is refused does not depend on how often one draws."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tribopipe.uncertainty.BLOCK", 200)
-        yield
-
-
-@pytest.fixture(scope="module")
-def runs(tmp_path_factory) -> Path:
-    """Folders of short runs; not to be written into."""
-    return record_runs(tmp_path_factory.mktemp("study-runs"))
-
-
-@pytest.fixture(scope="module")
-def filled(runs, tmp_path_factory) -> Path:
-    """An archive of the short runs; not to be written into."""
-    return fill(tmp_path_factory.mktemp("study") / "archive", runs).folder
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 from folders import SAMPLES, tree_bytes
+from study_runs import AGAIN, HEAVY, LIGHT, NO_END, fill
 from test_bad_input import assert_refused
-from test_studies import AGAIN, HEAVY, LIGHT, NO_END, fill, record_runs
 
 from tribopipe.archive.store import Archive
 from tribopipe.pipeline import ingest
@@ -23,30 +23,13 @@ from tribopipe.records.verdict import StudyResult
 from tribopipe.simulate import simulate_plan
 from tribopipe.studies import run_study, study_toml
 
+# What is said and what is refused does not depend on how often one draws.
+pytestmark = pytest.mark.usefixtures("few_draws")
+
 CRUSHED = "si3n4-air-40N"
 DOCUMENT = {"schema": "tribopipe.study/1", "id": "air", "fit": [LIGHT, AGAIN], "predict": [HEAVY], "laws": ["archard"]}
 NAMES = ("wear-archard", "friction")
 """Figures of that study."""
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _few_draws():
-    """What is said and what is refused does not depend on how often one draws."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tribopipe.uncertainty.BLOCK", 200)
-        yield
-
-
-@pytest.fixture(scope="module")
-def runs(tmp_path_factory) -> Path:
-    """Folders of short runs; not to be written into."""
-    return record_runs(tmp_path_factory.mktemp("study-runs"))
-
-
-@pytest.fixture(scope="module")
-def filled(runs, tmp_path_factory) -> Path:
-    """An archive of the short runs, corrected; not to be written into."""
-    return fill(tmp_path_factory.mktemp("study") / "archive", runs).folder
 
 
 @pytest.fixture(scope="module")
