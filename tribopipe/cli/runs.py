@@ -11,7 +11,9 @@ from tribopipe.cli.output import FAILED, finish, print_json, progress, record_js
 
 if TYPE_CHECKING:
     from tribopipe.pipeline import Outcome
+    from tribopipe.records.plan import TwinDiscTruth
 
+_K_D = "mm^3/(N*mm)"
 RunPaths = Annotated[list[Path], typer.Argument(help="Run folders, or folders of run folders.", metavar="RUN...")]
 
 
@@ -178,20 +180,41 @@ def simulate(
 ) -> None:
     """Record runs on a virtual tribometer: run folders whose truth is known."""
     from tribopipe.records.base import load_toml
-    from tribopipe.records.plan import Plan
+    from tribopipe.records.plan import Plan, Truth, TwinDiscTruth
     from tribopipe.simulate import simulate_plan
 
     truths = simulate_plan(load_toml(plan, Plan), folder)
     if as_json:
         print_json({"runs": [record_json(truth) for truth in truths]})
-    table(
-        f"Simulated into {folder}",
-        ["run", "law", "true k_D", "true pin wear at the end"],
-        [
-            [truth.id, truth.law, truth.wear_coefficient.shown("mm^3/(N*mm)"), truth.end_pin_wear_depth.shown("um")]
-            for truth in truths
-        ],
+    title = f"Simulated into {folder}"
+    pins = [truth for truth in truths if isinstance(truth, Truth)]
+    if pins:
+        table(
+            title,
+            ["run", "law", "true k_D", "true pin wear at the end"],
+            [
+                [truth.id, truth.law, truth.wear_coefficient.shown(_K_D), truth.end_pin_wear_depth.shown("um")]
+                for truth in pins
+            ],
+        )
+    discs = [truth for truth in truths if isinstance(truth, TwinDiscTruth)]
+    if discs:
+        table(
+            title if not pins else "",
+            ["run", "law", "disc", "true k_D", "true wear at the end", "true volume at the end"],
+            [row for truth in discs for row in _disc_rows(truth)],
+        )
+
+
+def _disc_rows(truth: "TwinDiscTruth") -> list[list[str]]:
+    ends = (
+        ("curved", truth.curved_wear_coefficient, truth.end_curved_wear_depth, truth.end_curved_wear_volume),
+        ("flat", truth.flat_wear_coefficient, truth.end_flat_wear_depth, truth.end_flat_wear_volume),
     )
+    law = truth.law if truth.fatigue is None else f"{truth.law}, fatigue"
+    return [
+        [truth.id, law, disc, k.shown(_K_D), depth.shown("um"), volume.shown("mm^3")] for disc, k, depth, volume in ends
+    ]
 
 
 COMMANDS = {"check": check, "ingest": ingest, "process": process, "simulate": simulate}
