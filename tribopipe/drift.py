@@ -6,9 +6,9 @@ distance to the wear found on the pin. Here:
     wear(t) = g·(reading(t) − z) − ρ·(t − t₀),     ρ = (g·(reading(t_end) − z) − h_end) / (t_end − t₀)
 
 with g the sensor's scale (1 unless run.toml says otherwise), the zero offset z at the start t₀ of sliding and h_end the
-wear of pin plus disc by the end values. z is the intercept of a fit z + q·h(s) to the first samples, with h(s) the wear
-of a pin that reaches the end value at the end, so that wear within the window is not taken for offset. The end
-reading is the value at the end of sliding of a straight line through the last samples.
+wear of pin plus disc, or of both discs, by the end values. z is the intercept of a fit z + q·h(s) to the first samples,
+with h(s) the wear of a pin, or of two discs, that reaches the end value at the end, so that wear within the window is
+not taken for offset. The end reading is the value at the end of sliding of a straight line through the last samples.
 """
 
 import math
@@ -17,9 +17,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from tribopipe.contact.pin_on_disc import pin_contact
+from tribopipe.contact.twin_disc import disc_pair, nominal_values
+from tribopipe.disc_end_values import DiscEndWear, disc_end_wear
 from tribopipe.end_values import EndWear, end_wear
 from tribopipe.errors import FitError
 from tribopipe.noise import inflation
+from tribopipe.records.manifest import TwinDisc
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import Recipe
 from tribopipe.records.results import DriftCorrection
@@ -48,7 +51,7 @@ class SensorTrace:
         return np.asarray(scale * (self.reading - zero - self.ramp * (end - zero)) + self.ramp * end_wear)
 
 
-def read_trace(run: RawRun, end: EndWear, recipe: Recipe) -> SensorTrace:
+def read_trace(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> SensorTrace:
     """Take zero offset and end reading from the depth signal of a run with this wear at its end.
 
     Raises ``FitError`` where fewer than 16 samples of depth are left.
@@ -63,7 +66,8 @@ def read_trace(run: RawRun, end: EndWear, recipe: Recipe) -> SensorTrace:
         )
     start, duration = _sliding_time(distance[placed], time[placed])
     slid = float(distance[placed][-1])
-    wear = _first_wear(run, end, np.maximum(distance[seen], 0.0) / slid)
+    share = np.maximum(distance[seen], 0.0) / slid
+    wear = _pin_wear(run, end, share) if isinstance(end, EndWear) else _disc_wear(run, end, share, recipe)
     zero, last = _ends(distance[seen], reading[seen], wear, slid, recipe.drift.window)
     return SensorTrace(
         reading=reading,
@@ -75,17 +79,27 @@ def read_trace(run: RawRun, end: EndWear, recipe: Recipe) -> SensorTrace:
     )
 
 
-def _first_wear(run: RawRun, end: EndWear, share: Column) -> Column:
+def _pin_wear(run: RawRun, end: EndWear, share: Column) -> Column:
     """Return the wear depth of a pin that reaches its end value at the end, m, against the share of the distance."""
-    manifest = run.manifest
+    contact = run.manifest.pin_on_disc
     nominal = {
-        "normal_load": manifest.conditions.normal_load.value,
-        "pin_radius": manifest.contact.pin.radius.value,
-        "pin_modulus": manifest.contact.pin.youngs_modulus.value,
-        "disc_modulus": manifest.contact.disc.youngs_modulus.value,
+        "normal_load": run.manifest.conditions.normal_load.value,
+        "pin_radius": contact.pin.radius.value,
+        "pin_modulus": contact.pin.youngs_modulus.value,
+        "disc_modulus": contact.disc.youngs_modulus.value,
     }
-    pin = pin_contact(manifest.contact, nominal)
+    pin = pin_contact(contact, nominal)
     return pin.worn(pin.volume(max(end.pin_depth.value, _LEAST_WEAR)) * share).depth
+
+
+def _disc_wear(run: RawRun, end: DiscEndWear, share: Column, recipe: Recipe) -> Column:
+    """Return the wear depth of two discs that reach their end value at the end, m, against the share of the rotations.
+
+    As if the curved one alone wore: how wear is shared changes next to nothing of the shape of its sum.
+    """
+    discs = disc_pair(run.manifest.twin_disc, nominal_values(run.manifest), recipe.wear.distance_per_rotation)
+    rotations = discs.rotations(max(end.total.value, _LEAST_WEAR), 1.0)
+    return discs.worn(rotations * share, 1.0).curved_depth
 
 
 def _ends(s: Column, y: Column, wear: Column, slid: float, share: float) -> tuple[Quantity, Quantity]:
@@ -128,22 +142,27 @@ def _sliding_time(distance: Column, time: Column) -> tuple[float, float]:
 def correct_drift(run: RawRun, recipe: Recipe | None = None) -> CorrectedRun:
     """Take the linear drift off a run's depth, m.
 
-    A run without depth or without an end value of the pin passes through, and its correction says what it lacks.
+    A run without depth or without an end value passes through, and its correction says what it lacks.
     """
     recipe = recipe or Recipe()
     manifest = run.manifest
-    end = end_wear(manifest.end_values, manifest.contact.pin.radius.value, recipe.uncertainty)
+    end: EndWear | DiscEndWear | None
+    if isinstance(manifest.contact, TwinDisc):
+        end, needed = disc_end_wear(run, recipe), "an end value of the curved disc (depth, track width or volume)"
+    else:
+        end = end_wear(manifest.end_values, manifest.contact.pin.radius.value, recipe.uncertainty)
+        needed = "an end value of the pin (pin_wear_depth or pin_scar_diameter)"
     lacks = [] if "depth" in run.columns else ["a depth signal"]
     if end is None:
-        lacks.append("an end value of the pin (pin_wear_depth or pin_scar_diameter)")
+        lacks.append(needed)
     if end is None or lacks:
         return CorrectedRun(run, DriftCorrection(outcome="uncorrected", lacks=tuple(lacks)), None)
-    trace, scale = read_trace(run, end, recipe), manifest.sensors.depth_scale.value
+    trace, scale = read_trace(run, end, recipe), run.manifest.sensors.depth_scale.value
     wear = trace.wear(end.total.value, trace.zero_offset.value, trace.end_reading.value, scale)
     return CorrectedRun(run, _describe(trace, end, scale, recipe), wear)
 
 
-def _describe(trace: SensorTrace, end: EndWear, scale: float, recipe: Recipe) -> DriftCorrection:
+def _describe(trace: SensorTrace, end: EndWear | DiscEndWear, scale: float, recipe: Recipe) -> DriftCorrection:
     gap = scale * (trace.end_reading.value - trace.zero_offset.value) - end.total.value
     spread = math.hypot(
         *(part.standard_uncertainty or 0.0 for part in (end.total, trace.zero_offset, trace.end_reading))
@@ -157,6 +176,6 @@ def _describe(trace: SensorTrace, end: EndWear, scale: float, recipe: Recipe) ->
         within_discrepancy_limit=abs(gap) <= recipe.drift.discrepancy_limit.value,
         within_sensor_resolution=abs(gap) <= recipe.drift.sensor_resolution.value,
         end_wear_depth=end.total,
-        pin_wear_depth=end.pin_depth,
-        disc_wear_depth=end.disc.quantity if end.disc else None,
+        pin_wear_depth=end.pin_depth if isinstance(end, EndWear) else None,
+        disc_wear_depth=end.disc.quantity if isinstance(end, EndWear) and end.disc else None,
     )

@@ -21,9 +21,11 @@ from tribopipe.errors import ManifestError, TribopipeError
 from tribopipe.files import natural_order
 from tribopipe.friction import fit_friction
 from tribopipe.ingest.harmonise import read_run
+from tribopipe.motion import slip
 from tribopipe.records.base import Record
+from tribopipe.records.disc_results import TwinDiscFit
 from tribopipe.records.finding import Finding
-from tribopipe.records.manifest import MANIFEST_NAME, manifest_path
+from tribopipe.records.manifest import MANIFEST_NAME, TwinDisc, manifest_path
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit
@@ -34,6 +36,9 @@ from tribopipe.wear.curves import LawCurve, fitted_curve, predicted_curve, run_s
 from tribopipe.wear.friction_path import fitted_path
 from tribopipe.wear.identify import fit_wear
 from tribopipe.wear.predict import predict_wear
+from tribopipe.wear.twin_disc.curves import OUTCOMES, DiscCurves, disc_scenario, fitted_discs, predicted_discs
+from tribopipe.wear.twin_disc.identify import fit_discs
+from tribopipe.wear.twin_disc.predict import KnownDiscs, known_discs, predict_discs
 
 Stage = Literal["ingest", "drift_correction", "friction_fit", "wear_fit", "prediction", "study"]
 Status = Literal["done", "unchanged", "failed"]
@@ -102,14 +107,11 @@ def correct_archived_drift(archive: Archive, run_id: str, recipe: Recipe, *, for
 
     def compute() -> tuple[Record, Curves]:
         corrected = correct_drift(archive.raw(run_id), recipe)
-        if corrected.wear_depth is None or corrected.pin_wear_depth is None:
-            return corrected.correction, {}
-        return corrected.correction, {
-            "wear_depth": (corrected.wear_depth, "m"),
-            "pin_wear_depth": (corrected.pin_wear_depth, "m"),
-        }
+        found = {"wear_depth": corrected.wear_depth, "pin_wear_depth": corrected.pin_wear_depth}
+        return corrected.correction, {name: (curve, "m") for name, curve in found.items() if curve is not None}
 
     options = {"drift": _told(recipe.drift), "uncertainty": _told(recipe.uncertainty)}
+    options |= _convention(archive, run_id, recipe)
     step = _Advance("drift_correction", options, [archive.raw_sha256(run_id)], compute)
     return _advance(archive, run_id, step, "drift_correction", force=force)
 
@@ -134,6 +136,9 @@ def fit_archived_wear(archive: Archive, run_id: str, law: LawName, recipe: Recip
 
     def compute() -> tuple[Record, Curves]:
         corrected, friction = archived_correction(archive, run_id), archived_friction(archive, run_id)
+        if isinstance(corrected.raw.manifest.contact, TwinDisc):
+            pair = fit_discs(corrected.raw, law, friction, recipe)
+            return pair, _disc_curves(fitted_discs(corrected.raw, pair, friction, recipe))
         fit = fit_wear(corrected, law, friction, recipe)
         return fit, _law_curves(fitted_curve(corrected.raw, fit, friction, recipe))
 
@@ -144,6 +149,7 @@ def fit_archived_wear(archive: Archive, run_id: str, law: LawName, recipe: Recip
         "drift": _told(recipe.drift),
         "uncertainty": _told(recipe.uncertainty),
     }
+    options |= _convention(archive, run_id, recipe)
     return _advance(archive, run_id, _Advance(name, options, inputs, compute), "wear_fit", force=force)
 
 
@@ -157,16 +163,31 @@ def _law_curves(curve: LawCurve | None) -> Curves:
     }
 
 
+def _disc_curves(curves: DiscCurves | None) -> Curves:
+    found: dict[str, tuple[Column, str]] = {}
+    for name, band in curves.bands.items() if curves is not None else ():
+        lines = {name: band.best, f"{name}_lower": band.lower, f"{name}_upper": band.upper}
+        found |= {line: (values, OUTCOMES[name]) for line, values in lines.items()}
+    return found
+
+
+def _convention(archive: Archive, run_id: str, recipe: Recipe) -> dict[str, Any]:
+    """Return what steps of a twin-disc run are told besides: what counts as slid in a rotation."""
+    discs = archive.manifest(run_id).contact.kind == "twin-disc"
+    return {"distance_per_rotation": recipe.wear.distance_per_rotation} if discs else {}
+
+
 def predict_archived(
     archive: Archive, run_id: str, reference: str, law: LawName, recipe: Recipe, *, force: bool = False
 ) -> Outcome:
     """Predict a run's wear from the k_D of another run, over the run's own distance, and archive the prediction."""
     fit = archived_fit(archive, reference, law)
-    if fit.wear_coefficient is None:
+    known = known_discs(fit) if isinstance(fit, TwinDiscFit) else fit.wear_coefficient
+    if known is None:
         raise TribopipeError(
             f"{reference}: found no wear coefficient to predict from; it lacks {' and '.join(fit.lacks)}"
         )
-    return predict_with(archive, run_id, reference, law, fit.wear_coefficient, recipe, force=force)
+    return predict_with(archive, run_id, reference, law, known, recipe, force=force)
 
 
 def predict_with(
@@ -174,23 +195,28 @@ def predict_with(
     run_id: str,
     reference: str,
     law: LawName,
-    coefficient: Quantity,
+    coefficient: Quantity | KnownDiscs,
     recipe: Recipe,
     *,
     force: bool = False,
 ) -> Outcome:
-    """Predict a run's wear from a k_D that ``reference`` found, over the run's own distance, and archive it."""
+    """Predict a run's wear from the k_D that ``reference`` found, over the run's own distance, and archive it."""
     name = PREDICTIONS[law]
 
     def compute() -> tuple[Record, Curves]:
-        run = archive.raw(run_id)
-        scenario = run_scenario(run, law, coefficient, archived_friction(archive, run_id), recipe)
+        run, friction = archive.raw(run_id), archived_friction(archive, run_id)
+        if isinstance(coefficient, KnownDiscs):
+            discs = disc_scenario(run, law, coefficient, friction, recipe)
+            pair = predict_discs(discs, [float(np.nanmax(run.columns["rotations"]))], reference=reference)
+            return pair, _disc_curves(predicted_discs(run, discs, pair))
+        scenario = run_scenario(run, law, coefficient, friction, recipe)
         result = predict_wear(scenario, [float(np.nanmax(run.sliding_distance))], reference=reference)
         return result, _law_curves(predicted_curve(run, scenario, result))
 
+    known = coefficient.parts if isinstance(coefficient, KnownDiscs) else (coefficient,)
     inputs = [
         archive.raw_sha256(run_id),
-        digest(coefficient),
+        digest(*known),
         *(_result_sha256(archive, run_id, base) for base in STEPS[name].stands_on),
     ]
     options = {
@@ -256,21 +282,24 @@ def predict_from_lightest(
 ) -> Iterator[Outcome]:
     """Predict each run from the comparable run under the lightest load; nothing for a run that is itself that one.
 
+    Of twin-disc runs under the same load it is one with the least slip.
+
     A run marked bad is never the one predicted from.
     """
-    references: dict[tuple[object, ...], tuple[float, str]] = {}
+    references: dict[tuple[object, ...], tuple[float, float, str]] = {}
     for other in archive.ids():
         try:
-            fit = archive.result(other, WEAR_FITS[law], WearFit)
-            if fit is not None and fit.outcome == "fitted" and archive.bad(other) is None:
+            fit = archive.result(other, WEAR_FITS[law], Record)
+            fitted = isinstance(fit, WearFit | TwinDiscFit) and fit.outcome == "fitted"
+            if fitted and archive.bad(other) is None:
                 manifest = archive.manifest(other)
-                candidate = (manifest.conditions.normal_load.value, other)
+                candidate = (manifest.conditions.normal_load.value, abs(slip(manifest).value), other)
                 references[bodies(manifest)] = min(references.get(bodies(manifest), candidate), candidate)
         except TribopipeError as error:
             yield Outcome(other, "prediction", "failed", error=error)
     for run_id in run_ids:
         try:
-            _, reference = references.get(bodies(archive.manifest(run_id)), (0.0, run_id))
+            *_, reference = references.get(bodies(archive.manifest(run_id)), (0.0, 0.0, run_id))
             if reference != run_id:
                 yield predict_archived(archive, run_id, reference, law, recipe, force=force)
         except TribopipeError as error:
@@ -290,9 +319,10 @@ def archived_friction(archive: Archive, run_id: str) -> FrictionFit | None:
     return archive.result(run_id, "friction_fit", FrictionFit)
 
 
-def archived_fit(archive: Archive, run_id: str, law: LawName) -> WearFit:
+def archived_fit(archive: Archive, run_id: str, law: LawName) -> WearFit | TwinDiscFit:
     """Return the wear fit as the archive holds it. Raises ``ArchiveError`` where it was not done."""
-    return archive.needed_result(run_id, WEAR_FITS[law], WearFit)
+    fit = archive.needed_result(run_id, WEAR_FITS[law], Record)
+    return fit if isinstance(fit, TwinDiscFit) else archive.needed_result(run_id, WEAR_FITS[law], WearFit)
 
 
 def _told(record: Record) -> dict[str, Any]:
@@ -315,7 +345,7 @@ def _advance(
     inputs = digest(VERSION, step.name, step.options, *step.inputs)
     there = archive.fingerprints(run_id, step.name)
     if there is not None and there.inputs == inputs and not force:
-        return Outcome(run_id, stage, "unchanged", archive.result(run_id, step.name, STEPS[step.name].record))
+        return Outcome(run_id, stage, "unchanged", archive.result(run_id, step.name, Record))
     try:
         result, curves = step.compute()
     except TribopipeError as error:

@@ -72,10 +72,10 @@ class RawRun:
     """What stood above the numbers of each file, verbatim."""
     sources: tuple[SourceFile, ...]
     """run.toml first, then the instrument's files, byte for byte."""
-    profiles: Mapping[str, Profile] = field(default_factory=dict)
-    """Profiles across wear tracks by where run.toml names them: "end_values.curved_disc_profile"."""
     notes: tuple[str, ...] = ()
     """What readers had to say about their files; kept in an archive among the findings."""
+    profiles: Mapping[str, Profile] = field(default_factory=dict)
+    """Profiles across wear tracks by where run.toml names them: "end_values.curved_disc_profile"."""
 
     @property
     def id(self) -> str:
@@ -93,7 +93,10 @@ class RawRun:
     def __str__(self) -> str:
         load = self.manifest.conditions.normal_load.shown("mN")
         signals = ", ".join(self.columns)
-        return f"run {self.id}: {load}, {np.nanmax(self.sliding_distance):.4g} m, {len(self)} samples of {signals}"
+        far = f"{np.nanmax(self.sliding_distance):.4g} m"
+        if self.manifest.contact.kind == "twin-disc":
+            far = f"{np.nanmax(self.columns['rotations']):,.0f} rotations"
+        return f"run {self.id}: {load}, {far}, {len(self)} samples of {signals}"
 
 
 @dataclass(frozen=True)
@@ -112,8 +115,10 @@ class CorrectedRun:
 
     @property
     def pin_wear_depth(self) -> Column | None:
-        """The pin's part of the wear, m: a constant share, by the end values of pin and disc."""
-        return None if self.wear_depth is None else self.wear_depth * self.correction.pin_share
+        """The pin's part of the wear, m: a constant share, by the end values of pin and disc; none without a pin."""
+        if self.wear_depth is None or self.correction.pin_wear_depth is None:
+            return None
+        return self.wear_depth * self.correction.pin_share
 
     def __str__(self) -> str:
         return f"run {self.id}: {self.correction}"

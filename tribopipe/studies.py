@@ -1,7 +1,7 @@
 """Studies on archived runs: found beside run folders, evaluated, archived, and their predictions put into the runs."""
 
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from itertools import count
 from pathlib import Path
@@ -20,16 +20,20 @@ from tribopipe.pipeline import (
 )
 from tribopipe.records.base import load_toml, quoted
 from tribopipe.records.design import Design
+from tribopipe.records.disc_verdict import TwinDiscLawResult, TwinDiscStudyResult
 from tribopipe.records.manifest import RunManifest
+from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.study import STUDY_NAME, STUDY_SUFFIX, Study
-from tribopipe.records.verdict import LeftOut, StudyResult
+from tribopipe.records.verdict import LawResult, LeftOut, StudyResult
 from tribopipe.study.bodies import bodies
 from tribopipe.study.design import design
+from tribopipe.study.discs import DiscEvaluation, evaluate_discs
 from tribopipe.study.evaluate import Evaluation, evaluate
 from tribopipe.study.member import Member
 from tribopipe.units import from_si
 from tribopipe.version import VERSION
+from tribopipe.wear.twin_disc.predict import KnownDiscs
 
 
 def find_studies(path: Path) -> list[Path]:
@@ -77,10 +81,18 @@ def _members_of(archive: Archive, study: Study, recipe: Recipe) -> tuple[dict[st
         raise type(error)(f"study {study.id}: {error}") from None
 
 
-def evaluate_archived(archive: Archive, study: Study, recipe: Recipe) -> Evaluation:
+def evaluate_archived(archive: Archive, study: Study, recipe: Recipe) -> Evaluation | DiscEvaluation:
     """Evaluate a study on archived runs; nothing of it is kept."""
     runs, left_out = _members_of(archive, study, recipe)
-    return evaluate(study, runs, recipe, left_out)
+    return _evaluate(study, runs, recipe, left_out)
+
+
+def _evaluate(
+    study: Study, runs: Mapping[str, Member], recipe: Recipe, left_out: Sequence[LeftOut]
+) -> Evaluation | DiscEvaluation:
+    """Evaluate a study on the tribometer its runs are from; runs of different ones are refused by either."""
+    discs = any(run.corrected.raw.manifest.contact.kind == "twin-disc" for run in runs.values())
+    return (evaluate_discs if discs else evaluate)(study, runs, recipe, left_out)
 
 
 def run_study(archive: Archive, study: Study, recipe: Recipe, *, force: bool = False) -> Iterator[Outcome]:
@@ -94,7 +106,7 @@ def run_study(archive: Archive, study: Study, recipe: Recipe, *, force: bool = F
         yield Outcome(study.id, "study", "failed", error=error)
         return
     yield outcome
-    if not isinstance(outcome.result, StudyResult):
+    if not isinstance(outcome.result, StudyResult | TwinDiscStudyResult):
         return
     left_out = {one.id for one in outcome.result.left_out}
     for run_id in (run_id for run_id in (*study.fit, *study.predict) if run_id not in left_out):
@@ -103,9 +115,18 @@ def run_study(archive: Archive, study: Study, recipe: Recipe, *, force: bool = F
         for run_id in (run_id for run_id in study.predict if run_id not in left_out):
             try:
                 reference = study.fit[0] if len(study.fit) == 1 else f"study {study.id}"
-                yield predict_with(archive, run_id, reference, law.model, law.wear_coefficient, recipe, force=force)
+                yield predict_with(archive, run_id, reference, law.model, _known(law), recipe, force=force)
             except TribopipeError as error:
                 yield Outcome(run_id, "prediction", "failed", error=error)
+
+
+def _known(law: LawResult | TwinDiscLawResult) -> Quantity | KnownDiscs:
+    """Return the wear coefficients a study found under a law."""
+    if isinstance(law, LawResult):
+        return law.wear_coefficient
+    curved, *flat = (disc.wear_coefficient for disc in law.discs)
+    unworn = Quantity(value=0.0, unit="m^2/N")
+    return KnownDiscs(curved, next(iter(flat), unworn), law.correlation or 0.0, law.distance_per_rotation)
 
 
 def _complete(archive: Archive, run_id: str, recipe: Recipe) -> Iterator[Outcome]:
@@ -133,7 +154,7 @@ def _keep(archive: Archive, study: Study, recipe: Recipe, *, force: bool) -> Out
         stored = archive.study(study.id)
         if stored.inputs_sha256 == inputs:
             return Outcome(study.id, "study", "unchanged", stored.result)
-    found = evaluate(study, runs, recipe, left_out)
+    found = _evaluate(study, runs, recipe, left_out)
     date = datetime.now(UTC).isoformat(timespec="seconds")
     archive.put_study(StoredStudy(study, found.result, found.curves, inputs, options, VERSION, date))
     return Outcome(study.id, "study", "done", found.result)
@@ -156,8 +177,12 @@ def plan_archived(archive: Archive, name: str, law: LawName, wanted: float, reci
             )
         stored = archive.study(name)
         fit, shared = stored.study.fit, stored.study.shared
-        between = [result.between_runs for result in stored.result.laws if result.model == law]
-        scatter = between[0].scatter if between and between[0] is not None else None
+        between = [
+            result.between_runs
+            for result in stored.result.laws
+            if isinstance(result, LawResult) and result.model == law and result.between_runs is not None
+        ]
+        scatter = between[0].scatter if between else None
     runs, left_out = members(archive, fit, recipe)
     if not runs:
         raise ArchiveError(

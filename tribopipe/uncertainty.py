@@ -1,6 +1,7 @@
 """Propagation of distributions by Monte Carlo after JCGM 101:2008, whatever the model is.
 
-A model is anything that turns a random generator and a number of draws into that many values of the measurand. The
+A model is anything that turns a random generator and a number of draws into that many values of the measurand, or of
+several that belong together (JCGM 102:2011). The
 number of draws is chosen as in 7.9.4: blocks of 10 000 are added until value, standard uncertainty and both ends of
 the 95 % interval are stable in the digits asked for.
 """
@@ -59,36 +60,52 @@ def numerical_tolerance(standard_uncertainty: float, digits: int) -> float:
 
 
 def propagate(model: Callable[[Generator, int], Column], *, digits: int = 1, seed: int = 0) -> Distribution:
-    """Draw from a model, block by block, until ``digits`` significant digits of its uncertainty are stable (7.9.4).
+    """Draw from a model of one measurand until ``digits`` significant digits of its uncertainty are stable (7.9.4).
 
     Draws for which the model has no value, NaN, are not accepted.
+    """
+    (found,) = propagate_together(lambda rng, count: model(rng, count)[:, None], digits=digits, seed=seed)
+    return found
+
+
+def propagate_together(
+    model: Callable[[Generator, int], Column], *, digits: int = 1, seed: int = 0
+) -> tuple[Distribution, ...]:
+    """Draw from a model of several measurands, (draws, measurands), until each is stable as in ``propagate``.
+
+    Draw i of one belongs to draw i of the others; where one has no value, none is accepted.
 
     Every block has a generator of its own, spawned from ``seed``, so that the first blocks are the same however many
     follow.
     """
     blocks: list[Column] = []
-    told: list[tuple[float, ...]] = []
+    told: list[list[tuple[float, ...]]] = []
     for child in np.random.SeedSequence(seed).spawn(_MOST_BLOCKS):
         drawn = model(np.random.Generator(np.random.PCG64(child)), BLOCK)
-        blocks.append(drawn[np.isfinite(drawn)])
-        block = Distribution(blocks[-1])
-        told.append((block.mean, block.standard_uncertainty, *block.interval))
+        blocks.append(drawn[np.all(np.isfinite(drawn), axis=1)])
+        told.append([(one.mean, one.standard_uncertainty, *one.interval) for one in _columns(blocks[-1])])
         whole = np.concatenate(blocks)
         if not len(whole):
             raise FitError(
                 f"Monte Carlo: found no solution in {BLOCK} draws; expected k_D to follow from what is stated; check "
                 "the standard uncertainties"
             )
-        stable = len(blocks) > 1 and _settled(told, Distribution(whole), digits)
+        stable = len(blocks) > 1 and _settled(np.asarray(told), _columns(whole), digits)
         if stable:
             break
-    return Distribution(whole, stable, rejected=len(blocks) * BLOCK - len(whole))
+    rejected = len(blocks) * BLOCK - len(whole)
+    return tuple(Distribution(one.draws, stable, rejected) for one in _columns(whole))
 
 
-def _settled(told: list[tuple[float, ...]], whole: Distribution, digits: int) -> bool:
+def _columns(draws: Column) -> list[Distribution]:
+    return [Distribution(draws[:, place]) for place in range(draws.shape[1])]
+
+
+def _settled(told: Column, whole: list[Distribution], digits: int) -> bool:
     """Say whether twice the standard deviation of each block mean is below the tolerance (7.9.4 g to i)."""
     scatter = np.std(told, axis=0, ddof=1) / math.sqrt(len(told))
-    return bool(np.all(2 * scatter <= numerical_tolerance(whole.standard_uncertainty, digits)))
+    tolerance = [[numerical_tolerance(one.standard_uncertainty, digits)] for one in whole]
+    return bool(np.all(2 * scatter <= tolerance))
 
 
 def first_order_holds(first_order: tuple[float, float], distribution: Distribution, digits: int) -> bool:

@@ -17,7 +17,8 @@ def digest(*parts: Record | NDArray[Any] | Mapping[str, Any] | str) -> str:
     hashed = hashlib.sha256()
     for part in parts:
         if isinstance(part, Record):
-            content = part.model_dump_json(by_alias=True).encode()
+            # What is not said is left out, so that a field more in a later version changes nothing.
+            content = part.model_dump_json(by_alias=True, exclude_none=True).encode()
         elif isinstance(part, np.ndarray):
             plain = part.astype(str) if part.dtype == object else part
             content = f"{plain.dtype.str}{plain.shape}".encode() + np.ascontiguousarray(plain).tobytes()

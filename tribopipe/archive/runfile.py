@@ -2,13 +2,14 @@
 
 /entry                   NXentry, opens on ``wear``
   archived               NXcollection: format of this file, fingerprint of the raw content
-  pin, disc              NXsample
+  pin, disc              NXsample; or curved_disc, flat_disc
   conditions, end_values NXcollection: as run.toml states them, in SI
   instrument             NXinstrument with an NXsensor for each recorded signal
   source_files           NXcollection of NXnote: the bytes as they came, with their SHA-256
   manifest, findings     NXnote: JSON
   raw                    NXdata: the signals in SI; each says whether it was measured or derived
   extra_columns          NXcollection: what the files held besides
+  profiles               NXcollection of NXdata: height against position across wear tracks
   drift_correction, friction_fit, wear_fit_<law>, prediction_<law>
                          NXprocess: program, version, date, parameters, result (JSON) and data
   wear                   NXdata: the corrected wear of the pin beside the fitted laws, for viewers
@@ -16,8 +17,8 @@
 """
 
 import json
+import re
 from collections.abc import Iterator, Sequence
-from typing import TypeVar
 
 import h5py
 import numpy as np
@@ -30,16 +31,14 @@ from tribopipe.records.base import Record
 from tribopipe.records.finding import Finding
 from tribopipe.records.manifest import RunManifest, Specimen
 from tribopipe.records.mark import Mark
-from tribopipe.records.results import WearFit
 from tribopipe.records.signals import SIGNALS, SignalName
-from tribopipe.run import ExtraColumn, RawRun, SourceFile
+from tribopipe.run import Column, ExtraColumn, Profile, RawRun, SourceFile
 from tribopipe.units import from_si
 from tribopipe.version import VERSION
 
-R = TypeVar("R", bound=Record)
-
 FORMAT = "tribopipe.archive/1"
-_DISTANCE = "/entry/raw/sliding_distance"
+_A_DEPTH = re.compile("(wear_)?depth(_lower|_upper)?")
+"""Curves of a fit that are depths of the pin, or of both discs together."""
 _SENSED: tuple[SignalName, ...] = ("depth", "normal_force", "friction_force", "temperature", "relative_humidity")
 
 
@@ -59,6 +58,7 @@ def write_raw(file: h5py.File, run: RawRun, findings: Sequence[Finding]) -> None
     nexus.document(entry, "manifest", manifest)
     nexus.document(entry, "findings", [finding.model_dump(mode="json") for finding in findings])
     _write_columns(entry, run)
+    _write_profiles(entry, run)
 
 
 def _write_people_and_things(entry: h5py.Group, run: RawRun) -> None:
@@ -99,9 +99,10 @@ def _write_sources(entry: h5py.Group, run: RawRun) -> None:
 
 def _write_columns(entry: h5py.Group, run: RawRun) -> None:
     signal = next((name for name in ("depth", "friction_coefficient") if name in run.columns), None)
-    others = [name for name in run.columns if name not in ("sliding_distance", signal)]
-    raw = nexus.group(entry, "raw", "NXdata", axes=["sliding_distance"])
-    raw.attrs["sliding_distance_indices"] = 0
+    axis: SignalName = "rotations" if run.manifest.contact.kind == "twin-disc" else "sliding_distance"
+    others = [name for name in run.columns if name not in (axis, signal)]
+    raw = nexus.group(entry, "raw", "NXdata", axes=[axis])
+    raw.attrs[f"{axis}_indices"] = 0
     raw.attrs["signal"] = signal or others[0]
     if signal:
         raw.attrs["auxiliary_signals"] = others
@@ -111,6 +112,18 @@ def _write_columns(entry: h5py.Group, run: RawRun) -> None:
         collection = nexus.group(entry, "extra_columns", "NXcollection")
         for number, (label, extra) in enumerate(run.extras.items()):
             nexus.field(collection, f"column_{number}", extra.values, column_name=label, column_unit=extra.unit or "")
+
+
+def _write_profiles(entry: h5py.Group, run: RawRun) -> None:
+    if not run.profiles:
+        return
+    profiles = nexus.group(entry, "profiles", "NXcollection")
+    for number, (name, profile) in enumerate(run.profiles.items()):
+        data = nexus.group(profiles, f"profile_{number}", "NXdata", signal="height", axes=["position"])
+        data.attrs["position_indices"] = 0
+        nexus.field(data, "title", name)
+        nexus.field(data, "position", profile.position, "m", long_name="position across the wear track")
+        nexus.field(data, "height", profile.height, "m", long_name="height, upwards out of the disc")
 
 
 def read_manifest(file: h5py.File) -> RunManifest:
@@ -137,7 +150,16 @@ def read_raw(file: h5py.File) -> RawRun:
         extras=dict(_read_extras(entry)),
         headers=headers,
         sources=tuple(sources),
+        profiles=_read_profiles(entry),
     )
+
+
+def _read_profiles(entry: h5py.Group) -> dict[str, Profile]:
+    kept = entry["profiles"].values() if "profiles" in entry else ()
+    return {
+        nexus.text(data, "title"): Profile(nexus.floats(data, "position"), nexus.floats(data, "height"))
+        for data in kept
+    }
 
 
 def _read_extras(entry: h5py.Group) -> Iterator[tuple[str, ExtraColumn]]:
@@ -169,13 +191,20 @@ def write_step(entry: h5py.Group, step: Step) -> None:
 
 def _write_curves(process: h5py.Group, step: Step) -> None:
     first, *others = step.curves
-    data = nexus.group(process, "data", "NXdata", signal=first, axes=["sliding_distance"])
+    data = _against_raw_axis(process, "data", first)
     if others:
         data.attrs["auxiliary_signals"] = others
-    data.attrs["sliding_distance_indices"] = 0
-    data["sliding_distance"] = h5py.SoftLink(_DISTANCE)
     for name, (values, unit) in step.curves.items():
         nexus.field(data, name, values, unit)
+
+
+def _against_raw_axis(parent: h5py.Group, name: str, signal: str) -> h5py.Group:
+    """Add a group for a plot against what the raw signals are plotted against: sliding distance or rotations."""
+    (axis,) = parent.file["entry/raw"].attrs["axes"]
+    data = nexus.group(parent, name, "NXdata", signal=signal, axes=[axis])
+    data.attrs[f"{axis}_indices"] = 0
+    data[axis] = h5py.SoftLink(f"/entry/raw/{axis}")
+    return data
 
 
 def read_fingerprints(entry: h5py.Group, name: StepName) -> Fingerprints | None:
@@ -186,11 +215,11 @@ def read_fingerprints(entry: h5py.Group, name: StepName) -> Fingerprints | None:
     return Fingerprints(nexus.text(stored, "inputs_sha256"), nexus.text(stored, "result_sha256"))
 
 
-def read_result(entry: h5py.Group, name: StepName, record: type[R]) -> R | None:
+def read_result(entry: h5py.Group, name: StepName) -> Record | None:
     """Read the result of a step without its curves; none where the run has not been through it."""
     if name not in entry:
         return None
-    return record.model_validate_json(nexus.text(entry[name], "result/data"))
+    return STEPS[name].parse(nexus.text(entry[name], "result/data"))
 
 
 def read_step(entry: h5py.Group, name: StepName) -> Step | None:
@@ -205,7 +234,7 @@ def read_step(entry: h5py.Group, name: StepName) -> Step | None:
         curves = {str(curve): (nexus.floats(data, curve), str(data[curve].attrs["units"])) for curve in order}
     return Step(
         name=name,
-        result=STEPS[name].record.model_validate_json(nexus.text(process, "result/data")),
+        result=STEPS[name].parse(nexus.text(process, "result/data")),
         inputs_sha256=nexus.text(process, "fingerprints/inputs_sha256"),
         options=json.loads(nexus.text(process, "options/data")),
         program_version=nexus.text(process, "version"),
@@ -227,24 +256,35 @@ def read_marks(entry: h5py.Group) -> list[Mark]:
 
 
 def write_wear_plot(entry: h5py.Group) -> None:
-    """Write the group that viewers open first: corrected wear of the pin and the fitted laws, µm against m."""
-    correction = read_step(entry, "drift_correction")
-    if correction is None or "pin_wear_depth" not in correction.curves:
-        return
-    curves = {"pin_wear_depth": correction.curves["pin_wear_depth"][0]}
+    """Write the group that viewers open first: corrected wear and the fitted laws, µm against m or rotations.
+
+    Wear of the pin, or of both discs together; of two discs without a depth signal, the laws alone.
+    """
+    curves = _corrected_curve(entry)
     for law, step_name in WEAR_FITS.items():
         fit = read_step(entry, step_name)
-        if fit is not None and isinstance(fit.result, WearFit):
-            curves |= {f"{law}{name.removeprefix('wear_depth')}": values for name, (values, _) in fit.curves.items()}
-    wear = nexus.group(entry, "wear", "NXdata", signal="pin_wear_depth", axes=["sliding_distance"])
+        for name, (values, _) in fit.curves.items() if fit is not None else ():
+            if _A_DEPTH.fullmatch(name):
+                curves[law + name.removeprefix("wear_").removeprefix("depth")] = values
+    if not curves:
+        return
+    wear = _against_raw_axis(entry, "wear", next(iter(curves)))
     if len(curves) > 1:
         wear.attrs["auxiliary_signals"] = list(curves)[1:]
-    wear.attrs["sliding_distance_indices"] = 0
-    nexus.field(wear, "title", f"Wear of the pin, run {nexus.text(entry, 'identifier_run')}")
-    wear["sliding_distance"] = h5py.SoftLink(_DISTANCE)
+    worn = "pin" if "pin" in entry else "two discs"
+    nexus.field(wear, "title", f"Wear of the {worn}, run {nexus.text(entry, 'identifier_run')}")
     for name, values in curves.items():
         nexus.field(wear, name, np.asarray(from_si(values, "m", "um")), "um")
     entry.attrs["default"] = "wear"
+
+
+def _corrected_curve(entry: h5py.Group) -> dict[str, Column]:
+    """Return the corrected wear of the pin, or of two discs together, by its name; nothing where there is none."""
+    correction = read_step(entry, "drift_correction")
+    if correction is None:
+        return {}
+    names = [name for name in ("pin_wear_depth", "wear_depth") if name in correction.curves]
+    return {name: correction.curves[name][0] for name in names[:1]}
 
 
 def copy_except(source: h5py.File, target: h5py.File, dropped: set[str]) -> h5py.Group:

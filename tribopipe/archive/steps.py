@@ -2,10 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import reduce
+from operator import or_
 from typing import Literal, NamedTuple
+
+from pydantic import TypeAdapter
 
 from tribopipe.archive.digest import digest
 from tribopipe.records.base import Record
+from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction
 from tribopipe.records.recipe import LawName
 from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
 from tribopipe.run import Column
@@ -16,19 +21,25 @@ StepName = Literal[
 
 
 class StepKind(NamedTuple):
-    """What a step returns, and the steps of the same run it stands on."""
+    """What a step returns, by tribometer, and the steps of the same run it stands on."""
 
-    record: type[Record]
+    records: tuple[type[Record], ...]
     stands_on: tuple[StepName, ...]
 
+    def parse(self, text: str) -> Record:
+        """Read a result back from its JSON; the records of different tribometers have different keys."""
+        adapter: TypeAdapter[Record] = TypeAdapter(reduce(or_, self.records))
+        return adapter.validate_json(text)
 
+
+_FITS, _PREDICTIONS = (WearFit, TwinDiscFit), (WearPrediction, TwinDiscPrediction)
 STEPS: dict[StepName, StepKind] = {
-    "drift_correction": StepKind(DriftCorrection, ()),
-    "friction_fit": StepKind(FrictionFit, ()),
-    "wear_fit_archard": StepKind(WearFit, ("drift_correction",)),
-    "wear_fit_sarkar": StepKind(WearFit, ("drift_correction", "friction_fit")),
-    "prediction_archard": StepKind(WearPrediction, ()),
-    "prediction_sarkar": StepKind(WearPrediction, ("friction_fit",)),
+    "drift_correction": StepKind((DriftCorrection,), ()),
+    "friction_fit": StepKind((FrictionFit,), ()),
+    "wear_fit_archard": StepKind(_FITS, ("drift_correction",)),
+    "wear_fit_sarkar": StepKind(_FITS, ("drift_correction", "friction_fit")),
+    "prediction_archard": StepKind(_PREDICTIONS, ()),
+    "prediction_sarkar": StepKind(_PREDICTIONS, ("friction_fit",)),
 }
 
 WEAR_FITS: dict[LawName, StepName] = {"archard": "wear_fit_archard", "sarkar": "wear_fit_sarkar"}

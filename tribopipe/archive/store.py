@@ -4,14 +4,13 @@ import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Literal
+from typing import Literal, TypeVar
 
 import h5py
 
 from tribopipe.archive.digest import raw_digest
 from tribopipe.archive.nexus import text
 from tribopipe.archive.runfile import (
-    R,
     check_format,
     copy_additions,
     copy_except,
@@ -30,11 +29,13 @@ from tribopipe.archive.steps import STEPS, Fingerprints, Step, StepName, downstr
 from tribopipe.archive.studyfile import StoredStudy, read_study, write_study
 from tribopipe.errors import ArchiveError, did_you_mean
 from tribopipe.files import natural_order, replacing
+from tribopipe.records.base import Record
 from tribopipe.records.finding import Finding
 from tribopipe.records.manifest import RunManifest
 from tribopipe.records.mark import Mark
 from tribopipe.run import RawRun
 
+R = TypeVar("R", bound=Record)
 SUFFIX = ".h5"
 STUDIES = "studies"
 
@@ -97,9 +98,18 @@ class Archive:
             return read_manifest(file)
 
     def result(self, run_id: str, name: StepName, record: type[R]) -> R | None:
-        """Return the result of a step, a ``record``, without its curves; none where the run has not been through it."""
+        """Return the result of a step without its curves; none where the run has not been through it.
+
+        Raises ``ArchiveError`` where it is no ``record``, but the result of another tribometer.
+        """
         with self.open(run_id) as file:
-            return read_result(file["entry"], name, record)
+            result = read_result(file["entry"], name)
+        if result is None or isinstance(result, record):
+            return result
+        raise ArchiveError(
+            f"{self.path(run_id)}: found a {name.replace('_', ' ')} of the kind {type(result).__name__}; expected "
+            f"{record.__name__}; name a run on another tribometer"
+        )
 
     def needed_result(self, run_id: str, name: StepName, record: type[R]) -> R:
         """Return the result of a step. Raises ``ArchiveError`` where the run has not been through it."""

@@ -15,16 +15,22 @@ from typing import Any
 
 import h5py
 import numpy as np
+from pydantic import TypeAdapter
 
 from tribopipe.archive import nexus
 from tribopipe.errors import ArchiveError
+from tribopipe.records.disc_verdict import TwinDiscStudyResult
 from tribopipe.records.study import Study
 from tribopipe.records.verdict import StudyResult
+from tribopipe.study.discs import DiscStudyCurve
 from tribopipe.study.evaluate import StudyCurve
 from tribopipe.units import from_si, to_si
 from tribopipe.version import VERSION
 
 STUDY_FORMAT = "tribopipe.archive.study/1"
+_RESULT: TypeAdapter[StudyResult | TwinDiscStudyResult] = TypeAdapter(StudyResult | TwinDiscStudyResult)
+_DISC_TOLD = ("run_id", "model", "role", "disc")
+_DISC_LINES = ("predicted", "lower", "upper")
 _DEPTHS = ("predicted", "lower", "upper", "measurement_lower", "measurement_upper")
 
 
@@ -33,8 +39,8 @@ class StoredStudy:
     """A study as the archive keeps it."""
 
     study: Study
-    result: StudyResult
-    curves: tuple[StudyCurve, ...]
+    result: StudyResult | TwinDiscStudyResult
+    curves: tuple[StudyCurve | DiscStudyCurve, ...]
     inputs_sha256: str
     """Fingerprint of version, options, and the runs it stands on."""
     options: Mapping[str, Any]
@@ -61,7 +67,10 @@ def write_study(file: h5py.File, stored: StoredStudy) -> None:
     nexus.field(options, "type", "application/json")
     nexus.field(options, "data", json.dumps(dict(stored.options), sort_keys=True))
     for number, curve in enumerate(stored.curves):
-        _write_curve(entry, f"curve_{number:03}", curve)
+        if isinstance(curve, DiscStudyCurve):
+            _write_disc_curve(entry, f"curve_{number:03}", curve)
+        else:
+            _write_curve(entry, f"curve_{number:03}", curve)
     if stored.curves:
         entry.attrs["default"] = "curve_000"
 
@@ -78,6 +87,19 @@ def _write_curve(entry: h5py.Group, name: str, curve: StudyCurve) -> None:
         nexus.field(data, depth, np.asarray(from_si(getattr(curve, depth), "m", "um")), "um")
 
 
+def _write_disc_curve(entry: h5py.Group, name: str, curve: DiscStudyCurve) -> None:
+    data = nexus.group(entry, name, "NXdata", signal="predicted", axes=["rotations"])
+    data.attrs["auxiliary_signals"] = list(_DISC_LINES)[1:]
+    data.attrs["rotations_indices"] = 0
+    law = f"{curve.model.capitalize()}'s law"
+    nexus.field(data, "title", f"{curve.run_id}, {curve.disc.replace('_', ' ')}: {curve.role} by {law}")
+    for told in _DISC_TOLD:
+        nexus.field(data, told, getattr(curve, told))
+    nexus.field(data, "rotations", curve.rotations, "1")
+    for line in _DISC_LINES:
+        nexus.field(data, line, np.asarray(from_si(getattr(curve, line), "m^3", "mm^3")), "mm^3")
+
+
 def read_study(file: h5py.File, path: object) -> StoredStudy:
     """Read a study. Raises ``ArchiveError`` where the file is none of ours, or of a format to come."""
     if "entry/archived/format" not in file or nexus.text(file, "entry/archived/format") != STUDY_FORMAT:
@@ -89,7 +111,7 @@ def read_study(file: h5py.File, path: object) -> StoredStudy:
     curves = [_read_curve(entry[name]) for name in sorted(entry) if name.startswith("curve_")]
     return StoredStudy(
         study=Study.model_validate_json(nexus.text(entry, "study/data")),
-        result=StudyResult.model_validate_json(nexus.text(entry, "result/data")),
+        result=_RESULT.validate_json(nexus.text(entry, "result/data")),
         curves=tuple(curves),
         inputs_sha256=nexus.text(entry, "archived/inputs_sha256"),
         options=json.loads(nexus.text(entry, "options/data")),
@@ -98,7 +120,11 @@ def read_study(file: h5py.File, path: object) -> StoredStudy:
     )
 
 
-def _read_curve(data: h5py.Group) -> StudyCurve:
+def _read_curve(data: h5py.Group) -> StudyCurve | DiscStudyCurve:
+    if "rotations" in data:
+        told = {name: nexus.text(data, name) for name in _DISC_TOLD}
+        lines = {name: to_si(nexus.floats(data, name), "mm^3", "volume") for name in _DISC_LINES}
+        return DiscStudyCurve(**told, rotations=nexus.floats(data, "rotations"), **lines)  # type: ignore[arg-type]
     told = {name: nexus.text(data, name) for name in ("run_id", "model", "role")}
     depths = {name: to_si(nexus.floats(data, name), "um", "length") for name in ("measured", *_DEPTHS)}
     return StudyCurve(**told, sliding_distance=nexus.floats(data, "sliding_distance"), **depths)  # type: ignore[arg-type]

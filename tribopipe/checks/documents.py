@@ -1,12 +1,22 @@
 """Checks of what run.toml says: magnitudes that cannot be right, statements that contradict each other."""
 
-from collections.abc import Iterator
+import math
+from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
+from itertools import combinations
+from typing import NamedTuple, get_args
 
 from tribopipe.checks.registry import Trouble, check
+from tribopipe.contact.twin_disc import disc_pair, nominal_values
+from tribopipe.disc_end_values import DiscMeasurement, disc_measurements
 from tribopipe.end_values import EndValueUsed, EndWear
+from tribopipe.errors import ContactError, FitError
+from tribopipe.motion import slip
+from tribopipe.profile import worn_area
+from tribopipe.records.manifest import DiscName, RunManifest, TwinDisc
 from tribopipe.records.quantity import Quantity
-from tribopipe.run import RawRun
+from tribopipe.records.recipe import DefaultUncertainty, Recipe
+from tribopipe.run import Column, RawRun
 
 _LIGHTEST_SOLID, _DENSEST_SOLID = 30.0, 23_000.0
 """kg/m³: lighter than any foam a specimen is made of; denser than osmium (22 590)."""
@@ -42,25 +52,78 @@ def modulus_is_plausible(run: RawRun) -> Iterator[Trouble]:
             )
 
 
+class _Size(NamedTuple):
+    """A quantity of run.toml, within which bounds it may be, SI, and the unit to show it in."""
+
+    where: str
+    quantity: Quantity | None
+    low: float
+    high: float
+    unit: str
+
+
 @check("warning")
 def sizes_and_speeds_are_plausible(run: RawRun) -> Iterator[Trouble]:
-    """Catch a wrong unit in tip radius, load, speed and distance."""
-    conditions, radius = run.manifest.conditions, run.manifest.contact.pin.radius
-    for where, quantity, low, high, unit in (
-        ("contact.pin.radius", radius, 1e-6, 0.5, "mm"),
-        ("conditions.normal_load", conditions.normal_load, 1e-6, 1e5, "N"),
-        ("conditions.sliding_speed", conditions.sliding_speed, 1e-9, 200.0, "m/s"),
-        ("conditions.sliding_distance", conditions.sliding_distance, 1e-6, 1e8, "m"),
-    ):
-        if quantity is not None and not low <= quantity.value <= high:
-            expected = " to ".join(Quantity(value=end, unit=quantity.unit).shown(unit) for end in (low, high))
-            yield Trouble(where, f"found {quantity.shown(unit)}; expected {expected}", "check its unit")
+    """Catch a wrong unit in radii, load, speeds, slip and distance."""
+    manifest = run.manifest
+    load = _Size("conditions.normal_load", manifest.conditions.normal_load, 1e-6, 1e5, "N")
+    own = _disc_sizes if isinstance(manifest.contact, TwinDisc) else _pin_sizes
+    for size in (*own(manifest), load):
+        if size.quantity is not None and not size.low <= size.quantity.value <= size.high:
+            found = size.quantity.shown(size.unit)
+            expected = " to ".join(
+                Quantity(value=end, unit=size.quantity.unit).shown(size.unit) for end in (size.low, size.high)
+            )
+            yield Trouble(size.where, f"found {found}; expected {expected}", "check its unit")
+    if isinstance(manifest.contact, TwinDisc):
+        yield from _odd_slip(manifest)
+
+
+def _pin_sizes(manifest: RunManifest) -> Iterator[_Size]:
+    conditions = manifest.conditions
+    yield _Size("contact.pin.radius", manifest.pin_on_disc.pin.radius, 1e-6, 0.5, "mm")
+    yield _Size("conditions.sliding_speed", conditions.sliding_speed, 1e-9, 200.0, "m/s")
+    yield _Size("conditions.sliding_distance", conditions.sliding_distance, 1e-6, 1e8, "m")
+
+
+def _disc_sizes(manifest: RunManifest) -> Iterator[_Size]:
+    curved, flat, conditions = manifest.twin_disc.curved_disc, manifest.twin_disc.flat_disc, manifest.conditions
+    yield _Size("contact.curved_disc.crown_radius", curved.crown_radius, 1e-5, 10.0, "mm")
+    yield _Size("contact.curved_disc.rolling_radius", curved.rolling_radius, 1e-4, 2.0, "mm")
+    yield _Size("contact.flat_disc.rolling_radius", flat.rolling_radius, 1e-4, 2.0, "mm")
+    yield _Size("conditions.curved_disc_speed", conditions.curved_disc_speed, 1e-9, 200.0, "m/s")
+    yield _Size("conditions.flat_disc_speed", conditions.flat_disc_speed, 1e-9, 200.0, "m/s")
+    yield _Size(_slip_key(manifest), _slip_share(manifest), 1e-5, 10.0, "%")
+
+
+def _slip_key(manifest: RunManifest) -> str:
+    return "conditions.flat_disc_speed" if manifest.conditions.slip is None else "conditions.slip"
+
+
+def _slip_share(manifest: RunManifest) -> Quantity:
+    return Quantity(value=abs(slip(manifest).value), unit="1")
+
+
+def _odd_slip(manifest: RunManifest) -> Iterator[Trouble]:
+    """Say a word on slip that may be meant but is seldom run: 4 for 4 %, or 0.0004."""
+    share = _slip_share(manifest)
+    if 1e-5 <= share.value < 1e-3 or 1 < share.value <= 10:
+        yield Trouble(
+            _slip_key(manifest),
+            f"found a slip of {share.shown('%')}; expected 0.1 to 100 % in most tests",
+            'write four per cent as "4 %" or 0.04, and check both speeds',
+        )
 
 
 @check("warning")
 def end_values_agree(run: RawRun) -> Iterator[Trouble]:
+    """Compare what several end values say of one wear depth."""
+    yield from _disc_end_values_agree(run) if run.manifest.contact.kind == "twin-disc" else _pin_end_values_agree(run)
+
+
+def _pin_end_values_agree(run: RawRun) -> Iterator[Trouble]:
     """Compare a measured wear depth with the cap height of the scar, where both are given."""
-    end, radius = run.manifest.end_values, run.manifest.contact.pin.radius.value
+    end, radius = run.manifest.end_values, run.manifest.pin_on_disc.pin.radius.value
     if end.pin_wear_depth is None or end.pin_scar_diameter is None:
         return
     cap = EndWear(EndValueUsed("pin_scar_diameter", end.pin_scar_diameter, "manifest"), None, radius).pin_depth
@@ -73,6 +136,61 @@ def end_values_agree(run: RawRun) -> Iterator[Trouble]:
             f"{cap.shown('um')} high; expected them to agree",
             "measure again, or check both units",
         )
+
+
+def _disc_end_values_agree(run: RawRun) -> Iterator[Trouble]:
+    """Compare the depth h₁ + h₂ of the one flat that both discs share, by depths, volumes and track widths."""
+    for (one, first), (other, second) in combinations(_disc_depths(run).items(), 2):
+        gap, spread = abs(first.value - second.value), math.hypot(_spread(first), _spread(second))
+        if gap > max(3 * spread, 0.2 * max(first.value, second.value)):
+            yield Trouble(
+                "end_values",
+                f"found both discs together worn by {first.shown('um')} going by {one}, and by {second.shown('um')} "
+                f"going by {other}; expected them to agree within 20 % on a flat that both discs share",
+                "measure again, measure both discs, or check the units",
+            )
+
+
+def _spread(quantity: Quantity) -> float:
+    return quantity.standard_uncertainty or 0.0
+
+
+def _disc_depths(run: RawRun) -> dict[str, Quantity]:
+    """Return h₁ + h₂, m, by each kind of end value; a disc on which nothing was measured counts as unworn."""
+    contact = run.manifest.twin_disc
+    try:
+        ends = [one for one in disc_measurements(run, DefaultUncertainty()) if one.interruption is None]
+        discs = disc_pair(contact, nominal_values(run.manifest), Recipe().wear.distance_per_rotation)
+        depths = {f"the {one.name}": _turned(one.quantity, discs.depth_of_width) for one in _those(ends, "track_width")}
+        for what, turned in (("wear_depth", lambda depth: depth), ("wear_volume", discs.depth_of_area)):
+            found = _those(ends, what)
+            if found and {one.disc for one in found} == {one.disc for one in ends}:
+                name = " and ".join(f"the {one.name}" for one in found)
+                depths[name] = _turned(_sum(found, contact), turned)
+    except (ContactError, FitError):
+        return {}
+    return depths
+
+
+def _those(ends: list[DiscMeasurement], what: str) -> list[DiscMeasurement]:
+    return [one for one in ends if one.what == what]
+
+
+def _sum(found: list[DiscMeasurement], contact: TwinDisc) -> Quantity:
+    """Add up depths, m, or the cross-sections V/(2πr) that volumes are, m²."""
+    radii = {
+        "curved_disc": contact.curved_disc.rolling_radius.value,
+        "flat_disc": contact.flat_disc.rolling_radius.value,
+    }
+    scales = [1 / (2 * math.pi * radii[one.disc]) if one.what == "wear_volume" else 1.0 for one in found]
+    value = sum(one.quantity.value * scale for one, scale in zip(found, scales, strict=True))
+    spread = math.hypot(*(_spread(one.quantity) * scale for one, scale in zip(found, scales, strict=True)))
+    return Quantity(value=value, unit="m^2" if found[0].what == "wear_volume" else "m", standard_uncertainty=spread)
+
+
+def _turned(given: Quantity, depth_of: Callable[[float], Column | float]) -> Quantity:
+    low, middle, high = (float(depth_of(max(0.0, given.value + step * _spread(given)))) for step in (-1, 0, 1))
+    return Quantity(value=middle, unit="m", standard_uncertainty=(high - low) / 2)
 
 
 @check("warning")
@@ -91,6 +209,10 @@ def start_is_in_the_past(run: RawRun) -> Iterator[Trouble]:
 @check("note")
 def needed_for_a_wear_coefficient(run: RawRun) -> Iterator[Trouble]:
     """Say early what a run lacks for a wear coefficient."""
+    yield from _needed_of_discs(run) if run.manifest.contact.kind == "twin-disc" else _needed_of_a_pin(run)
+
+
+def _needed_of_a_pin(run: RawRun) -> Iterator[Trouble]:
     end = run.manifest.end_values
     if end.pin_wear_depth is None and end.pin_scar_diameter is None:
         yield Trouble(
@@ -103,6 +225,32 @@ def needed_for_a_wear_coefficient(run: RawRun) -> Iterator[Trouble]:
         yield Trouble(
             "signals", "found no depth; expected one for a wear coefficient", "map a column if it was recorded"
         )
+
+
+def _needed_of_discs(run: RawRun) -> Iterator[Trouble]:
+    """Name what is missing of each disc, and profiles of which no volume can be taken."""
+    parts = (run.manifest.end_values, *run.manifest.interruptions)
+    measured = {name for part in parts for name in type(part).model_fields if getattr(part, name) is not None}
+    if not any(name.startswith("curved_disc_") for name in measured):
+        yield Trouble(
+            "end_values",
+            "found no wear of the curved disc; expected its depth, track width, volume or profile for a wear "
+            "coefficient",
+            "add one if it was measured",
+        )
+    elif not any(name.startswith("flat_disc_") for name in measured):
+        yield Trouble(
+            "end_values",
+            "found no wear of the flat disc; expected some, or it is taken as not wearing, in the one-sided model",
+            "add its depth, track width, volume or profile if it wore",
+        )
+    crown = run.manifest.twin_disc.curved_disc.crown_radius.value
+    for where, profile in run.profiles.items():
+        try:
+            worn_area(profile, crown if "curved_disc" in where else None)
+        except FitError as error:
+            found, _, mend = str(error).removeprefix("profile: ").rpartition("; ")
+            yield Trouble(where, found, mend)
 
 
 @check("note")
@@ -119,19 +267,11 @@ def files_were_read_as_they_stand(run: RawRun) -> Iterator[Trouble]:
 @check("note")
 def uncertainties_are_stated(run: RawRun) -> Iterator[Trouble]:
     """Name the inputs for which a default uncertainty will be used."""
-    manifest = run.manifest
-    end = manifest.end_values
-    given = {
-        "conditions.normal_load": manifest.conditions.normal_load,
-        "contact.pin.radius": manifest.contact.pin.radius,
-        "contact.pin.youngs_modulus": manifest.contact.pin.youngs_modulus,
-        "contact.disc.youngs_modulus": manifest.contact.disc.youngs_modulus,
-        "end_values.pin_wear_depth": end.pin_wear_depth,
-        "end_values.pin_scar_diameter": end.pin_scar_diameter,
-        "end_values.disc_wear_depth": end.disc_wear_depth,
-    }
+    given = _disc_inputs if run.manifest.contact.kind == "twin-disc" else _pin_inputs
     silent = [
-        name for name, quantity in given.items() if quantity is not None and quantity.standard_uncertainty is None
+        name
+        for name, quantity in given(run.manifest).items()
+        if quantity is not None and quantity.standard_uncertainty is None
     ]
     if silent:
         yield Trouble(
@@ -139,3 +279,34 @@ def uncertainties_are_stated(run: RawRun) -> Iterator[Trouble]:
             "found no standard_uncertainty; expected one",
             "state it, or the recipe's default is used",
         )
+
+
+def _pin_inputs(manifest: RunManifest) -> dict[str, Quantity | None]:
+    contact, end = manifest.pin_on_disc, manifest.end_values
+    return {
+        "conditions.normal_load": manifest.conditions.normal_load,
+        "contact.pin.radius": contact.pin.radius,
+        "contact.pin.youngs_modulus": contact.pin.youngs_modulus,
+        "contact.disc.youngs_modulus": contact.disc.youngs_modulus,
+        "end_values.pin_wear_depth": end.pin_wear_depth,
+        "end_values.pin_scar_diameter": end.pin_scar_diameter,
+        "end_values.disc_wear_depth": end.disc_wear_depth,
+    }
+
+
+def _disc_inputs(manifest: RunManifest) -> dict[str, Quantity | None]:
+    contact, conditions = manifest.twin_disc, manifest.conditions
+    slipping = ("slip",) if conditions.slip is not None else ("curved_disc_speed", "flat_disc_speed")
+    measured = (
+        f"{disc}_{what}" for disc in get_args(DiscName) for what in ("wear_depth", "track_width", "wear_volume")
+    )
+    return {
+        "conditions.normal_load": conditions.normal_load,
+        "contact.curved_disc.crown_radius": contact.curved_disc.crown_radius,
+        "contact.curved_disc.rolling_radius": contact.curved_disc.rolling_radius,
+        "contact.flat_disc.rolling_radius": contact.flat_disc.rolling_radius,
+        "contact.curved_disc.youngs_modulus": contact.curved_disc.youngs_modulus,
+        "contact.flat_disc.youngs_modulus": contact.flat_disc.youngs_modulus,
+        **{f"conditions.{name}": getattr(conditions, name) for name in slipping},
+        **{f"end_values.{name}": getattr(manifest.end_values, name) for name in measured},
+    }

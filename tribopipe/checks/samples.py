@@ -1,11 +1,14 @@
 """Checks of the recorded samples: order of time, gaps, missing and repeated samples, signs and magnitudes."""
 
+import math
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
 from tribopipe.checks.registry import Trouble, check
 from tribopipe.end_values import end_wear, stated_or_default
+from tribopipe.records.manifest import PinOnDisc, RunManifest
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import DefaultUncertainty
 from tribopipe.records.signals import SIGNALS, SignalName
@@ -16,7 +19,11 @@ _GAP = 10.0
 """A step this many times the median step is a gap."""
 _MOST_DRIFT = 5e-6
 """m: what a sensor may drift in a test without being wrong in sign or unit."""
-_AXES: tuple[SignalName, SignalName] = ("time", "sliding_distance")
+_AXES: tuple[SignalName, ...] = ("time", "rotations", "sliding_distance")
+
+
+def _axes(run: RawRun) -> list[SignalName]:
+    return [name for name in _AXES if name in run.columns]
 
 
 def _measured(run: RawRun) -> Iterator[tuple[SignalName, Column]]:
@@ -50,8 +57,8 @@ def channel_is_recorded(run: RawRun) -> Iterator[Trouble]:
 
 @check("error")
 def axis_is_complete(run: RawRun) -> Iterator[Trouble]:
-    """Refuse missing samples of time or sliding distance, without which nothing can be placed."""
-    for name in _AXES:
+    """Refuse missing samples of time, rotations or sliding distance, without which nothing can be placed."""
+    for name in _axes(run):
         values = run.columns[name]
         missing = np.flatnonzero(~np.isfinite(values))
         if len(missing) > 0 and (run.origins[name] != "measured" or len(missing) < len(values)):
@@ -65,42 +72,51 @@ def axis_is_complete(run: RawRun) -> Iterator[Trouble]:
 
 @check("error")
 def axis_runs_forward(run: RawRun) -> Iterator[Trouble]:
-    """Refuse time or sliding distance that goes back."""
+    """Refuse time or sliding distance that goes back, and rotations that are no count."""
     for name, values in _measured(run):
         if name not in _AXES:
             continue
-        back = np.flatnonzero(np.diff(values) < 0)
+        verdict = ", which is no count" if name == "rotations" else ""
+        below, back = np.flatnonzero(values < 0), np.flatnonzero(np.diff(values) < 0)
         if len(back):
             first = int(back[0])
             yield Trouble(
                 name,
-                f"found {_shown(name, values[first + 1])} at sample {first + 2} after {_shown(name, values[first])}; "
-                "expected it to grow",
+                f"found {_shown(name, values[first + 1])} at sample {first + 2} after {_shown(name, values[first])}"
+                f"{verdict}; expected it to grow",
                 "cut the file where a new test or step begins",
+            )
+        elif verdict and len(below):
+            yield Trouble(
+                name,
+                f"found {_shown(name, values[below[0]])} at sample {below[0] + 1}{verdict}; expected rotations from 0 "
+                "upwards",
+                "map the column that counts them",
             )
 
 
 @check("error")
 def axis_advances(run: RawRun) -> Iterator[Trouble]:
     """Refuse a run in which no time passes or no distance is slid."""
-    for name in _AXES:
+    for name in _axes(run):
         values = run.columns[name]
         if len(values) >= _FEWEST and np.all(np.isfinite(values)) and not values[-1] > values[0]:
             yield Trouble(
                 name,
                 f"found {_shown(name, values[-1])} at the end as at the start; expected it to grow",
-                "check the column and sliding_speed",
+                "check the column, and the speeds in run.toml",
             )
 
 
 @check("error")
 def load_presses(run: RawRun) -> Iterator[Trouble]:
     """Refuse a measured load that pulls: its sign is the sensor's, not the contact's."""
+    apart = ", at which the discs do not touch" if run.manifest.contact.kind == "twin-disc" else ""
     load = run.columns.get("normal_force")
     if load is not None and np.any(np.isfinite(load)) and np.nanmedian(load) <= 0:
         yield Trouble(
             "normal_force",
-            f"found a median of {_shown('normal_force', np.nanmedian(load))}; expected a load above zero",
+            f"found a median of {_shown('normal_force', np.nanmedian(load))}{apart}; expected a load above zero",
             "export with the sign of a pressing load, or leave the signal out",
         )
 
@@ -190,67 +206,114 @@ def friction_is_plausible(run: RawRun) -> Iterator[Trouble]:
         )
 
 
+class _Course(NamedTuple):
+    """How far a test went, by the axis that counts on its tribometer, and how far and fast it was to go."""
+
+    axis: SignalName
+    unit: str
+    planned: float | None
+    speed_name: str
+    speed: Quantity | None
+    travel: float
+    """Distance, m, at that speed in one unit of the axis."""
+
+    def far(self, value: float) -> str:
+        """Write how far for people: "50 m", "1000 rotations"."""
+        return f"{value:.6g} {self.unit}"
+
+
+def _course(manifest: RunManifest) -> _Course:
+    conditions, contact = manifest.conditions, manifest.contact
+    if isinstance(contact, PinOnDisc):
+        planned = None if conditions.sliding_distance is None else conditions.sliding_distance.value
+        return _Course("sliding_distance", "m", planned, "sliding_speed", conditions.sliding_speed, 1.0)
+    around = 2 * math.pi * contact.curved_disc.rolling_radius.value
+    speed = conditions.curved_disc_speed
+    return _Course("rotations", "rotations", conditions.rotations, "curved_disc_speed", speed, around)
+
+
 @check("error")
 def interruptions_lie_within_the_run(run: RawRun) -> Iterator[Trouble]:
-    """Refuse an interruption after the end of sliding: its depth would anchor the curve where there is none."""
-    end = float(np.nanmax(run.sliding_distance))
+    """Refuse an interruption after the end of the test: what it measured would stand where there is no curve."""
+    course = _course(run.manifest)
+    end = float(np.nanmax(run.columns[course.axis]))
     for number, stop in enumerate(run.manifest.interruptions):
-        if stop.sliding_distance.value > end:
+        if stop.place > end:
             yield Trouble(
-                f"interruptions[{number}].sliding_distance",
-                f"found {stop.sliding_distance.shown('m')} in a run that slid {end:.4g} m; expected one within the run",
-                "write the distance slid since the start of the test; the end has end_values",
+                f"interruptions[{number}].{course.axis}",
+                f"found {course.far(stop.place)} in a run of {course.far(end)}; expected one within the run",
+                f"write the {course.axis.replace('_', ' ')} since the start of the test; the end has end_values",
             )
 
 
 @check("warning")
 def depth_is_plausible(run: RawRun) -> Iterator[Trouble]:
     """Compare the rise of the depth reading with the end value: sign, unit or a broken sensor."""
-    depth, radius = run.columns.get("depth"), run.manifest.contact.pin.radius.value
-    end = end_wear(run.manifest.end_values, radius, DefaultUncertainty())
+    depth = run.columns.get("depth")
     if depth is None or np.count_nonzero(np.isfinite(depth)) < _FEWEST:
         return
     span = float(np.nanmax(depth) - np.nanmin(depth))
-    if span > radius:
+    name, radius = _worn_radius(run.manifest)
+    if span > radius.value:
         yield Trouble(
             "depth",
-            f"found readings {Quantity(value=span, unit='m').shown('um')} apart; expected less than the pin radius of "
-            f"{Quantity(value=radius, unit='m').shown('um')}",
+            f"found readings {Quantity(value=span, unit='m').shown('um')} apart; expected less than the {name} of "
+            f"{Quantity(value=radius.value, unit='m').shown('um')}",
             "check the column's unit",
         )
-    seen = depth[np.isfinite(depth)]
+    seen, total = depth[np.isfinite(depth)], _lost(run.manifest)
     rise = float(seen[-1] - seen[0])
     started_anew = any(stop.remounted for stop in run.manifest.interruptions)
-    if end is not None and not started_anew and abs(rise - end.total.value) > max(0.5 * end.total.value, _MOST_DRIFT):
+    if total is not None and not started_anew and abs(rise - total.value) > max(0.5 * total.value, _MOST_DRIFT):
         yield Trouble(
             "depth",
             f"found a reading that rises by {Quantity(value=rise, unit='m').shown('um')} while the specimens lost "
-            f"{end.total.shown('um')}; expected about the same",
+            f"{total.shown('um')}; expected about the same",
             "check sign and unit of the depth and of the end values",
         )
 
 
+def _worn_radius(manifest: RunManifest) -> tuple[str, Quantity]:
+    """Return the radius that is worn flat, and what it is called."""
+    contact = manifest.contact
+    if isinstance(contact, PinOnDisc):
+        return "pin radius", contact.pin.radius
+    return "crown radius", contact.curved_disc.crown_radius
+
+
+def _lost(manifest: RunManifest) -> Quantity | None:
+    """Return the depth that both bodies have lost at the end, m; none where that was not measured."""
+    end, contact = manifest.end_values, manifest.contact
+    if isinstance(contact, PinOnDisc):
+        wear = end_wear(end, contact.pin.radius.value, DefaultUncertainty())
+        return None if wear is None else wear.total
+    if end.curved_disc_wear_depth is None or end.flat_disc_wear_depth is None:
+        return None
+    return Quantity(value=end.curved_disc_wear_depth.value + end.flat_disc_wear_depth.value, unit="m")
+
+
 @check("warning")
 def distance_is_the_planned_one(run: RawRun) -> Iterator[Trouble]:
-    """Find tests that were broken off, and speeds that do not fit time and distance."""
-    planned, speed = run.manifest.conditions.sliding_distance, run.manifest.conditions.sliding_speed
-    time, distance = run.columns["time"], run.sliding_distance
-    slid = float(distance[-1]) if len(distance) else 0.0
-    if planned is not None and not 0.95 <= slid / planned.value <= 1.05:
+    """Find tests that were broken off, and speeds that do not fit time and distance, or rotations."""
+    course = _course(run.manifest)
+    time, axis = run.columns["time"], run.columns[course.axis]
+    reached = float(axis[-1]) if len(axis) else 0.0
+    if course.planned is not None and not 0.95 <= reached / course.planned <= 1.05:
         yield Trouble(
-            "sliding_distance",
-            f"found {slid:.4g} m at the end; expected the planned {planned.value:.4g} m",
-            "correct sliding_distance if the test was broken off",
+            course.axis,
+            f"found {course.far(reached)} at the end; expected the planned {course.far(course.planned)}",
+            f"correct {course.axis} if the test was broken off",
         )
     duration = float(time[-1] - time[0]) if len(time) > 1 else 0.0
-    both = run.origins["time"] == run.origins["sliding_distance"] == "measured"
-    if speed is not None and both and duration > 0:
-        mean = float(distance[-1] - distance[0]) / duration
-        if not 0.95 <= mean / speed.value <= 1.05:
+    both = run.origins["time"] == run.origins[course.axis] == "measured"
+    if course.speed is not None and both and duration > 0:
+        mean = float(axis[-1] - axis[0]) * course.travel / duration
+        if not 0.95 <= mean / course.speed.value <= 1.05:
             yield Trouble(
-                "sliding_speed",
-                f"found {mean:.4g} m/s by time and distance; expected the nominal {speed.value:.4g} m/s",
-                "correct sliding_speed, or the units of both columns",
+                course.speed_name,
+                f"found {mean:.4g} m/s by time and {course.axis.replace('_', ' ')}; expected the nominal "
+                f"{course.speed.value:.4g} m/s",
+                f"correct {course.speed_name}, or the units of both columns",
             )
 
 

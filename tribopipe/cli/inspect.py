@@ -9,10 +9,14 @@ from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archiv
 from tribopipe.cli.output import exit_with, print_json, record_json, say, table
 
 if TYPE_CHECKING:
-    from tribopipe.archive.steps import StepName
+    from collections.abc import Sequence
+
+    from tribopipe.archive.steps import Step, StepName
     from tribopipe.archive.store import Archive
+    from tribopipe.records.disc_results import TwinDiscFit
     from tribopipe.records.manifest import RunManifest
     from tribopipe.records.mark import Mark
+    from tribopipe.records.results import Contribution
 
 schema_app = typer.Typer(help="JSON Schemas of the documents people write.", no_args_is_help=True)
 
@@ -106,8 +110,6 @@ def show(
 
 
 def _show_page(store: "Archive", run_id: str) -> None:
-    from tribopipe.records.results import WearFit
-
     raw = store.raw(run_id)
     say(str(raw))
     for name, origin in raw.origins.items():
@@ -119,25 +121,69 @@ def _show_page(store: "Archive", run_id: str) -> None:
     for step in store.steps(run_id).values():
         say(f"\n{step.name} (tribopipe {step.program_version}, {step.date})")
         say(f"  {step.result}")
-        for note in getattr(step.result, "notes", ()) if step.name.startswith("wear_fit") else ():
-            say(f"  note: {note}")
-        if isinstance(step.result, WearFit) and step.result.joint is not None:
-            say(f"  drift and wear in one fit: {step.result.joint}")
-        if isinstance(step.result, WearFit) and step.result.budget:
-            table(
-                "  budget of k_D",
-                ["input", "value", "stated by", "share of k_D"],
-                [
-                    [
-                        line.name,
-                        line.value.shown(line.shown_in) if line.value else "–",
-                        line.source,
-                        f"{line.relative:+.2%}",
-                    ]
-                    for line in step.result.budget
-                ],
-            )
+        _show_fit(step)
     say(f"\n{store.path(run_id)}")
+
+
+def _show_fit(step: "Step") -> None:
+    """Show what stands behind a wear fit: its notes and its budget."""
+    from tribopipe.records.disc_results import TwinDiscFit
+    from tribopipe.records.results import WearFit
+
+    fit = step.result
+    if not isinstance(fit, WearFit | TwinDiscFit):
+        return
+    for note in fit.notes:
+        say(f"  note: {note}")
+    if isinstance(fit, TwinDiscFit):
+        _show_disc_fit(fit)
+        return
+    if fit.joint is not None:
+        say(f"  drift and wear in one fit: {fit.joint}")
+    _show_budget("k_D", fit.budget)
+
+
+def _show_budget(what: str, budget: "Sequence[Contribution]") -> None:
+    if not budget:
+        return
+    table(
+        f"  budget of {what}",
+        ["input", "value", "stated by", "share of k_D"],
+        [
+            [line.name, line.value.shown(line.shown_in) if line.value else "–", line.source, f"{line.relative:+.2%}"]
+            for line in budget
+        ],
+    )
+
+
+def _show_disc_fit(fit: "TwinDiscFit") -> None:
+    """Show what was fitted, both budgets, and k_D under the other ways of counting the distance slid."""
+    from tribopipe.records.disc_results import spoken
+
+    if not fit.coefficients:
+        return
+    table(
+        "  what was measured, and what the law makes of it",
+        ["measured", "rotations", "value", "by the law"],
+        [
+            [
+                spoken(one.name),
+                f"{one.rotations:,.0f}",
+                *(value.shown("mm^3" if value.unit == "m^3" else "um") for value in (one.measured, one.fitted)),
+            ]
+            for one in fit.measurements
+        ],
+    )
+    for one in fit.coefficients:
+        _show_budget(f"k_D of the {spoken(one.disc)}", one.budget)
+    table(
+        "  k_D that would wear as much, were distance counted otherwise",
+        ["distance per rotation", "curved disc", "flat disc"],
+        [
+            [one.distance_per_rotation, one.curved_disc.shown("mm^3/(N*mm)"), one.flat_disc.shown("mm^3/(N*mm)")]
+            for one in fit.equivalents
+        ],
+    )
 
 
 @schema_app.command("export")

@@ -23,8 +23,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from tribopipe.archive.store import Archive
+    from tribopipe.records.disc_verdict import TwinDiscLawResult, TwinDiscStudyResult, TwinDiscVerdict
     from tribopipe.records.recipe import Recipe
-    from tribopipe.records.verdict import LawResult, RunVerdict, StudyResult
+    from tribopipe.records.verdict import BetweenRuns, LawResult, RunVerdict, StudyResult
 
 study_app = typer.Typer(
     help="Fit some runs, predict others, and say where the wear law does not hold.", no_args_is_help=True
@@ -38,6 +39,20 @@ _COLUMNS = (
     "95 % interval",
     "E_n",
     "along",
+    "k_D / study's",
+    "verdict",
+)
+
+_DISC_COLUMNS = (
+    "run",
+    "role",
+    "slip",
+    "rotations",
+    "disc",
+    "measured",
+    "by the law",
+    "95 % interval",
+    "E_n",
     "k_D / study's",
     "verdict",
 )
@@ -157,7 +172,7 @@ def show(
     exit_with(unreadable, some_done=bool(stored))
 
 
-def _tally(result: "StudyResult") -> str:
+def _tally(result: "StudyResult | TwinDiscStudyResult") -> str:
     outcomes = [verdict.outcome for law in result.laws for verdict in law.runs if verdict.role == "predicted"]
     return ", ".join(f"{outcomes.count(name)} {name}" for name in dict.fromkeys(outcomes)) or "–"
 
@@ -200,13 +215,19 @@ def show_together(
         print_json(record_json(result))
 
 
-def show_study(result: "StudyResult") -> None:
+def show_study(result: "StudyResult | TwinDiscStudyResult") -> None:
     """Show a study as tables and in words."""
-    for law in result.laws:
-        _show_law(result, law)
-    for run_id, comparison in result.comparisons.items():
-        better = f"{comparison.preferred.capitalize()}'s law" if comparison.preferred else "neither law"
-        say(f"{run_id}: its shape prefers {better} (AIC of Sarkar's minus Archard's {comparison.delta_aic:+.1f})")
+    from tribopipe.records.disc_verdict import TwinDiscStudyResult
+
+    if isinstance(result, TwinDiscStudyResult):
+        for pair in result.laws:
+            _show_disc_law(result, pair)
+    else:
+        for law in result.laws:
+            _show_law(result, law)
+        for run_id, comparison in result.comparisons.items():
+            better = f"{comparison.preferred.capitalize()}'s law" if comparison.preferred else "neither law"
+            say(f"{run_id}: its shape prefers {better} (AIC of Sarkar's minus Archard's {comparison.delta_aic:+.1f})")
     for left_out in result.left_out:
         say(f"left out: {left_out.id} ({left_out.reason})")
     for note in result.notes:
@@ -221,14 +242,7 @@ def _show_law(result: "StudyResult", law: "LawResult") -> None:
         _COLUMNS,
         [_verdict_row(verdict) for verdict in law.runs],
     )
-    between = law.between_runs
-    if between is not None:
-        say(
-            f"scatter of k_D between the {between.runs} runs {between.scatter:.1%}, within a run {between.within:.1%}; "
-            f"probability of so much disagreement under one k_D {between.p_value:.2g}"
-        )
-        for run_id in between.outliers:
-            say(f'{run_id}: outlier; `tribopipe mark-bad {run_id} --reason "…"` would leave it out')
+    _show_scatter("k_D", law.between_runs)
     for verdict in law.runs:
         say(f"{verdict.id}: {verdict.sentence}")
         for note in verdict.notes:
@@ -240,6 +254,69 @@ def _show_law(result: "StudyResult", law: "LawResult") -> None:
                 f"{verdict.id}: reaches {life.wear_depth.shown('um')} at {life.sliding_distance.shown('m')} "
                 f"(95 % interval {life.interval[0].shown('m')} to {upper})"
             )
+
+
+def _show_scatter(what: str, between: "BetweenRuns | None") -> None:
+    if between is None:
+        return
+    say(
+        f"scatter of {what} between the {between.runs} runs {between.scatter:.1%}, within a run {between.within:.1%}; "
+        f"probability of so much disagreement under one k_D {between.p_value:.2g}"
+    )
+    for run_id in between.outliers:
+        say(f'{run_id}: outlier; `tribopipe mark-bad {run_id} --reason "…"` would leave it out')
+
+
+def _show_disc_law(result: "TwinDiscStudyResult", law: "TwinDiscLawResult") -> None:
+    from tribopipe.records.disc_results import spoken
+
+    unit = "mm^3/(N*mm)"
+    found = "; ".join(
+        f"{spoken(disc.disc)} k_D = {disc.wear_coefficient.shown(unit)}, 95 % interval "
+        f"{disc.interval[0].shown(unit)} to {disc.interval[1].shown(unit)}"
+        for disc in law.discs
+    )
+    table(
+        f"{result.id}, {law.model.capitalize()}'s law, {law.distance_per_rotation}: {found}",
+        _DISC_COLUMNS,
+        [row for verdict in law.runs for row in _disc_rows(verdict)],
+    )
+    for disc in law.discs:
+        _show_scatter(f"k_D of the {spoken(disc.disc)}", disc.between_runs)
+    for verdict in law.runs:
+        say(f"{verdict.id}: {verdict.sentence}")
+        for note in verdict.notes:
+            say(f"{verdict.id}: note: {note}")
+        life = verdict.end_of_life
+        if life is not None:
+            upper = "open" if life.interval[1] is None else str(life.interval[1])
+            say(
+                f"{verdict.id}: its curved disc reaches {life.wear_depth.shown('um')} after {life.rotations} rotations "
+                f"(95 % interval {life.interval[0]} to {upper})"
+            )
+
+
+def _disc_rows(verdict: "TwinDiscVerdict") -> list[list[str]]:
+    from tribopipe.records.disc_results import spoken
+
+    rows = []
+    for number, disc in enumerate(verdict.discs):
+        unit = "mm^3" if disc.what == "wear_volume" else "um"
+        run = [verdict.id, verdict.role, verdict.slip.shown("%"), f"{verdict.rotations.value:,.0f}"]
+        low, high = (end.shown(unit) for end in disc.predicted_interval)
+        rows.append(
+            [
+                *(run if number == 0 else ["", "", "", ""]),
+                spoken(disc.disc).removesuffix(" disc"),
+                disc.measured.shown(unit),
+                disc.predicted.shown(unit),
+                f"{low} to {high}",
+                f"{disc.e_n:+.2f}",
+                str(disc.coefficient_ratio),
+                disc.outcome,
+            ]
+        )
+    return rows
 
 
 def _verdict_row(verdict: "RunVerdict") -> list[str]:

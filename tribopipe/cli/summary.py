@@ -1,10 +1,13 @@
 """What is said of an archived run in one line of a table, and in one document of JSON."""
 
-from typing import Any
+from typing import Any, get_args
 
 from tribopipe.archive.steps import PREDICTIONS, WEAR_FITS, Step, StepName
 from tribopipe.archive.store import Archive
 from tribopipe.cli.output import record_json, split_table
+from tribopipe.motion import slip
+from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction, spoken
+from tribopipe.records.manifest import DiscName
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
 from tribopipe.units import pretty
@@ -32,22 +35,80 @@ def _result(steps: dict[StepName, Step], name: StepName) -> Any:
 
 
 def show_summaries(archive: Archive, ids: list[str]) -> None:
-    """Show the table that the whole line ends in."""
-    columns = [
-        "run",
-        "drift, nm/min",
-        "A",
-        "b",
-        "c, m",
-        "k_D by Archard",
-        "k_D by Sarkar",
-        "end depth, µm",
-        "predicted, Archard",
-        "Sarkar",
-        "from",
+    """Show the tables that the whole line ends in, one for each type of tribometer."""
+    discs = [run_id for run_id in ids if archive.manifest(run_id).contact.kind == "twin-disc"]
+    pins = [run_id for run_id in ids if run_id not in discs]
+    if pins:
+        title = "± is one standard uncertainty; k_D in mm³/(N·mm); end depth of the pin in µm, measured and predicted"
+        split_table(title, _PIN_COLUMNS, [_row(archive, run_id) for run_id in pins], at=5)
+    if discs:
+        title = "Two discs: k_D in mm³/(N·mm) and volume worn off in mm³, of the curved and the flat disc"
+        split_table(title, _DISC_COLUMNS, [row for run_id in discs for row in _disc_rows(archive, run_id)], at=6)
+
+
+_PIN_COLUMNS = (
+    "run",
+    "drift, nm/min",
+    "A",
+    "b",
+    "c, m",
+    "k_D by Archard",
+    "k_D by Sarkar",
+    "end depth, µm",
+    "predicted, Archard",
+    "Sarkar",
+    "from",
+)
+_DISC_COLUMNS = (
+    "run",
+    "slip",
+    "rotations",
+    "drift, nm/min",
+    "b",
+    "disc",
+    "k_D by Archard",
+    "k_D by Sarkar",
+    "measured",
+    "predicted, Archard",
+    "Sarkar",
+    "from",
+)
+
+
+def _disc_rows(archive: Archive, run_id: str) -> list[list[str]]:
+    """Return a row for each disc; what belongs to the run stands in the first."""
+    steps, manifest = archive.steps(run_id), archive.manifest(run_id)
+    drift, friction = _result(steps, "drift_correction"), _result(steps, "friction_fit")
+    fits = [_result(steps, name) for name in WEAR_FITS.values()]
+    predictions = [_result(steps, name) for name in PREDICTIONS.values()]
+    volumes = {name: getattr(manifest.end_values, f"{name}_wear_volume") for name in get_args(DiscName)}
+    reference = next((p.reference for p in predictions if isinstance(p, TwinDiscPrediction)), None)
+    fitted = any(isinstance(fit, TwinDiscFit) and fit.outcome == "fitted" for fit in fits)
+    rotations = float(archive.raw(run_id).columns["rotations"][-1])
+    about = [
+        run_id,
+        slip(manifest).shown("%"),
+        f"{rotations:,.0f}",
+        _cell(drift.drift_rate if isinstance(drift, DriftCorrection) else None, "nm/min"),
+        _cell(friction.steady_state if isinstance(friction, FrictionFit) else None, "1"),
     ]
-    title = "± is one standard uncertainty; k_D in mm³/(N·mm); end depth of the pin in µm, measured and predicted"
-    split_table(title, columns, [_row(archive, run_id) for run_id in ids], at=5)
+    rows: list[list[str]] = []
+    for name in get_args(DiscName):
+        found = [getattr(fit, name) if isinstance(fit, TwinDiscFit) else None for fit in fits]
+        ends = [
+            getattr(p.prediction[0], f"{name}_wear_volume") if isinstance(p, TwinDiscPrediction) else None
+            for p in predictions
+        ]
+        rows.append(
+            [
+                *(about if not rows else [""] * len(about)),
+                spoken(name).removesuffix(" disc"),
+                *(_cell(one.wear_coefficient if one is not None else None, K_D) for one in found),
+                *(_cell(volume, "mm^3") for volume in (volumes[name], *ends)),
+                (reference or ("(identifies k_D)" if fitted else "–")) if not rows else "",
+            ]
+        )
+    return rows
 
 
 def _row(archive: Archive, run_id: str) -> list[str]:

@@ -35,17 +35,32 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
+from tribopipe.contact.mechanics import contact_modulus
 from tribopipe.errors import ContactError
+from tribopipe.geometry import cap_height
+from tribopipe.motion import slip
+from tribopipe.records.manifest import RunManifest, TwinDisc
 from tribopipe.records.recipe import DistanceConvention
-from tribopipe.run import Column
+from tribopipe.run import Column, Values
 from tribopipe.units import show
 
 KAPPA = np.pi / 4
 """κ of Eq. 12 and 15."""
 _MOST_ITERATIONS = 60
 _CONVERGED = 1e-13
+_NEARLY_ALL = 1 - 1e-15
+"""Share of the way to the end of slip, beyond which double precision does not tell it from the end."""
+_INPUTS = (
+    ("load", "N", 0.0),
+    ("crown radius", "m", 0.0),
+    ("curved disc's radius", "m", 0.0),
+    ("flat disc's radius", "m", 0.0),
+    ("modulus", "Pa", 0.0),
+    ("slip", "1", -1.0),
+)
+"""Name, unit and bound of each argument."""
 _FEWEST_NODES, _NODES_PER_E_FOLD = 8, 2
 """Enough that more of them change nothing in the last digits (tests/test_twin_disc.py)."""
 
@@ -72,6 +87,10 @@ class DiscWear:
     """(v₂ − v₁)/v₁."""
     sliding_distance: Column
     """Slip distance so far, m."""
+    curved_rate: Column
+    """dh₁/dN, m."""
+    flat_rate: Column
+    """dh₂/dN, m."""
 
 
 class _Contact(NamedTuple):
@@ -93,6 +112,8 @@ class _Sums(NamedTuple):
 
     turns: Column
     """(k₁ + k₂)·N, m²/N."""
+    area: Column
+    """Cross-section lost by both discs, m²."""
     curved_volume: Column
     flat_volume: Column
     slid: Column
@@ -120,13 +141,14 @@ class DiscPair:
     distance: DistanceConvention
 
     def __post_init__(self) -> None:
+        for (name, unit, least), value in zip(_INPUTS, self.inputs, strict=True):
+            if not np.all((value > least) & np.isfinite(value)):
+                raise ContactError(
+                    f"contact: found a {name} of {show(float(np.min(value)), None, unit)}; expected more than "
+                    f"{least:g}, or the discs do not touch and roll; check load, radii, moduli and slip"
+                )
         load, crown, *_ = self.inputs
-        if not np.all(load > 0):
-            raise ContactError(
-                f"contact: found a load of {show(float(np.min(load)), None, 'N')}; expected one above zero, or the "
-                "discs do not touch; check normal_load"
-            )
-        if not np.all(self.start_height < crown):
+        if not np.all(self.start_height < self.largest_height):
             raise ContactError(
                 f"contact: found a load of {show(float(np.max(load)), None, 'N')} on a crown of radius "
                 f"{show(float(np.min(crown)), None, 'm', 'mm')}, whose elastic contact is as large as the crown; "
@@ -139,6 +161,12 @@ class DiscPair:
         given = (self.normal_load, self.crown_radius, self.curved_radius, self.flat_radius, self.modulus, self.slip)
         load, crown, curved, flat, modulus, slip = (np.asarray(value, dtype=float) for value in given)
         return load, crown, curved, flat, modulus, slip
+
+    @property
+    def largest_height(self) -> Column:
+        """Height c beyond which nothing is left of the crown, or of a disc, m."""
+        _, crown, curved, flat, _, _ = self.inputs
+        return np.minimum(crown, np.minimum(curved, flat))
 
     @cached_property
     def rotation_ratio(self) -> Column:
@@ -178,13 +206,18 @@ class DiscPair:
         Raises ``ContactError`` where the crown would be worn away before that.
         """
         turns = np.asarray(rotations, dtype=float)
-        curved = np.asarray(self.curved_radius, dtype=float)
         total, course = self._course(curved_coefficient, flat_coefficient)
+        if not np.all(turns >= 0):
+            raise ContactError(
+                f"contact: found {float(np.min(turns)):.4g} rotations; expected zero or more; check their number"
+            )
         growth = course.growth_of_turns(turns * total * (np.asarray(self.slip) != 0))
         contact, sums = course.contact(growth), course.sums(growth)
-        slip = course.slip_distance(contact)
-        start = np.broadcast_to(np.abs(slip), np.shape(sums.turns)).copy()
-        mean_slip = np.divide(sums.slid, sums.turns, out=start, where=sums.turns > 0)
+        slip, part = course.slip_distance(contact), course.curved_part(contact)
+        rate = total * course.rate(contact) * (np.asarray(self.slip) != 0)
+        unworn = np.array(np.abs(slip) * turns + 0 * sums.turns)
+        slid = np.divide(sums.slid, total, out=unworn, where=(total > 0) & (sums.turns > 0))
+        curved = np.asarray(self.curved_radius, dtype=float)
         return DiscWear(
             curved_depth=contact.curved_depth,
             flat_depth=contact.flat_depth,
@@ -194,7 +227,9 @@ class DiscPair:
             half_length=course.half_length(contact),
             pressure=course.pressure(contact),
             slip=slip / (2 * np.pi * (curved - contact.curved_depth)),
-            sliding_distance=mean_slip * turns,
+            sliding_distance=slid,
+            curved_rate=rate * part,
+            flat_rate=rate * (1 - part),
         )
 
     def rotations(
@@ -206,23 +241,112 @@ class DiscPair:
         """
         total, course = self._course(curved_coefficient, flat_coefficient)
         wears = (np.asarray(curved_coefficient) > 0) & (np.asarray(self.slip) != 0)
-        growth = course.growth_of_curved_depth(np.where(wears, np.asarray(curved_depth, dtype=float), 0.0))
-        turns = course.sums(growth).turns
-        return np.where(wears, np.divide(turns, total, out=np.zeros(np.shape(turns)), where=wears), np.inf)
+        depth = np.asarray(curved_depth, dtype=float)
+        reached = wears & (depth < course.contact(course.end_growth).curved_depth)
+        if np.any(wears & ~reached & ~course.slip_ends):
+            raise _beyond(self.largest_height)
+        turns = course.sums(course.growth_of_curved_depth(np.where(reached, depth, 0.0))).turns
+        return np.where(reached, np.divide(turns, total, out=np.zeros(np.shape(turns)), where=total > 0), np.inf)
+
+    def depth_of_area(self, area: ArrayLike) -> Column:
+        """Return h₁ + h₂, m, where the discs have lost a cross-section A₁ + A₂ = ∫2a·dh, m²."""
+        course = _Course(self, np.asarray(1.0), np.asarray(0.0))
+        return self._depth(course, course.growth_of_area(np.asarray(area, dtype=float)))
+
+    def depth_of_width(self, width: ArrayLike) -> Column:
+        """Return h₁ + h₂, m, where the worn track is 2a wide, m; 0 where the elastic contact alone is wider."""
+        half, crown = np.asarray(width, dtype=float) / 2, np.asarray(self.crown_radius, dtype=float)
+        growth = cap_height(scar_radius=half, sphere_radius=crown) - self.start_height
+        return self._depth(_Course(self, np.asarray(1.0), np.asarray(0.0)), np.maximum(growth, 0.0))
+
+    def _depth(self, course: "_Course", growth: Column) -> Column:
+        contact = course.contact(growth)
+        return np.asarray(contact.curved_depth + contact.flat_depth)
 
     def _course(self, curved_coefficient: ArrayLike, flat_coefficient: ArrayLike) -> "tuple[Column, _Course]":
-        """Return k₁ + k₂ and the course of wear for k₁'s share of it; all of it where nothing wears."""
-        first = np.asarray(curved_coefficient, dtype=float)
-        total = np.asarray(first + flat_coefficient)
-        return total, _Course(self, np.divide(first, total, out=np.ones(np.shape(total)), where=total > 0))
+        """Return k₁ + k₂ and the course of wear for their shares; all of it the first's where nothing wears."""
+        first, second = np.broadcast_arrays(
+            np.asarray(curved_coefficient, dtype=float), np.asarray(flat_coefficient, dtype=float)
+        )
+        total = first + second
+        if not np.all((first >= 0) & (second >= 0) & np.isfinite(total)):
+            raise ContactError(
+                f"contact: found a wear coefficient of {float(np.min([first, second])):.4g} m²/N; expected zero or "
+                "more; check both"
+            )
+        mine = np.divide(first, total, out=np.ones(np.shape(total)), where=total > 0)
+        other = np.divide(second, total, out=np.zeros(np.shape(total)), where=total > 0)
+        return total, _Course(self, mine, other)
 
 
 @dataclass(frozen=True)
 class _Course:
-    """What two discs go through as c grows, which depends on k₁ and k₂ only by k₁'s share of their sum."""
+    """What two discs go through as c grows, which depends on k₁ and k₂ only by their shares of the sum.
+
+    Where the disc wears more that is faster, slip comes to an end at some x₀ = ln(c/c*), and wear with it but for
+    *contact-width*. The rate then goes to zero there, so that integrals are taken over v of x = x₀(1 − exp(−v/x₀)).
+    """
 
     discs: DiscPair
-    share: Column
+    curved_share: Column
+    flat_share: Column
+
+    @cached_property
+    def _slipless_growth(self) -> Column:
+        """Growth of c at which the discs no longer slip; infinite where they always do.
+
+        There ν(r₂ − h₂) = r₁ − h₁. With h₁ and h₂ in proportion that is linear; where volume is conserved it leaves
+        h₂² − 2r₂h₂ = r₁²·s(2 + s)·(k₂/k)/(k₁/k − ν²·k₂/k).
+        """
+        _, _, curved, flat, _, slip = self.discs.inputs
+        ratio = self.discs.rotation_ratio
+        with np.errstate(divide="ignore", invalid="ignore"):
+            if self.discs.distance == "volume-conserving":
+                square = (
+                    curved**2 * slip * (2 + slip) * self.flat_share / (self.curved_share - ratio**2 * self.flat_share)
+                )
+                second = -square / (flat + np.sqrt(flat**2 + square))
+                first = ratio * second - slip * curved
+                # k₂ = 0 leaves h₁ alone: −slip·r₁.
+                first = np.where(self.flat_share > 0, first, -slip * curved)
+                second = np.where(self.flat_share > 0, second, 0.0)
+            else:
+                mine, other = self._proportions
+                depth = -slip * curved / (mine - ratio * other)
+                first, second = mine * depth, other * depth
+            growth = self._growth_of_depths(first, second)
+        sound = (first >= 0) & (second >= 0) & (first + second > 0) & (growth < self._crown_growth)
+        return np.where(sound, growth, np.inf)
+
+    @property
+    def _proportions(self) -> tuple[Column, Column]:
+        """h₁ and h₂ over their sum, where that is constant."""
+        other = self.flat_share * self.discs.rotation_ratio
+        return self.curved_share / (self.curved_share + other), other / (self.curved_share + other)
+
+    def _growth_of_depths(self, first: Column, second: Column) -> Column:
+        """Return the growth of c at which the discs have worn by h₁ and h₂, m."""
+        start, growth = self.discs.start_height, first + second
+        sharpened = self._sharpened(first, second)
+        for _ in range(_MOST_ITERATIONS):
+            growth = first + second + start * np.expm1((sharpened - self._widened(growth)) / 4)
+        return np.asarray(growth)
+
+    @property
+    def _crown_growth(self) -> Column:
+        """Growth at which nothing is left of the crown."""
+        return np.asarray(self.discs.largest_height - self.discs.start_height)
+
+    @property
+    def slip_ends(self) -> NDArray[np.bool_]:
+        """Whether wear ends with the slip, before the crown does."""
+        lasting = self.discs.distance == "contact-width"
+        return np.asarray(np.isfinite(self._slipless_growth) & (not lasting))
+
+    @property
+    def end_growth(self) -> Column:
+        """Growth of c at which wear ends."""
+        return np.where(self.slip_ends, self._slipless_growth, self._crown_growth)
 
     def growth_of_turns(self, target: Column) -> Column:
         """Return the growth of c at which (k₁ + k₂)·N has some value, m²/N."""
@@ -233,6 +357,16 @@ class _Course:
             with np.errstate(divide="ignore"):
                 slope = self.recession(contact, part) / contact.height / self.rate(contact)
             return self.sums(growth).turns, slope
+
+        return self._growth(target, reached)
+
+    def growth_of_area(self, target: Column) -> Column:
+        """Return the growth of c at which both discs have lost a cross-section, m²."""
+
+        def reached(growth: Column) -> tuple[Column, Column]:
+            contact = self.contact(growth)
+            across = 2 * contact.half_width * self.recession(contact, self.curved_part(contact))
+            return self.sums(growth).area, across / contact.height
 
         return self._growth(target, reached)
 
@@ -252,8 +386,7 @@ class _Course:
         By Newton's method on its logarithm against that of the growth, within a bracket. ``reached`` gives value and
         slope.
         """
-        crown = np.asarray(self.discs.crown_radius, dtype=float)
-        positive, most = target > 0, (crown - self.discs.start_height) + 0 * target
+        positive, most = target > 0, self.end_growth + 0 * target
         _, slope = reached(np.zeros(np.shape(most)))
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             growth = np.where(positive, np.minimum(target / slope, most), 0.0)
@@ -263,52 +396,65 @@ class _Course:
                 short = value < target
                 low, high = np.where(short, growth, low), np.where(short, high, growth)
                 step = np.log(value / target) * value / (slope * growth)
-                moved = growth * np.exp(-step)
-                inside = (moved > low) & (moved < high)
-                moved = np.where(inside, moved, np.where(np.abs(step) <= _CONVERGED, growth, (low + high) / 2))
+                moved, sound = growth * np.exp(-step), np.isfinite(slope) & np.isfinite(value)
+                found = sound & (np.abs(step) <= _CONVERGED)
+                moved = np.where(
+                    sound & (moved > low) & (moved < high), moved, np.where(found, growth, (low + high) / 2)
+                )
                 moved = np.where(positive, moved, 0.0)
-                settled = np.abs(moved - growth) <= _CONVERGED * growth
+                settled = found | (np.abs(moved - growth) <= _CONVERGED * growth)
                 growth = moved
                 if np.all(settled):
                     break
-        if np.any(positive & (growth >= most * (1 - 1e-12))):
-            raise ContactError(
-                f"contact: found wear beyond the crown's radius of {show(float(np.min(crown)), None, 'm', 'mm')}; "
-                "expected the worn flat within the crown; check wear coefficients, load and rotations"
-            )
+        if np.any(positive & (growth >= most * (1 - 1e-12)) & ~self.slip_ends):
+            raise _beyond(self.discs.largest_height)
         return np.asarray(growth)
 
     def sums(self, growth: Column) -> _Sums:
         """Integrate over ln c from the start to c* + growth."""
+        signed = self._integrals(growth)
+        if self.discs.distance != "contact-width" or not np.any(beyond := growth > self._slipless_growth):
+            return signed
+        # Past the place without slip the discs slip the other way round.
+        until = self._integrals(np.where(beyond, self._slipless_growth, 0.0)).slid
+        return signed._replace(slid=np.where(beyond, 2 * until - signed.slid, signed.slid))
+
+    def _integrals(self, growth: Column) -> _Sums:
         span = np.log1p(growth / self.discs.start_height)
-        count = _FEWEST_NODES + int(np.ceil(_NODES_PER_E_FOLD * float(np.max(span, initial=0.0))))
+        end = np.log1p(np.where(self.slip_ends, self._slipless_growth, np.inf) / self.discs.start_height)
+        with np.errstate(invalid="ignore"):
+            bounded = np.isfinite(end)
+            stretched = np.where(bounded, -end * np.log1p(-np.minimum(span / end, _NEARLY_ALL)), span)
+            folds = span + np.where(bounded, stretched / end, 0.0)
+        count = _FEWEST_NODES + int(np.ceil(_NODES_PER_E_FOLD * float(np.max(folds, initial=0.0))))
         nodes, weights = np.polynomial.legendre.leggauss(count)
-        course = _Course(self.discs.with_axis(), np.asarray(self.share)[..., None])
-        at = span[..., None] * (nodes + 1) / 2
-        contact = course.contact(course.discs.start_height * np.expm1(at))
+        course = _Course(self.discs.with_axis(), self.curved_share[..., None], self.flat_share[..., None])
+        at, end = stretched[..., None] * (nodes + 1) / 2, end[..., None]
+        with np.errstate(invalid="ignore"):
+            place = np.where(np.isfinite(end), -end * np.expm1(-at / end), at)
+        contact = course.contact(course.discs.start_height * np.expm1(place))
         part = course.curved_part(contact)
-        recession = course.recession(contact, part) * span[..., None] / 2
+        recession = course.recession(contact, part) * np.exp(-at / end) * stretched[..., None] / 2
         with np.errstate(divide="ignore", invalid="ignore"):
             turns = np.where(at > 0, recession / course.rate(contact), 0.0)
-        _, _, curved, flat, _, _ = course.discs.inputs
+        _, _, curved, flat, _, slip = course.discs.inputs
         across = 4 * np.pi * contact.half_width * recession
         return _Sums(
             turns=turns @ weights,
+            area=(2 * contact.half_width * recession) @ weights,
             curved_volume=((curved - contact.curved_depth) * part * across) @ weights,
             flat_volume=((flat - contact.flat_depth) * (1 - part) * across) @ weights,
-            slid=(np.abs(course.slip_distance(contact)) * turns) @ weights,
+            slid=(course.slip_distance(contact) * np.sign(slip) * turns) @ weights,
         )
 
     def contact(self, growth: Column) -> _Contact:
         """Return the contact where c = c* + growth."""
-        _, crown, curved, flat, _, _ = self.discs.inputs
-        start, equivalent = self.discs.start_height, self.discs.start_equivalent
-        height = start + growth
-        widened = (np.log1p(growth / start) + np.log1p(-growth / (2 * crown - start))) / 2
+        crown, start = np.asarray(self.discs.crown_radius, dtype=float), self.discs.start_height
+        height, widened = start + growth, self._widened(growth)
         depth = growth
         for _ in range(_MOST_ITERATIONS):  # r_eq falls with the depth, by so little that two rounds will do
             first, second = self._split(depth)
-            sharpened = np.log1p(equivalent * (first / (curved * (curved - first)) + second / (flat * (flat - second))))
+            sharpened = self._sharpened(first, second)
             before, depth = depth, growth - start * np.expm1((sharpened - widened) / 4)
             if np.all(np.abs(depth - before) <= _CONVERGED * depth):
                 break
@@ -318,8 +464,19 @@ class _Course:
             curved_depth=first,
             flat_depth=second,
             elastic=start * np.exp((sharpened - widened) / 4),
-            equivalent=equivalent * np.exp(-sharpened),
+            equivalent=self.discs.start_equivalent * np.exp(-sharpened),
         )
+
+    def _widened(self, growth: Column) -> Column:
+        """Return ln(a/a*)."""
+        crown, start = np.asarray(self.discs.crown_radius, dtype=float), self.discs.start_height
+        return np.asarray((np.log1p(growth / start) + np.log1p(-growth / (2 * crown - start))) / 2)
+
+    def _sharpened(self, first: Column, second: Column) -> Column:
+        """Return ln of the unworn r_eq over that of discs worn by h₁ and h₂."""
+        _, _, curved, flat, _, _ = self.discs.inputs
+        lost = first / (curved * (curved - first)) + second / (flat * (flat - second))
+        return np.asarray(np.log1p(self.discs.start_equivalent * lost))
 
     def _split(self, depth: Column) -> tuple[Column, Column]:
         """Return h₁ and h₂ of their sum, m.
@@ -327,22 +484,19 @@ class _Course:
         In proportion to k₁ and ν·k₂; where volume is conserved, by k₂·h₁(2r₁ − h₁) = k₁·h₂(2r₂ − h₂).
         """
         _, _, curved, flat, _, _ = self.discs.inputs
-        share = self.share
+        mine, other = self.curved_share, self.flat_share
         if self.discs.distance == "volume-conserving":
-            linear = 2 * (curved * (1 - share) + share * (flat - depth))
-            constant = share * depth * (2 * flat - depth)
-            first = 2 * constant / (linear + np.sqrt(linear**2 + 4 * (2 * share - 1) * constant))
-        else:
-            first = depth * share / (share + (1 - share) * self.discs.rotation_ratio)
-        return first, depth - first
+            return _part(depth, mine, other, curved, flat), _part(depth, other, mine, flat, curved)
+        mine, other = self._proportions
+        return np.asarray(depth * mine), np.asarray(depth * other)
 
     def _mobilities(self, contact: _Contact) -> tuple[Column, Column]:
         """Return how easily the curved disc recedes, and both together, were k₁ + k₂ one."""
         if self.discs.distance != "volume-conserving":
-            return self.share, self.share + (1 - self.share) * self.discs.rotation_ratio
+            return self.curved_share, self.curved_share + self.flat_share * self.discs.rotation_ratio
         _, _, curved, flat, _, _ = self.discs.inputs
-        mine = self.share / (curved - contact.curved_depth)
-        return mine, mine + (1 - self.share) / (flat - contact.flat_depth)
+        mine = self.curved_share / (curved - contact.curved_depth)
+        return mine, mine + self.flat_share / (flat - contact.flat_depth)
 
     def curved_part(self, contact: _Contact) -> Column:
         """Return dh₁/d(h₁ + h₂)."""
@@ -386,3 +540,51 @@ class _Course:
         load, _, _, _, modulus, _ = self.discs.inputs
         line_load = load / (2 * contact.half_width)
         return np.asarray(np.pi / 4 * np.sqrt(line_load * modulus / (np.pi * contact.equivalent)))
+
+
+def _part(depth: Column, mine: Column, other: Column, radius: Column, other_radius: Column) -> Column:
+    """Return one disc's h of the sum of both by other·h(2r − h) = mine·h'(2r' − h'), as a quadratic without loss."""
+    linear = 2 * (radius * other + mine * (other_radius - depth))
+    constant = mine * depth * (2 * other_radius - depth)
+    return np.asarray(2 * constant / (linear + np.sqrt(linear**2 + 4 * (mine - other) * constant)))
+
+
+def _beyond(height: Column) -> ContactError:
+    return ContactError(
+        f"contact: found wear beyond {show(float(np.min(height)), None, 'm', 'mm')}, where nothing is left of the "
+        "crown; expected the worn flat within the crown; check wear coefficients, load and rotations"
+    )
+
+
+def disc_pair(contact: TwinDisc, values: Values, distance: DistanceConvention) -> DiscPair:
+    """Build two discs from values of ``nominal_values``' names."""
+    curved, flat = contact.curved_disc, contact.flat_disc
+    modulus = contact_modulus(
+        pin_modulus=values["curved_modulus"],
+        pin_ratio=curved.poisson_ratio.value,
+        disc_modulus=values["flat_modulus"],
+        disc_ratio=flat.poisson_ratio.value,
+    )
+    return DiscPair(
+        normal_load=values["normal_load"],
+        crown_radius=values["crown_radius"],
+        curved_radius=values["curved_radius"],
+        flat_radius=values["flat_radius"],
+        modulus=modulus,
+        slip=values["slip"],
+        distance=distance,
+    )
+
+
+def nominal_values(manifest: RunManifest) -> dict[str, float]:
+    """Return what run.toml says of two discs, SI."""
+    discs = manifest.twin_disc
+    return {
+        "normal_load": manifest.conditions.normal_load.value,
+        "crown_radius": discs.curved_disc.crown_radius.value,
+        "curved_radius": discs.curved_disc.rolling_radius.value,
+        "flat_radius": discs.flat_disc.rolling_radius.value,
+        "curved_modulus": discs.curved_disc.youngs_modulus.value,
+        "flat_modulus": discs.flat_disc.youngs_modulus.value,
+        "slip": slip(manifest).value,
+    }

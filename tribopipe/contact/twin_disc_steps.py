@@ -18,8 +18,7 @@ from numpy.typing import ArrayLike
 from tribopipe.contact.elliptic import hertz_ellipse
 from tribopipe.contact.twin_disc import KAPPA, DiscPair, DiscWear
 from tribopipe.errors import ContactError
-
-_State = tuple[float, float, float, float, float, float, float, float, float]
+from tribopipe.records.recipe import DistanceConvention
 
 
 def published_wear(
@@ -36,45 +35,28 @@ def published_wear(
 
 def _states(
     discs: DiscPair, steps: list[float], curved_coefficient: float, flat_coefficient: float
-) -> Iterator[_State]:
-    load, crown, curved, flat, modulus, _ = (
-        float(np.asarray(value).item())
-        for value in (
-            discs.normal_load,
-            discs.crown_radius,
-            discs.curved_radius,
-            discs.flat_radius,
-            discs.modulus,
-            discs.slip,
-        )
-    )
+) -> Iterator[tuple[float, ...]]:
+    """Yield the fields of ``DiscWear`` in their order."""
+    load, crown, curved, flat, modulus, _ = (float(value.item()) for value in discs.inputs)
     ratio = float(discs.rotation_ratio.item())
     start = hertz_ellipse(normal_load=load, radius_x=crown, radius_z=curved * flat / (curved + flat), modulus=modulus)
     a_x, a_z, p = start.half_width, start.half_length, start.mean_pressure
-    u = load / (2 * modulus * math.sqrt(a_x * a_z))
-    h_1 = h_2 = volume_1 = volume_2 = slid = 0.0
     r_1, r_2 = curved, flat
-    slip_distance = 2 * math.pi * (ratio * r_2 - r_1)
-    yield (h_1, h_2, volume_1, volume_2, a_x, a_z, p, slip_distance / (2 * math.pi * r_1), slid)
-    for turns in steps:
-        if discs.distance == "contact-width":
-            work_1 = p * 2 * a_z if slip_distance else 0.0
-            work_2 = work_1 * ratio
-        elif discs.distance == "full-slip":
-            work_1 = p * abs(slip_distance)
-            work_2 = work_1 * ratio
-        else:
-            work_1 = load / (2 * a_x) * abs(slip_distance) / (2 * math.pi * r_1)
-            work_2 = work_1 * r_1 / r_2
-        loss_1, loss_2 = curved_coefficient * work_1 * turns, flat_coefficient * work_2 * turns
-        h_1, h_2 = h_1 + loss_1, h_2 + loss_2
-        volume_1 += 4 * math.pi * r_1 * a_x * loss_1
-        volume_2 += 4 * math.pi * r_2 * a_x * loss_2
-        slid += abs(slip_distance) * turns
+    h_1 = h_2 = volume_1 = volume_2 = slid = 0.0
+    for turns in (*steps, 0.0):
+        u = load / (2 * modulus * math.sqrt(a_x * a_z))
+        slip = 2 * math.pi * (ratio * r_2 - r_1)
+        rate_1, rate_2 = _work(discs.distance, load, a_x, a_z, p, slip, r_1, r_2, ratio)
+        rate_1, rate_2 = curved_coefficient * rate_1, flat_coefficient * rate_2
+        yield (h_1, h_2, volume_1, volume_2, a_x, a_z, p, slip / (2 * math.pi * r_1), slid, rate_1, rate_2)
+        h_1, h_2 = h_1 + rate_1 * turns, h_2 + rate_2 * turns
+        volume_1 += 4 * math.pi * r_1 * a_x * rate_1 * turns
+        volume_2 += 4 * math.pi * r_2 * a_x * rate_2 * turns
+        slid += abs(slip) * turns
         total = h_1 + h_2 + u
-        if total >= crown:
+        if total >= min(crown, curved, flat):
             raise ContactError(
-                "published scheme: found a step that wears the crown past its radius; expected small steps; take more "
+                "published scheme: found a step that wears the crown or a disc away; expected small steps; take more "
                 "of them with --steps, or use the exact scheme"
             )
         a_x = math.sqrt(2 * crown * total - total * total)
@@ -82,6 +64,22 @@ def _states(
         line_load, equivalent = load / (2 * a_x), r_1 * r_2 / (r_1 + r_2)
         a_z = KAPPA * math.sqrt(4 * line_load * equivalent / (math.pi * modulus))
         p = math.pi / 4 * math.sqrt(line_load * modulus / (math.pi * equivalent))
-        u = load / (2 * modulus * math.sqrt(a_x * a_z))
-        slip_distance = 2 * math.pi * (ratio * r_2 - r_1)
-        yield (h_1, h_2, volume_1, volume_2, a_x, a_z, p, slip_distance / (2 * math.pi * r_1), slid)
+
+
+def _work(
+    distance: DistanceConvention,
+    load: float,
+    a_x: float,
+    a_z: float,
+    p: float,
+    slip: float,
+    r_1: float,
+    r_2: float,
+    ratio: float,
+) -> tuple[float, float]:
+    """Return pressure times the distance slid in one rotation of the curved disc, for both discs, N/m."""
+    if distance == "volume-conserving":
+        through = load / (2 * a_x) * abs(slip) / (2 * math.pi)
+        return through / r_1, through / r_2
+    per_turn = 2 * a_z * (slip != 0) if distance == "contact-width" else abs(slip)
+    return p * per_turn, p * per_turn * ratio

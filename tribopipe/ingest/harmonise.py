@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 
 from tribopipe.errors import ReaderError, UnitError, did_you_mean
+from tribopipe.ingest.axes import complete_axes
 from tribopipe.ingest.names import bare_name
+from tribopipe.ingest.profiles import read_profiles
 from tribopipe.ingest.reader import Hints, ReadColumn, Reader, ReadTable
 from tribopipe.ingest.registry import detect, reader_named
 from tribopipe.records.manifest import ColumnSource, RunManifest, SignalFile, manifest_path, read_manifest
@@ -30,7 +32,7 @@ class _Gathered:
 def read_run(path: Path | str) -> RawRun:
     """Read a run folder (or its run.toml) as a run in SI.
 
-    Time and sliding distance are derived from one another through the speed where one is missing, the friction
+    Time, sliding distance and a disc's rotations are derived from one another where some are missing, the friction
     coefficient from friction force and normal force, or the nominal load where the force was not recorded.
 
     Raises ``ManifestError`` or ``ReaderError`` with file, key or line, what was found and what was expected.
@@ -56,7 +58,10 @@ def _read_files(manifest: RunManifest, folder: Path, written: SourceFile) -> Raw
     origins: dict[SignalName, Origin] = dict.fromkeys(gathered.columns, "measured")
     _complete(gathered.columns, origins, manifest)
     ordered = {name: gathered.columns[name] for name in SIGNALS if name in gathered.columns}
-    return RawRun(manifest, ordered, origins, gathered.extras, gathered.headers, tuple(sources), tuple(gathered.notes))
+    profiles = read_profiles(manifest, folder, sources, gathered.headers, gathered.notes)
+    return RawRun(
+        manifest, ordered, origins, gathered.extras, gathered.headers, tuple(sources), tuple(gathered.notes), profiles
+    )
 
 
 def _read_source(folder: Path, name: str) -> SourceFile:
@@ -189,7 +194,7 @@ def _signal(column: ReadColumn, name: SignalName, source: ColumnSource | None, f
 
 
 def _complete(columns: dict[SignalName, Column], origins: dict[SignalName, Origin], manifest: RunManifest) -> None:
-    _complete_motion(columns, origins, manifest)
+    complete_axes(columns, origins, manifest)
     if "friction_coefficient" in columns or "friction_force" not in columns:
         return
     measured = "normal_force" in columns
@@ -198,42 +203,3 @@ def _complete(columns: dict[SignalName, Column], origins: dict[SignalName, Origi
         mu = columns["friction_force"] / force
     columns["friction_coefficient"] = np.where(np.isfinite(mu), mu, np.nan)
     origins["friction_coefficient"] = "derived from measured load" if measured else "derived from nominal load"
-
-
-def _complete_motion(
-    columns: dict[SignalName, Column], origins: dict[SignalName, Origin], manifest: RunManifest
-) -> None:
-    """Derive time or sliding distance from the other one and the speed, measured or nominal."""
-    have_time, have_distance = "time" in columns, "sliding_distance" in columns
-    if have_time and have_distance:
-        return
-    if not have_time and not have_distance:
-        raise ReaderError(
-            "found neither time nor sliding_distance among the signals; expected at least one; "
-            "map one under [signals.columns] in run.toml"
-        )
-    speed = columns.get("sliding_speed")
-    origin: Origin = "derived from measured speed" if speed is not None else "derived from nominal speed"
-    if speed is None:
-        nominal = manifest.conditions.sliding_speed
-        if nominal is None:
-            lacking = "sliding distance" if have_time else "time"
-            raise ReaderError(
-                f"run.toml: conditions.sliding_speed: missing; expected one, since the files hold no "
-                f'{lacking}; add sliding_speed = "400 mm/s" or the like'
-            )
-        known = columns["time" if have_time else "sliding_distance"]
-        speed = np.full_like(known, nominal.value)
-    if have_time:
-        columns["sliding_distance"] = _integrate(speed, columns["time"])
-        origins["sliding_distance"] = origin
-    else:
-        with np.errstate(divide="ignore"):
-            columns["time"] = _integrate(1 / speed, columns["sliding_distance"])
-        origins["time"] = origin
-
-
-def _integrate(rate: Column, over: Column) -> Column:
-    """Integrate by trapezoids from 0, at the first sample's rate until the first sample."""
-    inner = np.diff(over) * (rate[1:] + rate[:-1]) / 2
-    return np.concatenate([[over[0] * rate[0]], over[0] * rate[0] + np.cumsum(inner)])

@@ -85,6 +85,8 @@ def first_problem(error: ValidationError, record: type[Record]) -> str:
     first = next((problem for problem in problems if problem["type"] == "extra_forbidden"), problems[0])
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
     location = tuple(step for step in first["loc"] if step not in _union_tags(record) and step != "[key]")
+    if "discriminator" in first.get("ctx", {}):
+        location += (first["ctx"]["discriminator"].strip("'"),)
     key = _dotted(location)
     return f"{key}: {_sentence(first, location, record)}{more}" if key else _sentence(first, location, record)
 

@@ -141,6 +141,7 @@ class TwinDisc(Record):
         return {"curved_disc": self.curved_disc, "flat_disc": self.flat_disc}
 
 
+DiscName = Literal["curved_disc", "flat_disc"]
 Contact = Annotated[PinOnDisc | TwinDisc, Field(discriminator="kind")]
 
 

@@ -45,6 +45,8 @@ class WearRecipe(Record):
     """μ in Sarkar's law: Eq. 7 as fitted, or the measured curve."""
     correction: Correction = "two-step"
     """Drift first and then wear, as the paper does; or zero offset, drift rate and k_D in one fit."""
+    distance_per_rotation: DistanceConvention = "full-slip"
+    """What counts as slid in one rotation of twin discs; k_D differs by orders of magnitude between them."""
 
 
 class DefaultUncertainty(Record):
@@ -60,6 +62,16 @@ class DefaultUncertainty(Record):
     """Relative; it matters where sliding distance is derived from the nominal speed."""
     depth_scale: float = Field(default=0.005, ge=0)
     """Relative: how far the depth sensor's calibration may be off."""
+    crown_radius: float = Field(default=0.002, ge=0)
+    """Relative."""
+    rolling_radius: float = Field(default=0.001, ge=0)
+    """Relative, for each disc of two."""
+    slip: float = Field(default=0.01, ge=0)
+    """Relative: of the slip itself."""
+    wear_volume: float = Field(default=0.1, ge=0)
+    """Relative."""
+    track_width: Length = Field(default_factory=lambda: _length(2e-6))
+    """Absolute: about what an optical microscope resolves."""
     pin_scar_diameter: Length = Field(default_factory=lambda: _length(2e-6))
     """Absolute: about what an optical microscope resolves."""
     wear_depth: Length = Field(default_factory=lambda: _length(250e-9))

@@ -12,7 +12,20 @@ from tribopipe.records.recipe import LawName
 
 STUDY_NAME = "study.toml"
 STUDY_SUFFIX = ".study.toml"
-SharedInput = Literal["normal_load", "pin_radius", "pin_modulus", "disc_modulus", "sliding_speed", "depth_scale"]
+SharedInput = Literal[
+    "normal_load",
+    "pin_radius",
+    "pin_modulus",
+    "disc_modulus",
+    "sliding_speed",
+    "depth_scale",
+    "crown_radius",
+    "curved_radius",
+    "flat_radius",
+    "curved_modulus",
+    "flat_modulus",
+    "slip",
+]
 
 
 class Study(Record):
@@ -30,10 +43,11 @@ class Study(Record):
     """Runs that are predicted with it."""
     laws: tuple[LawName, ...] = Field(default=("archard", "sarkar"), min_length=1)
     """Wear laws."""
-    shared: tuple[SharedInput, ...] = ("pin_modulus", "disc_modulus")
-    """Inputs that are off by the same error in all runs, such as the moduli of one material or one load cell."""
+    shared: tuple[SharedInput, ...] = ("pin_modulus", "disc_modulus", "curved_modulus", "flat_modulus")
+    """Inputs that are off by the same error in all runs, such as the moduli of one material or one load cell; those
+    that a run's tribometer does not have are passed over."""
     end_of_life: Length | None = None
-    """Wear depth whose distance is wanted for every run."""
+    """Wear depth, of the pin or the curved disc, whose distance or rotations are wanted for every run."""
 
     @model_validator(mode="after")
     def _each_run_has_one_place(self) -> Self:

@@ -3,14 +3,14 @@
 from collections.abc import Sequence
 
 from tribopipe.errors import FitError
-from tribopipe.records.manifest import RunManifest
+from tribopipe.records.manifest import PinOnDisc, RunManifest
 
 
 def check_bodies(study_id: str, manifests: Sequence[RunManifest]) -> None:
     """Refuse runs of other materials, geometry or medium under one k_D."""
     first = manifests[0]
     for other in manifests[1:]:
-        for what, mine, theirs in zip(_BODY_KEYS, bodies(first), bodies(other), strict=True):
+        for what, mine, theirs in zip(_body_keys(first), bodies(first), bodies(other), strict=False):
             if mine != theirs:
                 raise FitError(
                     f"{study_id}: found {what} {theirs} in {other.id} and {mine} in {first.id}; expected the same "
@@ -18,17 +18,18 @@ def check_bodies(study_id: str, manifests: Sequence[RunManifest]) -> None:
                 )
 
 
-_BODY_KEYS = ("contact", "pin shape", "pin radius in m", "pin material", "disc material", "medium")
+def _body_keys(manifest: RunManifest) -> tuple[str, ...]:
+    if isinstance(manifest.contact, PinOnDisc):
+        return ("contact", "medium", "pin material", "disc material", "pin shape", "pin radius in m")
+    radii = ("crown radius in m", "curved disc's radius in m", "flat disc's radius in m")
+    return ("contact", "medium", "curved disc's material", "flat disc's material", *radii)
 
 
 def bodies(manifest: RunManifest) -> tuple[object, ...]:
-    """Return what runs must have in common for one k_D."""
+    """Return what runs must have in common for one k_D, the tribometer first."""
     contact = manifest.contact
-    return (
-        contact.kind,
-        contact.pin.shape,
-        contact.pin.radius.value,
-        contact.pin.material,
-        contact.disc.material,
-        manifest.conditions.medium,
-    )
+    common = (contact.kind, manifest.conditions.medium, *(body.material for body in contact.bodies.values()))
+    if isinstance(contact, PinOnDisc):
+        return (*common, contact.pin.shape, contact.pin.radius.value)
+    curved, flat = contact.curved_disc, contact.flat_disc
+    return (*common, curved.crown_radius.value, curved.rolling_radius.value, flat.rolling_radius.value)

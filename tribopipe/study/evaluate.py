@@ -8,7 +8,7 @@ from numpy.random import Generator
 
 from tribopipe.contact.mechanics import contact_modulus, hertz_radius
 from tribopipe.contact.pin_on_disc import pin_contact
-from tribopipe.errors import ContactError, FitError
+from tribopipe.errors import ContactError
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.study import Study
@@ -22,14 +22,13 @@ from tribopipe.records.verdict import (
     StudyResult,
 )
 from tribopipe.run import Column
-from tribopipe.study.bodies import check_bodies
 from tribopipe.study.combine import Combination, combine
 from tribopipe.study.life import end_of_life
-from tribopipe.study.member import Member, PosedRun, RunDraws
+from tribopipe.study.member import Member, PosedRun, RunDraws, chosen
 from tribopipe.study.shape import Shape, compare_laws
-from tribopipe.study.verdict import Comparison, compare, decide, exponent, ratio, sentence
+from tribopipe.study.verdict import Comparison, compare, decide, exponent, ratio, sentence, single_run_note
 from tribopipe.uncertainty import propagate
-from tribopipe.wear.inputs import default_notes
+from tribopipe.wear.inputs import PIN_SHARED, default_notes
 
 _HARDNESS_UNIT = 9.80665e6
 """HV is a kilogram-force a square millimetre: 1 HV = 9.80665 MPa."""
@@ -64,29 +63,22 @@ class Evaluation:
 def evaluate(
     study: Study, members: Mapping[str, Member], recipe: Recipe | None = None, left_out: Sequence[LeftOut] = ()
 ) -> Evaluation:
-    """Evaluate a study on its runs, ``members`` by id; runs left out are only named.
+    """Evaluate a study of pins on its runs, ``members`` by id; runs left out are only named.
 
     Raises ``FitError`` where no run is left to fit, where runs differ in bodies or medium, or where a run lacks
     something that the law needs.
     """
     recipe = recipe or Recipe()
-    out = {one.id for one in left_out}
-    fit, predict = ([run_id for run_id in ids if run_id not in out] for ids in (study.fit, study.predict))
-    if not fit:
-        raise FitError(
-            f"{study.id}: found no run left to identify k_D; expected at least one; name another in fit, or take the "
-            "mark off one with `tribopipe mark-bad --undo`"
-        )
-    check_bodies(study.id, [members[run_id].corrected.raw.manifest for run_id in (*fit, *predict)])
+    fit, predict = chosen(study, members, left_out)
     laws, curves, shapes = [], [], {}
     for law in study.laws:
-        found = _Law(study, law, recipe, [members[i] for i in fit], [members[i] for i in predict])
+        found = _Law(study, law, recipe, fit, predict)
         laws.append(found.result())
         curves += found.curves
         shapes[law] = found.shapes
     comparisons: dict[str, LawComparison] = {}
     if {"archard", "sarkar"} <= set(shapes):
-        comparisons = {i: compare_laws(shapes["archard"][i], shapes["sarkar"][i]) for i in (*fit, *predict)}
+        comparisons = {i: compare_laws(shapes["archard"][i], shapes["sarkar"][i]) for i in shapes["archard"]}
     result = StudyResult(
         id=study.id,
         title=study.title,
@@ -94,7 +86,7 @@ def evaluate(
         laws=tuple(laws),
         comparisons=comparisons,
         left_out=tuple(left_out),
-        notes=_notes(fit),
+        notes=single_run_note([member.id for member in fit]),
     )
     return Evaluation(result, tuple(curves))
 
@@ -146,7 +138,8 @@ class _Law:
         return mean
 
     def _shared(self, rng: Generator, count: int) -> dict[str, Column]:
-        return {name: rng.standard_normal(count) for name in self.study.shared}
+        names: list[str] = [name for name in self.study.shared if name in PIN_SHARED]
+        return {name: rng.standard_normal(count) for name in names}
 
     def _combined(self, drawn: Sequence[RunDraws]) -> Combination:
         if self._combination is None:
@@ -176,7 +169,7 @@ class _Law:
             id=run.member.id,
             role=role,
             normal_load=manifest.conditions.normal_load,
-            outcome=decide(draws, comparison, best),
+            outcome=decide(comparison, lambda factor: float(run.predicted(best * factor)[-1])),
             sentence="",
             notes=(*_extrapolations(run, comparison), *default_notes(run.problem.inputs)),
             sliding_distance=_metres(run.problem.trace.slid),
@@ -263,12 +256,3 @@ def _extrapolations(run: PosedRun, comparison: Comparison) -> list[str]:
             f"{softer}: it yields before it wears"
         )
     return notes
-
-
-def _notes(fit: Sequence[str]) -> tuple[str, ...]:
-    if len(fit) > 1:
-        return ()
-    return (
-        f"one run, {fit[0]}, identifies k_D: the bands hold what is uncertain within it, not the scatter from run to "
-        "run; replicates would tell",
-    )

@@ -1,5 +1,6 @@
 """One run as it enters a study: its wear as measured and as a law has it, for draws of everything uncertain."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,7 +11,10 @@ from numpy.typing import NDArray
 from tribopipe.errors import FitError
 from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.results import FrictionFit
+from tribopipe.records.study import Study
+from tribopipe.records.verdict import LeftOut
 from tribopipe.run import Column, CorrectedRun
+from tribopipe.study.bodies import check_bodies
 from tribopipe.wear.draws import solve_draws
 from tribopipe.wear.inputs import draw_values
 from tribopipe.wear.joint import JointProblem, joint_problem
@@ -39,6 +43,24 @@ class Member:
             )
         joint = joint_problem(problem, self.corrected, recipe)
         return PosedRun(self, joint if recipe.wear.correction == "joint" else problem.pooled(), joint)
+
+
+def chosen(
+    study: Study, members: Mapping[str, Member], left_out: Sequence[LeftOut]
+) -> tuple[list[Member], list[Member]]:
+    """Return the runs of a study that identify k_D and those that are predicted, without those left out.
+
+    Raises ``FitError`` where no run is left to fit, or where runs differ in bodies or medium.
+    """
+    out = {one.id for one in left_out}
+    fit, predict = ([members[i] for i in ids if i not in out] for ids in (study.fit, study.predict))
+    if not fit:
+        raise FitError(
+            f"{study.id}: found no run left to identify k_D; expected at least one; name another in fit, or take the "
+            "mark off one with `tribopipe mark-bad --undo`"
+        )
+    check_bodies(study.id, [member.corrected.raw.manifest for member in (*fit, *predict)])
+    return fit, predict
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ and the 99 % limits nothing is decided, nor where a k_D off by a factor of two w
 """
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -24,7 +25,7 @@ from tribopipe.study.member import RunDraws
 from tribopipe.uncertainty import TAILS
 from tribopipe.units import show
 
-_DECISIVE = 0.005
+DECISIVE = 0.005
 """Probability, at the end and along the curve each, of calling off a law that holds."""
 _NOTABLE = 0.05
 _SURE = 0.01
@@ -94,24 +95,28 @@ def compare(draws: RunDraws, coefficient: float, coefficients: Column) -> Compar
     )
 
 
-def decide(draws: RunDraws, comparison: Comparison, coefficient: float) -> Verdict:
-    """Say what a comparison means for the law."""
-    end = comparison.deviation[-1] / comparison.limits(_DECISIVE)[-1]
-    curve = comparison.along(_DECISIVE)
+def decide(comparison: Comparison, end_with: Callable[[float], float], decisive: float = DECISIVE) -> Verdict:
+    """Say what a comparison means for the law.
+
+    ``end_with`` gives the law's depth at the end with k_D times a factor, ``decisive`` the probability, at the end and
+    along the curve each, of calling off a law that holds.
+    """
+    end = comparison.deviation[-1] / comparison.limits(decisive)[-1]
+    curve = comparison.along(decisive)
     worst = end if abs(end) >= 1 else float(curve[np.argmax(np.abs(curve))])
     if abs(worst) >= 1:
         return "under-predicts" if worst > 0 else "over-predicts"
     noticed = abs(comparison.deviation[-1] / comparison.limits(_NOTABLE)[-1]) >= 1
     noticed = noticed or bool(np.any(np.abs(comparison.along(_NOTABLE)) >= 1))
-    return "not decidable" if noticed or not _telling(draws, comparison, coefficient) else "supported"
+    return "not decidable" if noticed or not _telling(comparison, end_with) else "supported"
 
 
-def _telling(draws: RunDraws, comparison: Comparison, coefficient: float) -> bool:
+def _telling(comparison: Comparison, end_with: Callable[[float], float]) -> bool:
     """Say whether the end would show a k_D off by a factor of two, on one side at least."""
     low, high = np.quantile(comparison.errors[:, -1], TAILS)
-    less, as_it_is = (draws.run.predicted(coefficient / factor)[-1] for factor in (_NOTICED, 1.0))
+    less, as_it_is = (end_with(1 / factor) for factor in (_NOTICED, 1.0))
     try:
-        more = draws.run.predicted(coefficient * _NOTICED)[-1]
+        more = end_with(_NOTICED)
     except ContactError:  # the tip would be worn away, which nobody overlooks
         return True
     return bool(as_it_is - less > high or more - as_it_is > -low)
@@ -175,3 +180,13 @@ def ratio(own: float, draws: Column, of: float, of_draws: Column) -> Quantity:
     drawn = draws / np.where(of_draws > 0, of_draws, math.nan)
     spread = float(np.nanstd(drawn)) if np.any(np.isfinite(drawn)) else None
     return Quantity(value=own / of, unit="1", standard_uncertainty=spread)
+
+
+def single_run_note(fit: Sequence[str]) -> tuple[str, ...]:
+    """Say what is not known where one run alone identifies k_D."""
+    if len(fit) > 1:
+        return ()
+    return (
+        f"one run, {fit[0]}, identifies k_D: the bands hold what is uncertain within it, not the scatter from run to "
+        "run; replicates would tell",
+    )

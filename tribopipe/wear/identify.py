@@ -24,7 +24,7 @@ from tribopipe.uncertainty import first_order_holds, propagate
 from tribopipe.units import show
 from tribopipe.wear.draws import coefficient_draws
 from tribopipe.wear.friction_path import ExponentialFriction
-from tribopipe.wear.inputs import FRICTION_INPUTS, SHOWN_UNITS, default_notes
+from tribopipe.wear.inputs import FRICTION_INPUTS, default_notes, shown_unit
 from tribopipe.wear.joint import JointProblem, fit_joint, joint_problem
 from tribopipe.wear.laws import LAWS
 from tribopipe.wear.problem import WearProblem, wear_problem
@@ -142,7 +142,7 @@ def budget(problem: WearProblem, coefficient: float) -> tuple[Contribution, ...]
         Contribution(
             name=name.replace("_", " "),
             value=given.quantity,
-            shown_in=SHOWN_UNITS.get(name),
+            shown_in=shown_unit(name),
             source=given.source,
             relative=problem.sensitivity(name, coefficient) * given.spread,
         )

@@ -15,16 +15,37 @@ from tribopipe.end_values import stated_or_default
 from tribopipe.records.manifest import PinOnDisc
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import Recipe
+from tribopipe.records.results import FrictionFit
 from tribopipe.run import Column, RawRun
 
 FRICTION_INPUTS = ("friction_amplitude", "friction_steady_state", "running_in_distance")
 """A, b and c of Eq. 7, in the order of their covariance."""
 CONTACT_INPUTS = ("normal_load", "pin_radius", "pin_modulus", "disc_modulus")
+PIN_SHARED = (*CONTACT_INPUTS, "sliding_speed", "depth_scale")
+"""Inputs of pins that may be off by the same in several runs."""
+DISC_INPUTS = (
+    "normal_load",
+    "crown_radius",
+    "curved_radius",
+    "flat_radius",
+    "curved_modulus",
+    "flat_modulus",
+)
+"""Of two discs, beside their slip."""
 SHOWN_UNITS = {
     "normal_load": "mN",
     "pin_radius": "mm",
     "pin_modulus": "GPa",
     "disc_modulus": "GPa",
+    "crown_radius": "mm",
+    "curved_radius": "mm",
+    "flat_radius": "mm",
+    "curved_modulus": "GPa",
+    "flat_modulus": "GPa",
+    "slip": "%",
+    "wear_volume": "mm^3",
+    "wear_depth": "um",
+    "track_width": "um",
     "sliding_speed": "mm/s",
     "depth_scale": "1",
     "pin_end_value": "um",
@@ -52,6 +73,12 @@ class Input:
 Inputs = Mapping[str, Input]
 
 
+def shown_unit(name: str) -> str | None:
+    """Return the unit in which people read an input; of an end value by what was measured."""
+    ends = (unit for measured, unit in SHOWN_UNITS.items() if measured in name)
+    return SHOWN_UNITS.get(name) or next(ends, None)
+
+
 def best_values(inputs: Inputs) -> dict[str, float]:
     """Return the best estimate of each input."""
     return {name: given.quantity.value for name, given in inputs.items()}
@@ -63,20 +90,32 @@ def contact_inputs(contact: PinOnDisc, normal_load: Quantity, recipe: Recipe) ->
     stated = (normal_load, contact.pin.radius, contact.pin.youngs_modulus, contact.disc.youngs_modulus)
     relative = (defaults.normal_load, defaults.pin_radius, defaults.youngs_modulus, defaults.youngs_modulus)
     return {
-        name: _relative(quantity, share) for name, quantity, share in zip(CONTACT_INPUTS, stated, relative, strict=True)
+        name: relative_input(quantity, share)
+        for name, quantity, share in zip(CONTACT_INPUTS, stated, relative, strict=True)
     }
 
 
 def instrument_inputs(run: RawRun, recipe: Recipe) -> dict[str, Input]:
     """Collect the sensor's scale, and the sliding speed where sliding distance was derived from it."""
-    found = {"depth_scale": _relative(run.manifest.sensors.depth_scale, recipe.uncertainty.depth_scale)}
+    found = {"depth_scale": relative_input(run.manifest.sensors.depth_scale, recipe.uncertainty.depth_scale)}
     speed = run.manifest.conditions.sliding_speed
     if speed is not None and run.origins.get("sliding_distance") == "derived from nominal speed":
-        found["sliding_speed"] = _relative(speed, recipe.uncertainty.sliding_speed)
+        found["sliding_speed"] = relative_input(speed, recipe.uncertainty.sliding_speed)
     return found
 
 
-def _relative(quantity: Quantity, share: float) -> Input:
+def friction_inputs(friction: FrictionFit) -> dict[str, Input]:
+    """Collect A, b and c as fitted."""
+    fitted = (friction.amplitude, friction.steady_state, friction.running_in_distance)
+    return {
+        name: Input(quantity, "fit")
+        for name, quantity in zip(FRICTION_INPUTS, fitted, strict=True)
+        if quantity is not None
+    }
+
+
+def relative_input(quantity: Quantity, share: float) -> Input:
+    """Return a quantity as an input, with a share of it as standard uncertainty where none was stated."""
     return Input(*stated_or_default(quantity, share * abs(quantity.value)))
 
 
@@ -97,7 +136,7 @@ def draw_values(
         if shared is not None and name in shared:
             drawn[name] = (given.quantity.value + given.spread * shared[name])[:, None]
         elif friction_covariance is None or name not in FRICTION_INPUTS:
-            drawn[name] = _normal(given, rng, count, above_zero=name in CONTACT_INPUTS)[:, None]
+            drawn[name] = _normal(given, rng, count, above_zero=name in (*CONTACT_INPUTS, *DISC_INPUTS))[:, None]
     if friction_covariance is not None:
         drawn |= _draw_friction(inputs, np.asarray(friction_covariance), rng, count)
     return drawn
@@ -122,7 +161,7 @@ def _draw_friction(inputs: Inputs, covariance: Column, rng: Generator, count: in
 def default_notes(inputs: Inputs) -> tuple[str, ...]:
     """Name the inputs whose uncertainty is a default, in one sentence; nothing where all were stated."""
     named = [
-        f"{name.replace('_', ' ')} {given.quantity.shown(SHOWN_UNITS.get(name))}"
+        f"{name.replace('_', ' ')} {given.quantity.shown(shown_unit(name))}"
         for name, given in inputs.items()
         if given.source == "default"
     ]

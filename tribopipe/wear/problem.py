@@ -24,7 +24,7 @@ from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.results import FrictionFit
 from tribopipe.run import Column, CorrectedRun, Numbers, Values
 from tribopipe.wear.friction_path import ExponentialFriction, FrictionPath, run_path
-from tribopipe.wear.inputs import FRICTION_INPUTS, Input, best_values, contact_inputs, instrument_inputs
+from tribopipe.wear.inputs import Input, best_values, contact_inputs, friction_inputs, instrument_inputs
 from tribopipe.wear.laws import LAWS, WearLaw
 
 _MOST_ITERATIONS = 60
@@ -249,7 +249,7 @@ def wear_problem(
         if path is None:
             return ("a friction signal",)
         if isinstance(path, ExponentialFriction) and friction is not None:
-            inputs |= _friction_inputs(friction)
+            inputs |= friction_inputs(friction)
             covariance = friction.covariance
     trace = _seen(read_trace(run, end, recipe), seen := np.isfinite(corrected.wear_depth))
     inputs |= _trace_inputs(trace, end)
@@ -287,15 +287,6 @@ def _sensor_noise(trace: SensorTrace, distance: Column, segments: Column) -> flo
 
 def _seen(trace: SensorTrace, seen: Column) -> SensorTrace:
     return replace(trace, reading=trace.reading[seen], ramp=trace.ramp[seen])
-
-
-def _friction_inputs(friction: FrictionFit) -> dict[str, Input]:
-    fitted = (friction.amplitude, friction.steady_state, friction.running_in_distance)
-    return {
-        name: Input(quantity, "fit")
-        for name, quantity in zip(FRICTION_INPUTS, fitted, strict=True)
-        if quantity is not None
-    }
 
 
 def _trace_inputs(trace: SensorTrace, end: EndWear) -> dict[str, Input]:

@@ -1,0 +1,297 @@
+"""Checks of twin-disc runs: what each finds, and what it leaves alone."""
+
+import copy
+import math
+
+import numpy as np
+import pytest
+from test_profile import CROWN, TWIN, X, flattened, grooved, segment
+
+from tribopipe.checks.registry import check_run
+from tribopipe.contact.twin_disc import disc_pair, nominal_values
+from tribopipe.records.manifest import RunManifest
+from tribopipe.records.recipe import Recipe
+from tribopipe.run import Profile, RawRun
+
+TURNS = np.linspace(0, 10_000, 501)
+AROUND = 2 * math.pi * 10e-3
+DEPTH = 0.6e-6
+"""h₁ + h₂ at the end, two thirds of it on the curved disc."""
+
+
+def sure(text):
+    return {"value": text, "standard_uncertainty": "1 %"}
+
+
+def _ends() -> dict:
+    """End values that all say DEPTH, by the geometry of the worn flat."""
+    manifest = RunManifest.model_validate(TWIN)
+    pair = disc_pair(manifest.twin_disc, nominal_values(manifest), Recipe().wear.distance_per_rotation)
+    width = np.linspace(20e-6, 500e-6, 4001)
+    width = float(np.interp(DEPTH, pair.depth_of_width(width), width))
+    area = np.geomspace(1e-13, 1e-9, 4001)
+    area = float(np.interp(DEPTH, pair.depth_of_area(area), area))
+    both = {}
+    for disc, share in (("curved_disc", 2 / 3), ("flat_disc", 1 / 3)):
+        both[f"{disc}_wear_depth"] = sure(f"{share * DEPTH * 1e6:.6g} um")
+        both[f"{disc}_track_width"] = sure(f"{width * 1e6:.6g} um")
+        both[f"{disc}_wear_volume"] = sure(f"{share * area * AROUND * 1e9:.6g} mm^3")
+    return both
+
+
+ENDS = _ends()
+SOUND = copy.deepcopy(TWIN) | {
+    "conditions": {
+        "normal_load": sure("250 mN"),
+        "curved_disc_speed": "800 mm/s",
+        "slip": sure("4 %"),
+        "rotations": 10_000,
+    },
+    "end_values": ENDS,
+}
+for _disc in ("curved_disc", "flat_disc"):
+    for _name, _value in (("youngs_modulus", "304 GPa"), ("rolling_radius", "10 mm")):
+        SOUND["contact"][_disc][_name] = sure(_value)
+SOUND["contact"]["curved_disc"]["crown_radius"] = sure("10 mm")
+
+COLUMNS = {
+    "time": TURNS * AROUND / 0.8,
+    "rotations": TURNS,
+    "sliding_distance": TURNS * AROUND * 0.04,
+    "normal_force": 0.25 + 1e-4 * np.sin(TURNS),
+    "depth": 1e-6 + DEPTH * np.sqrt(TURNS / 10_000),
+}
+
+
+def twin(changes=None, columns=None, profiles=None, derived=()) -> RawRun:
+    """A sound run, but for some keys of run.toml ("conditions.slip"; None takes one out) and some columns."""
+    document = copy.deepcopy(SOUND)
+    for path, value in (changes or {}).items():
+        *tables, last = path.split(".")
+        table = document
+        for name in tables:
+            table = table[name]
+        table.pop(last, None)
+        if value is not None:
+            table[last] = value
+    signals = COLUMNS | (columns or {})
+    origins = dict.fromkeys(signals, "measured") | {"sliding_distance": "derived from nominal slip"}
+    origins |= dict.fromkeys(derived, "derived from nominal speed")
+    manifest = RunManifest.model_validate(document)
+    return RawRun(manifest, signals, origins, {}, {}, (), profiles=profiles or {})
+
+
+def changed(name, where, value):
+    values = COLUMNS[name].copy()
+    values[where] = value
+    return {name: values}
+
+
+def found(run, check):
+    return [finding for finding in check_run(run) if finding.check == check]
+
+
+def test_sound_run_has_no_findings():
+    assert check_run(twin()) == []
+
+
+END = "end_values"
+NO_ENDS = {END: {}}
+ONLY_CURVED = {END: {"curved_disc_wear_depth": ENDS["curved_disc_wear_depth"]}}
+STOP = {"rotations": 12_000, "curved_disc_wear_depth": "0.1 um"}
+
+# Check, run, where, and some of what is said.
+TROUBLE = {
+    "g/cm³": (
+        "density_is_that_of_a_solid",
+        {"contact.flat_disc.density": "3.2 kg/m^3"},
+        {},
+        "contact.flat_disc.density",
+    ),
+    "kPa": (
+        "modulus_is_plausible",
+        {"contact.curved_disc.youngs_modulus": "304 kPa"},
+        {},
+        "contact.curved_disc.youngs_modulus",
+    ),
+    "crown in m": (
+        "sizes_and_speeds_are_plausible",
+        {"contact.curved_disc.crown_radius": "10.5 m"},
+        {},
+        "contact.curved_disc.crown_radius",
+    ),
+    "rolling radius in m": (
+        "sizes_and_speeds_are_plausible",
+        {"contact.flat_disc.rolling_radius": "10 m"},
+        {},
+        "contact.flat_disc.rolling_radius",
+    ),
+    "speed": (
+        "sizes_and_speeds_are_plausible",
+        {"conditions.curved_disc_speed": "800 m/s"},
+        {},
+        "conditions.curved_disc_speed",
+    ),
+    "slip of 4": ("sizes_and_speeds_are_plausible", {"conditions.slip": 4}, {}, "conditions.slip"),
+    "slip of 20": ("sizes_and_speeds_are_plausible", {"conditions.slip": 20}, {}, "conditions.slip"),
+    "little slip": ("sizes_and_speeds_are_plausible", {"conditions.slip": "-0.05 %"}, {}, "conditions.slip"),
+    "hardly any slip": ("sizes_and_speeds_are_plausible", {"conditions.slip": 1e-6}, {}, "conditions.slip"),
+    "slip by speeds": (
+        "sizes_and_speeds_are_plausible",
+        {"conditions.slip": None, "conditions.flat_disc_speed": "800.1 mm/s"},
+        {},
+        "conditions.flat_disc_speed",
+    ),
+    "no end value": ("needed_for_a_wear_coefficient", NO_ENDS, {}, "end_values"),
+    "flat disc not measured": ("needed_for_a_wear_coefficient", ONLY_CURVED, {}, "end_values"),
+    "late interruption": (
+        "interruptions_lie_within_the_run",
+        {"interruptions": [STOP]},
+        {},
+        "interruptions[0].rotations",
+    ),
+    "depth in nm": ("depth_is_plausible", {}, {"depth": COLUMNS["depth"] * 1e3}, "depth"),
+    "broken off": ("distance_is_the_planned_one", {"conditions.rotations": 20_000}, {}, "rotations"),
+    "speed by the clock": ("distance_is_the_planned_one", {}, {"time": COLUMNS["time"] * 2}, "curved_disc_speed"),
+    "hole in the count": ("axis_is_complete", {}, changed("rotations", 7, np.nan), "rotations"),
+    "count goes back": ("axis_runs_forward", {}, changed("rotations", 7, 5.0), "rotations"),
+    "count below zero": ("axis_runs_forward", {}, {"rotations": TURNS - 5.0}, "rotations"),
+    "count stands still": ("axis_advances", {}, {"rotations": np.full(501, 3.0)}, "rotations"),
+    "count carried over": ("axis_starts_at_zero", {}, {"rotations": TURNS + 5_000}, "rotations"),
+    "load pulls": ("load_presses", {}, {"normal_force": -COLUMNS["normal_force"]}, "normal_force"),
+}
+
+
+@pytest.mark.parametrize("case", TROUBLE)
+def test_check_finds(case):
+    check, changes, columns, where = TROUBLE[case]
+    findings = found(twin(changes, columns), check)
+    assert [finding.where for finding in findings] == [where]
+    assert "found" in findings[0].message
+    assert "expected" in findings[0].message
+
+
+ALONE = {
+    "sizes": (
+        "sizes_and_speeds_are_plausible",
+        {"conditions.slip": "100 %", "contact.curved_disc.crown_radius": "1 m"},
+        {},
+    ),
+    "least slip": ("sizes_and_speeds_are_plausible", {"conditions.slip": "0.1 %"}, {}),
+    "an interruption": (
+        "interruptions_lie_within_the_run",
+        {"interruptions": [STOP | {"rotations": 9_999}]},
+        {},
+    ),
+    "planned": ("distance_is_the_planned_one", {"conditions.rotations": 10_400}, {}),
+    "wear during interruptions": (
+        "needed_for_a_wear_coefficient",
+        NO_ENDS | {"interruptions": [STOP | {"rotations": 99, "flat_disc_wear_depth": "0.1 um"}]},
+        {},
+    ),
+    "drift": ("depth_is_plausible", {}, {"depth": COLUMNS["depth"] + 4e-6 * TURNS / 10_000}),
+}
+
+
+@pytest.mark.parametrize("case", ALONE)
+def test_check_leaves_alone(case):
+    check, changes, columns = ALONE[case]
+    assert found(twin(changes, columns), check) == []
+
+
+def test_derived_count_is_held_against_no_speed():
+    assert (
+        found(twin(columns={"time": COLUMNS["time"] * 2}, derived=["rotations"]), "distance_is_the_planned_one") == []
+    )
+
+
+@pytest.mark.parametrize(
+    ("check", "changes", "columns", "words"),
+    [
+        ("load_presses", {}, {"normal_force": -COLUMNS["normal_force"]}, "discs do not touch"),
+        ("axis_runs_forward", {}, {"rotations": TURNS - 5.0}, "no count"),
+        ("axis_runs_forward", {}, changed("rotations", 7, 5.0), "no count"),
+        ("needed_for_a_wear_coefficient", ONLY_CURVED, {}, "one-sided model"),
+        ("interruptions_lie_within_the_run", {"interruptions": [STOP]}, {}, "12000 rotations in a run of 10000"),
+        ("depth_is_plausible", {}, {"depth": COLUMNS["depth"] * 1e5}, "crown radius"),
+    ],
+)
+def test_check_says(check, changes, columns, words):
+    assert words in found(twin(changes, columns), check)[0].message
+
+
+@pytest.mark.parametrize(
+    ("wrong", "factor"), [(name, 3.0) for name in ENDS] + [(name, 0.3) for name in ENDS if "flat_disc_wear" not in name]
+)
+def test_end_value_that_contradicts_the_others_is_found(wrong, factor):
+    number, unit = ENDS[wrong]["value"].split()
+    run = twin({f"end_values.{wrong}": sure(f"{float(number) * factor:.6g} {unit}")})
+    findings = found(run, "end_values_agree")
+    assert {finding.where for finding in findings} == {"end_values"}
+    assert any(wrong in finding.message for finding in findings)
+
+
+@pytest.mark.parametrize("wrong", list(ENDS))
+def test_small_differences_between_end_values_are_left_alone(wrong):
+    number, unit = ENDS[wrong]["value"].split()
+    run = twin({f"end_values.{wrong}": sure(f"{float(number) * 1.05:.6g} {unit}")})
+    assert found(run, "end_values_agree") == []
+
+
+def test_uncertain_end_values_may_differ():
+    width = ENDS["curved_disc_track_width"]["value"]
+    vague = {"value": f"{float(width.split()[0]) * 1.3} um", "standard_uncertainty": "20 %"}
+    changes = {"end_values.flat_disc_track_width": None, "end_values.curved_disc_track_width": vague}
+    assert found(twin(changes), "end_values_agree") == []
+
+
+def test_volume_of_one_disc_alone_is_not_held_against_both():
+    assert found(twin({"end_values.flat_disc_wear_volume": None}), "end_values_agree") == []
+
+
+@pytest.mark.parametrize("missing", [None, "conditions.slip"])
+def test_inputs_without_an_uncertainty_are_named(missing):
+    changes = {"contact.curved_disc.crown_radius": "10 mm", "end_values.flat_disc_wear_depth": "0.2 um"}
+    if missing:
+        changes |= {missing: None, "conditions.flat_disc_speed": "832 mm/s"}
+    (finding,) = found(twin(changes), "uncertainties_are_stated")
+    speeds = ["conditions.curved_disc_speed", "conditions.flat_disc_speed"] if missing else []
+    expected = ["contact.curved_disc.crown_radius", *speeds, "end_values.flat_disc_wear_depth"]
+    assert finding.where.split(", ") == expected
+
+
+SOURCE = {"file": "p.csv", "position": "x", "height": "z"}
+
+
+def profiled(profile, **end):
+    return twin(
+        {END: {"curved_disc_profile": SOURCE, "flat_disc_wear_depth": "0 um", **end}},
+        profiles={"end_values.curved_disc_profile": profile},
+    )
+
+
+def test_profile_counts_as_a_volume():
+    cap = CROWN - math.sqrt(CROWN**2 - 1e-8)
+    profile = Profile(X, flattened(X))
+    assert segment(CROWN, 1e-4) > 0
+    agreeing = {"curved_disc_track_width": sure("200 um"), "curved_disc_wear_depth": sure(f"{cap * 1e6} um")}
+    assert found(profiled(profile, **agreeing, flat_disc_wear_volume=sure("0 mm^3")), "end_values_agree") == []
+    wrong = {"curved_disc_track_width": sure("100 um")}
+    findings = found(profiled(profile, **wrong, flat_disc_wear_volume=sure("0 mm^3")), "end_values_agree")
+    assert any("curved_disc_wear_volume" in finding.message for finding in findings)
+
+
+def test_profile_without_a_track_is_noted():
+    run = profiled(Profile(X, flattened(X, half=1e-9)))
+    (finding,) = found(run, "needed_for_a_wear_coefficient")
+    assert finding.where == "end_values.curved_disc_profile"
+    assert "wear track" in finding.message
+    assert found(run, "end_values_agree") == []
+
+
+def test_profile_of_the_flat_disc_needs_no_crown():
+    run = twin(
+        {"interruptions": [{"rotations": 100, "flat_disc_profile": SOURCE}]},
+        profiles={"interruptions[0].flat_disc_profile": Profile(X, grooved(X, tilt=0.02))},
+    )
+    assert found(run, "needed_for_a_wear_coefficient") == []

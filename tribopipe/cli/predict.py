@@ -1,0 +1,424 @@
+"""The command that predicts wear: from archived runs, or from a run folder and given wear coefficients."""
+
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from tribopipe.cli.options import (
+    DEFAULT_ARCHIVE,
+    ArchiveFolder,
+    AsJson,
+    Force,
+    Law,
+    RecipeFile,
+    RunIds,
+    archived_ids,
+    chosen_ids,
+    load_archive,
+    load_recipe,
+    parsed,
+)
+from tribopipe.cli.output import finish, print_json, progress, record_json, say
+from tribopipe.cli.steps import tell
+from tribopipe.cli.studies import show_together
+
+if TYPE_CHECKING:
+    from tribopipe.archive.store import Archive
+    from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction
+    from tribopipe.records.manifest import RunManifest
+    from tribopipe.records.quantity import Quantity
+    from tribopipe.records.recipe import Recipe
+    from tribopipe.records.results import WearFit, WearPrediction
+    from tribopipe.run import RawRun
+    from tribopipe.wear.friction_path import FrictionPath
+    from tribopipe.wear.twin_disc.predict import KnownDiscs
+
+Scheme = Literal["exact", "published"]
+Convention = Literal["full-slip", "contact-width", "volume-conserving"]
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What a prediction is asked for, as written on the command line."""
+
+    law: Law
+    scheme: Scheme
+    recipe: "Recipe"
+    steps: int | None = None
+    coefficients: tuple[str, ...] = ()
+    friction: str | None = None
+    at: tuple[str, ...] = ()
+    depth: tuple[str, ...] = ()
+    load: str | None = None
+    speed: str | None = None
+    radius: str | None = None
+    slip: str | None = None
+    crown_radius: str | None = None
+    distance: Convention | None = None
+
+    @property
+    def anything(self) -> bool:
+        """Whether anything is asked for beside the law."""
+        changed = (self.load, self.speed, self.radius, self.slip, self.crown_radius, self.friction)
+        how = (self.steps, self.distance, self.scheme == "published")
+        return any((*changed, *how, self.coefficients, self.at, self.depth))
+
+
+@dataclass(frozen=True)
+class _Subject:
+    """The run that is predicted: archived, or a folder."""
+
+    manifest: "RunManifest"
+    raw: "RawRun | None" = None
+    """None for a folder whose signals are not needed."""
+    fit: "WearFit | TwinDiscFit | None" = None
+    path: "FrictionPath | None" = None
+    end: float | None = None
+    """Its own end, m or rotations."""
+
+
+def predict(
+    ids: RunIds = None,
+    run: Annotated[Path | None, typer.Option("--run", help="Run folder to predict without an archive.")] = None,
+    wear_coefficient: Annotated[
+        list[str] | None,
+        typer.Option(
+            help='k_D to use, such as "13.5e-9 mm^3/(N*mm)"; of two discs once for the curved and once for the flat '
+            "one. By default the archived fit's."
+        ),
+    ] = None,
+    law: Annotated[Law, typer.Option("--law", "--model", help="Wear law.")] = "archard",
+    scheme: Annotated[Scheme, typer.Option(help="The limit of small steps, or the paper's Euler steps.")] = "exact",
+    steps: Annotated[
+        int | None,
+        typer.Option(min=1, help="Euler steps of the published scheme: 50000, or one a rotation, unless said."),
+    ] = None,
+    friction: Annotated[
+        str | None, typer.Option(help='μ(s) for Sarkar\'s law, such as "A=0.226 b=0.496 c=32.877 m".')
+    ] = None,
+    at: Annotated[
+        list[str] | None,
+        typer.Option(help='Sliding distance to predict at, "500 m", or rotations of discs, "1e6"; may be repeated.'),
+    ] = None,
+    depth: Annotated[
+        list[str] | None, typer.Option(help='Wear depth to find the distance of, "30 um"; may be repeated.')
+    ] = None,
+    load: Annotated[str | None, typer.Option(help='Another normal load, "400 mN".')] = None,
+    speed: Annotated[str | None, typer.Option(help="Another speed of sliding, or of the curved disc.")] = None,
+    source: Annotated[
+        list[str] | None,
+        typer.Option("--from", help="Archived run that identifies k_D; may be repeated.", autocompletion=archived_ids),
+    ] = None,
+    target: Annotated[
+        list[str] | None,
+        typer.Option("--onto", help="Archived run to predict and judge; may be repeated.", autocompletion=archived_ids),
+    ] = None,
+    radius: Annotated[str | None, typer.Option(help='Another pin radius, "2 mm".')] = None,
+    slip: Annotated[str | None, typer.Option(help='Another slip of two discs, "10 %".')] = None,
+    crown_radius: Annotated[str | None, typer.Option(help='Another crown radius of the curved disc, "8 mm".')] = None,
+    distance: Annotated[
+        Convention | None,
+        typer.Option("--distance-per-rotation", help="What counts as slid in a rotation of discs; wins over a recipe."),
+    ] = None,
+    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    recipe: RecipeFile = None,
+    force: Force = False,
+    as_json: AsJson = False,
+) -> None:
+    """Predict wear at other loads, speeds, distances or radii; of two discs at other slips and rotations.
+
+    With a run (an id, or a folder and a k_D) and what to change, the prediction is shown. With --from and --onto, runs
+    are predicted from others, with bands and a verdict on the law. With none of these, every archived run is predicted
+    from the comparable run under the lightest load, and the prediction is archived.
+    """
+    how = load_recipe(recipe)
+    asked = _Asked(
+        law,
+        scheme,
+        how,
+        steps,
+        tuple(wear_coefficient or ()),
+        friction,
+        tuple(at or ()),
+        tuple(depth or ()),
+        load,
+        speed,
+        radius,
+        slip,
+        crown_radius,
+        distance,
+    )
+    if source or target:
+        _predict_onto(archive, source, target, law, how, asked.anything or ids or run, as_json=as_json)
+        return
+    if run is None and not asked.anything:
+        _predict_archived(archive, ids, law, how, force=force, as_json=as_json)
+        return
+    _show_predictions(_subjects(run, ids, archive, asked), asked, as_json=as_json)
+
+
+def _predict_onto(
+    folder: Path,
+    source: list[str] | None,
+    target: list[str] | None,
+    law: Law,
+    recipe: "Recipe",
+    beside: object,
+    *,
+    as_json: bool,
+) -> None:
+    if not source or not target or beside:
+        raise typer.BadParameter("give runs to fit, --from ID, and runs to predict, --onto ID, and nothing else")
+    show_together(load_archive(folder), source, target, law, recipe, as_json=as_json)
+
+
+def _predict_archived(
+    folder: Path, ids: list[str] | None, law: Law, recipe: "Recipe", *, force: bool, as_json: bool
+) -> None:
+    from tribopipe import pipeline
+
+    store = load_archive(folder)
+    chosen, outcomes = chosen_ids(store, ids), []
+    with progress("prediction", len(chosen)) as moved:
+        for outcome in pipeline.predict_from_lightest(store, chosen, law, recipe, force=force):
+            outcomes.append(outcome)
+            tell(outcome)
+            moved(outcome.run_id)
+    if not outcomes:
+        say(f"Nothing to predict: no run has a comparable one under a lighter load with a k_D under {law}.")
+    if as_json:
+        print_json(
+            {"runs": [{"id": outcome.run_id} | record_json(outcome.result) for outcome in outcomes if outcome.result]}
+        )
+    finish(outcomes)
+
+
+def _subjects(
+    run: Path | None, ids: list[str] | None, archive: Path, asked: _Asked
+) -> list[tuple[_Subject, str | None]]:
+    """Return the runs to predict, each with the name of the run whose k_D it is predicted from."""
+    if run is None and not ids:
+        raise typer.BadParameter("name a run: an archived ID, or --run DIR with --wear-coefficient")
+    if run is not None and ids:
+        raise typer.BadParameter("name either archived runs or --run DIR, not both")
+    if run is not None:
+        return [(_folder(run, asked), None)]
+    store = load_archive(archive)
+    return [(_archived(store, run_id, asked), None if asked.coefficients else run_id) for run_id in ids or []]
+
+
+def _show_predictions(subjects: list[tuple[_Subject, str | None]], asked: _Asked, *, as_json: bool) -> None:
+    from tribopipe.records.manifest import TwinDisc
+
+    results = [
+        (_predict_discs if isinstance(subject.manifest.contact, TwinDisc) else _predict_pin)(subject, asked, reference)
+        for subject, reference in subjects
+    ]
+    for result in results:
+        say(str(result))
+    if as_json:
+        documents = [record_json(result) for result in results]
+        print_json(documents[0] if len(documents) == 1 else {"predictions": documents})
+
+
+def _folder(run: Path, asked: _Asked) -> _Subject:
+    """Take a run folder; its signals are only read where friction has to be found in them."""
+    from tribopipe.records.manifest import manifest_path, read_manifest
+    from tribopipe.wear.friction_path import stated_path
+
+    if not asked.coefficients:
+        raise typer.BadParameter('a run folder has no k_D: give one, --wear-coefficient "13.5e-9 mm^3/(N*mm)"')
+    manifest, _ = read_manifest(manifest_path(run))
+    conditions = manifest.conditions
+    path: FrictionPath | None = None
+    if asked.law == "sarkar":
+        if asked.friction is not None:
+            path = _parse_friction(asked.friction)
+        elif conditions.friction is not None:
+            path = stated_path(conditions.friction)
+        else:
+            path = _measured_friction(run, asked.recipe)
+    planned = conditions.sliding_distance.value if conditions.sliding_distance else conditions.rotations
+    return _Subject(manifest, path=path, end=planned)
+
+
+def _measured_friction(run: Path, recipe: "Recipe") -> "FrictionPath | None":
+    from tribopipe.friction import fit_friction
+    from tribopipe.ingest.harmonise import read_run
+    from tribopipe.wear.friction_path import run_path
+
+    read = read_run(run)
+    return run_path(read, fit_friction(read, recipe.friction), recipe.wear.friction)
+
+
+def _archived(store: "Archive", run_id: str, asked: _Asked) -> _Subject:
+    """Take an archived run, with its own fit unless wear coefficients are given."""
+    from tribopipe.errors import FitError
+    from tribopipe.pipeline import archived_fit, archived_friction
+    from tribopipe.wear.friction_path import run_path
+
+    raw, fit, path = store.raw(run_id), None, None
+    if not asked.coefficients:
+        fit = archived_fit(store, run_id, asked.law)
+        if fit.outcome == "not fitted":
+            raise FitError(
+                f"{run_id}: found no k_D; the run lacks {' and '.join(fit.lacks)}; give one with --wear-coefficient"
+            )
+    if asked.law == "sarkar":
+        found = run_path(raw, archived_friction(store, run_id), asked.recipe.wear.friction)
+        path = _parse_friction(asked.friction) if asked.friction else found
+    axis = raw.columns["rotations"] if raw.manifest.contact.kind == "twin-disc" else raw.sliding_distance
+    return _Subject(raw.manifest, raw, fit, path, float(axis[-1]))
+
+
+def _predict_pin(subject: _Subject, asked: _Asked, reference: str | None) -> "WearPrediction":
+    from tribopipe.wear.predict import DEFAULT_STEPS, WearScenario, predict_wear
+
+    _refuse(asked.slip, "--slip", "of two discs", "a pin has none")
+    _refuse(asked.crown_radius, "--crown-radius", "of two discs", "for a pin it is --radius")
+    if len(asked.coefficients) > 1:
+        raise typer.BadParameter("--wear-coefficient: found more than one for a pin; give it once")
+    contact, conditions = subject.manifest.pin_on_disc, subject.manifest.conditions
+    if asked.radius is not None:
+        pin = contact.pin.model_copy(update={"radius": _quantity("--radius", asked.radius, "length")})
+        contact = contact.model_copy(update={"pin": pin})
+    scenario = WearScenario(
+        contact,
+        _given("--load", asked.load, "force", conditions.normal_load),
+        _pin_coefficient(subject, asked),
+        asked.law,
+        subject.path,
+        asked.recipe,
+        _given("--speed", asked.speed, "speed", conditions.sliding_speed) if asked.speed else conditions.sliding_speed,
+    )
+    at, depths = _places(subject, asked, "distance", "500 m")
+    steps = asked.steps or DEFAULT_STEPS
+    return predict_wear(scenario, at, depths=depths, scheme=asked.scheme, steps=steps, reference=reference)
+
+
+def _pin_coefficient(subject: _Subject, asked: _Asked) -> "Quantity":
+    from tribopipe.records.results import WearFit
+
+    if isinstance(subject.fit, WearFit) and subject.fit.wear_coefficient is not None:
+        return subject.fit.wear_coefficient
+    return _quantity("--wear-coefficient", asked.coefficients[0], "wear coefficient")
+
+
+def _predict_discs(subject: _Subject, asked: _Asked, reference: str | None) -> "TwinDiscPrediction":
+    from tribopipe.motion import slip
+    from tribopipe.wear.twin_disc.predict import DiscScenario, predict_discs
+
+    _refuse(asked.radius, "--radius", "of a pin", "of the curved disc it is --crown-radius")
+    contact, conditions = subject.manifest.twin_disc, subject.manifest.conditions
+    if asked.crown_radius is not None:
+        crown = {"crown_radius": _quantity("--crown-radius", asked.crown_radius, "length")}
+        contact = contact.model_copy(update={"curved_disc": contact.curved_disc.model_copy(update=crown)})
+    speed = conditions.curved_disc_speed
+    scenario = DiscScenario(
+        contact=contact,
+        normal_load=_given("--load", asked.load, "force", conditions.normal_load),
+        slip=_slip(asked.slip) if asked.slip is not None else slip(subject.manifest),
+        known=_known_discs(subject, asked),
+        model=asked.law,
+        friction=subject.path,
+        recipe=asked.recipe,
+        curved_disc_speed=_quantity("--speed", asked.speed, "speed") if asked.speed else speed,
+    )
+    at, depths = _places(subject, asked, "count", "1e6")
+    return predict_discs(scenario, at, depths=depths, scheme=asked.scheme, steps=asked.steps, reference=reference)
+
+
+def _known_discs(subject: _Subject, asked: _Asked) -> "KnownDiscs":
+    """Return the wear coefficients given, or those of the run's fit, with the way they count the distance slid."""
+    from tribopipe.errors import FitError
+    from tribopipe.records.disc_results import TwinDiscFit
+    from tribopipe.wear.twin_disc.predict import KnownDiscs, known_discs
+
+    fitted = known_discs(subject.fit) if isinstance(subject.fit, TwinDiscFit) else None
+    if fitted is None:
+        if len(asked.coefficients) > len(("curved", "flat")):
+            raise typer.BadParameter(
+                "--wear-coefficient: found more than two; give the curved disc's and the flat one's"
+            )
+        given = [_quantity("--wear-coefficient", text, "wear coefficient") for text in asked.coefficients]
+        known = KnownDiscs(given[0]) if len(given) == 1 else KnownDiscs(given[0], given[1])
+        return replace(known, distance=asked.distance or asked.recipe.wear.distance_per_rotation)
+    if asked.distance not in (None, fitted.distance):
+        raise FitError(
+            f"{subject.manifest.id}: found a k_D that was fitted with {fitted.distance}; expected {asked.distance}, "
+            "since k_D means nothing under another way of counting; fit again with a recipe that says so"
+        )
+    return fitted
+
+
+def _places(subject: _Subject, asked: _Asked, kind: str, example: str) -> tuple[list[float], list[float]]:
+    """Return where to predict, and the depths, m, whose place is wanted; the run's own end where neither is said."""
+    at = [parsed("--at", text, kind) for text in asked.at]
+    depths = [parsed("--depth", text, "length") for text in asked.depth]
+    if not at and not depths:
+        if subject.end is None:
+            raise typer.BadParameter(f'say where to predict: --at "{example}"')
+        at = [subject.end]
+    return at, depths
+
+
+def _refuse(text: str | None, option: str, whose: str, instead: str) -> None:
+    if text is not None:
+        raise typer.BadParameter(f"{option} is {whose}; {instead}")
+
+
+def _given(option: str, text: str | None, kind: str, otherwise: Any) -> Any:
+    return otherwise if text is None else _quantity(option, text, kind)
+
+
+def _slip(text: str) -> "Quantity":
+    """Read a slip, which may be negative but not zero."""
+    from tribopipe.errors import UnitError
+    from tribopipe.records.quantity import Quantity
+
+    value = parsed("--slip", text, "percentage")
+    if value == 0 or value <= -1:
+        raise UnitError(
+            f"--slip: found {text!r}; expected a slip above -100 % and not zero, since discs that only roll do not "
+            "wear by sliding"
+        )
+    return Quantity(value=value, unit="1")
+
+
+def _quantity(option: str, text: str, kind: str) -> "Quantity":
+    """Read an option as a quantity above zero."""
+    from tribopipe.errors import UnitError
+    from tribopipe.records.quantity import Quantity
+    from tribopipe.units import KINDS
+
+    value = parsed(option, text, kind)
+    if not value > 0:
+        raise UnitError(f"{option}: found {text!r}; expected a {kind} above zero, such as {KINDS[kind].example!r}")
+    return Quantity(value=value, unit=KINDS[kind].si)
+
+
+_FRICTION = re.compile(r"\s*A\s*=\s*(\S+)[\s,;]+b\s*=\s*(\S+)[\s,;]+c\s*=\s*(.+?)\s*")
+
+
+def _parse_friction(text: str) -> "FrictionPath":
+    """Read "A=0.226 b=0.496 c=32.877 m"."""
+    from tribopipe.errors import UnitError
+    from tribopipe.wear.friction_path import ExponentialFriction
+
+    found = _FRICTION.fullmatch(text)
+    if found is None:
+        raise UnitError(
+            f'--friction: found {text!r}; expected the three of Eq. 7, such as "A=0.226 b=0.496 c=32.877 m"'
+        )
+    amplitude, steady, distance = found.groups()
+    running_in = parsed("--friction", distance, "distance")
+    if not running_in > 0:
+        raise UnitError(f"--friction: found c = {distance}; expected a distance above zero")
+    start, end = (parsed("--friction", ratio.rstrip(",;"), "ratio") for ratio in (amplitude, steady))
+    return ExponentialFriction(start, end, running_in)
+
+
+COMMANDS = {"predict": predict}

@@ -1,0 +1,68 @@
+"""Files that run.toml names, the columns in them, and columns in SI: with the errors that all of that can have."""
+
+from pathlib import Path
+
+import numpy as np
+
+from tribopipe.errors import ReaderError, UnitError, did_you_mean
+from tribopipe.ingest.names import bare_name
+from tribopipe.ingest.reader import ReadColumn, ReadTable
+from tribopipe.records.manifest import ColumnSource
+from tribopipe.run import Column, SourceFile
+from tribopipe.units import KINDS, to_si
+
+
+def read_source(folder: Path, name: str, key: str = "signals.file", what: str = "signal file") -> SourceFile:
+    """Read a file that a key of run.toml names. Raises ``ReaderError`` where that cannot be done."""
+    path = folder / name
+    if path.is_dir():
+        raise ReaderError(f"{name}: found a folder; expected a {what}; name the file in run.toml, {key}")
+    try:
+        return SourceFile(name, path.read_bytes())
+    except FileNotFoundError:
+        there = [entry.name for entry in path.parent.iterdir()] if path.parent.is_dir() else []
+        raise ReaderError(
+            f"{name}: no such file; expected the {what} that run.toml names; {did_you_mean(name, there)}"
+        ) from None
+    except OSError as error:
+        raise ReaderError(f"{name}: cannot be read ({error.strerror}); check its permissions") from None
+
+
+def find_column(table: ReadTable, wanted: str, meaning: str, file: str) -> ReadColumn:
+    """Return the column of a name, with or without its unit. Raises ``ReaderError`` where none or several have it."""
+    exact = [column for column in table.columns if column.name == wanted.strip()]
+    found = exact or [column for column in table.columns if bare_name(column.name) == wanted.strip()]
+    if len(found) == 1:
+        return found[0]
+    names = [column.name for column in table.columns]
+    if len(found) > 1:
+        raise ReaderError(
+            f"{file}: found {len(found)} columns that could be {wanted!r} for {meaning}; expected one; "
+            f"write the name with its unit: {', '.join(repr(column.name) for column in found)}"
+        )
+    raise ReaderError(
+        f"{file}: found no column {wanted!r} for {meaning}; expected it in the header; {did_you_mean(wanted, names)}"
+    )
+
+
+def column_in_si(column: ReadColumn, source: ColumnSource | None, meaning: str, kind: str, file: str) -> Column:
+    """Return a column in SI, by the manifest's unit or the file's own.
+
+    Raises ``ReaderError`` where not all of it are numbers, or the unit is missing or of another kind.
+    """
+    if column.first_bad is not None:
+        line, text = column.first_bad
+        raise ReaderError(
+            f"{file}, line {line}, column {column.name!r}: found {text!r}; expected a number for {meaning}; "
+            "mend that line, or map another column"
+        )
+    unit = (source.unit if source else None) or column.unit
+    if unit is None and KINDS[kind].si != "1":
+        raise ReaderError(
+            f"{file}, column {column.name!r}: found no unit; expected one for {meaning}; add it in run.toml: "
+            f"{meaning} = {{ column = {column.name!r}, unit = … }}"
+        )
+    try:
+        return np.asarray(to_si(np.asarray(column.values, dtype=float), unit or "1", kind), dtype=float)
+    except UnitError as error:
+        raise ReaderError(f"{file}, column {column.name!r} for {meaning}: {error}") from None

@@ -1,0 +1,272 @@
+"""k₁ and k₂ of one twin-disc run, with what their uncertainties are made of.
+
+To first order a change of an input x moves ln k by (JᵀJ)⁻¹Jᵀ·∂(y − h)/∂x with J = ∂h/∂ln k and rows over their
+standard uncertainties (JCGM 100:2008, 5.1.3): that is the budget. The intervals are those of a Monte Carlo over all
+inputs, what was measured among them (JCGM 102:2011).
+"""
+
+import math
+
+import numpy as np
+
+from tribopipe.contact.twin_disc import disc_pair
+from tribopipe.errors import ContactError
+from tribopipe.records.disc_results import ConventionCoefficients, DiscCoefficient, FittedValue, TwinDiscFit, spoken
+from tribopipe.records.manifest import DiscName, TwinDisc
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.recipe import DistanceConvention, FrictionSource, LawName, MonteCarloRecipe, Recipe
+from tribopipe.records.results import COVERAGE_FACTOR, Contribution, FrictionFit, MonteCarlo
+from tribopipe.run import Column, RawRun
+from tribopipe.uncertainty import Distribution, first_order_holds, propagate_together
+from tribopipe.units import show
+from tribopipe.wear.friction_path import ExponentialFriction
+from tribopipe.wear.inputs import FRICTION_INPUTS, default_notes, shown_unit
+from tribopipe.wear.laws import LAWS
+from tribopipe.wear.twin_disc.problem import DiscProblem, disc_problem
+
+_DISCS: tuple[DiscName, DiscName] = ("curved_disc", "flat_disc")
+_CONVENTIONS: tuple[DistanceConvention, ...] = ("full-slip", "contact-width", "volume-conserving")
+_SURE = 0.01
+"""Probability under the law below which disagreement is worth a word."""
+_FLAT_CROWN = 0.5
+"""Half width of the worn flat over the crown radius, beyond which the model was never tested."""
+_SLIP_LOST = 0.25
+"""Share of the slip, by which it may change before it is worth a word."""
+
+
+def fit_discs(
+    run: RawRun, model: LawName = "archard", friction: FrictionFit | None = None, recipe: Recipe | None = None
+) -> TwinDiscFit:
+    """Identify k_D of both discs of a run, m²/N, under a wear law.
+
+    From volumes, depths and track widths of both discs at the end and at interruptions, together. A run that lacks an
+    end value of the curved disc, or friction for Sarkar's law, passes through, and the result says what it lacks.
+    Raises ``FitError`` where the curved disc shows no wear to fit.
+    """
+    recipe = recipe or Recipe()
+    problem = disc_problem(run, model, friction, recipe)
+    convention = recipe.wear.distance_per_rotation
+    if not isinstance(problem, DiscProblem):
+        return TwinDiscFit(model=model, outcome="not fitted", distance_per_rotation=convention, lacks=problem)
+    found = problem.coefficients()
+    source: FrictionSource | None = None
+    if LAWS[model].needs_friction:
+        source = "fitted" if isinstance(problem.friction, ExponentialFriction) else "measured"
+    fit = _first_order(problem, found, model).model_copy(update={"friction": source})
+    notes = (*validity_notes(problem, found), *_one_sided(problem), *_disagreement(fit), *default_notes(problem.inputs))
+    fit = fit.model_copy(update={"notes": notes, "equivalents": _equivalents(problem, found)})
+    return _with_monte_carlo(fit, problem, found, recipe.monte_carlo)
+
+
+def _first_order(problem: DiscProblem, found: Column, model: LawName) -> TwinDiscFit:
+    sensitivities = {name: problem.sensitivities(name, found) for name in problem.inputs}
+    covariance = _covariance(problem, sensitivities)
+    spreads = np.sqrt(np.diag(covariance))
+    residual = (problem.rows(problem.values) - problem.modelled(found, problem.values)) * problem.root_weights
+    discs = {
+        disc: DiscCoefficient(
+            disc=disc,
+            wear_coefficient=_coefficient(found[place], found[place] * spreads[place]),
+            interval=_interval(found[place], spreads[place]),
+            budget=_budget(problem, sensitivities, place),
+        )
+        for place, disc in enumerate(_DISCS[: len(spreads)])
+    }
+    return TwinDiscFit(
+        model=model,
+        outcome="fitted",
+        distance_per_rotation=problem.distance,
+        curved_disc=discs["curved_disc"],
+        flat_disc=discs.get("flat_disc"),
+        correlation=float(covariance[0, 1] / (spreads[0] * spreads[1])) if len(spreads) == 2 else None,
+        measurements=_fitted_values(problem, found),
+        p_value=_p_value(residual, len(spreads)),
+    )
+
+
+def _covariance(problem: DiscProblem, sensitivities: dict[str, Column]) -> Column:
+    """Return the covariance of ln k₁ and ln k₂: inputs are independent but for A, b and c of the friction fit."""
+    free = [name for name in problem.inputs if problem.friction_covariance is None or name not in FRICTION_INPUTS]
+    slopes = np.array([sensitivities[name] * problem.inputs[name].spread for name in free])
+    covariance = slopes.T @ slopes
+    if problem.friction_covariance is not None:
+        friction = np.array([sensitivities[name] for name in FRICTION_INPUTS])
+        covariance = covariance + friction.T @ np.asarray(problem.friction_covariance) @ friction
+    return np.asarray(covariance)
+
+
+def _budget(problem: DiscProblem, sensitivities: dict[str, Column], place: int) -> tuple[Contribution, ...]:
+    """Return what the uncertainty of one disc's k_D is made of, the largest part first."""
+    lines = [
+        Contribution(
+            name=name.replace("_", " "),
+            value=given.quantity,
+            shown_in=shown_unit(name),
+            source=given.source,
+            relative=float(sensitivities[name][place]) * given.spread,
+        )
+        for name, given in problem.inputs.items()
+        if name not in FRICTION_INPUTS
+    ]
+    if problem.friction_covariance is not None:
+        slopes = np.array([sensitivities[name][place] for name in FRICTION_INPUTS])
+        variance = float(slopes @ np.asarray(problem.friction_covariance) @ slopes)
+        lines.append(Contribution(name="friction fit", source="fit", relative=math.sqrt(max(0.0, variance))))
+    return tuple(sorted(lines, key=lambda line: -abs(line.relative)))
+
+
+def _fitted_values(problem: DiscProblem, found: Column) -> tuple[FittedValue, ...]:
+    modelled = problem.modelled(found, problem.values)
+    return tuple(
+        FittedValue(
+            name=one.name,
+            rotations=one.rotations,
+            measured=one.quantity,
+            fitted=Quantity(value=float(value), unit=one.quantity.unit),
+        )
+        for one, value in zip(problem.measurements, modelled, strict=True)
+    )
+
+
+def _p_value(residual: Column, unknowns: int) -> float | None:
+    from scipy.stats import chi2
+
+    spare = len(residual) - unknowns
+    return float(chi2.sf(residual @ residual, spare)) if spare > 0 else None
+
+
+def _coefficient(value: float, spread: float | None = None) -> Quantity:
+    return Quantity(value=float(value), unit="m^2/N", standard_uncertainty=None if spread is None else float(spread))
+
+
+def _interval(value: float, spread: float) -> tuple[Quantity, Quantity]:
+    """Return the 95 % interval to first order: what was measured is normal, and k about in proportion to it."""
+    half = COVERAGE_FACTOR * spread
+    return _coefficient(value * max(0.0, 1 - half)), _coefficient(value * (1 + half))
+
+
+def validity_notes(problem: DiscProblem, coefficients: Column) -> tuple[str, ...]:
+    """Say where the discs of a run leave what the model describes at its end."""
+    worn = problem.wear(coefficients, problem.values, problem.places[-1:])
+    return worn_notes(problem.contact, problem.values["slip"], 2 * float(worn.half_width[0]), float(worn.slip[0]))
+
+
+def worn_notes(contact: TwinDisc, slip: float, width: float, slip_of_worn: float) -> tuple[str, ...]:
+    """Say where a worn flat of a width, m, or the slip of worn discs leave what the model describes."""
+    crown, notes = contact.curved_disc.crown_radius, []
+    if width > 2 * _FLAT_CROWN * crown.value:
+        notes.append(
+            f"the worn flat is {show(width, None, 'm', 'mm')} wide, more than the crown radius of {crown.shown('mm')}: "
+            "the model takes worn surfaces as flat, and was never tested that far"
+        )
+    widths = [disc.width.value for disc in (contact.curved_disc, contact.flat_disc) if disc.width is not None]
+    if widths and width > min(widths):
+        notes.append(
+            f"the worn flat would be {show(width, None, 'm', 'mm')} wide on a disc of "
+            f"{show(min(widths), None, 'm', 'mm')}: beyond that the contact no longer widens, and the model ends"
+        )
+    if abs(slip_of_worn - slip) > _SLIP_LOST * abs(slip):
+        notes.append(f"wear changes the slip from {slip:.2%} to {slip_of_worn:.2%} at constant rotation rates")
+    return tuple(notes)
+
+
+def _one_sided(problem: DiscProblem) -> tuple[str, ...]:
+    if not problem.one_sided:
+        return ()
+    return ("nothing was measured on the flat disc: it counts as unworn, as in the one-sided model",)
+
+
+def _disagreement(fit: TwinDiscFit) -> tuple[str, ...]:
+    if fit.p_value is None or fit.p_value > _SURE:
+        return ()
+    return (
+        f"what was measured disagrees with the law by more than its uncertainties (probability {fit.p_value:.1g}): the "
+        "uncertainties are too small, or the law does not hold",
+    )
+
+
+def _equivalents(problem: DiscProblem, found: Column) -> tuple[ConventionCoefficients, ...]:
+    """Return k_D of the other conventions that reach the same volumes, or depth, at the end."""
+    last, result = problem.places[-1:], []
+    worn = problem.wear(found, problem.values, last)
+    turns = problem.effective_rotations(problem.values, last)
+    for convention in _CONVENTIONS:
+        if convention == problem.distance:
+            continue
+        try:
+            pair = _equivalent(problem, convention, float(worn.curved_volume[0]), float(worn.flat_volume[0]), turns)
+        except ContactError:  # that way of counting would lose the slip before
+            continue
+        result.append(
+            ConventionCoefficients(
+                distance_per_rotation=convention,
+                curved_disc=_coefficient(pair[0]),
+                flat_disc=_coefficient(pair[1]),
+            )
+        )
+    return tuple(result)
+
+
+def _equivalent(
+    problem: DiscProblem, convention: DistanceConvention, curved: float, flat: float, turns: Column
+) -> tuple[float, float]:
+    """Return k₁ and k₂ by which a convention reaches two volumes: by fixed point, since V grows about as k."""
+    discs = disc_pair(problem.contact, problem.values, convention)
+    total = float(discs.depth_of_area(curved / (2 * np.pi * problem.values["curved_radius"])))
+    first = float(discs.rotations(total, 1.0)) / float(turns[0])
+    second = first * flat / curved
+    for _ in range(100):
+        reached = discs.worn(turns, first, second)
+        ratios = (curved / float(reached.curved_volume[0]), flat / float(reached.flat_volume[0]) if flat else 1.0)
+        first, second = first * ratios[0], second * ratios[1]
+        if max(abs(ratio - 1) for ratio in ratios) < 1e-12:
+            break
+    return first, second
+
+
+def _with_monte_carlo(fit: TwinDiscFit, problem: DiscProblem, found: Column, how: MonteCarloRecipe) -> TwinDiscFit:
+    """Replace the first-order intervals by those of a Monte Carlo, and say where they disagree."""
+    if not how.significant_digits:
+        return fit
+    count = len(fit.coefficients)
+
+    def model(rng: np.random.Generator, draws: int) -> Column:
+        return problem.solve_draws(problem.draw(rng, draws), found)[:, :count]
+
+    drawn = propagate_together(model, digits=how.significant_digits, seed=how.seed)
+    changed = [
+        _drawn_coefficient(one, distribution, how) for one, distribution in zip(fit.coefficients, drawn, strict=True)
+    ]
+    notes = [note for _, note in changed if note is not None]
+    update: dict[str, object] = {one.disc: one for one, _ in changed}
+    if count == 2:
+        update["correlation"] = float(np.corrcoef(drawn[0].draws, drawn[1].draws)[0, 1])
+    return fit.model_copy(update=update | {"notes": (*fit.notes, *notes)})
+
+
+def _drawn_coefficient(
+    one: DiscCoefficient, drawn: Distribution, how: MonteCarloRecipe
+) -> tuple[DiscCoefficient, str | None]:
+    first_order = (one.interval[0].value, one.interval[1].value)
+    agrees, note = first_order_holds(first_order, drawn, how.significant_digits), None
+    if not agrees:
+        ends = " to ".join(end.shown("mm^3/(N*mm)") for end in one.interval)
+        where = spoken(one.disc)
+        note = f"{where}: first order and Monte Carlo disagree: to first order the 95 % interval would be {ends}"
+    monte_carlo = MonteCarlo(
+        draws=len(drawn.draws),
+        mean=_coefficient(drawn.mean),
+        standard_uncertainty=_coefficient(drawn.standard_uncertainty),
+        stable=drawn.stable,
+        first_order_interval=one.interval,
+        agrees_with_first_order=agrees,
+    )
+    best = one.wear_coefficient.model_copy(update={"standard_uncertainty": drawn.standard_uncertainty})
+    low, high = drawn.interval
+    return one.model_copy(
+        update={
+            "wear_coefficient": best,
+            "interval": (_coefficient(low), _coefficient(high)),
+            "monte_carlo": monte_carlo,
+        }
+    ), note

@@ -1,0 +1,272 @@
+"""The wear of one twin-disc run as a question: which k₁ and k₂ make both discs wear as was measured on them.
+
+Rows are volumes, depths and track widths of both discs, at the end and where the test was interrupted, each over its
+standard uncertainty. k₁ and k₂ are found by Gauss and Newton's method on their logarithms, for any values of the other
+inputs, or for thousands of draws of them at once. Where nothing was measured on the flat disc it counts as unworn, and
+k₁ alone is found: the paper's one-sided model.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.random import Generator
+
+from tribopipe.contact.twin_disc import DiscWear, disc_pair
+from tribopipe.disc_end_values import DiscMeasurement, disc_measurements
+from tribopipe.errors import FitError
+from tribopipe.motion import slip_per_rotation
+from tribopipe.records.manifest import TwinDisc
+from tribopipe.records.recipe import DistanceConvention, LawName, Recipe
+from tribopipe.records.results import FrictionFit
+from tribopipe.run import Column, RawRun, Values
+from tribopipe.wear.friction_path import ExponentialFriction, FrictionPath, run_path
+from tribopipe.wear.inputs import FRICTION_INPUTS, Input, best_values, draw_values, friction_inputs
+from tribopipe.wear.laws import LAWS, WearLaw
+from tribopipe.wear.twin_disc.inputs import run_inputs
+
+_MOST_ITERATIONS = 60
+_CONVERGED = 1e-12
+_DRAWN = 1e-6
+"""Of ln k_D in a draw: far below any uncertainty of k_D."""
+_LEAST_LOG_K = 14.0
+"""A k_D this many e-folds below where the search starts is no wear at all."""
+_LEAST_DEPTH = 1e-12
+"""Depth, m, from which the search starts where none was measured."""
+_SLICE = 2_000
+"""Draws solved at a time, so that their arrays stay in the processor's cache."""
+
+
+@dataclass(frozen=True)
+class DiscProblem:
+    """One run and a law."""
+
+    contact: TwinDisc
+    law: WearLaw
+    distance: DistanceConvention
+    measurements: tuple[DiscMeasurement, ...]
+    inputs: Mapping[str, Input]
+    slip_per_rotation: float
+    """Nominal, m; by it friction is known against rotations."""
+    friction: FrictionPath | None = None
+    friction_covariance: tuple[tuple[float, ...], ...] | None = None
+    """Of (A, b, c), where Eq. 7 is the friction."""
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """Best estimates of the inputs, what was measured among them."""
+        return best_values(self.inputs)
+
+    @property
+    def one_sided(self) -> bool:
+        """Whether the flat disc counts as unworn."""
+        return all(one.disc == "curved_disc" for one in self.measurements)
+
+    @cached_property
+    def places(self) -> Column:
+        """Rotations at which something was measured, each once."""
+        return np.unique([one.rotations for one in self.measurements])
+
+    def effective_rotations(self, values: Values, rotations: Column) -> Column:
+        """Return the rotations in which Archard's law would wear as much: N·S(s)/s with the slip distance s."""
+        if not self.law.needs_friction:
+            return rotations
+        friction = self.friction
+        if "friction_steady_state" in values:
+            friction = ExponentialFriction(*(values[name] for name in FRICTION_INPUTS))
+        return self.law.effective_distance(rotations * self.slip_per_rotation, friction) / self.slip_per_rotation
+
+    def wear(self, coefficients: Column, values: Values, rotations: Column) -> DiscWear:
+        """Return the discs after rotations, for k₁ and k₂ in m²/N: shape (2,), or (draws, 2) with columns of values."""
+        first, second = coefficients[..., 0], coefficients[..., 1]
+        if np.ndim(first):
+            first, second = first[:, None], second[:, None]
+        discs = disc_pair(self.contact, values, self.distance)
+        return discs.worn(self.effective_rotations(values, rotations), first, second)
+
+    def rows(self, values: Values) -> Column:
+        """Return what was measured, SI: one value a row, or draws by rows."""
+        return np.stack([_flat(values[one.name]) for one in self.measurements], axis=-1)
+
+    def modelled(self, coefficients: Column, values: Values) -> Column:
+        """Return what the law says each row is, SI."""
+        return self._rows_of(self.wear(coefficients, values, self.places))
+
+    def _rows_of(self, worn: DiscWear) -> Column:
+        return np.stack([_modelled(worn, one)[..., at] for one, at in self._placed], axis=-1)
+
+    @cached_property
+    def _placed(self) -> list[tuple[DiscMeasurement, int]]:
+        """Each measurement with its place among the rotations at which something was measured."""
+        at = np.searchsorted(self.places, [one.rotations for one in self.measurements])
+        return list(zip(self.measurements, at.tolist(), strict=True))
+
+    @cached_property
+    def root_weights(self) -> Column:
+        """Inverse standard uncertainty of each row."""
+        spreads = [self.inputs[one.name].spread or 1e-6 * abs(one.quantity.value) for one in self.measurements]
+        return 1 / np.maximum(spreads, np.finfo(float).tiny)
+
+    def solve(self, values: Values, start: Column, tolerance: float = _CONVERGED) -> Column:
+        """Return k₁ and k₂, m²/N, by least squares from a start; 0 where no wear fits best, NaN where none is found.
+
+        Values of shape (draws, 1) give (draws, 2).
+        """
+        measured, free = self.rows(values), 1 if self.one_sided else 2
+        log_k = np.broadcast_to(np.log(np.maximum(start, 1e-300)), (*measured.shape[:-1], 2)).copy()
+        lowest, change = log_k - _LEAST_LOG_K, np.full(log_k.shape[:-1], np.inf)
+        for _ in range(_MOST_ITERATIONS):
+            model, slopes = self._model_and_slopes(self._coefficients(log_k), values)
+            residual = (measured - model) * self.root_weights
+            design = slopes[..., :free] * self.root_weights[:, None]
+            step = np.clip(_least_squares(design, residual), -1.0, 1.0)
+            moved = log_k.copy()
+            moved[..., :free] = np.clip(log_k[..., :free] + step, lowest[..., :free], -lowest[..., :free])
+            change, log_k = np.max(np.abs(moved - log_k), axis=-1), moved
+            if np.all(change < tolerance):
+                break
+        found = np.where(log_k <= lowest, 0.0, self._coefficients(log_k))
+        return np.where((change < tolerance)[..., None], found, np.nan)
+
+    def _coefficients(self, log_k: Column) -> Column:
+        coefficients = np.exp(log_k)
+        if self.one_sided:
+            coefficients[..., 1] = 0.0
+        return coefficients
+
+    def _model_and_slopes(self, coefficients: Column, values: Values) -> tuple[Column, Column]:
+        """Return what the law says each row is, and its slopes against ln k₁ and ln k₂.
+
+        The slopes leave out that radii and slip change with wear, by parts in a thousand.
+        """
+        worn = self.wear(coefficients, values, self.places)
+        recession = (worn.curved_rate + worn.flat_rate) * self.effective_rotations(values, self.places)
+        part = worn.curved_rate / (worn.curved_rate + worn.flat_rate)
+        widening = np.sqrt(np.square(values["crown_radius"]) - worn.half_width**2) / worn.half_width
+        slopes = []
+        for one, at in self._placed:
+            curved = one.disc == "curved_disc"
+            mine = part if curved else 1 - part
+            if one.what == "track_width":
+                grown, shift = 2 * recession * widening, np.zeros_like(part)
+            else:
+                radius = values["curved_radius" if curved else "flat_radius"]
+                across = 4 * np.pi * radius * worn.half_width if one.what == "wear_volume" else 1.0
+                # A disc's share w of the wear goes with its own ln k as w(1 − w), all of it with the recession.
+                grown, shift = mine * across * recession, _modelled(worn, one) * (1 - mine)
+            towards = (shift, -shift) if curved else (-shift, shift)
+            both = [grown * share + part_of for share, part_of in zip((part, 1 - part), towards, strict=True)]
+            slopes.append(np.stack(both, axis=-1)[..., at, :])
+        return self._rows_of(worn), np.stack(slopes, axis=-2)
+
+    @cached_property
+    def start(self) -> Column:
+        """Where the search starts, m²/N: as if the last thing measured on the curved disc were all its wear."""
+        discs = disc_pair(self.contact, self.values, self.distance)
+        last = {one.disc: one for one in self.measurements}
+        curved, flat = last["curved_disc"], last.get("flat_disc")
+        depth = {
+            "wear_depth": lambda lost: lost,
+            "wear_volume": lambda lost: discs.depth_of_area(lost / (2 * np.pi * self.values["curved_radius"])),
+            "track_width": discs.depth_of_width,
+        }[curved.what](max(curved.quantity.value, curved.quantity.standard_uncertainty or 0.0))
+        turns = float(self.effective_rotations(self.values, np.asarray(curved.rotations)))
+        first = float(discs.rotations(max(float(depth), _LEAST_DEPTH), 1.0)) / turns
+        same = flat is not None and flat.what == curved.what and curved.quantity.value > 0
+        ratio = flat.quantity.value / curved.quantity.value if same and flat is not None else 0.5
+        return np.array([first, first * max(ratio, 1e-3)])
+
+    def coefficients(self) -> Column:
+        """Return k₁ and k₂, m²/N, at the best estimates. Raises ``FitError`` where the curved disc shows no wear."""
+        found = self.solve(self.values, self.start)
+        if not found[0] > 0:
+            raise FitError(
+                "wear fit: found no wear of the curved disc; expected end values above zero; a longer or heavier test "
+                "may show some"
+            )
+        return found
+
+    def jacobian(self, coefficients: Column) -> Column:
+        """Return the slopes of the weighted rows against the logarithms of what is found."""
+        _, slopes = self._model_and_slopes(coefficients, self.values)
+        return np.asarray(slopes[:, : 1 if self.one_sided else 2] * self.root_weights[:, None])
+
+    def sensitivities(self, name: str, coefficients: Column) -> Column:
+        """Return ∂ln k/∂x for one input, by central differences over its standard uncertainty."""
+        spread = self.inputs[name].spread
+        if not spread:
+            return np.zeros(1 if self.one_sided else 2)
+        low, high = ({**self.values, name: self.values[name] + sign * spread} for sign in (-1, 1))
+        change = (
+            self.rows(high) - self.rows(low) - (self.modelled(coefficients, high) - self.modelled(coefficients, low))
+        )
+        return _least_squares(self.jacobian(coefficients), change * self.root_weights) / (2 * spread)
+
+    def draw(self, rng: Generator, count: int, shared: Mapping[str, Column] | None = None) -> dict[str, Column]:
+        """Draw each input, columns of shape (count, 1)."""
+        return draw_values(self.inputs, self.friction_covariance, rng, count, shared)
+
+    def solve_draws(self, values: Values, start: Column) -> Column:
+        """Return k₁ and k₂, m²/N, of each draw: (draws, 2)."""
+        count = len(np.asarray(values["normal_load"]))
+        solved = []
+        for first in range(0, count, _SLICE):
+            some = {name: np.asarray(column)[first : first + _SLICE] for name, column in values.items()}
+            solved.append(self.solve(some, start, _DRAWN))
+        return np.concatenate(solved)
+
+
+def _modelled(worn: DiscWear, one: DiscMeasurement) -> Column:
+    if one.what == "track_width":
+        return 2 * worn.half_width
+    curved = one.disc == "curved_disc"
+    if one.what == "wear_depth":
+        return worn.curved_depth if curved else worn.flat_depth
+    return worn.curved_volume if curved else worn.flat_volume
+
+
+def _flat(values: object) -> Column:
+    """Drop the axis that a column of draws, (draws, 1), has for broadcasting against rotations."""
+    column = np.asarray(values, dtype=float)
+    return column[..., 0] if column.ndim else column
+
+
+def _least_squares(design: Column, rows: Column) -> Column:
+    """Return the least-squares solution of each draw: (draws, rows, unknowns) and (draws, rows)."""
+    scale = np.sqrt(np.sum(design**2, axis=-2))
+    scaled = design / np.where(scale > 0, scale, 1.0)[..., None, :]
+    normal = np.einsum("...ri,...rj->...ij", scaled, scaled)
+    # A disc that shows no wear at all has no slope; its unknown then stays.
+    normal = normal + 1e-12 * np.eye(normal.shape[-1])
+    pull = np.einsum("...ri,...r->...i", scaled, rows)
+    return np.linalg.solve(normal, pull[..., None])[..., 0] / np.where(scale > 0, scale, 1.0)
+
+
+def disc_problem(
+    run: RawRun, law: LawName, friction: FrictionFit | None, recipe: Recipe
+) -> DiscProblem | tuple[str, ...]:
+    """Pose the fit of k₁ and k₂ to a twin-disc run, or say what the run lacks for it."""
+    measurements = disc_measurements(run, recipe.uncertainty)
+    if not any(one.disc == "curved_disc" for one in measurements):
+        return ("an end value of the curved disc (depth, track width or volume)",)
+    inputs = run_inputs(run.manifest, recipe)
+    path, covariance = None, None
+    if LAWS[law].needs_friction:
+        path = run_path(run, friction, recipe.wear.friction)
+        if path is None:
+            return ("a friction signal",)
+        if isinstance(path, ExponentialFriction) and friction is not None:
+            inputs |= friction_inputs(friction)
+            covariance = friction.covariance
+    inputs |= {one.name: Input(one.quantity, one.source) for one in measurements}
+    return DiscProblem(
+        contact=run.manifest.twin_disc,
+        law=LAWS[law],
+        distance=recipe.wear.distance_per_rotation,
+        measurements=measurements,
+        inputs=inputs,
+        slip_per_rotation=slip_per_rotation(run.manifest),
+        friction=path,
+        friction_covariance=covariance,
+    )
