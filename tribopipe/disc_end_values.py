@@ -9,6 +9,7 @@ import numpy as np
 
 from tribopipe.contact.twin_disc import DiscPair, disc_pair, nominal_values
 from tribopipe.end_values import Source, stated_or_default
+from tribopipe.errors import FitError
 from tribopipe.profile import worn_area
 from tribopipe.records.manifest import DiscName, EndValues, TwinDisc
 from tribopipe.records.quantity import EndValue, Quantity
@@ -63,7 +64,7 @@ def _measured(
         for what in get_args(Measured):
             stated = getattr(values, f"{disc}_{what}")
             if stated is None and what == "wear_volume":
-                stated = _profiled_volume(run, disc, number)
+                stated = _profiled_volume(run, disc, defaults, number)
             if stated is not None:
                 yield DiscMeasurement(disc, what, rotations, *_certain(stated, what, defaults), number)
 
@@ -78,19 +79,28 @@ def _certain(stated: Quantity, what: Measured, defaults: DefaultUncertainty) -> 
     return stated_or_default(plain, spread)
 
 
-def _profiled_volume(run: RawRun, disc: DiscName, number: int | None) -> EndValue | None:
-    """Return the volume by a profile across the track, 2π·r times the area it has lost, m³; none without one."""
+def _profiled_volume(run: RawRun, disc: DiscName, defaults: DefaultUncertainty, number: int | None) -> EndValue | None:
+    """Return the volume by a profile across the track, 2π·r times the area it has lost, m³; none without one.
+
+    Its uncertainty is that of the profile and of the crown radius that the unworn surface is drawn with.
+    """
     where = "end_values" if number is None else f"interruptions[{number}]"
     profile = run.profiles.get(f"{where}.{disc}_profile")
     if profile is None:
         return None
     discs = run.manifest.twin_disc
-    curved = disc == "curved_disc"
-    body = discs.curved_disc if curved else discs.flat_disc
-    area = worn_area(profile, discs.curved_disc.crown_radius.value if curved else None).area
-    around = 2 * math.pi * body.rolling_radius.value
-    spread = None if area.standard_uncertainty is None else around * area.standard_uncertainty
-    return EndValue(value=around * area.value, unit="m^3", standard_uncertainty=spread, method="profile")
+    crown = discs.curved_disc.crown_radius if disc == "curved_disc" else None
+    body = discs.flat_disc if crown is None else discs.curved_disc
+    try:
+        track = worn_area(profile, None if crown is None else crown.value)
+    except FitError as error:
+        raise FitError(f"{run.id}: {where}.{disc}_profile: {error}") from None
+    around, off = 2 * math.pi * body.rolling_radius.value, 0.0
+    if crown is not None:
+        known, _ = stated_or_default(crown, defaults.crown_radius * crown.value)
+        off = track.area_per_crown_radius * (known.standard_uncertainty or 0.0)
+    spread = around * math.hypot(track.area.standard_uncertainty or 0.0, off)
+    return EndValue(value=around * track.area.value, unit="m^3", standard_uncertainty=spread, method="profile")
 
 
 def disc_end_wear(run: RawRun, recipe: Recipe) -> DiscEndWear | None:

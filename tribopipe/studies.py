@@ -12,6 +12,7 @@ from tribopipe.archive.studyfile import StoredStudy
 from tribopipe.drift import correct_drift
 from tribopipe.errors import ArchiveError, FitError, ManifestError, TribopipeError, did_you_mean
 from tribopipe.friction import fit_friction
+from tribopipe.motion import slip
 from tribopipe.pipeline import (
     Outcome,
     correct_archived_drift,
@@ -25,9 +26,10 @@ from tribopipe.records.manifest import RunManifest
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.study import STUDY_NAME, STUDY_SUFFIX, Study
-from tribopipe.records.verdict import LawResult, LeftOut, StudyResult
+from tribopipe.records.verdict import BetweenRuns, LawResult, LeftOut, StudyResult
 from tribopipe.study.bodies import bodies
 from tribopipe.study.design import design
+from tribopipe.study.disc_design import design_discs
 from tribopipe.study.discs import DiscEvaluation, evaluate_discs
 from tribopipe.study.evaluate import Evaluation, evaluate
 from tribopipe.study.member import Member
@@ -160,14 +162,15 @@ def _keep(archive: Archive, study: Study, recipe: Recipe, *, force: bool) -> Out
     return Outcome(study.id, "study", "done", found.result)
 
 
-def plan_archived(archive: Archive, name: str, law: LawName, wanted: float, recipe: Recipe) -> Design:
-    """Plan from an archived run, or from the first run that identifies k_D in an archived study.
+def plan_archived(archive: Archive, name: str, law: LawName, wanted: float, recipe: Recipe) -> tuple[Design, ...]:
+    """Plan from an archived run, or from the first run that identifies k_D in an archived study; for each disc of two.
 
     ``wanted`` is the half width of the 95 % interval of k_D over k_D. Raises ``ArchiveError`` for an unknown name, or
     where all that could be planned from is marked bad.
     """
     fit: tuple[str, ...] = (name,)
-    shared, scatter = Study.model_fields["shared"].default, None
+    scatter: tuple[float | None, ...] = (None, None)
+    shared = Study.model_fields["shared"].default
     if name not in archive.ids():
         if name not in archive.study_ids():
             known = [*archive.ids(), *archive.study_ids()]
@@ -177,23 +180,34 @@ def plan_archived(archive: Archive, name: str, law: LawName, wanted: float, reci
             )
         stored = archive.study(name)
         fit, shared = stored.study.fit, stored.study.shared
-        between = [
-            result.between_runs
-            for result in stored.result.laws
-            if isinstance(result, LawResult) and result.model == law and result.between_runs is not None
-        ]
-        scatter = between[0].scatter if between else None
+        scatter = _scatter(stored.result, law)
     runs, left_out = members(archive, fit, recipe)
     if not runs:
         raise ArchiveError(
             f"{name}: found nothing to plan from: {left_out[0].id} is {left_out[0].reason}; expected a sound run; name "
             "another, or take the mark back with `tribopipe mark-bad --undo`"
         )
-    return design(next(iter(runs.values())).pose(law, recipe), law, wanted, shared, scatter)
+    run = next(iter(runs.values()))
+    if run.corrected.raw.manifest.contact.kind == "twin-disc":
+        return design_discs(run, law, wanted, recipe, shared, scatter)
+    return (design(run.pose(law, recipe), law, wanted, shared, scatter[0]),)
+
+
+def _scatter(result: StudyResult | TwinDiscStudyResult, law: LawName) -> tuple[float | None, ...]:
+    """Return the scatter between runs over k_D, of the pin or of both discs; none where it is not known."""
+    found: list[BetweenRuns | None] = []
+    if isinstance(result, StudyResult):
+        found += [one.between_runs for one in result.laws if one.model == law]
+    else:
+        found += [disc.between_runs for one in result.laws if one.model == law for disc in one.discs]
+    known = [None if between is None else between.scatter for between in found]
+    return (*known, None, None)[:2]
 
 
 def draft_studies(manifests: Sequence[RunManifest]) -> list[Study]:
     """Propose a study for each set of runs of the same bodies: the lightest load identifies k_D, as in the paper.
+
+    Of twin-disc runs it is the lightest load with the least slip.
 
     Raises ``FitError`` where no two runs belong together.
     """
@@ -213,13 +227,13 @@ def draft_studies(manifests: Sequence[RunManifest]) -> list[Study]:
 
 
 def _draft(group: Sequence[RunManifest], taken: Collection[str]) -> Study:
-    by_load = sorted(group, key=lambda manifest: manifest.conditions.normal_load.value)
-    lightest = by_load[0].conditions.normal_load.value
-    fit = [manifest.id for manifest in by_load if manifest.conditions.normal_load.value == lightest]
+    by_load = sorted(group, key=_severity)
+    fit = [manifest.id for manifest in by_load if _severity(manifest) == _severity(by_load[0])]
     predict = [manifest.id for manifest in by_load if manifest.id not in fit]
     first = by_load[0]
     upper, lower = (body.material for body in first.contact.bodies.values())
-    words = [upper, first.conditions.medium or ""]
+    discs = first.contact.kind == "twin-disc"
+    words = [upper, "twin disc" if discs else "", first.conditions.medium or ""]
     name = re.sub("[^a-z0-9]+", "-", " ".join(words).lower()).strip("-")
     # A word more keeps Windows' device names away, a number other studies' names.
     name = name[:80] if name and name not in ("con", "prn", "aux", "nul") else f"study-{name}".rstrip("-")
@@ -231,7 +245,14 @@ def _draft(group: Sequence[RunManifest], taken: Collection[str]) -> Study:
         title=f"{title} in {first.conditions.medium}" if first.conditions.medium else title,
         fit=tuple(fit),
         predict=tuple(predict),
+        shared=("curved_modulus", "flat_modulus")
+        if first.contact.kind == "twin-disc"
+        else ("pin_modulus", "disc_modulus"),
     )
+
+
+def _severity(manifest: RunManifest) -> tuple[float, float]:
+    return manifest.conditions.normal_load.value, abs(slip(manifest).value)
 
 
 def study_toml(study: Study) -> str:
@@ -253,7 +274,9 @@ def study_toml(study: Study) -> str:
     ]
     depth = study.end_of_life
     if depth is None:
-        lines.append('# end_of_life = "50 um"             # wear depth whose sliding distance is wanted')
+        lines.append(
+            '# end_of_life = "50 um"             # wear depth whose sliding distance, or rotations, are wanted'
+        )
     else:
         value = f'"{from_si(depth.value, "m", "um"):.15g} um"'
         spread = depth.standard_uncertainty

@@ -350,24 +350,26 @@ def plan(
     from tribopipe.studies import plan_archived
 
     store, wanted = load_archive(archive), parsed("--interval", interval, "percentage")
-    found = plan_archived(store, name, model, wanted, load_recipe(recipe))
-    say(str(found))
-    table(
-        "  what the uncertainty of k_D is made of",
-        ["input", "value", "u of k_D", "of the variance", "95 % if halved"],
-        [
+    designs = plan_archived(store, name, model, wanted, load_recipe(recipe))
+    for found in designs:
+        say(str(found))
+        table(
+            f"  what the uncertainty of {found.of} is made of",
+            ["input", "value", "u of k_D", "of the variance", "95 % if halved"],
             [
-                lever.name,
-                lever.value.shown(lever.shown_in) if lever.value else "–",
-                f"{lever.relative:.2%}",
-                f"{lever.share:.0%}",
-                f"±{lever.if_halved:.1%}",
-            ]
-            for lever in found.levers
-        ],
-    )
+                [
+                    lever.name,
+                    lever.value.shown(lever.shown_in) if lever.value else "–",
+                    f"{lever.relative:.2%}",
+                    f"{lever.share:.0%}",
+                    f"±{lever.if_halved:.1%}",
+                ]
+                for lever in found.levers
+            ],
+        )
     if as_json:
-        print_json(record_json(found))
+        documents = [record_json(found) for found in designs]
+        print_json(documents[0] if len(documents) == 1 else {"discs": documents})
 
 
 COMMANDS = {"plan": plan}

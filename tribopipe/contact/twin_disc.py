@@ -31,7 +31,7 @@ dh, dV₁ = 2π(r₁ − h₁)·2a·dh₁, and likewise on the flat disc.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -329,7 +329,9 @@ class _Course:
         start, growth = self.discs.start_height, first + second
         sharpened = self._sharpened(first, second)
         for _ in range(_MOST_ITERATIONS):
-            growth = first + second + start * np.expm1((sharpened - self._widened(growth)) / 4)
+            before, growth = growth, first + second + start * np.expm1((sharpened - self._widened(growth)) / 4)
+            if not np.any(np.abs(growth - before) > _CONVERGED * np.abs(growth)):
+                break
         return np.asarray(growth)
 
     @property
@@ -427,7 +429,7 @@ class _Course:
             stretched = np.where(bounded, -end * np.log1p(-np.minimum(span / end, _NEARLY_ALL)), span)
             folds = span + np.where(bounded, stretched / end, 0.0)
         count = _FEWEST_NODES + int(np.ceil(_NODES_PER_E_FOLD * float(np.max(folds, initial=0.0))))
-        nodes, weights = np.polynomial.legendre.leggauss(count)
+        nodes, weights = _gauss_legendre(count)
         course = _Course(self.discs.with_axis(), self.curved_share[..., None], self.flat_share[..., None])
         at, end = stretched[..., None] * (nodes + 1) / 2, end[..., None]
         with np.errstate(invalid="ignore"):
@@ -540,6 +542,12 @@ class _Course:
         load, _, _, _, modulus, _ = self.discs.inputs
         line_load = load / (2 * contact.half_width)
         return np.asarray(np.pi / 4 * np.sqrt(line_load * modulus / (np.pi * contact.equivalent)))
+
+
+@cache
+def _gauss_legendre(count: int) -> tuple[Column, Column]:
+    """Return nodes between −1 and 1, and their weights."""
+    return np.polynomial.legendre.leggauss(count)
 
 
 def _part(depth: Column, mine: Column, other: Column, radius: Column, other_radius: Column) -> Column:

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from tribopipe.errors import ReaderError, UnitError, did_you_mean
+from tribopipe.errors import ReaderError
 from tribopipe.ingest.axes import complete_axes
+from tribopipe.ingest.columns import column_in_si, find_column, read_source
 from tribopipe.ingest.names import bare_name
 from tribopipe.ingest.profiles import read_profiles
 from tribopipe.ingest.reader import Hints, ReadColumn, Reader, ReadTable
@@ -16,7 +17,6 @@ from tribopipe.ingest.registry import detect, reader_named
 from tribopipe.records.manifest import ColumnSource, RunManifest, SignalFile, manifest_path, read_manifest
 from tribopipe.records.signals import SIGNALS, SignalName
 from tribopipe.run import Column, ExtraColumn, Origin, RawRun, SourceFile
-from tribopipe.units import to_si
 
 
 @dataclass
@@ -49,7 +49,7 @@ def _read_files(manifest: RunManifest, folder: Path, written: SourceFile) -> Raw
     sources = [written]
     gathered = _Gathered({}, {}, {}, [])
     for signals in manifest.signals:
-        source = _read_source(folder, signals.file)
+        source = read_source(folder, signals.file)
         sources.append(source)
         table = _reader_for(signals, source).read(
             source, Hints(encoding=signals.encoding, separator=signals.separator, decimal=signals.decimal)
@@ -62,21 +62,6 @@ def _read_files(manifest: RunManifest, folder: Path, written: SourceFile) -> Raw
     return RawRun(
         manifest, ordered, origins, gathered.extras, gathered.headers, tuple(sources), tuple(gathered.notes), profiles
     )
-
-
-def _read_source(folder: Path, name: str) -> SourceFile:
-    path = folder / name
-    if path.is_dir():
-        raise ReaderError(f"{name}: found a folder; expected a signal file; name the file in run.toml, signals.file")
-    try:
-        return SourceFile(name, path.read_bytes())
-    except FileNotFoundError:
-        there = [entry.name for entry in path.parent.iterdir()] if path.parent.is_dir() else []
-        raise ReaderError(
-            f"{name}: no such file; expected the signal file that run.toml names; {did_you_mean(name, there)}"
-        ) from None
-    except OSError as error:
-        raise ReaderError(f"{name}: cannot be read ({error.strerror}); check its permissions") from None
 
 
 def _reader_for(signals: SignalFile, source: SourceFile) -> Reader:
@@ -101,7 +86,7 @@ def _gather(gathered: _Gathered, table: ReadTable, signals: SignalFile) -> None:
                 "expected one row a sample in every file; merge them on one time base first"
             )
         for name, source in meanings.get(column.name, []):
-            values = _signal(column, name, source, signals.file)
+            values = column_in_si(column, source, name, SIGNALS[name].kind, signals.file)
             if name in gathered.columns:
                 _refuse_difference(name, gathered.columns[name], values, signals.file)
             gathered.columns[name] = values
@@ -130,7 +115,7 @@ def _meanings(table: ReadTable, signals: SignalFile) -> Meanings:
     """Say for each column by name which signals it is: by the manifest's word, else by the format's or its own name."""
     meanings: Meanings = {}
     for name, source in signals.columns.items():
-        meanings.setdefault(_find(table, source.column, name, signals.file).name, []).append((name, source))
+        meanings.setdefault(find_column(table, source.column, name, signals.file).name, []).append((name, source))
     taken = set(signals.columns)
     for column in table.columns:
         known = column.signal or _by_own_name(column.name)
@@ -155,42 +140,6 @@ def _usable(column: ReadColumn, signal: SignalName) -> bool:
 def _by_own_name(name: str) -> SignalName | None:
     wanted = bare_name(name).lower().replace(" ", "_")
     return next((signal for signal in SIGNALS if signal == wanted), None)
-
-
-def _find(table: ReadTable, wanted: str, signal: str, file: str) -> ReadColumn:
-    exact = [column for column in table.columns if column.name == wanted.strip()]
-    found = exact or [column for column in table.columns if bare_name(column.name) == wanted.strip()]
-    if len(found) == 1:
-        return found[0]
-    names = [column.name for column in table.columns]
-    if len(found) > 1:
-        raise ReaderError(
-            f"{file}: found {len(found)} columns that could be {wanted!r} for {signal}; expected one; "
-            f"write the name with its unit: {', '.join(repr(column.name) for column in found)}"
-        )
-    raise ReaderError(
-        f"{file}: found no column {wanted!r} for {signal}; expected it in the header; {did_you_mean(wanted, names)}"
-    )
-
-
-def _signal(column: ReadColumn, name: SignalName, source: ColumnSource | None, file: str) -> Column:
-    if column.first_bad is not None:
-        line, text = column.first_bad
-        raise ReaderError(
-            f"{file}, line {line}, column {column.name!r}: found {text!r}; expected a number for {name}; "
-            "mend that line, or map another column"
-        )
-    unit = (source.unit if source else None) or column.unit
-    signal = SIGNALS[name]
-    if unit is None and signal.unit != "1":
-        raise ReaderError(
-            f"{file}, column {column.name!r}: found no unit; expected one for {name}; add it in run.toml: "
-            f"{name} = {{ column = {column.name!r}, unit = … }}"
-        )
-    try:
-        return np.asarray(to_si(np.asarray(column.values, dtype=float), unit or "1", signal.kind), dtype=float)
-    except UnitError as error:
-        raise ReaderError(f"{file}, column {column.name!r} for {name}: {error}") from None
 
 
 def _complete(columns: dict[SignalName, Column], origins: dict[SignalName, Origin], manifest: RunManifest) -> None:

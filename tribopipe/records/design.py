@@ -29,6 +29,8 @@ class Design(Record):
     """Run that is planned from."""
     model: LawName
     """Wear law."""
+    of: str = "k_D"
+    """Whose k_D, where there are two."""
     half_width: float
     """Half width of the 95 % interval of k_D over k_D, as it is."""
     wanted: float
@@ -37,6 +39,8 @@ class Design(Record):
     """Inputs, the most rewarding first."""
     sliding_distance: Quantity | None = None
     """How far one test would have to slide; none where no length gets there."""
+    rotations: Quantity | None = None
+    """How many rotations one test of two discs would take; none where no number gets there, or for a pin."""
     by_distance: float
     """Half width that no longer test gets below."""
     replicates: int | None = None
@@ -49,13 +53,15 @@ class Design(Record):
     def __str__(self) -> str:
         best = self.levers[0]
         lines = [
-            f"{self.id}, {self.model}: k_D is known to ±{self.half_width:.1%}, wanted ±{self.wanted:.1%} (95 %)",
+            f"{self.id}, {self.model}: {self.of} is known to ±{self.half_width:.1%}, wanted ±{self.wanted:.1%} (95 %)",
             f"  {best.name} pays most to reduce: {best.share:.0%} of the variance; halved, ±{best.if_halved:.1%}",
         ]
         if self.half_width <= self.wanted:
             return "\n".join([*lines, "  nothing more is needed"])
         if self.sliding_distance is not None:
             lines.append(f"  one test of {self.sliding_distance.value:,.0f} m would do")
+        elif self.rotations is not None:
+            lines.append(f"  one test of {self.rotations.value:,.0f} rotations would do")
         else:
             lines.append(f"  no longer test gets there: ±{self.by_distance:.1%} at best")
         if self.replicates is not None:

@@ -23,7 +23,7 @@ from tribopipe.wear.inputs import Input
 from tribopipe.wear.joint import END_ANCHOR, Anchor, JointProblem
 from tribopipe.wear.problem import WearProblem
 
-_LENGTHS = np.geomspace(1.0, 100.0, 61)
+LENGTHS = np.geomspace(1.0, 100.0, 61)
 """Test lengths looked at, in lengths of the run."""
 
 
@@ -37,29 +37,31 @@ def design(
     if not wanted > 0:
         raise FitError(f"plan: found a wanted interval of {wanted:g}; expected one above zero, such as '10 %'")
     lines = budget(run.problem, run.coefficient)
-    now = _half_width(lines)
+    now = half_width(lines)
     common = {name.replace("_", " ") for name in shared}
-    by_shared = _half_width([line for line in lines if line.name in common])
+    by_shared = half_width([line for line in lines if line.name in common])
     length, by_distance = _length(run, wanted)
     return Design(
         id=run.member.id,
         model=law,
         half_width=now,
         wanted=wanted,
-        levers=tuple(_levers(lines)),
+        levers=tuple(levers(lines)),
         sliding_distance=None if length is None else Quantity(value=length * run.problem.trace.slid, unit="m"),
         by_distance=by_distance,
-        replicates=_replicates(now, by_shared, COVERAGE_FACTOR * (scatter or 0.0), wanted),
+        replicates=replicates(now, by_shared, COVERAGE_FACTOR * (scatter or 0.0), wanted),
         by_replicates=by_shared,
         scatter=scatter,
     )
 
 
-def _half_width(lines: Collection[Contribution]) -> float:
+def half_width(lines: Collection[Contribution]) -> float:
+    """Return the half width of the 95 % interval of k_D over k_D, by a budget."""
     return COVERAGE_FACTOR * math.hypot(*(line.relative for line in lines))
 
 
-def _levers(lines: Collection[Contribution]) -> list[Lever]:
+def levers(lines: Collection[Contribution]) -> list[Lever]:
+    """Return what each line of a budget costs, the most rewarding first."""
     variance = sum(line.relative**2 for line in lines)
     return [
         Lever(
@@ -78,19 +80,19 @@ def _length(run: PosedRun, wanted: float) -> tuple[float | None, float]:
     """Return the length that does, in lengths of the run, and the least half width of any."""
     best = math.inf
     before = (1.0, math.inf)
-    for length in _LENGTHS.tolist():
+    for length in LENGTHS.tolist():
         try:
-            width = _half_width(budget(at_length(run.problem, run.coefficient, length), run.coefficient))
+            width = half_width(budget(at_length(run.problem, run.coefficient, length), run.coefficient))
         except ContactError:  # the tip is worn away before
             break
         best = min(best, width)
         if width <= wanted:
-            return _between(before, (length, width), wanted), best
+            return between(before, (length, width), wanted), best
         before = (length, width)
     return None, best
 
 
-def _between(before: tuple[float, float], after: tuple[float, float], wanted: float) -> float:
+def between(before: tuple[float, float], after: tuple[float, float], wanted: float) -> float:
     """Return the length at which the half width is as wanted, by interpolation of logarithms."""
     (short, wide), (long, narrow) = before, after
     if not math.isfinite(wide):
@@ -99,7 +101,8 @@ def _between(before: tuple[float, float], after: tuple[float, float], wanted: fl
     return float(short * (long / short) ** share)
 
 
-def _replicates(now: float, shared: float, scatter: float, wanted: float) -> int | None:
+def replicates(now: float, shared: float, scatter: float, wanted: float) -> int | None:
+    """Return how many tests like this one it takes; none where what they share is too much."""
     room = wanted**2 - shared**2
     if room <= 0:
         return None

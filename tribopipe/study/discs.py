@@ -38,10 +38,9 @@ from tribopipe.study.verdict import DECISIVE, Comparison, decide, ratio, single_
 from tribopipe.uncertainty import TAILS, propagate_together
 from tribopipe.units import show
 from tribopipe.wear.inputs import DISC_INPUTS, default_notes
-from tribopipe.wear.twin_disc.identify import validity_notes
+from tribopipe.wear.twin_disc.identify import DISCS, validity_notes
 from tribopipe.wear.twin_disc.problem import DiscProblem, disc_problem
 
-_DISCS: tuple[DiscName, DiscName] = ("curved_disc", "flat_disc")
 _FIRST = ("track_width", "wear_depth", "wear_volume")
 """What a disc is judged by first, the best last."""
 _SHOWN = {"wear_volume": "mm^3", "wear_depth": "um", "track_width": "um"}
@@ -90,7 +89,7 @@ def evaluate_discs(
 
 
 @dataclass(frozen=True)
-class _Run:
+class PosedDiscs:
     """A run and a law."""
 
     member: Member
@@ -102,6 +101,7 @@ class _Run:
         return self.problem.coefficients()
 
     def draw(self, rng: Generator, count: int, shared: Mapping[str, Column]) -> "_Draws":
+        """Draw everything uncertain of this run; ``shared`` inputs are taken over from other runs of the study."""
         values = self.problem.draw(rng, count, shared)
         return _Draws(self, values, self.problem.solve_draws(values, self.coefficients))
 
@@ -119,7 +119,7 @@ def _rank(one: DiscMeasurement) -> tuple[float, int]:
 class _Draws:
     """A run's inputs, what was measured among them, and own k₁ and k₂ in each draw."""
 
-    run: _Run
+    run: PosedDiscs
     values: dict[str, Column]
     coefficients: Column
     """m²/N, (draws, 2); NaN where a draw has no solution."""
@@ -136,8 +136,8 @@ class _Law:
         self, study: Study, law: LawName, recipe: Recipe, fit: Sequence[Member], predict: Sequence[Member]
     ) -> None:
         self.study, self.law, self.recipe = study, law, recipe
-        self.fitted = [_posed(member, law, recipe) for member in fit]
-        self.predicted = [_posed(member, law, recipe) for member in predict]
+        self.fitted = [posed_discs(member, law, recipe) for member in fit]
+        self.predicted = [posed_discs(member, law, recipe) for member in predict]
         self.one_sided = all(run.problem.one_sided for run in self.fitted)
         _refuse_mixture(study.id, self.fitted)
         self.curves: list[DiscStudyCurve] = []
@@ -147,7 +147,7 @@ class _Law:
     @property
     def discs(self) -> tuple[DiscName, ...]:
         """The discs whose k_D is found."""
-        return _DISCS[:1] if self.one_sided else _DISCS
+        return DISCS[:1] if self.one_sided else DISCS
 
     def result(self) -> TwinDiscLawResult:
         """Identify k₁ and k₂, and hold the law against every run."""
@@ -228,7 +228,7 @@ class _Law:
         return verdict.model_copy(update={"sentence": _sentence(self.law, verdict)})
 
     def _disc(self, disc: DiscName, draws: _Draws, best: Column, coefficients: Column) -> DiscVerdict:
-        run, problem, rows, place = draws.run, draws.run.problem, draws.run.rows_of(disc), _DISCS.index(disc)
+        run, problem, rows, place = draws.run, draws.run.problem, draws.run.rows_of(disc), DISCS.index(disc)
         comparison = Comparison(
             problem.rows(problem.values)[rows],
             problem.modelled(best, problem.values)[rows],
@@ -265,17 +265,18 @@ class _Law:
         return None if wanted is None else _rotations_to(draws, coefficients, wanted.value)
 
 
-def _posed(member: Member, law: LawName, recipe: Recipe) -> _Run:
+def posed_discs(member: Member, law: LawName, recipe: Recipe) -> PosedDiscs:
+    """Pose the fit of a law to a run. Raises ``FitError`` where the run lacks something for it."""
     problem = disc_problem(member.corrected.raw, law, member.friction, recipe)
     if not isinstance(problem, DiscProblem):
         raise FitError(
             f"{member.id}: found a run that lacks {' and '.join(problem)}; expected end values and, for Sarkar's law, "
             "friction; take it out of the study"
         )
-    return _Run(member, problem)
+    return PosedDiscs(member, problem)
 
 
-def _refuse_mixture(study_id: str, fitted: Sequence[_Run]) -> None:
+def _refuse_mixture(study_id: str, fitted: Sequence[PosedDiscs]) -> None:
     """Refuse to take one k₂ from runs of which some say nothing of the flat disc."""
     silent = [run.member.id for run in fitted if run.problem.one_sided]
     if silent and len(silent) < len(fitted):
@@ -306,7 +307,7 @@ def _curves(law: LawName, role: Role, draws: _Draws, best: Column, coefficients:
     line = problem.wear(best, problem.values, rotations)
     band = problem.wear(coefficients[:_CURVE_DRAWS], some, rotations)
     found = []
-    for disc, field in zip(_DISCS, ("curved_volume", "flat_volume"), strict=True):
+    for disc, field in zip(DISCS, ("curved_volume", "flat_volume"), strict=True):
         low, high = np.quantile(getattr(band, field), TAILS, axis=0)
         found.append(DiscStudyCurve(run.member.id, law, role, disc, rotations, getattr(line, field), low, high))
     return found

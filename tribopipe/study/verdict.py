@@ -34,6 +34,8 @@ _NONE = 1e-15
 """Depth, m, that is none: limits are at least as wide."""
 _NOTICED = 2.0
 """Factor of k_D that has to be noticed for "supported" to mean anything."""
+_MIDDLE = (0.158655, 0.841345)
+"""Ends of the interval that holds one standard deviation on either side of a normal distribution."""
 _LATER_PART = 0.25
 """Share of the distance after which the local exponent is taken."""
 
@@ -176,9 +178,13 @@ def _bend(verdict: RunVerdict) -> str:
 
 
 def ratio(own: float, draws: Column, of: float, of_draws: Column) -> Quantity:
-    """Return k_D of a run over that of the study."""
+    """Return k_D of a run over that of the study.
+
+    Its standard uncertainty is half of the middle 68 % of the draws: where the study's k_D may be next to nothing, a
+    few quotients are huge.
+    """
     drawn = draws / np.where(of_draws > 0, of_draws, math.nan)
-    spread = float(np.nanstd(drawn)) if np.any(np.isfinite(drawn)) else None
+    spread = float(np.nanquantile(drawn, _MIDDLE) @ (-0.5, 0.5)) if np.any(np.isfinite(drawn)) else None
     return Quantity(value=own / of, unit="1", standard_uncertainty=spread)
 
 

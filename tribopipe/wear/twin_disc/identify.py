@@ -24,7 +24,8 @@ from tribopipe.wear.inputs import FRICTION_INPUTS, default_notes, shown_unit
 from tribopipe.wear.laws import LAWS
 from tribopipe.wear.twin_disc.problem import DiscProblem, disc_problem
 
-_DISCS: tuple[DiscName, DiscName] = ("curved_disc", "flat_disc")
+DISCS: tuple[DiscName, DiscName] = ("curved_disc", "flat_disc")
+"""In the order of k₁ and k₂."""
 _CONVENTIONS: tuple[DistanceConvention, ...] = ("full-slip", "contact-width", "volume-conserving")
 _SURE = 0.01
 """Probability under the law below which disagreement is worth a word."""
@@ -70,7 +71,7 @@ def _first_order(problem: DiscProblem, found: Column, model: LawName) -> TwinDis
             interval=_interval(found[place], spreads[place]),
             budget=_budget(problem, sensitivities, place),
         )
-        for place, disc in enumerate(_DISCS[: len(spreads)])
+        for place, disc in enumerate(DISCS[: len(spreads)])
     }
     return TwinDiscFit(
         model=model,
@@ -82,6 +83,12 @@ def _first_order(problem: DiscProblem, found: Column, model: LawName) -> TwinDis
         measurements=_fitted_values(problem, found),
         p_value=_p_value(residual, len(spreads)),
     )
+
+
+def disc_budgets(problem: DiscProblem, found: Column) -> list[tuple[Contribution, ...]]:
+    """Return for each k_D that is found what its uncertainty is made of, to first order, the largest part first."""
+    sensitivities = {name: problem.sensitivities(name, found) for name in problem.inputs}
+    return [_budget(problem, sensitivities, place) for place in range(1 if problem.one_sided else 2)]
 
 
 def _covariance(problem: DiscProblem, sensitivities: dict[str, Column]) -> Column:
