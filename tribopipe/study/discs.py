@@ -44,8 +44,9 @@ from tribopipe.wear.twin_disc.problem import DiscProblem, disc_problem
 _FIRST = ("track_width", "wear_depth", "wear_volume")
 """What a disc is judged by first, the best last."""
 _SHOWN = {"wear_volume": "mm^3", "wear_depth": "um", "track_width": "um"}
-_PLACES = 60
-_CURVE_DRAWS = 2_000
+_PLACES = 30
+_CURVE_DRAWS = 1_000
+"""Of a band; its ends lie on a smooth curve."""
 _ITERATIONS = 40
 
 
