@@ -50,6 +50,10 @@ KAPPA = np.pi / 4
 """κ of Eq. 12 and 15."""
 _MOST_ITERATIONS = 60
 _CONVERGED = 1e-13
+_LAST_STEP = 1e-9
+"""Relative Newton step after which the next one, by quadratic convergence, is below the last digit."""
+_LONGEST = 34.0
+"""e-folds of the slip left, after which double precision tells no more of it."""
 _NEARLY_ALL = 1 - 1e-15
 """Share of the way to the end of slip, beyond which double precision does not tell it from the end."""
 _INPUTS = (
@@ -385,32 +389,36 @@ class _Course:
     def _growth(self, target: Column, reached: Callable[[Column], tuple[Column, Column]]) -> Column:
         """Return the growth of c at which what increases from 0 reaches a target.
 
-        By Newton's method on its logarithm against that of the growth, within a bracket. ``reached`` gives value and
-        slope.
+        By Newton's method on its logarithm against that of w, within a bracket. w is the growth g; where wear ends with
+        the slip it is −g₀·ln(1 − g/g₀), which goes on with the rotations there. ``reached`` gives value and slope.
         """
-        positive, most = target > 0, self.end_growth + 0 * target
+        positive, end = target > 0, self.end_growth + 0 * target
+        most = np.where(self.slip_ends, _LONGEST * end, end)
+
+        def growth_at(place: Column) -> Column:
+            return np.where(self.slip_ends, -end * np.expm1(-place / end), place)
+
         _, slope = reached(np.zeros(np.shape(most)))
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            growth = np.where(positive, np.minimum(target / slope, most), 0.0)
-            low, high = np.zeros(np.shape(growth)), most
+            place = np.where(positive, np.minimum(target / slope, most), 0.0)
+            low, high = np.zeros(np.shape(place)), most
             for _ in range(_MOST_ITERATIONS):
-                value, slope = reached(growth)
+                value, slope = reached(growth_at(place))
+                slope = slope * np.where(self.slip_ends, np.exp(-place / end), 1.0)
                 short = value < target
-                low, high = np.where(short, growth, low), np.where(short, high, growth)
-                step = np.log(value / target) * value / (slope * growth)
-                moved, sound = growth * np.exp(-step), np.isfinite(slope) & np.isfinite(value)
-                found = sound & (np.abs(step) <= _CONVERGED)
-                moved = np.where(
-                    sound & (moved > low) & (moved < high), moved, np.where(found, growth, (low + high) / 2)
-                )
+                low, high = np.where(short, place, low), np.where(short, high, place)
+                step = np.log(value / target) * value / (slope * place)
+                moved = place * np.exp(-step)
+                found = np.abs(step) <= _LAST_STEP
+                moved = np.where((moved > low) & (moved < high), moved, np.where(found, place, (low + high) / 2))
                 moved = np.where(positive, moved, 0.0)
-                settled = found | (np.abs(moved - growth) <= _CONVERGED * growth)
-                growth = moved
+                settled = found | (np.abs(moved - place) <= _CONVERGED * place)
+                place = moved
                 if np.all(settled):
                     break
-        if np.any(positive & (growth >= most * (1 - 1e-12)) & ~self.slip_ends):
+        if np.any(positive & (place >= most * (1 - 1e-12)) & ~self.slip_ends):
             raise _beyond(self.discs.largest_height)
-        return np.asarray(growth)
+        return growth_at(place)
 
     def sums(self, growth: Column) -> _Sums:
         """Integrate over ln c from the start to c* + growth."""
