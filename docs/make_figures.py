@@ -2,15 +2,22 @@
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import get_args
 
 from tribopipe.archive.store import Archive
 from tribopipe.pipeline import find_runs, process
-from tribopipe.records.recipe import Recipe
+from tribopipe.records.manifest import CurvedDisc, FlatDisc, TwinDisc
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.recipe import DistanceConvention, Recipe
 from tribopipe.report.archived import save_run_figures
+from tribopipe.report.disc_figures import plot_disc_model
+from tribopipe.report.figures import save_figure
 from tribopipe.report.studies import save_study_figures
 from tribopipe.studies import load_studies, run_study
+from tribopipe.wear.twin_disc.predict import DiscScenario, KnownDiscs
 
 HERE = Path(__file__).parent
+FIGURES = HERE / "figures"
 SAMPLES = HERE.parent / "sample_runs"
 SHOWN = (
     "si3n4-air-200mN-depth",
@@ -20,7 +27,9 @@ SHOWN = (
     "si3n4-air-friction",
     "si3n4-air-coefficient",
     "wc-co-water-wear-archard",
+    "si3n4-twin-disc-wear-archard",
 )
+ROTATIONS = 2_000_000
 
 
 def main() -> None:
@@ -38,7 +47,24 @@ def main() -> None:
             written += save_study_figures(archive, study.id, suffixes=(".svg",))
         for path in written:
             if path.stem in SHOWN:
-                (HERE / "figures" / path.name).write_bytes(path.read_bytes())
+                (FIGURES / path.name).write_bytes(path.read_bytes())
+    counting = {distance: table_3(distance) for distance in get_args(DistanceConvention)}
+    save_figure(plot_disc_model(counting, ROTATIONS, ROTATIONS), FIGURES / "twin-disc-table3.svg")
+
+
+def table_3(distance: DistanceConvention) -> DiscScenario:
+    """Return the case of the paper's Table 3; the radii are in its Fig. 7 only, and chosen here."""
+    zirconia = {"material": "ZrO2", "youngs_modulus": "152 GPa", "poisson_ratio": 0.32, "rolling_radius": "4 mm"}
+    return DiscScenario(
+        contact=TwinDisc(
+            kind="twin-disc",
+            curved_disc=CurvedDisc.model_validate({**zirconia, "crown_radius": "4 mm"}),
+            flat_disc=FlatDisc.model_validate(zirconia),
+        ),
+        normal_load=Quantity(value=0.3, unit="N"),
+        slip=Quantity(value=0.1, unit="1"),
+        known=KnownDiscs(Quantity(value=1e-16, unit="m^2/N"), distance=distance),
+    )
 
 
 if __name__ == "__main__":

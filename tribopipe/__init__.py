@@ -25,17 +25,23 @@ if TYPE_CHECKING:
     from tribopipe.records.quantity import Quantity
     from tribopipe.records.recipe import Recipe
     from tribopipe.records.study import Study
+    from tribopipe.report.disc_figures import plot_disc_contact, plot_disc_wear
     from tribopipe.report.figures import plot_depth, plot_friction, plot_wear, save_figure
+    from tribopipe.study.discs import evaluate_discs
     from tribopipe.study.evaluate import evaluate
     from tribopipe.study.member import Member
     from tribopipe.wear.curves import fitted_curve
     from tribopipe.wear.identify import fit_wear
     from tribopipe.wear.predict import WearScenario, predict_wear
+    from tribopipe.wear.twin_disc.curves import fitted_discs
+    from tribopipe.wear.twin_disc.identify import fit_discs
+    from tribopipe.wear.twin_disc.predict import DiscScenario, predict_discs
 
 __version__ = VERSION
 
 __all__ = [
     "Archive",
+    "DiscScenario",
     "Member",
     "Quantity",
     "Recipe",
@@ -46,13 +52,19 @@ __all__ = [
     "check_run",
     "correct_drift",
     "evaluate",
+    "evaluate_discs",
+    "fit_discs",
     "fit_friction",
     "fit_wear",
     "fitted_curve",
+    "fitted_discs",
     "open_archive",
     "plot_depth",
+    "plot_disc_contact",
+    "plot_disc_wear",
     "plot_friction",
     "plot_wear",
+    "predict_discs",
     "predict_wear",
     "process",
     "read_run",
@@ -70,12 +82,17 @@ _HOMES = {
     "records.quantity": ("Quantity",),
     "records.recipe": ("Recipe",),
     "records.study": ("Study",),
+    "report.disc_figures": ("plot_disc_contact", "plot_disc_wear"),
     "report.figures": ("plot_depth", "plot_friction", "plot_wear", "save_figure"),
+    "study.discs": ("evaluate_discs",),
     "study.evaluate": ("evaluate",),
     "study.member": ("Member",),
     "wear.curves": ("fitted_curve",),
     "wear.identify": ("fit_wear",),
     "wear.predict": ("WearScenario", "predict_wear"),
+    "wear.twin_disc.curves": ("fitted_discs",),
+    "wear.twin_disc.identify": ("fit_discs",),
+    "wear.twin_disc.predict": ("DiscScenario", "predict_discs"),
 }
 
 

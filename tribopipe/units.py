@@ -228,6 +228,7 @@ def _rounded_pair(number: float, spread: float) -> str:
     power = exponent if not -3 <= exponent < 5 else 0
     scaled, scaled_spread = number / 10.0**power, spread / 10.0**power
     digits = max(0, 1 - int(f"{scaled_spread:.1e}".partition("e")[2]))
+    scaled = round(scaled, digits) + 0.0  # no sign is left on nothing
     if not power:
         return f"{scaled:.{digits}f} ± {scaled_spread:.{digits}f}"
     return f"({scaled:.{digits}f} ± {scaled_spread:.{digits}f}){_power(power)}"

@@ -5,6 +5,9 @@ from numpy.typing import ArrayLike
 
 from tribopipe.run import Column
 
+HARDNESS_UNIT = 9.80665e6
+"""HV is a kilogram-force a square millimetre: 1 HV = 9.80665 MPa."""
+
 
 def contact_modulus(*, pin_modulus: ArrayLike, pin_ratio: float, disc_modulus: ArrayLike, disc_ratio: float) -> Column:
     """Return E_c of 1/E_c = (1 − ν_p²)/E_p + (1 − ν_d²)/E_d (Eq. 3), Pa. Moduli in Pa."""

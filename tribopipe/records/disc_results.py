@@ -30,6 +30,17 @@ class DiscCoefficient(Record):
         return f"{spoken(self.disc)} k_D = {self.wear_coefficient.shown(_K)}, 95 % interval {low} to {high}"
 
 
+class HertzStart(Record):
+    """Contact of the unworn discs by Hertz."""
+
+    half_width: Quantity
+    """a_x."""
+    half_length: Quantity
+    """a_z."""
+    peak_pressure: Quantity
+    """p₀, 1.5 times the mean pressure."""
+
+
 class FittedValue(Record):
     """One thing measured on a disc beside what the fitted law says of it."""
 
@@ -67,6 +78,8 @@ class TwinDiscFit(Record):
     """What the run lacks for a fit."""
     notes: tuple[str, ...] = ()
     """What to beware of, the defaults used among it."""
+    start: HertzStart | None = None
+    """Contact of the unworn discs by Hertz."""
     curved_disc: DiscCoefficient | None = None
     """k_D of the curved disc."""
     flat_disc: DiscCoefficient | None = None
@@ -141,6 +154,8 @@ class TwinDiscPrediction(Record):
     """F_N predicted for."""
     slip: Quantity
     """(v₂ − v₁)/v₁ predicted for."""
+    start: HertzStart
+    """Contact of the unworn discs by Hertz, where the published scheme starts."""
     steps: int | None = None
     """Number of Euler steps of the published scheme."""
     step_error: float | None = None

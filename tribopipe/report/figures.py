@@ -15,6 +15,7 @@ from tribopipe.files import replacing
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName
 from tribopipe.records.results import COVERAGE_FACTOR, FrictionFit, WearFit, WearPrediction
+from tribopipe.report.numbers import course, slid
 from tribopipe.run import Column, CorrectedRun, RawRun
 from tribopipe.units import axis, from_si, interval_from_si
 from tribopipe.wear.curves import LawCurve
@@ -24,13 +25,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-BLACK, _ORANGE, _BLUE, _GREEN, _RED, GREY = "#000000", "#E69F00", "#0072B2", "#009E73", "#D55E00", "#8C8C8C"
-PALETTE = (_BLUE, _RED, _GREEN, "#CC79A7", _ORANGE, "#56B4E9", BLACK)
+BLACK, ORANGE, _BLUE, GREEN, RED, GREY = "#000000", "#E69F00", "#0072B2", "#009E73", "#D55E00", "#8C8C8C"
+PALETTE = (_BLUE, RED, GREEN, "#CC79A7", ORANGE, "#56B4E9", BLACK)
 """Colours of several runs in one figure."""
-_LAW_COLOURS: dict[LawName, str] = {"archard": _BLUE, "sarkar": _ORANGE}
-_FITTED_STYLES: dict[LawName, str] = {"archard": "-", "sarkar": "--"}
-_LAW_STYLES: dict[LawName, str] = {"archard": "-.", "sarkar": ":"}
-_LAW_NAMES: dict[LawName, str] = {"archard": "Archard", "sarkar": "Sarkar"}
+LAW_COLOURS: dict[LawName, str] = {"archard": _BLUE, "sarkar": ORANGE}
+FITTED_STYLES: dict[LawName, str] = {"archard": "-", "sarkar": "--"}
+LAW_STYLES: dict[LawName, str] = {"archard": "-.", "sarkar": ":"}
+LAW_NAMES: dict[LawName, str] = {"archard": "Archard", "sarkar": "Sarkar"}
 _MOST_POINTS = 1500
 STYLE: Any = {
     "font.size": 9,
@@ -83,42 +84,48 @@ def plot_depth(corrected: CorrectedRun) -> "Figure":
     run, correction = corrected.raw, corrected.correction
     figure, axes = _panels(1)
     ax = axes[0]
-    distance, reading = run.sliding_distance, run.columns.get("depth")
+    along, label = course(run)
+    reading = run.columns.get("depth")
     if reading is not None:
-        ax.plot(*_micro(*thinned(distance, reading)), color=GREY, lw=0.8, label="sensor reading")
+        ax.plot(*_micro(*thinned(along, reading)), color=GREY, lw=0.8, label="sensor reading")
     if corrected.wear_depth is not None and reading is not None:
         ax.plot(
-            *_micro(*thinned(distance, reading - corrected.wear_depth)),
-            color=_ORANGE,
+            *_micro(*thinned(along, reading - corrected.wear_depth)),
+            color=ORANGE,
             ls="--",
             label="zero offset and drift",
         )
         ax.plot(
-            *_micro(*thinned(distance, corrected.wear_depth)), color=_BLUE, lw=0.9, label="corrected wear, pin + disc"
+            *_micro(*thinned(along, corrected.wear_depth)), color=_BLUE, lw=0.9, label=f"corrected wear, {_both(run)}"
         )
     end = correction.end_wear_depth
     if end is not None:
         ax.errorbar(
-            distance[-1],
+            along[-1],
             from_si(end.value, "m", "um"),
             yerr=COVERAGE_FACTOR * interval_from_si(end.standard_uncertainty or 0.0, "m", "um"),
             fmt="o",
             ms=4,
             capsize=3,
-            color=_RED,
+            color=RED,
             label=f"end value, 95 % ({correction.anchor})".replace("_", " "),
             zorder=5,
         )
-    _finish(
+    finish(
         ax,
         f"{run.id}: depth signal",
         str(correction)
         if end is None
         else f"drift {_shown(correction.drift_rate, 'nm/min')}, discrepancy {_shown(correction.discrepancy, 'um')}",
     )
+    ax.set_xlabel(label)
     ax.set_ylabel(axis("depth", "um"))
     figure.legend(loc="outside lower center", ncols=2)
     return figure
+
+
+def _both(run: RawRun) -> str:
+    return "both discs" if run.manifest.contact.kind == "twin-disc" else "pin + disc"
 
 
 @styled
@@ -138,9 +145,8 @@ def plot_friction(run: RawRun, fit: FrictionFit) -> "Figure":
     below.axhline(0, color=BLACK, lw=0.8)
     below.set_ylabel("residual of µ")
     ax.set_ylabel("friction coefficient µ")
-    _finish(ax, f"{run.id}: friction", _friction_words(fit))
-    below.set_xlabel(axis("sliding distance s", "m"))
-    ax.set_xlabel("")
+    finish(ax, f"{run.id}: friction", _friction_words(fit))
+    below.set_xlabel(slid(run))
     figure.legend(loc="outside lower center", ncols=2)
     return figure
 
@@ -149,7 +155,7 @@ def _mark_left_out(ax: "Axes", distance: Column, fit: FrictionFit) -> None:
     if fit.window is None:
         return
     if fit.window[0].value > distance[0]:
-        ax.axvspan(distance[0], fit.window[0].value, color=_ORANGE, alpha=0.25, lw=0, label="left out")
+        ax.axvspan(distance[0], fit.window[0].value, color=ORANGE, alpha=0.25, lw=0, label="left out")
 
 
 def _friction_words(fit: FrictionFit) -> str:
@@ -166,23 +172,22 @@ def plot_wear(corrected: CorrectedRun, fits: Sequence[LawCurve], predictions: Se
     if wear is not None:
         ax.plot(*_micro(*thinned(distance, wear)), color=GREY, lw=0.8, label="pin wear, corrected")
     for curve in fits:
-        colour = _LAW_COLOURS[curve.result.model]
+        colour = LAW_COLOURS[curve.result.model]
         _draw_law(
-            ax, distance, curve, colour, _FITTED_STYLES[curve.result.model], f"{_LAW_NAMES[curve.result.model]}, fitted"
+            ax, distance, curve, colour, FITTED_STYLES[curve.result.model], f"{LAW_NAMES[curve.result.model]}, fitted"
         )
         if wear is not None:
             below.plot(*_micro(*thinned(distance, wear - curve.wear_depth)), color=colour, lw=0.6)
     for curve in predictions:
         source = curve.result.reference if isinstance(curve.result, WearPrediction) else None
-        name = f"{_LAW_NAMES[curve.result.model]}, predicted from {source or 'a given k_D'}"
-        _draw_law(ax, distance, curve, _GREEN, _LAW_STYLES[curve.result.model], name)
+        name = f"{LAW_NAMES[curve.result.model]}, predicted from {source or 'a given k_D'}"
+        _draw_law(ax, distance, curve, GREEN, LAW_STYLES[curve.result.model], name)
     _mark_end(ax, corrected)
     below.axhline(0, color=BLACK, lw=0.8)
     below.set_ylabel(axis("residual", "um"))
     ax.set_ylabel(axis("pin wear depth", "um"))
-    _finish(ax, f"{run.id}: wear", "\n".join(_wear_words(curve.result) for curve in fits))
-    below.set_xlabel(axis("sliding distance s", "m"))
-    ax.set_xlabel("")
+    finish(ax, f"{run.id}: wear", "\n".join(_wear_words(curve.result) for curve in fits))
+    below.set_xlabel(slid(run))
     ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
     figure.legend(loc="outside lower center", ncols=2)
     return figure
@@ -199,7 +204,7 @@ def _mark_end(ax: "Axes", corrected: CorrectedRun) -> None:
             fmt="o",
             ms=4,
             capsize=3,
-            color=_RED,
+            color=RED,
             label="pin wear measured after the test, 95 %",
             zorder=5,
         )
@@ -212,7 +217,7 @@ def _draw_law(ax: "Axes", distance: Column, curve: LawCurve, colour: str, style:
 
 
 def _wear_words(fit: WearFit | WearPrediction) -> str:
-    return f"{_LAW_NAMES[fit.model]}: $k_\\mathrm{{D}}$ = {_shown(fit.wear_coefficient, 'mm^3/(N*mm)')}"
+    return f"{LAW_NAMES[fit.model]}: $k_\\mathrm{{D}}$ = {_shown(fit.wear_coefficient, 'mm^3/(N*mm)')}"
 
 
 def _shown(quantity: Quantity | None, unit: str) -> str:
@@ -239,10 +244,10 @@ def _panels(count: int) -> "tuple[Figure, list[Axes]]":
     return figure, [row[0] for row in grid]
 
 
-def _finish(ax: "Axes", title: str, words: str) -> None:
+def finish(ax: "Axes", title: str, words: str) -> None:
+    """Put a title over a figure's first panel, and words between them."""
     ax.set_title(title, loc="left", fontsize=10, fontweight="bold", pad=6 + 11 * (words.count("\n") + 1))
     ax.text(0.0, 1.02, words, transform=ax.transAxes, fontsize=8, va="bottom")
-    ax.set_xlabel(axis("sliding distance s", "m"))
     ax.margins(x=0.01)
 
 

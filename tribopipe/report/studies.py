@@ -7,12 +7,17 @@ from typing import TYPE_CHECKING
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
 from tribopipe.pipeline import archived_correction, archived_friction
+from tribopipe.records.disc_verdict import TwinDiscStudyResult
 from tribopipe.records.recipe import Recipe
+from tribopipe.records.verdict import StudyResult
 from tribopipe.report.archived import FOLDER
+from tribopipe.report.disc_study_figures import plot_disc_study
 from tribopipe.report.figures import save_figure
 from tribopipe.report.study_figures import plot_study_coefficient, plot_study_friction, plot_study_wear
 from tribopipe.run import Column
+from tribopipe.study.discs import DiscStudyCurve
 from tribopipe.study.effective import effective_coefficient
+from tribopipe.study.evaluate import StudyCurve
 from tribopipe.study.member import Member
 
 if TYPE_CHECKING:
@@ -25,7 +30,8 @@ def save_study_figures(
     """Draw wear under each law of a study, friction, and effective k_D. Return the files, <into>/<study>-<what>.
 
     ``into`` is the archive's own figures/ unless named. Friction is drawn where a run has it, effective k_D where the
-    study also tried Sarkar's law. Raises ``ArchiveError`` where the study or one of its runs is not in the archive.
+    study also tried Sarkar's law on pins. Raises ``ArchiveError`` where the study or one of its runs is not in the
+    archive.
     """
     stored = archive.study(study_id)
     recipe = Recipe.model_validate(stored.options)
@@ -43,16 +49,26 @@ def save_study_figures(
 
 def _figures(stored: StoredStudy, runs: Sequence[Member], recipe: Recipe) -> "dict[str, Figure]":
     result = stored.result
-    measured = _measured(runs) if result.correction == "two-step" else {}
-    figures = {f"wear-{law.model}": plot_study_wear(result, law.model, stored.curves, measured) for law in result.laws}
+    figures = _disc_wear(stored, result) if isinstance(result, TwinDiscStudyResult) else _wear(stored, result, runs)
     if any(run.friction is not None and run.friction.outcome != "none" for run in runs):
         figures["friction"] = plot_study_friction(runs)
-    if any(law.model == "sarkar" for law in result.laws):
+    if isinstance(result, StudyResult) and any(law.model == "sarkar" for law in result.laws):
         found = [effective_coefficient(run.pose("sarkar", recipe)) for run in runs]
         effective = [one for one in found if one is not None]
         if effective:
             figures["coefficient"] = plot_study_coefficient(result, effective)
     return figures
+
+
+def _wear(stored: StoredStudy, result: StudyResult, runs: Sequence[Member]) -> "dict[str, Figure]":
+    curves = [curve for curve in stored.curves if isinstance(curve, StudyCurve)]
+    measured = _measured(runs) if result.correction == "two-step" else {}
+    return {f"wear-{law.model}": plot_study_wear(result, law.model, curves, measured) for law in result.laws}
+
+
+def _disc_wear(stored: StoredStudy, result: TwinDiscStudyResult) -> "dict[str, Figure]":
+    curves = [curve for curve in stored.curves if isinstance(curve, DiscStudyCurve)]
+    return {f"wear-{law.model}": plot_disc_study(result, law.model, curves) for law in result.laws}
 
 
 def _measured(runs: Sequence[Member]) -> Mapping[str, tuple[Column, Column]]:

@@ -4,24 +4,32 @@ They hold what Figures 1, 3, 4, 5 and 6 of the paper do, with the uncertainties 
 their loads; they differ in colour (Okabe–Ito), in line style and in marker, so that the figures survive greyscale.
 """
 
-import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
-from string import ascii_lowercase
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from tribopipe.motion import slip
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName
 from tribopipe.records.results import COVERAGE_FACTOR, FrictionFit
 from tribopipe.records.verdict import LawResult, RunVerdict, StudyResult
-from tribopipe.report.figures import BLACK, GREY, PALETTE, STYLE, P, styled, thinned
-from tribopipe.run import Column
+from tribopipe.report.figures import BLACK, GREY, PALETTE, thinned
+from tribopipe.report.layout import TWO_COLUMNS, grid, in_columns, label_outer, letter
+from tribopipe.report.numbers import (
+    COEFFICIENT_UNIT,
+    coefficient_power,
+    coefficient_words,
+    powered_axis,
+    scaled_coefficient,
+    slid,
+)
+from tribopipe.run import Column, RawRun
 from tribopipe.study.effective import EffectiveCoefficient
 from tribopipe.study.evaluate import StudyCurve
 from tribopipe.study.member import Member
-from tribopipe.units import axis, from_si, interval_from_si
+from tribopipe.units import axis, from_si, interval_from_si, show
 from tribopipe.wear.friction_path import fitted_path, junction_factor
 
 if TYPE_CHECKING:
@@ -29,31 +37,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_ONE_COLUMN, _TWO_COLUMNS = 3.5, 7.2
-"""Widths of a journal's columns, inches."""
-_MOST_COLUMNS = 4
-"""Panels beside each other."""
 _MARKERS = ("o", "s", "^", "D", "v", "P")
 _DASHES = ((0, (5, 1.6)), (0, (5, 1.4, 1.2, 1.4)), (0, (2.2, 1.2)), (0, (7, 1.2, 1.2, 1.2, 1.2, 1.2)))
-_SMALL: Any = {
-    **STYLE,
-    "font.size": 8,
-    "axes.titlesize": 8,
-    "legend.fontsize": 7,
-    "xtick.labelsize": 7,
-    "ytick.labelsize": 7,
-    "axes.linewidth": 0.6,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "lines.linewidth": 1.2,
-    "figure.constrained_layout.w_pad": 0.04,
-    "figure.constrained_layout.h_pad": 0.04,
-}
 _KEY_ORDER = ("measured", "smoothing", "Archard", "Sarkar")
 """Of the legend of effective k_D."""
 _EVERY = 2
 """One of so many averages is drawn."""
-_UNIT = "mm^3/(N*mm)"
 
 
 class _Look(NamedTuple):
@@ -64,12 +53,7 @@ class _Look(NamedTuple):
     marker: str
 
 
-def _in_columns(plot: "Callable[P, Figure]") -> "Callable[P, Figure]":
-    """Draw in the sizes of a journal's column."""
-    return styled(plot, _SMALL)
-
-
-@_in_columns
+@in_columns
 def plot_study_wear(
     result: StudyResult,
     law: LawName,
@@ -87,7 +71,7 @@ def plot_study_wear(
     runs = [run for run in _by_load(found.runs) if run.id in by_run]
     names = _names({run.id: run.normal_load for run in runs})
     key = sum(0.34 if below else 0.2 for _, below in names.values())
-    figure = ShownFigure(figsize=(_TWO_COLUMNS, max(3.7, 1.5 + key)), dpi=300, layout="constrained")
+    figure = ShownFigure(figsize=(TWO_COLUMNS, max(3.7, 1.5 + key)), dpi=300, layout="constrained")
     ax = figure.subplots()
     handles: list[Artist] = []
     for number, run in enumerate(runs):
@@ -176,7 +160,7 @@ def _wear_key(ax: "Axes", *, thin: bool, apart: bool) -> "list[Any]":
     ]
 
 
-@_in_columns
+@in_columns
 def plot_study_friction(runs: Sequence[Member]) -> "Figure":
     """Draw the friction coefficient of each run with Eq. 7 as fitted and its parameters (paper, Fig. 3).
 
@@ -185,17 +169,16 @@ def plot_study_friction(runs: Sequence[Member]) -> "Figure":
     shown = [(run, run.friction) for run in runs if run.friction is not None and run.friction.outcome != "none"]
     if not shown:
         raise ValueError("found no run with friction; expected at least one")
-    loads = {run.id: run.corrected.raw.manifest.conditions.normal_load for run, _ in shown}
-    shown.sort(key=lambda one: loads[one[0].id].value)
-    names = _names(loads)
-    figure, axes = _grid(len(shown), 1)
+    shown.sort(key=lambda one: _place(one[0].corrected.raw))
+    names = _told_apart({run.id: _conditions(run.corrected.raw) for run, _ in shown})
+    figure, axes = grid(len(shown), 1)
     for number, (ax, (run, fit)) in enumerate(zip(axes, shown, strict=True)):
         _draw_friction(ax, run, fit)
-        _title(ax, number, "".join(names[run.id]), len(shown))
+        letter(ax, number, "".join(names[run.id]), len(shown))
     low, high = axes[0].get_ylim()
     # Room for the parameters above all samples.
     axes[0].set_ylim(low, low + (high - low) / 0.76)
-    _label(axes, axis("sliding distance s", "m"), "friction coefficient µ")
+    label_outer(axes, slid(shown[0][0].corrected.raw), "friction coefficient µ")
     handles = {label: line for ax in axes for line, label in zip(*ax.get_legend_handles_labels(), strict=True)}
     figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3)
     return figure
@@ -223,7 +206,7 @@ def _draw_friction(ax: "Axes", run: Member, fit: FrictionFit) -> None:
     ax.margins(x=0.02)
 
 
-@_in_columns
+@in_columns
 def plot_study_coefficient(result: StudyResult, effective: Sequence[EffectiveCoefficient]) -> "Figure":
     """Draw each run's effective k_D against friction, with Sarkar's law and Archard's by the study (paper, Fig. 5).
 
@@ -232,19 +215,19 @@ def plot_study_coefficient(result: StudyResult, effective: Sequence[EffectiveCoe
     by_run = {one.run_id: one for one in effective}
     runs = [run for run in _by_load(result.law("sarkar").runs) if run.id in by_run]
     names, shown = _names({run.id: run.normal_load for run in runs}), [by_run[run.id] for run in runs]
-    power = _power(result.law("sarkar").wear_coefficient)
+    power = coefficient_power(result.law("sarkar").wear_coefficient)
     last = max(float(np.max(one.sliding_distance)) for one in shown)
     bias = max(float(np.max(np.abs(one.bias))) for one in shown)
-    figure, axes = _grid(len(shown), 3 if len(shown) > 1 else 5)
+    figure, axes = grid(len(shown), 3 if len(shown) > 1 else 5)
     mu = _friction_range(shown)
     for number, (ax, one, run) in enumerate(zip(axes, shown, runs, strict=True)):
         points = _draw_effective(ax, one, power, last)
         ax.plot([], [], ls="", label=f"(smoothing bias at most {100 * bias:.1f} %)")
         ends = [end for law in result.laws for end in _draw_coefficient(ax, law, mu, power)]
-        _title(ax, number, f", {run.role}".join(names[run.id]), len(shown))
+        letter(ax, number, f", {run.role}".join(names[run.id]), len(shown))
     axes[0].set_xlim(mu[0], mu[-1])
     axes[0].set_ylim(*_coefficient_range(shown, ends, power))
-    _label(axes, "friction coefficient µ", f"effective $k_\\mathrm{{D}}$ / {_scale(power)}")
+    label_outer(axes, "friction coefficient µ", powered_axis("effective $k_\\mathrm{D}$", power, COEFFICIENT_UNIT))
     bar = figure.colorbar(points, ax=axes, aspect=30, pad=0.01)
     bar.set_label(axis("sliding distance s", "m"))
     handles, labels = axes[0].get_legend_handles_labels()
@@ -262,8 +245,8 @@ def _friction_range(shown: Sequence[EffectiveCoefficient]) -> Column:
 
 def _draw_coefficient(ax: "Axes", law: LawResult, mu: Column, power: int) -> list[float]:
     """Draw what the law says effective k_D is at a friction coefficient; return how far it reaches on the axis."""
-    best, low, high = (_scaled(one.value, power) for one in (law.wear_coefficient, *law.interval))
-    words = f"$k_\\mathrm{{D}}$ = {_coefficient(law.wear_coefficient, power)}"
+    best, low, high = (scaled_coefficient(one.value, power) for one in (law.wear_coefficient, *law.interval))
+    words = f"$k_\\mathrm{{D}}$ = {coefficient_words(law.wear_coefficient, power)}"
     if law.model == "archard":
         ax.axhline(best, color=PALETTE[0], ls=_DASHES[0], zorder=2.5, label=f"Archard, {words}")
         return [best]
@@ -277,7 +260,11 @@ def _draw_effective(ax: "Axes", one: EffectiveCoefficient, power: int, last: flo
     """Draw the windows, coloured and joined in the order of sliding, so that running-in can be followed."""
     from matplotlib.colors import PowerNorm
 
-    x, y, spread = one.friction, _scaled(one.coefficient, power), _scaled(one.standard_uncertainty, power)
+    x, y, spread = (
+        one.friction,
+        scaled_coefficient(one.coefficient, power),
+        scaled_coefficient(one.standard_uncertainty, power),
+    )
     ax.errorbar(
         x,
         y,
@@ -307,40 +294,12 @@ def _coefficient_range(shown: Sequence[EffectiveCoefficient], ends: Sequence[flo
     reached = list(ends)
     for one in shown:
         bar = np.minimum(one.standard_uncertainty, 4 * usual)
-        reached += [*_scaled(one.coefficient - bar, power), *_scaled(one.coefficient + bar, power)]
+        reached += [
+            *scaled_coefficient(one.coefficient - bar, power),
+            *scaled_coefficient(one.coefficient + bar, power),
+        ]
     room = 0.04 * (max(reached) - min(reached))
     return min(reached) - room, max(reached) + room
-
-
-def _grid(count: int, key_lines: int) -> "tuple[Figure, list[Axes]]":
-    """Lay out panels with common axes, at most four beside each other, above a legend of so many lines."""
-    from tribopipe.report.canvas import ShownFigure
-
-    rows = math.ceil(count / _MOST_COLUMNS)
-    columns = math.ceil(count / rows)
-    width = _ONE_COLUMN if count == 1 else _TWO_COLUMNS
-    figure = ShownFigure(figsize=(width, 0.3 + 2.1 * rows + 0.16 * key_lines), dpi=300, layout="constrained")
-    axes = list(figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).flat)
-    for ax in axes[count:]:
-        ax.remove()
-    for ax in axes[max(0, count - columns) : count]:
-        ax.tick_params(labelbottom=True)
-    return figure, axes[:count]
-
-
-def _label(axes: "Sequence[Axes]", x: str, y: str) -> None:
-    """Label the outer axes of a grid."""
-    columns = axes[0].get_gridspec().ncols  # type: ignore[union-attr]
-    for number, ax in enumerate(axes):
-        if number >= len(axes) - columns:
-            ax.set_xlabel(x)
-        if number % columns == 0:
-            ax.set_ylabel(y)
-
-
-def _title(ax: "Axes", number: int, words: str, count: int) -> None:
-    letter = f"({ascii_lowercase[number % 26]}) " if count > 1 else ""
-    ax.set_title(f"{letter}{words}", loc="left")
 
 
 def _by_load(runs: Sequence[RunVerdict]) -> list[RunVerdict]:
@@ -349,9 +308,28 @@ def _by_load(runs: Sequence[RunVerdict]) -> list[RunVerdict]:
 
 def _names(loads: Mapping[str, Quantity]) -> dict[str, tuple[str, str]]:
     """Name runs by their loads, and on a line below by their ids where several have the same."""
-    shown = {run_id: load.shown("mN") for run_id, load in _without_spread(loads).items()}
+    return _told_apart({run_id: load.shown("mN") for run_id, load in _without_spread(loads).items()})
+
+
+def _told_apart(shown: Mapping[str, str]) -> dict[str, tuple[str, str]]:
     count = Counter(shown.values())
-    return {run_id: (load, "" if count[load] == 1 else f"\n{run_id}") for run_id, load in shown.items()}
+    return {run_id: (words, "" if count[words] == 1 else f"\n{run_id}") for run_id, words in shown.items()}
+
+
+def _place(run: RawRun) -> tuple[float, ...]:
+    """Return what runs are ordered by: load, and for two discs slip and rotations."""
+    load = run.manifest.conditions.normal_load.value
+    if run.manifest.contact.kind != "twin-disc":
+        return (load,)
+    return (load, slip(run.manifest).value, float(np.nanmax(run.columns["rotations"])))
+
+
+def _conditions(run: RawRun) -> str:
+    """Name a run by its load, and for two discs by slip too."""
+    load = show(run.manifest.conditions.normal_load.value, None, "N", "mN")
+    if run.manifest.contact.kind != "twin-disc":
+        return load
+    return f"{load}, {show(slip(run.manifest).value, None, '1', '%')} slip"
 
 
 def _without_spread(loads: Mapping[str, Quantity]) -> dict[str, Quantity]:
@@ -371,31 +349,8 @@ def _role(run: RunVerdict) -> str:
 def _law_words(law: LawResult, names: Mapping[str, tuple[str, str]]) -> str:
     fitted = [run.id for run in law.runs if run.role == "fitted"]
     source = f"at {names[fitted[0]][0]}" if len(fitted) == 1 and fitted[0] in names else f"to {len(fitted)} runs"
-    coefficient = _coefficient(law.wear_coefficient, _power(law.wear_coefficient))
+    coefficient = coefficient_words(law.wear_coefficient)
     return f"{law.model.capitalize()}'s law, $k_\\mathrm{{D}}$ = {coefficient}, fitted {source}"
-
-
-def _power(coefficient: Quantity) -> int:
-    """Return the power of a thousand in which k_D reads as a number of one to three digits."""
-    return 3 * math.floor(math.log10(from_si(coefficient.value, coefficient.unit, _UNIT)) / 3)
-
-
-def _scaled(values: Any, power: int) -> Any:
-    return from_si(values, "m^2/N", _UNIT) / 10.0**power
-
-
-def _scale(power: int) -> str:
-    return axis(f"$10^{{{power}}}$", _UNIT).replace(" / ", " ")
-
-
-def _coefficient(coefficient: Quantity, power: int) -> str:
-    spread = coefficient.standard_uncertainty
-    number = Quantity(
-        value=_scaled(coefficient.value, power),
-        unit="1",
-        standard_uncertainty=None if spread is None else _scaled(spread, power),
-    )
-    return f"({number})×{_scale(power)}"
 
 
 def _micro(depth: Column) -> Column:

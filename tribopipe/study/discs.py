@@ -38,7 +38,7 @@ from tribopipe.study.verdict import DECISIVE, Comparison, decide, ratio, single_
 from tribopipe.uncertainty import TAILS, propagate_together
 from tribopipe.units import show
 from tribopipe.wear.inputs import DISC_INPUTS, default_notes
-from tribopipe.wear.twin_disc.identify import DISCS, validity_notes
+from tribopipe.wear.twin_disc.identify import DISCS, run_notes
 from tribopipe.wear.twin_disc.problem import DiscProblem, disc_problem
 
 _FIRST = ("track_width", "wear_depth", "wear_volume")
@@ -222,7 +222,7 @@ class _Law:
             rotations=Quantity(value=float(problem.places[-1]), unit="1"),
             outcome=_worst(discs),
             sentence="",
-            notes=(*validity_notes(problem, best), *default_notes(problem.inputs)),
+            notes=(*run_notes(problem, best), *default_notes(problem.inputs)),
             discs=tuple(discs),
             end_of_life=self._end_of_life(draws, coefficients),
         )

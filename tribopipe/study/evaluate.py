@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
-from tribopipe.contact.mechanics import contact_modulus, hertz_radius
+from tribopipe.contact.mechanics import HARDNESS_UNIT, contact_modulus, hertz_radius
 from tribopipe.contact.pin_on_disc import pin_contact
 from tribopipe.errors import ContactError
 from tribopipe.records.quantity import Quantity
@@ -29,9 +29,6 @@ from tribopipe.study.shape import Shape, compare_laws
 from tribopipe.study.verdict import Comparison, compare, decide, exponent, ratio, sentence, single_run_note
 from tribopipe.uncertainty import propagate
 from tribopipe.wear.inputs import PIN_SHARED, default_notes
-
-_HARDNESS_UNIT = 9.80665e6
-"""HV is a kilogram-force a square millimetre: 1 HV = 9.80665 MPa."""
 
 
 @dataclass(frozen=True)
@@ -247,9 +244,9 @@ def _extrapolations(run: PosedRun, comparison: Comparison) -> list[str]:
     start = float(hertz_radius(normal_load=load, pin_radius=radius, modulus=modulus))
     pressure = 1.5 * load / (np.pi * start**2)
     hardness = [body.vickers_hardness for body in (contact.pin, contact.disc) if body.vickers_hardness is not None]
-    if hardness and pressure > min(hardness) * _HARDNESS_UNIT:
+    if hardness and pressure > min(hardness) * HARDNESS_UNIT:
         found, softer = (
-            Quantity(value=value, unit="Pa").shown("GPa") for value in (pressure, min(hardness) * _HARDNESS_UNIT)
+            Quantity(value=value, unit="Pa").shown("GPa") for value in (pressure, min(hardness) * HARDNESS_UNIT)
         )
         notes.append(
             f"extrapolation: Hertz's pressure of {found} at the start exceeds the hardness of the softer body, "

@@ -12,27 +12,23 @@ import numpy as np
 from tribopipe.contact.twin_disc import disc_pair
 from tribopipe.errors import ContactError
 from tribopipe.records.disc_results import ConventionCoefficients, DiscCoefficient, FittedValue, TwinDiscFit, spoken
-from tribopipe.records.manifest import DiscName, TwinDisc
+from tribopipe.records.manifest import DiscName
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import DistanceConvention, FrictionSource, LawName, MonteCarloRecipe, Recipe
 from tribopipe.records.results import COVERAGE_FACTOR, Contribution, FrictionFit, MonteCarlo
 from tribopipe.run import Column, RawRun
 from tribopipe.uncertainty import Distribution, first_order_holds, propagate_together
-from tribopipe.units import show
 from tribopipe.wear.friction_path import ExponentialFriction
 from tribopipe.wear.inputs import FRICTION_INPUTS, default_notes, shown_unit
 from tribopipe.wear.laws import LAWS
 from tribopipe.wear.twin_disc.problem import DiscProblem, disc_problem
+from tribopipe.wear.twin_disc.validity import hertz_start, validity_notes
 
 DISCS: tuple[DiscName, DiscName] = ("curved_disc", "flat_disc")
 """In the order of k₁ and k₂."""
 _CONVENTIONS: tuple[DistanceConvention, ...] = ("full-slip", "contact-width", "volume-conserving")
 _SURE = 0.01
 """Probability under the law below which disagreement is worth a word."""
-_FLAT_CROWN = 0.5
-"""Half width of the worn flat over the crown radius, beyond which the model was never tested."""
-_SLIP_LOST = 0.25
-"""Share of the slip, by which it may change before it is worth a word."""
 
 
 def fit_discs(
@@ -54,7 +50,7 @@ def fit_discs(
     if LAWS[model].needs_friction:
         source = "fitted" if isinstance(problem.friction, ExponentialFriction) else "measured"
     fit = _first_order(problem, found, model).model_copy(update={"friction": source})
-    notes = (*validity_notes(problem, found), *_one_sided(problem), *_disagreement(fit), *default_notes(problem.inputs))
+    notes = (*run_notes(problem, found), *_one_sided(problem), *_disagreement(fit), *default_notes(problem.inputs))
     fit = fit.model_copy(update={"notes": notes, "equivalents": _equivalents(problem, found)})
     return _with_monte_carlo(fit, problem, found, recipe.monte_carlo)
 
@@ -77,6 +73,7 @@ def _first_order(problem: DiscProblem, found: Column, model: LawName) -> TwinDis
         model=model,
         outcome="fitted",
         distance_per_rotation=problem.distance,
+        start=hertz_start(problem.contact, problem.values),
         curved_disc=discs["curved_disc"],
         flat_disc=discs.get("flat_disc"),
         correlation=float(covariance[0, 1] / (spreads[0] * spreads[1])) if len(spreads) == 2 else None,
@@ -152,29 +149,11 @@ def _interval(value: float, spread: float) -> tuple[Quantity, Quantity]:
     return _coefficient(value * max(0.0, 1 - half)), _coefficient(value * (1 + half))
 
 
-def validity_notes(problem: DiscProblem, coefficients: Column) -> tuple[str, ...]:
+def run_notes(problem: DiscProblem, coefficients: Column) -> tuple[str, ...]:
     """Say where the discs of a run leave what the model describes at its end."""
     worn = problem.wear(coefficients, problem.values, problem.places[-1:])
-    return worn_notes(problem.contact, problem.values["slip"], 2 * float(worn.half_width[0]), float(worn.slip[0]))
-
-
-def worn_notes(contact: TwinDisc, slip: float, width: float, slip_of_worn: float) -> tuple[str, ...]:
-    """Say where a worn flat of a width, m, or the slip of worn discs leave what the model describes."""
-    crown, notes = contact.curved_disc.crown_radius, []
-    if width > 2 * _FLAT_CROWN * crown.value:
-        notes.append(
-            f"the worn flat is {show(width, None, 'm', 'mm')} wide, more than the crown radius of {crown.shown('mm')}: "
-            "the model takes worn surfaces as flat, and was never tested that far"
-        )
-    widths = [disc.width.value for disc in (contact.curved_disc, contact.flat_disc) if disc.width is not None]
-    if widths and width > min(widths):
-        notes.append(
-            f"the worn flat would be {show(width, None, 'm', 'mm')} wide on a disc of "
-            f"{show(min(widths), None, 'm', 'mm')}: beyond that the contact no longer widens, and the model ends"
-        )
-    if abs(slip_of_worn - slip) > _SLIP_LOST * abs(slip):
-        notes.append(f"wear changes the slip from {slip:.2%} to {slip_of_worn:.2%} at constant rotation rates")
-    return tuple(notes)
+    start, slip = hertz_start(problem.contact, problem.values), problem.values["slip"]
+    return validity_notes(problem.contact, start, slip, float(worn.half_width[0]), float(worn.slip[0]))
 
 
 def _one_sided(problem: DiscProblem) -> tuple[str, ...]:

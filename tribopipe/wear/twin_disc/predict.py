@@ -10,7 +10,7 @@ import numpy as np
 from tribopipe.contact.twin_disc import DiscWear, disc_pair
 from tribopipe.contact.twin_disc_steps import published_wear
 from tribopipe.errors import FitError
-from tribopipe.records.disc_results import DiscPoint, TwinDiscFit, TwinDiscPrediction
+from tribopipe.records.disc_results import DiscPoint, HertzStart, TwinDiscFit, TwinDiscPrediction
 from tribopipe.records.manifest import TwinDisc
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import DistanceConvention, LawName, Recipe
@@ -18,8 +18,8 @@ from tribopipe.run import Column, Values
 from tribopipe.wear.friction_path import FrictionPath
 from tribopipe.wear.inputs import Input, best_values, default_notes
 from tribopipe.wear.laws import LAWS
-from tribopipe.wear.twin_disc.identify import worn_notes
 from tribopipe.wear.twin_disc.inputs import disc_inputs
+from tribopipe.wear.twin_disc.validity import hertz_start, validity_notes
 
 MOST_STEPS = 5_000_000
 """A rotation at a time takes about a second for every million of them."""
@@ -192,6 +192,7 @@ def predict_discs(
             "prediction: found a curved disc that does not wear; expected a wear coefficient above zero, or no --depth"
         )
     worn, error, taken = scenario.worn(rotations), None, None
+    start = hertz_start(scenario.contact, scenario.values)
     if scheme == "published" and rotations.size:
         taken = steps or max(1, math.ceil(float(rotations.max())))
         grid, curve = published_discs(scenario, float(rotations.max()), taken)
@@ -210,7 +211,8 @@ def predict_discs(
         slip=scenario.slip,
         steps=taken,
         step_error=error,
-        notes=_notes(scenario, rotations, error, taken),
+        start=start,
+        notes=_notes(scenario, start, rotations, error, taken),
         prediction=tuple(_points(scenario, rotations, worn)),
         reached=tuple(_reached(scenario, reached)),
     )
@@ -263,14 +265,16 @@ def _time(scenario: DiscScenario, rotations: float, spread: float | None = None)
     return Quantity(value=rotations * turn, unit="s", standard_uncertainty=None if spread is None else spread * turn)
 
 
-def _notes(scenario: DiscScenario, rotations: Column, error: float | None, steps: int | None) -> tuple[str, ...]:
+def _notes(
+    scenario: DiscScenario, start: HertzStart, rotations: Column, error: float | None, steps: int | None
+) -> tuple[str, ...]:
     notes = []
     if scenario.known.curved.standard_uncertainty is None:
         notes.append("k_D is taken as exact, since no standard uncertainty of it is known")
     if rotations.size:
         last = scenario.worn(np.asarray([rotations.max()]))
-        width, slip = 2 * float(last.half_width[0]), float(last.slip[0])
-        notes += worn_notes(scenario.contact, scenario.slip.value, width, slip)
+        half_width, slip = float(last.half_width[0]), float(last.slip[0])
+        notes += validity_notes(scenario.contact, start, scenario.slip.value, half_width, slip)
     notes += default_notes(scenario.inputs)
     if error is not None and steps is not None and abs(error) >= _NOTABLE_STEP_ERROR:
         side = "too deep" if error > 0 else "too shallow"
