@@ -356,13 +356,26 @@ def _known_discs(subject: _Subject, asked: _Asked) -> "KnownDiscs":
 
 def _places(subject: _Subject, asked: _Asked, kind: str, example: str) -> tuple[list[float], list[float]]:
     """Return where to predict, and the depths, m, whose place is wanted; the run's own end where neither is said."""
-    at = [parsed("--at", text, kind) for text in asked.at]
+    at = [_rotations(text) if kind == "count" else parsed("--at", text, kind) for text in asked.at]
     depths = [parsed("--depth", text, "length") for text in asked.depth]
     if not at and not depths:
         if subject.end is None:
             raise typer.BadParameter(f'say where to predict: --at "{example}"')
         at = [subject.end]
     return at, depths
+
+
+def _rotations(text: str) -> float:
+    """Read a number of rotations."""
+    from tribopipe.errors import UnitError
+
+    try:
+        turns = parsed("--at", text, "count")
+    except UnitError:
+        turns = -1.0
+    if turns < 0:
+        raise UnitError(f"--at: found {text!r}; expected rotations of the curved disc, zero or more, such as '1e6'")
+    return turns
 
 
 def _refuse(text: str | None, option: str, whose: str, instead: str) -> None:

@@ -7,8 +7,10 @@ from typing import Any
 from tribopipe.files import write_file
 from tribopipe.records.base import Record
 from tribopipe.records.design import Design
+from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction
+from tribopipe.records.disc_verdict import TwinDiscStudyResult
 from tribopipe.records.manifest import RunManifest
-from tribopipe.records.plan import Plan, Truth
+from tribopipe.records.plan import Plan, Truth, TwinDiscTruth
 from tribopipe.records.recipe import Recipe
 from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
 from tribopipe.records.study import Study
@@ -25,6 +27,10 @@ SCHEMAS: dict[str, type[Record]] = {
     "wear-fit": WearFit,
     "wear-prediction": WearPrediction,
     "study-result": StudyResult,
+    "twin-disc-truth": TwinDiscTruth,
+    "twin-disc-fit": TwinDiscFit,
+    "twin-disc-prediction": TwinDiscPrediction,
+    "twin-disc-study-result": TwinDiscStudyResult,
     "design": Design,
 }
 
