@@ -15,8 +15,9 @@ from typing import NamedTuple, get_args
 import numpy as np
 from labs import Report, arguments
 
+from tribopipe.contact.discs import KAPPA
 from tribopipe.contact.mechanics import contact_modulus
-from tribopipe.contact.twin_disc import KAPPA, DiscPair
+from tribopipe.contact.twin_disc import DiscPair
 from tribopipe.contact.twin_disc_steps import published_wear
 from tribopipe.records.recipe import DistanceConvention
 from tribopipe.run import Column

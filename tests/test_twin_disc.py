@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
-from tribopipe.contact import twin_disc
+from tribopipe.contact import disc_course
 from tribopipe.contact.mechanics import contact_modulus
 from tribopipe.contact.twin_disc import DiscPair, DiscWear
 from tribopipe.contact.twin_disc_steps import published_wear
@@ -676,8 +676,8 @@ def test_more_nodes_change_nothing(monkeypatch, convention, both):
     # Alone, so that each has the nodes of its own span only.
     before = [_there_and_back(pair, one, k_1, k_2) for one in depth]
     assert before[-1][4] > 300 * float(pair.worn(0.0, k_1).half_width)
-    monkeypatch.setattr(twin_disc, "_FEWEST_NODES", 3 * twin_disc._FEWEST_NODES)
-    monkeypatch.setattr(twin_disc, "_NODES_PER_E_FOLD", 3 * twin_disc._NODES_PER_E_FOLD)
+    monkeypatch.setattr(disc_course, "_FEWEST_NODES", 3 * disc_course._FEWEST_NODES)
+    monkeypatch.setattr(disc_course, "_NODES_PER_E_FOLD", 3 * disc_course._NODES_PER_E_FOLD)
     after = [_there_and_back(pair, one, k_1, k_2) for one in depth]
     np.testing.assert_allclose(before, after, rtol=1e-12)
 
@@ -852,3 +852,11 @@ def test_slip_that_turns_round_is_slid_both_ways_by_the_contact_s_width(turns):
 
 def test_working_precision_of_mpmath_is_left_alone():
     assert mpmath.mp.dps == 15
+
+
+def test_depth_of_an_area_does_not_end_with_the_slip():
+    # The curved disc is faster: by itself it would wear by 0.1 % of its radius, 4 µm, until the slip is gone.
+    pair = discs_of(TABLE_3, "full-slip", slip=-1e-3)
+    lasting = discs_of(TABLE_3, "contact-width", slip=-1e-3)
+    assert float(pair.depth_of_area(4e-8)) == float(lasting.depth_of_area(4e-8)) > 4e-5
+    assert float(pair.depth_of_width(2e-3)) == float(lasting.depth_of_width(2e-3)) > 1e-4

@@ -15,8 +15,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tribopipe.contact.discs import KAPPA
 from tribopipe.contact.elliptic import hertz_ellipse
-from tribopipe.contact.twin_disc import KAPPA, DiscPair, DiscWear
+from tribopipe.contact.twin_disc import DiscPair, DiscWear
 from tribopipe.errors import ContactError
 from tribopipe.records.recipe import DistanceConvention
 
