@@ -1,4 +1,4 @@
-"""How fast the two surfaces slide on each other: at a pin's sliding speed, or at the slip of two discs."""
+"""How two discs slip on each other."""
 
 import math
 
@@ -16,14 +16,6 @@ def slip(manifest: RunManifest) -> Quantity:
     if curved.standard_uncertainty is not None and flat.standard_uncertainty is not None:
         spread = ratio * math.hypot(curved.standard_uncertainty / curved.value, flat.standard_uncertainty / flat.value)
     return Quantity(value=ratio - 1, unit="1", standard_uncertainty=spread)
-
-
-def sliding_speed(manifest: RunManifest) -> Quantity | None:
-    """Return the nominal speed at which the surfaces slide on each other, m/s; none where run.toml does not say."""
-    conditions = manifest.conditions
-    if manifest.contact.kind == "pin-on-disc" or conditions.curved_disc_speed is None:
-        return conditions.sliding_speed
-    return Quantity(value=abs(slip(manifest).value) * conditions.curved_disc_speed.value, unit="m/s")
 
 
 def slip_per_rotation(manifest: RunManifest) -> float:
