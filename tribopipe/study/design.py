@@ -5,7 +5,7 @@ absolute uncertainties of end values, and the same noise at the same sampling ra
 """
 
 import math
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import replace
 
 import numpy as np
@@ -23,7 +23,7 @@ from tribopipe.wear.inputs import Input
 from tribopipe.wear.joint import END_ANCHOR, Anchor, JointProblem
 from tribopipe.wear.problem import WearProblem
 
-LENGTHS = np.geomspace(1.0, 100.0, 61)
+_LENGTHS = np.geomspace(1.0, 100.0, 61)
 """Test lengths looked at, in lengths of the run."""
 
 
@@ -77,22 +77,31 @@ def levers(lines: Collection[Contribution]) -> list[Lever]:
 
 
 def _length(run: PosedRun, wanted: float) -> tuple[float | None, float]:
-    """Return the length that does, in lengths of the run, and the least half width of any."""
+    return shortest(
+        lambda length: half_width(budget(at_length(run.problem, run.coefficient, length), run.coefficient)), wanted
+    )
+
+
+def shortest(width_at: Callable[[float], float], wanted: float) -> tuple[float | None, float]:
+    """Return the length of a test that does, in lengths of the run, and the least half width of any.
+
+    ``width_at`` gives the half width; it raises ``ContactError`` where the specimen would be worn away.
+    """
     best = math.inf
     before = (1.0, math.inf)
-    for length in LENGTHS.tolist():
+    for length in _LENGTHS.tolist():
         try:
-            width = half_width(budget(at_length(run.problem, run.coefficient, length), run.coefficient))
-        except ContactError:  # the tip is worn away before
+            width = width_at(length)
+        except ContactError:
             break
         best = min(best, width)
         if width <= wanted:
-            return between(before, (length, width), wanted), best
+            return _between(before, (length, width), wanted), best
         before = (length, width)
     return None, best
 
 
-def between(before: tuple[float, float], after: tuple[float, float], wanted: float) -> float:
+def _between(before: tuple[float, float], after: tuple[float, float], wanted: float) -> float:
     """Return the length at which the half width is as wanted, by interpolation of logarithms."""
     (short, wide), (long, narrow) = before, after
     if not math.isfinite(wide):

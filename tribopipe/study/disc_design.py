@@ -4,18 +4,18 @@ To first order on the run as it would be: the law with the k_D found, volumes as
 depths and widths as uncertain as they are.
 """
 
-import math
 from collections.abc import Collection
 from dataclasses import replace
+from functools import partial
 
-from tribopipe.errors import ContactError, FitError
+from tribopipe.errors import FitError
 from tribopipe.records.design import Design
 from tribopipe.records.disc_results import spoken
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.results import COVERAGE_FACTOR
 from tribopipe.run import Column
-from tribopipe.study.design import LENGTHS, between, half_width, levers, replicates
+from tribopipe.study.design import half_width, levers, replicates, shortest
 from tribopipe.study.discs import posed_discs
 from tribopipe.study.member import Member
 from tribopipe.wear.inputs import Input
@@ -42,7 +42,7 @@ def design_discs(
     designs = []
     for place, lines in enumerate(disc_budgets(run.problem, run.coefficients)):
         now, by_shared = half_width(lines), half_width([line for line in lines if line.name in common])
-        length, by_distance = _length(run.problem, run.coefficients, place, wanted)
+        length, by_distance = shortest(partial(_width_at, run.problem, run.coefficients, place), wanted)
         turns = None if length is None else length * float(run.problem.places[-1])
         known = scatter[place]
         designs.append(
@@ -63,19 +63,8 @@ def design_discs(
     return tuple(designs)
 
 
-def _length(problem: DiscProblem, found: Column, place: int, wanted: float) -> tuple[float | None, float]:
-    """Return the length that does, in rotations of the run, and the least half width of any."""
-    best, before = math.inf, (1.0, math.inf)
-    for length in LENGTHS.tolist():
-        try:
-            width = half_width(disc_budgets(at_rotations(problem, found, length), found)[place])
-        except ContactError:  # the crown is worn away before
-            break
-        best = min(best, width)
-        if width <= wanted:
-            return between(before, (length, width), wanted), best
-        before = (length, width)
-    return None, best
+def _width_at(problem: DiscProblem, found: Column, place: int, length: float) -> float:
+    return half_width(disc_budgets(at_rotations(problem, found, length), found)[place])
 
 
 def at_rotations(problem: DiscProblem, found: Column, length: float) -> DiscProblem:

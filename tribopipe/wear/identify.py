@@ -18,15 +18,16 @@ from tribopipe.errors import FitError
 from tribopipe.noise import effective_samples
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import FrictionSource, LawName, MonteCarloRecipe, Recipe
-from tribopipe.records.results import COVERAGE_FACTOR, Contribution, FrictionFit, JointFit, MonteCarlo, WearFit
+from tribopipe.records.results import COVERAGE_FACTOR, Contribution, FrictionFit, JointFit, WearFit
 from tribopipe.run import CorrectedRun
-from tribopipe.uncertainty import first_order_holds, propagate
+from tribopipe.uncertainty import propagate
 from tribopipe.units import show
 from tribopipe.wear.draws import coefficient_draws
 from tribopipe.wear.friction_path import ExponentialFriction
 from tribopipe.wear.inputs import FRICTION_INPUTS, default_notes, shown_unit
 from tribopipe.wear.joint import JointProblem, fit_joint, joint_problem
 from tribopipe.wear.laws import LAWS
+from tribopipe.wear.monte_carlo import drawn
 from tribopipe.wear.problem import WearProblem, wear_problem
 
 _FEWEST_SAMPLES = 10
@@ -166,22 +167,7 @@ def _with_monte_carlo(fit: WearFit, problem: WearProblem, how: MonteCarloRecipe)
     if not how.significant_digits or fit.interval is None or fit.wear_coefficient is None:
         return fit
     found = propagate(coefficient_draws(problem), digits=how.significant_digits, seed=how.seed)
-    first_order = (fit.interval[0].value, fit.interval[1].value)
-    agrees = first_order_holds(first_order, found, how.significant_digits)
-    low, high = (_coefficient(end) for end in found.interval)
-    notes = fit.notes
-    if not agrees:
-        ends = " to ".join(end.shown("mm^3/(N*mm)") for end in fit.interval)
-        notes += (f"first order and Monte Carlo disagree: to first order the 95 % interval would be {ends}",)
-    monte_carlo = MonteCarlo(
-        draws=len(found.draws),
-        mean=_coefficient(found.mean),
-        standard_uncertainty=_coefficient(found.standard_uncertainty),
-        stable=found.stable,
-        first_order_interval=fit.interval,
-        agrees_with_first_order=agrees,
-    )
+    monte_carlo, interval, notes = drawn(found, fit.interval, how.significant_digits)
     best = fit.wear_coefficient.model_copy(update={"standard_uncertainty": found.standard_uncertainty})
-    return fit.model_copy(
-        update={"wear_coefficient": best, "interval": (low, high), "monte_carlo": monte_carlo, "notes": notes}
-    )
+    changed = {"wear_coefficient": best, "interval": interval, "monte_carlo": monte_carlo}
+    return fit.model_copy(update=changed | {"notes": (*fit.notes, *notes)})

@@ -15,12 +15,13 @@ from tribopipe.records.disc_results import ConventionCoefficients, DiscCoefficie
 from tribopipe.records.manifest import DiscName
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import DistanceConvention, FrictionSource, LawName, MonteCarloRecipe, Recipe
-from tribopipe.records.results import COVERAGE_FACTOR, Contribution, FrictionFit, MonteCarlo
+from tribopipe.records.results import COVERAGE_FACTOR, Contribution, FrictionFit
 from tribopipe.run import Column, RawRun
-from tribopipe.uncertainty import Distribution, first_order_holds, propagate_together
+from tribopipe.uncertainty import propagate_together
 from tribopipe.wear.friction_path import ExponentialFriction
 from tribopipe.wear.inputs import FRICTION_INPUTS, default_notes, shown_unit
 from tribopipe.wear.laws import LAWS
+from tribopipe.wear.monte_carlo import drawn
 from tribopipe.wear.twin_disc.problem import DiscProblem, disc_problem
 from tribopipe.wear.twin_disc.validity import hertz_start, validity_notes
 
@@ -219,40 +220,16 @@ def _with_monte_carlo(fit: TwinDiscFit, problem: DiscProblem, found: Column, how
     def model(rng: np.random.Generator, draws: int) -> Column:
         return problem.solve_draws(problem.draw(rng, draws), found)[:, :count]
 
-    drawn = propagate_together(model, digits=how.significant_digits, seed=how.seed)
-    changed = [
-        _drawn_coefficient(one, distribution, how) for one, distribution in zip(fit.coefficients, drawn, strict=True)
-    ]
-    notes = [note for _, note in changed if note is not None]
-    update: dict[str, object] = {one.disc: one for one, _ in changed}
-    if count == 2:
-        update["correlation"] = float(np.corrcoef(drawn[0].draws, drawn[1].draws)[0, 1])
+    found_together = propagate_together(model, digits=how.significant_digits, seed=how.seed)
+    update: dict[str, object] = {}
+    notes: list[str] = []
+    for one, distribution in zip(fit.coefficients, found_together, strict=True):
+        record, interval, doubts = drawn(distribution, one.interval, how.significant_digits)
+        best = one.wear_coefficient.model_copy(update={"standard_uncertainty": distribution.standard_uncertainty})
+        changed = {"wear_coefficient": best, "interval": interval, "monte_carlo": record}
+        update[one.disc] = one.model_copy(update=changed)
+        notes += [f"{spoken(one.disc)}: {doubt}" for doubt in doubts]
+    if count == len(DISCS):
+        curved, flat = found_together
+        update["correlation"] = float(np.corrcoef(curved.draws, flat.draws)[0, 1])
     return fit.model_copy(update=update | {"notes": (*fit.notes, *notes)})
-
-
-def _drawn_coefficient(
-    one: DiscCoefficient, drawn: Distribution, how: MonteCarloRecipe
-) -> tuple[DiscCoefficient, str | None]:
-    first_order = (one.interval[0].value, one.interval[1].value)
-    agrees, note = first_order_holds(first_order, drawn, how.significant_digits), None
-    if not agrees:
-        ends = " to ".join(end.shown("mm^3/(N*mm)") for end in one.interval)
-        where = spoken(one.disc)
-        note = f"{where}: first order and Monte Carlo disagree: to first order the 95 % interval would be {ends}"
-    monte_carlo = MonteCarlo(
-        draws=len(drawn.draws),
-        mean=_coefficient(drawn.mean),
-        standard_uncertainty=_coefficient(drawn.standard_uncertainty),
-        stable=drawn.stable,
-        first_order_interval=one.interval,
-        agrees_with_first_order=agrees,
-    )
-    best = one.wear_coefficient.model_copy(update={"standard_uncertainty": drawn.standard_uncertainty})
-    low, high = drawn.interval
-    return one.model_copy(
-        update={
-            "wear_coefficient": best,
-            "interval": (_coefficient(low), _coefficient(high)),
-            "monte_carlo": monte_carlo,
-        }
-    ), note
