@@ -141,6 +141,7 @@ class _Law:
         self.predicted = [posed_discs(member, law, recipe) for member in predict]
         self.one_sided = all(run.problem.one_sided for run in self.fitted)
         _refuse_mixture(study.id, self.fitted)
+        _refuse_no_wear(study.id, self.fitted, self.discs)
         self.curves: list[DiscStudyCurve] = []
         self._combined: list[Combination] = []
         self._first: list[tuple[Generator, dict[str, Column], list[_Draws], Column]] = []
@@ -285,6 +286,16 @@ def _refuse_mixture(study_id: str, fitted: Sequence[PosedDiscs]) -> None:
             f"{study_id}: found nothing measured on the flat disc of {silent[0]}, but on that of other runs; expected "
             "the same on all runs that identify k_D; take it out of fit, or measure it"
         )
+
+
+def _refuse_no_wear(study_id: str, fitted: Sequence[PosedDiscs], discs: Sequence[DiscName]) -> None:
+    """Refuse a disc that no run shows any wear of: nothing could be predicted from it."""
+    for place, disc in enumerate(discs):
+        if not any(run.coefficients[place] > 0 for run in fitted):
+            raise FitError(
+                f"{study_id}: found no wear of the {spoken(disc)} in any run that identifies k_D; expected some; leave its "
+                "end values out of run.toml, so that it counts as unworn"
+            )
 
 
 def _both(coefficients: Column) -> Column:

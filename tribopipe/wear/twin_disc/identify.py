@@ -57,18 +57,20 @@ def fit_discs(
 
 
 def _first_order(problem: DiscProblem, found: Column, model: LawName) -> TwinDiscFit:
-    sensitivities = {name: problem.sensitivities(name, found) for name in problem.inputs}
+    # Where no wear was found there is no logarithm; it is taken where wear would have been noticed.
+    at = np.where(found > 0, found, problem.scale)
+    sensitivities = {name: problem.sensitivities(name, at) for name in problem.inputs}
     covariance = _covariance(problem, sensitivities)
-    spreads = np.sqrt(np.diag(covariance))
+    relative = np.sqrt(np.diag(covariance))
     residual = (problem.rows(problem.values) - problem.modelled(found, problem.values)) * problem.root_weights
     discs = {
         disc: DiscCoefficient(
             disc=disc,
-            wear_coefficient=_coefficient(found[place], found[place] * spreads[place]),
-            interval=_interval(found[place], spreads[place]),
-            budget=_budget(problem, sensitivities, place),
+            wear_coefficient=_coefficient(found[place], at[place] * relative[place]),
+            interval=_interval(found[place], at[place] * relative[place]),
+            budget=_budget(problem, sensitivities, place) if found[place] > 0 else (),
         )
-        for place, disc in enumerate(DISCS[: len(spreads)])
+        for place, disc in enumerate(DISCS[: problem.unknowns])
     }
     return TwinDiscFit(
         model=model,
@@ -77,16 +79,22 @@ def _first_order(problem: DiscProblem, found: Column, model: LawName) -> TwinDis
         start=hertz_start(problem.contact, problem.values),
         curved_disc=discs["curved_disc"],
         flat_disc=discs.get("flat_disc"),
-        correlation=float(covariance[0, 1] / (spreads[0] * spreads[1])) if len(spreads) == 2 else None,
+        correlation=None if problem.one_sided else _correlation(covariance),
         measurements=_fitted_values(problem, found),
-        p_value=_p_value(residual, len(spreads)),
+        p_value=_p_value(residual, problem.unknowns),
     )
+
+
+def _correlation(covariance: Column) -> float | None:
+    """Return that of both k; none where one of them is exact."""
+    product = math.sqrt(covariance[0, 0] * covariance[1, 1])
+    return float(covariance[0, 1]) / product if product > 0 else None
 
 
 def disc_budgets(problem: DiscProblem, found: Column) -> list[tuple[Contribution, ...]]:
     """Return for each k_D that is found what its uncertainty is made of, to first order, the largest part first."""
     sensitivities = {name: problem.sensitivities(name, found) for name in problem.inputs}
-    return [_budget(problem, sensitivities, place) for place in range(1 if problem.one_sided else 2)]
+    return [_budget(problem, sensitivities, place) for place in range(problem.unknowns)]
 
 
 def _covariance(problem: DiscProblem, sensitivities: dict[str, Column]) -> Column:
@@ -147,7 +155,7 @@ def _coefficient(value: float, spread: float | None = None) -> Quantity:
 def _interval(value: float, spread: float) -> tuple[Quantity, Quantity]:
     """Return the 95 % interval to first order: what was measured is normal, and k about in proportion to it."""
     half = COVERAGE_FACTOR * spread
-    return _coefficient(value * max(0.0, 1 - half)), _coefficient(value * (1 + half))
+    return _coefficient(max(0.0, value - half)), _coefficient(value + half)
 
 
 def run_notes(problem: DiscProblem, coefficients: Column) -> tuple[str, ...]:
@@ -230,6 +238,5 @@ def _with_monte_carlo(fit: TwinDiscFit, problem: DiscProblem, found: Column, how
         update[one.disc] = one.model_copy(update=changed)
         notes += [f"{spoken(one.disc)}: {doubt}" for doubt in doubts]
     if count == len(DISCS):
-        curved, flat = found_together
-        update["correlation"] = float(np.corrcoef(curved.draws, flat.draws)[0, 1])
+        update["correlation"] = _correlation(np.cov([one.draws for one in found_together]))
     return fit.model_copy(update=update | {"notes": (*fit.notes, *notes)})

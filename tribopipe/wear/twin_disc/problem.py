@@ -14,7 +14,7 @@ import numpy as np
 from numpy.random import Generator
 
 from tribopipe.contact.twin_disc import DiscWear, disc_pair
-from tribopipe.disc_end_values import DiscMeasurement, disc_measurements
+from tribopipe.disc_end_values import DiscMeasurement, Measured, disc_measurements
 from tribopipe.errors import FitError
 from tribopipe.motion import slip_per_rotation
 from tribopipe.records.manifest import TwinDisc
@@ -32,6 +32,10 @@ _DRAWN = 1e-6
 """Of ln k_D in a draw: far below any uncertainty of k_D."""
 _LEAST_LOG_K = 14.0
 """A k_D this many e-folds below where the search starts is no wear at all."""
+_STEP = 1e-4
+"""Of ln k in differences."""
+_LEAST_SPREAD: dict[Measured, float] = {"wear_volume": 1e-20, "wear_depth": 1e-12, "track_width": 1e-9}
+"""Standard uncertainty, SI, below which nothing is measured."""
 _LEAST_DEPTH = 1e-12
 """Depth, m, from which the search starts where none was measured."""
 _SLICE = 2_000
@@ -62,6 +66,11 @@ class DiscProblem:
     def one_sided(self) -> bool:
         """Whether the flat disc counts as unworn."""
         return all(one.disc == "curved_disc" for one in self.measurements)
+
+    @property
+    def unknowns(self) -> int:
+        """Number of wear coefficients that are found."""
+        return 1 if self.one_sided else 2
 
     @cached_property
     def places(self) -> Column:
@@ -105,16 +114,20 @@ class DiscProblem:
     @cached_property
     def root_weights(self) -> Column:
         """Inverse standard uncertainty of each row."""
-        spreads = [self.inputs[one.name].spread or 1e-6 * abs(one.quantity.value) for one in self.measurements]
-        return 1 / np.maximum(spreads, np.finfo(float).tiny)
+        spreads = [
+            max(self.inputs[one.name].spread, 1e-6 * abs(one.quantity.value), _LEAST_SPREAD[one.what])
+            for one in self.measurements
+        ]
+        return 1 / np.asarray(spreads)
 
     def solve(self, values: Values, start: Column, tolerance: float = _CONVERGED) -> Column:
         """Return k₁ and k₂, m²/N, by least squares from a start; 0 where no wear fits best, NaN where none is found.
 
         Values of shape (draws, 1) give (draws, 2).
         """
-        measured, free = self.rows(values), 1 if self.one_sided else 2
-        log_k = np.broadcast_to(np.log(np.maximum(start, 1e-300)), (*measured.shape[:-1], 2)).copy()
+        measured, free = self.rows(values), self.unknowns
+        start = np.where(start > 0, start, self.scale)
+        log_k = np.broadcast_to(np.log(start), (*measured.shape[:-1], 2)).copy()
         lowest, change = log_k - _LEAST_LOG_K, np.full(log_k.shape[:-1], np.inf)
         for _ in range(_MOST_ITERATIONS):
             model, slopes = self._model_and_slopes(self._coefficients(log_k), values)
@@ -161,8 +174,11 @@ class DiscProblem:
         return self._rows_of(worn), np.stack(slopes, axis=-2)
 
     @cached_property
-    def start(self) -> Column:
-        """Where the search starts, m²/N: as if the last thing measured on the curved disc were all its wear."""
+    def scale(self) -> Column:
+        """Coefficients of about the right size, m²/N, also for a disc on which no wear was found.
+
+        As if the last thing measured on the curved disc, or its uncertainty where that is larger, were all its wear.
+        """
         discs = disc_pair(self.contact, self.values, self.distance)
         last = {one.disc: one for one in self.measurements}
         curved, flat = last["curved_disc"], last.get("flat_disc")
@@ -170,16 +186,25 @@ class DiscProblem:
             "wear_depth": lambda lost: lost,
             "wear_volume": lambda lost: discs.depth_of_area(lost / (2 * np.pi * self.values["curved_radius"])),
             "track_width": discs.depth_of_width,
-        }[curved.what](max(curved.quantity.value, curved.quantity.standard_uncertainty or 0.0))
+        }[curved.what](_noticeable(curved))
         turns = float(self.effective_rotations(self.values, np.asarray(curved.rotations)))
-        first = float(discs.rotations(max(float(depth), _LEAST_DEPTH), 1.0)) / turns
-        same = flat is not None and flat.what == curved.what and curved.quantity.value > 0
-        ratio = flat.quantity.value / curved.quantity.value if same and flat is not None else 0.5
-        return np.array([first, first * max(ratio, 1e-3)])
+        lasting = disc_pair(self.contact, self.values, "contact-width")
+        reached = float(discs.rotations(max(float(depth), _LEAST_DEPTH), 1.0))
+        if not np.isfinite(reached):  # slip would end before
+            reached = float(lasting.rotations(max(float(depth), _LEAST_DEPTH), 1.0))
+        first = reached / turns
+        same = flat is not None and flat.what == curved.what
+        ratio = _noticeable(flat) / _noticeable(curved) if same and flat is not None else 0.5
+        return np.array([first, first * max(ratio, 1e-6)])
 
     def coefficients(self) -> Column:
         """Return k₁ and k₂, m²/N, at the best estimates. Raises ``FitError`` where the curved disc shows no wear."""
-        found = self.solve(self.values, self.start)
+        found = self.solve(self.values, self.scale)
+        if not np.all(np.isfinite(found)):
+            raise FitError(
+                f"wear fit: found no k_D in {_MOST_ITERATIONS} iterations; expected end values that belong together, "
+                "and discs that still slip at the end; check end values, rotations and slip"
+            )
         if not found[0] > 0:
             raise FitError(
                 "wear fit: found no wear of the curved disc; expected end values above zero; a longer or heavier test "
@@ -188,19 +213,21 @@ class DiscProblem:
         return found
 
     def jacobian(self, coefficients: Column) -> Column:
-        """Return the slopes of the weighted rows against the logarithms of what is found."""
-        _, slopes = self._model_and_slopes(coefficients, self.values)
-        return np.asarray(slopes[:, : 1 if self.one_sided else 2] * self.root_weights[:, None])
+        """Return the slopes of the weighted rows against the logarithms of what is found, by central differences."""
+        columns = []
+        for place in range(self.unknowns):
+            low, high = (coefficients * np.exp(sign * _STEP * (np.arange(2) == place)) for sign in (-1, 1))
+            columns.append((self.modelled(high, self.values) - self.modelled(low, self.values)) / (2 * _STEP))
+        return np.stack(columns, axis=-1) * self.root_weights[:, None]
 
     def sensitivities(self, name: str, coefficients: Column) -> Column:
         """Return ∂ln k/∂x for one input, by central differences over its standard uncertainty."""
         spread = self.inputs[name].spread
         if not spread:
-            return np.zeros(1 if self.one_sided else 2)
+            return np.zeros(self.unknowns)
         low, high = ({**self.values, name: self.values[name] + sign * spread} for sign in (-1, 1))
-        change = (
-            self.rows(high) - self.rows(low) - (self.modelled(coefficients, high) - self.modelled(coefficients, low))
-        )
+        change = self.rows(high) - self.rows(low)
+        change = change - (self.modelled(coefficients, high) - self.modelled(coefficients, low))
         return _least_squares(self.jacobian(coefficients), change * self.root_weights) / (2 * spread)
 
     def draw(self, rng: Generator, count: int, shared: Mapping[str, Column] | None = None) -> dict[str, Column]:
@@ -215,6 +242,11 @@ class DiscProblem:
             some = {name: np.asarray(column)[first : first + _SLICE] for name, column in values.items()}
             solved.append(self.solve(some, start, _DRAWN))
         return np.concatenate(solved)
+
+
+def _noticeable(one: DiscMeasurement) -> float:
+    """Return what was measured, or what would have been noticed."""
+    return max(one.quantity.value, one.quantity.standard_uncertainty or 0.0, _LEAST_SPREAD[one.what])
 
 
 def _modelled(worn: DiscWear, one: DiscMeasurement) -> Column:
