@@ -8,7 +8,7 @@ from pathlib import Path
 
 import blas  # noqa: F401, before all that loads numpy
 import pytest
-from folders import SAMPLE_IDS, SAMPLES
+from folders import DISC_IDS, SAMPLE_IDS, SAMPLES
 from hypothesis import settings
 from study_runs import fill, record_runs
 
@@ -31,8 +31,13 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put all that look at the archived samples into the first half, so that one process alone makes them."""
-    items.sort(key=lambda item: "sample_archive" not in getattr(item, "fixturenames", ()))
+    """Put all that look at archived samples first, or last for twin discs, so that one process alone makes them."""
+
+    def place(item: pytest.Item) -> int:
+        used = getattr(item, "fixturenames", ())
+        return -1 if "sample_archive" in used else int("disc_archive" in used)
+
+    items.sort(key=place)
 
 
 @pytest.fixture(scope="session")
@@ -155,10 +160,20 @@ def bare_run() -> RawRun:
 
 @pytest.fixture(scope="session")
 def sample_archive(tmp_path_factory) -> Archive:
-    """All sample runs taken through the whole line, with fewer draws; not to be written into."""
-    archive = Archive(tmp_path_factory.mktemp("samples"))
+    """All pin-on-disc samples taken through the whole line, with fewer draws; not to be written into."""
+    return _taken_through(SAMPLE_IDS, tmp_path_factory.mktemp("samples"))
+
+
+@pytest.fixture(scope="session")
+def disc_archive(tmp_path_factory) -> Archive:
+    """All twin-disc samples taken through the whole line, with fewer draws; not to be written into."""
+    return _taken_through(DISC_IDS, tmp_path_factory.mktemp("disc-samples"))
+
+
+def _taken_through(run_ids: list[str], folder: Path) -> Archive:
+    archive = Archive(folder)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("tribopipe.uncertainty.BLOCK", 2_000)
-        outcomes = list(process([SAMPLES / run_id for run_id in SAMPLE_IDS], archive))
+        outcomes = list(process([SAMPLES / run_id for run_id in run_ids], archive))
     assert [outcome for outcome in outcomes if outcome.status == "failed"] == []
     return archive

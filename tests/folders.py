@@ -1,12 +1,20 @@
 """Looking at folders, and spoiling the files of a run folder."""
 
 import re
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 SAMPLES = ROOT / "sample_runs"
-SAMPLE_IDS = sorted(path.parent.name for path in SAMPLES.glob("*/run.toml"))
+_KINDS = {
+    path.parent.name: tomllib.loads(path.read_text(encoding="utf-8"))["contact"]["kind"]
+    for path in sorted(SAMPLES.glob("*/run.toml"))
+}
+SAMPLE_IDS = [run_id for run_id, kind in _KINDS.items() if kind == "pin-on-disc"]
+"""Of the pin-on-disc runs."""
+DISC_IDS = [run_id for run_id, kind in _KINDS.items() if kind == "twin-disc"]
+"""Of the twin-disc runs."""
 
 
 def tree_bytes(folder: Path) -> dict[str, bytes]:

@@ -9,7 +9,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from folders import SAMPLE_IDS
+from folders import DISC_IDS, SAMPLE_IDS
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
@@ -198,6 +198,12 @@ def nxcheck(path: Path) -> tuple[int, int, str]:
 @pytest.mark.parametrize("run_id", SAMPLE_IDS)
 def test_archived_samples_conform_to_nexus(sample_archive, run_id):
     warnings, errors, printed = nxcheck(sample_archive.path(run_id))
+    assert (warnings, errors) == (0, 0), printed
+
+
+@pytest.mark.parametrize("run_id", DISC_IDS)
+def test_archived_twin_disc_samples_conform_to_nexus(disc_archive, run_id):
+    warnings, errors, printed = nxcheck(disc_archive.path(run_id))
     assert (warnings, errors) == (0, 0), printed
 
 

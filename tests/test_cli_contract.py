@@ -28,7 +28,7 @@ FLAGS = {
     "fit": STEP | {"--model", "--law", "--together"},
     "predict": STEP
     | {"--run", "--wear-coefficient", "--law", "--model", "--scheme", "--steps", "--friction", "--at", "--depth"}
-    | {"--load", "--speed", "--radius", "--from", "--onto"},
+    | {"--load", "--speed", "--radius", "--from", "--onto", "--slip", "--crown-radius", "--distance-per-rotation"},
     "ls": COMMON,
     "mark-bad": COMMON | {"--reason", "--undo", "--by"},
     "show": COMMON,

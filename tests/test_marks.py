@@ -238,7 +238,7 @@ def test_list_shows_a_mark_only_where_there_is_one(run_cli, mark_bad, archive, s
     mark_bad(RUN, "--reason", "slipped")
     table, marks = listed()
     assert marks == {RUN: "slipped", HEAVIER: None}
-    assert re.search(r"(?m)^ *run +mark +pin ", table)
+    assert re.search(r"(?m)^ *run +mark +tribometer +materials ", table)
     assert re.search(rf"(?m)^ *{RUN} +bad ", table)
     assert re.search(rf"(?m)^ *{HEAVIER} +– ", table)
     mark_bad(RUN, "--undo", "--reason", "it did not")

@@ -7,7 +7,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from folders import SAMPLE_IDS, SAMPLES, tree_bytes
+from folders import DISC_IDS, SAMPLE_IDS, SAMPLES, tree_bytes
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from study_runs import AGAIN, HEAVY, LIGHT, NO_END
@@ -524,7 +524,7 @@ def test_what_only_looks_leaves_runs_fitted_by_another_recipe_alone(by_recipe, t
 
 def test_plan_of_a_study_counts_with_its_scatter_and_its_shared_inputs(done, ran):
     law = result_of(ran[1]).law("archard")
-    by_run, by_study = (plan_archived(done, name, "archard", 0.05, Recipe()) for name in (LIGHT, "air"))
+    (by_run,), (by_study,) = (plan_archived(done, name, "archard", 0.05, Recipe()) for name in (LIGHT, "air"))
     assert (by_run.id, by_study.id) == (LIGHT, LIGHT)
     assert by_run.scatter is None
     assert by_study.scatter == law.between_runs.scatter
@@ -605,12 +605,33 @@ def changed(original: RunManifest, run_id: str, *, radius: float | None = None, 
 
 
 def test_drafts_for_the_sample_runs_are_the_sample_studies(manifests):
-    paths = sorted(SAMPLES.glob("*.study.toml"))
-    assert len(paths) == 2
+    paths = [SAMPLES / f"{name}.study.toml" for name in ("si3n4-air", "wc-co-water")]
     written = [load_toml(path, Study).model_copy(update={"end_of_life": None, "title": None}) for path in paths]
     for order in (manifests, manifests[::-1]):
         drafts = [draft.model_copy(update={"title": None}) for draft in draft_studies(order)]
         assert sorted(drafts, key=lambda draft: draft.id) == written
+
+
+def test_every_sample_study_is_looked_at():
+    assert {path.name for path in SAMPLES.glob("*.study.toml")} == {
+        "si3n4-air.study.toml",
+        "si3n4-twin-disc.study.toml",
+        "wc-co-water.study.toml",
+    }
+
+
+def test_draft_for_the_twin_disc_samples_fits_the_least_slip(manifests):
+    discs = [manifest(run_id) for run_id in DISC_IDS]
+    for order in ([*manifests, *discs], [*discs[::-1], *manifests]):
+        (draft,) = (one for one in draft_studies(order) if one.id == "si3n4-twin-disc-air")
+        assert set(draft.fit) == {run_id for run_id in DISC_IDS if "-4pct-" in run_id}
+        assert set(draft.predict) == {run_id for run_id in DISC_IDS if "-10pct-" in run_id}
+        assert set(draft.shared) == {"curved_modulus", "flat_modulus"}
+        assert len(draft_studies(order)) == 3
+    # The sample study leaves to be predicted what goes on for longer, which no draft can know.
+    sample = load_toml(SAMPLES / "si3n4-twin-disc.study.toml", Study)
+    assert {*sample.fit, *sample.predict} == {*draft.fit, *draft.predict}
+    assert set(sample.fit) < set(draft.fit)
 
 
 def test_draft_tells_bodies_and_medium(manifests):

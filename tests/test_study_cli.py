@@ -96,11 +96,21 @@ def test_new_drafts_a_study_of_run_folders(run_cli, runs, tmp_path):
 def test_new_drafts_a_study_for_each_set_of_bodies(run_cli, tmp_path):
     result = run_cli("study", "new", SAMPLES, "--into", tmp_path / "drafts")
     assert result.exit_code == 0
-    assert files(tmp_path / "drafts") == {"si3n4-air.study.toml", "wc-co-water.study.toml"}
+    assert files(tmp_path / "drafts") == {
+        "si3n4-air.study.toml",
+        "si3n4-twin-disc-air.study.toml",
+        "wc-co-water.study.toml",
+    }
     for path in (tmp_path / "drafts").iterdir():
         assert str(path) in result.stderr
+        draft = load_toml(path, Study)
+        if path.name == "si3n4-twin-disc-air.study.toml":
+            assert draft.title == "Si3N4 on Si3N4 in air"
+            assert {one.partition("pct")[0] for one in draft.fit} == {"si3n4-twin-disc-4"}
+            assert {one.partition("pct")[0] for one in draft.predict} == {"si3n4-twin-disc-10"}
+            continue
         given = load_toml(SAMPLES / path.name, Study)
-        assert load_toml(path, Study) == given.model_copy(update={"end_of_life": None})
+        assert draft == given.model_copy(update={"end_of_life": None})
 
 
 def test_new_takes_the_runs_of_the_archive_but_for_bad_ones(run_cli, home):

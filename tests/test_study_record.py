@@ -52,7 +52,7 @@ def test_a_study_is_read_from_toml_in_si(tmp_path):
 def test_the_least_study_takes_both_laws_and_shares_what_one_material_shares():
     study = read_document(MINIMAL, Study, where="study.toml")
     assert study.laws == ("archard", "sarkar")
-    assert study.shared == ("pin_modulus", "disc_modulus")
+    assert study.shared == ("pin_modulus", "disc_modulus", "curved_modulus", "flat_modulus")
     assert (study.predict, study.end_of_life, study.title) == ((), None, None)
 
 

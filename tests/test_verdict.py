@@ -314,7 +314,7 @@ def test_a_law_is_called_off_beyond_the_99_percent_limits_only(pair, sign, calle
     assert 1.3 * usual < decisive < 1.6 * usual  # 2.81 and 1.96 standard deviations
 
     def told(by: float) -> str:
-        return decide(draws, shifted(comparison, sign * by), best)
+        return decide(shifted(comparison, sign * by), lambda factor: float(draws.run.predicted(best * factor)[-1]))
 
     assert told(0.0) == told(0.95 * usual) == "supported"
     assert told(1.05 * usual) == told(0.97 * decisive) == "not decidable"

@@ -293,8 +293,8 @@ def _refuse_no_wear(study_id: str, fitted: Sequence[PosedDiscs], discs: Sequence
     for place, disc in enumerate(discs):
         if not any(run.coefficients[place] > 0 for run in fitted):
             raise FitError(
-                f"{study_id}: found no wear of the {spoken(disc)} in any run that identifies k_D; expected some; leave its "
-                "end values out of run.toml, so that it counts as unworn"
+                f"{study_id}: found no wear of the {spoken(disc)} in any run that identifies k_D; expected some; leave "
+                "its end values out of run.toml, so that it counts as unworn"
             )
 
 
