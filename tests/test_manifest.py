@@ -218,6 +218,7 @@ def test_interruption_without_its_distance_is_refused():
     del document["interruptions"][0]["sliding_distance"]
     with pytest.raises(ManifestError, match=r"^where: interruptions\[0\]\.sliding_distance: missing; add this key$"):
         read_document(document, RunManifest, where="where")
+    assert not run_schema().is_valid(as_json(document))
 
 
 @pytest.mark.parametrize(

@@ -109,9 +109,10 @@ def disc_end_wear(run: RawRun, recipe: Recipe) -> DiscEndWear | None:
     Depths add up. Volumes give the cross-section lost by both, and a track its width, of which the depth follows by the
     geometry of the worn flat (tribopipe.contact.twin_disc). A disc on which nothing was measured counts as unworn.
     """
-    ends = {one.name: one for one in disc_measurements(run, recipe.uncertainty) if one.interruption is None}
+    everything = disc_measurements(run, recipe.uncertainty)
+    ends = {one.name: one for one in everything if one.interruption is None}
     discs = disc_pair(run.manifest.twin_disc, nominal_values(run.manifest), recipe.wear.distance_per_rotation)
-    measured_on = {one.disc for one in ends.values()}
+    measured_on = {one.disc for one in everything}
     found = []
     for what in ("wear_depth", "wear_volume"):
         names = [f"{disc}_{what}" for disc in get_args(DiscName) if disc in measured_on]

@@ -28,6 +28,8 @@ _SHORTEST_RUNNING_IN = 5.0
 _DECISIVE = 6.0
 """Difference of the criterion that counts as evidence (R. E. Kass, A. E. Raftery, JASA 90 (1995) 773: 'strong')."""
 _LARGEST_RELATIVE_UNCERTAINTY = 0.5
+_CLEARLY = 3.0
+"""Standard uncertainties by which friction must start below zero to be called negative."""
 _RAMP_SHARE = 0.05
 """A loading ramp takes at most this share of a run."""
 
@@ -215,7 +217,7 @@ def _reasons_against(fit: _Exponential, distance: Column, mu: Column) -> tuple[s
     if _evidence(power, straight, independent, 1) < _DECISIVE or c > 0.99 * longest:
         change = line(distance[-1]) - line(distance[0])
         return (f"friction changes in a straight line, by {change:+.3f} over the fitted distance, not exponentially",)
-    if fit.parameters[0] + fit.parameters[1] < 0:
+    if fit.parameters[0] + fit.parameters[1] < -_CLEARLY * math.sqrt(fit.covariance[:2, :2].sum()):
         return ("the exponential would start at a negative friction",)
     if c < 1.01 * shortest:
         return (f"the decay is shorter than {_SHORTEST_RUNNING_IN:.0f} samples",)

@@ -145,9 +145,10 @@ def fit_archived_wear(archive: Archive, run_id: str, law: LawName, recipe: Recip
     name = WEAR_FITS[law]
     inputs = [archive.raw_sha256(run_id), *(_result_sha256(archive, run_id, base) for base in STEPS[name].stands_on)]
     options = {
-        "wear": {"friction": recipe.wear.friction},
+        "wear": {"friction": recipe.wear.friction, "correction": recipe.wear.correction},
         "drift": _told(recipe.drift),
         "uncertainty": _told(recipe.uncertainty),
+        "monte_carlo": _told(recipe.monte_carlo),
     }
     options |= _convention(archive, run_id, recipe)
     return _advance(archive, run_id, _Advance(name, options, inputs, compute), "wear_fit", force=force)

@@ -279,6 +279,7 @@ def _predict_pin(subject: _Subject, asked: _Asked, reference: str | None) -> "We
 
     _refuse(asked.slip, "--slip", "of two discs", "a pin has none")
     _refuse(asked.crown_radius, "--crown-radius", "of two discs", "for a pin it is --radius")
+    _refuse(asked.distance, "--distance-per-rotation", "of two discs", "a pin slides all the way")
     if len(asked.coefficients) > 1:
         raise typer.BadParameter("--wear-coefficient: found more than one for a pin; give it once")
     contact, conditions = subject.manifest.pin_on_disc, subject.manifest.conditions
@@ -357,12 +358,22 @@ def _known_discs(subject: _Subject, asked: _Asked) -> "KnownDiscs":
 def _places(subject: _Subject, asked: _Asked, kind: str, example: str) -> tuple[list[float], list[float]]:
     """Return where to predict, and the depths, m, whose place is wanted; the run's own end where neither is said."""
     at = [_rotations(text) if kind == "count" else parsed("--at", text, kind) for text in asked.at]
-    depths = [parsed("--depth", text, "length") for text in asked.depth]
+    depths = [_depth(text) for text in asked.depth]
     if not at and not depths:
         if subject.end is None:
             raise typer.BadParameter(f'say where to predict: --at "{example}"')
         at = [subject.end]
     return at, depths
+
+
+def _depth(text: str) -> float:
+    """Read a wear depth, m."""
+    from tribopipe.errors import UnitError
+
+    depth = parsed("--depth", text, "length")
+    if depth < 0:
+        raise UnitError(f"--depth: found {text!r}; expected a wear depth, zero or more, such as '30 um'")
+    return depth
 
 
 def _rotations(text: str) -> float:

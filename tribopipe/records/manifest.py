@@ -7,7 +7,7 @@ from itertools import pairwise
 from pathlib import Path, PureWindowsPath
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
 
 from tribopipe.errors import ContactError
 from tribopipe.records.base import Record, parse_toml, read_bytes, read_document
@@ -295,6 +295,10 @@ class EndValues(Record):
 
 class Interruption(EndValues):
     """What was measured on the specimens where the test was interrupted."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"anyOf": [{"required": ["sliding_distance"]}, {"required": ["rotations"]}]}
+    )
 
     sliding_distance: Distance | None = None
     """Distance that a pin had slid until then."""

@@ -6,7 +6,7 @@ depths and widths as uncertain as they are.
 
 from collections.abc import Collection
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 
 from tribopipe.errors import FitError
 from tribopipe.records.design import Design
@@ -39,10 +39,19 @@ def design_discs(
         raise FitError(f"plan: found a wanted interval of {wanted:g}; expected one above zero, such as '10 %'")
     run = posed_discs(member, law, recipe)
     common = {name.replace("_", " ") for name in shared}
+
+    @cache
+    def widths(length: float) -> list[float]:
+        longer = at_rotations(run.problem, run.coefficients, length)
+        return [half_width(lines) for lines in disc_budgets(longer, run.coefficients)]
+
+    def width_of(place: int, length: float) -> float:
+        return widths(length)[place]
+
     designs = []
     for place, lines in enumerate(disc_budgets(run.problem, run.coefficients)):
         now, by_shared = half_width(lines), half_width([line for line in lines if line.name in common])
-        length, by_distance = shortest(partial(_width_at, run.problem, run.coefficients, place), wanted)
+        length, by_distance = shortest(partial(width_of, place), wanted)
         turns = None if length is None else length * float(run.problem.places[-1])
         known = scatter[place]
         designs.append(
@@ -61,10 +70,6 @@ def design_discs(
             )
         )
     return tuple(designs)
-
-
-def _width_at(problem: DiscProblem, found: Column, place: int, length: float) -> float:
-    return half_width(disc_budgets(at_rotations(problem, found, length), found)[place])
 
 
 def at_rotations(problem: DiscProblem, found: Column, length: float) -> DiscProblem:

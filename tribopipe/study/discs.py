@@ -98,8 +98,11 @@ class PosedDiscs:
 
     @cached_property
     def coefficients(self) -> Column:
-        """k₁ and k₂ of this run alone, m²/N."""
-        return self.problem.coefficients()
+        """k₁ and k₂ of this run alone, m²/N. Raises ``FitError`` where it shows no wear."""
+        try:
+            return self.problem.coefficients()
+        except FitError as error:
+            raise FitError(f"{self.member.id}: {error}") from None
 
     def draw(self, rng: Generator, count: int, shared: Mapping[str, Column]) -> "_Draws":
         """Draw everything uncertain of this run; ``shared`` inputs are taken over from other runs of the study."""

@@ -59,7 +59,7 @@ def fit_discs(
 def _first_order(problem: DiscProblem, found: Column, model: LawName) -> TwinDiscFit:
     # Where no wear was found there is no logarithm; it is taken where wear would have been noticed.
     at = np.where(found > 0, found, problem.scale)
-    sensitivities = {name: problem.sensitivities(name, at) for name in problem.inputs}
+    sensitivities = problem.sensitivities(at)
     covariance = _covariance(problem, sensitivities)
     relative = np.sqrt(np.diag(covariance))
     residual = (problem.rows(problem.values) - problem.modelled(found, problem.values)) * problem.root_weights
@@ -93,7 +93,7 @@ def _correlation(covariance: Column) -> float | None:
 
 def disc_budgets(problem: DiscProblem, found: Column) -> list[tuple[Contribution, ...]]:
     """Return for each k_D that is found what its uncertainty is made of, to first order, the largest part first."""
-    sensitivities = {name: problem.sensitivities(name, found) for name in problem.inputs}
+    sensitivities = problem.sensitivities(found)
     return [_budget(problem, sensitivities, place) for place in range(problem.unknowns)]
 
 

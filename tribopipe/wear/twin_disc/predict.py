@@ -122,10 +122,12 @@ class DiscScenario:
     def _moved(self, rotations: Column, name: str, best: dict[str, float]) -> dict[str, Column]:
         """Return how each outcome moves with one standard uncertainty of an input."""
         # A relative step small enough to stay linear however wide the uncertainty is.
-        step = 1e-4 * abs(best[name])
-        high, low = (_outcomes(self.worn(rotations, {**best, name: best[name] + sign * step})) for sign in (1, -1))
-        share = self.inputs[name].spread / (2 * step)
-        return {outcome: (high[outcome] - low[outcome]) * share for outcome in high}
+        spread, middle = self.inputs[name].spread, best[name]
+        step = 1e-4 * (abs(middle) or spread)
+        # A coefficient of 0 has nothing below it.
+        below = middle - step if middle else 0.0
+        high, low = (_outcomes(self.worn(rotations, {**best, name: value})) for value in (middle + step, below))
+        return {outcome: (high[outcome] - low[outcome]) * spread / (middle + step - below) for outcome in high}
 
     def rotations_at(self, depth: float) -> float:
         """Return the rotations after which the curved disc has worn by a depth, m; infinite where it never has.
@@ -186,6 +188,8 @@ def predict_discs(
     rotations = np.asarray(at, dtype=float)
     if not np.all(np.isfinite(rotations)) or np.any(rotations < 0):
         raise FitError(f"prediction: found the rotations {list(at)}; expected none below zero; check --at")
+    if any(not depth >= 0 for depth in depths):
+        raise FitError(f"prediction: found the depths {list(depths)} m; expected none below zero; check --depth")
     reached = np.asarray([scenario.rotations_at(depth) for depth in depths])
     if np.any(np.isinf(reached)):
         raise FitError(
@@ -249,8 +253,9 @@ def _points(scenario: DiscScenario, rotations: Column, worn: DiscWear) -> Iterat
 
 def _reached(scenario: DiscScenario, rotations: Column) -> Iterator[DiscPoint]:
     """Say where each depth is reached; its uncertainty is that of the depth there over the slope dh/dN."""
-    worn = scenario.worn(rotations)
-    for point, rate in zip(_points(scenario, rotations, worn), worn.curved_rate.tolist(), strict=True):
+    worn, law = scenario.worn(rotations), LAWS[scenario.model]
+    rates = worn.curved_rate * law.rate_factor(rotations * scenario.slip_per_rotation, scenario.friction)
+    for point, rate in zip(_points(scenario, rotations, worn), rates.tolist(), strict=True):
         spread = (point.curved_disc_wear_depth.standard_uncertainty or 0.0) / rate
         exact = point.curved_disc_wear_depth.model_copy(update={"standard_uncertainty": None})
         turns = point.rotations.model_copy(update={"standard_uncertainty": spread})

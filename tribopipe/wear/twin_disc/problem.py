@@ -187,11 +187,11 @@ class DiscProblem:
             "wear_volume": lambda lost: discs.depth_of_area(lost / (2 * np.pi * self.values["curved_radius"])),
             "track_width": discs.depth_of_width,
         }[curved.what](_noticeable(curved))
+        depth = max(float(depth), _LEAST_DEPTH)
         turns = float(self.effective_rotations(self.values, np.asarray(curved.rotations)))
-        lasting = disc_pair(self.contact, self.values, "contact-width")
-        reached = float(discs.rotations(max(float(depth), _LEAST_DEPTH), 1.0))
-        if not np.isfinite(reached):  # slip would end before
-            reached = float(lasting.rotations(max(float(depth), _LEAST_DEPTH), 1.0))
+        reached = float(discs.rotations(depth, 1.0))
+        if not np.isfinite(reached):  # as if slip did not end before
+            reached = float(disc_pair(self.contact, self.values, "contact-width").rotations(depth, 1.0))
         first = reached / turns
         same = flat is not None and flat.what == curved.what
         ratio = _noticeable(flat) / _noticeable(curved) if same and flat is not None else 0.5
@@ -220,15 +220,20 @@ class DiscProblem:
             columns.append((self.modelled(high, self.values) - self.modelled(low, self.values)) / (2 * _STEP))
         return np.stack(columns, axis=-1) * self.root_weights[:, None]
 
-    def sensitivities(self, name: str, coefficients: Column) -> Column:
-        """Return ∂ln k/∂x for one input, by central differences over its standard uncertainty."""
+    def sensitivities(self, coefficients: Column) -> dict[str, Column]:
+        """Return ∂ln k/∂x for each input, by central differences over its standard uncertainty."""
+        jacobian = self.jacobian(coefficients)
+        return {name: self._sensitivity(name, coefficients, jacobian) for name in self.inputs}
+
+    def _sensitivity(self, name: str, coefficients: Column, jacobian: Column) -> Column:
         spread = self.inputs[name].spread
         if not spread:
             return np.zeros(self.unknowns)
         low, high = ({**self.values, name: self.values[name] + sign * spread} for sign in (-1, 1))
         change = self.rows(high) - self.rows(low)
-        change = change - (self.modelled(coefficients, high) - self.modelled(coefficients, low))
-        return _least_squares(self.jacobian(coefficients), change * self.root_weights) / (2 * spread)
+        if name not in {one.name for one in self.measurements}:
+            change = change - (self.modelled(coefficients, high) - self.modelled(coefficients, low))
+        return _least_squares(jacobian, change * self.root_weights) / (2 * spread)
 
     def draw(self, rng: Generator, count: int, shared: Mapping[str, Column] | None = None) -> dict[str, Column]:
         """Draw each input, columns of shape (count, 1)."""
