@@ -30,8 +30,8 @@ from tribopipe.study.member import Member
 
 (SERIES,) = PLAN.twin_disc_series
 SAMPLES = {run.id: run for run in SERIES.runs}
-FITTED = tuple(f"si3n4-twin-disc-4pct-{rotations}" for rotations in ("100k", "250k", "500k", "1M"))
-SLIPPING, LONG = "si3n4-twin-disc-10pct-1M-a", "si3n4-twin-disc-4pct-2M"
+FITTED = tuple(f"si3n4-twin-disc-4pct-{rotations}" for rotations in ("100k", "250k", "500k", "1000k"))
+SLIPPING, LONG = "si3n4-twin-disc-10pct-1000k-a", "si3n4-twin-disc-4pct-2000k"
 CHANGES = {SLIPPING: None, LONG: None, f"{LONG}-fatigue": 3.0, f"{LONG}-milder": 1 / 3}
 """What is predicted, and what both k_D are multiplied by late in it."""
 OUTCOMES: tuple[Verdict, ...] = ("supported", "not decidable", "over-predicts", "under-predicts")

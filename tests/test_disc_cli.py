@@ -13,7 +13,7 @@ from tribopipe.archive.store import Archive
 from tribopipe.records.base import load_toml
 from tribopipe.records.study import Study
 
-RUN, FAST, LONG = "si3n4-twin-disc-4pct-250k", "si3n4-twin-disc-10pct-1M-a", "si3n4-twin-disc-4pct-2M"
+RUN, FAST, LONG = "si3n4-twin-disc-4pct-250k", "si3n4-twin-disc-10pct-1000k-a", "si3n4-twin-disc-4pct-2000k"
 SHOWN_K_1, SHOWN_K_2 = "4.6e-12 mm^3/(N*mm)", "2.0e-12 mm^3/(N*mm)"
 GIVEN = ("--wear-coefficient", SHOWN_K_1, "--wear-coefficient", SHOWN_K_2)
 

@@ -168,7 +168,7 @@ def test_flat_disc_measured_at_an_interruption_only_is_not_unworn_at_the_end():
 # --- drift ---
 
 
-@pytest.mark.parametrize("name", ["4pct-250k", "4pct-1M", "10pct-1M-a", "10pct-1M-b"])
+@pytest.mark.parametrize("name", ["4pct-250k", "4pct-1000k", "10pct-1000k-a", "10pct-1000k-b"])
 def test_drift_of_a_sample_run_comes_back(name):
     test = VirtualTwinDiscTest(SERIES, PLANNED[name])
     truth, correction = test.truth(), correct_drift(recorded(PLANNED[name], off=False)).correction
@@ -189,9 +189,9 @@ def test_corrected_curve_ends_at_the_end_value_and_follows_the_truth():
     sensors = SERIES.sensors.model_copy(
         update={"volume_uncertainty": Quantity(value=1e-4, unit="1"), "depth_noise": Quantity(value=1e-10, unit="m")}
     )
-    run = recorded(PLANNED["4pct-1M"], sensors, off=False)
+    run = recorded(PLANNED["4pct-1000k"], sensors, off=False)
     corrected = correct_drift(run)
-    test = VirtualTwinDiscTest(SERIES, PLANNED["4pct-1M"])
+    test = VirtualTwinDiscTest(SERIES, PLANNED["4pct-1000k"])
     true = test.state.curved_depth + test.state.flat_depth
     assert np.max(np.abs(corrected.wear_depth - true)) < 3e-9
     assert corrected.pin_wear_depth is None

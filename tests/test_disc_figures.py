@@ -32,9 +32,9 @@ from tribopipe.wear.twin_disc.predict import DiscScenario, KnownDiscs, published
 
 pytestmark = pytest.mark.usefixtures("few_draws")
 
-SHORT, MIDDLE, LONG = (f"si3n4-twin-disc-4pct-{end}" for end in ("100k", "1M", "2M"))
-FAST = ("si3n4-twin-disc-10pct-1M-a", "si3n4-twin-disc-10pct-1M-b")
-FITTED = tuple(f"si3n4-twin-disc-4pct-{end}" for end in ("100k", "250k", "500k", "1M"))
+SHORT, MIDDLE, LONG = (f"si3n4-twin-disc-4pct-{end}" for end in ("100k", "1000k", "2000k"))
+FAST = ("si3n4-twin-disc-10pct-1000k-a", "si3n4-twin-disc-10pct-1000k-b")
+FITTED = tuple(f"si3n4-twin-disc-4pct-{end}" for end in ("100k", "250k", "500k", "1000k"))
 STUDY = Study(id="discs", fit=FITTED, predict=(LONG, *FAST), laws=("archard",))
 CUBIC_MM, MICRO = 1e-9, 1e-6
 """m³ in 1 mm³, m in 1 µm."""

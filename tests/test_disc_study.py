@@ -26,7 +26,7 @@ from tribopipe.study.member import Member
 
 pytestmark = pytest.mark.usefixtures("few_draws")
 
-FITTED, SLIPPING, LONG = ("4pct-100k", "4pct-250k", "4pct-500k", "4pct-1M"), "10pct-1M-a", "4pct-2M"
+FITTED, SLIPPING, LONG = ("4pct-100k", "4pct-250k", "4pct-500k", "4pct-1000k"), "10pct-1000k-a", "4pct-2000k"
 FALSE = ("over-predicts", "under-predicts")
 SAMPLE_STUDY = load_toml(SAMPLES / "si3n4-twin-disc.study.toml", Study)
 DATE = "2026-07-01T10:00:00+00:00"
@@ -96,7 +96,7 @@ def test_run_at_10_percent_slip_is_predicted_within_its_band(labs):
 
 @pytest.mark.parametrize(("factor", "called"), [(3.0, "under-predicts"), (0.1, "over-predicts")])
 def test_fatigue_at_high_rotations_is_called(factor, called):
-    run = of(laboratory(7, ("4pct-500k", "4pct-1M"), (LONG,), factor), LONG)
+    run = of(laboratory(7, ("4pct-500k", "4pct-1000k"), (LONG,), factor), LONG)
     assert run.outcome == called
     assert f"{called} the wear at 250 mN and 4.00 % slip" in run.sentence or called in run.sentence
     assert "by itself this run has" in run.sentence
@@ -270,8 +270,8 @@ def test_sample_study_tells_the_story_of_the_paper(kept):
         assert disc.interval[0].value < true < disc.interval[1].value
     told = {run.id.removeprefix("si3n4-twin-disc-"): run for run in law.runs}
     assert told[LONG].outcome == "under-predicts"
-    assert told["10pct-1M-a"].outcome not in FALSE
-    assert told["10pct-1M-b"].outcome not in FALSE
+    assert told["10pct-1000k-a"].outcome not in FALSE
+    assert told["10pct-1000k-b"].outcome not in FALSE
     assert [told[name].role for name in FITTED] == ["fitted"] * 4
 
 
@@ -309,7 +309,7 @@ def test_curves_are_those_evaluated(kept):
 
 def test_study_and_its_runs_conform_to_nexus(kept):
     store, _ = kept
-    for path in (*(store.folder / "studies").glob("*"), store.path("si3n4-twin-disc-10pct-1M-a")):
+    for path in (*(store.folder / "studies").glob("*"), store.path("si3n4-twin-disc-10pct-1000k-a")):
         warnings, errors, printed = nxcheck(path)
         assert (warnings, errors) == (0, 0), printed
     assert list((store.folder / "studies").glob("*"))

@@ -73,7 +73,7 @@ def test_last_sample_is_where_the_test_stops(rotations):
 
 
 @pytest.mark.parametrize("convention", ["full-slip", "contact-width", "volume-conserving"])
-@pytest.mark.parametrize("name", ["4pct-1M", "10pct-1M-a"])
+@pytest.mark.parametrize("name", ["4pct-1000k", "10pct-1000k-a"])
 def test_truth_is_the_exact_model(name, convention):
     run = RUNS[name]
     test = virtual(run, distance_per_rotation=convention)
@@ -149,7 +149,7 @@ def test_fatigue_is_another_k_d_from_the_worn_state_on():
 
 
 def test_fatigued_sample_run_ends_at_the_rotations_it_is_worth():
-    test = virtual(RUNS["4pct-2M"])
+    test = virtual(RUNS["4pct-2000k"])
     worth = pair(0.04).worn(1.2e6 + 3 * 0.8e6, 4.6e-18, 2.0e-18)
     assert test.state.curved_volume[-1] == pytest.approx(worth.curved_volume, rel=1e-12)
     sound = pair(0.04).worn(2e6, 4.6e-18, 2.0e-18)
@@ -358,7 +358,7 @@ def test_command_tells_the_truth_of_both_discs(run_cli, tmp_path):
     result = run_cli("simulate", tmp_path / "runs", "--plan", plan, "--json")
     assert result.exit_code == 0
     assert "Simulated into" in result.stderr
-    assert "si3n4-twin-disc-4pct-2M" in result.stderr
+    assert "si3n4-twin-disc-4pct-2000k" in result.stderr
     assert "archard, fatigue" in result.stderr
     assert "4.6×10⁻¹²" in result.stderr
     assert len(json.loads(result.stdout)["runs"]) == len(SERIES.runs)
