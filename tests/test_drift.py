@@ -13,7 +13,7 @@ from tribopipe.errors import FitError
 from tribopipe.records.manifest import EndValues
 from tribopipe.records.quantity import EndValue
 from tribopipe.run import RawRun
-from tribopipe.simulate import _correlated
+from tribopipe.simulate.drawing import correlated as _correlated
 
 WEAR_END = 23e-6
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tribopipe.noise import effective_samples, inflation
-from tribopipe.simulate import _correlated
+from tribopipe.simulate.drawing import correlated as _correlated
 
 
 @pytest.mark.parametrize("length", [0.01, 2.0, 20.0])

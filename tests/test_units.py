@@ -236,3 +236,8 @@ def test_shown_numbers_keep_two_digits_of_the_uncertainty(value, relative):
     scale = 10.0 ** int(power.translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")) or "0")
     assert float(spread) * scale == pytest.approx(relative * value, rel=0.051)
     assert abs(float(number) * scale - value) <= 0.051 * relative * value
+
+
+def test_nothing_is_shown_without_a_sign():
+    assert show(-0.02, 1.7, "m") == "0.0 ± 1.7 m"
+    assert show(-0.2, 1.7, "m") == "-0.2 ± 1.7 m"

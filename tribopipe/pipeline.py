@@ -21,7 +21,6 @@ from tribopipe.errors import ManifestError, TribopipeError
 from tribopipe.files import natural_order
 from tribopipe.friction import fit_friction
 from tribopipe.ingest.harmonise import read_run
-from tribopipe.motion import slip
 from tribopipe.records.base import Record
 from tribopipe.records.disc_results import TwinDiscFit
 from tribopipe.records.finding import Finding
@@ -30,7 +29,7 @@ from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit
 from tribopipe.run import Column, CorrectedRun
-from tribopipe.study.bodies import bodies
+from tribopipe.study.bodies import bodies, severity
 from tribopipe.version import VERSION
 from tribopipe.wear.curves import LawCurve, fitted_curve, predicted_curve, run_scenario
 from tribopipe.wear.friction_path import fitted_path
@@ -287,20 +286,21 @@ def predict_from_lightest(
 
     A run marked bad is never the one predicted from.
     """
-    references: dict[tuple[object, ...], tuple[float, float, str]] = {}
+    references: dict[tuple[object, ...], tuple[tuple[float, float], str]] = {}
     for other in archive.ids():
         try:
             fit = archive.result(other, WEAR_FITS[law], Record)
             fitted = isinstance(fit, WearFit | TwinDiscFit) and fit.outcome == "fitted"
             if fitted and archive.bad(other) is None:
                 manifest = archive.manifest(other)
-                candidate = (manifest.conditions.normal_load.value, abs(slip(manifest).value), other)
-                references[bodies(manifest)] = min(references.get(bodies(manifest), candidate), candidate)
+                candidate = (severity(manifest), other)
+                best = references.get(bodies(manifest), candidate)
+                references[bodies(manifest)] = candidate if candidate[0] < best[0] else best
         except TribopipeError as error:
             yield Outcome(other, "prediction", "failed", error=error)
     for run_id in run_ids:
         try:
-            *_, reference = references.get(bodies(archive.manifest(run_id)), (0.0, 0.0, run_id))
+            _, reference = references.get(bodies(archive.manifest(run_id)), (None, run_id))
             if reference != run_id:
                 yield predict_archived(archive, run_id, reference, law, recipe, force=force)
         except TribopipeError as error:

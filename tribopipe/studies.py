@@ -12,7 +12,6 @@ from tribopipe.archive.studyfile import StoredStudy
 from tribopipe.drift import correct_drift
 from tribopipe.errors import ArchiveError, FitError, ManifestError, TribopipeError, did_you_mean
 from tribopipe.friction import fit_friction
-from tribopipe.motion import slip
 from tribopipe.pipeline import (
     Outcome,
     correct_archived_drift,
@@ -27,7 +26,7 @@ from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.study import STUDY_NAME, STUDY_SUFFIX, Study
 from tribopipe.records.verdict import BetweenRuns, LawResult, LeftOut, StudyResult
-from tribopipe.study.bodies import bodies
+from tribopipe.study.bodies import bodies, severity
 from tribopipe.study.design import design
 from tribopipe.study.disc_design import design_discs
 from tribopipe.study.discs import DiscEvaluation, evaluate_discs
@@ -227,8 +226,8 @@ def draft_studies(manifests: Sequence[RunManifest]) -> list[Study]:
 
 
 def _draft(group: Sequence[RunManifest], taken: Collection[str]) -> Study:
-    by_load = sorted(group, key=_severity)
-    fit = [manifest.id for manifest in by_load if _severity(manifest) == _severity(by_load[0])]
+    by_load = sorted(group, key=severity)
+    fit = [manifest.id for manifest in by_load if severity(manifest) == severity(by_load[0])]
     predict = [manifest.id for manifest in by_load if manifest.id not in fit]
     first = by_load[0]
     upper, lower = (body.material for body in first.contact.bodies.values())
@@ -249,10 +248,6 @@ def _draft(group: Sequence[RunManifest], taken: Collection[str]) -> Study:
         if first.contact.kind == "twin-disc"
         else ("pin_modulus", "disc_modulus"),
     )
-
-
-def _severity(manifest: RunManifest) -> tuple[float, float]:
-    return manifest.conditions.normal_load.value, abs(slip(manifest).value)
 
 
 def study_toml(study: Study) -> str:

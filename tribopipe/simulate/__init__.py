@@ -3,7 +3,6 @@
 from pathlib import Path
 
 from tribopipe.records.plan import Plan, Truth, TwinDiscTruth
-from tribopipe.simulate.drawing import correlated as _correlated  # noqa: F401
 from tribopipe.simulate.pin_on_disc import VirtualTest, simulate_run
 from tribopipe.simulate.twin_disc import VirtualTwinDiscTest, simulate_twin_disc_run
 

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from tribopipe.errors import FitError
+from tribopipe.motion import slip
 from tribopipe.records.manifest import PinOnDisc, RunManifest
 
 
@@ -33,3 +34,8 @@ def bodies(manifest: RunManifest) -> tuple[object, ...]:
         return (*common, contact.pin.shape, contact.pin.radius.value)
     curved, flat = contact.curved_disc, contact.flat_disc
     return (*common, curved.crown_radius.value, curved.rolling_radius.value, flat.rolling_radius.value)
+
+
+def severity(manifest: RunManifest) -> tuple[float, float]:
+    """Return normal load, N, and size of the slip, by which runs of the same bodies are ordered."""
+    return manifest.conditions.normal_load.value, abs(slip(manifest).value)
