@@ -298,12 +298,15 @@ def _show_disc_law(result: "TwinDiscStudyResult", law: "TwinDiscLawResult") -> N
 
 def _disc_rows(verdict: "TwinDiscVerdict") -> list[list[str]]:
     from tribopipe.records.disc_results import spoken
+    from tribopipe.units import pretty
+    from tribopipe.units import show as show_number
 
     rows = []
     for number, disc in enumerate(verdict.discs):
         unit = "mm^3" if disc.what == "wear_volume" else "um"
-        run = [verdict.id, verdict.role, verdict.slip.shown("%"), f"{verdict.rotations.value:,.0f}"]
-        low, high = (end.shown(unit) for end in disc.predicted_interval)
+        slip = show_number(verdict.slip.value, None, "1", "%")
+        run = [verdict.id, verdict.role, slip, f"{verdict.rotations.value:,.0f}"]
+        low, high = (end.shown(unit).removesuffix(f" {pretty(unit)}") for end in disc.predicted_interval)
         rows.append(
             [
                 *(run if number == 0 else ["", "", "", ""]),

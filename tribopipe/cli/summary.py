@@ -10,7 +10,7 @@ from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction, spok
 from tribopipe.records.manifest import DiscName
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
-from tribopipe.units import pretty
+from tribopipe.units import pretty, show
 
 K_D = "mm^3/(N*mm)"
 
@@ -87,7 +87,7 @@ def _disc_rows(archive: Archive, run_id: str) -> list[list[str]]:
     rotations = float(archive.raw(run_id).columns["rotations"][-1])
     about = [
         run_id,
-        slip(manifest).shown("%"),
+        show(slip(manifest).value, None, "1", "%"),
         f"{rotations:,.0f}",
         _cell(drift.drift_rate if isinstance(drift, DriftCorrection) else None, "nm/min"),
         _cell(friction.steady_state if isinstance(friction, FrictionFit) else None, "1"),

@@ -135,7 +135,7 @@ class DiscProblem:
             design = slopes[..., :free] * self.root_weights[:, None]
             step = np.clip(_least_squares(design, residual), -1.0, 1.0)
             moved = log_k.copy()
-            moved[..., :free] = np.clip(log_k[..., :free] + step, lowest[..., :free], -lowest[..., :free])
+            moved[..., :free] = np.maximum(log_k[..., :free] + step, lowest[..., :free])
             change, log_k = np.max(np.abs(moved - log_k), axis=-1), moved
             if np.all(change < tolerance):
                 break
