@@ -229,7 +229,7 @@ def test_predict_from_one_run_onto_another(run_cli, home):
     before = tree_bytes(home)
     result = run_cli("predict", "--from", RUN, "--onto", FAST, cwd=home)
     assert result.exit_code == 0, result.stderr
-    assert "10.0" in result.stderr
+    assert "10 %" in result.stderr
     assert "Archard's law" in result.stderr
     document = document_of(run_cli("predict", "--from", RUN, "--onto", FAST, "--json", cwd=home))
     runs = json.dumps(document)
