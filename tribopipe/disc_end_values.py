@@ -11,7 +11,7 @@ from tribopipe.contact.twin_disc import DiscPair, disc_pair, nominal_values
 from tribopipe.end_values import Source, stated_or_default
 from tribopipe.errors import FitError
 from tribopipe.profile import worn_area
-from tribopipe.records.manifest import DiscName, EndValues, TwinDisc
+from tribopipe.records.manifest import DISCS, DiscName, EndValues, TwinDisc
 from tribopipe.records.quantity import EndValue, Quantity
 from tribopipe.records.recipe import DefaultUncertainty, Recipe
 from tribopipe.run import RawRun
@@ -60,7 +60,7 @@ def disc_measurements(run: RawRun, defaults: DefaultUncertainty) -> tuple[DiscMe
 def _measured(
     run: RawRun, values: EndValues, rotations: float, defaults: DefaultUncertainty, number: int | None
 ) -> Iterator[DiscMeasurement]:
-    for disc in get_args(DiscName):
+    for disc in DISCS:
         for what in get_args(Measured):
             stated = getattr(values, f"{disc}_{what}")
             if stated is None and what == "wear_volume":
@@ -115,7 +115,7 @@ def disc_end_wear(run: RawRun, recipe: Recipe) -> DiscEndWear | None:
     measured_on = {one.disc for one in everything}
     found = []
     for what in ("wear_depth", "wear_volume"):
-        names = [f"{disc}_{what}" for disc in get_args(DiscName) if disc in measured_on]
+        names = [f"{disc}_{what}" for disc in DISCS if disc in measured_on]
         if "curved_disc" in measured_on and all(name in ends for name in names):
             found.append(_total([ends[name] for name in names], discs, run.manifest.twin_disc))
     found += [_total([one], discs, run.manifest.twin_disc) for one in ends.values() if one.what == "track_width"]

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from itertools import combinations
-from typing import NamedTuple, get_args
+from typing import NamedTuple
 
 from tribopipe.checks.registry import Trouble, check
 from tribopipe.contact.twin_disc import disc_pair, nominal_values
@@ -13,7 +13,7 @@ from tribopipe.end_values import EndValueUsed, EndWear
 from tribopipe.errors import ContactError, FitError
 from tribopipe.motion import slip
 from tribopipe.profile import worn_area
-from tribopipe.records.manifest import DiscName, RunManifest, TwinDisc
+from tribopipe.records.manifest import DISCS, RunManifest, TwinDisc
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import DefaultUncertainty, Recipe
 from tribopipe.run import Column, RawRun
@@ -297,9 +297,7 @@ def _pin_inputs(manifest: RunManifest) -> dict[str, Quantity | None]:
 def _disc_inputs(manifest: RunManifest) -> dict[str, Quantity | None]:
     contact, conditions = manifest.twin_disc, manifest.conditions
     slipping = ("slip",) if conditions.slip is not None else ("curved_disc_speed", "flat_disc_speed")
-    measured = (
-        f"{disc}_{what}" for disc in get_args(DiscName) for what in ("wear_depth", "track_width", "wear_volume")
-    )
+    measured = (f"{disc}_{what}" for disc in DISCS for what in ("wear_depth", "track_width", "wear_volume"))
     return {
         "conditions.normal_load": conditions.normal_load,
         "contact.curved_disc.crown_radius": contact.curved_disc.crown_radius,

@@ -1,13 +1,13 @@
 """What is said of an archived run in one line of a table, and in one document of JSON."""
 
-from typing import Any, get_args
+from typing import Any
 
 from tribopipe.archive.steps import PREDICTIONS, WEAR_FITS, Step, StepName
 from tribopipe.archive.store import Archive
 from tribopipe.cli.output import record_json, split_table
 from tribopipe.motion import slip
 from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction, spoken
-from tribopipe.records.manifest import DiscName
+from tribopipe.records.manifest import DISCS
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
 from tribopipe.units import pretty, show
@@ -81,7 +81,7 @@ def _disc_rows(archive: Archive, run_id: str) -> list[list[str]]:
     drift, friction = _result(steps, "drift_correction"), _result(steps, "friction_fit")
     fits = [_result(steps, name) for name in WEAR_FITS.values()]
     predictions = [_result(steps, name) for name in PREDICTIONS.values()]
-    volumes = {name: getattr(manifest.end_values, f"{name}_wear_volume") for name in get_args(DiscName)}
+    volumes = {name: getattr(manifest.end_values, f"{name}_wear_volume") for name in DISCS}
     reference = next((p.reference for p in predictions if isinstance(p, TwinDiscPrediction)), None)
     fitted = any(isinstance(fit, TwinDiscFit) and fit.outcome == "fitted" for fit in fits)
     rotations = float(archive.raw(run_id).columns["rotations"][-1])
@@ -93,7 +93,7 @@ def _disc_rows(archive: Archive, run_id: str) -> list[list[str]]:
         _cell(friction.steady_state if isinstance(friction, FrictionFit) else None, "1"),
     ]
     rows: list[list[str]] = []
-    for name in get_args(DiscName):
+    for name in DISCS:
         found = [getattr(fit, name) if isinstance(fit, TwinDiscFit) else None for fit in fits]
         ends = [
             getattr(p.prediction[0], f"{name}_wear_volume") if isinstance(p, TwinDiscPrediction) else None

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from pathlib import Path, PurePath
-from typing import get_args
 
 import numpy as np
 
@@ -10,7 +9,7 @@ from tribopipe.errors import ReaderError
 from tribopipe.ingest.columns import column_in_si, find_column, read_source
 from tribopipe.ingest.reader import Hints, ReadTable
 from tribopipe.ingest.registry import reader_named
-from tribopipe.records.manifest import ColumnSource, DiscName, EndValues, ProfileSource, RunManifest
+from tribopipe.records.manifest import DISCS, ColumnSource, EndValues, ProfileSource, RunManifest
 from tribopipe.run import Column, Profile, SourceFile
 from tribopipe.units import show
 
@@ -41,7 +40,7 @@ def _named(manifest: RunManifest) -> Iterator[tuple[str, ProfileSource]]:
         (f"interruptions[{number}]", stop) for number, stop in enumerate(manifest.interruptions)
     ]
     for where, values in [("end_values", manifest.end_values), *stops]:
-        for disc in get_args(DiscName):
+        for disc in DISCS:
             named: ProfileSource | None = getattr(values, f"{disc}_profile")
             if named is not None:
                 yield f"{where}.{disc}_profile", named

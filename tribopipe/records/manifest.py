@@ -142,6 +142,8 @@ class TwinDisc(Record):
 
 
 DiscName = Literal["curved_disc", "flat_disc"]
+DISCS: tuple[DiscName, DiscName] = ("curved_disc", "flat_disc")
+"""In the order of k₁ and k₂."""
 Contact = Annotated[PinOnDisc | TwinDisc, Field(discriminator="kind")]
 
 

@@ -29,6 +29,11 @@ class Quantity(Record):
         return units.show(self.value, self.standard_uncertainty, self.unit, unit)
 
 
+def wear_coefficient(value: float, standard_uncertainty: float | None = None) -> Quantity:
+    """Return a wear coefficient k_D, m²/N."""
+    return Quantity(value=value, unit="m^2/N", standard_uncertainty=standard_uncertainty)
+
+
 class EndValue(Quantity):
     """A quantity measured on a specimen after the test."""
 

@@ -13,7 +13,7 @@ import numpy as np
 from tribopipe.contact.twin_disc import DiscWear
 from tribopipe.disc_end_values import Measured
 from tribopipe.records.disc_results import FittedValue, TwinDiscFit, TwinDiscPrediction, spoken
-from tribopipe.records.manifest import DiscName
+from tribopipe.records.manifest import DISCS, DiscName
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.results import COVERAGE_FACTOR
 from tribopipe.report.figures import (
@@ -41,7 +41,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-DISCS: tuple[DiscName, DiscName] = ("curved_disc", "flat_disc")
 _DASHED, _DOTTED = (0, (5, 1.6)), (0, (1.2, 1.2))
 _MOST_PLACES = 240
 _DOTTED_PLACES = np.linspace(0, _MOST_PLACES - 1, 41).astype(int)

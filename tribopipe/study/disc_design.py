@@ -11,6 +11,7 @@ from functools import cache, partial
 from tribopipe.errors import FitError
 from tribopipe.records.design import Design
 from tribopipe.records.disc_results import spoken
+from tribopipe.records.manifest import DISCS
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.results import COVERAGE_FACTOR
@@ -19,7 +20,7 @@ from tribopipe.study.design import half_width, levers, replicates, shortest
 from tribopipe.study.discs import posed_discs
 from tribopipe.study.member import Member
 from tribopipe.wear.inputs import Input
-from tribopipe.wear.twin_disc.identify import DISCS, disc_budgets
+from tribopipe.wear.twin_disc.identify import disc_budgets
 from tribopipe.wear.twin_disc.problem import DiscProblem
 
 

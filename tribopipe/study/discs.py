@@ -26,8 +26,8 @@ from tribopipe.records.disc_verdict import (
     TwinDiscStudyResult,
     TwinDiscVerdict,
 )
-from tribopipe.records.manifest import DiscName
-from tribopipe.records.quantity import Quantity
+from tribopipe.records.manifest import DISCS, DiscName
+from tribopipe.records.quantity import Quantity, wear_coefficient
 from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.study import Study
 from tribopipe.records.verdict import LeftOut, Role, Verdict
@@ -38,7 +38,7 @@ from tribopipe.study.verdict import DECISIVE, Comparison, decide, ratio, single_
 from tribopipe.uncertainty import TAILS, propagate_together
 from tribopipe.units import show
 from tribopipe.wear.inputs import DISC_INPUTS, default_notes
-from tribopipe.wear.twin_disc.identify import DISCS, run_notes
+from tribopipe.wear.twin_disc.identify import run_notes
 from tribopipe.wear.twin_disc.problem import DiscProblem, disc_problem
 
 _FIRST = ("track_width", "wear_depth", "wear_volume")
@@ -170,8 +170,8 @@ class _Law:
             discs=tuple(
                 StudiedDisc(
                     disc=disc,
-                    wear_coefficient=_coefficient(best[place], found[place].standard_uncertainty),
-                    interval=(_coefficient(found[place].interval[0]), _coefficient(found[place].interval[1])),
+                    wear_coefficient=wear_coefficient(best[place], found[place].standard_uncertainty),
+                    interval=(wear_coefficient(found[place].interval[0]), wear_coefficient(found[place].interval[1])),
                     between_runs=self._combined[place].summary,
                 )
                 for place, disc in enumerate(self.discs)
@@ -261,7 +261,7 @@ class _Law:
             e_n=float(comparison.deviation[-1] / comparison.limits(0.05)[-1]),
             e_n_all=float(together[worst]),
             e_n_all_at=problem.measurements[rows[worst]].name,
-            wear_coefficient=_coefficient(own, float(np.nanstd(drawn))),
+            wear_coefficient=wear_coefficient(own, float(np.nanstd(drawn))),
             coefficient_ratio=ratio(own, drawn, float(best[place]), coefficients[:, place]),
         )
 
@@ -353,10 +353,6 @@ def _rotations_to(draws: _Draws, coefficients: Column, depth: float) -> Rotation
 
 def _turns(value: float) -> Quantity:
     return Quantity(value=float(value), unit="1")
-
-
-def _coefficient(value: float, spread: float | None = None) -> Quantity:
-    return Quantity(value=float(value), unit="m^2/N", standard_uncertainty=spread)
 
 
 def _spread(values: Column, draws: Column, unit: str) -> Quantity:

@@ -9,7 +9,7 @@ from numpy.random import Generator
 from tribopipe.contact.mechanics import HARDNESS_UNIT, contact_modulus, hertz_radius
 from tribopipe.contact.pin_on_disc import pin_contact
 from tribopipe.errors import ContactError
-from tribopipe.records.quantity import Quantity
+from tribopipe.records.quantity import Quantity, wear_coefficient
 from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.study import Study
 from tribopipe.records.verdict import (
@@ -115,8 +115,8 @@ class _Law:
         ]
         return LawResult(
             model=self.law,
-            wear_coefficient=_coefficient(best, found.standard_uncertainty),
-            interval=(_coefficient(found.interval[0]), _coefficient(found.interval[1])),
+            wear_coefficient=wear_coefficient(best, found.standard_uncertainty),
+            interval=(wear_coefficient(found.interval[0]), wear_coefficient(found.interval[1])),
             draws=len(found.draws),
             rejected=found.rejected,
             between_runs=combination.summary,
@@ -177,7 +177,7 @@ class _Law:
             e_n=float(comparison.deviation[-1] / comparison.limits(0.05)[-1]),
             e_n_curve=float(along[worst]),
             e_n_curve_at=_metres(run.places[worst]),
-            wear_coefficient=_coefficient(run.coefficient, float(np.std(draws.coefficient))),
+            wear_coefficient=wear_coefficient(run.coefficient, float(np.std(draws.coefficient))),
             coefficient_ratio=ratio(run.coefficient, draws.coefficient, best, coefficients),
             trend=shape.trend(),
             exponent=exponent(draws, comparison, run.predicted(run.coefficient)),
@@ -189,10 +189,6 @@ class _Law:
     def _end_of_life(self, draws: RunDraws, coefficients: Column) -> EndOfLife | None:
         wanted = self.study.end_of_life
         return None if wanted is None else end_of_life(draws, coefficients, wanted.value)
-
-
-def _coefficient(value: float, spread: float | None = None) -> Quantity:
-    return Quantity(value=value, unit="m^2/N", standard_uncertainty=spread)
 
 
 def _metres(value: float, spread: float | None = None) -> Quantity:

@@ -16,7 +16,7 @@ import numpy as np
 from tribopipe.contact.pin_on_disc import pin_contact
 from tribopipe.errors import FitError
 from tribopipe.noise import effective_samples
-from tribopipe.records.quantity import Quantity
+from tribopipe.records.quantity import Quantity, wear_coefficient
 from tribopipe.records.recipe import FrictionSource, LawName, MonteCarloRecipe, Recipe
 from tribopipe.records.results import COVERAGE_FACTOR, Contribution, FrictionFit, JointFit, WearFit
 from tribopipe.run import CorrectedRun
@@ -123,15 +123,11 @@ def _first_order(problem: WearProblem, coefficient: float) -> dict[str, Any]:
     slope = float((volume / (np.pi * state.radius**2))[0])
     return {
         "wear_coefficient": Quantity(value=coefficient, unit="m^2/N", standard_uncertainty=coefficient * relative),
-        "interval": (_coefficient(coefficient / factor), _coefficient(coefficient * factor)),
-        "random_uncertainty": _coefficient(coefficient * problem.random_uncertainty(coefficient)),
+        "interval": (wear_coefficient(coefficient / factor), wear_coefficient(coefficient * factor)),
+        "random_uncertainty": wear_coefficient(coefficient * problem.random_uncertainty(coefficient)),
         "budget": lines,
         "fitted_end_depth": Quantity(value=float(state.depth[0]), unit="m", standard_uncertainty=slope * relative),
     }
-
-
-def _coefficient(value: float) -> Quantity:
-    return Quantity(value=value, unit="m^2/N")
 
 
 def budget(problem: WearProblem, coefficient: float) -> tuple[Contribution, ...]:

@@ -6,7 +6,8 @@ end reading, and the friction fit by its covariance (JCGM 101:2008, 6.4: normal 
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from types import MappingProxyType
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
@@ -14,9 +15,11 @@ from numpy.random import Generator
 from tribopipe.end_values import stated_or_default
 from tribopipe.records.manifest import PinOnDisc
 from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import Recipe
+from tribopipe.records.recipe import FrictionSource, LawName, Recipe
 from tribopipe.records.results import FrictionFit
 from tribopipe.run import Column, RawRun
+from tribopipe.wear.friction_path import ExponentialFriction, FrictionPath, run_path
+from tribopipe.wear.laws import LAWS
 
 FRICTION_INPUTS = ("friction_amplitude", "friction_steady_state", "running_in_distance")
 """A, b and c of Eq. 7, in the order of their covariance."""
@@ -112,6 +115,28 @@ def friction_inputs(friction: FrictionFit) -> dict[str, Input]:
         for name, quantity in zip(FRICTION_INPUTS, fitted, strict=True)
         if quantity is not None
     }
+
+
+class LawFriction(NamedTuple):
+    """What a law knows of friction: nothing where it needs none."""
+
+    path: FrictionPath | None = None
+    inputs: Mapping[str, Input] = MappingProxyType({})
+    """A, b and c, where the path is Eq. 7 as fitted."""
+    covariance: tuple[tuple[float, ...], ...] | None = None
+    """Of (A, b, c)."""
+
+
+def law_friction(run: RawRun, law: LawName, fit: FrictionFit | None, source: FrictionSource) -> LawFriction | None:
+    """Return a run's friction as a law needs it; none where it needs some and the run has none."""
+    if not LAWS[law].needs_friction:
+        return LawFriction()
+    path = run_path(run, fit, source)
+    if path is None:
+        return None
+    if isinstance(path, ExponentialFriction) and fit is not None:
+        return LawFriction(path, friction_inputs(fit), fit.covariance)
+    return LawFriction(path)
 
 
 def relative_input(quantity: Quantity, share: float) -> Input:

@@ -1,6 +1,6 @@
 """How a wear coefficient that was drawn is recorded, beside its first-order interval."""
 
-from tribopipe.records.quantity import Quantity
+from tribopipe.records.quantity import Quantity, wear_coefficient
 from tribopipe.records.results import MonteCarlo
 from tribopipe.uncertainty import Distribution, first_order_holds
 
@@ -13,17 +13,13 @@ def drawn(
     agrees = first_order_holds((low.value, high.value), found, digits)
     record = MonteCarlo(
         draws=len(found.draws),
-        mean=_coefficient(found.mean),
-        standard_uncertainty=_coefficient(found.standard_uncertainty),
+        mean=wear_coefficient(found.mean),
+        standard_uncertainty=wear_coefficient(found.standard_uncertainty),
         stable=found.stable,
         first_order_interval=first_order,
         agrees_with_first_order=agrees,
     )
     ends = " to ".join(end.shown("mm^3/(N*mm)") for end in first_order)
     note = f"first order and Monte Carlo disagree: to first order the 95 % interval would be {ends}"
-    interval = _coefficient(found.interval[0]), _coefficient(found.interval[1])
+    interval = wear_coefficient(found.interval[0]), wear_coefficient(found.interval[1])
     return record, interval, () if agrees else (note,)
-
-
-def _coefficient(value: float) -> Quantity:
-    return Quantity(value=value, unit="m^2/N")

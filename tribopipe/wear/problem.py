@@ -23,8 +23,8 @@ from tribopipe.records.manifest import PinOnDisc, RunManifest
 from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.results import FrictionFit
 from tribopipe.run import Column, CorrectedRun, Numbers, Values
-from tribopipe.wear.friction_path import ExponentialFriction, FrictionPath, run_path
-from tribopipe.wear.inputs import Input, best_values, contact_inputs, friction_inputs, instrument_inputs
+from tribopipe.wear.friction_path import ExponentialFriction, FrictionPath
+from tribopipe.wear.inputs import Input, best_values, contact_inputs, instrument_inputs, law_friction
 from tribopipe.wear.laws import LAWS, WearLaw
 
 _MOST_ITERATIONS = 60
@@ -240,17 +240,12 @@ def wear_problem(
     end = end_wear(manifest.end_values, manifest.pin_on_disc.pin.radius.value, recipe.uncertainty)
     if corrected.wear_depth is None or end is None:
         return corrected.correction.lacks
-    path: FrictionPath | None = None
-    covariance = None
+    known = law_friction(run, law, friction, recipe.wear.friction)
+    if known is None:
+        return ("a friction signal",)
     inputs = contact_inputs(manifest.pin_on_disc, manifest.conditions.normal_load, recipe)
     inputs |= instrument_inputs(run, recipe)
-    if LAWS[law].needs_friction:
-        path = run_path(run, friction, recipe.wear.friction)
-        if path is None:
-            return ("a friction signal",)
-        if isinstance(path, ExponentialFriction) and friction is not None:
-            inputs |= friction_inputs(friction)
-            covariance = friction.covariance
+    inputs |= known.inputs
     trace = _seen(read_trace(run, end, recipe), seen := np.isfinite(corrected.wear_depth))
     inputs |= _trace_inputs(trace, end)
     return WearProblem(
@@ -259,9 +254,9 @@ def wear_problem(
         distance=run.sliding_distance[seen],
         trace=trace,
         end=end,
-        friction=path,
+        friction=known.path,
         inputs=inputs,
-        friction_covariance=covariance,
+        friction_covariance=known.covariance,
         noise=_sensor_noise(trace, run.sliding_distance[seen], remountings(manifest, run.sliding_distance[seen])),
     )
 

@@ -12,8 +12,8 @@ import numpy as np
 from tribopipe.contact.twin_disc import disc_pair
 from tribopipe.errors import ContactError
 from tribopipe.records.disc_results import ConventionCoefficients, DiscCoefficient, FittedValue, TwinDiscFit, spoken
-from tribopipe.records.manifest import DiscName
-from tribopipe.records.quantity import Quantity
+from tribopipe.records.manifest import DISCS
+from tribopipe.records.quantity import Quantity, wear_coefficient
 from tribopipe.records.recipe import DistanceConvention, FrictionSource, LawName, MonteCarloRecipe, Recipe
 from tribopipe.records.results import COVERAGE_FACTOR, Contribution, FrictionFit
 from tribopipe.run import Column, RawRun
@@ -25,8 +25,6 @@ from tribopipe.wear.monte_carlo import drawn
 from tribopipe.wear.twin_disc.problem import DiscProblem, disc_problem
 from tribopipe.wear.twin_disc.validity import hertz_start, validity_notes
 
-DISCS: tuple[DiscName, DiscName] = ("curved_disc", "flat_disc")
-"""In the order of k₁ and k₂."""
 _CONVENTIONS: tuple[DistanceConvention, ...] = ("full-slip", "contact-width", "volume-conserving")
 _SURE = 0.01
 """Probability under the law below which disagreement is worth a word."""
@@ -66,7 +64,7 @@ def _first_order(problem: DiscProblem, found: Column, model: LawName) -> TwinDis
     discs = {
         disc: DiscCoefficient(
             disc=disc,
-            wear_coefficient=_coefficient(found[place], at[place] * relative[place]),
+            wear_coefficient=wear_coefficient(found[place], at[place] * relative[place]),
             interval=_interval(found[place], at[place] * relative[place]),
             budget=_budget(problem, sensitivities, place) if found[place] > 0 else (),
         )
@@ -148,14 +146,10 @@ def _p_value(residual: Column, unknowns: int) -> float | None:
     return float(chi2.sf(residual @ residual, spare)) if spare > 0 else None
 
 
-def _coefficient(value: float, spread: float | None = None) -> Quantity:
-    return Quantity(value=float(value), unit="m^2/N", standard_uncertainty=None if spread is None else float(spread))
-
-
 def _interval(value: float, spread: float) -> tuple[Quantity, Quantity]:
     """Return the 95 % interval to first order: what was measured is normal, and k about in proportion to it."""
     half = COVERAGE_FACTOR * spread
-    return _coefficient(max(0.0, value - half)), _coefficient(value + half)
+    return wear_coefficient(max(0.0, value - half)), wear_coefficient(value + half)
 
 
 def run_notes(problem: DiscProblem, coefficients: Column) -> tuple[str, ...]:
@@ -195,8 +189,8 @@ def _equivalents(problem: DiscProblem, found: Column) -> tuple[ConventionCoeffic
         result.append(
             ConventionCoefficients(
                 distance_per_rotation=convention,
-                curved_disc=_coefficient(pair[0]),
-                flat_disc=_coefficient(pair[1]),
+                curved_disc=wear_coefficient(pair[0]),
+                flat_disc=wear_coefficient(pair[1]),
             )
         )
     return tuple(result)

@@ -21,8 +21,8 @@ from tribopipe.records.manifest import TwinDisc
 from tribopipe.records.recipe import DistanceConvention, LawName, Recipe
 from tribopipe.records.results import FrictionFit
 from tribopipe.run import Column, RawRun, Values
-from tribopipe.wear.friction_path import ExponentialFriction, FrictionPath, run_path
-from tribopipe.wear.inputs import FRICTION_INPUTS, Input, best_values, draw_values, friction_inputs
+from tribopipe.wear.friction_path import ExponentialFriction, FrictionPath
+from tribopipe.wear.inputs import FRICTION_INPUTS, Input, best_values, draw_values, law_friction
 from tribopipe.wear.laws import LAWS, WearLaw
 from tribopipe.wear.twin_disc.inputs import run_inputs
 
@@ -287,15 +287,10 @@ def disc_problem(
     measurements = disc_measurements(run, recipe.uncertainty)
     if not any(one.disc == "curved_disc" for one in measurements):
         return ("an end value of the curved disc (depth, track width or volume)",)
-    inputs = run_inputs(run.manifest, recipe)
-    path, covariance = None, None
-    if LAWS[law].needs_friction:
-        path = run_path(run, friction, recipe.wear.friction)
-        if path is None:
-            return ("a friction signal",)
-        if isinstance(path, ExponentialFriction) and friction is not None:
-            inputs |= friction_inputs(friction)
-            covariance = friction.covariance
+    known = law_friction(run, law, friction, recipe.wear.friction)
+    if known is None:
+        return ("a friction signal",)
+    inputs = run_inputs(run.manifest, recipe) | dict(known.inputs)
     inputs |= {one.name: Input(one.quantity, one.source) for one in measurements}
     return DiscProblem(
         contact=run.manifest.twin_disc,
@@ -304,6 +299,6 @@ def disc_problem(
         measurements=measurements,
         inputs=inputs,
         slip_per_rotation=slip_per_rotation(run.manifest),
-        friction=path,
-        friction_covariance=covariance,
+        friction=known.path,
+        friction_covariance=known.covariance,
     )
