@@ -149,6 +149,8 @@ def correct_drift(run: RawRun, recipe: Recipe | None = None) -> CorrectedRun:
     end: EndWear | DiscEndWear | None
     if isinstance(manifest.contact, TwinDisc):
         end, needed = disc_end_wear(run, recipe), "an end value of the curved disc (depth, track width or volume)"
+    elif manifest.contact is None:
+        end, needed = None, "the two bodies ([contact])"
     else:
         end = end_wear(manifest.end_values, manifest.contact.pin.radius.value, recipe.uncertainty)
         needed = "an end value of the pin (pin_wear_depth or pin_scar_diameter)"

@@ -173,7 +173,7 @@ def _disc_curves(curves: DiscCurves | None) -> Curves:
 
 def _convention(archive: Archive, run_id: str, recipe: Recipe) -> dict[str, Any]:
     """Return what steps of a twin-disc run are told besides: what counts as slid in a rotation."""
-    discs = archive.manifest(run_id).contact.kind == "twin-disc"
+    discs = archive.manifest(run_id).rolls
     return {"distance_per_rotation": recipe.wear.distance_per_rotation} if discs else {}
 
 

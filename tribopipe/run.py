@@ -94,7 +94,7 @@ class RawRun:
         load = self.manifest.conditions.normal_load.shown("mN")
         signals = ", ".join(self.columns)
         far = f"{np.nanmax(self.sliding_distance):.4g} m"
-        if self.manifest.contact.kind == "twin-disc":
+        if self.manifest.rolls:
             far = f"{np.nanmax(self.columns['rotations']):,.0f} rotations"
         return f"run {self.id}: {load}, {far}, {len(self)} samples of {signals}"
 

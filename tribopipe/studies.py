@@ -92,7 +92,7 @@ def _evaluate(
     study: Study, runs: Mapping[str, Member], recipe: Recipe, left_out: Sequence[LeftOut]
 ) -> Evaluation | DiscEvaluation:
     """Evaluate a study on the tribometer its runs are from; runs of different ones are refused by either."""
-    discs = any(run.corrected.raw.manifest.contact.kind == "twin-disc" for run in runs.values())
+    discs = any(run.corrected.raw.manifest.rolls for run in runs.values())
     return (evaluate_discs if discs else evaluate)(study, runs, recipe, left_out)
 
 
@@ -187,7 +187,7 @@ def plan_archived(archive: Archive, name: str, law: LawName, wanted: float, reci
             "another, or take the mark back with `tribopipe mark-bad --undo`"
         )
     run = next(iter(runs.values()))
-    if run.corrected.raw.manifest.contact.kind == "twin-disc":
+    if run.corrected.raw.manifest.rolls:
         return design_discs(run, law, wanted, recipe, shared, scatter)
     return (design(run.pose(law, recipe), law, wanted, shared, scatter[0]),)
 
@@ -230,8 +230,8 @@ def _draft(group: Sequence[RunManifest], taken: Collection[str]) -> Study:
     fit = [manifest.id for manifest in by_load if severity(manifest) == severity(by_load[0])]
     predict = [manifest.id for manifest in by_load if manifest.id not in fit]
     first = by_load[0]
-    upper, lower = (body.material for body in first.contact.bodies.values())
-    discs = first.contact.kind == "twin-disc"
+    upper, lower = (body.material for body in first.bodies.values())
+    discs = first.rolls
     words = [upper, "twin disc" if discs else "", first.conditions.medium or ""]
     name = re.sub("[^a-z0-9]+", "-", " ".join(words).lower()).strip("-")
     # A word more keeps Windows' device names away, a number other studies' names.
@@ -244,9 +244,7 @@ def _draft(group: Sequence[RunManifest], taken: Collection[str]) -> Study:
         title=f"{title} in {first.conditions.medium}" if first.conditions.medium else title,
         fit=tuple(fit),
         predict=tuple(predict),
-        shared=("curved_modulus", "flat_modulus")
-        if first.contact.kind == "twin-disc"
-        else ("pin_modulus", "disc_modulus"),
+        shared=("curved_modulus", "flat_modulus") if first.rolls else ("pin_modulus", "disc_modulus"),
     )
 
 

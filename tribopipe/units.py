@@ -40,7 +40,9 @@ KINDS: dict[str, Kind] = {
     "percentage": Kind("1", "%", "45 %"),
     "count": Kind("1", "1", "1e6"),
     "volume": Kind("m^3", "mm^3", "2.7e-3 mm^3"),
+    "mass": Kind("kg", "mg", "1.2 mg"),
     "frequency": Kind("1/s", "Hz", "10 Hz"),
+    "rotational speed": Kind("rad/s", "rpm", "328 rpm"),
     "drift rate": Kind("m/s", "nm/min", "12 nm/min"),
     "wear coefficient": Kind("m^2/N", "mm^3/(N*mm)", "13.5e-9 mm^3/(N*mm)"),
 }
@@ -101,6 +103,11 @@ def is_unit(text: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def is_unit_of(text: str, kind: str) -> bool:
+    """Tell whether the text is a unit of a kind of number."""
+    return is_unit(text) and _unit(text).dimension == _unit(KINDS[kind].si).dimension
 
 
 def _checked_unit(text: str, kind: str) -> _Unit:

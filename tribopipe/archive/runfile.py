@@ -48,7 +48,8 @@ def write_raw(file: h5py.File, run: RawRun, findings: Sequence[Finding]) -> None
     entry = nexus.group(file, "entry", "NXentry", default="raw")
     manifest = run.manifest
     nexus.field(entry, "title", manifest.title or manifest.id)
-    nexus.field(entry, "start_time", manifest.started.isoformat())
+    if manifest.started is not None:
+        nexus.field(entry, "start_time", manifest.started.isoformat())
     nexus.field(entry, "identifier_run", manifest.id)
     archived = nexus.group(entry, "archived", "NXcollection")
     nexus.field(archived, "format", FORMAT)
@@ -71,7 +72,7 @@ def _write_people_and_things(entry: h5py.Group, run: RawRun) -> None:
         if sensed in run.columns:
             sensor = nexus.group(instrument, sensed, "NXsensor")
             nexus.field(sensor, "name", SIGNALS[sensed].meaning)
-    for name, body in manifest.contact.bodies.items():
+    for name, body in manifest.bodies.items():
         _write_specimen(entry, name, body)
     nexus.summary(nexus.group(entry, "conditions", "NXcollection"), manifest.conditions)
     nexus.summary(nexus.group(entry, "end_values", "NXcollection"), manifest.end_values)
@@ -99,7 +100,7 @@ def _write_sources(entry: h5py.Group, run: RawRun) -> None:
 
 def _write_columns(entry: h5py.Group, run: RawRun) -> None:
     signal = next((name for name in ("depth", "friction_coefficient") if name in run.columns), None)
-    axis: SignalName = "rotations" if run.manifest.contact.kind == "twin-disc" else "sliding_distance"
+    axis: SignalName = "rotations" if run.manifest.rolls else "sliding_distance"
     others = [name for name in run.columns if name not in (axis, signal)]
     raw = nexus.group(entry, "raw", "NXdata", axes=[axis])
     raw.attrs[f"{axis}_indices"] = 0

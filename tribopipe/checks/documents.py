@@ -23,7 +23,7 @@ _LIGHTEST_SOLID, _DENSEST_SOLID = 30.0, 23_000.0
 
 
 def _bodies(run: RawRun) -> Iterator[tuple[str, Quantity | None, Quantity]]:
-    for name, body in run.manifest.contact.bodies.items():
+    for name, body in run.manifest.bodies.items():
         yield f"contact.{name}", body.density, body.youngs_modulus
 
 
@@ -81,8 +81,9 @@ def sizes_and_speeds_are_plausible(run: RawRun) -> Iterator[Trouble]:
 
 def _pin_sizes(manifest: RunManifest) -> Iterator[_Size]:
     conditions = manifest.conditions
-    yield _Size("contact.pin.radius", manifest.pin_on_disc.pin.radius, 1e-6, 0.5, "mm")
-    yield _Size("conditions.sliding_speed", conditions.sliding_speed, 1e-9, 200.0, "m/s")
+    if manifest.contact is not None:
+        yield _Size("contact.pin.radius", manifest.pin_on_disc.pin.radius, 1e-6, 0.5, "mm")
+    yield _Size("conditions.sliding_speed", conditions.nominal_speed, 1e-9, 200.0, "m/s")
     yield _Size("conditions.sliding_distance", conditions.sliding_distance, 1e-6, 1e8, "m")
 
 
@@ -118,7 +119,7 @@ def _odd_slip(manifest: RunManifest) -> Iterator[Trouble]:
 @check("warning")
 def end_values_agree(run: RawRun) -> Iterator[Trouble]:
     """Compare what several end values say of one wear depth."""
-    yield from _disc_end_values_agree(run) if run.manifest.contact.kind == "twin-disc" else _pin_end_values_agree(run)
+    yield from _disc_end_values_agree(run) if run.manifest.rolls else _pin_end_values_agree(run)
 
 
 def _pin_end_values_agree(run: RawRun) -> Iterator[Trouble]:
@@ -197,6 +198,8 @@ def _turned(given: Quantity, depth_of: Callable[[float], Column | float]) -> Qua
 def start_is_in_the_past(run: RawRun) -> Iterator[Trouble]:
     """Catch a wrong clock or a mistyped year."""
     started = run.manifest.started
+    if started is None:
+        return
     now = datetime.now(UTC) if started.tzinfo else datetime.now(UTC).replace(tzinfo=None)
     if started > now:
         yield Trouble(
@@ -209,7 +212,14 @@ def start_is_in_the_past(run: RawRun) -> Iterator[Trouble]:
 @check("note")
 def needed_for_a_wear_coefficient(run: RawRun) -> Iterator[Trouble]:
     """Say early what a run lacks for a wear coefficient."""
-    yield from _needed_of_discs(run) if run.manifest.contact.kind == "twin-disc" else _needed_of_a_pin(run)
+    if run.manifest.contact is None:
+        yield Trouble(
+            "contact",
+            "found no [contact]; expected the two bodies for a wear coefficient",
+            "describe them if friction is not all that is wanted",
+        )
+        return
+    yield from _needed_of_discs(run) if run.manifest.rolls else _needed_of_a_pin(run)
 
 
 def _needed_of_a_pin(run: RawRun) -> Iterator[Trouble]:
@@ -267,7 +277,7 @@ def files_were_read_as_they_stand(run: RawRun) -> Iterator[Trouble]:
 @check("note")
 def uncertainties_are_stated(run: RawRun) -> Iterator[Trouble]:
     """Name the inputs for which a default uncertainty will be used."""
-    given = _disc_inputs if run.manifest.contact.kind == "twin-disc" else _pin_inputs
+    given = _disc_inputs if run.manifest.rolls else _pin_inputs
     silent = [
         name
         for name, quantity in given(run.manifest).items()
@@ -282,9 +292,12 @@ def uncertainties_are_stated(run: RawRun) -> Iterator[Trouble]:
 
 
 def _pin_inputs(manifest: RunManifest) -> dict[str, Quantity | None]:
-    contact, end = manifest.pin_on_disc, manifest.end_values
+    load, end = {"conditions.normal_load": manifest.conditions.normal_load}, manifest.end_values
+    if manifest.contact is None:
+        return {**load}
+    contact = manifest.pin_on_disc
     return {
-        "conditions.normal_load": manifest.conditions.normal_load,
+        **load,
         "contact.pin.radius": contact.pin.radius,
         "contact.pin.youngs_modulus": contact.pin.youngs_modulus,
         "contact.disc.youngs_modulus": contact.disc.youngs_modulus,

@@ -8,7 +8,7 @@ import numpy as np
 
 from tribopipe.checks.registry import Trouble, check
 from tribopipe.end_values import end_wear, stated_or_default
-from tribopipe.records.manifest import PinOnDisc, RunManifest
+from tribopipe.records.manifest import PinOnDisc, RunManifest, TwinDisc
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import DefaultUncertainty
 from tribopipe.records.signals import SIGNALS, SignalName
@@ -111,7 +111,7 @@ def axis_advances(run: RawRun) -> Iterator[Trouble]:
 @check("error")
 def load_presses(run: RawRun) -> Iterator[Trouble]:
     """Refuse a measured load that pulls: its sign is the sensor's, not the contact's."""
-    apart = ", at which the discs do not touch" if run.manifest.contact.kind == "twin-disc" else ""
+    apart = ", at which the discs do not touch" if run.manifest.rolls else ""
     load = run.columns.get("normal_force")
     if load is not None and np.any(np.isfinite(load)) and np.nanmedian(load) <= 0:
         yield Trouble(
@@ -224,9 +224,9 @@ class _Course(NamedTuple):
 
 def _course(manifest: RunManifest) -> _Course:
     conditions, contact = manifest.conditions, manifest.contact
-    if isinstance(contact, PinOnDisc):
+    if not isinstance(contact, TwinDisc):
         planned = None if conditions.sliding_distance is None else conditions.sliding_distance.value
-        return _Course("sliding_distance", "m", planned, "sliding_speed", conditions.sliding_speed, 1.0)
+        return _Course("sliding_distance", "m", planned, "sliding_speed", conditions.nominal_speed, 1.0)
     around = 2 * math.pi * contact.curved_disc.rolling_radius.value
     speed = conditions.curved_disc_speed
     return _Course("rotations", "rotations", conditions.rotations, "curved_disc_speed", speed, around)
@@ -254,7 +254,7 @@ def depth_is_plausible(run: RawRun) -> Iterator[Trouble]:
         return
     span = float(np.nanmax(depth) - np.nanmin(depth))
     name, radius = _worn_radius(run.manifest)
-    if span > radius.value:
+    if radius is not None and span > radius.value:
         yield Trouble(
             "depth",
             f"found readings {Quantity(value=span, unit='m').shown('um')} apart; expected less than the {name} of "
@@ -273,12 +273,12 @@ def depth_is_plausible(run: RawRun) -> Iterator[Trouble]:
         )
 
 
-def _worn_radius(manifest: RunManifest) -> tuple[str, Quantity]:
-    """Return the radius that is worn flat, and what it is called."""
+def _worn_radius(manifest: RunManifest) -> tuple[str, Quantity | None]:
+    """Return the radius that is worn flat, and what it is called; none where the bodies are not described."""
     contact = manifest.contact
-    if isinstance(contact, PinOnDisc):
-        return "pin radius", contact.pin.radius
-    return "crown radius", contact.curved_disc.crown_radius
+    if isinstance(contact, TwinDisc):
+        return "crown radius", contact.curved_disc.crown_radius
+    return "pin radius", None if contact is None else contact.pin.radius
 
 
 def _lost(manifest: RunManifest) -> Quantity | None:

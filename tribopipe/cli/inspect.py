@@ -55,11 +55,11 @@ def _line(run: _Listed) -> dict[str, Any]:
     manifest, conditions, contact = run.manifest, run.manifest.conditions, run.manifest.contact
     return {
         "id": manifest.id,
-        "tribometer": contact.kind,
-        **{f"{name}_material": body.material for name, body in contact.bodies.items()},
+        "tribometer": None if contact is None else contact.kind,
+        **{f"{name}_material": body.material for name, body in manifest.bodies.items()},
         "medium": conditions.medium,
         "normal_load": record_json(conditions.normal_load),
-        "started": manifest.started.isoformat(),
+        "started": None if manifest.started is None else manifest.started.isoformat(),
         "steps": run.steps,
         "marked_bad": run.bad.reason if run.bad else None,
     }
@@ -81,11 +81,11 @@ def _row(run: _Listed, *, marked: bool) -> list[str]:
     return [
         manifest.id,
         *(["bad" if run.bad else "–"] if marked else []),
-        contact.kind,
-        " / ".join(dict.fromkeys(body.material for body in contact.bodies.values())),
+        "–" if contact is None else contact.kind,
+        " / ".join(dict.fromkeys(body.material for body in manifest.bodies.values())) or "–",
         conditions.medium or "–",
         conditions.normal_load.shown("mN"),
-        f"{manifest.started:%Y-%m-%d %H:%M}",
+        "–" if manifest.started is None else f"{manifest.started:%Y-%m-%d %H:%M}",
         ", ".join(_SHORT[name] for name in run.steps) or "ingested",
     ]
 

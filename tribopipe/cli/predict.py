@@ -270,7 +270,7 @@ def _archived(store: "Archive", run_id: str, asked: _Asked) -> _Subject:
     if asked.law == "sarkar":
         found = run_path(raw, archived_friction(store, run_id), asked.recipe.wear.friction)
         path = _parse_friction(asked.friction) if asked.friction else found
-    axis = raw.columns["rotations"] if raw.manifest.contact.kind == "twin-disc" else raw.sliding_distance
+    axis = raw.columns["rotations"] if raw.manifest.rolls else raw.sliding_distance
     return _Subject(raw.manifest, raw, fit, path, float(axis[-1]))
 
 

@@ -36,7 +36,7 @@ def _result(steps: dict[StepName, Step], name: StepName) -> Any:
 
 def show_summaries(archive: Archive, ids: list[str]) -> None:
     """Show the tables that the whole line ends in, one for each type of tribometer."""
-    discs = [run_id for run_id in ids if archive.manifest(run_id).contact.kind == "twin-disc"]
+    discs = [run_id for run_id in ids if archive.manifest(run_id).rolls]
     pins = [run_id for run_id in ids if run_id not in discs]
     if pins:
         title = "± is one standard uncertainty; k_D in mm³/(N·mm); end depth of the pin in µm, measured and predicted"

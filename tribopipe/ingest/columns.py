@@ -9,7 +9,7 @@ from tribopipe.ingest.names import bare_name
 from tribopipe.ingest.reader import ReadColumn, ReadTable
 from tribopipe.records.manifest import ColumnSource
 from tribopipe.run import Column, SourceFile
-from tribopipe.units import KINDS, to_si
+from tribopipe.units import KINDS, is_unit_of, to_si
 
 
 def read_source(folder: Path, name: str, key: str = "signals.file", what: str = "signal file") -> SourceFile:
@@ -45,6 +45,17 @@ def find_column(table: ReadTable, wanted: str, meaning: str, file: str) -> ReadC
     )
 
 
+def unit_of(column: ReadColumn, source: ColumnSource | None) -> str | None:
+    """Return the unit of a column by the manifest's word, or else by the file's own."""
+    return (source.unit if source else None) or column.unit
+
+
+def is_a_weight(column: ReadColumn, source: ColumnSource | None, kind: str) -> bool:
+    """Tell whether a force is given as a mass, which as a force can only be the weight of it."""
+    unit = unit_of(column, source)
+    return kind == "force" and unit is not None and is_unit_of(unit, "mass")
+
+
 def column_in_si(column: ReadColumn, source: ColumnSource | None, meaning: str, kind: str, file: str) -> Column:
     """Return a column in SI, by the manifest's unit or the file's own.
 
@@ -56,12 +67,14 @@ def column_in_si(column: ReadColumn, source: ColumnSource | None, meaning: str, 
             f"{file}, line {line}, column {column.name!r}: found {text!r}; expected a number for {meaning}; "
             "mend that line, or map another column"
         )
-    unit = (source.unit if source else None) or column.unit
+    unit = unit_of(column, source)
     if unit is None and KINDS[kind].si != "1":
         raise ReaderError(
             f"{file}, column {column.name!r}: found no unit; expected one for {meaning}; add it in run.toml: "
             f"{meaning} = {{ column = {column.name!r}, unit = … }}"
         )
+    if is_a_weight(column, source, kind):
+        unit = f"({unit})*g_0"
     try:
         return np.asarray(to_si(np.asarray(column.values, dtype=float), unit or "1", kind), dtype=float)
     except UnitError as error:

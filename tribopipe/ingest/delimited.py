@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from tribopipe.errors import ReaderError
 from tribopipe.ingest.layout import Decimal, Layout, find_layout
 from tribopipe.ingest.names import split_name, without_brackets
-from tribopipe.ingest.reader import Hints, Match, ReadColumn, ReadTable
+from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.ingest.tables import MISSING, find_table, is_number
 from tribopipe.ingest.text import BLANKS, LINE_END, SAMPLE_BYTES, Row, Text, decode, split_rows
 from tribopipe.run import SourceFile
@@ -46,6 +46,7 @@ class DelimitedReader:
 
     name = "delimited"
     title = "Delimited text (CSV, TSV, columns between blanks) with a row of names"
+    holds: Holds = "signals"
 
     def match(self, source: SourceFile) -> Match:
         """Judge by the head whether there is a table; below the confidence of any specific format."""

@@ -5,6 +5,7 @@ Renaming, conversion to SI and everything that several formats have in common is
 ``tribopipe.readers`` whose value is a class with the shape of ``Reader``.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol, runtime_checkable
 
@@ -12,6 +13,11 @@ from numpy.typing import NDArray
 
 from tribopipe.records.signals import SignalName
 from tribopipe.run import SourceFile
+
+Holds = Literal["signals", "profile"]
+"""What a format's files hold: what a tribometer recorded during a test, or heights measured afterwards."""
+Axis = Literal["x", "y", "z"]
+"""Of a profile or map: x along the scan, y across scans, z the height, upwards out of the specimen."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +41,8 @@ class ReadColumn:
     """Unit by the file's own words or by the format's definition."""
     signal: SignalName | None = None
     """What the column means, where the format itself says so."""
+    axis: Axis | None = None
+    """Which coordinate of a profile it is; a file may hold several columns of heights, one for each pass."""
     first_bad: tuple[int, str] | None = None
     """Line number and text of the first field that is no number, where there is one."""
 
@@ -48,6 +56,9 @@ class ReadTable:
     """What stands above the numbers, verbatim."""
     notes: tuple[str, ...] = field(default=())
     """What a person should know about how the file was read."""
+    facts: Mapping[str, str] = field(default_factory=dict)
+    """What the header says of the run, by the keys of run.toml and as run.toml would hold it:
+    {"conditions.normal_load": "5 N", "started": "2022-05-12T12:21:58", "instrument": "UMT TriboLab"}."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +77,8 @@ class Reader(Protocol):
     """As the manifest's key ``reader`` names it."""
     title: str
     """One line for people."""
+    holds: Holds
+    """Signals of a test, or a profile."""
 
     def match(self, source: SourceFile) -> Match:
         """Judge by the content whether the file is of this format; never raises."""

@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Mapping
 from datetime import datetime
 from itertools import pairwise
 from pathlib import Path, PureWindowsPath
@@ -16,14 +17,17 @@ from tribopipe.records.quantity import (
     Distance,
     EndValue,
     Force,
+    Frequency,
     Length,
     MeasuredDepth,
     MeasuredLength,
+    MeasuredMass,
     MeasuredVolume,
     Percentage,
     Pressure,
     Quantity,
     Ratio,
+    RotationalSpeed,
     Slip,
     Speed,
     Temperature,
@@ -83,10 +87,27 @@ class Specimen(Record):
 class Pin(Specimen):
     """The pin or ball that rubs on the disc."""
 
-    shape: Literal["spherical", "flat"]
-    """Spherical tip, or a flat end of constant area."""
+    shape: Literal["spherical", "flat", "truncated-sphere"]
+    """Spherical tip, a flat end of constant area, or a sphere with a flat ground or worn on it before the test."""
     radius: Length
-    """Tip radius R_P of a spherical pin; radius of the flat end of a flat one."""
+    """Radius R_P of a spherical tip, truncated or not; radius of the flat end of a flat pin."""
+    flat_radius: Length | None = None
+    """Radius of the flat on a truncated sphere before the test."""
+
+    @model_validator(mode="after")
+    def _flat_belongs_to_a_truncated_sphere(self) -> Self:
+        if (self.flat_radius is None) == (self.shape == "truncated-sphere"):
+            found = "none" if self.flat_radius is None else self.flat_radius.shown("um")
+            raise ValueError(
+                f"flat_radius: found {found} on a {self.shape} pin; expected the radius of the flat on a pin of the "
+                "shape truncated-sphere, and on no other; correct shape or flat_radius"
+            )
+        if self.flat_radius is not None and self.flat_radius.value >= self.radius.value:
+            raise ValueError(
+                f"flat_radius: found {self.flat_radius.shown('um')}, no less than the radius of the sphere of "
+                f"{self.radius.shown('um')}; expected a smaller one; check both units"
+            )
+        return self
 
 
 class PinOnDisc(Record):
@@ -144,7 +165,6 @@ class TwinDisc(Record):
 DiscName = Literal["curved_disc", "flat_disc"]
 DISCS: tuple[DiscName, DiscName] = ("curved_disc", "flat_disc")
 """In the order of k₁ and k₂."""
-Contact = Annotated[PinOnDisc | TwinDisc, Field(discriminator="kind")]
 
 
 def _a_count(written: Any) -> Any:
@@ -170,6 +190,14 @@ class StatedFriction(Record):
     """c."""
 
 
+def _product(factor: float, one: Quantity, other: Quantity) -> Quantity:
+    """Return a speed; uncertain by what is stated of both, and by nothing where nothing is stated."""
+    value = factor * one.value * other.value
+    shares = [(part.standard_uncertainty or 0.0) / part.value for part in (one, other)]
+    spread = value * math.hypot(*shares) if any(shares) else None
+    return Quantity(value=value, unit="m/s", standard_uncertainty=spread)
+
+
 class Conditions(Record):
     """How the test was run."""
 
@@ -183,6 +211,14 @@ class Conditions(Record):
     """Tangential speed v₁ of the curved disc; needed where only one of time and rotations was recorded."""
     flat_disc_speed: Speed | None = None
     """Tangential speed v₂ of the flat disc; or give slip."""
+    track_radius: Length | None = None
+    """Radius of the circle that a pin slides on; by it rotations and rotational speed of the disc become distances."""
+    rotational_speed: RotationalSpeed | None = None
+    """Rotational speed of the disc under a pin; with track_radius in the place of sliding_speed."""
+    stroke: Length | None = None
+    """Length of one stroke of a pin that slides there and back."""
+    frequency: Frequency | None = None
+    """Cycles there and back a second; with stroke in the place of sliding_speed."""
     slip: Slip | None = None
     """(v₂ − v₁)/v₁: "4 %" where the flat disc is faster, "-4 %" where it is slower."""
     rotations: Rotations | None = None
@@ -195,6 +231,27 @@ class Conditions(Record):
     """Relative humidity of the surrounding air."""
     friction: StatedFriction | None = None
     """Friction to predict with under Sarkar's law, where it is known beforehand; fits take the measured friction."""
+
+    @property
+    def nominal_speed(self) -> Quantity | None:
+        """Nominal sliding speed of a pin, m/s: stated, ω·R of the track, or 2·stroke·frequency; none where unknown."""
+        if self.sliding_speed is not None:
+            return self.sliding_speed
+        if self.rotational_speed is not None and self.track_radius is not None:
+            return _product(1.0, self.rotational_speed, self.track_radius)
+        if self.stroke is not None and self.frequency is not None:
+            return _product(2.0, self.stroke, self.frequency)
+        return None
+
+    @model_validator(mode="after")
+    def _a_pin_slides_in_a_circle_or_there_and_back(self) -> Self:
+        for one, other in (("stroke", "track_radius"), ("rotational_speed", "frequency")):
+            if getattr(self, one) is not None and getattr(self, other) is not None:
+                raise ValueError(
+                    f"{one}: found it beside {other}; expected a pin that slides in a circle (track_radius, "
+                    "rotational_speed) or there and back (stroke, frequency); take out what does not hold"
+                )
+        return self
 
 
 class ColumnSource(Record):
@@ -221,13 +278,19 @@ def _inside_run_folder(name: str) -> str:
     return name
 
 
+FileName = Annotated[str, AfterValidator(_inside_run_folder), Field(min_length=1)]
+
+
 class SignalFile(Record):
     """One file of the instrument and what its columns mean."""
 
-    file: Annotated[str, AfterValidator(_inside_run_folder)] = Field(min_length=1)
+    file: FileName | None = None
     """Name of the file, relative to run.toml."""
+    files: tuple[FileName, ...] = ()
+    """Files that continue each other, in the order of the test, in the place of file: one for each stroke or step."""
     reader: str | None = None
-    """Format, where it should not be detected: "delimited", "ducom-winducom"…"""
+    """Format, where it should not be detected: "delimited", "ducom-winducom"…, or a reader described in a file of the
+    run folder: "our-rig.toml"."""
     encoding: str | None = None
     """Text encoding, where it should not be detected: "cp1252", "shift_jis"…"""
     separator: str | None = None
@@ -237,16 +300,41 @@ class SignalFile(Record):
     columns: dict[SignalName, Annotated[ColumnSource, BeforeValidator(_column_by_name)]] = Field(default_factory=dict)
     """Signal → column. Left out, columns are recognised by their names."""
 
+    @model_validator(mode="after")
+    def _names_one_file_or_several(self) -> Self:
+        if (self.file is None) == (not self.files):
+            raise ValueError(
+                f"found {'neither file nor files' if self.file is None else 'both file and files'}; expected one of "
+                'the two; write file = "test.csv", or files = ["test_1.csv", "test_2.csv"] for files that continue '
+                "each other"
+            )
+        return self
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the files, in the order of the test."""
+        return self.files if self.file is None else (self.file,)
+
 
 class ProfileSource(Record):
-    """A profile measured across a wear track: height against position."""
+    """A profile measured across a wear track or a worn pin: height against position."""
 
-    file: Annotated[str, AfterValidator(_inside_run_folder)] = Field(min_length=1)
-    """Name of the file, relative to run.toml; text in columns."""
-    position: Annotated[ColumnSource, BeforeValidator(_column_by_name)]
-    """Column of the position across the track."""
-    height: Annotated[ColumnSource, BeforeValidator(_column_by_name)]
-    """Column of the height, upwards out of the disc."""
+    file: FileName
+    """Name of the file, relative to run.toml."""
+    reader: str | None = None
+    """Format, where it should not be detected: "dektak", "points"…"""
+    position: Annotated[ColumnSource, BeforeValidator(_column_by_name)] | None = None
+    """Column of the position across the track, where the format does not say."""
+    height: Annotated[ColumnSource, BeforeValidator(_column_by_name)] | None = None
+    """Column of the height, upwards out of the specimen, where the format does not say."""
+
+
+def _one_or_several(written: Any) -> Any:
+    return (written,) if isinstance(written, Mapping | ProfileSource) else written
+
+
+Profiles = Annotated[tuple[ProfileSource, ...], BeforeValidator(_one_or_several)]
+"""One profile, or several at different places of a track."""
 
 
 class EndValues(Record):
@@ -256,40 +344,54 @@ class EndValues(Record):
     """Height worn off the pin."""
     pin_scar_diameter: MeasuredLength | None = None
     """Diameter of the flat circular scar on a spherical pin; its cap height is the wear depth."""
+    pin_wear_volume: MeasuredVolume | None = None
+    """Volume worn off the pin."""
+    pin_mass_loss: MeasuredMass | None = None
+    """Mass that the pin has lost; needs its density."""
+    pin_profile: Profiles = ()
+    """Profiles across the worn tip, from which scar diameter and depth are taken."""
     disc_wear_depth: MeasuredDepth | None = None
     """Maximum depth of the wear track on the disc a pin rubs on."""
+    disc_track_width: MeasuredLength | None = None
+    """Width of the wear track on the disc a pin rubs on."""
+    disc_wear_volume: MeasuredVolume | None = None
+    """Volume worn off the disc a pin rubs on."""
+    disc_mass_loss: MeasuredMass | None = None
+    """Mass that the disc a pin rubs on has lost; needs its density."""
+    disc_profile: Profiles = ()
+    """Profiles across the track of the disc a pin rubs on, at several places, from which depth and volume are taken."""
     curved_disc_wear_depth: MeasuredDepth | None = None
     """Height worn off the crown of a curved disc."""
     curved_disc_track_width: MeasuredLength | None = None
     """Width of the flat worn on a curved disc."""
     curved_disc_wear_volume: MeasuredVolume | None = None
     """Volume worn off a curved disc."""
-    curved_disc_profile: ProfileSource | None = None
-    """Profile across the track of a curved disc, from which its volume is taken."""
+    curved_disc_profile: Profiles = ()
+    """Profiles across the track of a curved disc, from which its volume is taken."""
     flat_disc_wear_depth: MeasuredDepth | None = None
     """Depth of the track on a flat disc."""
     flat_disc_track_width: MeasuredLength | None = None
     """Width of the track on a flat disc."""
     flat_disc_wear_volume: MeasuredVolume | None = None
     """Volume worn off a flat disc."""
-    flat_disc_profile: ProfileSource | None = None
-    """Profile across the track of a flat disc, from which its volume is taken."""
+    flat_disc_profile: Profiles = ()
+    """Profiles across the track of a flat disc, from which its volume is taken."""
 
     @model_validator(mode="after")
     def _wear_is_a_loss(self) -> Self:
         for name in EndValues.model_fields:
             value = getattr(self, name)
             if isinstance(value, EndValue) and value.value < 0:
-                found = value.shown("um" if value.unit == "m" else "mm^3")
+                found = value.shown({"m": "um", "m^3": "mm^3", "kg": "mg"}[value.unit])
                 raise ValueError(f"{name}: found {found}; expected zero or more, since wear is a loss")
         return self
 
     @model_validator(mode="after")
     def _volume_is_given_once(self) -> Self:
-        for disc in ("curved_disc", "flat_disc"):
-            if getattr(self, f"{disc}_profile") is not None and getattr(self, f"{disc}_wear_volume") is not None:
+        for body in ("pin", "disc", "curved_disc", "flat_disc"):
+            if getattr(self, f"{body}_profile") and getattr(self, f"{body}_wear_volume") is not None:
                 raise ValueError(
-                    f"{disc}_wear_volume: found one beside {disc}_profile, from which it would be taken; expected one "
+                    f"{body}_wear_volume: found one beside {body}_profile, from which it would be taken; expected one "
                     "of the two; take the other out"
                 )
         return self
@@ -341,7 +443,7 @@ class RunManifest(Record):
     """Version of this document."""
     id: RunId
     """Name of the run, unique in an archive; its file is <id>.h5."""
-    started: Annotated[datetime, BeforeValidator(_date_and_time)]
+    started: Annotated[datetime, BeforeValidator(_date_and_time)] | None = None
     """Start of the test, such as 2006-03-01T09:30:00+01:00."""
     title: str | None = None
     """One line about the run."""
@@ -351,8 +453,8 @@ class RunManifest(Record):
     """Name of the tribometer."""
     comment: str | None = None
     """Anything else worth keeping."""
-    contact: Contact
-    """The two bodies."""
+    contact: PinOnDisc | TwinDisc | None = Field(default=None, discriminator="kind")
+    """The two bodies; left out, friction alone is evaluated."""
     conditions: Conditions
     """How the test was run."""
     signals: tuple[SignalFile, ...] = Field(min_length=1)
@@ -366,9 +468,11 @@ class RunManifest(Record):
 
     @model_validator(mode="after")
     def _what_is_said_fits_the_tribometer(self) -> Self:
+        if self.contact is None:
+            return self
         for where, part in self._parts():
             foreign = next(
-                (name for name in _FOREIGN[self.contact.kind] if getattr(part, name, None) is not None), None
+                (name for name in _FOREIGN[self.contact.kind] if getattr(part, name, None) not in (None, ())), None
             )
             if foreign is not None:
                 raise ValueError(
@@ -376,7 +480,7 @@ class RunManifest(Record):
                     f"one of {', '.join(sorted(_own_keys(part, self.contact.kind)))}; take it out, or correct "
                     "contact.kind"
                 )
-        if self.contact.kind == "twin-disc":
+        if self.rolls:
             _refuse_no_slip(self.conditions)
         return self
 
@@ -395,7 +499,7 @@ class RunManifest(Record):
 
     @model_validator(mode="after")
     def _interruptions_follow_each_other(self) -> Self:
-        name, unit = ("rotations", "") if self.contact.kind == "twin-disc" else ("sliding_distance", " m")
+        name, unit = ("rotations", "") if self.rolls else ("sliding_distance", " m")
         for number, stop in enumerate(self.interruptions):
             if getattr(stop, name) is None:
                 raise ValueError(f"interruptions[{number}].{name}: missing; add this key")
@@ -408,10 +512,22 @@ class RunManifest(Record):
         return self
 
     @property
+    def rolls(self) -> bool:
+        """Whether two discs roll on each other, so that rotations count; a pin slides, and its distance counts."""
+        return isinstance(self.contact, TwinDisc)
+
+    @property
+    def bodies(self) -> dict[str, Specimen]:
+        """The two bodies by name; nothing where run.toml does not describe them."""
+        return {} if self.contact is None else self.contact.bodies
+
+    @property
     def pin_on_disc(self) -> PinOnDisc:
         """The bodies of a pin-on-disc run. Raises ``ContactError`` for a run on another tribometer."""
         if isinstance(self.contact, PinOnDisc):
             return self.contact
+        if self.contact is None:
+            raise _no_contact(self.id)
         raise ContactError(f"{self.id}: found a {self.contact.kind} run; expected a pin on a disc; name another run")
 
     @property
@@ -419,6 +535,8 @@ class RunManifest(Record):
         """The bodies of a twin-disc run. Raises ``ContactError`` for a run on another tribometer."""
         if isinstance(self.contact, TwinDisc):
             return self.contact
+        if self.contact is None:
+            raise _no_contact(self.id)
         raise ContactError(f"{self.id}: found a {self.contact.kind} run; expected twin discs; name another run")
 
 
@@ -435,18 +553,28 @@ def _refuse_impossible_wear(where: str, measured: EndValues, pin: Pin) -> None:
             f"than the pin's diameter of {show(2 * radius.value, None, 'm', 'um')}; expected a scar on the tip; "
             "check both units"
         )
-    if depth is not None and pin.shape == "spherical" and depth.value >= radius.value:
+    if depth is not None and pin.shape != "flat" and depth.value >= radius.value:
         raise ValueError(
             f"{where}.pin_wear_depth: found {depth.shown('um')}, no less than the pin "
             f"radius of {radius.shown('um')}; expected a depth within the tip; check both units"
         )
 
 
+def _no_contact(run_id: str) -> ContactError:
+    return ContactError(
+        f"{run_id}: found no [contact] in run.toml; expected the two bodies, without which wear cannot be computed; "
+        "add [contact], [contact.pin] and [contact.disc]"
+    )
+
+
 _DISC_END_VALUES = tuple(name for name in EndValues.model_fields if name.startswith(("curved_disc", "flat_disc")))
 _PIN_END_VALUES = tuple(name for name in EndValues.model_fields if name not in _DISC_END_VALUES)
 _FOREIGN = {
     "pin-on-disc": ("curved_disc_speed", "flat_disc_speed", "slip", "rotations", *_DISC_END_VALUES),
-    "twin-disc": ("sliding_speed", "sliding_distance", *_PIN_END_VALUES),
+    "twin-disc": (
+        *("sliding_speed", "sliding_distance", "track_radius", "rotational_speed", "stroke", "frequency"),
+        *_PIN_END_VALUES,
+    ),
 }
 """Keys that make no sense on a tribometer."""
 

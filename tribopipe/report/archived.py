@@ -36,7 +36,7 @@ def save_run_figures(archive: Archive, run_id: str, suffix: str = ".png") -> lis
         figures["depth"] = plot_depth(corrected)
     if friction is not None and friction.outcome != "none":
         figures["friction"] = plot_friction(corrected.raw, friction)
-    draw_wear = _disc_figures if corrected.raw.manifest.contact.kind == "twin-disc" else _pin_figures
+    draw_wear = _disc_figures if corrected.raw.manifest.rolls else _pin_figures
     figures |= draw_wear(corrected, archive.steps(run_id))
     written = []
     for what, figure in figures.items():

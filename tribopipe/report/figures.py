@@ -125,7 +125,7 @@ def plot_depth(corrected: CorrectedRun) -> "Figure":
 
 
 def _both(run: RawRun) -> str:
-    return "both discs" if run.manifest.contact.kind == "twin-disc" else "pin + disc"
+    return "both discs" if run.manifest.rolls else "pin + disc"
 
 
 @styled

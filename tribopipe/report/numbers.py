@@ -51,7 +51,7 @@ def coefficient_words(coefficient: Quantity, power: int | None = None) -> str:
 
 def slid(run: RawRun) -> str:
     """Label the axis of sliding distance, which for two discs is that of their slip."""
-    discs = run.manifest.contact.kind == "twin-disc"
+    discs = run.manifest.rolls
     return axis("slip distance s" if discs else "sliding distance s", "m")
 
 
@@ -65,6 +65,6 @@ def course(run: RawRun) -> tuple[Column, str]:
     """Return what wear is drawn against, and its label: sliding distance, or rotations of the curved disc."""
     return (
         turned(run.columns["rotations"])
-        if run.manifest.contact.kind == "twin-disc"
+        if run.manifest.rolls
         else (run.sliding_distance, slid(run))
     )

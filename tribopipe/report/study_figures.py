@@ -319,7 +319,7 @@ def _told_apart(shown: Mapping[str, str]) -> dict[str, tuple[str, str]]:
 def _place(run: RawRun) -> tuple[float, ...]:
     """Return what runs are ordered by: load, and for two discs slip and rotations."""
     load = run.manifest.conditions.normal_load.value
-    if run.manifest.contact.kind != "twin-disc":
+    if not run.manifest.rolls:
         return (load,)
     return (load, slip(run.manifest).value, float(np.nanmax(run.columns["rotations"])))
 
@@ -327,7 +327,7 @@ def _place(run: RawRun) -> tuple[float, ...]:
 def _conditions(run: RawRun) -> str:
     """Name a run by its load, and for two discs by slip too."""
     load = show(run.manifest.conditions.normal_load.value, None, "N", "mN")
-    if run.manifest.contact.kind != "twin-disc":
+    if not run.manifest.rolls:
         return load
     return f"{load}, {show(slip(run.manifest).value, None, '1', '%')} slip"
 

@@ -27,8 +27,10 @@ def _body_keys(manifest: RunManifest) -> tuple[str, ...]:
 
 
 def bodies(manifest: RunManifest) -> tuple[object, ...]:
-    """Return what runs must have in common for one k_D, the tribometer first."""
+    """Return what runs must have in common for one k_D, the tribometer first; the id alone of a run without bodies."""
     contact = manifest.contact
+    if contact is None:
+        return (manifest.id,)
     common = (contact.kind, manifest.conditions.medium, *(body.material for body in contact.bodies.values()))
     if isinstance(contact, PinOnDisc):
         return (*common, contact.pin.shape, contact.pin.radius.value)

@@ -22,7 +22,7 @@ from dataclasses import replace
 from tribopipe.errors import ReaderError
 from tribopipe.ingest.delimited import read_table
 from tribopipe.ingest.layout import Layout
-from tribopipe.ingest.reader import Hints, Match, ReadColumn, ReadTable
+from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.ingest.text import Text, decode, sample_lines, split_rows
 from tribopipe.records.signals import SignalName
 from tribopipe.run import SourceFile
@@ -46,6 +46,7 @@ class WinducomReader:
 
     name = "ducom-winducom"
     title = "Ducom WINDUCOM 2010 (.dwf)"
+    holds: Holds = "signals"
 
     def match(self, source: SourceFile) -> Match:
         """Judge by the padded header that starts with TIME, and by the first row where there is one."""
