@@ -17,12 +17,12 @@ file is refused rather than guessed.
 """
 
 import csv
+import math
 import os
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from io import BytesIO, TextIOWrapper
 from itertools import islice
-from math import isfinite, nan
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,8 +37,10 @@ from tribopipe.ingest.text import BLANKS, LINE_END, SAMPLE_BYTES, Row, Text, dec
 from tribopipe.run import SourceFile
 from tribopipe.units import is_unit
 
-_PIECE_BYTES = 3 << 20
+_PIECE_BYTES = 1 << 20
 _THREADS = 4
+_SPARE = 1.05
+"""Room for rows over what the pieces read so far let expect."""
 
 
 class DelimitedReader:
@@ -171,14 +173,26 @@ def _columns(text: Text, layout: Layout) -> tuple[list[NDArray[Any]], set[int]]:
 def _read_columns(text: Text, layout: Layout, textual: set[int]) -> list[NDArray[Any]]:
     """Parse the body piece by piece in threads: pandas holds no lock while it parses."""
     starts = _pieces(text, layout)
-    ends = [*starts[1:], len(text.content)]
+    spans = list(zip(starts, [*starts[1:], len(text.content)], strict=True))
+    columns = [np.empty(0, object if number in textual else float) for number in range(layout.width)]
+    rows = 0
     with ThreadPoolExecutor(max_workers=min(_THREADS, os.cpu_count() or 1)) as pool:
-        spans = zip(starts, ends, strict=True)
-        pieces = list(pool.map(lambda span: _read_csv(text, layout, textual, *span), spans))
-        if len(pieces) == 1:
-            return [pieces[0][number].to_numpy() for number in range(layout.width)]
-        columns = ([piece[number].to_numpy() for piece in pieces] for number in range(layout.width))
-        return list(pool.map(np.concatenate, columns))
+        pieces = pool.map(lambda span: _read_csv(text, layout, textual, *span), spans)
+        for (_, end), piece in zip(spans, pieces, strict=True):
+            filled, rows = rows, rows + len(piece)
+            if rows > len(columns[0]):
+                share = (end - starts[0]) / (spans[-1][1] - starts[0])
+                columns = [_with_room(column, filled, math.ceil(rows / share * _SPARE)) for column in columns]
+            for number, column in enumerate(columns):
+                column[filled:rows] = piece[number].to_numpy()
+    return [column[:rows] for column in columns]
+
+
+def _with_room(column: NDArray[Any], filled: int, room: int) -> NDArray[Any]:
+    """Return a longer column: room for all rows from the first piece on, since joining takes the memory twice."""
+    longer = np.empty(room, column.dtype)
+    longer[:filled] = column[:filled]
+    return longer
 
 
 def _pieces(text: Text, layout: Layout) -> list[int]:
@@ -259,11 +273,11 @@ def _read_csv(
 
 def _from_texts(fields: list[str], decimal: Decimal) -> _Parsed:
     """Turn fields into numbers, or leave all as they are where one is none."""
-    numbers = np.full(len(fields), nan)
+    numbers = np.full(len(fields), math.nan)
     for row, field in enumerate(fields):
         if field in MISSING:
             continue
-        if not is_number(field, decimal) or not isfinite(number := float(field.replace(decimal, "."))):
+        if not is_number(field, decimal) or not math.isfinite(number := float(field.replace(decimal, "."))):
             return _Parsed(np.array(fields, dtype=object), (row, field))
         numbers[row] = number
     return _Parsed(numbers)
