@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tribopipe.derived import derive_missing
 from tribopipe.errors import ReaderError
-from tribopipe.ingest.axes import complete_axes
 from tribopipe.ingest.columns import column_in_si, find_column, is_a_weight, read_source, unit_of
 from tribopipe.ingest.names import bare_name
 from tribopipe.ingest.profiles import read_profiles
@@ -65,9 +65,9 @@ def _read_files(manifest: RunManifest, folder: Path, written: SourceFile) -> Raw
         for name in signals.names:
             sources.append(read_source(folder, name))
             parts.append(_read_part(gathered, sources[-1], reader or detect(sources[-1], holds="signals"), signals))
-        _add(gathered, _joined(signals.names, parts), " … ".join(dict.fromkeys((signals.names[0], signals.names[-1]))))
+        _add(gathered, _joined(signals.names, parts, gathered.notes), _spoken(signals.names))
     origins: dict[SignalName, Origin] = dict.fromkeys(gathered.columns, "measured")
-    _complete(gathered.columns, origins, manifest)
+    derive_missing(gathered.columns, origins, manifest)
     ordered = {name: gathered.columns[name] for name in SIGNALS if name in gathered.columns}
     profiles = read_profiles(manifest, folder, sources, gathered.headers, gathered.notes)
     return RawRun(
@@ -115,7 +115,11 @@ def _read_part(gathered: _Gathered, source: SourceFile, reader: Reader, signals:
     return part
 
 
-def _joined(names: Sequence[str], parts: Sequence[_Part]) -> _Part:
+def _spoken(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{names[0]} … {names[-1]}"
+
+
+def _joined(names: Sequence[str], parts: Sequence[_Part], notes: list[str]) -> _Part:
     """Put the rows of files that continue each other one after the other, and say from which file each row came."""
     first = parts[0]
     if len(parts) == 1:
@@ -132,6 +136,10 @@ def _joined(names: Sequence[str], parts: Sequence[_Part]) -> _Part:
         for label, extra in first.extras.items()
         if all(_alike(part.extras.get(label), extra) for part in parts)
     }
+    others = dict.fromkeys(label for part in parts for label in part.extras if label not in extras)
+    if others:
+        spoken = ", ".join(map(repr, others))
+        notes.append(f"{_spoken(names)}: left out {spoken}, which not every file has, or not in the same unit")
     rows = [len(next(iter(part.columns.values()))) for part in parts]
     extras[_free_name("file", extras)] = ExtraColumn(np.repeat(np.arange(1.0, len(parts) + 1), rows), "1")
     return _Part({name: np.concatenate([part.columns[name] for part in parts]) for name in first.columns}, extras)
@@ -203,15 +211,3 @@ def _usable(column: ReadColumn, signal: SignalName) -> bool:
 def _by_own_name(name: str) -> SignalName | None:
     wanted = bare_name(name).lower().replace(" ", "_")
     return next((signal for signal in SIGNALS if signal == wanted), None)
-
-
-def _complete(columns: dict[SignalName, Column], origins: dict[SignalName, Origin], manifest: RunManifest) -> None:
-    complete_axes(columns, origins, manifest)
-    if "friction_coefficient" in columns or "friction_force" not in columns:
-        return
-    measured = "normal_force" in columns
-    force = columns["normal_force"] if measured else np.asarray(manifest.conditions.normal_load.value)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        mu = columns["friction_force"] / force
-    columns["friction_coefficient"] = np.where(np.isfinite(mu), mu, np.nan)
-    origins["friction_coefficient"] = "derived from measured load" if measured else "derived from nominal load"
