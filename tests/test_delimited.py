@@ -580,3 +580,9 @@ def test_real_rows_without_names_are_refused():
 
 def test_real_file_of_several_segments_is_refused():
     assert "found" in refusal(_real("pcs-ehd-labview/examples/data_import/demo_1.txt"))
+
+
+def test_a_row_that_lacks_a_field_is_refused_where_all_others_end_in_a_separator():
+    rows = "Time [s];Depth [um];Ft [N];\n" + "1;2;3;\n" * 4 + "2;4;\n" + "1;2;3;\n"
+    with pytest.raises(ReaderError, match=r"line 6: found 3 fields, expected 4"):
+        DelimitedReader().read(SourceFile("a.csv", rows.encode()), Hints())

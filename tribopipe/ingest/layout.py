@@ -11,6 +11,7 @@ from tribopipe.ingest.tables import MISSING, Table, find_table, is_number
 from tribopipe.ingest.text import LINE_END, Row, Text, lines_from, sampled_rows, trimmed
 
 Decimal = Literal[".", ","]
+_NEARLY_ALL = 0.8
 
 
 @dataclass(frozen=True)
@@ -58,11 +59,19 @@ def _layout(table: Table, lines: list[str], decimal: Decimal, doubt: str | None)
         line=body[0].line,
         header="".join(lines[: body[0].line - 1]),
         width=table.width,
-        least=len(trimmed(table.names)),
+        least=_least(table),
         units=table.units,
         textual=frozenset(c for c, cell in cells if cell not in MISSING and not is_number(cell, decimal)),
         doubt=doubt,
     )
+
+
+def _least(table: Table) -> int:
+    """Return how many fields a whole row has: the named ones, and empty ones that nearly every row ends in."""
+    named, body = len(trimmed(table.names)), table.rows[table.body :]
+    padded = Counter(len(row.cells) for row in body if len(row.cells) > named and not any(row.cells[named:]))
+    usual, times = padded.most_common(1)[0] if padded else (named, 0)
+    return usual if times >= _NEARLY_ALL * len(body) else named
 
 
 def _later_rows(text: Text, table: Table, lines: list[str]) -> list[Row]:
