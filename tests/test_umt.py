@@ -1,0 +1,276 @@
+"""Exports of a CETR / Bruker UMT: steps one below the other, or a refusal, whatever stands between them."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tribopipe.errors import ReaderError
+from tribopipe.ingest.delimited import DelimitedReader
+from tribopipe.ingest.formats.umt import UmtReader
+from tribopipe.ingest.reader import Hints, ReadColumn, Reader, ReadTable
+from tribopipe.run import SourceFile
+
+READER = UmtReader()
+NAMES = ["Fx", "Fz", "Z", "T", "Ff", "COF"]
+UNITS = ["g", "g", "mm", "sec", "g", ""]
+STEPS = [
+    [
+        ["7.683862", "-198.963455", "-0.6908", "0.0000", "7.683862", "0.038619"],
+        ["-68.727264", "-198.801712", "-0.6850", "0.1527", "68.727264", "0.345708"],
+        ["-93.483627", "-199.036194", "-0.6850", "0.1727", "93.483627", "0.469682"],
+    ],
+    [
+        ["105.181290", "-199.807526", "-0.6380", "0.0000", "105.181290", "0.526413"],
+        ["136.519547", "-200.131958", "-0.6369", "0.0177", "136.519547", "0.682148"],
+    ],
+]
+TOP = [
+    "Created by CETR Data Viewer ver.2.19.106 05/12/22 14:43:46",
+    "Created by CETR UMT ver.1.136.257 12 May 2022 12:21:50",
+    "Total number of runs - 1",
+    "Total number of steps = 2",
+    "Indenter tip ID = 0",
+    r"C:\Data\wear 2N_001.tst",
+    "",
+    "Run # 1",
+    "Run date 12 May 2022 12:21:50",
+]
+
+
+def write(
+    steps: list[list[list[str]]] = STEPS,
+    names: list[str] = NAMES,
+    units: list[str] = UNITS,
+    separator: str = ",",
+    end: str = "\r\n",
+) -> bytes:
+    lines = list(TOP)
+    for number, rows in enumerate(steps, 1):
+        lines += [f"Step No. {number}", "", "Step Type Code: 0", "Radius       = 3.9493", "Set Force    = -200"]
+        lines += [f"Data Count   = {len(rows)}", f"Started at: 12:21:58.0{number} 12 May 2022", ""]
+        lines += [separator.join(names), separator.join(units), ""]
+        lines += [separator.join(row) for row in rows] + ["", ""]
+    return "".join(line + end for line in lines).encode()
+
+
+SMALL = write()
+
+
+def read(content: bytes, **hints: str) -> ReadTable:
+    return READER.read(SourceFile("wear.csv", content), Hints(**hints))
+
+
+def column(table: ReadTable, name: str) -> ReadColumn:
+    return next(each for each in table.columns if each.name == name)
+
+
+def values(table: ReadTable) -> np.ndarray:
+    return np.column_stack([each.values for each in table.columns])
+
+
+def expected(steps: list[list[list[str]]] = STEPS) -> np.ndarray:
+    return np.array([[*map(float, row), n] for n, rows in enumerate(steps, 1) for row in rows])
+
+
+def test_two_steps_one_below_the_other():
+    assert isinstance(READER, Reader)
+    table = read(SMALL)
+    assert [each.name for each in table.columns] == [*NAMES, "segment"]
+    assert np.array_equal(values(table), expected())
+    assert table.notes == ()
+    assert table.header == "".join(line + "\r\n" for line in SMALL.decode().split("\r\n")[:-1] if not _is_row(line))
+
+
+def _is_row(line: str) -> bool:
+    return line.split(",")[0] in {row[0] for rows in STEPS for row in rows}
+
+
+def test_meanings_and_units():
+    assert {each.name: (each.signal, each.unit) for each in read(SMALL).columns} == {
+        "Fx": (None, "gf"),
+        "Fz": ("normal_force", "gf"),
+        "Z": ("depth", "mm"),
+        "T": ("time", "sec"),
+        "Ff": ("friction_force", "gf"),
+        "COF": ("friction_coefficient", None),
+        "segment": (None, "1"),
+    }
+
+
+def test_without_ff_the_friction_force_is_fx():
+    steps = [[row[:4] for row in rows] for rows in STEPS]
+    table = read(write(steps, NAMES[:4], UNITS[:4]))
+    assert column(table, "Fx").signal == "friction_force"
+
+
+def test_time_only_in_a_unit_of_time():
+    table = read(write(units=["N", "N", "um", "C", "N", ""]))
+    assert column(table, "T").signal is None
+    assert [column(table, name).unit for name in ("Fx", "Z")] == ["N", "um"]
+
+
+def test_facts():
+    assert read(SMALL).facts == {
+        "instrument": "CETR UMT",
+        "started": "2022-05-12T12:21:58",
+        "conditions.normal_load": "200 gf",
+    }
+    changed = SMALL.replace(b"-200\r\nData Count   = 2", b"-500\r\nData Count   = 2")
+    assert "conditions.normal_load" not in read(changed).facts
+    assert "conditions.normal_load" not in read(SMALL.replace(b"= -200", b"= -5")).facts
+
+
+def test_dates_of_another_language_are_left_to_the_lab():
+    table = read(SMALL.replace(b" May ", b" Mai ").replace(b" Mai 2022", b" maj 2022"))
+    assert "started" not in table.facts
+    assert any("when the test started" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("separator", [",", "\t", ";", "  ", " "])
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r", "\r\r\n"])
+@pytest.mark.parametrize("units", [UNITS, ["[g]", "[g]", "[mm]", "[sec]", "[g]", "[]"], ["N", "N", "mm", "s", "N", ""]])
+def test_dialects(separator, end, units):
+    table = read(write(units=units, separator=separator, end=end))
+    assert np.array_equal(values(table), expected())
+    assert {column(table, name).signal for name in ("Fz", "T", "Z")} == {"normal_force", "time", "depth"}
+    assert column(table, "Fz").unit == ("N" if "N" in units else "gf")
+
+
+@pytest.mark.parametrize("separator", ["\t", "  "])
+def test_units_in_the_names_and_decimal_commas(separator):
+    names = ["Fx [N]", "Fz [N]", "Z [mm]", "T [sec]", "Ff [N]", "COF"]
+    content = write(names=names, units=[], separator=separator)
+    lines = [
+        line.replace(b".", b",") if line[:1].isdigit() or line[:1] == b"-" else line for line in content.split(b"\n")
+    ]
+    table = read(b"\n".join(lines))
+    assert [each.name for each in table.columns] == [*names, "segment"]
+    assert column(table, "Fz [N]").signal == "normal_force"
+    assert column(table, "Fz [N]").unit == "N"
+    assert np.array_equal(values(table), expected())
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.permutations(range(6)), st.sampled_from([",", "\t"]))
+def test_columns_in_any_order(order, separator):
+    steps = [[[row[n] for n in order] for row in rows] for rows in STEPS]
+    table = read(write(steps, [NAMES[n] for n in order], [UNITS[n] for n in order], separator))
+    assert np.array_equal(values(table)[:, :6], expected()[:, order])
+    assert column(table, "T").signal == "time"
+
+
+def test_head_that_repeats_and_other_columns_in_the_second():
+    other = write([[row[:4] for row in STEPS[1]]], NAMES[:4], UNITS[:4])
+    table = read(SMALL + other)
+    assert column(table, "segment").values.tolist() == [1, 1, 1, 2, 2, 3, 3]
+    assert np.isnan(column(table, "COF").values[-2:]).all()
+    assert np.array_equal(column(table, "Fx").values[-2:], expected()[3:, 0])
+
+
+def test_a_unit_that_changes_is_refused():
+    with pytest.raises(ReaderError, match=r"^wear\.csv, column 'Fx': found the units N, g in different segments"):
+        read(SMALL + write(units=["N", "N", "mm", "sec", "N", ""]))
+
+
+def test_numbers_without_names_are_refused():
+    content = SMALL.replace(b"Fx,Fz,Z,T,Ff,COF\r\ng,g,mm,sec,g,\r\n\r\n105", b"105")
+    with pytest.raises(ReaderError, match=r"^wear\.csv, line 34: found numbers without names"):
+        read(content)
+
+
+def test_row_with_too_few_fields_is_named():
+    with pytest.raises(ReaderError, match=r"line 23: found 5 fields, expected 6"):
+        read(SMALL.replace(b"-0.6850,0.1727,", b"-0.6850,"))
+
+
+def test_a_field_that_is_no_number_is_named():
+    assert column(read(SMALL.replace(b"-0.6369", b"******")), "Z").first_bad == (38, "******")
+
+
+def test_not_a_number_is_no_word():
+    table = read(SMALL.replace(b"\r\n-68.727264", b"\r\nNaN"))
+    assert np.isnan(column(table, "Fx").values[1])
+    assert len(column(table, "T").values) == 5
+
+
+def test_counts_that_rows_do_not_keep_are_noted():
+    table = read(SMALL.replace(b"Data Count   = 3", b"Data Count   = 110").replace(b"steps = 2", b"steps = 4"))
+    assert "other numbers of rows than the header says: segment 1 claims 110 and holds 3" in table.notes
+    assert "the header counts 4 steps, of which 2 have rows" in table.notes
+
+
+def test_a_step_that_repeats_the_one_before_is_noted():
+    assert read(write([STEPS[0], STEPS[0]])).notes == ("segments that repeat the one before, number for number: 2",)
+
+
+def test_cut_at_every_byte():
+    content = SMALL
+    truth = expected()
+    for size in range(len(content)):
+        try:
+            table = read(content[:size])
+        except ReaderError as error:
+            assert str(error).startswith("wear.csv")  # noqa: PT017
+            continue
+        found = values(table)
+        assert np.array_equal(found, truth[: len(found)]), size
+        assert len(found) == len(truth) or table.notes, size
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, len(SMALL) - 1), st.binary(max_size=4))
+def test_whatever_bytes_are_put_in_nothing_but_reader_errors_is_raised(at, put):
+    source = SourceFile("wear.csv", SMALL[:at] + put + SMALL[at:])
+    assert 0 <= READER.match(source).confidence <= 1
+    try:
+        table = READER.read(source, Hints())
+    except ReaderError:
+        return
+    assert len({len(each.values) for each in table.columns}) == 1
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "cp1252"])
+def test_encodings(encoding):
+    content = SMALL.decode().replace("wear 2N", "Reibung für 2N").encode(encoding)
+    assert np.array_equal(values(read(content)), expected())
+    assert READER.match(SourceFile("wear.csv", content)).confidence >= 0.9
+
+
+def test_encoding_named_wrongly():
+    with pytest.raises(ReaderError, match=r"^wear\.csv: found byte"):
+        read(SMALL.replace(b"wear", b"Verschlei\xdf"), encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b" \r\n\t\r\n", b"\0\1", b"Fx,Fz,T\n", "\n".join(TOP).encode(), b"1,2\n3,4\n"]
+)
+def test_no_table(content):
+    with pytest.raises(ReaderError, match=r"^wear\.csv"):
+        read(content)
+
+
+@pytest.mark.parametrize("size", [1_000_000, pytest.param(100_000_000, marks=pytest.mark.slow)])
+def test_one_line_without_end(size):
+    content = SMALL[: SMALL.index(b"7.68")] + b"7" * size
+    assert READER.match(SourceFile("wear.csv", content)).confidence in (0.0, 0.95)
+    with pytest.raises(ReaderError, match="characters in one line"):
+        read(content)
+
+
+@pytest.mark.parametrize("size", [80, 400, len(SMALL)])
+def test_found_by_content(size):
+    source = SourceFile("x.dat", SMALL[:size])
+    assert READER.match(source).confidence > max(0.9, DelimitedReader().match(source).confidence)
+
+
+def test_found_without_its_first_lines():
+    assert READER.match(SourceFile("x.dat", SMALL[SMALL.index(b"Step No. 1") :])).confidence >= 0.9
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"\0\1\2", b"Time [s];Fz [N]\n0,5;1,5\n", b"Fx,Fz,T\n1,2,3\n2,3,4\n", b"Created by hand\nTime;Fz\n1;2\n"],
+)
+def test_other_files_are_left_alone(content):
+    assert READER.match(SourceFile("x.csv", content)).confidence < 0.5
