@@ -20,6 +20,9 @@ from tribopipe.archive.store import Archive
 COMMON = {"--archive", "--json"}
 STEP = COMMON | {"--recipe", "--force"}
 FLAGS = {
+    "formats list": {"--json"},
+    "formats detect": {"--reader", "--json"},
+    "new": {"--into", "--id", "--template", "--reader", "--set", "--profile", "--json"},
     "check": {"--json"},
     "ingest": COMMON | {"--force"},
     "process": STEP | {"--figures", "--no-figures"},
@@ -31,7 +34,7 @@ FLAGS = {
     | {"--load", "--speed", "--radius", "--from", "--onto", "--slip", "--crown-radius", "--distance-per-rotation"},
     "ls": COMMON,
     "mark-bad": COMMON | {"--reason", "--undo", "--by"},
-    "show": COMMON,
+    "show": COMMON | {"--plot", "--radius", "--position-unit", "--height-unit"},
     "study new": {"--into", "--archive", "--force"},
     "study run": STEP | {"--figures", "--no-figures"},
     "study show": COMMON,
@@ -206,7 +209,11 @@ def test_json_is_one_document_of_quantities_with_units(run_cli, archive, short_p
     result = run_cli(*JSON_COMMANDS[case], "--json", cwd=archive.parent)
     assert result.exit_code == 0
     quantities = [found for found in objects_in(document_of(result)) if isinstance(found.get("value"), float)]
-    assert [found for found in quantities if set(found) - {"method"} != {"value", "unit", "standard_uncertainty"}] == []
+    assert [
+        found
+        for found in quantities
+        if set(found) - {"method", "readings"} != {"value", "unit", "standard_uncertainty"}
+    ] == []
 
 
 def test_json_is_the_same_on_every_console(run_cli, sample_run, archive):
@@ -310,11 +317,11 @@ def content_of(found: h5py.Group | h5py.Dataset) -> tuple[dict[str, str], str]:
 
 def test_second_process_does_nothing_and_says_so(run_cli, sample_run, archive):
     first = run_cli("process", sample_run, "--archive", archive, "--no-figures")
-    assert "7 steps done, 0 unchanged" in first.stderr
+    assert "9 steps done, 0 unchanged" in first.stderr
     before = tree_bytes(archive)
     second = run_cli("process", sample_run, "--archive", archive)
     assert second.exit_code == 0
-    assert "Nothing to do: all 7 steps are unchanged; --force redoes them." in second.stderr
+    assert "Nothing to do: all 9 steps are unchanged; --force redoes them." in second.stderr
     assert tree_bytes(archive) == before
 
 
@@ -322,7 +329,7 @@ def test_force_redoes_every_step_with_the_same_result(run_cli, sample_run, archi
     run_cli("process", sample_run, "--archive", archive, "--no-figures")
     before = science(archive)
     again = run_cli("process", sample_run, "--archive", archive, "--no-figures", "--force")
-    assert "7 steps done, 0 unchanged" in again.stderr
+    assert "9 steps done, 0 unchanged" in again.stderr
     assert science(archive) == before
 
 
@@ -363,7 +370,7 @@ def test_commands_lead_from_an_empty_folder_to_a_prediction(run_cli, short_plan,
         ("fit --model sarkar", "si3n4-air-400mN: sarkar: k_D = "),
         ("predict --law sarkar", "si3n4-air-400mN: sarkar, exact: k_D = "),
         ("predict si3n4-air-200mN --law sarkar --at 100", "100"),
-        ("ls", "drift, friction, Sarkar, predicted by Sarkar"),
+        ("ls", "drift, friction, specific wear, Sarkar, predicted by Sarkar"),
         ("show si3n4-air-400mN", "prediction_sarkar"),
         ("process runs", "figures in "),
         ("schema export", "run.schema.json"),

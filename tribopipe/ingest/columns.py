@@ -45,6 +45,11 @@ def find_column(table: ReadTable, wanted: str, meaning: str, file: str) -> ReadC
     )
 
 
+def needs_unit(kind: str) -> bool:
+    """Tell whether numbers of a kind say nothing without a unit; a percentage may as well be a share of 1."""
+    return KINDS[kind].si != "1" or kind == "percentage"
+
+
 def unit_of(column: ReadColumn, source: ColumnSource | None) -> str | None:
     """Return the unit of a column by the manifest's word, or else by the file's own."""
     return (source.unit if source else None) or column.unit
@@ -68,7 +73,7 @@ def column_in_si(column: ReadColumn, source: ColumnSource | None, meaning: str, 
             "mend that line, or map another column"
         )
     unit = unit_of(column, source)
-    if unit is None and KINDS[kind].si != "1":
+    if unit is None and needs_unit(kind):
         raise ReaderError(
             f"{file}, column {column.name!r}: found no unit; expected one for {meaning}; add it in run.toml: "
             f"{meaning} = {{ column = {column.name!r}, unit = … }}"

@@ -9,7 +9,7 @@ import numpy as np
 
 from tribopipe.derived import derive_missing
 from tribopipe.errors import ReaderError
-from tribopipe.ingest.columns import column_in_si, find_column, is_a_weight, read_source, unit_of
+from tribopipe.ingest.columns import column_in_si, find_column, is_a_weight, needs_unit, read_source, unit_of
 from tribopipe.ingest.names import bare_name
 from tribopipe.ingest.profiles import read_profiles
 from tribopipe.ingest.reader import Hints, ReadColumn, Reader, ReadTable
@@ -205,7 +205,7 @@ def _meanings(table: ReadTable, signals: SignalFile, file: str) -> Meanings:
 
 def _usable(column: ReadColumn, signal: SignalName) -> bool:
     """Tell whether a column may be taken by its name alone: numbers, with a unit where one is needed."""
-    return column.first_bad is None and (column.unit is not None or SIGNALS[signal].unit == "1")
+    return column.first_bad is None and (column.unit is not None or not needs_unit(SIGNALS[signal].kind))
 
 
 def _by_own_name(name: str) -> SignalName | None:

@@ -67,6 +67,8 @@ class Match:
 
     confidence: float
     why: str
+    known_as: str | None = None
+    """What a file is that the reader knows and that holds nothing to read: "a calibration file"."""
 
 
 @runtime_checkable

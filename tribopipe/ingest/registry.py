@@ -4,12 +4,13 @@ tribopipe's own readers are declared the same way. Nothing is imported before a 
 """
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
+from typing import NamedTuple
 
 from tribopipe.errors import ReaderError, did_you_mean
-from tribopipe.ingest.reader import Match, Reader
+from tribopipe.ingest.reader import Holds, Match, Reader
 from tribopipe.run import SourceFile
 
 GROUP = "tribopipe.readers"
@@ -33,26 +34,56 @@ def reader_named(name: str) -> Reader:
     return found
 
 
-def detect(source: SourceFile) -> Reader:
-    """Find the reader for a file by its content.
+class Judged(NamedTuple):
+    """A reader and what it makes of a file."""
+
+    reader: Reader
+    match: Match
+
+
+def candidates(source: SourceFile, holds: Holds | None = None) -> list[Judged]:
+    """Give the readers, or those for what a file should hold, each with its match; the surest first."""
+    asked = [reader for _, reader in _loaded() if holds is None or reader.holds == holds]
+    return sorted((Judged(reader, _match(reader, source)) for reader in asked), key=lambda one: -one.match.confidence)
+
+
+def is_sure(match: Match) -> bool:
+    """Tell whether a reader claims a file."""
+    return match.confidence >= _CONFIDENT
+
+
+def detect(source: SourceFile, holds: Holds | None = None) -> Reader:
+    """Find the reader for a file by its content, among those for what it should hold.
 
     Raises ``ReaderError`` where no reader is confident, saying why, or where two are equally so.
     """
-    matches = {name: _match(reader, source) for name, reader in _loaded()}
-    top = max((match.confidence for match in matches.values()), default=0.0)
-    if top < _CONFIDENT:
-        tried = "; ".join(f"{name}: {match.why}" for name, match in matches.items()) or "no reader is installed"
+    return chosen(source, candidates(source, holds))[0].reader
+
+
+def chosen(source: SourceFile, found: Sequence[Judged]) -> list[Judged]:
+    """Give those that claim a file, the surest first.
+
+    Raises ``ReaderError`` where there is none, where two are equally sure, or where the file is known to hold nothing.
+    """
+    known_as = next((match.known_as for _, match in found if match.known_as), None)
+    if known_as is not None:
         raise ReaderError(
-            f"{source.name}: found no known format; expected one that an installed reader knows; name the reader in "
-            f"run.toml, or export the file as a plain table; tried {tried}"
+            f"{source.name}: found {known_as}; expected what a tribometer recorded, or a profile; leave this file out"
         )
-    best = [name for name, match in matches.items() if match.confidence == top]
+    sure = [one for one in found if is_sure(one.match)]
+    if not sure:
+        near = [f", the nearest being {one.name} ({match.why})" for one, match in found[:1] if match.confidence]
+        raise ReaderError(
+            f"{source.name}: found no known format{''.join(near)}; expected one of those that `tribopipe formats list` "
+            "tells; name it as reader, describe it in a reader profile, or export the file as a plain table"
+        )
+    best = [reader.name for reader, match in sure if match.confidence == sure[0].match.confidence]
     if len(best) > 1:
         raise ReaderError(
-            f"{source.name}: found a file that {' and '.join(best)} both know; expected one format; say which in "
-            f'run.toml: reader = "{best[0]}"'
+            f"{source.name}: found a file that {' and '.join(best)} both know, equally sure; expected one format; say "
+            f'which, as reader = "{best[0]}" in run.toml or with --reader {best[0]}'
         )
-    return reader_named(best[0])
+    return sure
 
 
 @cache
@@ -84,7 +115,9 @@ def _load(entry: EntryPoint) -> Reader | None:
         return None
     if isinstance(reader, Reader):
         return reader
-    warnings.warn(f"reader {entry.name!r} left out: {entry.value} lacks name, title, match or read", stacklevel=4)
+    warnings.warn(
+        f"reader {entry.name!r} left out: {entry.value} lacks name, title, holds, match or read", stacklevel=4
+    )
     return None
 
 

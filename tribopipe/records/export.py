@@ -11,19 +11,25 @@ from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction
 from tribopipe.records.disc_verdict import TwinDiscStudyResult
 from tribopipe.records.manifest import RunManifest
 from tribopipe.records.plan import Plan, Truth, TwinDiscTruth
+from tribopipe.records.reader_profile import ReaderProfile
 from tribopipe.records.recipe import Recipe
 from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
+from tribopipe.records.specific_wear import SpecificWear
 from tribopipe.records.study import Study
+from tribopipe.records.template import Template
 from tribopipe.records.verdict import StudyResult
 
 SCHEMAS: dict[str, type[Record]] = {
     "run": RunManifest,
+    "template": Template,
+    "reader": ReaderProfile,
     "recipe": Recipe,
     "plan": Plan,
     "truth": Truth,
     "study": Study,
     "drift-correction": DriftCorrection,
     "friction-fit": FrictionFit,
+    "specific-wear": SpecificWear,
     "wear-fit": WearFit,
     "wear-prediction": WearPrediction,
     "study-result": StudyResult,

@@ -93,7 +93,7 @@ class PcsReader:
         except ReaderError as error:
             return refused(source, error)
         if _NO_TEST.fullmatch(first):
-            return Match(0.0, f"the first line is {first[:60]!r}, which is no test data")
+            return Match(0.0, f"the first line is {first[:60]!r}, which is no test data", f"a {first[:60]!r}")
         if not _TITLE.fullmatch(first):
             return Match(0.0, "the first line is not '… Test Data File'")
         if any(map(_MARK.fullmatch, others)):

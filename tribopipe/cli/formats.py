@@ -1,0 +1,172 @@
+"""Commands about the formats of instruments: formats list, formats detect."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from tribopipe.cli.options import AsJson
+from tribopipe.cli.output import exit_with, print_json, say, table
+
+if TYPE_CHECKING:
+    from tribopipe.errors import TribopipeError
+    from tribopipe.ingest.exports import Export
+    from tribopipe.ingest.reader import ReadColumn
+
+formats_app = typer.Typer(help="Formats of instruments: which there are, and which a file is of.", no_args_is_help=True)
+ReaderName = Annotated[
+    str | None,
+    typer.Option("--reader", help="Format, or a TOML file that describes one, where it should not be detected."),
+]
+# Packages that a reader's extra brings, by the extra's name.
+_EXTRAS = {"excel": "python_calamine", "tdms": "nptdms", "surface": "SurfaceTopography"}
+_NEEDS = {"workbook": "excel", "ni-tdms": "tdms", "surface-topography": "surface"}
+
+
+@formats_app.command("list")
+def list_formats(as_json: AsJson = False) -> None:
+    """List the formats that can be read."""
+    from tribopipe.ingest.registry import readers
+
+    found: list[dict[str, Any]] = [
+        {"name": name, "title": reader.title, "holds": reader.holds, "extra": _NEEDS.get(name), "ready": _ready(name)}
+        for name, reader in sorted(readers().items())
+    ]
+    if as_json:
+        print_json({"formats": found})
+        return
+    rows = [[one["name"], one["title"], one["holds"], _needed(one)] for one in found]
+    table(f"{len(found)} formats", ["format", "what it is", "holds", "needs"], rows)
+
+
+def _ready(name: str) -> bool:
+    from importlib.util import find_spec
+
+    return name not in _NEEDS or find_spec(_EXTRAS[_NEEDS[name]]) is not None
+
+
+def _needed(one: dict[str, Any]) -> str:
+    if one["extra"] is None:
+        return ""
+    return f"tribopipe[{one['extra']}]" + ("" if one["ready"] else ", which is not installed")
+
+
+@formats_app.command("detect")
+def detect_formats(
+    files: Annotated[list[Path], typer.Argument(help="Files that an instrument wrote.", metavar="FILE...")],
+    reader: ReaderName = None,
+    as_json: AsJson = False,
+) -> None:
+    """Say of which format each file is, how sure and why, and what is in it. Exit code 1 where none is known."""
+    from tribopipe.errors import TribopipeError
+    from tribopipe.ingest.exports import chosen_reader, read_export
+
+    errors: list[TribopipeError] = []
+    told: list[dict[str, Any]] = []
+    named = None if reader is None else chosen_reader(reader)
+    for path in files:
+        try:
+            export = read_export(path, named)
+        except TribopipeError as error:
+            errors.append(_located(path, error))
+            told.append({"file": str(path), "error": str(errors[-1]), "candidates": _tried(path)})
+            continue
+        told.append(_document(path, export))
+        _show(path, export)
+    if as_json:
+        print_json({"files": told})
+    exit_with(errors, some_done=len(errors) < len(files))
+
+
+def _located(path: Path, error: "TribopipeError") -> "TribopipeError":
+    """Say in which folder the file is that an error names."""
+    inside = str(error).startswith(path.name) and path.parent != Path()
+    return type(error)(f"{path.parent}: {error}") if inside else error
+
+
+def _tried(path: Path) -> list[dict[str, Any]]:
+    """Show which readers were tried on a file that none knows, and why each does not."""
+    from tribopipe.errors import TribopipeError
+    from tribopipe.ingest.exports import open_export
+    from tribopipe.ingest.registry import candidates, is_sure
+
+    try:
+        found = candidates(open_export(path))
+    except TribopipeError:
+        return []
+    if not any(is_sure(match) for _, match in found):
+        rows = [[reader.name, _sure(match.confidence), match.why.partition(";")[0]] for reader, match in found]
+        table(f"{path}: tried", ["format", "sure", "why"], rows)
+    return [_candidate(reader.name, match.confidence, match.why) for reader, match in found]
+
+
+def _candidate(name: str, confidence: float, why: str) -> dict[str, Any]:
+    return {"format": name, "confidence": round(confidence, 3), "why": why}
+
+
+def _sure(confidence: float) -> str:
+    return f"{confidence:.0%}"
+
+
+def _document(path: Path, export: "Export") -> dict[str, Any]:
+    reader, others = export.reader, export.others
+    return {
+        "file": str(path),
+        "format": reader.name,
+        "title": reader.title,
+        "holds": reader.holds,
+        "confidence": round(export.match.confidence, 3),
+        "why": export.match.why,
+        "candidates": [_candidate(other.name, match.confidence, match.why) for other, match in others],
+        "rows": export.rows,
+        "columns": [_column(export, column) for column in export.table.columns],
+        "facts": dict(export.table.facts),
+        "notes": list(export.table.notes),
+    }
+
+
+def _column(export: "Export", column: "ReadColumn") -> dict[str, Any]:
+    from tribopipe.ingest.exports import range_of
+
+    meaning, found = export.meanings.get(column.name), range_of(column)
+    return {
+        "name": column.name,
+        "unit": column.unit,
+        "signal": meaning.signal if meaning and not meaning.lacks else None,
+        "axis": column.axis,
+        "least": found.least,
+        "largest": found.largest,
+        "missing": found.missing,
+    }
+
+
+def _show(path: Path, export: "Export") -> None:
+    """Show one file on stderr."""
+    say(f"{path}: {export.reader.name}, {export.reader.title}")
+    say(f"  {_sure(export.match.confidence)} sure: {export.match.why}")
+    for other, match in export.others:
+        say(f"  or else {other.name}, {_sure(match.confidence)} sure: {match.why}")
+    for key, value in export.table.facts.items():
+        say(f"  {key}: {value}")
+    for note in export.table.notes:
+        say(f"  note: {note}")
+    columns = ["column", "unit", "means", "least", "largest", "missing"]
+    table(f"  {export.rows} rows", columns, [_row(export, column) for column in export.table.columns])
+
+
+def _row(export: "Export", column: "ReadColumn") -> list[str]:
+    from tribopipe.ingest.exports import range_of
+
+    found = range_of(column)
+    least, largest = ("–" if value is None else f"{value:.6g}" for value in found[:2])
+    return [column.name, column.unit or "–", _meaning(export, column), least, largest, str(found.missing or "–")]
+
+
+def _meaning(export: "Export", column: "ReadColumn") -> str:
+    meaning = export.meanings.get(column.name)
+    if meaning is None:
+        return column.axis or "–"
+    return f"{meaning.signal}, {meaning.by}" + (f"? {meaning.lacks}" if meaning.lacks else "")
+
+
+COMMANDS = {"list": list_formats, "detect": detect_formats}

@@ -1,0 +1,97 @@
+"""The command that makes a run folder from an instrument's files: new."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tribopipe.cli.formats import ReaderName
+from tribopipe.cli.options import AsJson
+from tribopipe.cli.output import print_json, say
+
+if TYPE_CHECKING:
+    from tribopipe.ingest.draft.folder import NewRun
+    from tribopipe.ingest.draft.questions import Ask
+
+
+def new(
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            help="Files that an instrument wrote during one test: one, several that continue each other, or one a "
+            "channel.",
+            metavar="FILE...",
+        ),
+    ],
+    into: Annotated[Path, typer.Option("--into", help="Folder to make the run's folder in.")] = Path(),
+    run_id: Annotated[
+        str | None, typer.Option("--id", help="Id of the run; by default made from the first file's name.")
+    ] = None,
+    template: Annotated[
+        Path | None, typer.Option("--template", help="TOML file of what is the same in all runs of the lab.")
+    ] = None,
+    reader: ReaderName = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", help="Key of run.toml with its value: conditions.normal_load='5 N'.", metavar="KEY=VALUE"
+        ),
+    ] = None,
+    profiles: Annotated[
+        list[str] | None,
+        typer.Option("--profile", help="Profile measured on a body: disc=track.txt.", metavar="BODY=FILE"),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Make a run folder from files of an instrument: copies them, and writes run.toml with all that they tell.
+
+    On a terminal it asks for what only the lab knows; elsewhere, and where nothing is answered, run.toml has a
+    commented line for it. The files themselves stay as they are.
+    """
+    from tribopipe.ingest.draft.folder import Wanted, make_run
+
+    wanted = Wanted(files, into, run_id, template, reader, settings or (), profiles or ())
+    made = make_run(wanted, _somebody_to_ask(), say)
+    _tell(made)
+    if as_json:
+        print_json(
+            {
+                "id": made.folder.name,
+                "folder": str(made.folder),
+                "files": [{"format": group.first.reader.name, "names": group.names} for group in made.groups],
+                "still_to_be_filled_in": made.lacks,
+                "problem": made.problem,
+                "notes": made.notes,
+            }
+        )
+
+
+def _somebody_to_ask() -> "Ask | None":
+    """Give what asks a question, on a terminal alone; Ctrl-C and the end of input stop the command."""
+    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+        return None
+    return _answer
+
+
+def _answer(question: str) -> str:
+    typer.echo(f"{question}: ", nl=False, err=True)  # stdout is for programs
+    return input()
+
+
+def _tell(made: "NewRun") -> None:
+    for group in made.groups:
+        say(f"{made.folder}: {group}: {group.rows} rows, {group.first.reader.title}")
+    for note in made.notes:
+        say(f"  note: {note}")
+    if made.lacks:
+        say(f"still to be filled in: {', '.join(made.lacks)}")
+    if made.problem:
+        say(f"still to be mended: {made.problem}")
+    if made.bodies_lack:
+        say(f"friction alone is evaluated until run.toml describes the bodies: {', '.join(made.bodies_lack)}")
+    if not made.lacks and not made.problem:
+        say(f"Next: tribopipe process {made.folder}")
+
+
+COMMANDS = {"new": new}

@@ -1,0 +1,69 @@
+"""Which columns of a file are taken for which signals, by whose word, and which could be."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from tribopipe.errors import ReaderError
+from tribopipe.ingest.columns import find_column
+from tribopipe.ingest.draft.toml import toml
+from tribopipe.ingest.exports import Export
+from tribopipe.ingest.meanings import NO_UNIT
+from tribopipe.ingest.reader import ReadColumn
+from tribopipe.records.signals import SIGNALS, SignalName
+from tribopipe.units import KINDS, pretty
+
+
+class Mapped(NamedTuple):
+    """One line of [signals.columns]."""
+
+    signal: SignalName
+    column: ReadColumn
+    by: str
+    unit: str | None = None
+    """Where somebody's word is to win over the file's own."""
+    lacks: str = ""
+    """Why the line is commented out."""
+
+    @property
+    def code(self) -> str:
+        """The line as TOML."""
+        unit = KINDS[SIGNALS[self.signal].kind].shown if self.lacks == NO_UNIT else self.unit
+        source = {"column": self.column.name, "unit": unit} if unit else self.column.name
+        return f"{'# ' if self.lacks else ''}{self.signal} = {toml(source)}"
+
+    @property
+    def remark(self) -> str:
+        """What stands behind it."""
+        shown = pretty(self.unit or self.column.unit or "")
+        return ", ".join(part for part in (shown, self.by, self.lacks) if part)
+
+
+def mapped_columns(export: Export, told: Mapping[str, Any], told_by: str) -> list[Mapped]:
+    """Map columns to signals by what a template tells, as far as the file has those columns, and by their meanings."""
+    found = [mapped for signal, source in told.items() if (mapped := _as_told(export, signal, source, told_by))]
+    signals, names = {mapped.signal for mapped in found}, {mapped.column.name for mapped in found}
+    for column in export.table.columns:
+        meaning = export.meanings.get(column.name)
+        if meaning is not None and meaning.signal not in signals and column.name not in names:
+            found.append(Mapped(meaning.signal, column, meaning.by, lacks=meaning.lacks))
+    order = list(SIGNALS)
+    return sorted(found, key=lambda mapped: order.index(mapped.signal))
+
+
+def _as_told(export: Export, signal: Any, source: Any, told_by: str) -> Mapped | None:
+    named = {"column": source} if isinstance(source, str) else source
+    try:
+        column = find_column(export.table, named["column"], signal, export.name)
+    except ReaderError:
+        return None
+    return Mapped(signal, column, told_by, named.get("unit"))
+
+
+def unmapped_columns(export: Export, mapped: list[Mapped]) -> list[str]:
+    """Name the columns that no signal is made of, with their units."""
+    names = {one.column.name for one in mapped}
+    return [
+        f"{toml(column.name)} ({pretty(column.unit) or 'ratio' if column.unit else 'no unit'})"
+        for column in export.table.columns
+        if column.name not in names
+    ]

@@ -1,0 +1,216 @@
+"""A run folder from files of an instrument: made beside its place, and given its name once it is whole."""
+
+import re
+import secrets
+import shutil
+import unicodedata
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from tribopipe.errors import ManifestError, ReaderError
+from tribopipe.ingest.draft.gathering import gather
+from tribopipe.ingest.draft.grouping import Group, grouped
+from tribopipe.ingest.draft.hints import doubt_names
+from tribopipe.ingest.draft.profiles import Measured, add_profiles, read_profile, which_profile
+from tribopipe.ingest.draft.questions import Ask, Say, ask_for_missing
+from tribopipe.ingest.draft.writing import Draft, manifest_text
+from tribopipe.ingest.exports import Export, chosen_reader, is_profile_file, open_export, read_export
+from tribopipe.ingest.harmonise import read_run
+from tribopipe.ingest.reader import Hints
+from tribopipe.records.base import read_document
+from tribopipe.records.manifest import MANIFEST_NAME, MANIFEST_SCHEMA, RunManifest
+from tribopipe.records.template import read_template
+from tribopipe.run import SourceFile
+
+_LONGEST_ID = 100
+_SUFFIX = re.compile(r"\.[A-Za-z][A-Za-z0-9]{0,9}$")
+_DEVICE = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
+_DIALECT = ("encoding", "separator", "decimal")
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What a person wants a run to be made of."""
+
+    files: Sequence[Path]
+    into: Path = Path()
+    """Folder in which the run's folder is made."""
+    id: str | None = None
+    template: Path | None = None
+    reader: str | None = None
+    """Name of a reader, or the file that describes one."""
+    settings: Sequence[str] = ()
+    """Keys of run.toml with their values: "conditions.normal_load=50 N"."""
+    profiles: Sequence[str] = ()
+    """Bodies with files of profiles measured on them: "disc=track.txt"."""
+
+
+@dataclass(frozen=True)
+class NewRun:
+    """A run folder that has been made."""
+
+    folder: Path
+    groups: tuple[Group, ...]
+    lacks: tuple[str, ...]
+    """Keys without which it cannot be processed."""
+    bodies_lack: tuple[str, ...]
+    """Keys without which wear cannot be computed."""
+    problem: str | None
+    """What else is in the way of processing it."""
+    notes: tuple[str, ...]
+    """What a person should know of how the files were read."""
+
+
+@dataclass(frozen=True)
+class _Defaults:
+    """How all files are read, by a person's or a template's word."""
+
+    template: dict[str, Any]
+    name: str
+    reader: str | None
+    """As run.toml names it."""
+    description: Path | None
+    """The file that describes the reader, where one does."""
+
+    @property
+    def signals(self) -> dict[str, Any]:
+        """What the template says of files of signals."""
+        return dict(self.template.get("signals", {}))
+
+    @property
+    def dialect(self) -> dict[str, str]:
+        """How text is written."""
+        return {name: self.signals[name] for name in _DIALECT if name in self.signals}
+
+    def read(self, path: Path) -> Export:
+        """Read a file of signals."""
+        hints: Any = self.dialect
+        named = self.reader or ("delimited" if "separator" in hints else None)
+        if named is None:
+            return read_export(path, hints=Hints(**hints))
+        reader = chosen_reader(named if self.description is None else str(self.description))
+        return read_export(path, reader, Hints(**hints))
+
+
+def make_run(wanted: Wanted, ask: Ask | None = None, say: Say = print) -> NewRun:
+    """Make a run folder, asking for what is missing where there is somebody to ask.
+
+    Raises ``ManifestError`` or ``ReaderError`` where that cannot be done, and then leaves nothing behind.
+    """
+    defaults = _defaults(wanted)
+    exports = [defaults.read(path) for path in wanted.files]
+    measured = [read_profile(written) for written in wanted.profiles]
+    draft = _drafted(wanted, defaults, exports, measured)
+    described = [open_export(defaults.description)] if defaults.description else []
+    sources = [export.source for export in [*exports, *(one.export for one in measured)]] + described
+    target = wanted.into / draft.id
+    _refuse_names(draft.id, sources)
+    _refuse_taken(target)
+    if ask is not None:
+        ask_for_missing(draft.known, ask, say)
+    wanted.into.mkdir(parents=True, exist_ok=True)
+    with _building(target) as part:
+        problem = _fill(part, draft, sources)
+    notes = dict.fromkeys(f"{export.name}: {note}" for export in exports for note in export.table.notes)
+    lacks, bodies_lack = draft.known.lacks, draft.known.bodies_lack
+    return NewRun(target, tuple(draft.groups), tuple(lacks), tuple(bodies_lack), problem, tuple(notes))
+
+
+def _defaults(wanted: Wanted) -> _Defaults:
+    template = read_template(wanted.template) if wanted.template else {}
+    name = wanted.template.name if wanted.template else ""
+    told = template.get("signals", {}).get("reader")
+    reader = wanted.reader or told
+    if reader is None or not is_profile_file(reader):
+        return _Defaults(template, name, reader, None)
+    beside = wanted.template.parent if wanted.template and not wanted.reader else Path()
+    return _Defaults(template, name, Path(reader).name, beside / reader)
+
+
+def _drafted(wanted: Wanted, defaults: _Defaults, exports: list[Export], measured: list[Measured]) -> Draft:
+    groups = grouped([export for export in exports if export.reader.holds == "signals"])
+    if not groups:
+        raise ReaderError(
+            f"{exports[0].name}: found a profile ({exports[0].reader.title}); expected at least one file of signals "
+            "beside it, since a run is what was recorded during a test; name it too"
+        )
+    in_order = [export for group in groups for export in group.exports]
+    known = gather(defaults.template, defaults.name, wanted.settings, in_order)
+    add_profiles(known, measured)
+    which_profile(known, [export for export in exports if export.reader.holds == "profile"])
+    doubt_names(known, [export.name for export in in_order])
+    run_id = fit_for_id(in_order[0].name) if wanted.id is None else wanted.id
+    columns = defaults.signals.get("columns", {})
+    return Draft(run_id, groups, known, defaults.reader, defaults.name, defaults.dialect, columns)
+
+
+def fit_for_id(file: str) -> str:
+    """Make an id of a file's name, which the archive file can be named after too."""
+    latin = unicodedata.normalize("NFKD", _SUFFIX.sub("", file)).encode("ascii", "ignore").decode()
+    name = re.sub(r"[^A-Za-z0-9._+-]+", "-", latin).lstrip("._+-")[:_LONGEST_ID].rstrip("._+-")
+    return f"run-{name}"[:_LONGEST_ID] if not name or _DEVICE.fullmatch(name) else name
+
+
+def _refuse_names(run_id: str, sources: Sequence[SourceFile]) -> None:
+    """Refuse an id or names of files that run.toml cannot hold."""
+    names = [source.name for source in sources]
+    frame = {"schema": MANIFEST_SCHEMA, "id": run_id, "conditions": {"normal_load": "1 N"}}
+    read_document(frame | {"signals": [{"files": names}]}, RunManifest, where=f"run {run_id}")
+    taken = {MANIFEST_NAME: "the manifest of the run"}
+    for name in names:
+        if name.lower() in taken:
+            raise ReaderError(
+                f"{name}: found it twice, as {taken[name.lower()]} has that name too; expected files of different "
+                "names, since they stand in one folder; rename one"
+            )
+        taken[name.lower()] = "another file"
+
+
+def _refuse_taken(target: Path) -> None:
+    if target.exists() or target.is_symlink():
+        raise ManifestError(
+            f"{target}: there already; expected a place where nothing is, since no run is ever overwritten; choose "
+            "another id with --id, or another folder with --into"
+        )
+
+
+@contextmanager
+def _building(target: Path) -> Iterator[Path]:
+    """Give a temporary folder beside ``target`` that takes its place on success and vanishes on failure."""
+    part = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
+    part.mkdir()
+    try:
+        yield part
+        _refuse_taken(target)
+        part.rename(target)
+    except BaseException:
+        shutil.rmtree(part, ignore_errors=True)
+        raise
+
+
+def _fill(part: Path, draft: Draft, sources: Sequence[SourceFile]) -> str | None:
+    """Write files and run.toml; say what is in the way of reading the run, once what it lacks is filled in."""
+    for source in sources:
+        (part / source.name).write_bytes(source.content)
+    manifest = part / MANIFEST_NAME
+    manifest.write_bytes(manifest_text(replace(draft, known=draft.known.completed())).encode())
+    problem = _problem(part)
+    manifest.write_bytes(manifest_text(draft).encode())
+    return problem
+
+
+def _problem(folder: Path) -> str | None:
+    """Say what is in the way of processing a run."""
+    try:
+        columns = read_run(folder).columns
+    except ReaderError as error:
+        return str(error).removeprefix(f"{folder}: ")
+    if "friction_coefficient" in columns or "depth" in columns:
+        return None
+    return (
+        f"found {', '.join(columns)} among the signals, but neither friction nor depth; expected one of them; map "
+        "friction_force, friction_coefficient or depth under [signals.columns] in run.toml"
+    )

@@ -1,0 +1,78 @@
+"""Which files of a run continue each other, and which hold further channels over the same time base."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tribopipe.errors import ReaderError
+from tribopipe.files import natural_order
+from tribopipe.ingest.exports import Export
+from tribopipe.run import Column
+
+
+@dataclass(frozen=True)
+class Group:
+    """Files of one format and the same columns, which continue each other: one [[signals]] of run.toml."""
+
+    exports: tuple[Export, ...]
+
+    @property
+    def first(self) -> Export:
+        """The file with which the test starts."""
+        return self.exports[0]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the files in the order of the test."""
+        return tuple(export.name for export in self.exports)
+
+    @property
+    def rows(self) -> int:
+        """Rows of all files."""
+        return sum(export.rows for export in self.exports)
+
+    def __str__(self) -> str:
+        return self.names[0] if len(self.names) == 1 else f"{self.names[0]} … {self.names[-1]}"
+
+
+def grouped(exports: Sequence[Export]) -> list[Group]:
+    """Put files together that continue each other, in natural order.
+
+    Raises ``ReaderError`` where what is left does not share its rows, so that it cannot be of one test.
+    """
+    alike: dict[object, list[Export]] = {}
+    for export in exports:
+        columns = tuple((column.name, column.unit) for column in export.table.columns)
+        alike.setdefault((export.reader.name, columns), []).append(export)
+    groups = [Group(tuple(sorted(found, key=lambda export: natural_order(export.name)))) for found in alike.values()]
+    for group in groups[1:]:
+        _refuse_another_base(groups[0], group)
+    return groups
+
+
+def _refuse_another_base(first: Group, other: Group) -> None:
+    if other.rows != first.rows:
+        raise ReaderError(
+            f"{other}: found {other.rows} rows and other columns than in {first}, which has {first.rows}; expected "
+            "files that continue each other, with the same columns, or channels over the same time base, with as many "
+            "rows; make a run of each test"
+        )
+    before, found = _time(first), _time(other)
+    if before is None or found is None or np.allclose(before, found, rtol=1e-9, atol=0, equal_nan=True):
+        return
+    raise ReaderError(
+        f"{other}: found other times than in {first}; expected channels over the same time base; make a run of each "
+        "test, or merge the files on one time base first"
+    )
+
+
+def _time(group: Group) -> Column | None:
+    """Give the times of a group in s as far as all files write them so."""
+    found = [
+        column.values
+        for export in group.exports
+        for column in export.table.columns
+        if column.unit == "s" and (meaning := export.meanings.get(column.name)) and meaning.signal == "time"
+    ]
+    return np.concatenate(found) if len(found) == len(group.exports) else None

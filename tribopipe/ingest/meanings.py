@@ -1,0 +1,130 @@
+"""What columns mean by the names that labs and instruments of several languages give them."""
+
+import unicodedata
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import Literal, NamedTuple
+
+from tribopipe.ingest.names import bare_name
+from tribopipe.ingest.reader import ReadColumn
+from tribopipe.records.signals import SIGNALS, SignalName
+from tribopipe.units import is_unit_of
+
+# As _plain writes names: small Latin letters and digits alone, accents taken off.
+_SYNONYMS: dict[SignalName, str] = {
+    "time": "testtime elapsedtime runtime t zeit messzeit testzeit versuchszeit czas tiempo temps tempo tid aika cas",
+    "rotations": "revolutions numberofrevolutions umdrehungen anzahlumdrehungen obroty liczbaobrotow vueltas giri",
+    "sliding_distance": (
+        "distance totaldistance slidedistance distanz weg gleitweg reibweg droga drogatarcia dystans distancia "
+        "distanciadedeslizamiento distancedeglissement distanza"
+    ),
+    "sliding_speed": (
+        "speed velocity slidingvelocity linearspeed linearvelocity geschwindigkeit gleitgeschwindigkeit predkosc "
+        "predkoscposlizgu velocidad velocidadlineal vitesse vitessedeglissement velocita"
+    ),
+    "normal_force": (
+        "fn fz nf load normalload appliedload normalkraft last normallast belastung kraftnormal silanormalna nacisk "
+        "obciazenie carga carganormal fuerzanormal charge chargenormale forcenormale carico forzanormale"
+    ),
+    "friction_force": (
+        "ff ft fr friction frictionload frictionalforce tangentialforce lateralforce reibkraft reibungskraft "
+        "tangentialkraft tarcie silatarcia fuerza fuerzadefriccion fuerzaderozamiento friccion forcedefrottement "
+        "forcetangentielle forzadiattrito"
+    ),
+    "friction_coefficient": (
+        "mu cof coefffriction coeffoffriction coefficientoffriction coefficientfriction reibwert reibzahl reibungszahl "
+        "reibungskoeffizient reibkoeffizient wspolczynniktarcia coeficientedefriccion coeficientederozamiento "
+        "coefficientdefrottement coefficientediattrito"
+    ),
+    "depth": (
+        "weardepth penetrationdepth displacement lineardisplacement wear linearwear lvdt tiefe verschleiss "
+        "verschleisstiefe eindringtiefe zuzycie zuzycieliniowe profundidad profundidaddedesgaste desgaste profondeur "
+        "usure profondita usura"
+    ),
+    "temperature": "temp t temperatur temperatura",
+    "relative_humidity": (
+        "humidity rh relhumidity humidite umidita feuchte luftfeuchte luftfeuchtigkeit relativefeuchte wilgotnosc "
+        "wilgotnoscwzgledna humedad humedadrelativa"
+    ),
+}
+_NAMED = {signal: frozenset(written.split()) for signal, written in _SYNONYMS.items()}
+NO_UNIT = "its unit is not known"
+
+
+class Meaning(NamedTuple):
+    """What one column means, and by whose word."""
+
+    signal: SignalName
+    by: Literal["by the format", "by its name"]
+    lacks: str = ""
+    """Why it cannot be taken so without a person's word."""
+
+
+def meanings_of(columns: Sequence[ReadColumn]) -> dict[str, Meaning]:
+    """Say what columns mean, by name: by the format's word, else by their own names where the unit fits.
+
+    No two columns are the same signal: the format's word goes before a signal's own name, that before a synonym, and
+    where two synonyms stand for one signal both are in doubt.
+    """
+    counted = Counter(column.name for column in columns)
+    numbers = [column for column in columns if column.first_bad is None and counted[column.name] == 1 and column.name]
+    found: dict[str, Meaning] = {}
+    for column in numbers:
+        if column.signal is not None and not _taken(column.signal, found):
+            found[column.name] = Meaning(column.signal, "by the format")
+    for told in (_by_own_name, _by_synonym):
+        _add_named([column for column in numbers if column.name not in found], found, told)
+    return found
+
+
+def _by_own_name(column: ReadColumn) -> SignalName | None:
+    name = _plain(column)
+    return next((signal for signal in SIGNALS if name == signal.replace("_", "")), None)
+
+
+def _by_synonym(column: ReadColumn) -> SignalName | None:
+    """Give the signal that a column's name stands for: one that its unit fits, where there is one."""
+    name = _plain(column)
+    meant = [signal for signal in SIGNALS if name in _NAMED[signal]]
+    return next((signal for signal in meant if _fits(column.unit, signal)), meant[0] if meant else None)
+
+
+def _add_named(
+    columns: list[ReadColumn], found: dict[str, Meaning], told: Callable[[ReadColumn], SignalName | None]
+) -> None:
+    meant = [(column, signal) for column in columns if (signal := told(column)) and not _taken(signal, found)]
+    fitting = Counter(signal for column, signal in meant if _fits(column.unit, signal))
+    for column, signal in meant:
+        if _fits(column.unit, signal):
+            lacks = "another column could be it too" if fitting[signal] > 1 else _other_sense(column, signal)
+            found[column.name] = Meaning(signal, "by its name", lacks)
+        elif column.unit is None:
+            found[column.name] = Meaning(signal, "by its name", NO_UNIT)
+
+
+def _other_sense(column: ReadColumn, signal: SignalName) -> str:
+    """Say what else a column may be: "Weg [um]" and "distance [mm]" are what displacement sensors read."""
+    distant = signal == "sliding_distance" and column.unit not in ("m", "km")
+    return "it may as well be a displacement" if distant and _by_own_name(column) is None else ""
+
+
+def _taken(signal: SignalName, found: dict[str, Meaning]) -> bool:
+    return any(meaning.signal == signal and not meaning.lacks for meaning in found.values())
+
+
+def _fits(unit: str | None, signal: SignalName) -> bool:
+    """Tell whether a unit is one of the signal; 45 for a humidity without a unit might be 45 % or 4500 %."""
+    kind = SIGNALS[signal].kind
+    if kind == "percentage":
+        return unit is not None and "%" in unit
+    return is_unit_of(unit or "1", kind) or (kind == "force" and is_unit_of(unit or "1", "mass"))
+
+
+def _plain(column: ReadColumn) -> str:
+    """Write a name without its unit in small Latin letters and digits: "Reibkraft [N]", "fz_N", "µ", "Fₙ"."""
+    spelt = (
+        bare_name(column.name.removesuffix(f"_{column.unit}"))
+        .casefold()
+        .translate({ord("ł"): "l", ord("µ"): "mu", ord("μ"): "mu"})
+    )
+    return "".join(sign for sign in unicodedata.normalize("NFKD", spelt) if sign.isascii() and sign.isalnum())
