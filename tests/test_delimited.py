@@ -14,6 +14,7 @@ from tribopipe.ingest import delimited
 from tribopipe.ingest.delimited import DelimitedReader
 from tribopipe.ingest.names import bare_name, split_name
 from tribopipe.ingest.reader import Hints, ReadColumn, Reader, ReadTable
+from tribopipe.ingest.tables import is_number
 from tribopipe.run import SourceFile
 
 READER = DelimitedReader()
@@ -586,3 +587,9 @@ def test_a_row_that_lacks_a_field_is_refused_where_all_others_end_in_a_separator
     rows = "Time [s];Depth [um];Ft [N];\n" + "1;2;3;\n" * 4 + "2;4;\n" + "1;2;3;\n"
     with pytest.raises(ReaderError, match=r"line 6: found 3 fields, expected 4"):
         DelimitedReader().read(SourceFile("a.csv", rows.encode()), Hints())
+
+
+@pytest.mark.parametrize("signs", [".", ",", ".,"])
+def test_a_long_run_of_digits_is_judged_at_once(signs):
+    assert not is_number("9" * 1_000_000 + "x", signs)
+    assert is_number("9" * 1_000_000, signs)

@@ -15,6 +15,11 @@ from tribopipe.run import SourceFile
 
 GROUP = "tribopipe.readers"
 _CONFIDENT = 0.5
+_HOLD: dict[Holds, str] = {"signals": "signals of a test", "profile": "a profile"}
+_MEND: dict[Holds, str] = {
+    "signals": "name it under [[signals]] in run.toml",
+    "profile": "name it as a profile under [end_values] in run.toml",
+}
 
 
 def readers() -> dict[str, Reader]:
@@ -57,7 +62,15 @@ def detect(source: SourceFile, holds: Holds | None = None) -> Reader:
 
     Raises ``ReaderError`` where no reader is confident, saying why, or where two are equally so.
     """
-    return chosen(source, candidates(source, holds))[0].reader
+    found = candidates(source)
+    right = [one for one in found if holds is None or one.reader.holds == holds]
+    best = next(iter(found), None)
+    if holds and best and best.reader.holds != holds and is_sure(best.match) and not any(is_sure(m) for _, m in right):
+        raise ReaderError(
+            f"{source.name}: found a file of {best.reader.title}, which holds {_HOLD[best.reader.holds]}; expected one "
+            f"with {_HOLD[holds]}; {_MEND[best.reader.holds]}"
+        )
+    return chosen(source, right)[0].reader
 
 
 def chosen(source: SourceFile, found: Sequence[Judged]) -> list[Judged]:

@@ -1,0 +1,202 @@
+"""Spreadsheets: the same table in each of their formats; several sheets; what cells may hold; damaged files."""
+
+import io
+import zipfile
+from contextlib import suppress
+
+import numpy as np
+import pytest
+from built_files import Xml, ods, xls, xlsx
+
+from tribopipe.errors import ReaderError
+from tribopipe.ingest.formats import workbook
+from tribopipe.ingest.formats.workbook import WorkbookReader
+from tribopipe.ingest.reader import Hints, ReadTable
+from tribopipe.run import SourceFile
+
+READER = WorkbookReader()
+ROWS = [["Run 5", None], ["Time [s]", "Ft"], [None, "mN"], [0.0, 1.5], [0.1, -2.5e-7], [0.2, 12345678.9]]
+WRITERS = {"xlsx": xlsx, "ods": ods, "xls": xls}
+ERROR = Xml('<c r="{ref}" t="e"><v>#DIV/0!</v></c>')
+EMPTY_FORMULA = Xml('<c r="{ref}"><f>A1</f></c>')
+
+
+def read(content: bytes, **hints: str) -> ReadTable:
+    return READER.read(SourceFile("run.xlsx", content), Hints(**hints))
+
+
+def columns(table: ReadTable) -> dict[str, list]:
+    return {column.name: column.values.tolist() for column in table.columns}
+
+
+@pytest.mark.parametrize("kind", WRITERS)
+def test_the_table_of_each_kind(kind):
+    content = WRITERS[kind]({"Data": ROWS})
+    assert READER.match(SourceFile("run", content)).confidence >= 0.9
+    table = read(content)
+    assert columns(table) == {"Time [s]": [0, 0.1, 0.2], "Ft": [1.5, -2.5e-7, 12345678.9]}
+    assert [column.unit for column in table.columns] == ["s", "mN"]
+    assert table.header == "Run 5\t\nTime [s]\tFt\n\tmN\n"
+    assert table.notes == ()
+
+
+def test_sheets_with_the_same_columns_are_segments():
+    table = read(xlsx({"Notes": [["Dear reader"]], "1": ROWS, "2": ROWS[:4]}))
+    assert columns(table)["segment"] == [1, 1, 1, 2]
+    assert columns(table)["Ft"] == [1.5, -2.5e-7, 12345678.9, 1.5]
+
+
+def test_different_tables_are_refused_by_name():
+    other = [["Time [s]", "Fz"], [0.0, 1.0], [1.0, 2.0]]
+    with pytest.raises(
+        ReaderError, match=r"different tables in the sheets 'A' \(Time \[s\], Ft\) and 'B' \(Time \[s\], Fz\)"
+    ):
+        read(xlsx({"A": ROWS, "B": other}))
+
+
+def test_settings_and_hidden_sheets_are_left_out_with_notes():
+    other = [["Time [s]", "Fz"], [0.0, 1.0], [1.0, 2.0]]
+    settings = [["Parameter", "Value"], ["Load", 5.0], ["Speed", 3.0]]
+    table = read(xlsx({"Settings": settings, "Data": ROWS, "Old": other}, hidden=["Old"]))
+    assert list(columns(table)) == ["Time [s]", "Ft"]
+    assert table.notes == (
+        "sheet 'Settings' holds no record of a test and is left out",
+        "sheet 'Old' is hidden and is left out",
+    )
+
+
+def test_rows_and_columns_that_repeat_in_ods():
+    value = '<table:table-cell table:number-columns-repeated="2" office:value-type="float" office:value="7"/>'
+    table = read(
+        ods({"Data": [*ROWS, [Xml(value)], [Xml('<table:table-cell table:number-columns-repeated="16384"/>')]]})
+    )
+    assert columns(table)["Ft"] == [1.5, -2.5e-7, 12345678.9, 7]
+    assert columns(table)["Time [s]"][-1] == 7
+
+
+def test_a_table_away_from_the_corner():
+    shifted = [[], *([None, *row, None] for row in ROWS)]
+    table = read(xlsx({"Data": shifted}))
+    assert columns(table) == columns(read(xlsx({"Data": ROWS})))
+    assert table.header == "\n\tRun 5\t\n\tTime [s]\tFt\n\t\tmN\n"
+
+
+def test_an_average_below_the_rows_is_no_number():
+    table = read(xlsx({"Data": [*ROWS, [], ["Mean", 2.0]]}))
+    assert table.columns[0].first_bad == (8, "Mean")
+
+
+def test_what_cells_may_hold():
+    head = ["Time [s]", "Ft [N]", "Step\tno.\n(1)", 'the "mark"']
+    first, last = [0.0, ERROR, 1.0, 'a\t"b"\n'], [1.0, 3.0, 3.0, None]
+    rows = [head, first, [None, None, None, None], [0.5, EMPTY_FORMULA, 2.0, "c"], last]
+    table = read(xlsx({"Data": rows}))
+    found = columns(table)
+    assert list(found) == ["Time [s]", "Ft [N]", "Step no. (1)", 'the "mark"']
+    assert found["Time [s]"] == [0, 0.5, 1]
+    assert np.isnan(found["Ft [N]"][:2]).all()
+    assert found['the "mark"'] == ['a "b"', "c", ""]
+    assert table.columns[3].first_bad == (2, 'a "b"')
+
+
+def formatted(style: int, number: float) -> Xml:
+    return Xml(f'<c r="{{ref}}" s="{style}"><v>{number!r}</v></c>')
+
+
+def test_durations_and_times_of_day_are_seconds():
+    days = [second * 1.5 / 86400 for second in range(3)]
+    rows = [[formatted(2, day), formatted(3, day), 1.0] for day in days]
+    table = read(xlsx({"Data": [["Time", "Clock", "Ft [N]"], *rows]}))
+    assert [(column.name, column.unit) for column in table.columns[:2]] == [("Time", "s"), ("Clock", "s")]
+    assert columns(table)["Time"] == pytest.approx([0, 1.5, 3])
+    assert columns(table)["Clock"] == pytest.approx([0, 1.5, 3])
+    assert table.notes[0] == "column 'Time' holds durations or times of day; given are seconds"
+
+
+def test_dates_with_times_are_seconds_since_the_first():
+    rows = [[formatted(1, 45000.5 + second * 0.5 / 86400), 1.0] for second in range(3)]
+    table = read(xlsx({"Data": [["When", "Ft [N]"], *rows]}))
+    when = table.columns[0]
+    assert (when.unit, when.signal) == ("s", "time")
+    assert when.values == pytest.approx([0, 0.5, 1], abs=2e-3)
+    assert table.notes == ("column 'When' holds dates since 2023-03-15T12:00:00; given are seconds",)
+
+
+def test_a_date_that_does_not_run_is_text():
+    rows = [[formatted(1, 45000), 0.5 * number, 1.0] for number in range(3)]
+    table = read(xlsx({"Data": [["Day", "Time [s]", "Ft [N]"], *rows]}))
+    assert table.columns[0].values.tolist() == ["2023-03-15"] * 3
+
+
+@pytest.mark.parametrize("text", ["2023-99-15T12:00:00", "PT1.5.5S", "PTS"])
+def test_a_text_that_looks_like_a_time_is_text(text):
+    rows = [["Mark", "Time [s]", "Ft [N]"], [text, 0.5, 1.0], [text, 1.0, 1.0]]
+    assert read(xlsx({"Data": rows})).columns[0].values.tolist() == [text, text]
+
+
+def test_numbers_stored_as_text():
+    rows = [["Time [s]", "Ft [N]"], [0.5, "1,5"], [1.0, "2,5"]]
+    table = read(xlsx({"Data": rows}))
+    assert table.columns[1].first_bad == (2, "1,5")
+    assert columns(read(xlsx({"Data": rows}), decimal=",")) == {"Time [s]": [0.5, 1], "Ft [N]": [1.5, 2.5]}
+
+
+@pytest.mark.parametrize(
+    ("sheets", "expected"),
+    [
+        ({"Data": []}, "found no visible sheet with anything in it"),
+        ({"Data": [["Time [s]", "Ft [N]"]]}, r"sheet 'Data', line 1: found .* and no row of numbers"),
+        ({"Data": [[1.0, 2.0], [3.0, 4.0]]}, r"sheet 'Data', line 1: found numbers without a row of names"),
+    ],
+    ids=["empty", "names-alone", "numbers-alone"],
+)
+def test_no_table(sheets, expected):
+    with pytest.raises(ReaderError, match=expected):
+        read(xlsx(sheets))
+
+
+def test_a_stray_cell_cannot_take_the_memory():
+    far = Xml('<c r="XFD1048576"><v>1</v></c>')
+    with pytest.raises(ReaderError, match="found a file that cannot be read"):
+        read(xlsx({"Data": [*ROWS, [far]]}))
+
+
+def test_a_zip_bomb_is_refused_unpacked():
+    content = bytearray(xlsx({"Data": ROWS}))
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        declared = max(member.file_size for member in archive.infolist())
+    entry = content.rindex(declared.to_bytes(4, "little"))
+    content[entry : entry + 4] = (3 << 30).to_bytes(4, "little")
+    with pytest.raises(ReaderError, match=r"found 3\d{3} MB in the sheets unpacked"):
+        read(bytes(content))
+
+
+@pytest.mark.parametrize("kind", WRITERS)
+def test_cut_it_is_refused_or_the_same(kind):
+    content = WRITERS[kind]({"Data": ROWS})
+    whole = columns(read(content))
+    for size in range(1, len(content), len(content) // 12):
+        READER.match(SourceFile("run", content[:size]))
+        with suppress(ReaderError):
+            assert columns(read(content[:size])) == whole
+
+
+def test_a_cut_file_is_still_known():
+    assert READER.match(SourceFile("run", xlsx({"Data": ROWS})[:-200])).confidence >= 0.9
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"PK", b"PK\x03\x04" + bytes(100), b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600), b"Time\tFt\n1\t2\n"],
+    ids=["empty", "short", "zip", "ole2", "text"],
+)
+def test_other_files_are_left_alone(content):
+    assert READER.match(SourceFile("run.xlsx", content)).confidence <= 0.2
+    with pytest.raises(ReaderError, match=r"^run\.xlsx"):
+        read(content)
+
+
+def test_without_the_package_it_says_how_to_install(monkeypatch):
+    monkeypatch.setattr(workbook, "find_spec", lambda _name: None)
+    with pytest.raises(ReaderError, match=r'expected the package python-calamine.*pip install "tribopipe\[excel\]"'):
+        read(xlsx({"Data": ROWS}))

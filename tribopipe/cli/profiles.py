@@ -1,0 +1,134 @@
+"""What `tribopipe show` says and draws of profiles: those in a file, and those of an archived run."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from tribopipe.cli.options import parsed
+from tribopipe.cli.output import print_json, record_json, say, table
+
+if TYPE_CHECKING:
+    from tribopipe.archive.store import Archive
+    from tribopipe.profile import Level, Track
+    from tribopipe.records.quantity import Quantity
+    from tribopipe.run import Profile
+
+Plot = Annotated[bool, typer.Option("--plot", help="Save figures, and say where.")]
+Radius = Annotated[
+    str | None,
+    typer.Option(help="Radius of the ball or crown a file's profile leads across, such as '3 mm'; none if flat."),
+]
+PositionUnit = Annotated[str | None, typer.Option(help="Unit of a file's positions, such as mm, where it says none.")]
+HeightUnit = Annotated[str | None, typer.Option(help="Unit of a file's heights, such as um, where it says none.")]
+_FIGURES = Path("figures")
+"""Where figures of a file are saved, in the current folder."""
+
+
+@dataclass(frozen=True)
+class ProfileOptions:
+    """What is asked of a file with profiles."""
+
+    plot: bool
+    radius: str | None
+    position_unit: str | None
+    height_unit: str | None
+
+
+@dataclass(frozen=True)
+class _Shown:
+    """Profiles by their keys, with what was found in each."""
+
+    profiles: "Mapping[str, Profile]"
+    found: "Mapping[str, Track | Level]"
+    figures: Mapping[str, Path]
+
+    def document(self) -> list[dict[str, Any]]:
+        """Return everything for programs."""
+        return [
+            {"key": key, "points": len(self.profiles[key].position), **_described(found)}
+            | ({"figure": str(self.figures[key])} if key in self.figures else {})
+            for key, found in self.found.items()
+        ]
+
+    def tell(self, title: str) -> None:
+        """Show everything to people."""
+        from tribopipe.profile import Track
+
+        rows = [[key, *_cells(found)] for key, found in self.found.items() if isinstance(found, Track)]
+        if rows:
+            table(title, ["profile", "lost", "piled up", "net", "width", "depth", "unworn surface"], rows)
+        for key, found in self.found.items():
+            if not isinstance(found, Track):
+                say(f"{key}: no track, only levelled: {found.why}")
+        if 0 < len(self.figures) < len(self.found):
+            say(f"{len(self.figures)} of {len(self.found)} profiles drawn")
+        for path in self.figures.values():
+            say(str(path))
+
+
+def show_profile_file(path: Path, asked: ProfileOptions, *, as_json: bool) -> None:
+    """Show the profiles in a file: areas, width and depth of the track in each, and figures where asked for."""
+    from tribopipe.errors import ReaderError
+    from tribopipe.ingest.columns import read_source
+    from tribopipe.ingest.profiles import Units, profiles_in
+    from tribopipe.profile import examined
+    from tribopipe.records.manifest import ProfileSource
+    from tribopipe.report.profile_figures import save_profile_figures
+
+    radius = None if asked.radius is None else parsed("--radius", asked.radius, "length")
+    named = ProfileSource(file=path.name)
+    try:
+        source = read_source(path.parent, path.name, "show", "profile")
+        read, lines, notes = profiles_in(source, named, "profile", Units(asked.position_unit, asked.height_unit))
+    except ReaderError as error:
+        hint = "; or name --position-unit and --height-unit" if "found no unit" in str(error) else ""
+        raise ReaderError(f"{path.parent}: {error}{hint}") from None
+    keys = ["profile"] if len(lines) == 1 else [f"profile[{number}]" for number in range(len(lines))]
+    profiles = dict(zip(keys, lines, strict=True))
+    found = {key: examined(profile, radius) for key, profile in profiles.items()}
+    figures = save_profile_figures(profiles, found, _FIGURES, path.stem) if asked.plot else {}
+    shown, said = _Shown(profiles, found, figures), [*read.notes, *notes]
+    if as_json:
+        print_json({"file": str(path), "notes": said, "profiles": shown.document()})
+        return
+    for note in said:
+        say(f"note: {note}")
+    shown.tell(f"{path}: track across each profile")
+
+
+def show_run_profiles(store: "Archive", run_id: str) -> list[dict[str, Any]]:
+    """Tell of the profiles of an archived run, save their figures and its others, and return it all for programs."""
+    from tribopipe.profile import examined, reference_radius
+    from tribopipe.report.archived import FOLDER, save_run_figures
+    from tribopipe.report.profile_figures import save_profile_figures
+
+    raw = store.raw(run_id)
+    radii = {key: reference_radius(raw.manifest, key) for key in raw.profiles}
+    found = {
+        key: examined(profile, None if (radius := radii[key]) is None else radius.value)
+        for key, profile in raw.profiles.items()
+    }
+    shown = _Shown(raw.profiles, found, save_profile_figures(raw.profiles, found, store.folder / FOLDER, run_id))
+    shown.tell("\ntrack across each profile")
+    for path in save_run_figures(store, run_id):
+        say(str(path))
+    return shown.document()
+
+
+def _described(found: "Track | Level") -> dict[str, Any]:
+    from tribopipe.profile import Track
+
+    if not isinstance(found, Track):
+        return {"track": None, "why": found.why, "unworn_surface": found.form}
+    names = ("area", "pile_up", "net_area", "width", "depth", *(["cap"] if found.form == "arc" else []))
+    measured = {name: record_json(getattr(found, name)) for name in names}
+    return {"track": {**measured, "from_to_m": list(found.bounds)}, "unworn_surface": found.form}
+
+
+def _cells(track: "Track") -> list[str]:
+    lengths: list[Quantity] = [track.width, track.depth]
+    areas = [area.shown("um^2") for area in (track.area, track.pile_up, track.net_area)]
+    return [*areas, *(length.shown("um") for length in lengths), track.form]

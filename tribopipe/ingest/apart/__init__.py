@@ -1,0 +1,49 @@
+"""Programs that read what a library may choke on: a process of its own has bounded time and memory.
+
+A damaged workbook can make python-calamine end its process, a flipped bit can make HDF5 ask for all memory. The
+programs are started as scripts, so that they load nothing but the library they need: they know nothing of tribopipe.
+Each gets the file by standard input and answers by standard output.
+"""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from tribopipe.errors import ReaderError
+from tribopipe.run import SourceFile
+
+_LEAST_SECONDS = 20.0
+_BYTES_A_SECOND = 1_000_000
+_LEAST_MEMORY = 1 << 30
+_MEMORY_A_BYTE = 100
+
+
+def answer_of(program: str, source: SourceFile, *arguments: str, remedy: str) -> bytes:
+    """Let a program beside this file read a file; the time and memory it may take grow with the file.
+
+    Raises ``ReaderError`` with the remedy where the program ends without an answer, or takes too much of either.
+    """
+    script = str(Path(__file__).with_name(program))
+    memory = str(_LEAST_MEMORY + _MEMORY_A_BYTE * len(source.content))
+    seconds = _LEAST_SECONDS + len(source.content) / _BYTES_A_SECOND
+    try:
+        done = subprocess.run(  # noqa: S603 - a program of our own
+            [sys.executable, "-P", script, memory, *arguments],
+            input=source.content,
+            capture_output=True,
+            timeout=seconds,
+            check=False,
+            env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},  # each thread would reserve memory
+        )
+    except subprocess.TimeoutExpired:
+        raise _damaged(source, f"reading it takes more than {seconds:.0f} s", remedy) from None
+    if done.returncode:
+        said = done.stderr.decode(errors="replace").strip().splitlines()
+        known = done.returncode == 1 and said
+        raise _damaged(source, said[-1] if known else "reading it takes too much memory, or fails", remedy)
+    return done.stdout
+
+
+def _damaged(source: SourceFile, why: str, remedy: str) -> ReaderError:
+    return ReaderError(f"{source.name}: found a file that cannot be read ({why}); expected a whole one; {remedy}")

@@ -1,0 +1,177 @@
+"""Spreadsheets (.xlsx, .xlsb, .xls, .ods): a table in a sheet, perhaps with lines of text above it.
+
+* .xlsx and .xlsb are zip files with members below xl/; .ods is a zip file whose first member says its type; .xls is
+  an OLE2 file with a stream called Workbook or Book.
+* The table is found as in delimited text: a row of names, perhaps a row of units, rows of numbers; the rows above it
+  are the header, its cells separated by tabs. Line numbers in messages are the row numbers of the sheet.
+* Sheets with the same columns are segments of one test, in the order of the workbook. Sheets without a table, and
+  lists of settings, are left out, hidden sheets with a note. Different tables in one workbook are refused.
+* Numbers are read with all digits stored, whatever a cell shows. Empty cells and errors (#DIV/0!) are missing samples;
+  a formula gives the value that the spreadsheet program saved. A number stored as text is text, unless it is written
+  with a point, or with the decimal sign that run.toml names.
+* A column of durations or times of day is given in seconds, a column of dates with times in seconds since the first.
+
+Reading takes the package python-calamine: pip install "tribopipe[excel]".
+"""
+
+import json
+import re
+import zipfile
+from collections.abc import Iterator
+from dataclasses import replace
+from importlib.util import find_spec
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+
+from tribopipe.errors import ReaderError
+from tribopipe.ingest.apart import answer_of
+from tribopipe.ingest.delimited import read_table
+from tribopipe.ingest.layout import find_layout
+from tribopipe.ingest.parts import is_time, join_parts, seconds_since_first
+from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, ReadTable
+from tribopipe.ingest.text import Text
+from tribopipe.run import SourceFile
+
+_HEAD_BYTES = 1 << 20
+_ZIP = b"PK\x03\x04"
+_MEMBER_OF_XLSX = re.compile(rb"PK\x03\x04.{26}xl/", re.DOTALL)
+_ODS_TYPE = b"application/vnd.oasis.opendocument.spreadsheet"
+_OLE2 = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
+_STREAMS = tuple(f"{name}\0".encode("utf-16-le") for name in ("Workbook", "Book", "EncryptedPackage"))
+_MOST_BYTES = 1 << 30
+_REMEDY = "save the workbook again, without a password, or export the table as text"
+_DURATION = re.compile(r"PT(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)S")
+_DATE = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(?:\.\d{1,6})?")
+
+
+class WorkbookReader:
+    """Spreadsheets."""
+
+    name = "workbook"
+    title = "Spreadsheet (.xlsx, .xls, .ods)"
+    holds: Holds = "signals"
+
+    def match(self, source: SourceFile) -> Match:
+        """Judge by the first members of a zip file, or the streams of an OLE2 file."""
+        head = source.content[:_HEAD_BYTES]
+        if head.startswith(_ZIP):
+            if head.startswith(b"mimetype", 30) and _ODS_TYPE in head[:512]:
+                return Match(0.95, "a zip file that calls itself an OpenDocument spreadsheet")
+            if _MEMBER_OF_XLSX.search(head):
+                return Match(0.95, "a zip file with members below xl/, as Excel writes them")
+            return Match(0.1, "a zip file without the members of a spreadsheet")
+        if head.startswith(_OLE2):
+            if any(name in head or name in _directory(source.content) for name in _STREAMS):
+                return Match(0.95, "an OLE2 file with a stream that holds a workbook")
+            return Match(0.1, "an OLE2 file without a workbook in it")
+        return Match(0.0, "neither a zip file nor an OLE2 file, as spreadsheets are")
+
+    def read(self, source: SourceFile, hints: Hints) -> ReadTable:
+        """Parse the file; ``ReaderError`` where it is damaged or locked, or holds no table, or several."""
+        _refuse_bombs(source)
+        decimal = hints.decimal or "."
+        filled = _filled_sheets(source, decimal)
+        tables = _tables(source, [sheet for sheet in filled if sheet["visible"]], Hints(None, "\t", decimal))
+        joined = join_parts(source.name, "sheet", tables)
+        hidden = [f"sheet {sheet['name']!r} is hidden and is left out" for sheet in filled if not sheet["visible"]]
+        return replace(joined, notes=(*joined.notes, *hidden))
+
+
+def _directory(content: bytes) -> bytes:
+    """Give the sector of an OLE2 file where the names of its streams begin."""
+    shift = min(int.from_bytes(content[30:32], "little"), 12)
+    start = (int.from_bytes(content[48:52], "little") + 1) << shift
+    return content[start : start + (1 << shift)]
+
+
+def _refuse_bombs(source: SourceFile) -> None:
+    if source.content.startswith(_OLE2):
+        return
+    try:
+        with zipfile.ZipFile(BytesIO(source.content)) as archive:
+            size = sum(member.file_size for member in archive.infolist())
+    except Exception as error:  # noqa: BLE001 - damaged archives raise more than BadZipFile
+        raise ReaderError(
+            f"{source.name}: found a damaged zip file ({error}); expected a whole workbook; {_REMEDY}"
+        ) from None
+    if size > _MOST_BYTES:
+        raise ReaderError(
+            f"{source.name}: found {size >> 20} MB in the sheets unpacked; expected at most {_MOST_BYTES >> 20} MB; "
+            "export the table as text instead"
+        )
+
+
+def _filled_sheets(source: SourceFile, decimal: str) -> list[dict[str, Any]]:
+    """Give each sheet that is not empty: its name, whether it is visible, and its cells as text."""
+    if find_spec("python_calamine") is None:
+        raise ReaderError(
+            f"{source.name}: found a spreadsheet; expected the package python-calamine, which reads it, to be "
+            'installed; run pip install "tribopipe[excel]"'
+        )
+    answer = json.loads(answer_of("workbook_cells.py", source, decimal, remedy=_REMEDY))
+    return [sheet for sheet in answer if sheet["text"].strip()]
+
+
+def _tables(source: SourceFile, sheets: list[dict[str, Any]], hints: Hints) -> dict[str, ReadTable]:
+    """Read the sheets that hold a table; ``ReaderError`` says of the first one what it lacks where none does."""
+    tables, reasons = {}, []
+    for sheet in sheets:
+        text = Text(f"{source.name}, sheet {sheet['name']!r}", sheet["text"].encode())
+        try:
+            layout = find_layout(text, hints)
+        except ReaderError as error:
+            reasons.append(error)
+        else:
+            tables[sheet["name"]] = _with_times(read_table(text, layout))
+    if tables:
+        return tables
+    if reasons:
+        raise reasons[0]
+    raise ReaderError(
+        f"{source.name}: found no visible sheet with anything in it; expected a row of names and rows of numbers; save "
+        "the workbook again with its data"
+    )
+
+
+def _with_times(table: ReadTable) -> ReadTable:
+    """Turn columns of durations and of dates with times into seconds."""
+    columns, notes = [], list(table.notes)
+    for column in table.columns:
+        found = _durations(column) or _since_first(column, known=any(map(is_time, table.columns)))
+        if found:
+            notes.append(f"column {column.name!r} holds {found[1]}; given are seconds")
+        columns.append(found[0] if found else column)
+    return replace(table, columns=tuple(columns), notes=tuple(notes))
+
+
+def _durations(column: ReadColumn) -> tuple[ReadColumn, str] | None:
+    matched = list(_matches(column, _DURATION))
+    if not matched or not all(matched):
+        return None
+    seconds = [float(found[1]) if isinstance(found, re.Match) else np.nan for found in matched]
+    return ReadColumn(column.name, np.array(seconds), "s", column.signal), "durations or times of day"
+
+
+def _since_first(column: ReadColumn, *, known: bool) -> tuple[ReadColumn, str] | None:
+    matched = list(_matches(column, _DATE))
+    if not matched or not all(matched):
+        return None
+    stamps = [found[0] if isinstance(found, re.Match) else "NaT" for found in matched]
+    try:
+        seconds = seconds_since_first(np.array(stamps, dtype="datetime64[us]"))
+    except ValueError:  # a text that looks like a date
+        return None
+    steps = np.diff(seconds[~np.isnan(seconds)])
+    if not (steps.size and steps.min() >= 0 and steps.max() > 0):
+        return None
+    return ReadColumn(column.name, seconds, "s", None if known else "time"), f"dates since {stamps[0]}"
+
+
+def _matches(column: ReadColumn, pattern: re.Pattern[str]) -> Iterator[re.Match[str] | str | None]:
+    """Match each text; a missing one counts as matched. Nothing where the column holds numbers."""
+    if column.first_bad is None:
+        return
+    for value in column.values:
+        yield pattern.fullmatch(value) or ("missing" if not value else None)
