@@ -8,9 +8,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from tribopipe.contact.twin_disc import DiscPair, disc_pair, nominal_values
-from tribopipe.end_values import Source, stated_or_default
-from tribopipe.errors import FitError
-from tribopipe.profile import worn_area
+from tribopipe.measured import Source, over_places, profiles_at, stated_or_default, tracks_in
 from tribopipe.records.manifest import DISCS, DiscName, EndValues, TwinDisc
 from tribopipe.records.quantity import EndValue, Quantity
 from tribopipe.records.recipe import DefaultUncertainty, Recipe
@@ -80,27 +78,24 @@ def _certain(stated: Quantity, what: Measured, defaults: DefaultUncertainty) -> 
 
 
 def _profiled_volume(run: RawRun, disc: DiscName, defaults: DefaultUncertainty, number: int | None) -> EndValue | None:
-    """Return the volume by a profile across the track, 2π·r times the area it has lost, m³; none without one.
+    """Return the volume by profiles across the track, 2π·r times the mean area it has lost, m³; none without one.
 
     Its uncertainty is that of the profile and of the crown radius that the unworn surface is drawn with.
     """
     where = "end_values" if number is None else f"interruptions[{number}]"
-    profile = run.profiles.get(f"{where}.{disc}_profile")
-    if profile is None:
-        return None
     discs = run.manifest.twin_disc
     crown = discs.curved_disc.crown_radius if disc == "curved_disc" else None
     body = discs.flat_disc if crown is None else discs.curved_disc
-    try:
-        track = worn_area(profile, None if crown is None else crown.value)
-    except FitError as error:
-        raise FitError(f"{run.id}: {where}.{disc}_profile: {error}") from None
-    around, off = 2 * math.pi * body.rolling_radius.value, 0.0
+    found = tracks_in(run, profiles_at(run, f"{where}.{disc}_profile"), None if crown is None else crown.value)
+    if not found:
+        return None
+    area, off = over_places([track.area for track in found]), 0.0
     if crown is not None:
         known, _ = stated_or_default(crown, defaults.crown_radius * crown.value)
-        off = track.area_per_crown_radius * (known.standard_uncertainty or 0.0)
-    spread = around * math.hypot(track.area.standard_uncertainty or 0.0, off)
-    return EndValue(value=around * track.area.value, unit="m^3", standard_uncertainty=spread, method="profile")
+        off = sum(track.area_per_crown_radius for track in found) / len(found) * (known.standard_uncertainty or 0.0)
+    around = 2 * math.pi * body.rolling_radius.value
+    spread = around * math.hypot(area.standard_uncertainty or 0.0, off)
+    return EndValue(value=around * area.value, unit="m^3", standard_uncertainty=spread, method="profile")
 
 
 def disc_end_wear(run: RawRun, recipe: Recipe) -> DiscEndWear | None:

@@ -1,4 +1,4 @@
-"""Propagation of distributions by Monte Carlo after JCGM 101:2008, whatever the model is.
+"""Propagation of uncertainty: to first order (JCGM 100:2008), and of distributions by Monte Carlo (JCGM 101:2008).
 
 A model is anything that turns a random generator and a number of draws into that many values of the measurand, or of
 several that belong together (JCGM 102:2011). The
@@ -7,7 +7,7 @@ the 95 % interval are stable in the digits asked for.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.random import Generator
 
 from tribopipe.errors import FitError
+from tribopipe.records.quantity import Quantity
 from tribopipe.run import Column
 
 BLOCK = 10_000
@@ -49,6 +50,20 @@ class Distribution:
         """Probabilistically symmetric 95 % coverage interval (7.7)."""
         low, high = np.quantile(self.draws, TAILS)
         return float(low), float(high)
+
+
+def first_order(function: Callable[..., float], given: Sequence[Quantity], unit: str) -> Quantity:
+    """Return a function of independent quantities with its standard uncertainty to first order (JCGM 100:2008, 5.1.3).
+
+    Each is moved by its standard uncertainty to either side; half of what that changes is its contribution.
+    """
+    best = [float(one.value) for one in given]
+    shares = []
+    for place, one in enumerate(given):
+        spread = one.standard_uncertainty or 0.0
+        low, high = ([*best[:place], best[place] + step, *best[place + 1 :]] for step in (-spread, spread))
+        shares.append((function(*high) - function(*low)) / 2 if spread else 0.0)
+    return Quantity(value=float(function(*best)), unit=unit, standard_uncertainty=math.hypot(*shares))
 
 
 def numerical_tolerance(standard_uncertainty: float, digits: int) -> float:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from tribopipe.contact.mechanics import contact_modulus, elastic_approach, hertz_radius
 from tribopipe.errors import ContactError
-from tribopipe.geometry import cap_radius
+from tribopipe.geometry import cap_height, cap_radius
 from tribopipe.records.manifest import PinOnDisc
 from tribopipe.run import Column, Values
 from tribopipe.units import show
@@ -92,6 +92,14 @@ class SphericalPin:
     where V_cap(a) is the cap's volume and a* the radius without wear, cap(a*) = F_N/(2 E_c a*). The unknown solved
     for is the growth d = cap(a) − cap(a*), in which nothing cancels however small the wear.
 
+    A truncated sphere, with a flat of radius a₀ before the test, is as if the sphere had worn so far: by the cap's
+    height c₀ = cap(a₀). So it goes on along the curve of the whole sphere, h_s(v), from there:
+
+        h(v) = h_s(v₀ + v) − h_s(v₀)    with    h_s(v₀) = c₀
+
+    Its contact begins at a* with cap(a*) = c₀ + F_N/(2 E_c a*): larger than the flat and than the contact of the whole
+    sphere, and next to the larger one of the two where they differ much. Nothing but that start is other than above.
+
     Arguments in SI; arrays broadcast against each other and against what the methods are given. Raises
     ``ContactError`` where the elastic contact alone is as large as the tip.
     """
@@ -99,10 +107,12 @@ class SphericalPin:
     normal_load: ArrayLike
     radius: ArrayLike
     modulus: ArrayLike
+    flat_radius: ArrayLike = 0.0
+    """a₀ of a truncated sphere, m; 0 for a whole one."""
 
     def __post_init__(self) -> None:
         load, radius, modulus = self._inputs
-        if np.any(load / (2 * modulus) >= radius**2):
+        if np.any(load / (2 * modulus) >= radius * (radius - self._missing_height)):
             raise ContactError(
                 f"contact: found a load of {show(np.max(load), None, 'N')} on a tip of radius "
                 f"{show(np.min(radius), None, 'm', 'mm')}, whose elastic contact is as large as the tip; expected a "
@@ -115,18 +125,29 @@ class SphericalPin:
         return load, radius, modulus
 
     @cached_property
-    def _start_height(self) -> Column:
-        """Cap height without wear, c* with c³(2R − c) = (F_N/2E_c)², by Newton on its logarithm."""
+    def _missing_height(self) -> Column:
+        """Height c₀ of the cap that a truncated sphere lacks from the start, m."""
+        return cap_height(scar_radius=self.flat_radius, sphere_radius=self.radius)
+
+    @cached_property
+    def _start_approach(self) -> Column:
+        """Elastic approach e without wear, e²(c₀ + e)(2R − c₀ − e) = (F_N/2E_c)², by Newton on its logarithm."""
         load, radius, modulus = self._inputs
-        target = (load / (2 * modulus * radius**2)) ** 2
-        c = np.cbrt(target / 2)
+        target, missing = (load / (2 * modulus * radius**2)) ** 2, self._missing_height / radius
+        e = np.cbrt(target / 2)
         for _ in range(_MOST_ITERATIONS):
-            excess = np.log(c**3 * (2 - c) / target)
-            step = excess / (3 - c / (2 - c))
-            c = c * np.exp(-step)
+            c = missing + e
+            excess = np.log(e**2 * c * (2 - c) / target)
+            step = excess / (2 + e / c - e / (2 - c))
+            e = e * np.exp(-step)
             if np.all(np.abs(step) <= _CONVERGED):
                 break
-        return np.asarray(c * radius)
+        return np.asarray(e * radius)
+
+    @cached_property
+    def _start_height(self) -> Column:
+        """Cap height without wear: what is missing and what is pressed in, m."""
+        return np.asarray(self._missing_height + self._start_approach)
 
     @cached_property
     def _start_radius(self) -> Column:
@@ -169,7 +190,7 @@ class SphericalPin:
     def _depth_of_growth(self, growth: Column) -> Column:
         """Return h = d + (elastic approach at a*) − (elastic approach at a)."""
         grown = self._relative_radius_growth(growth)
-        return growth + self._start_height * grown / (1 + grown)
+        return growth + self._start_approach * grown / (1 + grown)
 
     def _volume_of_growth(self, growth: Column) -> Column:
         load, radius, modulus = self._inputs
@@ -212,7 +233,8 @@ class SphericalPin:
         if np.any(depth < 0) or np.any(depth > self._depth_of_growth(most)):
             raise ContactError(
                 f"contact: found a wear depth of {show(np.max(np.abs(depth)), None, 'm', 'um')}; expected one between "
-                f"0 and the tip's radius of {show(np.min(radius), None, 'm', 'um')}; check the depth and its unit"
+                f"0 and the tip's height of {show(np.min(radius - self._missing_height), None, 'm', 'um')}; check the "
+                "depth and its unit"
             )
         for _ in range(_MOST_ITERATIONS):
             step = (depth - self._depth_of_growth(growth)) / self._depth_slope(growth)
@@ -225,15 +247,20 @@ class SphericalPin:
         """Return the depths of the paper's flow chart (Fig. 2, Eq. 4–6), m, one more than there are steps.
 
         Each step wears Δh = Δv/(πa²) with Δv = k_D·F_N·f·Δs and then widens the contact to a = √(2R·h_t − h_t²), where
-        the total displacement h_t takes the elastic part of the step before. Starts from Hertz's a₀ (Eq. 4).
+        the total displacement h_t takes the elastic part of the step before, and what a truncated sphere lacks. Starts
+        from Hertz's radius (Eq. 4), or from the flat of a truncated sphere where that is larger.
         """
         load, radius, modulus = (float(x) for x in self._inputs)
-        a = float(hertz_radius(normal_load=load, pin_radius=radius, modulus=modulus))
+        a = max(
+            float(hertz_radius(normal_load=load, pin_radius=radius, modulus=modulus)),
+            float(np.asarray(self.flat_radius)),
+        )
+        missing = float(self._missing_height)
         elastic = float(elastic_approach(normal_load=load, modulus=modulus, contact_radius=a))
         depths = [0.0]
         for volume in np.asarray(volume_steps, dtype=float).tolist():
             depths.append(depths[-1] + volume / (np.pi * a * a))
-            total = depths[-1] + elastic
+            total = missing + depths[-1] + elastic
             if total >= radius:
                 raise ContactError(
                     "published scheme: found a step that wears the pin past its radius; expected small "
@@ -245,7 +272,10 @@ class SphericalPin:
 
 
 def pin_contact(contact: PinOnDisc, values: Values) -> PinContact:
-    """Build the pin's master curve from ``normal_load``, ``pin_radius``, ``pin_modulus`` and ``disc_modulus``."""
+    """Build the pin's master curve from ``normal_load``, ``pin_radius``, ``pin_modulus`` and ``disc_modulus``.
+
+    The flat of a truncated sphere is taken as run.toml states it: it is not among what is uncertain.
+    """
     if contact.pin.shape == "flat":
         return FlatPin(values["pin_radius"])
     modulus = contact_modulus(
@@ -254,4 +284,9 @@ def pin_contact(contact: PinOnDisc, values: Values) -> PinContact:
         disc_modulus=values["disc_modulus"],
         disc_ratio=contact.disc.poisson_ratio.value,
     )
-    return SphericalPin(normal_load=values["normal_load"], radius=values["pin_radius"], modulus=modulus)
+    return SphericalPin(
+        normal_load=values["normal_load"],
+        radius=values["pin_radius"],
+        modulus=modulus,
+        flat_radius=0.0 if contact.pin.flat_radius is None else contact.pin.flat_radius.value,
+    )

@@ -6,6 +6,7 @@ from typing import Any
 
 from tribopipe.files import write_file
 from tribopipe.records.base import Record
+from tribopipe.records.clean_up import CleanUp
 from tribopipe.records.design import Design
 from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction
 from tribopipe.records.disc_verdict import TwinDiscStudyResult
@@ -27,6 +28,7 @@ SCHEMAS: dict[str, type[Record]] = {
     "plan": Plan,
     "truth": Truth,
     "study": Study,
+    "clean-up": CleanUp,
     "drift-correction": DriftCorrection,
     "friction-fit": FrictionFit,
     "specific-wear": SpecificWear,

@@ -1,6 +1,7 @@
 """Numbers with a unit and a standard uncertainty, as people write them and as tribopipe keeps them."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Annotated, Any
 
@@ -9,6 +10,12 @@ from pydantic import AfterValidator, BeforeValidator, WithJsonSchema
 from tribopipe import units
 from tribopipe.errors import UnitError
 from tribopipe.records.base import Record
+
+_FEWEST_READINGS = 2
+_FEWEST_FOR_T = 4
+"""Readings from which the variance of Student's t exists."""
+_ROUNDING = 1e-14
+"""Share of a mean by which equal readings may differ in binary."""
 
 
 class Quantity(Record):
@@ -39,11 +46,33 @@ class EndValue(Quantity):
 
     method: str | None = None
     """How it was measured: "white-light", "stylus", "optical microscope"…"""
+    readings: tuple[float, ...] | None = None
+    """Single readings, in ``unit``, of which ``value`` is the mean; none where one value was given."""
 
 
-def _take(written: Any, *, kind: str) -> Any:
+def of_readings(readings: Sequence[float], common: float | None = None) -> tuple[float, float | None]:
+    """Return the mean of repeated readings and its standard uncertainty √(s²/n·(n − 1)/(n − 3) + u²).
+
+    s is the standard deviation of the n readings, u what is uncertain of all of them together. From 4 readings on the
+    t-factor (n − 1)/(n − 3) accounts for s being an estimate itself (JCGM 101:2008, 6.4.9.4); for 2 and 3 that variance
+    does not exist, and plain s/√n is taken. Readings that are all the same tell no scatter: then only u is left.
+    """
+    count = len(readings)
+    mean = math.fsum(readings) / count
+    squares = math.fsum((reading - mean) ** 2 for reading in readings)
+    if squares <= (_ROUNDING * mean) ** 2:
+        return mean, common
+    variance = squares / (count - 1) / count
+    if count >= _FEWEST_FOR_T:
+        variance *= (count - 1) / (count - 3)
+    return mean, math.hypot(math.sqrt(variance), common or 0.0)
+
+
+def _take(written: Any, *, kind: str, repeated: bool = False) -> Any:
     """Turn "200 mN", or a table with value and standard_uncertainty, into SI numbers."""
     try:
+        if repeated and isinstance(written, Mapping) and "values" in written:
+            return _read_readings(written, kind)
         return _read(written, kind)
     except UnitError as error:
         raise ValueError(str(error)) from None
@@ -86,6 +115,24 @@ def _read_table(written: Mapping[str, Any], kind: str) -> dict[str, Any]:
     return taken
 
 
+def _read_readings(written: Mapping[str, Any], kind: str) -> dict[str, Any]:
+    """Turn a table with several values of one quantity into their mean; what is stated is common to all of them."""
+    readings, example = written["values"], units.KINDS[kind].example
+    if "value" in written or "unit" in written:
+        raise UnitError("found 'values' beside a single value; expected one of the two; take the other out")
+    if not isinstance(readings, list | tuple) or len(readings) < _FEWEST_READINGS:
+        raise UnitError(
+            f"found values = {readings!r}; expected at least {_FEWEST_READINGS} readings, such as [{example!r}, …]; "
+            "give a single one as value"
+        )
+    single = [_read_value(reading, kind)["value"] for reading in readings]
+    rest = {name: said for name, said in written.items() if name != "values"}
+    # What is stated may be a share of the mean.
+    table = _read_table({**rest, "value": f"{math.fsum(single) / len(single)!r} {units.KINDS[kind].si}"}, kind)
+    value, spread = of_readings(single, table.get("standard_uncertainty"))
+    return table | {"value": value, "standard_uncertainty": spread, "readings": tuple(single)}
+
+
 def _of_kind(quantity: Quantity, *, kind: str, positive: bool) -> Quantity:
     si = units.KINDS[kind].si
     if quantity.unit != si:
@@ -93,8 +140,11 @@ def _of_kind(quantity: Quantity, *, kind: str, positive: bool) -> Quantity:
             f"found the unit {quantity.unit!r} beside a bare number; expected SI ({si!r}), or "
             f"a text such as {units.KINDS[kind].example!r}"
         )
-    if positive and not quantity.value > 0:
-        raise ValueError(f"found {quantity.shown()}; expected more than zero; check sign and value")
+    readings = quantity.readings if isinstance(quantity, EndValue) and quantity.readings else ()
+    if positive and any(not value > 0 for value in (quantity.value, *readings)):
+        least = min(quantity.value, *readings) if readings else quantity.value
+        found = units.show(least, None if readings else quantity.standard_uncertainty, quantity.unit)
+        raise ValueError(f"found {found}; expected more than zero; check sign and value")
     if quantity.standard_uncertainty is not None and quantity.standard_uncertainty < 0:
         raise ValueError("found a negative standard_uncertainty; expected zero or more")
     return quantity
@@ -116,27 +166,35 @@ def _written_schema(kind: str, *, method: bool = False) -> dict[str, Any]:
     }
     if method:
         table["method"] = {"type": ["string", "null"]}
-    bare = {
-        "type": "object",
-        "properties": table | {"value": {"type": "number"}},
-        "required": ["value", "unit"],
-        "additionalProperties": False,
-    }
-    written = {
-        "type": "object",
-        "properties": {name: rule for name, rule in table.items() if name != "unit"},
-        "required": ["value"],
-        "additionalProperties": False,
-    }
-    return {"anyOf": [*value, written, bare], "examples": [example]}
+    stated = {name: rule for name, rule in table.items() if name not in ("value", "unit")}
+    forms = [
+        _form({"value": table["value"]} | stated, ["value"]),
+        _form(table | {"value": {"type": "number"}} | (_READINGS if method else {}), ["value", "unit"]),
+    ]
+    if method:
+        repeated = {"type": "array", "items": text, "minItems": _FEWEST_READINGS}
+        forms.append(_form({"values": repeated} | stated, ["values"]))
+    return {"anyOf": [*value, *forms], "examples": [example]}
+
+
+_READINGS = {"readings": {"anyOf": [{"type": "array", "items": {"type": "number"}}, {"type": "null"}]}}
+
+
+def _form(properties: dict[str, Any], required: list[str]) -> dict[str, Any]:
+    return {"type": "object", "properties": properties, "required": required, "additionalProperties": False}
 
 
 def _rules(kind: str, *, positive: bool = True, method: bool = False) -> tuple[Any, ...]:
     return (
-        BeforeValidator(partial(_take, kind=kind)),
+        BeforeValidator(partial(_take, kind=kind, repeated=method)),
         AfterValidator(partial(_of_kind, kind=kind, positive=positive)),
         WithJsonSchema(_written_schema(kind, method=method)),
     )
+
+
+def read_quantity(written: Any, kind: str) -> Quantity:
+    """Read "80 degC", or a table with value and standard_uncertainty; ``ValueError`` where it is not of that kind."""
+    return _of_kind(Quantity.model_validate(_take(written, kind=kind)), kind=kind, positive=False)
 
 
 Length = Annotated[Quantity, *_rules("length")]
@@ -149,6 +207,8 @@ Density = Annotated[Quantity, *_rules("density")]
 Toughness = Annotated[Quantity, *_rules("toughness")]
 RotationalSpeed = Annotated[Quantity, *_rules("rotational speed")]
 Time = Annotated[Quantity, *_rules("time")]
+Instant = Annotated[Quantity, *_rules("time", positive=False)]
+Mass = Annotated[Quantity, *_rules("mass")]
 Frequency = Annotated[Quantity, *_rules("frequency")]
 Temperature = Annotated[Quantity, *_rules("temperature")]
 Ratio = Annotated[Quantity, *_rules("ratio", positive=False)]

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.random import Generator
 
-from tribopipe.geometry import cap_radius
+from tribopipe.pin_tip import PinTip
 from tribopipe.records.base import quoted
 from tribopipe.records.manifest import PinOnDisc
 from tribopipe.records.plan import Sensors, Series, Truth, VirtualRun
@@ -77,8 +77,8 @@ class VirtualTest:
 
     def _end_values(self, sensors: Sensors, rng: Generator) -> dict[str, Quantity]:
         pin, worn = self.series.contact.pin, float(self.pin_wear[-1])
-        if pin.shape == "spherical" and sensors.pin_end_value == "pin_scar_diameter":
-            scar = 2 * float(cap_radius(height=worn, sphere_radius=self.pin_radius))
+        if pin.shape != "flat" and sensors.pin_end_value == "pin_scar_diameter":
+            scar = 2 * float(PinTip.of(pin).scar_radius(worn, self.pin_radius))
             ends = {"pin_scar_diameter": measured(scar, sensors.scar_uncertainty.value, rng)}
         else:
             ends = {"pin_wear_depth": measured(worn, sensors.height_loss_uncertainty.value, rng)}
@@ -133,6 +133,7 @@ def _manifest(series: Series, run: VirtualRun, ends: dict[str, Quantity]) -> lis
         "[contact.pin]",
         f"shape = {quoted(pin.shape)}",
         f"radius = {written(pin.radius, 'mm')}",
+        *([] if pin.flat_radius is None else [f"flat_radius = {written(pin.flat_radius, 'um')}"]),
         *specimen(pin),
         "",
         "[contact.disc]",

@@ -1,0 +1,376 @@
+"""End values of pin and disc: every way of measuring comes to the same depth and volume, with its uncertainty."""
+
+import math
+import re
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from conftest import MANIFEST
+from end_value_runs import (
+    CIRCLE,
+    DENSITY,
+    PIN_WAYS,
+    RADIUS,
+    SHAPES,
+    STROKE,
+    described,
+    flat_of,
+    measured,
+    run_of,
+    si,
+    track,
+    volume_at,
+)
+from folders import ROOT
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from tribopipe.checks.registry import check_run
+from tribopipe.drift import correct_drift
+from tribopipe.end_values import end_wear, pin_on_disc_wear
+from tribopipe.errors import FitError
+from tribopipe.geometry import scar_depth, scar_radius_at, short_cap_error, short_track_error
+from tribopipe.records.manifest import Conditions, EndValues, RunManifest
+from tribopipe.records.quantity import Quantity, of_readings
+from tribopipe.records.recipe import DefaultUncertainty, MonteCarloRecipe, Recipe
+from tribopipe.run import Profile
+from tribopipe.wear.identify import fit_wear
+
+DEFAULTS = DefaultUncertainty()
+WAYS_AND_SHAPES = [
+    (way, shape)
+    for way in PIN_WAYS
+    for shape in SHAPES
+    if not (shape == "flat" and way in ("pin_scar_diameter", "pin_profile"))
+]
+
+
+@pytest.mark.parametrize(("way", "shape"), WAYS_AND_SHAPES)
+def test_every_way_of_measuring_the_pin_tells_its_depth_and_volume(way, shape):
+    run, depth = measured(way, shape, 5e-6), 5e-6
+    wear = end_wear(run, DEFAULTS)
+    near = 2e-3 if way == "pin_profile" else 1e-9
+    assert (wear.pin.name, wear.anchor) == (way, way)
+    assert wear.pin_depth.value == pytest.approx(depth, rel=near)
+    (found,) = pin_on_disc_wear(run, DEFAULTS).pin
+    assert found.depth.value == pytest.approx(depth, rel=near)
+    assert found.volume.value == pytest.approx(volume_at(shape, depth), rel=2 * near)
+    assert wear.grown(2 * depth).pin_depth.value == pytest.approx(2 * depth, rel=2 * near)
+
+
+@pytest.mark.parametrize(("way", "shape"), WAYS_AND_SHAPES)
+def test_depth_of_many_draws_is_that_of_each(way, shape):
+    wear = end_wear(measured(way, shape, 5e-6, 0.01), DEFAULTS)
+    rng = np.random.default_rng(1)
+    values = wear.pin.quantity.value * (1 + 0.02 * rng.standard_normal((20, 1)))
+    radii = RADIUS * (1 + 0.01 * rng.standard_normal((20, 1)))
+    depths = wear.pin_depth_of(values, radii)
+    assert depths.shape == (20, 1)
+    for value, radius, depth in zip(values[:, 0], radii[:, 0], depths[:, 0], strict=True):
+        assert float(wear.pin_depth_of(value, radius)) == pytest.approx(float(depth), rel=1e-12)
+
+
+@pytest.mark.parametrize(("way", "power"), [("pin_scar_diameter", 2), ("pin_wear_volume", 0.5), ("pin_mass_loss", 0.5)])
+def test_uncertainty_of_the_depth_is_that_of_the_end_value(way, power):
+    wear = end_wear(measured(way, "spherical", 5e-6, 0.01), DEFAULTS)
+    # Of a shallow cap d²/8R deep, πRh² large.
+    assert wear.pin_depth.standard_uncertainty == pytest.approx(power * 0.01 * 5e-6, rel=5e-3)
+
+
+def test_uncertainty_of_the_tip_radius_goes_into_the_volume_of_a_scar():
+    run = measured("pin_scar_diameter", "spherical", 5e-6)
+    pin = run.manifest.contact.pin
+    stated = pin.radius.model_copy(update={"standard_uncertainty": 0.01 * RADIUS})
+    contact = run.manifest.contact.model_copy(update={"pin": pin.model_copy(update={"radius": stated})})
+    run = replace(run, manifest=run.manifest.model_copy(update={"contact": contact}))
+    (found,) = pin_on_disc_wear(run, DEFAULTS).pin
+    # πd⁴/64R.
+    assert found.volume.standard_uncertainty / found.volume.value == pytest.approx(0.01, rel=0.01)
+
+
+def test_error_of_the_radius_in_a_profile_is_followed():
+    run = measured("pin_profile", "spherical", 5e-6)
+    wear = end_wear(run, DEFAULTS)
+    pin = run.manifest.contact.pin
+    wider = pin.model_copy(update={"radius": Quantity(value=1.002 * RADIUS, unit="m")})
+    contact = run.manifest.contact.model_copy(update={"pin": wider})
+    other = end_wear(replace(run, manifest=run.manifest.model_copy(update={"contact": contact})), DEFAULTS)
+    by_slope = float(wear.pin_depth_of(wear.pin.quantity.value, 1.002 * RADIUS))
+    assert by_slope == pytest.approx(other.pin_depth.value, abs=0.1 * abs(other.pin_depth.value - wear.pin_depth.value))
+
+
+def test_of_a_map_of_the_tip_the_deepest_line_counts():
+    x = np.linspace(-0.3e-3, 0.3e-3, 1201)
+    scar = float(scar_radius_at(depth=5e-6, sphere_radius=RADIUS))
+    lines = {}
+    for number, y in enumerate(np.linspace(-0.2e-3, 0.2e-3, 41)):
+        apart = np.hypot(x, y)
+        lines[f"end_values.pin_profile[{number}]"] = Profile(x, np.sqrt(RADIUS**2 - np.maximum(apart, scar) ** 2))
+    wear = end_wear(run_of(described(pin_profile={"file": "tip.csv"}), lines), DEFAULTS)
+    assert wear.pin_depth.value == pytest.approx(5e-6, rel=5e-3)
+
+
+def test_surest_end_value_is_taken():
+    manifest = described(
+        pin_wear_depth=si(5.0e-6, "m", 1e-6),
+        pin_wear_volume=si(volume_at("spherical", 5.1e-6), "m^3", 0.02 * volume_at("spherical", 5.1e-6)),
+        pin_scar_diameter=si(2 * float(scar_radius_at(depth=5.2e-6, sphere_radius=RADIUS)), "m", 4e-6),
+    )
+    assert end_wear(run_of(manifest), DEFAULTS).anchor == "pin_wear_volume"
+
+
+# --- the disc ---
+
+
+def grooved(shape, half, pin_depth, x):
+    """Height across the groove of a pin worn by this depth."""
+    flat = float(scar_radius_at(depth=pin_depth, sphere_radius=RADIUS, flat_radius=flat_of(shape)))
+    deep = scar_depth(scar_radius=half, sphere_radius=RADIUS, flat_radius=np.clip(np.abs(x), flat, half))
+    return -np.asarray(deep)
+
+
+@pytest.mark.parametrize("pin_depth", [0.0, 4e-6])
+@pytest.mark.parametrize("path", [CIRCLE, STROKE])
+def test_every_way_of_measuring_the_disc_tells_its_depth_and_volume(path, pin_depth):
+    half = 0.12e-3
+    flat = float(scar_radius_at(depth=pin_depth, sphere_radius=RADIUS))
+    depth, volume = track(path, half, flat)
+    x = np.linspace(-0.3e-3, 0.3e-3, 4001)
+    ways = {
+        "disc_wear_depth": si(depth, "m"),
+        "disc_track_width": si(2 * half, "m"),
+        "disc_wear_volume": si(volume, "m^3"),
+        "disc_mass_loss": si(volume * DENSITY, "kg"),
+        "disc_profile": {"file": "track.csv"},
+    }
+    for way, value in ways.items():
+        profiles = {"end_values.disc_profile": Profile(x, grooved("spherical", half, pin_depth, x) + 0.01 * x)}
+        manifest = described(conditions=path, pin_wear_depth=si(pin_depth, "m"), **{way: value})
+        (found,) = pin_on_disc_wear(run_of(manifest, profiles if way == "disc_profile" else {}), DEFAULTS).disc
+        near = 0.01 if way == "disc_profile" else 1e-9
+        assert found.name == way
+        assert found.depth.value == pytest.approx(depth, rel=10 * near if pin_depth else near)
+        assert found.volume.value == pytest.approx(volume, rel=near)
+
+
+def test_several_profiles_tell_their_mean_and_how_far_they_scatter():
+    x = np.linspace(-0.3e-3, 0.3e-3, 2001)
+    shares = np.array([0.9, 1.0, 1.05, 1.1, 0.95])
+    profiles = {
+        f"end_values.disc_profile[{number}]": Profile(x, share * grooved("spherical", 0.12e-3, 0.0, x))
+        for number, share in enumerate(shares)
+    }
+    files = [{"file": f"{number}.csv"} for number in range(len(shares))]
+    run = run_of(described(conditions=CIRCLE, disc_profile=files), profiles)
+    (found,) = pin_on_disc_wear(run, DEFAULTS).disc
+    depth, _ = track(CIRCLE, 0.12e-3, 0.0)
+    assert found.depth.value == pytest.approx(depth, rel=5e-3)
+    scatter = np.std(shares, ddof=1) / math.sqrt(5) * math.sqrt(4 / 2)
+    assert found.depth.standard_uncertainty / depth == pytest.approx(scatter, rel=0.05)
+    few = run_of(described(conditions=CIRCLE, disc_profile=files[:2]), dict(list(profiles.items())[:2]))
+    assert any("2 of at least 4 places" in note for note in pin_on_disc_wear(few, DEFAULTS).notes)
+
+
+def test_depth_of_the_disc_is_part_of_what_the_sensor_saw():
+    x = np.linspace(-0.3e-3, 0.3e-3, 2001)
+    profiles = {"end_values.disc_profile": Profile(x, grooved("spherical", 0.12e-3, 4e-6, x))}
+    manifest = described(pin_wear_depth=si(4e-6, "m", 1e-8), disc_profile={"file": "track.csv"})
+    wear = end_wear(run_of(manifest, profiles), DEFAULTS)
+    assert wear.anchor == "pin_wear_depth + disc_profile"
+    assert wear.total.value == pytest.approx(4e-6 + wear.disc.quantity.value, rel=1e-12)
+    flat = float(scar_radius_at(depth=4e-6, sphere_radius=RADIUS))
+    assert wear.disc.quantity.value == pytest.approx(track(CIRCLE, 0.12e-3, flat)[0], rel=0.1)
+
+
+def test_track_no_wider_than_the_flat_on_the_pin_tells_nothing():
+    manifest = described(
+        conditions=CIRCLE, pin_scar_diameter=si(0.2e-3, "m", 1e-6), disc_track_width=si(0.199e-3, "m", 1e-6)
+    )
+    worn = pin_on_disc_wear(run_of(manifest), DEFAULTS)
+    assert worn.disc[0].depth is None
+    assert worn.disc[0].volume is None
+    assert any("no wider than the flat of 200 µm" in note for note in worn.notes)
+    assert end_wear(run_of(manifest), DEFAULTS).anchor == "pin_scar_diameter"
+
+
+@pytest.mark.parametrize(
+    ("shape", "end", "conditions", "note"),
+    [
+        ("spherical", {"disc_wear_depth": "2 um"}, {}, "track_radius, or stroke, is missing"),
+        ("flat", {"disc_wear_depth": "2 um"}, CIRCLE, "tell no volume of the disc"),
+        ("spherical", {"disc_wear_depth": "2 um"}, CIRCLE, "disc_wear_depth alone was measured"),
+    ],
+)
+def test_what_is_lacking_and_what_is_taken_for_granted_is_said(shape, end, conditions, note):
+    worn = pin_on_disc_wear(run_of(described(shape, conditions, **end)), DEFAULTS)
+    assert any(note in said for said in worn.notes)
+
+
+# --- several readings ---
+
+
+@given(st.lists(st.floats(1e-6, 1e-3), min_size=4, max_size=12), st.floats(0, 1e-6))
+def test_readings_are_their_mean_with_student_s_uncertainty(readings, common):
+    mean, spread = of_readings(readings, common)
+    count, scatter = len(readings), float(np.std(readings, ddof=1))
+    assert mean == pytest.approx(np.mean(readings))
+    expected = math.sqrt(scatter**2 / count * (count - 1) / (count - 3) + common**2)
+    assert spread == pytest.approx(expected, rel=1e-6, abs=1e-18)
+
+
+def end_values(written):
+    return EndValues.model_validate({"pin_scar_diameter": written}).pin_scar_diameter
+
+
+def test_several_readings_of_one_end_value():
+    texts = ["384 um", "380 um", "388 um", "0.386 mm"]
+    found = end_values({"values": texts, "standard_uncertainty": "1 um", "method": "microscope"})
+    assert found.value == pytest.approx(384.5e-6, rel=1e-12)
+    scatter = np.std([384, 380, 388, 386], ddof=1) / 2 * 3**0.5
+    assert found.standard_uncertainty == pytest.approx(math.hypot(scatter, 1) * 1e-6)
+    assert (found.method, found.readings) == ("microscope", (384e-6, 380e-6, 388e-6, 386e-6))
+    kept = EndValues(pin_scar_diameter=found)
+    assert EndValues.model_validate_json(kept.model_dump_json(by_alias=True)) == kept
+    two = end_values({"values": ["380 um", "388 um"]})
+    assert two.standard_uncertainty == pytest.approx(np.std([380, 388], ddof=1) / 2**0.5 * 1e-6)
+
+
+def test_readings_that_are_all_the_same_tell_no_scatter():
+    assert end_values({"values": ["384 um"] * 4}).standard_uncertainty is None
+    assert end_values({"values": ["384 um"] * 4, "standard_uncertainty": "1 %"}).standard_uncertainty == pytest.approx(
+        3.84e-6
+    )
+
+
+@pytest.mark.parametrize(
+    ("written", "message"),
+    [
+        ({"values": ["384 um"]}, "at least 2 readings"),
+        ({"values": "384 um"}, "at least 2 readings"),
+        ({"values": ["384 um", 380]}, "bare number 380"),
+        ({"values": ["384 um", "380 s"]}, "no unit of length"),
+        ({"values": ["384 um", "-380 um"]}, "more than zero"),
+        ({"values": ["384 um", "380 um"], "value": "382 um"}, "one of the two"),
+        ({"values": ["384 um", "380 um"], "unit": "um"}, "one of the two"),
+    ],
+)
+def test_readings_that_are_none_are_refused(written, message):
+    with pytest.raises(ValidationError, match=message):
+        end_values(written)
+
+
+def test_a_load_is_stated_once():
+    document = {**MANIFEST, "conditions": {"normal_load": {"values": ["1 N", "2 N"]}}}
+    with pytest.raises(ValidationError, match="without 'value'"):
+        RunManifest.model_validate(document)
+
+
+# --- what cannot be ---
+
+
+@pytest.mark.parametrize(
+    ("shape", "end", "where", "message"),
+    [
+        ("spherical", {"pin_mass_loss": "1 mg"}, "end_values.pin_mass_loss", "without density"),
+        ("flat", {"disc_mass_loss": "1 mg"}, "end_values.disc_mass_loss", "without density"),
+        ("spherical", {"pin_wear_volume": "2 mm^3"}, "end_values.pin_wear_volume", "tip that holds 1.048 mm³"),
+        ("truncated-sphere", {"pin_scar_diameter": "100 um"}, "end_values.pin_scar_diameter", "flat of 120 µm"),
+        ("flat", {"pin_profile": {"file": "a.csv"}}, "end_values.pin_profile", "flat pin"),
+        ("spherical", {"disc_track_width": "1.6 mm"}, "end_values.disc_track_width", "diameter of the pin"),
+    ],
+)
+def test_what_cannot_be_is_an_error_in_one_sentence(shape, end, where, message):
+    found = [one for one in check_run(run_of(described(shape, density=False, **end))) if one.severity == "error"]
+    (finding,) = [one for one in found if one.check == "end_values_are_possible"]
+    assert finding.where == where
+    assert message in finding.message
+    assert "; expected " in finding.message
+
+
+def test_mass_without_density_is_refused_without_the_checks_as_well():
+    run = run_of(described(density=False, pin_mass_loss="1 mg"))
+    with pytest.raises(FitError, match=r"found a mass of a pin without density; expected contact\.pin\.density"):
+        end_wear(run, DEFAULTS)
+    with pytest.raises(FitError, match=r"end_values\.disc_mass_loss: found a mass of a disc"):
+        end_wear(run_of(described(density=False, disc_mass_loss="1 mg", pin_wear_depth="1 um")), DEFAULTS)
+
+
+def test_profile_without_a_flat_names_its_key():
+    x = np.linspace(-0.3e-3, 0.3e-3, 500)
+    unworn = {"end_values.pin_profile": Profile(x, np.sqrt(RADIUS**2 - x**2))}
+    run = run_of(described(pin_profile={"file": "a.csv"}), unworn)
+    with pytest.raises(FitError, match=r"bare: end_values\.pin_profile: profile: found "):
+        end_wear(run, DEFAULTS)
+    assert [one.where for one in check_run(run) if one.check == "profiles_show_wear"] == ["end_values.pin_profile"]
+    flat = run_of(described("flat", pin_profile={"file": "a.csv"}), unworn)
+    with pytest.raises(FitError, match="profile of a flat pin"):
+        end_wear(flat, DEFAULTS)
+
+
+@pytest.mark.parametrize("way", PIN_WAYS[1:4])
+def test_end_values_that_contradict_each_other_are_named(way):
+    agreeing, wrong = (measured(way, "spherical", depth, 0.01).manifest.end_values for depth in (5e-6, 8e-6))
+    beside = {"pin_wear_depth": si(5e-6, "m", 1e-7)}
+
+    def found(end):
+        given = {**end.model_dump(mode="json", exclude_none=True, exclude_defaults=True), **beside}
+        return [one for one in check_run(run_of(described(**given))) if one.check == "end_values_agree"]
+
+    assert found(agreeing) == []
+    (finding,) = found(wrong)
+    assert f"going by {way}" in finding.message
+
+
+def test_volume_and_mass_of_the_disc_are_compared():
+    end = {"disc_wear_volume": si(1e-12, "m^3", 1e-14), "disc_mass_loss": si(2e-12 * DENSITY, "kg", 1e-11)}
+    findings = [one for one in check_run(run_of(described(**end))) if one.check == "end_values_agree"]
+    assert len(findings) == 1
+    assert "volume of the disc" in findings[0].message
+
+
+def test_examples_of_the_manual_can_be_written():
+    text = (ROOT / "docs" / "end_values.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"(?s)```toml\n(.*?)```", text)
+    assert len(blocks) == 2
+    for block in blocks:
+        document = tomllib.loads(block)
+        assert EndValues.model_validate(document["end_values"]) != EndValues()
+        Conditions.model_validate({"normal_load": "1 N", **document.get("conditions", {})})
+
+
+def test_manual_states_the_errors_of_the_short_formulas():
+    text = (ROOT / "docs" / "end_values.md").read_text(encoding="utf-8")
+    shares = np.array([0.05, 0.1, 0.2, 0.3, 0.5, 0.8, 1.0])
+    for row, error in (
+        ("cap", short_cap_error(scar_diameter=2 * shares, sphere_radius=1.0)),
+        ("track", short_track_error(width=2 * shares, sphere_radius=1.0)),
+    ):
+        (line,) = re.findall(rf"(?m)^\| {row}, π.*$", text)
+        stated = [float(found.replace("−", "-")) for found in re.findall(r"(−[\d.]+) %", line)]
+        np.testing.assert_allclose(stated, 100 * error, rtol=0.02)
+
+
+# --- the whole line ---
+
+
+def test_every_way_of_measuring_leads_to_the_same_coefficient():
+    from tribopipe.contact.pin_on_disc import SphericalPin
+
+    distance, k, rng = np.linspace(0, 500, 1001), 13.5e-15, np.random.default_rng(4)
+    modulus = 304e9 / (2 * (1 - 0.24**2))
+    depth = SphericalPin(normal_load=0.2, radius=RADIUS, modulus=modulus).worn(k * 0.2 * distance).depth
+    reading = 2e-6 + depth + 3e-9 * distance + 30e-9 * rng.standard_normal(len(distance))
+    recipe = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
+    for way in PIN_WAYS:
+        run = measured(way, "spherical", float(depth[-1]), 0.01)
+        columns = {**run.columns, "depth": reading}
+        run = replace(run, columns=columns, origins=dict.fromkeys(columns, "measured"))
+        fit = fit_wear(correct_drift(run, recipe), "archard", None, recipe)
+        found = fit.wear_coefficient
+        assert abs(found.value - k) <= 2 * found.standard_uncertainty
+        assert found.standard_uncertainty < 0.05 * k
+        assert any(line.name == "pin end value" for line in fit.budget)
+        assert way in ("pin_wear_volume", "pin_mass_loss") or "mm³" not in str(fit.budget[0].shown_in)

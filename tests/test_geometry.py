@@ -1,0 +1,147 @@
+"""Volumes of caps, of what lies between two flats, and of tracks: against 50 digits, quadrature and limits."""
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tribopipe.geometry import (
+    cap_height,
+    circle_volume,
+    groove_area,
+    scar_depth,
+    scar_radius_at,
+    short_cap_error,
+    short_cap_volume,
+    short_track_error,
+    short_track_volume,
+    stroke_volume,
+    worn_depth,
+    worn_volume,
+)
+
+mpf = mpmath.mpf
+radii = st.floats(-4, -1.5).map(lambda x: 10.0**x)
+shares = st.one_of(st.floats(-7, -1e-3).map(lambda x: 10.0**x), st.floats(0.01, 0.999))
+flats = st.one_of(st.just(0.0), st.floats(1e-4, 0.95))
+"""Share of the scar that the flat was as wide as."""
+
+
+def missing(radius, scar):
+    """Height of a cap, to 50 digits."""
+    return radius - mpmath.sqrt(radius**2 - scar**2)
+
+
+def cap(radius, scar):
+    height = missing(radius, scar)
+    return mpmath.pi * height**2 * (3 * radius - height) / 3
+
+
+def segment(radius, half):
+    """ASTM G99: r²·arcsin(d/2r) − (d/4)·√(4r² − d²)."""
+    width = 2 * half
+    return radius**2 * mpmath.asin(width / 2 / radius) - width / 4 * mpmath.sqrt(4 * radius**2 - width**2)
+
+
+@given(radii, shares, flats)
+def test_volume_between_two_flats_is_that_of_50_digits(radius, share, flat_share):
+    scar, flat = share * radius, flat_share * share * radius
+    with mpmath.workdps(50):
+        r, b, a = mpf(radius), mpf(scar), mpf(flat)
+        depth, volume = missing(r, b) - missing(r, a), cap(r, b) - cap(r, a)
+    found = scar_depth(scar_radius=scar, sphere_radius=radius, flat_radius=flat)
+    assert float(found) == pytest.approx(float(depth), rel=1e-14)
+    lost = worn_volume(depth=float(depth), sphere_radius=radius, flat_radius=flat)
+    assert float(lost) == pytest.approx(float(volume), rel=1e-14)
+
+
+@given(radii, shares, flats)
+def test_groove_of_a_ball_is_that_of_50_digits(radius, share, flat_share):
+    half, flat = share * radius, flat_share * share * radius
+    with mpmath.workdps(50):
+        area = segment(mpf(radius), mpf(half)) - segment(mpf(radius), mpf(flat))
+    found = groove_area(half_width=half, sphere_radius=radius, flat_radius=flat)
+    assert float(found) == pytest.approx(float(area), rel=1e-14)
+
+
+@given(radii, shares, flats)
+def test_depth_of_a_volume_is_the_depth_it_was_made_of(radius, share, flat_share):
+    flat = flat_share * radius
+    depth = share * float(scar_depth(scar_radius=radius, sphere_radius=radius, flat_radius=flat))
+    volume = worn_volume(depth=depth, sphere_radius=radius, flat_radius=flat)
+    found = worn_depth(volume=volume, sphere_radius=radius, flat_radius=flat)
+    assert float(found) == pytest.approx(depth, rel=1e-13)
+    assert float(worn_depth(volume=-volume, sphere_radius=radius, flat_radius=flat)) == -float(found)
+    scar = scar_radius_at(depth=depth, sphere_radius=radius, flat_radius=flat)
+    # Beside a flat much wider than what was worn, the scar itself has too few digits for the depth.
+    back = scar_depth(scar_radius=scar, sphere_radius=radius, flat_radius=flat)
+    assert float(back) == pytest.approx(depth, rel=1e-12, abs=1e-15 * radius)
+
+
+def test_half_a_sphere_is_the_most_that_is_lost():
+    half = 2 / 3 * np.pi * 1e-9
+    assert worn_volume(depth=1e-3, sphere_radius=1e-3) == pytest.approx(half, rel=1e-15)
+    np.testing.assert_allclose(worn_depth(volume=[half, 2 * half, np.inf], sphere_radius=1e-3), 1e-3, rtol=1e-14)
+    assert worn_depth(volume=0.0, sphere_radius=1e-3) == 0
+
+
+def test_volume_of_a_thin_slice_is_its_flat_times_its_height():
+    volume = worn_volume(depth=1e-12, sphere_radius=1e-3, flat_radius=0.3e-3)
+    assert float(volume) == pytest.approx(np.pi * 0.09e-6 * 1e-12, rel=1e-8)
+
+
+@pytest.mark.parametrize("flat", [0.0, 0.2e-3])
+def test_section_and_ends_are_what_quadrature_makes_of_the_groove(flat):
+    radius, half = 0.794e-3, 0.35e-3
+    x = np.linspace(-half, half, 200_001)
+    bottom = cap_height(scar_radius=np.maximum(np.abs(x), flat), sphere_radius=radius)
+    lost = cap_height(scar_radius=half, sphere_radius=radius) - bottom
+    area = groove_area(half_width=half, sphere_radius=radius, flat_radius=flat)
+    assert np.trapezoid(lost, x) == pytest.approx(float(area), rel=1e-8)
+    depth = scar_depth(scar_radius=half, sphere_radius=radius, flat_radius=flat)
+    ends = worn_volume(depth=depth, sphere_radius=radius, flat_radius=flat)
+    assert np.pi * np.trapezoid(np.abs(x) * lost, x) == pytest.approx(float(ends), rel=1e-8)
+    assert stroke_volume(area=area, stroke=5e-3, ends=ends) == pytest.approx(float(area) * 5e-3 + float(ends))
+
+
+def test_circular_track_is_that_of_astm_g99():
+    # 2πR[r²·asin(d/2r) − (d/4)·√(4r² − d²)] with R = 10 mm, r = 3 mm, d = 0.7 mm, in 50-digit arithmetic.
+    with mpmath.workdps(50):
+        r, half = mpf("3e-3"), mpf("0.35e-3")
+        volume = 2 * mpmath.pi * mpf("10e-3") * segment(r, half)
+    area = groove_area(half_width=0.35e-3, sphere_radius=3e-3)
+    assert float(circle_volume(area=area, track_radius=10e-3)) == pytest.approx(float(volume), rel=1e-14)
+
+
+@given(radii, shares)
+def test_short_formulas_are_off_by_what_is_stated(radius, share):
+    wide = 2 * share * radius
+    with mpmath.workdps(50):
+        r, half = mpf(radius), mpf(wide) / 2
+        by_cap = float(mpmath.pi * mpf(wide) ** 4 / (64 * r) / cap(r, half) - 1)
+        by_track = float(mpf(wide) ** 3 / (12 * r) / segment(r, half) - 1)
+    assert float(short_cap_error(scar_diameter=wide, sphere_radius=radius)) == pytest.approx(by_cap, rel=1e-13)
+    found = float(short_track_error(width=wide, sphere_radius=radius))
+    assert found == pytest.approx(by_track, rel=1e-12, abs=1e-15)
+    assert by_cap < by_track < 0
+
+
+def test_short_formulas_and_their_errors_belong_together():
+    short = short_cap_volume(scar_diameter=0.4e-3, sphere_radius=0.8e-3)
+    exact = worn_volume(depth=cap_height(scar_radius=0.2e-3, sphere_radius=0.8e-3), sphere_radius=0.8e-3)
+    error = short_cap_error(scar_diameter=0.4e-3, sphere_radius=0.8e-3)
+    assert float(short / exact) == pytest.approx(1 + float(error), rel=1e-14)
+    track = short_track_volume(width=0.4e-3, sphere_radius=0.8e-3, track_radius=5e-3)
+    whole = circle_volume(area=groove_area(half_width=0.2e-3, sphere_radius=0.8e-3), track_radius=5e-3)
+    off = short_track_error(width=0.4e-3, sphere_radius=0.8e-3)
+    assert float(track / whole) == pytest.approx(1 + float(off), rel=1e-14)
+
+
+def test_arrays_of_draws_broadcast_and_stay_finite_beyond_the_sphere():
+    radius = np.array([[0.79e-3], [0.80e-3]])
+    volume = np.array([1e-13, 1e-12, 1e-6])
+    depth = worn_depth(volume=volume, sphere_radius=radius, flat_radius=50e-6)
+    assert depth.shape == (2, 3)
+    assert np.all(np.isfinite(depth))
+    assert np.all(np.isfinite(groove_area(half_width=1e-3, sphere_radius=radius)))

@@ -1,0 +1,130 @@
+"""The specific wear rate k = V/(F_N·s) of each body of a run, mm³/(N·m), from its end values.
+
+V is the volume by the most certain end value, s the distance slid, F_N the normal load: its mean over that distance
+where it was recorded, else as run.toml states it. The mean of a recorded load is as uncertain as the load itself is by
+its calibration; beside that its noise is nothing.
+"""
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+
+from tribopipe.disc_end_values import disc_measurements
+from tribopipe.end_values import pin_on_disc_wear
+from tribopipe.measured import BodyWear, stated_or_default, surest
+from tribopipe.records.manifest import DISCS, TwinDisc
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.recipe import DefaultUncertainty, Recipe
+from tribopipe.records.specific_wear import BodyWearRate, MeasuredWear, SpecificWear
+from tribopipe.run import RawRun
+from tribopipe.uncertainty import first_order
+
+
+def specific_wear(run: RawRun, recipe: Recipe | None = None) -> SpecificWear:
+    """Return wear volume, depth and specific wear rate of each body at the end of a run.
+
+    A run without bodies, without end values or without a volume passes through, and the result says what it lacks.
+
+    Raises ``FitError`` for a mass without density, and for profiles of which nothing can be taken.
+    """
+    defaults = (recipe or Recipe()).uncertainty
+    contact = run.manifest.contact
+    if contact is None:
+        return SpecificWear(outcome="not evaluated", notes=("the bodies are not described in run.toml",))
+    worn, notes = _twin_disc_wear(run, defaults) if isinstance(contact, TwinDisc) else _pin_on_disc(run, defaults)
+    distance = _distance(run, defaults)
+    if distance is None:
+        return SpecificWear(outcome="not evaluated", notes=(*notes, "nothing slid"))
+    load, measured = _load(run, defaults)
+    rates = {name: _rate(ways, load, distance) for name, ways in worn.items()}
+    volumes = [rate.volume for rate in rates.values() if rate.volume is not None]
+    lacking = [
+        f"nothing was measured on the {name.replace('_', ' ')}" for name, rate in rates.items() if not rate.measured
+    ]
+    return SpecificWear(
+        outcome="evaluated" if volumes else "not evaluated",
+        notes=(*lacking, *notes),
+        sliding_distance=distance,
+        normal_load=load,
+        load="measured" if measured else "nominal",
+        total=_together(volumes, load, distance) if len(volumes) == len(rates) else None,
+        **rates,
+    )
+
+
+Worn = dict[str, tuple[BodyWear, ...]]
+"""What was measured on each body, by its name."""
+
+
+def _pin_on_disc(run: RawRun, defaults: DefaultUncertainty) -> tuple[Worn, tuple[str, ...]]:
+    worn = pin_on_disc_wear(run, defaults)
+    return {"pin": worn.pin, "disc": worn.disc}, worn.notes
+
+
+def _twin_disc_wear(run: RawRun, defaults: DefaultUncertainty) -> tuple[Worn, tuple[str, ...]]:
+    """Return depths and volumes as they were measured: of a width alone no disc's own part follows."""
+    worn: Worn = dict.fromkeys(DISCS, ())
+    for one in disc_measurements(run, defaults):
+        if one.interruption is None:
+            depth = one.quantity if one.what == "wear_depth" else None
+            volume = one.quantity if one.what == "wear_volume" else None
+            worn[one.disc] = (*worn[one.disc], BodyWear(f"{one.disc}_{one.what}", one.source, depth, volume))
+    notes = [
+        f"no volume of the {name.replace('_', ' ')} was measured"
+        for name, ways in worn.items()
+        if ways and surest(ways, "volume") is None
+    ]
+    return worn, tuple(notes)
+
+
+def _distance(run: RawRun, defaults: DefaultUncertainty) -> Quantity | None:
+    """Return the distance slid, m, uncertain by the nominal speed where it was derived from that; none without any."""
+    slid = run.columns.get("sliding_distance")
+    if slid is None or not np.any(np.isfinite(slid)) or not np.nanmax(slid) > 0:
+        return None
+    distance, speed = float(np.nanmax(slid)), run.manifest.conditions.nominal_speed
+    spread = None
+    if speed is not None and run.origins.get("sliding_distance") == "derived from nominal speed":
+        known, _ = stated_or_default(speed, defaults.sliding_speed * speed.value)
+        spread = distance * (known.standard_uncertainty or 0.0) / speed.value
+    return Quantity(value=distance, unit="m", standard_uncertainty=spread)
+
+
+def _load(run: RawRun, defaults: DefaultUncertainty) -> tuple[Quantity, bool]:
+    """Return the mean load over the distance, N, and whether it was measured."""
+    stated = run.manifest.conditions.normal_load
+    nominal, _ = stated_or_default(stated, defaults.normal_load * stated.value)
+    force, slid = run.columns.get("normal_force"), run.columns["sliding_distance"]
+    seen = np.zeros(len(slid), dtype=bool) if force is None else np.isfinite(force) & np.isfinite(slid)
+    if force is None or np.count_nonzero(seen) < 2 or not np.ptp(slid[seen]) > 0:
+        return nominal, False
+    mean = float(np.trapezoid(force[seen], slid[seen]) / np.ptp(slid[seen]))
+    if not mean > 0:
+        return nominal, False
+    share = (nominal.standard_uncertainty or 0.0) / nominal.value
+    return Quantity(value=mean, unit="N", standard_uncertainty=share * mean), True
+
+
+def _rate(ways: Iterable[BodyWear], load: Quantity, distance: Quantity) -> BodyWearRate:
+    """Return wear and specific wear rate of a body by the most certain of what was measured on it."""
+    ways = tuple(ways)
+    deep, lost = surest(ways, "depth"), surest(ways, "volume")
+    volume = None if lost is None else lost.volume
+    return BodyWearRate(
+        depth=None if deep is None else deep.depth,
+        depth_by=None if deep is None else deep.name,
+        volume=volume,
+        volume_by=None if lost is None else lost.name,
+        specific_wear_rate=None if volume is None else _together([volume], load, distance),
+        measured=tuple(MeasuredWear(by=way.name, depth=way.depth, volume=way.volume) for way in ways),
+    )
+
+
+def _together(volumes: Iterable[Quantity], load: Quantity, distance: Quantity) -> Quantity:
+    """Return ΣV/(F_N·s), m²/N; load and distance are the same for all volumes."""
+
+    def rate(force: float, slid: float, *lost: float) -> float:
+        return math.fsum(lost) / (force * slid)
+
+    return first_order(rate, (load, distance, *volumes), "m^2/N")
