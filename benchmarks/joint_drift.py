@@ -85,7 +85,7 @@ def errors(task: Task) -> Errors | str:
 
 def _exact_disc(lab: LabRun) -> RawRun:
     """Give the manifest the true disc wear."""
-    raw = lab.corrected.raw
+    raw = lab.corrected.run
     ends = raw.manifest.end_values
     if ends.disc_wear_depth is None:
         return raw

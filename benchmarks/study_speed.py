@@ -70,7 +70,7 @@ def euler_fit(runs: dict[str, LabRun]) -> tuple[float, int]:
 
 
 def _residuals(coefficient: float, run: LabRun) -> Column:
-    raw, measured = run.corrected.raw, run.corrected.pin_wear_depth
+    raw, measured = run.corrected.run, run.corrected.pin_wear_depth
     if measured is None:
         raise ValueError(f"{raw.id}: expected a run corrected for drift")
     contact, load = raw.manifest.pin_on_disc, raw.manifest.conditions.normal_load.value
@@ -99,7 +99,7 @@ def main() -> None:
     report = Report("Speed of a study", options)
     runs = {name: sample(name) for name in RUNS}
     members = {name: run.member for name, run in runs.items()}
-    with_friction: dict[str, FrictionFit] = {name: fit_friction(run.corrected.raw) for name, run in runs.items()}
+    with_friction: dict[str, FrictionFit] = {name: fit_friction(run.corrected.run) for name, run in runs.items()}
     rubbed = {name: Member(run.corrected, with_friction[name]) for name, run in runs.items()}
     one = study_of(("archard",), members).result.law("archard")
     _, evaluations = euler_fit(runs)
@@ -114,7 +114,7 @@ def main() -> None:
             times[name].append(timed(work))
     report.say(
         f"{one.draws} accepted draws of k_D by Archard's law, {one.rejected} rejected; the fit computes the model "
-        f"{evaluations} times on {sum(len(run.corrected.raw) for run in runs.values())} samples. Medians of "
+        f"{evaluations} times on {sum(len(run.corrected.run) for run in runs.values())} samples. Medians of "
         f"{options.repeats} repeats in turn; in brackets the least and the greatest time."
     )
     medians = {name: statistics.median(taken for taken, _ in times[name]) for name in cases}

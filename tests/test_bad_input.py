@@ -86,10 +86,6 @@ def cut_last_row(run):
     path.write_bytes(content[: content.rstrip().rfind(b",")])
 
 
-def negative_load(lines):
-    return [lines[0], *(line.rpartition(",")[0] + ",-400.0" for line in lines[1:])]
-
-
 # What is done to a sound run folder, and words that the refusal must hold.
 SPOILED = {
     # files
@@ -162,9 +158,11 @@ SPOILED = {
     "one sample": (rows(lambda lines: lines[:2]), ["signals", "1 sample", "at least 2", "export"]),
     "channel without a number": (whole_column(1, "NaN"), ["depth", "no number", "leave the signal out"]),
     "hole in time": (field(12, 0, ""), ["time", "1 missing", "sample 11", "delete those rows"]),
-    "time runs backwards": (field(12, 0, "0.2"), ["time", "sample 11", "0.2 s", "0.9 s", "expected it to grow", "cut"]),
+    "time runs backwards": (
+        field(12, 0, "0.2"),
+        ["time", "sample 11", "0.2 s", "0.9 s", "expected it to grow", "delete"],
+    ),
     "time stands still": (whole_column(0, "1.0"), ["time", "expected it to grow", "check"]),
-    "measured load pulls": (rows(negative_load), ["normal_force", "-0.4 N", "above zero", "sign"]),
     # run.toml as a document
     "no TOML": (manifest("(?m)^medium = .*$", "medium = air"), ["run.toml", "no valid TOML", "line 38", "quotes"]),
     "run.toml in another encoding": (
@@ -217,6 +215,23 @@ SPOILED = {
     "wear deeper than the pin's radius": (
         key("pin_scar_diameter", '"200 um"\npin_wear_depth = "0.8 mm"'),
         ["run.toml", "end_values.pin_wear_depth", "800 µm", "794.0 ± 1.6 µm", "check both units"],
+    ),
+    "volume below zero": (
+        key("pin_scar_diameter", '"200 um"\ndisc_wear_volume = "-1 mm^3"'),
+        ["run.toml", "end_values", "disc_wear_volume", "-1 mm³", "zero or more"],
+    ),
+    "mass without a unit": (
+        key("pin_scar_diameter", '"200 um"\npin_mass_loss = 3'),
+        ["run.toml", "end_values.pin_mass_loss", "bare number 3", "'1.2 mg'"],
+    ),
+    "one reading as several": (
+        key("pin_scar_diameter", '{ values = ["200 um"] }'),
+        ["run.toml", "end_values.pin_scar_diameter", "at least 2 readings"],
+    ),
+    "scar on a flat pin": (key("shape", '"flat"'), ["run.toml", "end_values.pin_scar_diameter", "flat pin"]),
+    "more volume than the tip": (
+        key("pin_scar_diameter", '"200 um"\npin_wear_volume = "2 mm^3"'),
+        ["end_values.pin_wear_volume", "2 mm³", "1.048 mm³", "check both units"],
     ),
     "wear below zero": (
         key("pin_scar_diameter", '"200 um"\npin_wear_depth = "-1 um"'),

@@ -6,11 +6,12 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 import pytest
 
-from tribopipe.checks import documents, samples  # noqa: F401 - importing registers their checks
+from tribopipe.checks import documents, end_values, samples  # noqa: F401 - importing registers their checks
 from tribopipe.checks.registry import CHECKS, check_run, refuse_errors
 from tribopipe.errors import CheckError
 from tribopipe.ingest.harmonise import read_run
 from tribopipe.records.manifest import RunManifest
+from tribopipe.run import Profile
 
 
 @pytest.fixture(scope="module")
@@ -80,6 +81,19 @@ def started(**later):
     return manifest(started=(datetime.now(UTC) + timedelta(**later)).isoformat())
 
 
+def nowhere(run):
+    """Tell neither the sliding distance nor a speed."""
+    unknown = np.full(len(run), np.nan)
+    columns, origins = {**run.columns, "sliding_distance": unknown}, {**run.origins, "sliding_distance": "unknown"}
+    return replace(run, columns=columns, origins=origins)
+
+
+def straight(depth):
+    """A profile with a groove this deep in its middle, or none."""
+    position = np.linspace(-3e-4, 3e-4, 600)
+    return Profile(position, -depth * np.maximum(0.0, 1 - (position / 1e-4) ** 2))
+
+
 NAN = float("nan")
 AS_IT_IS = both()
 
@@ -100,8 +114,10 @@ CASES = {
         "sliding_distance",
         samples_set("sliding_distance", slice(-1), 3.0),
     ),
+    "distance_is_known": ("warning", nowhere, "conditions", AS_IT_IS),
+    "signals_need_no_clean_up": ("note", column("normal_force", np.negative), "normal_force", AS_IT_IS),
     "load_presses": (
-        "error",
+        "warning",
         column("normal_force", np.negative),
         "normal_force",
         samples_set("normal_force", slice(500), -0.4),
@@ -179,6 +195,18 @@ CASES = {
         manifest(end_values__pin_wear_depth={"value": "12 um", "standard_uncertainty": "0.2 um"}),
         "end_values",
         manifest(end_values__pin_wear_depth={"value": "10.4 um", "standard_uncertainty": "0.2 um"}),
+    ),
+    "end_values_are_possible": (
+        "error",
+        manifest(contact__pin__density=None, end_values__pin_mass_loss="0.01 mg"),
+        "end_values.pin_mass_loss",
+        manifest(end_values__pin_mass_loss={"value": "0.0009 mg", "standard_uncertainty": "5 %"}),
+    ),
+    "profiles_show_wear": (
+        "note",
+        lambda run: replace(run, profiles={"end_values.disc_profile": straight(0.0)}),
+        "end_values.disc_profile",
+        lambda run: replace(run, profiles={"end_values.disc_profile": straight(1e-6)}),
     ),
     "start_is_in_the_past": ("warning", started(days=1), "started", started(minutes=-1)),
     "needed_for_a_wear_coefficient": (

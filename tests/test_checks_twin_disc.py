@@ -283,7 +283,7 @@ def test_profile_counts_as_a_volume():
 
 def test_profile_without_a_track_is_noted():
     run = profiled(Profile(X, flattened(X, half=1e-9)))
-    (finding,) = found(run, "needed_for_a_wear_coefficient")
+    (finding,) = found(run, "profiles_show_wear")
     assert finding.where == "end_values.curved_disc_profile"
     assert "wear track" in finding.message
     assert found(run, "end_values_agree") == []

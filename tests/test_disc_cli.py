@@ -59,7 +59,7 @@ def test_commands_lead_from_a_folder_of_discs_to_a_prediction(run_cli, tmp_path)
         (("correct-drift",), (RUN,)),
         (("fit", "--model", "sarkar"), ("sarkar", "curved disc k_D = ", "flat disc k_D = ")),
         (("predict", RUN, "--law", "sarkar", "--at", "1e6"), ("sarkar, exact, full-slip", " rotations")),
-        (("ls",), ("drift, friction, Sarkar",)),
+        (("ls",), ("drift, friction, specific wear, Sarkar",)),
         (("show", RUN), ("wear_fit_sarkar", "budget of k_D of the curved disc", "curved disc wear volume")),
     ):
         result = run_cli(*command, cwd=tmp_path)
@@ -73,8 +73,10 @@ def test_show_says_everything_in_json(run_cli, home):
     document = document_of(run_cli("show", RUN, "--json", cwd=home))
     assert document["manifest"]["contact"]["kind"] == "twin-disc"
     assert document["steps"] == [
+        "clean_up",
         "drift_correction",
         "friction_fit",
+        "specific_wear",
         "wear_fit_archard",
         "wear_fit_sarkar",
     ]

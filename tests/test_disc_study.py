@@ -186,7 +186,7 @@ def test_study_of_flat_discs_on_which_no_wear_was_found_is_refused_in_one_senten
     members = {}
     for name in ("a", "b"):
         one = exact_member(name, second=0.0)
-        raw = one.corrected.raw
+        raw = one.corrected.run
         none = raw.manifest.end_values.flat_disc_wear_volume.model_copy(update={"standard_uncertainty": 1e-13})
         ends = raw.manifest.end_values.model_copy(update={"flat_disc_wear_volume": none})
         manifest = raw.manifest.model_copy(update={"end_values": ends})
@@ -212,7 +212,7 @@ def test_run_without_end_values_is_refused_by_name():
 
 
 def test_run_without_wear_is_refused_by_name():
-    blank = exact_member("b").corrected.raw
+    blank = exact_member("b").corrected.run
     ends = blank.manifest.end_values
     none = ends.curved_disc_wear_volume.model_copy(update={"value": 0.0, "standard_uncertainty": 1e-13})
     manifest = blank.manifest.model_copy(
@@ -232,7 +232,7 @@ def test_run_without_wear_is_refused_by_name():
     ],
 )
 def test_runs_of_other_discs_are_refused(where, key, value, words):
-    one, other = exact_member("a"), exact_member("b").corrected.raw
+    one, other = exact_member("a"), exact_member("b").corrected.run
     disc = getattr(other.manifest.contact, where).model_copy(update={key: Quantity(value=value, unit="m")})
     contact = other.manifest.contact.model_copy(update={where: disc})
     manifest = other.manifest.model_copy(update={"contact": contact})

@@ -10,7 +10,8 @@ from tribopipe.drift import correct_drift
 from tribopipe.friction import fit_friction
 from tribopipe.pipeline import archived_correction, archived_friction
 from tribopipe.report.archived import save_run_figures
-from tribopipe.report.figures import plot_depth, plot_friction, plot_wear, save_figure, thinned
+from tribopipe.report.decimation import thinned
+from tribopipe.report.figures import plot_depth, plot_friction, plot_wear, save_figure
 from tribopipe.wear.curves import fitted_curve
 from tribopipe.wear.identify import fit_wear
 
@@ -32,7 +33,7 @@ def test_wear_figure_shows_laws_end_value_and_residuals(sample_archive):
         archived_friction(sample_archive, SAMPLE_IDS[0]),
     )
     curves = [
-        fitted_curve(corrected.raw, fit_wear(corrected, law, friction), friction) for law in ("archard", "sarkar")
+        fitted_curve(corrected.run, fit_wear(corrected, law, friction), friction) for law in ("archard", "sarkar")
     ]
     figure = plot_wear(corrected, curves)
     assert labels(figure) >= {"pin wear, corrected", "Archard, fitted", "Sarkar, fitted"}

@@ -80,7 +80,7 @@ def test_an_unknown_file_is_refused_with_the_reasons(run_cli, files):
     assert refused.exit_code == 1
     (told,) = detected(refused)
     assert {one["format"] for one in told["candidates"]} == set(readers())
-    assert "found no known format; expected one of those" in told["error"]
+    assert "found no known format, and as a plain table: " in told["error"]
     (error,) = [line for line in refused.stderr.splitlines() if line.startswith("error: ")]
     assert str(files["third"].parent) in error
     assert "ducom-winducom" in refused.stderr

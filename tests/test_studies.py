@@ -514,7 +514,7 @@ def test_what_only_looks_leaves_runs_fitted_by_another_recipe_alone(by_recipe, t
     else:
         evaluate_archived(store, QUICK.model_copy(update={"fit": (LIGHT,)}), Recipe())
     assert [store.step_names(run_id) for run_id in (LIGHT, HEAVY)] == [
-        ["drift_correction", "friction_fit", "wear_fit_archard"]
+        ["clean_up", "drift_correction", "friction_fit", "wear_fit_archard"]
     ] * 2
     assert tree_bytes(store.folder) == before
 
@@ -723,7 +723,9 @@ def test_runs_of_a_study_are_predicted_by_it_alone(runs, tmp_path):
     recipe = Recipe(wear={"models": ["archard"]})
     folders = [runs / run_id for run_id in (LIGHT, AGAIN, HEAVY)]
     outcomes = list(process(folders, store, recipe, studied={LIGHT, AGAIN, HEAVY}))
-    assert {outcome.stage for outcome in outcomes} == {"ingest", "drift_correction", "friction_fit", "wear_fit"}
+    assert {outcome.stage for outcome in outcomes} == {
+        *("ingest", "clean_up", "drift_correction", "friction_fit", "specific_wear", "wear_fit")
+    }
     assert "prediction_archard" not in store.step_names(HEAVY)
     list(run_study(store, QUICK, recipe))
     by_study = store.result(HEAVY, "prediction_archard", WearPrediction)

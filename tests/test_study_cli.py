@@ -476,8 +476,8 @@ def test_process_does_runs_study_and_figures_and_the_second_time_nothing(run_cli
     for verdict in law.runs:
         assert verdict.sentence in first.stderr
     assert store.result(HEAVY, "prediction_archard", WearPrediction).wear_coefficient == law.wear_coefficient
-    # Of each run ingest, drift, friction and one fit; the study, and its prediction.
-    assert "10 steps done, 0 unchanged" in first.stderr
+    # Of each run ingest, clean-up, drift, friction, specific wear and one fit; the study, and its prediction.
+    assert "14 steps done, 0 unchanged" in first.stderr
     assert f"figures in {Path('archive') / 'figures'}" in first.stderr
     drawn = {f"{run}-{what}.png" for run in (LIGHT, HEAVY) for what in ("depth", "friction", "wear")}
     drawn |= {f"air-{name}.{suffix}" for name in NAMES for suffix in ("svg", "png")}
@@ -485,7 +485,7 @@ def test_process_does_runs_study_and_figures_and_the_second_time_nothing(run_cli
     before = tree_bytes(lab)
     second = run_cli(*command, cwd=lab)
     assert second.exit_code == 0
-    assert "Nothing to do: all 10 steps are unchanged; --force redoes them." in second.stderr
+    assert "Nothing to do: all 14 steps are unchanged; --force redoes them." in second.stderr
     assert tree_bytes(lab) == before
 
 
@@ -509,7 +509,8 @@ def test_process_keeps_the_runs_though_a_study_fails(run_cli, lab):
     assert "did you mean" in error
     store = archived(lab)
     assert store.study_ids() == []
-    assert store.step_names(HEAVY) == ["drift_correction", "friction_fit", "wear_fit_archard"]
+    steps = ["clean_up", "drift_correction", "friction_fit", "specific_wear", "wear_fit_archard"]
+    assert store.step_names(HEAVY) == steps
 
 
 def test_process_refuses_a_study_that_cannot_be_read_before_it_begins(run_cli, lab):

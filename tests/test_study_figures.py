@@ -57,7 +57,7 @@ def effective(members):
 def wear_figure(studied, study, law="archard"):
     stored = studied.study(study.id)
     runs = [archived_correction(studied, run_id) for run_id in (*study.fit, *study.predict)]
-    measured = {run.id: (run.raw.sliding_distance, run.pin_wear_depth) for run in runs}
+    measured = {one.id: (one.run.sliding_distance, one.pin_wear_depth) for one in runs}
     return plot_study_wear(stored.result, law, stored.curves, measured)
 
 

@@ -323,9 +323,9 @@ def test_a_law_is_called_off_beyond_the_99_percent_limits_only(pair, sign, calle
 
 def test_a_run_whose_end_value_says_nothing_is_not_decidable(pair):
     light, heavy = pair
-    end = heavy.corrected.raw.manifest.end_values
+    end = heavy.corrected.run.manifest.end_values
     vague = end.pin_scar_diameter.model_copy(update={"standard_uncertainty": 150e-6})
-    blind = member_of(edited(heavy.corrected.raw, end_values=end.model_copy(update={"pin_scar_diameter": vague})))
+    blind = member_of(edited(heavy.corrected.run, end_values=end.model_copy(update={"pin_scar_diameter": vague})))
     for one, outcome in ((heavy, "supported"), (blind, "not decidable")):
         told = verdict_on(
             evaluate(study(["light"], ["heavy"], laws=["archard"]), {"light": light, "heavy": one}), "heavy"
@@ -543,7 +543,7 @@ def another(raw: RawRun, body: str, **updates) -> RawRun:
 @pytest.mark.parametrize("role", ["fit", "predict"])
 def test_other_bodies_or_media_are_refused_by_name(pair, change, named, role):
     light, heavy = pair
-    runs = {"light": light, "heavy": Member(replace(heavy.corrected, raw=change(heavy.corrected.raw)), heavy.friction)}
+    runs = {"light": light, "heavy": Member(replace(heavy.corrected, run=change(heavy.corrected.run)), heavy.friction)}
     asked = study(["light", "heavy"]) if role == "fit" else study(["light"], ["heavy"])
     with pytest.raises(FitError) as refused:
         evaluate(asked, runs)
@@ -555,7 +555,7 @@ def test_other_bodies_or_media_are_refused_by_name(pair, change, named, role):
 
 def test_other_loads_and_their_uncertainties_are_not_other_bodies(pair):
     light, heavy = pair
-    blunt = another(heavy.corrected.raw, "pin", radius=Quantity(value=0.794e-3, unit="m", standard_uncertainty=2e-5))
+    blunt = another(heavy.corrected.run, "pin", radius=Quantity(value=0.794e-3, unit="m", standard_uncertainty=2e-5))
     assert evaluate(study(["light"], ["heavy"], laws=["archard"]), {"light": light, "heavy": member_of(blunt)})
 
 
@@ -563,7 +563,7 @@ def test_other_loads_and_their_uncertainties_are_not_other_bodies(pair):
 def test_a_run_without_an_end_value_is_refused_by_name(pair, role):
     light, heavy = pair
     raw = edited(
-        heavy.corrected.raw, end_values=RunManifest.model_fields["end_values"].get_default(call_default_factory=True)
+        heavy.corrected.run, end_values=RunManifest.model_fields["end_values"].get_default(call_default_factory=True)
     )
     runs = {"light": light, "heavy": Member(correct_drift(raw), heavy.friction)}
     asked = study(["heavy"], ["light"]) if role == "fit" else study(["light"], ["heavy"])
@@ -573,7 +573,7 @@ def test_a_run_without_an_end_value_is_refused_by_name(pair, role):
 
 def test_a_run_without_friction_is_refused_for_sarkar_s_law_alone(pair):
     light, heavy = pair
-    raw = heavy.corrected.raw
+    raw = heavy.corrected.run
     raw = replace(raw, columns={name: raw.columns[name] for name in ("time", "sliding_distance", "depth")})
     runs = {"light": light, "heavy": Member(correct_drift(raw), None)}
     with pytest.raises(FitError, match="heavy: found a run that lacks a friction signal"):
@@ -648,7 +648,7 @@ def test_a_hertz_pressure_above_the_softer_body_s_hardness_is_noted(pair, body, 
     modulus = 304e9 / (1 - 0.24**2) / 2
     pressure = (6 * 0.4 * modulus**2 / (np.pi**3 * 0.794e-3**2)) ** (1 / 3)  # K. L. Johnson, Contact Mechanics, 4.24
     hardness = above * pressure / 9.80665e6
-    raw = another(heavy.corrected.raw, body, vickers_hardness=hardness)
+    raw = another(heavy.corrected.run, body, vickers_hardness=hardness)
     found = evaluate(study(["light"], ["heavy"], laws=["archard"]), {"light": light, "heavy": member_of(raw)})
     notes = extrapolations(found, "heavy")
     assert len(notes) == noted
@@ -660,9 +660,9 @@ def test_a_hertz_pressure_above_the_softer_body_s_hardness_is_noted(pair, body, 
 
 def test_defaults_used_are_named_beside_the_verdict(pair):
     light, heavy = pair
-    conditions = heavy.corrected.raw.manifest.conditions
+    conditions = heavy.corrected.run.manifest.conditions
     load = conditions.normal_load.model_copy(update={"standard_uncertainty": None})
-    raw = edited(heavy.corrected.raw, conditions=conditions.model_copy(update={"normal_load": load}))
+    raw = edited(heavy.corrected.run, conditions=conditions.model_copy(update={"normal_load": load}))
     found = evaluate(study(["light"], ["heavy"], laws=["archard"]), {"light": light, "heavy": member_of(raw)})
     assert verdict_on(found, "heavy").notes == ("default uncertainty used for normal load 400.0 ± 4.0 mN",)
     assert verdict_on(found, "light").notes == ()

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from tribopipe.errors import ReaderError
 from tribopipe.ingest.delimited import DelimitedReader
-from tribopipe.ingest.reader import Hints, Reader, ReadTable
 from tribopipe.ingest.formats.winducom import WinducomReader
+from tribopipe.ingest.reader import Hints, Reader, ReadTable
 from tribopipe.run import SourceFile
 
 READER = WinducomReader()

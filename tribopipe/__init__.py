@@ -17,6 +17,7 @@ from tribopipe.version import VERSION
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive, open_archive
     from tribopipe.checks.registry import check_run
+    from tribopipe.clean_up.cleaning import clean_run
     from tribopipe.drift import correct_drift
     from tribopipe.errors import TribopipeError
     from tribopipe.friction import fit_friction
@@ -50,6 +51,7 @@ __all__ = [
     "WearScenario",
     "__version__",
     "check_run",
+    "clean_run",
     "correct_drift",
     "evaluate",
     "evaluate_discs",
@@ -74,6 +76,7 @@ __all__ = [
 _HOMES = {
     "archive.store": ("Archive", "open_archive"),
     "checks.registry": ("check_run",),
+    "clean_up.cleaning": ("clean_run",),
     "drift": ("correct_drift",),
     "errors": ("TribopipeError",),
     "friction": ("fit_friction",),

@@ -152,7 +152,7 @@ def correct_drift(run: RawRun, recipe: Recipe | None = None) -> CorrectedRun:
     elif manifest.contact is None:
         end, needed = None, "the two bodies ([contact])"
     else:
-        end = end_wear(manifest.end_values, manifest.contact.pin.radius.value, recipe.uncertainty)
+        end = end_wear(run, recipe.uncertainty)
         needed = "an end value of the pin (pin_wear_depth or pin_scar_diameter)"
     lacks = [] if "depth" in run.columns else ["a depth signal"]
     if end is None:

@@ -49,12 +49,14 @@ def fit_friction(run: RawRun, recipe: FrictionRecipe | None = None) -> FrictionF
     """Fit Eq. 7 to a run's friction coefficient against sliding distance.
 
     Amplitude A and steady state b are ratios, the running-in distance c is in m. A run without friction passes
-    through, and the result says so.
+    through, and the result says so; of one without a distance the steady value is reported.
     """
     recipe = recipe or FrictionRecipe()
     if "friction_coefficient" not in run.columns:
         return FrictionFit(outcome="none", notes=("the run lacks a friction signal",))
     distance, mu = run.sliding_distance, run.columns["friction_coefficient"]
+    if run.origins["sliding_distance"] == "unknown":
+        return _without_distance(run, mu[np.isfinite(mu)])
     seen = np.isfinite(mu) & np.isfinite(distance)
     first = _loading_ramp_end(run, mu) if recipe.start is None else recipe.start.value
     last = np.inf if recipe.end is None else recipe.end.value
@@ -65,6 +67,16 @@ def fit_friction(run: RawRun, recipe: FrictionRecipe | None = None) -> FrictionF
     return fit.model_copy(
         update={"notes": trimmed + fit.notes, "load": _load(run), "mean": mean, "standard_deviation": deviation}
     )
+
+
+def _without_distance(run: RawRun, mu: Column) -> FrictionFit:
+    """Return the steady value of a run of which nothing tells how far it slid."""
+    if len(mu) < _FEWEST_SAMPLES:
+        return FrictionFit(outcome="none", notes=(f"{len(mu)} samples of friction are too few to fit",))
+    mean, deviation = _vendor_statistics(mu)
+    unknown = "the sliding distance is not known: give conditions.sliding_speed for a running-in distance"
+    steady = _steady_only(mu, (unknown,), None)
+    return steady.model_copy(update={"load": _load(run), "mean": mean, "standard_deviation": deviation})
 
 
 def _load(run: RawRun) -> Literal["measured", "nominal", "recorded"]:
@@ -138,7 +150,7 @@ def _fit_window(distance: Column, mu: Column) -> FrictionFit:
     )
 
 
-def _steady_only(mu: Column, reasons: tuple[str, ...], window: tuple[Quantity, Quantity]) -> FrictionFit:
+def _steady_only(mu: Column, reasons: tuple[str, ...], window: tuple[Quantity, Quantity] | None) -> FrictionFit:
     later = mu[len(mu) // 2 :]
     deviation = float(np.std(later, ddof=1))
     independent = effective_samples(later)

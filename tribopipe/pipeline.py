@@ -16,6 +16,7 @@ from tribopipe.archive.digest import digest
 from tribopipe.archive.steps import PREDICTIONS, STEPS, WEAR_FITS, Step, StepName
 from tribopipe.archive.store import Archive
 from tribopipe.checks.registry import check_run, refuse_errors
+from tribopipe.clean_up.cleaning import clean_run
 from tribopipe.drift import correct_drift
 from tribopipe.errors import ManifestError, TribopipeError
 from tribopipe.files import natural_order
@@ -28,7 +29,9 @@ from tribopipe.records.manifest import MANIFEST_NAME, TwinDisc, manifest_path
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit
+from tribopipe.records.signals import SIGNALS
 from tribopipe.run import Column, CorrectedRun
+from tribopipe.specific_wear import specific_wear
 from tribopipe.study.bodies import bodies, severity
 from tribopipe.version import VERSION
 from tribopipe.wear.curves import LawCurve, fitted_curve, predicted_curve, run_scenario
@@ -39,7 +42,9 @@ from tribopipe.wear.twin_disc.curves import OUTCOMES, DiscCurves, disc_scenario,
 from tribopipe.wear.twin_disc.identify import fit_discs
 from tribopipe.wear.twin_disc.predict import KnownDiscs, known_discs, predict_discs
 
-Stage = Literal["ingest", "drift_correction", "friction_fit", "wear_fit", "prediction", "study"]
+Stage = Literal[
+    "ingest", "clean_up", "drift_correction", "friction_fit", "specific_wear", "wear_fit", "prediction", "study"
+]
 Status = Literal["done", "unchanged", "failed"]
 Curves = Mapping[str, tuple[Column, str]]
 
@@ -68,12 +73,12 @@ class Outcome:
 
 
 class _Advance(NamedTuple):
-    """A step to be taken: what it is told, what it stands on besides, and how it is done."""
+    """A step to be taken: what it is told, how it is done, and what it stands on beside the steps before it."""
 
     name: StepName
     options: Mapping[str, Any]
-    inputs: Sequence[str]
     compute: Callable[[], tuple[Record, Curves]]
+    inputs: Sequence[str] = ()
 
 
 def find_runs(path: Path) -> list[Path]:
@@ -101,31 +106,54 @@ def ingest(path: Path, archive: Archive, *, force: bool = False) -> Outcome:
     return Outcome(run.id, "ingest", "unchanged" if status == "unchanged" else "done", findings=tuple(findings))
 
 
-def correct_archived_drift(archive: Archive, run_id: str, recipe: Recipe, *, force: bool = False) -> Outcome:
-    """Correct the drift of an archived run, and archive the corrected curve."""
+def clean_archived(archive: Archive, run_id: str, recipe: Recipe, *, force: bool = False) -> Outcome:
+    """Clean up the signals of an archived run, and archive those that came out changed; the raw ones stay."""
 
     def compute() -> tuple[Record, Curves]:
-        corrected = correct_drift(archive.raw(run_id), recipe)
+        found = clean_run(archive.raw(run_id), recipe)
+        return found.record, {name: (values, SIGNALS[name].unit) for name, values in found.columns.items()}
+
+    options = {"clean_up": [_told(step) for step in recipe.clean_up]}
+    return _advance(archive, run_id, _Advance("clean_up", options, compute), "clean_up", force=force)
+
+
+def correct_archived_drift(archive: Archive, run_id: str, recipe: Recipe, *, force: bool = False) -> Outcome:
+    """Correct the drift of an archived run, cleaned up first where it is not, and archive the corrected curve."""
+    clean_archived(archive, run_id, recipe)
+
+    def compute() -> tuple[Record, Curves]:
+        corrected = correct_drift(archive.cleaned(run_id), recipe)
         found = {"wear_depth": corrected.wear_depth, "pin_wear_depth": corrected.pin_wear_depth}
         return corrected.correction, {name: (curve, "m") for name, curve in found.items() if curve is not None}
 
     options = {"drift": _told(recipe.drift), "uncertainty": _told(recipe.uncertainty)}
     options |= _convention(archive, run_id, recipe)
-    step = _Advance("drift_correction", options, [archive.raw_sha256(run_id)], compute)
-    return _advance(archive, run_id, step, "drift_correction", force=force)
+    return _advance(archive, run_id, _Advance("drift_correction", options, compute), "drift_correction", force=force)
 
 
 def fit_archived_friction(archive: Archive, run_id: str, recipe: Recipe, *, force: bool = False) -> Outcome:
-    """Fit the friction of an archived run, and archive the fitted curve."""
+    """Fit the friction of an archived run, cleaned up first where it is not, and archive the fitted curve."""
+    clean_archived(archive, run_id, recipe)
 
     def compute() -> tuple[Record, Curves]:
-        run = archive.raw(run_id)
+        run = archive.cleaned(run_id)
         fit = fit_friction(run, recipe.friction)
         path = fitted_path(fit)
         return fit, {} if path is None else {"friction_coefficient": (path.coefficient(run.sliding_distance), "1")}
 
-    step = _Advance("friction_fit", {"friction": _told(recipe.friction)}, [archive.raw_sha256(run_id)], compute)
+    step = _Advance("friction_fit", {"friction": _told(recipe.friction)}, compute)
     return _advance(archive, run_id, step, "friction_fit", force=force)
+
+
+def evaluate_archived_wear(archive: Archive, run_id: str, recipe: Recipe, *, force: bool = False) -> Outcome:
+    """Evaluate the specific wear rate of each body of an archived run by its end values, and archive it."""
+    clean_archived(archive, run_id, recipe)
+
+    def compute() -> tuple[Record, Curves]:
+        return specific_wear(archive.cleaned(run_id), recipe), {}
+
+    step = _Advance("specific_wear", {"uncertainty": _told(recipe.uncertainty)}, compute)
+    return _advance(archive, run_id, step, "specific_wear", force=force)
 
 
 def fit_archived_wear(archive: Archive, run_id: str, law: LawName, recipe: Recipe, *, force: bool = False) -> Outcome:
@@ -135,14 +163,12 @@ def fit_archived_wear(archive: Archive, run_id: str, law: LawName, recipe: Recip
 
     def compute() -> tuple[Record, Curves]:
         corrected, friction = archived_correction(archive, run_id), archived_friction(archive, run_id)
-        if isinstance(corrected.raw.manifest.contact, TwinDisc):
-            pair = fit_discs(corrected.raw, law, friction, recipe)
-            return pair, _disc_curves(fitted_discs(corrected.raw, pair, friction, recipe))
+        if isinstance(corrected.run.manifest.contact, TwinDisc):
+            pair = fit_discs(corrected.run, law, friction, recipe)
+            return pair, _disc_curves(fitted_discs(corrected.run, pair, friction, recipe))
         fit = fit_wear(corrected, law, friction, recipe)
-        return fit, _law_curves(fitted_curve(corrected.raw, fit, friction, recipe))
+        return fit, _law_curves(fitted_curve(corrected.run, fit, friction, recipe))
 
-    name = WEAR_FITS[law]
-    inputs = [archive.raw_sha256(run_id), *(_result_sha256(archive, run_id, base) for base in STEPS[name].stands_on)]
     options = {
         "wear": {"friction": recipe.wear.friction, "correction": recipe.wear.correction},
         "drift": _told(recipe.drift),
@@ -150,7 +176,7 @@ def fit_archived_wear(archive: Archive, run_id: str, law: LawName, recipe: Recip
         "monte_carlo": _told(recipe.monte_carlo),
     }
     options |= _convention(archive, run_id, recipe)
-    return _advance(archive, run_id, _Advance(name, options, inputs, compute), "wear_fit", force=force)
+    return _advance(archive, run_id, _Advance(WEAR_FITS[law], options, compute), "wear_fit", force=force)
 
 
 def _law_curves(curve: LawCurve | None) -> Curves:
@@ -201,10 +227,11 @@ def predict_with(
     force: bool = False,
 ) -> Outcome:
     """Predict a run's wear from the k_D that ``reference`` found, over the run's own distance, and archive it."""
-    name = PREDICTIONS[law]
+    if "clean_up" not in archive.step_names(run_id):
+        clean_archived(archive, run_id, recipe)
 
     def compute() -> tuple[Record, Curves]:
-        run, friction = archive.raw(run_id), archived_friction(archive, run_id)
+        run, friction = archive.cleaned(run_id), archived_friction(archive, run_id)
         if isinstance(coefficient, KnownDiscs):
             discs = disc_scenario(run, law, coefficient, friction, recipe)
             pair = predict_discs(discs, [float(np.nanmax(run.columns["rotations"]))], reference=reference)
@@ -214,17 +241,13 @@ def predict_with(
         return result, _law_curves(predicted_curve(run, scenario, result))
 
     known = coefficient.parts if isinstance(coefficient, KnownDiscs) else (coefficient,)
-    inputs = [
-        archive.raw_sha256(run_id),
-        digest(*known),
-        *(_result_sha256(archive, run_id, base) for base in STEPS[name].stands_on),
-    ]
     options = {
         "reference": reference,
         "wear": {"friction": recipe.wear.friction},
         "uncertainty": _told(recipe.uncertainty),
     }
-    return _advance(archive, run_id, _Advance(name, options, inputs, compute), "prediction", force=force)
+    step = _Advance(PREDICTIONS[law], options, compute, [digest(*known)])
+    return _advance(archive, run_id, step, "prediction", force=force)
 
 
 def process(
@@ -263,8 +286,10 @@ def _process_one(path: Path, archive: Archive, recipe: Recipe, *, force: bool) -
     yield ingested
     run_id = ingested.run_id
     stages: list[tuple[Stage, Callable[[], Outcome]]] = [
+        ("clean_up", lambda: clean_archived(archive, run_id, recipe, force=force)),
         ("drift_correction", lambda: correct_archived_drift(archive, run_id, recipe, force=force)),
         ("friction_fit", lambda: fit_archived_friction(archive, run_id, recipe, force=force)),
+        ("specific_wear", lambda: evaluate_archived_wear(archive, run_id, recipe, force=force)),
     ]
     stages += [
         ("wear_fit", partial(fit_archived_wear, archive, run_id, law, recipe, force=force))
@@ -312,7 +337,7 @@ def archived_correction(archive: Archive, run_id: str) -> CorrectedRun:
     correction = archive.needed_result(run_id, "drift_correction", DriftCorrection)
     step = archive.step(run_id, "drift_correction")
     wear = step.curves["wear_depth"][0] if step is not None and step.curves else None
-    return CorrectedRun(archive.raw(run_id), correction, wear)
+    return CorrectedRun(archive.cleaned(run_id), correction, wear)
 
 
 def archived_friction(archive: Archive, run_id: str) -> FrictionFit | None:
@@ -343,7 +368,8 @@ def _advance(
     *,
     force: bool,
 ) -> Outcome:
-    inputs = digest(VERSION, step.name, step.options, *step.inputs)
+    before = [_result_sha256(archive, run_id, base) for base in STEPS[step.name].stands_on]
+    inputs = digest(VERSION, step.name, step.options, archive.raw_sha256(run_id), *before, *step.inputs)
     there = archive.fingerprints(run_id, step.name)
     if there is not None and there.inputs == inputs and not force:
         return Outcome(run_id, stage, "unchanged", archive.result(run_id, step.name, Record))

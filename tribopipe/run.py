@@ -23,9 +23,12 @@ Origin = Literal[
     "derived from nominal speed",
     "derived from measured speed",
     "derived from nominal slip",
+    "derived from rotations",
     "derived from measured load",
     "derived from nominal load",
+    "unknown",
 ]
+"""Whether a signal was measured, or what it is derived from; unknown where nothing tells it, and it is NaN."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +96,8 @@ class RawRun:
     def __str__(self) -> str:
         load = self.manifest.conditions.normal_load.shown("mN")
         signals = ", ".join(self.columns)
-        far = f"{np.nanmax(self.sliding_distance):.4g} m"
+        known = self.sliding_distance[np.isfinite(self.sliding_distance)]
+        far = f"{np.max(known):.4g} m" if len(known) else "an unknown distance"
         if self.manifest.rolls:
             far = f"{np.nanmax(self.columns['rotations']):,.0f} rotations"
         return f"run {self.id}: {load}, {far}, {len(self)} samples of {signals}"
@@ -103,7 +107,8 @@ class RawRun:
 class CorrectedRun:
     """A run whose depth has been corrected for drift, as far as it has what that takes."""
 
-    raw: RawRun
+    run: RawRun
+    """As cleaned up, where it was."""
     correction: DriftCorrection
     wear_depth: Column | None
     """Wear of pin and disc at each sample, m; none where the run could not be corrected."""
@@ -111,7 +116,7 @@ class CorrectedRun:
     @property
     def id(self) -> str:
         """Name of the run."""
-        return self.raw.id
+        return self.run.id
 
     @property
     def pin_wear_depth(self) -> Column | None:

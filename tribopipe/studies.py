@@ -9,6 +9,7 @@ from pathlib import Path
 from tribopipe.archive.digest import digest
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
+from tribopipe.clean_up.cleaning import clean_run
 from tribopipe.drift import correct_drift
 from tribopipe.errors import ArchiveError, FitError, ManifestError, TribopipeError, did_you_mean
 from tribopipe.friction import fit_friction
@@ -70,8 +71,8 @@ def members(archive: Archive, run_ids: Sequence[str], recipe: Recipe) -> tuple[d
         if mark is not None:
             left_out.append(LeftOut(id=run_id, reason=f"marked bad: {mark.reason}"))
             continue
-        raw = archive.raw(run_id)
-        found[run_id] = Member(correct_drift(raw, recipe), fit_friction(raw, recipe.friction))
+        run = clean_run(archive.raw(run_id), recipe).run
+        found[run_id] = Member(correct_drift(run, recipe), fit_friction(run, recipe.friction))
     return found, left_out
 
 
@@ -92,7 +93,7 @@ def _evaluate(
     study: Study, runs: Mapping[str, Member], recipe: Recipe, left_out: Sequence[LeftOut]
 ) -> Evaluation | DiscEvaluation:
     """Evaluate a study on the tribometer its runs are from; runs of different ones are refused by either."""
-    discs = any(run.corrected.raw.manifest.rolls for run in runs.values())
+    discs = any(run.corrected.run.manifest.rolls for run in runs.values())
     return (evaluate_discs if discs else evaluate)(study, runs, recipe, left_out)
 
 
@@ -187,7 +188,7 @@ def plan_archived(archive: Archive, name: str, law: LawName, wanted: float, reci
             "another, or take the mark back with `tribopipe mark-bad --undo`"
         )
     run = next(iter(runs.values()))
-    if run.corrected.raw.manifest.rolls:
+    if run.corrected.run.manifest.rolls:
         return design_discs(run, law, wanted, recipe, shared, scatter)
     return (design(run.pose(law, recipe), law, wanted, shared, scatter[0]),)
 

@@ -184,10 +184,12 @@ def interval_from_si(value: float, si_unit: str, unit: str) -> float:
 
 _PRETTY = {
     "um": "µm",
+    "um^2": "µm²",
     "um/m": "µm/m",
     "degC": "°C",
     "1": "",
     "mm^3/(N*mm)": "mm³/(N·mm)",
+    "mm^3/(N*m)": "mm³/(N·m)",
     "m^2/N": "m²/N",
     "mm^3": "mm³",
     "g/cm^3": "g/cm³",

@@ -63,21 +63,28 @@ def text(parent: h5py.Group, path: str) -> str:
     return str(parent[path].asstr()[()])
 
 
-def summary(parent: h5py.Group, record: Record) -> None:
-    """Add the fields of a result one by one, for people and viewers."""
+def summary(parent: h5py.Group, record: Record, prefix: str = "") -> None:
+    """Add the fields of a result one by one, for people and viewers; those of a record in it with its name before."""
     for name in type(record).model_fields:
         value = getattr(record, name)
-        if isinstance(value, Quantity):
-            quantity(parent, name, value)
-        elif isinstance(value, bool):
-            field(parent, name, int(value))
-        elif isinstance(value, str | int | float):
-            field(parent, name, value)
-        elif isinstance(value, tuple) and len(value) == 2 and all(isinstance(end, Quantity) for end in value):
-            for suffix, end in zip(("lower", "upper"), value, strict=True):
-                quantity(parent, f"{name}_{suffix}", end)
-        elif isinstance(value, tuple) and value and all(isinstance(item, str) for item in value):
-            field(parent, name, "; ".join(value))
+        if isinstance(value, Record) and not isinstance(value, Quantity):
+            summary(parent, value, f"{prefix}{name}_")
+        else:
+            _summarised(parent, f"{prefix}{name}", value)
+
+
+def _summarised(parent: h5py.Group, name: str, value: Any) -> None:
+    if isinstance(value, Quantity):
+        quantity(parent, name, value)
+    elif isinstance(value, bool):
+        field(parent, name, int(value))
+    elif isinstance(value, str | int | float):
+        field(parent, name, value)
+    elif isinstance(value, tuple) and len(value) == 2 and all(isinstance(end, Quantity) for end in value):
+        for suffix, end in zip(("lower", "upper"), value, strict=True):
+            quantity(parent, f"{name}_{suffix}", end)
+    elif isinstance(value, tuple) and value and all(isinstance(item, str) for item in value):
+        field(parent, name, "; ".join(value))
 
 
 def floats(parent: h5py.Group, name: str) -> NDArray[np.float64]:

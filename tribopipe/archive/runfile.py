@@ -10,7 +10,8 @@
   raw                    NXdata: the signals in SI; each says whether it was measured or derived
   extra_columns          NXcollection: what the files held besides
   profiles               NXcollection of NXdata: height against position across wear tracks
-  drift_correction, friction_fit, wear_fit_<law>, prediction_<law>
+  clean_up               NXprocess as those below; data are the columns that differ from the raw ones
+  drift_correction, friction_fit, specific_wear, wear_fit_<law>, prediction_<law>
                          NXprocess: program, version, date, parameters, result (JSON) and data
   wear                   NXdata: the corrected wear of the pin beside the fitted laws, for viewers
   marks                  NXnote: JSON; who marked the run bad, or took that back, when and why
@@ -18,7 +19,7 @@
 
 import json
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 import h5py
 import numpy as np
@@ -26,8 +27,10 @@ import numpy as np
 from tribopipe.archive import nexus
 from tribopipe.archive.digest import raw_digest
 from tribopipe.archive.steps import STEPS, WEAR_FITS, Fingerprints, Step, StepName
+from tribopipe.clean_up.cleaning import with_cleaned
 from tribopipe.errors import ArchiveError
 from tribopipe.records.base import Record
+from tribopipe.records.clean_up import CleanUp
 from tribopipe.records.finding import Finding
 from tribopipe.records.manifest import RunManifest, Specimen
 from tribopipe.records.mark import Mark
@@ -155,6 +158,15 @@ def read_raw(file: h5py.File) -> RawRun:
     )
 
 
+def read_cleaned(file: h5py.File) -> RawRun:
+    """Read a run with its signals as they were cleaned up; as ingested where they were not."""
+    run, step = read_raw(file), read_step(file["entry"], "clean_up")
+    if step is None or not isinstance(step.result, CleanUp):
+        return run
+    columns = {name: step.curves[name][0] for name in SIGNALS if name in step.curves}
+    return with_cleaned(run, step.result, columns)
+
+
 def _read_profiles(entry: h5py.Group) -> dict[str, Profile]:
     kept = entry["profiles"].values() if "profiles" in entry else ()
     return {
@@ -192,19 +204,26 @@ def write_step(entry: h5py.Group, step: Step) -> None:
 
 def _write_curves(process: h5py.Group, step: Step) -> None:
     first, *others = step.curves
-    data = _against_raw_axis(process, "data", first)
+    data = _against_axis(process, "data", first, own=step.curves)
     if others:
         data.attrs["auxiliary_signals"] = others
     for name, (values, unit) in step.curves.items():
         nexus.field(data, name, values, unit)
 
 
-def _against_raw_axis(parent: h5py.Group, name: str, signal: str) -> h5py.Group:
-    """Add a group for a plot against what the raw signals are plotted against: sliding distance or rotations."""
-    (axis,) = parent.file["entry/raw"].attrs["axes"]
+def _against_axis(parent: h5py.Group, name: str, signal: str, own: Collection[str] = ()) -> h5py.Group:
+    """Add a group for a plot against sliding distance or rotations, cleaned up or else raw.
+
+    A group that has the axis among its ``own`` members is plotted against the number of the sample.
+    """
+    entry = parent.file["entry"]
+    (axis,) = entry["raw"].attrs["axes"]
+    if axis in own:
+        return nexus.group(parent, name, "NXdata", signal=signal, axes=["."])
     data = nexus.group(parent, name, "NXdata", signal=signal, axes=[axis])
     data.attrs[f"{axis}_indices"] = 0
-    data[axis] = h5py.SoftLink(f"/entry/raw/{axis}")
+    mended = isinstance(entry.get(f"clean_up/data/{axis}", getlink=True), h5py.HardLink)
+    data[axis] = h5py.SoftLink(f"/entry/{'clean_up/data' if mended else 'raw'}/{axis}")
     return data
 
 
@@ -269,7 +288,7 @@ def write_wear_plot(entry: h5py.Group) -> None:
                 curves[law + name.removeprefix("wear_").removeprefix("depth")] = values
     if not curves:
         return
-    wear = _against_raw_axis(entry, "wear", next(iter(curves)))
+    wear = _against_axis(entry, "wear", next(iter(curves)))
     if len(curves) > 1:
         wear.attrs["auxiliary_signals"] = list(curves)[1:]
     worn = "pin" if "pin" in entry else "two discs"

@@ -10,13 +10,22 @@ from pydantic import TypeAdapter
 
 from tribopipe.archive.digest import digest
 from tribopipe.records.base import Record
+from tribopipe.records.clean_up import CleanUp
 from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction
 from tribopipe.records.recipe import LawName
 from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
+from tribopipe.records.specific_wear import SpecificWear
 from tribopipe.run import Column
 
 StepName = Literal[
-    "drift_correction", "friction_fit", "wear_fit_archard", "wear_fit_sarkar", "prediction_archard", "prediction_sarkar"
+    "clean_up",
+    "drift_correction",
+    "friction_fit",
+    "specific_wear",
+    "wear_fit_archard",
+    "wear_fit_sarkar",
+    "prediction_archard",
+    "prediction_sarkar",
 ]
 
 
@@ -34,12 +43,14 @@ class StepKind(NamedTuple):
 
 _FITS, _PREDICTIONS = (WearFit, TwinDiscFit), (WearPrediction, TwinDiscPrediction)
 STEPS: dict[StepName, StepKind] = {
-    "drift_correction": StepKind((DriftCorrection,), ()),
-    "friction_fit": StepKind((FrictionFit,), ()),
-    "wear_fit_archard": StepKind(_FITS, ("drift_correction",)),
-    "wear_fit_sarkar": StepKind(_FITS, ("drift_correction", "friction_fit")),
-    "prediction_archard": StepKind(_PREDICTIONS, ()),
-    "prediction_sarkar": StepKind(_PREDICTIONS, ("friction_fit",)),
+    "clean_up": StepKind((CleanUp,), ()),
+    "drift_correction": StepKind((DriftCorrection,), ("clean_up",)),
+    "friction_fit": StepKind((FrictionFit,), ("clean_up",)),
+    "specific_wear": StepKind((SpecificWear,), ("clean_up",)),
+    "wear_fit_archard": StepKind(_FITS, ("clean_up", "drift_correction")),
+    "wear_fit_sarkar": StepKind(_FITS, ("clean_up", "drift_correction", "friction_fit")),
+    "prediction_archard": StepKind(_PREDICTIONS, ("clean_up",)),
+    "prediction_sarkar": StepKind(_PREDICTIONS, ("clean_up", "friction_fit")),
 }
 
 WEAR_FITS: dict[LawName, StepName] = {"archard": "wear_fit_archard", "sarkar": "wear_fit_sarkar"}

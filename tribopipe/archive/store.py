@@ -14,6 +14,7 @@ from tribopipe.archive.runfile import (
     check_format,
     copy_additions,
     copy_except,
+    read_cleaned,
     read_fingerprints,
     read_manifest,
     read_marks,
@@ -92,6 +93,11 @@ class Archive:
         with self.open(run_id) as file:
             return read_raw(file)
 
+    def cleaned(self, run_id: str) -> RawRun:
+        """Return a run with its signals as they were cleaned up; as ingested where they were not."""
+        with self.open(run_id) as file:
+            return read_cleaned(file)
+
     def manifest(self, run_id: str) -> RunManifest:
         """Return a run's manifest."""
         with self.open(run_id) as file:
@@ -151,7 +157,7 @@ class Archive:
         """Add a step or replace it; steps that stood on another result of it are dropped with it."""
         before = self.fingerprints(run_id, step.name)
         dropped: set[str] = {step.name}
-        if before is not None and before.result != step.result_sha256:
+        if bool(step.curves) if before is None else before.result != step.result_sha256:
             dropped |= downstream(step.name)
         self._rewrite(run_id, dropped, lambda entry: write_step(entry, step))
 

@@ -1,22 +1,15 @@
 """Checks of what run.toml says: magnitudes that cannot be right, statements that contradict each other."""
 
-import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from datetime import UTC, datetime
-from itertools import combinations
-from typing import NamedTuple
+from typing import NamedTuple, get_args
 
 from tribopipe.checks.registry import Trouble, check
-from tribopipe.contact.twin_disc import disc_pair, nominal_values
-from tribopipe.disc_end_values import DiscMeasurement, disc_measurements
-from tribopipe.end_values import EndValueUsed, EndWear
-from tribopipe.errors import ContactError, FitError
+from tribopipe.measured import DiscWay, PinWay
 from tribopipe.motion import slip
-from tribopipe.profile import worn_area
 from tribopipe.records.manifest import DISCS, RunManifest, TwinDisc
 from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import DefaultUncertainty, Recipe
-from tribopipe.run import Column, RawRun
+from tribopipe.run import RawRun
 
 _LIGHTEST_SOLID, _DENSEST_SOLID = 30.0, 23_000.0
 """kg/m³: lighter than any foam a specimen is made of; denser than osmium (22 590)."""
@@ -117,84 +110,6 @@ def _odd_slip(manifest: RunManifest) -> Iterator[Trouble]:
 
 
 @check("warning")
-def end_values_agree(run: RawRun) -> Iterator[Trouble]:
-    """Compare what several end values say of one wear depth."""
-    yield from _disc_end_values_agree(run) if run.manifest.rolls else _pin_end_values_agree(run)
-
-
-def _pin_end_values_agree(run: RawRun) -> Iterator[Trouble]:
-    """Compare a measured wear depth with the cap height of the scar, where both are given."""
-    end, radius = run.manifest.end_values, run.manifest.pin_on_disc.pin.radius.value
-    if end.pin_wear_depth is None or end.pin_scar_diameter is None:
-        return
-    cap = EndWear(EndValueUsed("pin_scar_diameter", end.pin_scar_diameter, "manifest"), None, radius).pin_depth
-    gap = abs(cap.value - end.pin_wear_depth.value)
-    spread = (cap.standard_uncertainty or 0.0) + (end.pin_wear_depth.standard_uncertainty or 0.0)
-    if gap > max(3 * spread, 0.05 * cap.value):
-        yield Trouble(
-            "end_values",
-            f"found a pin wear depth of {end.pin_wear_depth.shown('um')} beside a scar whose cap is "
-            f"{cap.shown('um')} high; expected them to agree",
-            "measure again, or check both units",
-        )
-
-
-def _disc_end_values_agree(run: RawRun) -> Iterator[Trouble]:
-    """Compare the depth h₁ + h₂ of the one flat that both discs share, by depths, volumes and track widths."""
-    for (one, first), (other, second) in combinations(_disc_depths(run).items(), 2):
-        gap, spread = abs(first.value - second.value), math.hypot(_spread(first), _spread(second))
-        if gap > max(3 * spread, 0.2 * max(first.value, second.value)):
-            yield Trouble(
-                "end_values",
-                f"found both discs together worn by {first.shown('um')} going by {one}, and by {second.shown('um')} "
-                f"going by {other}; expected them to agree within 20 % on a flat that both discs share",
-                "measure again, measure both discs, or check the units",
-            )
-
-
-def _spread(quantity: Quantity) -> float:
-    return quantity.standard_uncertainty or 0.0
-
-
-def _disc_depths(run: RawRun) -> dict[str, Quantity]:
-    """Return h₁ + h₂, m, by each kind of end value; a disc on which nothing was measured counts as unworn."""
-    contact = run.manifest.twin_disc
-    try:
-        ends = [one for one in disc_measurements(run, DefaultUncertainty()) if one.interruption is None]
-        discs = disc_pair(contact, nominal_values(run.manifest), Recipe().wear.distance_per_rotation)
-        depths = {f"the {one.name}": _turned(one.quantity, discs.depth_of_width) for one in _those(ends, "track_width")}
-        for what, turned in (("wear_depth", lambda depth: depth), ("wear_volume", discs.depth_of_area)):
-            found = _those(ends, what)
-            if found and {one.disc for one in found} == {one.disc for one in ends}:
-                name = " and ".join(f"the {one.name}" for one in found)
-                depths[name] = _turned(_sum(found, contact), turned)
-    except (ContactError, FitError):
-        return {}
-    return depths
-
-
-def _those(ends: list[DiscMeasurement], what: str) -> list[DiscMeasurement]:
-    return [one for one in ends if one.what == what]
-
-
-def _sum(found: list[DiscMeasurement], contact: TwinDisc) -> Quantity:
-    """Add up depths, m, or the cross-sections V/(2πr) that volumes are, m²."""
-    radii = {
-        "curved_disc": contact.curved_disc.rolling_radius.value,
-        "flat_disc": contact.flat_disc.rolling_radius.value,
-    }
-    scales = [1 / (2 * math.pi * radii[one.disc]) if one.what == "wear_volume" else 1.0 for one in found]
-    value = sum(one.quantity.value * scale for one, scale in zip(found, scales, strict=True))
-    spread = math.hypot(*(_spread(one.quantity) * scale for one, scale in zip(found, scales, strict=True)))
-    return Quantity(value=value, unit="m^2" if found[0].what == "wear_volume" else "m", standard_uncertainty=spread)
-
-
-def _turned(given: Quantity, depth_of: Callable[[float], Column | float]) -> Quantity:
-    low, middle, high = (float(depth_of(max(0.0, given.value + step * _spread(given)))) for step in (-1, 0, 1))
-    return Quantity(value=middle, unit="m", standard_uncertainty=(high - low) / 2)
-
-
-@check("warning")
 def start_is_in_the_past(run: RawRun) -> Iterator[Trouble]:
     """Catch a wrong clock or a mistyped year."""
     started = run.manifest.started
@@ -224,11 +139,11 @@ def needed_for_a_wear_coefficient(run: RawRun) -> Iterator[Trouble]:
 
 def _needed_of_a_pin(run: RawRun) -> Iterator[Trouble]:
     end = run.manifest.end_values
-    if end.pin_wear_depth is None and end.pin_scar_diameter is None:
+    if all(getattr(end, name) in (None, ()) for name in get_args(PinWay)):
         yield Trouble(
             "end_values",
-            "found no wear of the pin; expected pin_wear_depth or pin_scar_diameter for a drift "
-            "correction and a wear coefficient",
+            "found no wear of the pin; expected pin_wear_depth or pin_scar_diameter, its volume, mass or profile, for "
+            "a drift correction and a wear coefficient",
             "add one if it was measured",
         )
     if "depth" not in run.columns:
@@ -238,9 +153,9 @@ def _needed_of_a_pin(run: RawRun) -> Iterator[Trouble]:
 
 
 def _needed_of_discs(run: RawRun) -> Iterator[Trouble]:
-    """Name what is missing of each disc, and profiles of which no volume can be taken."""
+    """Name what is missing of each disc."""
     parts = (run.manifest.end_values, *run.manifest.interruptions)
-    measured = {name for part in parts for name in type(part).model_fields if getattr(part, name) is not None}
+    measured = {name for part in parts for name in type(part).model_fields if getattr(part, name) not in (None, ())}
     if not any(name.startswith("curved_disc_") for name in measured):
         yield Trouble(
             "end_values",
@@ -254,13 +169,6 @@ def _needed_of_discs(run: RawRun) -> Iterator[Trouble]:
             "found no wear of the flat disc; expected some, or it is taken as not wearing, in the one-sided model",
             "add its depth, track width, volume or profile if it wore",
         )
-    crown = run.manifest.twin_disc.curved_disc.crown_radius.value
-    for where, profile in run.profiles.items():
-        try:
-            worn_area(profile, crown if "curved_disc" in where else None)
-        except FitError as error:
-            found, _, mend = str(error).removeprefix("profile: ").rpartition("; ")
-            yield Trouble(where, found, mend)
 
 
 @check("note")
@@ -291,6 +199,9 @@ def uncertainties_are_stated(run: RawRun) -> Iterator[Trouble]:
         )
 
 
+_STATED_WAYS = [name for name in (*get_args(PinWay), *get_args(DiscWay)) if not name.endswith("_profile")]
+
+
 def _pin_inputs(manifest: RunManifest) -> dict[str, Quantity | None]:
     load, end = {"conditions.normal_load": manifest.conditions.normal_load}, manifest.end_values
     if manifest.contact is None:
@@ -301,9 +212,7 @@ def _pin_inputs(manifest: RunManifest) -> dict[str, Quantity | None]:
         "contact.pin.radius": contact.pin.radius,
         "contact.pin.youngs_modulus": contact.pin.youngs_modulus,
         "contact.disc.youngs_modulus": contact.disc.youngs_modulus,
-        "end_values.pin_wear_depth": end.pin_wear_depth,
-        "end_values.pin_scar_diameter": end.pin_scar_diameter,
-        "end_values.disc_wear_depth": end.disc_wear_depth,
+        **{f"end_values.{name}": getattr(end, name) for name in _STATED_WAYS},
     }
 
 

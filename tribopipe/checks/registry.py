@@ -32,7 +32,7 @@ def check(severity: Severity) -> Callable[[Check], Check]:
 
 def check_run(run: RawRun) -> list[Finding]:
     """Run every check on a run and return what they found, errors first."""
-    from tribopipe.checks import documents, samples  # noqa: F401 - importing registers their checks
+    from tribopipe.checks import documents, end_values, samples  # noqa: F401 - importing registers their checks
 
     found = [
         Finding(severity=severity, check=name, where=trouble.where, message=trouble.message, remedy=trouble.remedy)

@@ -7,11 +7,16 @@ from typing import NamedTuple
 import numpy as np
 
 from tribopipe.checks.registry import Trouble, check
-from tribopipe.end_values import end_wear, stated_or_default
+from tribopipe.clean_up.cleaning import clean_run
+from tribopipe.end_values import end_wear
+from tribopipe.errors import FitError
+from tribopipe.measured import stated_or_default
+from tribopipe.records.clean_up import ContinuousAxes
 from tribopipe.records.manifest import PinOnDisc, RunManifest, TwinDisc
 from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import DefaultUncertainty
+from tribopipe.records.recipe import DefaultUncertainty, Recipe
 from tribopipe.records.signals import SIGNALS, SignalName
+from tribopipe.restarts import segments
 from tribopipe.run import Column, RawRun
 
 _FEWEST = 2
@@ -20,6 +25,12 @@ _GAP = 10.0
 _MOST_DRIFT = 5e-6
 """m: what a sensor may drift in a test without being wrong in sign or unit."""
 _AXES: tuple[SignalName, ...] = ("time", "rotations", "sliding_distance")
+_JOINED = Recipe(clean_up=(ContinuousAxes(carried_over="never"),))
+
+
+def _joined(run: RawRun, name: SignalName) -> Column:
+    """Return an axis as clean-up joins it where it restarts."""
+    return clean_run(run, _JOINED).run.columns[name]
 
 
 def _axes(run: RawRun) -> list[SignalName]:
@@ -61,7 +72,8 @@ def axis_is_complete(run: RawRun) -> Iterator[Trouble]:
     for name in _axes(run):
         values = run.columns[name]
         missing = np.flatnonzero(~np.isfinite(values))
-        if len(missing) > 0 and (run.origins[name] != "measured" or len(missing) < len(values)):
+        unrecorded = run.origins[name] == "unknown" or (run.origins[name] == "measured" and len(missing) == len(values))
+        if len(missing) > 0 and not unrecorded:
             source = "" if run.origins[name] == "measured" else f", {run.origins[name]}"
             yield Trouble(
                 name,
@@ -72,19 +84,19 @@ def axis_is_complete(run: RawRun) -> Iterator[Trouble]:
 
 @check("error")
 def axis_runs_forward(run: RawRun) -> Iterator[Trouble]:
-    """Refuse time or sliding distance that goes back, and rotations that are no count."""
+    """Refuse time or sliding distance that goes back, unless it begins anew, and rotations that are no count."""
     for name, values in _measured(run):
         if name not in _AXES:
             continue
         verdict = ", which is no count" if name == "rotations" else ""
-        below, back = np.flatnonzero(values < 0), np.flatnonzero(np.diff(values) < 0)
-        if len(back):
-            first = int(back[0])
+        below, back = np.flatnonzero(values < 0), segments(values).fault
+        if back is not None:
+            before = values[:back][np.isfinite(values[:back])][-1]
             yield Trouble(
                 name,
-                f"found {_shown(name, values[first + 1])} at sample {first + 2} after {_shown(name, values[first])}"
-                f"{verdict}; expected it to grow",
-                "cut the file where a new test or step begins",
+                f"found {_shown(name, values[back])} at sample {back + 1} after {_shown(name, before)}{verdict}; "
+                "expected it to grow, or to begin anew",
+                "delete rows that are out of order, or export again",
             )
         elif verdict and len(below):
             yield Trouble(
@@ -99,7 +111,7 @@ def axis_runs_forward(run: RawRun) -> Iterator[Trouble]:
 def axis_advances(run: RawRun) -> Iterator[Trouble]:
     """Refuse a run in which no time passes or no distance is slid."""
     for name in _axes(run):
-        values = run.columns[name]
+        values = _joined(run, name)
         if len(values) >= _FEWEST and np.all(np.isfinite(values)) and not values[-1] > values[0]:
             yield Trouble(
                 name,
@@ -108,16 +120,39 @@ def axis_advances(run: RawRun) -> Iterator[Trouble]:
             )
 
 
-@check("error")
+@check("warning")
+def distance_is_known(run: RawRun) -> Iterator[Trouble]:
+    """Say that nothing tells how far a pin slid."""
+    if run.origins["sliding_distance"] == "unknown":
+        yield Trouble(
+            "conditions",
+            "found neither a sliding distance nor a speed; expected one of them, without which friction has no course "
+            "and wear no rate",
+            "add sliding_speed, or track_radius and rotational_speed, or stroke and frequency",
+        )
+
+
+@check("note")
+def signals_need_no_clean_up(run: RawRun) -> Iterator[Trouble]:
+    """Say what clean-up will do to the signals, unless a recipe says otherwise."""
+    for change in clean_run(run).record.changes:
+        yield Trouble(
+            change.signal,
+            f"found signals to clean up: {change.what} ({change.why}); expected none",
+            f"the raw signal is kept; a recipe without {change.step!r} leaves it so",
+        )
+
+
+@check("warning")
 def load_presses(run: RawRun) -> Iterator[Trouble]:
-    """Refuse a measured load that pulls: its sign is the sensor's, not the contact's."""
+    """Find a measured load that pulls: its sign is the sensor's, not the contact's."""
     apart = ", at which the discs do not touch" if run.manifest.rolls else ""
     load = run.columns.get("normal_force")
     if load is not None and np.any(np.isfinite(load)) and np.nanmedian(load) <= 0:
         yield Trouble(
             "normal_force",
             f"found a median of {_shown('normal_force', np.nanmedian(load))}{apart}; expected a load above zero",
-            "export with the sign of a pressing load, or leave the signal out",
+            "clean-up turns it over where it pulls; export with the sign of a pressing load, or leave the signal out",
         )
 
 
@@ -236,7 +271,9 @@ def _course(manifest: RunManifest) -> _Course:
 def interruptions_lie_within_the_run(run: RawRun) -> Iterator[Trouble]:
     """Refuse an interruption after the end of the test: what it measured would stand where there is no curve."""
     course = _course(run.manifest)
-    end = float(np.nanmax(run.columns[course.axis]))
+    if not run.manifest.interruptions or run.origins[course.axis] == "unknown":
+        return
+    end = float(np.nanmax(_joined(run, course.axis)))
     for number, stop in enumerate(run.manifest.interruptions):
         if stop.place > end:
             yield Trouble(
@@ -261,7 +298,7 @@ def depth_is_plausible(run: RawRun) -> Iterator[Trouble]:
             f"{Quantity(value=radius.value, unit='m').shown('um')}",
             "check the column's unit",
         )
-    seen, total = depth[np.isfinite(depth)], _lost(run.manifest)
+    seen, total = depth[np.isfinite(depth)], _lost(run)
     rise = float(seen[-1] - seen[0])
     started_anew = any(stop.remounted for stop in run.manifest.interruptions)
     if total is not None and not started_anew and abs(rise - total.value) > max(0.5 * total.value, _MOST_DRIFT):
@@ -281,11 +318,14 @@ def _worn_radius(manifest: RunManifest) -> tuple[str, Quantity | None]:
     return "pin radius", None if contact is None else contact.pin.radius
 
 
-def _lost(manifest: RunManifest) -> Quantity | None:
+def _lost(run: RawRun) -> Quantity | None:
     """Return the depth that both bodies have lost at the end, m; none where that was not measured."""
-    end, contact = manifest.end_values, manifest.contact
-    if isinstance(contact, PinOnDisc):
-        wear = end_wear(end, contact.pin.radius.value, DefaultUncertainty())
+    end = run.manifest.end_values
+    if isinstance(run.manifest.contact, PinOnDisc):
+        try:
+            wear = end_wear(run, DefaultUncertainty())
+        except FitError:
+            return None
         return None if wear is None else wear.total
     if end.curved_disc_wear_depth is None or end.flat_disc_wear_depth is None:
         return None
@@ -296,9 +336,9 @@ def _lost(manifest: RunManifest) -> Quantity | None:
 def distance_is_the_planned_one(run: RawRun) -> Iterator[Trouble]:
     """Find tests that were broken off, and speeds that do not fit time and distance, or rotations."""
     course = _course(run.manifest)
-    time, axis = run.columns["time"], run.columns[course.axis]
+    time, axis = _joined(run, "time"), _joined(run, course.axis)
     reached = float(axis[-1]) if len(axis) else 0.0
-    if course.planned is not None and not 0.95 <= reached / course.planned <= 1.05:
+    if course.planned is not None and np.isfinite(reached) and not 0.95 <= reached / course.planned <= 1.05:
         yield Trouble(
             course.axis,
             f"found {course.far(reached)} at the end; expected the planned {course.far(course.planned)}",
@@ -325,5 +365,6 @@ def axis_starts_at_zero(run: RawRun) -> Iterator[Trouble]:
             yield Trouble(
                 name,
                 f"found {_shown(name, values[0])} at the first sample; expected a start near zero",
-                "subtract the start if the counter was carried over from an earlier test",
+                "clean-up takes the start off where another axis tells that it was carried over from an earlier test; "
+                'else say carried_over = "always" in the recipe, or record from the start',
             )

@@ -7,6 +7,15 @@ import typer
 
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archived_ids, load_archive
 from tribopipe.cli.output import exit_with, print_json, record_json, say, table
+from tribopipe.cli.profiles import (
+    HeightUnit,
+    Plot,
+    PositionUnit,
+    ProfileOptions,
+    Radius,
+    show_profile_file,
+    show_run_profiles,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -66,8 +75,10 @@ def _line(run: _Listed) -> dict[str, Any]:
 
 
 _SHORT: "dict[StepName, str]" = {
+    "clean_up": "clean-up",
     "drift_correction": "drift",
     "friction_fit": "friction",
+    "specific_wear": "specific wear",
     "wear_fit_archard": "Archard",
     "wear_fit_sarkar": "Sarkar",
     "prediction_archard": "predicted by Archard",
@@ -91,22 +102,42 @@ def _row(run: _Listed, *, marked: bool) -> list[str]:
 
 
 def show(
-    run_id: Annotated[str, typer.Argument(help="Id of an archived run.", metavar="ID", autocompletion=archived_ids)],
+    run_id: Annotated[
+        str,
+        typer.Argument(
+            help="Id of an archived run, or a file with a profile.", metavar="ID|FILE", autocompletion=archived_ids
+        ),
+    ],
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    plot: Plot = False,
+    radius: Radius = None,
+    position_unit: PositionUnit = None,
+    height_unit: HeightUnit = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show what the archive holds of one run."""
+    """Show what the archive holds of one run, or the wear track in a profile."""
+    if Path(run_id).is_file() and not (archive / f"{run_id}.h5").exists():
+        asked = ProfileOptions(plot, radius, position_unit, height_unit)
+        show_profile_file(Path(run_id), asked, as_json=as_json)
+        return
+    _show_run(load_archive(archive), run_id, plot=plot, as_json=as_json)
+
+
+def _show_run(store: "Archive", run_id: str, *, plot: bool, as_json: bool) -> None:
     from tribopipe.cli.summary import run_summary
 
-    store = load_archive(archive)
     if as_json:
         findings = [record_json(finding) for finding in store.findings(run_id)]
         manifest, steps = record_json(store.manifest(run_id)), store.step_names(run_id)
         marks = [record_json(mark) for mark in store.marks(run_id)]
         told = {"manifest": manifest, "findings": findings, "steps": steps, "marks": marks}
+        if plot:
+            told["profiles"] = show_run_profiles(store, run_id)
         print_json(run_summary(store, run_id) | told)
         return
     _show_page(store, run_id)
+    if plot:
+        show_run_profiles(store, run_id)
 
 
 def _show_page(store: "Archive", run_id: str) -> None:
@@ -122,6 +153,7 @@ def _show_page(store: "Archive", run_id: str) -> None:
         say(f"\n{step.name} (tribopipe {step.program_version}, {step.date})")
         say(f"  {step.result}")
         _show_fit(step)
+        _show_wear(step)
     say(f"\n{store.path(run_id)}")
 
 
@@ -141,6 +173,27 @@ def _show_fit(step: "Step") -> None:
     if fit.joint is not None:
         say(f"  drift and wear in one fit: {fit.joint}")
     _show_budget("k_D", fit.budget)
+
+
+def _show_wear(step: "Step") -> None:
+    """Show what each end value says of the wear of its body."""
+    from tribopipe.records.specific_wear import SpecificWear
+
+    if isinstance(step.result, SpecificWear) and step.result.bodies:
+        measured = [(name, one) for name, body in step.result.bodies.items() for one in body.measured]
+        table(
+            "  wear by each end value",
+            ["body", "by", "depth", "volume"],
+            [
+                [
+                    name.replace("_", " "),
+                    one.by,
+                    "–" if one.depth is None else one.depth.shown("um"),
+                    "–" if one.volume is None else one.volume.shown("mm^3"),
+                ]
+                for name, one in measured
+            ],
+        )
 
 
 def _show_budget(what: str, budget: "Sequence[Contribution]") -> None:

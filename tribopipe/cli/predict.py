@@ -246,11 +246,12 @@ def _folder(run: Path, asked: _Asked) -> _Subject:
 
 
 def _measured_friction(run: Path, recipe: "Recipe") -> "FrictionPath | None":
+    from tribopipe.clean_up.cleaning import clean_run
     from tribopipe.friction import fit_friction
     from tribopipe.ingest.harmonise import read_run
     from tribopipe.wear.friction_path import run_path
 
-    read = read_run(run)
+    read = clean_run(read_run(run), recipe).run
     return run_path(read, fit_friction(read, recipe.friction), recipe.wear.friction)
 
 
@@ -260,7 +261,7 @@ def _archived(store: "Archive", run_id: str, asked: _Asked) -> _Subject:
     from tribopipe.pipeline import archived_fit, archived_friction
     from tribopipe.wear.friction_path import run_path
 
-    raw, fit, path = store.raw(run_id), None, None
+    run, fit, path = store.cleaned(run_id), None, None
     if not asked.coefficients:
         fit = archived_fit(store, run_id, asked.law)
         if fit.outcome == "not fitted":
@@ -268,10 +269,10 @@ def _archived(store: "Archive", run_id: str, asked: _Asked) -> _Subject:
                 f"{run_id}: found no k_D; the run lacks {' and '.join(fit.lacks)}; give one with --wear-coefficient"
             )
     if asked.law == "sarkar":
-        found = run_path(raw, archived_friction(store, run_id), asked.recipe.wear.friction)
+        found = run_path(run, archived_friction(store, run_id), asked.recipe.wear.friction)
         path = _parse_friction(asked.friction) if asked.friction else found
-    axis = raw.columns["rotations"] if raw.manifest.rolls else raw.sliding_distance
-    return _Subject(raw.manifest, raw, fit, path, float(axis[-1]))
+    axis = run.columns["rotations"] if run.manifest.rolls else run.sliding_distance
+    return _Subject(run.manifest, run, fit, path, float(axis[-1]))
 
 
 def _predict_pin(subject: _Subject, asked: _Asked, reference: str | None) -> "WearPrediction":

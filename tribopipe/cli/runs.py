@@ -8,6 +8,7 @@ import typer
 
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, Force, RecipeFile, load_archive, load_recipe
 from tribopipe.cli.output import FAILED, finish, print_json, progress, record_json, say, table
+from tribopipe.cli.steps import say_clean_up
 
 if TYPE_CHECKING:
     from tribopipe.pipeline import Outcome
@@ -120,6 +121,7 @@ def process(
             if outcome.status == "done" and outcome.stage != "study":
                 changed.add(outcome.run_id)
             _say_warnings(outcome)
+            say_clean_up(outcome)
             _say_doubts(outcome)
     archived = (outcome for outcome in outcomes if outcome.stage == "ingest" and outcome.status != "failed")
     ids = list(dict.fromkeys(outcome.run_id for outcome in archived))

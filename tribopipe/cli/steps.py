@@ -36,11 +36,12 @@ def correct_drift(
     from tribopipe import pipeline
 
     store, how = load_archive(archive), load_recipe(recipe)
-    outcomes = _each(
-        chosen_ids(store, ids),
-        "drift_correction",
-        lambda run_id: [pipeline.correct_archived_drift(store, run_id, how, force=force)],
-    )
+
+    def advance(run_id: str) -> "Iterable[Outcome]":
+        say_clean_up(pipeline.clean_archived(store, run_id, how))
+        yield pipeline.correct_archived_drift(store, run_id, how, force=force)
+
+    outcomes = _each(chosen_ids(store, ids), "drift_correction", advance)
     if as_json:
         print_json(
             {"runs": [{"id": outcome.run_id} | record_json(outcome.result) for outcome in outcomes if outcome.result]}
@@ -68,8 +69,10 @@ def fit(
         return
 
     def advance(run_id: str) -> "Iterable[Outcome]":
+        say_clean_up(pipeline.clean_archived(store, run_id, how))
         yield pipeline.correct_archived_drift(store, run_id, how)
         yield pipeline.fit_archived_friction(store, run_id, how, force=force)
+        yield pipeline.evaluate_archived_wear(store, run_id, how, force=force)
         yield pipeline.fit_archived_wear(store, run_id, model, how, force=force)
 
     outcomes = _each(chosen_ids(store, ids), "wear_fit", advance)
@@ -108,6 +111,14 @@ def _each(
                 outcomes.append(Outcome(run_id, stage, "failed", error=error))
             moved(run_id)
     return outcomes
+
+
+def say_clean_up(outcome: "Outcome") -> None:
+    """Say what a clean-up has changed just now, if anything."""
+    from tribopipe.records.clean_up import CleanUp
+
+    if outcome.status == "done" and isinstance(outcome.result, CleanUp) and outcome.result.changes:
+        say(f"{outcome.run_id}: {outcome.result}")
 
 
 def tell(outcome: "Outcome") -> None:

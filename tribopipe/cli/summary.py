@@ -4,12 +4,13 @@ from typing import Any
 
 from tribopipe.archive.steps import PREDICTIONS, WEAR_FITS, Step, StepName
 from tribopipe.archive.store import Archive
-from tribopipe.cli.output import record_json, split_table
+from tribopipe.cli.output import record_json, split_table, table
 from tribopipe.motion import slip
 from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction, spoken
 from tribopipe.records.manifest import DISCS
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
+from tribopipe.records.specific_wear import SpecificWear
 from tribopipe.units import pretty, show
 
 K_D = "mm^3/(N*mm)"
@@ -21,9 +22,11 @@ def run_summary(archive: Archive, run_id: str) -> dict[str, Any]:
     drift, friction = _result(steps, "drift_correction"), _result(steps, "friction_fit")
     return {
         "id": run_id,
+        "clean_up": record_json(_result(steps, "clean_up")),
         "drift_rate": record_json(getattr(drift, "drift_rate", None)),
         "end_wear_depth": record_json(getattr(drift, "end_wear_depth", None)),
         "friction": record_json(friction),
+        "specific_wear": record_json(_result(steps, "specific_wear")),
         "wear_fits": {law: record_json(_result(steps, name)) for law, name in WEAR_FITS.items()},
         "predictions": {law: record_json(_result(steps, name)) for law, name in PREDICTIONS.items()},
     }
@@ -44,6 +47,34 @@ def show_summaries(archive: Archive, ids: list[str]) -> None:
     if discs:
         title = "Two discs: k_D in mm³/(N·mm) and volume worn off in mm³, of the curved and the flat disc"
         split_table(title, _DISC_COLUMNS, [row for run_id in discs for row in _disc_rows(archive, run_id)], at=6)
+
+    worn = [row for run_id in ids for row in _wear_rows(archive, run_id)]
+    if worn:
+        table("Specific wear rate, by the end values", _WEAR_COLUMNS, worn)
+
+
+_WEAR_COLUMNS = ("run", "body", "depth, µm", "volume, mm³", "by", "load, N", "distance, m", "rate, mm³/(N·m)")
+
+
+def _wear_rows(archive: Archive, run_id: str) -> list[list[str]]:
+    """Return a row for each body of which a volume is known; what belongs to the run stands in each."""
+    found = _result(archive.steps(run_id), "specific_wear")
+    if not isinstance(found, SpecificWear):
+        return []
+    return [
+        [
+            run_id,
+            name.replace("_", " "),
+            _cell(body.depth, "um"),
+            _cell(body.volume, "mm^3"),
+            body.volume_by or "–",
+            _cell(found.normal_load, "N"),
+            _cell(found.sliding_distance, "m"),
+            _cell(body.specific_wear_rate, "mm^3/(N*m)"),
+        ]
+        for name, body in found.bodies.items()
+        if body.volume is not None
+    ]
 
 
 _PIN_COLUMNS = (
@@ -84,7 +115,7 @@ def _disc_rows(archive: Archive, run_id: str) -> list[list[str]]:
     volumes = {name: getattr(manifest.end_values, f"{name}_wear_volume") for name in DISCS}
     reference = next((p.reference for p in predictions if isinstance(p, TwinDiscPrediction)), None)
     fitted = any(isinstance(fit, TwinDiscFit) and fit.outcome == "fitted" for fit in fits)
-    rotations = float(archive.raw(run_id).columns["rotations"][-1])
+    rotations = float(archive.cleaned(run_id).columns["rotations"][-1])
     about = [
         run_id,
         show(slip(manifest).value, None, "1", "%"),

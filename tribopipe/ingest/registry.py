@@ -15,6 +15,12 @@ from tribopipe.run import SourceFile
 
 GROUP = "tribopipe.readers"
 _CONFIDENT = 0.5
+_PLAIN = "delimited"
+"""Reader that takes what is a table at all, so that it knows best what a file lacks."""
+_KNOWN = (
+    "; expected one of the formats that `tribopipe formats list` tells; name it as reader, describe it in a reader "
+    "profile, or export the file as a plain table"
+)
 _HOLD: dict[Holds, str] = {"signals": "signals of a test", "profile": "a profile"}
 _MEND: dict[Holds, str] = {
     "signals": "name it under [[signals]] in run.toml",
@@ -85,11 +91,9 @@ def chosen(source: SourceFile, found: Sequence[Judged]) -> list[Judged]:
         )
     sure = [one for one in found if is_sure(one.match)]
     if not sure:
-        near = [f", the nearest being {one.name} ({match.why})" for one, match in found[:1] if match.confidence]
-        raise ReaderError(
-            f"{source.name}: found no known format{''.join(near)}; expected one of those that `tribopipe formats list` "
-            "tells; name it as reader, describe it in a reader profile, or export the file as a plain table"
-        )
+        why = next((match.why for reader, match in found if reader.name == _PLAIN), "nothing reads it")
+        remedy = "" if "; " in why else _KNOWN
+        raise ReaderError(f"{source.name}: found no known format, and as a plain table: {why}{remedy}")
     best = [reader.name for reader, match in sure if match.confidence == sure[0].match.confidence]
     if len(best) > 1:
         raise ReaderError(

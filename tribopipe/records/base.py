@@ -9,6 +9,7 @@ from types import UnionType
 from typing import Any, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic.fields import FieldInfo
 
 from tribopipe.errors import ManifestError, did_you_mean
 
@@ -106,7 +107,8 @@ def _key(name: str) -> str:
 def _sentence(problem: Any, location: tuple[int | str, ...], record: type[Record]) -> str:
     kind, found = problem["type"], problem["input"]
     if kind == "extra_forbidden":
-        return f"unknown key; {did_you_mean(str(location[-1]), _keys_at(record, location[:-1]))}"
+        # A key that is none here may be one of another member of a union.
+        return f"unknown key; {did_you_mean(str(location[-1]), _keys_at(record, location[:-1]) - {location[-1]})}"
     if kind == "missing":
         return "missing; add this key"
     context = problem.get("ctx", {})
@@ -115,7 +117,8 @@ def _sentence(problem: Any, location: tuple[int | str, ...], record: type[Record
         return f"unknown key; {did_you_mean(str(found), known)}"
     if kind in ("union_tag_invalid", "union_tag_not_found", "literal_error"):
         expected = context.get("expected_tags") or context.get("expected", "")
-        named = found.get("kind", found) if isinstance(found, Mapping) else found
+        tag = context.get("discriminator", "").strip("'")
+        named = found.get(tag, found) if isinstance(found, Mapping) else found
         return f"found {_brief(named)}; expected {expected or 'a known kind'}"
     message = str(problem["msg"]).removeprefix("Value error, ").removeprefix("Assertion failed, ")
     if kind == "value_error":
@@ -151,10 +154,18 @@ def _union_tags(record: type[Record]) -> set[str]:
         seen.add(model)
         for field in model.model_fields.values():
             queue += _models(field.annotation)
-            if field.discriminator and isinstance(field.discriminator, str):
-                for choice in _models(field.annotation):
-                    tags.update(get_args(choice.model_fields[field.discriminator].annotation))
+            for told, union in [(field, field.annotation), *_annotated(field.annotation)]:
+                if isinstance(told.discriminator, str):
+                    for choice in _models(union):
+                        tags.update(get_args(choice.model_fields[told.discriminator].annotation))
     return tags
+
+
+def _annotated(annotation: Any) -> list[tuple[FieldInfo, Any]]:
+    """Return what is said of the types within a type, such as the members of a tuple."""
+    inner = get_args(annotation)
+    here = [(told, inner[0]) for told in inner[1:] if isinstance(told, FieldInfo)]
+    return here + [found for one in inner for found in _annotated(one)]
 
 
 def _keys_at(record: type[Record], location: tuple[int | str, ...]) -> set[str]:

@@ -5,7 +5,8 @@ from typing import Literal
 from pydantic import Field
 
 from tribopipe.records.base import Record
-from tribopipe.records.quantity import Length, Position
+from tribopipe.records.clean_up import AUTOMATIC, CleaningStep
+from tribopipe.records.quantity import Length, Mass, Position
 
 LawName = Literal["archard", "sarkar"]
 FrictionSource = Literal["fitted", "measured"]
@@ -70,12 +71,18 @@ class DefaultUncertainty(Record):
     """Relative: of the slip itself."""
     wear_volume: float = Field(default=0.1, ge=0)
     """Relative."""
+    density: float = Field(default=0.005, ge=0)
+    """Relative, for each body."""
+    track_radius: float = Field(default=0.01, ge=0)
+    """Relative: of the circle that a pin slides on, or of its stroke."""
     track_width: Length = Field(default_factory=lambda: _length(2e-6))
     """Absolute: about what an optical microscope resolves."""
     pin_scar_diameter: Length = Field(default_factory=lambda: _length(2e-6))
     """Absolute: about what an optical microscope resolves."""
     wear_depth: Length = Field(default_factory=lambda: _length(250e-9))
     """Absolute: the discrepancy the paper found at most."""
+    mass_loss: Mass = Field(default_factory=lambda: _mass(1e-7))
+    """Absolute: 0.1 mg, about what an analytical balance repeats."""
 
 
 class MonteCarloRecipe(Record):
@@ -93,11 +100,19 @@ def _length(metres: float) -> Length:
     return Quantity(value=metres, unit="m")
 
 
+def _mass(kilograms: float) -> Mass:
+    from tribopipe.records.quantity import Quantity
+
+    return Quantity(value=kilograms, unit="kg")
+
+
 class Recipe(Record):
     """How runs are processed, from drift correction to prediction."""
 
     schema_version: Literal["tribopipe.recipe/1"] = Field(default="tribopipe.recipe/1", alias="schema")
     """Version of this document."""
+    clean_up: tuple[CleaningStep, ...] = AUTOMATIC
+    """Steps by which signals are cleaned up, in order; an empty list leaves them as they were recorded."""
     drift: DriftRecipe = DriftRecipe()
     """Drift correction."""
     friction: FrictionRecipe = FrictionRecipe()

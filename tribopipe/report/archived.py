@@ -32,11 +32,11 @@ def save_run_figures(archive: Archive, run_id: str, suffix: str = ".png") -> lis
         return []
     corrected, friction = archived_correction(archive, run_id), archived_friction(archive, run_id)
     figures: dict[str, Figure] = {}
-    if "depth" in corrected.raw.columns:
+    if "depth" in corrected.run.columns:
         figures["depth"] = plot_depth(corrected)
     if friction is not None and friction.outcome != "none":
-        figures["friction"] = plot_friction(corrected.raw, friction)
-    draw_wear = _disc_figures if corrected.raw.manifest.rolls else _pin_figures
+        figures["friction"] = plot_friction(corrected.run, friction)
+    draw_wear = _disc_figures if corrected.run.manifest.rolls else _pin_figures
     figures |= draw_wear(corrected, archive.steps(run_id))
     written = []
     for what, figure in figures.items():
@@ -61,7 +61,7 @@ def _disc_figures(corrected: CorrectedRun, steps: Mapping[StepName, Step]) -> "d
     if not fits:
         return {}
     return {
-        "wear": plot_disc_wear(corrected.raw, fits, predictions),
+        "wear": plot_disc_wear(corrected.run, fits, predictions),
         "contact": plot_disc_contact(corrected, fits[0]),
     }
 

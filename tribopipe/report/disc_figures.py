@@ -16,6 +16,7 @@ from tribopipe.records.disc_results import FittedValue, TwinDiscFit, TwinDiscPre
 from tribopipe.records.manifest import DISCS, DiscName
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.results import COVERAGE_FACTOR
+from tribopipe.report.decimation import thinned
 from tribopipe.report.figures import (
     BLACK,
     FITTED_STYLES,
@@ -28,7 +29,6 @@ from tribopipe.report.figures import (
     RED,
     finish,
     styled,
-    thinned,
 )
 from tribopipe.report.layout import TWO_COLUMNS, in_columns
 from tribopipe.report.numbers import COEFFICIENT_UNIT, course, power_of, powered_axis, turned
@@ -221,7 +221,7 @@ def plot_disc_contact(corrected: CorrectedRun, curves: DiscCurves) -> "Figure":
 
     The depth signal, corrected, stands beside the depth of both discs.
     """
-    run = corrected.raw
+    run = corrected.run
     along, label = course(run)
     figure, axes = _four(6.3)
     if corrected.wear_depth is not None:

@@ -15,7 +15,8 @@ from tribopipe.files import replacing
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName
 from tribopipe.records.results import COVERAGE_FACTOR, FrictionFit, WearFit, WearPrediction
-from tribopipe.report.numbers import course, slid
+from tribopipe.report.decimation import thinned
+from tribopipe.report.numbers import course, slid, slide
 from tribopipe.run import Column, CorrectedRun, RawRun
 from tribopipe.units import axis, from_si, interval_from_si
 from tribopipe.wear.curves import LawCurve
@@ -32,7 +33,6 @@ LAW_COLOURS: dict[LawName, str] = {"archard": _BLUE, "sarkar": ORANGE}
 FITTED_STYLES: dict[LawName, str] = {"archard": "-", "sarkar": "--"}
 LAW_STYLES: dict[LawName, str] = {"archard": "-.", "sarkar": ":"}
 LAW_NAMES: dict[LawName, str] = {"archard": "Archard", "sarkar": "Sarkar"}
-_MOST_POINTS = 1500
 STYLE: Any = {
     "font.size": 9,
     "axes.spines.top": False,
@@ -64,24 +64,10 @@ def styled(plot: "Callable[P, Figure]", style: Any = STYLE) -> "Callable[P, Figu
     return drawn
 
 
-def thinned(x: Column, y: Column) -> tuple[Column, Column]:
-    """Keep the lowest and the highest sample of each of many short stretches, so that a line looks the same."""
-    seen = np.isfinite(x) & np.isfinite(y)
-    x, y = x[seen], y[seen]
-    stretches = _MOST_POINTS // 2
-    if len(x) <= 2 * stretches:
-        return x, y
-    kept = {0, len(x) - 1}
-    for part in np.array_split(np.arange(len(x)), stretches):
-        kept |= {int(part[np.argmin(y[part])]), int(part[np.argmax(y[part])])}
-    order = sorted(kept)
-    return x[order], y[order]
-
-
 @styled
 def plot_depth(corrected: CorrectedRun) -> "Figure":
     """Draw the depth reading, what drift adds to it, and the corrected wear with the end value."""
-    run, correction = corrected.raw, corrected.correction
+    run, correction = corrected.run, corrected.correction
     figure, axes = _panels(1)
     ax = axes[0]
     along, label = course(run)
@@ -132,7 +118,7 @@ def _both(run: RawRun) -> str:
 def plot_friction(run: RawRun, fit: FrictionFit) -> "Figure":
     """Draw the friction coefficient with Eq. 7 as fitted, and the residuals."""
     figure, (ax, below) = _panels(2)
-    distance, path = run.sliding_distance, fitted_path(fit)
+    (distance, label), path = slide(run), fitted_path(fit)
     mu = run.columns.get("friction_coefficient", np.full_like(distance, np.nan))
     ax.plot(*thinned(distance, mu), color=GREY, lw=0.6, label="measured")
     if path is not None and fit.window is not None:
@@ -146,7 +132,7 @@ def plot_friction(run: RawRun, fit: FrictionFit) -> "Figure":
     below.set_ylabel("residual of µ")
     ax.set_ylabel("friction coefficient µ")
     finish(ax, f"{run.id}: friction", _friction_words(fit))
-    below.set_xlabel(slid(run))
+    below.set_xlabel(label)
     figure.legend(loc="outside lower center", ncols=2)
     return figure
 
@@ -168,7 +154,7 @@ def _friction_words(fit: FrictionFit) -> str:
 def plot_wear(corrected: CorrectedRun, fits: Sequence[LawCurve], predictions: Sequence[LawCurve] = ()) -> "Figure":
     """Draw the pin's wear with the fitted laws, their residuals, and predictions from another run, with 95 % bands."""
     figure, (ax, below) = _panels(2)
-    run, wear, distance = corrected.raw, corrected.pin_wear_depth, corrected.raw.sliding_distance
+    run, wear, distance = corrected.run, corrected.pin_wear_depth, corrected.run.sliding_distance
     if wear is not None:
         ax.plot(*_micro(*thinned(distance, wear)), color=GREY, lw=0.8, label="pin wear, corrected")
     for curve in fits:
@@ -198,7 +184,7 @@ def _mark_end(ax: "Axes", corrected: CorrectedRun) -> None:
     if end is not None:
         spread = COVERAGE_FACTOR * interval_from_si(end.standard_uncertainty or 0.0, "m", "um")
         ax.errorbar(
-            corrected.raw.sliding_distance[-1],
+            corrected.run.sliding_distance[-1],
             from_si(end.value, "m", "um"),
             yerr=spread,
             fmt="o",

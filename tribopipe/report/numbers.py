@@ -63,8 +63,10 @@ def turned(rotations: Column) -> tuple[Column, str]:
 
 def course(run: RawRun) -> tuple[Column, str]:
     """Return what wear is drawn against, and its label: sliding distance, or rotations of the curved disc."""
-    return (
-        turned(run.columns["rotations"])
-        if run.manifest.rolls
-        else (run.sliding_distance, slid(run))
-    )
+    return turned(run.columns["rotations"]) if run.manifest.rolls else slide(run)
+
+
+def slide(run: RawRun) -> tuple[Column, str]:
+    """Return what friction is drawn against, and its label: sliding distance, or time where nothing tells distance."""
+    known = run.origins["sliding_distance"] != "unknown"
+    return (run.sliding_distance, slid(run)) if known else (run.columns["time"], axis("time", "s"))

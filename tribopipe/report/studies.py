@@ -73,5 +73,5 @@ def _disc_wear(stored: StoredStudy, result: TwinDiscStudyResult) -> "dict[str, F
 
 def _measured(runs: Sequence[Member]) -> Mapping[str, tuple[Column, Column]]:
     """Return the corrected wear of the pins; a fit that finds drift with k_D has its own, which the study holds."""
-    curves = {run.id: (run.corrected.raw.sliding_distance, run.corrected.pin_wear_depth) for run in runs}
+    curves = {run.id: (run.corrected.run.sliding_distance, run.corrected.pin_wear_depth) for run in runs}
     return {run_id: (distance, depth) for run_id, (distance, depth) in curves.items() if depth is not None}

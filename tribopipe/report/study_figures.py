@@ -15,7 +15,8 @@ from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName
 from tribopipe.records.results import COVERAGE_FACTOR, FrictionFit
 from tribopipe.records.verdict import LawResult, RunVerdict, StudyResult
-from tribopipe.report.figures import BLACK, GREY, PALETTE, thinned
+from tribopipe.report.decimation import thinned
+from tribopipe.report.figures import BLACK, GREY, PALETTE
 from tribopipe.report.layout import TWO_COLUMNS, grid, in_columns, label_outer, letter
 from tribopipe.report.numbers import (
     COEFFICIENT_UNIT,
@@ -169,8 +170,8 @@ def plot_study_friction(runs: Sequence[Member]) -> "Figure":
     shown = [(run, run.friction) for run in runs if run.friction is not None and run.friction.outcome != "none"]
     if not shown:
         raise ValueError("found no run with friction; expected at least one")
-    shown.sort(key=lambda one: _place(one[0].corrected.raw))
-    names = _told_apart({run.id: _conditions(run.corrected.raw) for run, _ in shown})
+    shown.sort(key=lambda one: _place(one[0].corrected.run))
+    names = _told_apart({run.id: _conditions(run.corrected.run) for run, _ in shown})
     figure, axes = grid(len(shown), 1)
     for number, (ax, (run, fit)) in enumerate(zip(axes, shown, strict=True)):
         _draw_friction(ax, run, fit)
@@ -178,14 +179,14 @@ def plot_study_friction(runs: Sequence[Member]) -> "Figure":
     low, high = axes[0].get_ylim()
     # Room for the parameters above all samples.
     axes[0].set_ylim(low, low + (high - low) / 0.76)
-    label_outer(axes, slid(shown[0][0].corrected.raw), "friction coefficient µ")
+    label_outer(axes, slid(shown[0][0].corrected.run), "friction coefficient µ")
     handles = {label: line for ax in axes for line, label in zip(*ax.get_legend_handles_labels(), strict=True)}
     figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3)
     return figure
 
 
 def _draw_friction(ax: "Axes", run: Member, fit: FrictionFit) -> None:
-    raw, path = run.corrected.raw, fitted_path(fit)
+    raw, path = run.corrected.run, fitted_path(fit)
     distance = raw.sliding_distance
     mu = raw.columns.get("friction_coefficient", np.full_like(distance, np.nan))
     ax.plot(*thinned(distance, mu), color=GREY, lw=0.4, label="measured")

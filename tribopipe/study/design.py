@@ -10,9 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tribopipe.end_values import EndValueUsed, EndWear
 from tribopipe.errors import ContactError, FitError
-from tribopipe.geometry import cap_radius
 from tribopipe.records.design import Design, Lever
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName
@@ -131,7 +129,7 @@ def at_length(problem: WearProblem, coefficient: float, length: float) -> WearPr
         trace=replace(problem.trace, slid=problem.trace.slid * length),
     )
     end = float(longer.depth(coefficient, values, np.asarray([longer.trace.slid]))[0])
-    wear = _grown(problem.end, end)
+    wear = problem.end.grown(end)
     share = 1 + (wear.disc.quantity.value / end if wear.disc is not None else 0.0)
     # Windows are a share of the distance: they hold as many more samples.
     scale, zero = values["depth_scale"], _better(problem.trace.zero_offset, length)
@@ -154,20 +152,3 @@ def at_length(problem: WearProblem, coefficient: float, length: float) -> WearPr
 def _better(reading: Quantity, length: float) -> Quantity:
     """Return a reading that is the mean of ``length`` times as many samples."""
     return reading.model_copy(update={"standard_uncertainty": (reading.standard_uncertainty or 0.0) / length**0.5})
-
-
-def _grown(end: EndWear, depth: float) -> EndWear:
-    """Return the end values of a pin worn to another depth, the disc's in proportion, as uncertain as before."""
-    measured = 2 * float(cap_radius(height=depth, sphere_radius=end.pin_radius)) if _is_scar(end) else depth
-    disc = None
-    if end.disc is not None:
-        disc = _with_value(end.disc, end.disc.quantity.value * depth / end.pin_depth.value)
-    return EndWear(_with_value(end.pin, measured), disc, end.pin_radius)
-
-
-def _is_scar(end: EndWear) -> bool:
-    return end.pin.name == "pin_scar_diameter"
-
-
-def _with_value(used: EndValueUsed, value: float) -> EndValueUsed:
-    return replace(used, quantity=used.quantity.model_copy(update={"value": value}))

@@ -217,7 +217,7 @@ class _Law:
         run, problem = draws.run, draws.run.problem
         self.curves += _curves(self.law, role, draws, best, coefficients)
         discs = [self._disc(disc, draws, best, coefficients) for disc in self.discs if run.rows_of(disc)]
-        manifest = run.member.corrected.raw.manifest
+        manifest = run.member.corrected.run.manifest
         verdict = TwinDiscVerdict(
             id=run.member.id,
             role=role,
@@ -272,7 +272,7 @@ class _Law:
 
 def posed_discs(member: Member, law: LawName, recipe: Recipe) -> PosedDiscs:
     """Pose the fit of a law to a run. Raises ``FitError`` where the run lacks something for it."""
-    problem = disc_problem(member.corrected.raw, law, member.friction, recipe)
+    problem = disc_problem(member.corrected.run, law, member.friction, recipe)
     if not isinstance(problem, DiscProblem):
         raise FitError(
             f"{member.id}: found a run that lacks {' and '.join(problem)}; expected end values and, for Sarkar's law, "

@@ -43,7 +43,7 @@ class EffectiveCoefficient:
 
 def effective_coefficient(run: PosedRun, seed: int = 1) -> EffectiveCoefficient | None:
     """Return k_eff along a run; none where no friction was measured."""
-    path = measured_path(run.member.corrected.raw)
+    path = measured_path(run.member.corrected.run)
     if path is None:
         return None
     # What Sarkar's law misses is what the figure is to show: no part of the error bars.

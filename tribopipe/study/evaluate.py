@@ -161,7 +161,7 @@ class _Law:
         along = comparison.along(0.05)
         worst = int(np.argmax(np.abs(along)))
         shape = self.shapes[run.member.id]
-        manifest = run.member.corrected.raw.manifest
+        manifest = run.member.corrected.run.manifest
         verdict = RunVerdict(
             id=run.member.id,
             role=role,

@@ -59,7 +59,7 @@ def chosen(
             f"{study.id}: found no run left to identify k_D; expected at least one; name another in fit, or take the "
             "mark off one with `tribopipe mark-bad --undo`"
         )
-    check_bodies(study.id, [member.corrected.raw.manifest for member in (*fit, *predict)])
+    check_bodies(study.id, [member.corrected.run.manifest for member in (*fit, *predict)])
     return fit, predict
 
 

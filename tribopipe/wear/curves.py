@@ -29,7 +29,7 @@ def run_scenario(
     conditions = run.manifest.conditions
     path = run_path(run, friction, recipe.wear.friction)
     return WearScenario(
-        run.manifest.pin_on_disc, conditions.normal_load, coefficient, law, path, recipe, conditions.sliding_speed
+        run.manifest.pin_on_disc, conditions.normal_load, coefficient, law, path, recipe, conditions.nominal_speed
     )
 
 

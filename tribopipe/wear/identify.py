@@ -90,7 +90,7 @@ def _doubts(corrected: CorrectedRun, recipe: Recipe) -> tuple[str, ...]:
             f"sensor and end value differ by {correction.discrepancy.shown('um')}, more than the sensor's resolution: "
             "the shape of the wear curve is in doubt"
         )
-    anew = [stop for stop in corrected.raw.manifest.interruptions if stop.remounted]
+    anew = [stop for stop in corrected.run.manifest.interruptions if stop.remounted]
     if anew and recipe.wear.correction == "two-step":
         where = ", ".join(show(stop.place, None, "m") for stop in anew)
         doubts.append(
@@ -139,7 +139,7 @@ def budget(problem: WearProblem, coefficient: float) -> tuple[Contribution, ...]
         Contribution(
             name=name.replace("_", " "),
             value=given.quantity,
-            shown_in=shown_unit(name),
+            shown_in=shown_unit(name, given.quantity),
             source=given.source,
             relative=problem.sensitivity(name, coefficient) * given.spread,
         )

@@ -12,7 +12,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.random import Generator
 
-from tribopipe.end_values import stated_or_default
+from tribopipe.measured import stated_or_default
 from tribopipe.records.manifest import PinOnDisc
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import FrictionSource, LawName, Recipe
@@ -76,8 +76,10 @@ class Input:
 Inputs = Mapping[str, Input]
 
 
-def shown_unit(name: str) -> str | None:
+def shown_unit(name: str, quantity: Quantity | None = None) -> str | None:
     """Return the unit in which people read an input; of an end value by what was measured."""
+    if quantity is not None and quantity.unit == "m^3":
+        return SHOWN_UNITS["wear_volume"]
     ends = (unit for measured, unit in SHOWN_UNITS.items() if measured in name)
     return SHOWN_UNITS.get(name) or next(ends, None)
 
@@ -101,7 +103,7 @@ def contact_inputs(contact: PinOnDisc, normal_load: Quantity, recipe: Recipe) ->
 def instrument_inputs(run: RawRun, recipe: Recipe) -> dict[str, Input]:
     """Collect the sensor's scale, and the sliding speed where sliding distance was derived from it."""
     found = {"depth_scale": relative_input(run.manifest.sensors.depth_scale, recipe.uncertainty.depth_scale)}
-    speed = run.manifest.conditions.sliding_speed
+    speed = run.manifest.conditions.nominal_speed
     if speed is not None and run.origins.get("sliding_distance") == "derived from nominal speed":
         found["sliding_speed"] = relative_input(speed, recipe.uncertainty.sliding_speed)
     return found
@@ -186,7 +188,7 @@ def _draw_friction(inputs: Inputs, covariance: Column, rng: Generator, count: in
 def default_notes(inputs: Inputs) -> tuple[str, ...]:
     """Name the inputs whose uncertainty is a default, in one sentence; nothing where all were stated."""
     named = [
-        f"{name.replace('_', ' ')} {given.quantity.shown(shown_unit(name))}"
+        f"{name.replace('_', ' ')} {given.quantity.shown(shown_unit(name, given.quantity))}"
         for name, given in inputs.items()
         if given.source == "default"
     ]

@@ -143,13 +143,12 @@ class JointProblem(WearProblem):
 
 def joint_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe) -> JointProblem:
     """Pose the joint fit of a run that a fit in two steps has been posed for."""
-    manifest = corrected.raw.manifest
-    radius = manifest.pin_on_disc.pin.radius.value
+    manifest = corrected.run.manifest
     anchors, inputs = [Anchor(END_ANCHOR, problem.trace.slid, problem.end)], dict(problem.inputs)
     for name in ("zero_offset", "end_reading"):
         inputs.pop(name)
     for number, stop in enumerate(manifest.interruptions, start=1):
-        wear = end_wear(stop, radius, recipe.uncertainty)
+        wear = end_wear(corrected.run, recipe.uncertainty, number - 1)
         if wear is not None:
             anchors.append(Anchor(f"pin_value_at_interruption_{number}", stop.place, wear))
             inputs[anchors[-1].name] = Input(wear.pin.quantity, wear.pin.source)

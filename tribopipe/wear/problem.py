@@ -195,8 +195,8 @@ class WearProblem:
 
     @property
     def _power(self) -> float:
-        """Depth grows about as √s on a sphere and as s on a flat pin."""
-        return 0.5 if self.contact.pin.shape == "spherical" else 1.0
+        """Depth grows about as √s on a sphere, truncated or not, and as s on a flat pin."""
+        return 1.0 if self.contact.pin.shape == "flat" else 0.5
 
     @property
     def _to_come(self) -> Column:
@@ -236,8 +236,8 @@ def wear_problem(
     corrected: CorrectedRun, law: LawName, friction: FrictionFit | None, recipe: Recipe
 ) -> WearProblem | tuple[str, ...]:
     """Pose the fit of k_D to a corrected run, or say what the run lacks for it."""
-    run, manifest = corrected.raw, corrected.raw.manifest
-    end = end_wear(manifest.end_values, manifest.pin_on_disc.pin.radius.value, recipe.uncertainty)
+    run, manifest = corrected.run, corrected.run.manifest
+    end = None if corrected.wear_depth is None else end_wear(run, recipe.uncertainty)
     if corrected.wear_depth is None or end is None:
         return corrected.correction.lacks
     known = law_friction(run, law, friction, recipe.wear.friction)

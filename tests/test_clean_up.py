@@ -1,0 +1,563 @@
+"""Clean-up: a signal spoilt in a known way comes back as it was, a clean one stays, and the raw one is kept."""
+
+import dataclasses
+import json
+import re
+import tomllib
+
+import numpy as np
+import pytest
+from folders import ROOT, edit_rows, replace_in
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from test_archive import nxcheck
+
+from tribopipe.archive.store import Archive
+from tribopipe.checks.registry import check_run
+from tribopipe.clean_up.cleaning import clean_run
+from tribopipe.clean_up.spikes import spikes
+from tribopipe.errors import ManifestError
+from tribopipe.ingest.harmonise import read_run
+from tribopipe.pipeline import clean_archived, fit_archived_friction, process
+from tribopipe.records.base import load_toml, read_document
+from tribopipe.records.clean_up import (
+    AUTOMATIC,
+    ContinuousAxes,
+    Despike,
+    Mask,
+    StrokeWiseFriction,
+    TimeWindow,
+    Zero,
+)
+from tribopipe.records.export import schema_text
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.recipe import MonteCarloRecipe, Recipe, WearRecipe
+from tribopipe.restarts import continuous, segments
+from tribopipe.run import RawRun
+
+SAMPLES = 4000
+LOAD = 0.2
+RNG = np.random.default_rng(5)
+LOADED = np.interp(np.arange(SAMPLES), [0, 300, 400, 3700, 3800], [0, 0, 1, 1, 0])
+NOISE = RNG.normal(0, 1, (3, SAMPLES))
+TRUTH = {
+    "time": np.arange(SAMPLES) * 0.1,
+    "sliding_distance": np.arange(SAMPLES) * 0.04,
+    "normal_force": LOAD * LOADED + 1e-4 * NOISE[0],
+    "friction_force": 0.3 * LOAD * LOADED + 1e-4 * NOISE[1],
+    "depth": 1e-6 * np.sqrt(np.arange(SAMPLES) / SAMPLES) + 1e-8 * NOISE[2],
+    "temperature": np.full(SAMPLES, 296.0),
+    "relative_humidity": np.full(SAMPLES, 0.4),
+}
+PARTS = [1000, 2500]
+
+
+def run_of(bare: RawRun, conditions=None, derived=(), **columns) -> RawRun:
+    """Give a run of these columns, all measured but for those said to be derived."""
+    manifest = bare.manifest
+    if conditions:
+        manifest = manifest.model_copy(update={"conditions": manifest.conditions.model_copy(update=conditions)})
+    origins = {name: "derived from measured load" if name in derived else "measured" for name in columns}
+    if "friction_coefficient" not in columns and "friction_force" in columns:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            columns["friction_coefficient"] = columns["friction_force"] / columns.get("normal_force", LOAD)
+        origins["friction_coefficient"] = f"derived from {'measured' if 'normal_force' in columns else 'nominal'} load"
+    return dataclasses.replace(bare, manifest=manifest, columns=columns, origins=origins)
+
+
+def only(*steps) -> Recipe:
+    return Recipe(clean_up=steps)
+
+
+def told(record) -> list[tuple[str, str]]:
+    return [(change.step, change.signal) for change in record.changes]
+
+
+def restarting(axis, *, gap=0.1):
+    """Let an axis begin anew at PARTS, where ``gap`` is an interval of it."""
+    return np.concatenate([part - part[0] + gap / 2 for part in np.split(axis, PARTS)])
+
+
+# --- axes ---
+
+
+def test_restarts_of_time_and_distance_are_joined_into_one_course(bare_run):
+    spoilt = run_of(
+        bare_run, time=restarting(TRUTH["time"]), sliding_distance=restarting(TRUTH["sliding_distance"], gap=0.04)
+    )
+    cleaned = clean_run(spoilt)
+    np.testing.assert_allclose(cleaned.run.columns["time"], TRUTH["time"] + 0.05, atol=1e-9)
+    np.testing.assert_allclose(cleaned.run.sliding_distance, TRUTH["sliding_distance"] + 0.02, atol=1e-9)
+    assert [(change.signal, change.parts) for change in cleaned.record.changes] == [
+        ("time", 3),
+        ("sliding_distance", 3),
+    ]
+    assert spoilt.columns["time"][1000] == 0.05
+
+
+def test_gap_between_segments_is_an_interval_of_the_one_before():
+    np.testing.assert_allclose(continuous(np.array([0, 1, 2, 0, 10, 20.0])), [0, 1, 2, 3, 13, 23])
+
+
+@pytest.mark.parametrize(
+    ("axis", "expected"),
+    [
+        ([6.04, 0.15, 0.25, 0.35], [0.05, 0.15, 0.25, 0.35]),
+        ([6.04, 0.0, 0.1, 0.2], [0.0, 0.1, 0.2, 0.3]),
+        ([7, 0.0, 0.1, 0.2, 9.0, 0.1, 0.2], [0, 0.1, 0.2, 0.3, 9.1, 9.2, 9.3]),
+    ],
+)
+def test_stale_first_value_is_placed_an_interval_before_the_second(axis, expected):
+    np.testing.assert_allclose(continuous(np.array(axis)), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("axis", "fault"),
+    [
+        (np.r_[0:50, 3, 51:100], 50),  # a lone wrong reading
+        (np.r_[0:50, 0, 0, 52:100], 50),  # two of them
+        (np.r_[0:4, 0.5, 5:50], 4),  # early in the run
+        (np.r_[0:50, 0, 51], 50),  # at its end
+        (np.r_[0:50, 48, 49, 52:100], 50),  # rows out of order
+        (np.r_[0:50, 20:90], 50),  # an overlap
+        (np.r_[5:0:-1], 1),  # a countdown
+    ],
+)
+def test_disorder_is_no_restart(axis, fault):
+    axis = axis.astype(float)
+    assert segments(axis).fault == fault
+    assert continuous(axis) is axis
+
+
+@settings(max_examples=60)
+@given(st.lists(st.lists(st.floats(0.5, 2.0), min_size=4, max_size=30), min_size=1, max_size=6), st.floats(0, 1))
+def test_joined_axes_never_go_back_and_stay_as_they_are(parts, start):
+    axis = np.concatenate([start + np.cumsum(steps) - steps[0] for steps in parts])
+    joined = continuous(axis)
+    assert np.all(np.diff(joined) >= 0)
+    assert continuous(joined) is joined
+    np.testing.assert_allclose(joined[: len(parts[0])], axis[: len(parts[0])])
+
+
+def test_missing_samples_stay_missing():
+    joined = continuous(np.array([0, 1, np.nan, 2, 0, np.nan, 1, 2.0]))
+    np.testing.assert_array_equal(joined, [0, 1, np.nan, 2, 3, np.nan, 4, 5])
+
+
+def test_counter_carried_over_begins_at_zero_where_time_tells(bare_run):
+    spoilt = run_of(bare_run, time=TRUTH["time"], sliding_distance=TRUTH["sliding_distance"] + 700)
+    cleaned = clean_run(spoilt)
+    np.testing.assert_allclose(cleaned.run.sliding_distance, TRUTH["sliding_distance"], atol=1e-9)
+    assert cleaned.record.changes[0].offset.value == pytest.approx(700)
+
+
+def test_late_start_of_all_axes_is_left_alone_unless_the_recipe_says_otherwise(bare_run):
+    late = run_of(bare_run, time=TRUTH["time"] + 200, sliding_distance=TRUTH["sliding_distance"] + 80)
+    assert clean_run(late).run is late
+    cleaned = clean_run(late, only(ContinuousAxes(carried_over="always")))
+    assert (cleaned.run.columns["time"][0], cleaned.run.sliding_distance[0]) == (0.0, 0.0)
+
+
+def test_distance_follows_the_time_made_continuous(sample_run):
+    """Already at ingest, and after clean-up all the same."""
+    truth = read_run(sample_run)
+
+    def restart(lines):
+        rows = [line.split(",") for line in lines[1:]]
+        for row in rows[600:]:
+            row[0] = f"{float(row[0]) - 59.9:.3f}"
+        return [lines[0], *(",".join(row) for row in rows)]
+
+    edit_rows(sample_run, restart)
+    raw = read_run(sample_run)
+    assert raw.columns["time"][600] < raw.columns["time"][599]
+    np.testing.assert_allclose(raw.sliding_distance, truth.sliding_distance, atol=1e-6)
+    cleaned = clean_run(raw).run
+    np.testing.assert_allclose(cleaned.columns["time"], truth.columns["time"], atol=1e-6)
+    np.testing.assert_allclose(cleaned.sliding_distance, truth.sliding_distance, atol=1e-6)
+    findings = {finding.check: finding for finding in check_run(raw)}
+    assert findings["signals_need_no_clean_up"].severity == "note"
+    assert "joined at its one restart" in findings["signals_need_no_clean_up"].message
+    assert not [finding for finding in findings.values() if finding.severity == "error"]
+
+
+# --- what a sensor cannot have seen ---
+
+
+def test_impossible_values_and_sentinels_are_masked(bare_run):
+    columns = {name: values.copy() for name, values in TRUTH.items()}
+    columns["relative_humidity"][7:9] = -10.646, 1.2
+    columns["temperature"][11] = -700.0
+    columns["friction_force"][[20, 40, 60]] = 9.99e9, -9.99e9, 9.99e9
+    columns["depth"][5:15] = 9.99e3
+    cleaned = clean_run(run_of(bare_run, **columns), only(Mask())).run
+    for name in ("relative_humidity", "temperature", "friction_force", "depth"):
+        spoilt = columns[name] != TRUTH[name]
+        assert spoilt.any()
+        np.testing.assert_array_equal(cleaned.columns[name], np.where(spoilt, np.nan, TRUTH[name]))
+    assert np.isnan(cleaned.columns["friction_coefficient"][[20, 40, 60]]).all()
+
+
+def test_channel_without_a_possible_value_is_left_out(bare_run):
+    dead = run_of(bare_run, **{**TRUTH, "relative_humidity": np.full(SAMPLES, -10.646)})
+    cleaned = clean_run(dead)
+    assert "relative_humidity" not in cleaned.run.columns
+    assert cleaned.record.left_out == ("relative_humidity",)
+    assert clean_run(cleaned.run).run is cleaned.run
+
+
+@pytest.mark.parametrize("recorded", [False, True])
+def test_dead_load_channel_gives_way_to_the_nominal_load(bare_run, recorded):
+    load = 1e-8 * NOISE[0]
+    columns = {name: TRUTH[name] for name in ("time", "sliding_distance", "friction_force")}
+    if recorded:
+        columns["friction_coefficient"] = np.sign(load) * 9e6
+    cleaned = clean_run(run_of(bare_run, **columns, normal_force=load), only(*AUTOMATIC[:2])).run
+    assert "normal_force" not in cleaned.columns
+    assert cleaned.origins["friction_coefficient"] == "derived from nominal load"
+    np.testing.assert_allclose(cleaned.columns["friction_coefficient"], TRUTH["friction_force"] / LOAD)
+
+
+def test_load_in_a_wrong_unit_is_not_taken_for_dead(bare_run):
+    wrong = run_of(bare_run, **{**TRUTH, "normal_force": np.full(SAMPLES, LOAD / 1000) + 1e-7 * NOISE[0]})
+    assert clean_run(wrong).record.left_out == ()
+
+
+def test_limits_of_the_lab_have_the_unit_of_the_signal(bare_run, tmp_path):
+    (tmp_path / "recipe.toml").write_text(
+        '[[clean_up]]\nstep = "mask"\nlimits.temperature = { lowest = "0 degC", highest = "80 degC" }\n',
+        encoding="utf-8",
+    )
+    temperature = TRUTH["temperature"].copy()
+    temperature[3:6] = 272.0, 353.0, 354.0
+    spoilt = run_of(bare_run, time=TRUTH["time"], sliding_distance=TRUTH["time"], temperature=temperature)
+    cleaned = clean_run(spoilt, load_toml(tmp_path / "recipe.toml", Recipe))
+    assert np.flatnonzero(np.isnan(cleaned.run.columns["temperature"])).tolist() == [3, 5]
+    assert [change.samples for change in cleaned.record.changes] == [1, 1]
+
+
+def test_friction_without_load_is_masked(bare_run):
+    cleaned = clean_run(run_of(bare_run, **TRUTH))
+    mu, load = cleaned.run.columns["friction_coefficient"], TRUTH["normal_force"]
+    np.testing.assert_array_equal(np.isnan(mu), load < 0.05 * LOAD)
+    assert ("unloaded-friction", "friction_coefficient") in told(cleaned.record)
+
+
+def test_spikes_are_masked_where_the_recipe_says_so(bare_run):
+    spoilt = {**TRUTH, "depth": TRUTH["depth"].copy()}
+    where = [100, 1500, 3999]
+    spoilt["depth"][where] += [5e-7, -8e-7, 3e-7]
+    assert clean_run(run_of(bare_run, **spoilt)).run.columns["depth"][100] == spoilt["depth"][100]
+    cleaned = clean_run(run_of(bare_run, **spoilt), only(Despike(signals=("depth",)))).run
+    assert np.flatnonzero(np.isnan(cleaned.columns["depth"])).tolist() == where
+
+
+def test_steps_between_the_values_of_a_converter_are_no_spikes():
+    coarse = np.round(np.linspace(0, 10, 4000) + 0.2 * RNG.normal(size=4000))
+    assert not spikes(coarse, 11, 6.0).any()
+
+
+# --- forces ---
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_offset_and_sign_of_the_forces_are_mended(bare_run, sign):
+    """A load that reads −0.14 N, or upside down, before and after contact, as unzeroed load cells do."""
+    columns = TRUTH | {
+        "normal_force": sign * TRUTH["normal_force"] - sign * 0.08,
+        "friction_force": -(TRUTH["friction_force"] - 0.012),
+    }
+    cleaned = clean_run(run_of(bare_run, **columns))
+    np.testing.assert_allclose(cleaned.run.columns["normal_force"], TRUTH["normal_force"], atol=3e-5)
+    np.testing.assert_allclose(cleaned.run.columns["friction_force"], TRUTH["friction_force"], atol=3e-5)
+    mu = cleaned.run.columns["friction_coefficient"]
+    assert np.nanmedian(mu) == pytest.approx(0.3, rel=2e-3)
+    zero = next(change for change in cleaned.record.changes if change.step == "zero")
+    assert abs(zero.offset.value + sign * 0.08) < 4 * zero.offset.standard_uncertainty < 1e-4
+    assert [change.factor for change in cleaned.record.changes if change.factor] == [-1.0] * (1 + (sign < 0))
+
+
+def test_zero_in_stated_windows(bare_run):
+    columns = TRUTH | {"normal_force": TRUTH["normal_force"] + 0.05, "friction_force": TRUTH["friction_force"] + 0.01}
+    offset = run_of(bare_run, **columns)
+    assert not [change for change in clean_run(offset).record.changes if change.step == "zero"]
+    window = TimeWindow(start=Quantity(value=0.0, unit="s"), end=Quantity(value=25.0, unit="s"))
+    cleaned = clean_run(offset, only(Zero(windows=(window,)))).run
+    for name in ("normal_force", "friction_force"):
+        np.testing.assert_allclose(cleaned.columns[name], TRUTH[name], atol=3e-5)
+
+
+def test_small_load_before_a_large_one_is_not_taken_for_none(bare_run):
+    stairs = run_of(bare_run, **{**TRUTH, "normal_force": TRUTH["normal_force"] + 0.02})
+    assert not [change for change in clean_run(stairs).record.changes if change.step == "zero"]
+
+
+def test_turned_load_is_a_warning_and_no_error(bare_run):
+    findings = {f.check: f.severity for f in check_run(run_of(bare_run, **TRUTH | {"normal_force": -0.2 + 0 * LOADED}))}
+    assert findings["load_presses"] == "warning"
+    assert "error" not in findings.values()
+
+
+# --- strokes ---
+
+STROKE = 50
+PHASE = np.arange(SAMPLES) / STROKE
+SWING = np.clip(4 * np.sin(np.pi * PHASE), -1, 1)
+STROKES = {"stroke": Quantity(value=5e-3, unit="m"), "frequency": Quantity(value=0.1, unit="1/s")}
+
+
+def reciprocating(bare, offset=0.0, conditions=STROKES, **more):
+    mu = 0.25 + 0.05 * np.floor(PHASE) / (SAMPLES / STROKE)
+    force = LOAD * mu * SWING + offset + 1e-5 * NOISE[0]
+    columns = {"time": TRUTH["time"], "sliding_distance": TRUTH["sliding_distance"], "friction_force": force, **more}
+    return run_of(bare, conditions, **columns), mu
+
+
+@pytest.mark.parametrize(("method", "offset"), [("middle-of-stroke", 0.0), ("half-difference", 0.01)])
+def test_strokes_get_one_friction_coefficient_each(bare_run, method, offset):
+    run, mu = reciprocating(bare_run, offset)
+    cleaned = clean_run(run, only(StrokeWiseFriction(method=method)))
+    found = cleaned.run.columns["friction_coefficient"]
+    middle = np.abs(PHASE % 1 - 0.5) < 0.2
+    np.testing.assert_allclose(found[middle], mu[middle], atol=1e-3)
+    assert np.isnan(found[np.abs(PHASE % 1 - 0.5) > 0.4]).all()
+    assert method in cleaned.record.changes[0].what
+    assert cleaned.record.changes[0].parts == SAMPLES // STROKE
+    assert cleaned.run.origins["friction_coefficient"] == "derived from nominal load"
+    assert clean_run(cleaned.run, only(StrokeWiseFriction(method=method))).run is cleaned.run
+
+
+def test_strokes_are_averaged_by_themselves_only_where_a_stroke_is_stated(bare_run):
+    stated, _ = reciprocating(bare_run)
+    silent, mu = reciprocating(bare_run, conditions=None)
+    assert told(clean_run(stated).record) == [("stroke-wise-friction", "friction_coefficient")]
+    assert clean_run(silent).run is silent
+    asked = clean_run(silent, only(StrokeWiseFriction(only_with_stroke=False))).run
+    assert np.nanmean(asked.columns["friction_coefficient"]) == pytest.approx(np.mean(mu), rel=1e-3)
+
+
+def test_friction_that_does_not_go_there_and_back_is_left(bare_run):
+    steady = run_of(bare_run, STROKES, **{**TRUTH, "friction_force": np.abs(TRUTH["friction_force"])})
+    assert "stroke-wise-friction" not in dict(told(clean_run(steady).record))
+    noise = run_of(bare_run, STROKES, **{**TRUTH, "friction_force": 1e-3 * NOISE[1]})
+    assert "stroke-wise-friction" not in dict(told(clean_run(noise).record))
+
+
+# --- nothing to do, and doing it twice ---
+
+
+def test_clean_run_is_left_alone_and_costs_no_copy(short_runs):
+    run = read_run(short_runs / "si3n4-air-400mN")
+    cleaned = clean_run(run)
+    assert cleaned.run is run
+    assert (cleaned.record.changes, dict(cleaned.columns)) == ((), {})
+
+
+@settings(max_examples=25)
+@given(
+    st.sampled_from([1.0, -1.0]),
+    st.floats(-0.1, 0.1),
+    st.booleans(),
+    st.floats(0, 500),
+    st.lists(st.integers(0, SAMPLES - 1), max_size=5),
+)
+def test_cleaning_a_clean_run_changes_nothing(bare_run, sign, offset, restarts, start, faults):
+    columns = {name: values.copy() for name, values in TRUTH.items()}
+    columns["normal_force"] = sign * columns["normal_force"] + offset
+    columns["relative_humidity"][faults] = -1.0
+    columns["sliding_distance"] += start
+    if restarts:
+        columns["time"] = restarting(columns["time"])
+    cleaned = clean_run(run_of(bare_run, **columns))
+    again = clean_run(cleaned.run)
+    assert again.record.changes == ()
+    assert again.run is cleaned.run
+
+
+def test_no_steps_no_changes(bare_run):
+    spoilt = run_of(bare_run, **{**TRUTH, "normal_force": -TRUTH["normal_force"]})
+    assert clean_run(spoilt, only()).run is spoilt
+
+
+# --- recipe ---
+
+
+@pytest.mark.parametrize(
+    ("written", "message"),
+    [
+        ([{"step": "zeroing"}], r"clean_up\[0\].step: found 'zeroing'; expected 'continuous-axes', 'mask'"),
+        ([{"step": "zero", "window": 3}], r"clean_up\[0\].window: unknown key; did you mean 'windows'"),
+        ([{"step": "mask", "limits": {"heat": {}}}], r"clean_up\[0\].limits.heat: unknown key"),
+        ([{"step": "mask", "limits": {"depth": {"lowest": "1 N"}}}], "found the unit 'N', which is no unit of length"),
+        ([{"step": "despike", "window": 4}], "expected an odd number"),
+        (
+            [{"step": "zero", "windows": [{"start": "5 s", "end": "2 s"}]}],
+            "start: found 5 s, not before end at 2 s",
+        ),
+    ],
+)
+def test_recipe_that_cannot_be_meant_is_refused(written, message):
+    with pytest.raises(ManifestError, match=message):
+        read_document({"clean_up": written}, Recipe, where="recipe.toml")
+
+
+def test_documented_recipes_are_recipes():
+    text = (ROOT / "docs" / "clean_up.md").read_text(encoding="utf-8")
+    default, *others = (tomllib.loads(block) for block in re.findall(r"```toml\n(.*?)```", text, re.DOTALL))
+    assert Recipe.model_validate(default) == Recipe()
+    for document in others:
+        Recipe.model_validate(document if "clean_up" in document else {})
+
+
+def test_recipe_comes_back_from_json():
+    recipe = only(
+        Zero(windows=(TimeWindow(start=Quantity(value=0.0, unit="s"), end=Quantity(value=1.0, unit="s")),)),
+        Mask(limits={"depth": {"lowest": "-5 um"}}),
+        Despike(),
+    )
+    assert Recipe.model_validate(json.loads(recipe.model_dump_json(by_alias=True))) == recipe
+    assert '"despike"' in schema_text("recipe")
+
+
+# --- archive and commands ---
+
+
+@pytest.fixture
+def spoilt_run(sample_run):
+    """The sample run with its load upside down and its distance carried over and restarting."""
+    truth = read_run(sample_run)
+
+    def spoil(lines):
+        head = lines[0].split(",")
+        load = next(number for number, name in enumerate(head) if name.startswith("Fn"))
+        rows = [line.split(",") for line in lines[1:]]
+        for number, row in enumerate(rows):
+            row[load] = f"-{row[load]}"
+            row[0] = f"{float(row[0]) - (74.9 if number >= 750 else 0):.3f}"
+        return [lines[0], *(",".join(row) for row in rows)]
+
+    edit_rows(sample_run, spoil)
+    return sample_run, truth
+
+
+def results(archive: Archive, run_id: str) -> dict:
+    return {
+        name: (step.result, {curve: values.tobytes() for curve, (values, _) in step.curves.items()})
+        for name, step in archive.steps(run_id).items()
+        if name != "clean_up"
+    }
+
+
+def test_clean_up_is_archived_beside_the_raw_run_and_can_be_taken_back(spoilt_run, tmp_path):
+    folder, truth = spoilt_run
+    archive, run_id = Archive(tmp_path / "archive"), truth.id
+    raw = read_run(folder)
+    archive.add(raw)
+    whole = Recipe(wear=WearRecipe(models=("archard",)), monte_carlo=MonteCarloRecipe(significant_digits=0))
+    without, joined = (whole.model_copy(update={"clean_up": steps}) for steps in ((), (ContinuousAxes(),)))
+    outcomes = {outcome.stage: outcome for outcome in process([folder], archive, whole)}
+    assert outcomes["clean_up"].status == "done"
+    cleaned = archive.cleaned(run_id)
+    for name in truth.columns:
+        np.testing.assert_allclose(cleaned.columns[name], truth.columns[name], rtol=1e-6, atol=1e-9)
+        np.testing.assert_array_equal(archive.raw(run_id).columns[name], raw.columns[name])
+    first = results(archive, run_id)
+    assert nxcheck(archive.path(run_id))[:2] == (0, 0)
+    with archive.open(run_id) as file:
+        link = file["entry/clean_up/data"]
+        assert link.attrs["signal"] == "time"
+        np.testing.assert_array_equal(file["entry/wear/sliding_distance"][()], cleaned.sliding_distance)
+    assert {outcome.status for outcome in process([folder], archive, whole)} == {"unchanged"}
+    list(process([folder], archive, joined))
+    assert results(archive, run_id) != first
+    assert archive.cleaned(run_id).columns["normal_force"][5] < 0
+    clean_archived(archive, run_id, without)
+    assert archive.step_names(run_id) == ["clean_up"]
+    assert archive.cleaned(run_id).columns["time"][750] < archive.cleaned(run_id).columns["time"][749]
+    list(process([folder], archive, whole))
+    assert results(archive, run_id) == first
+
+
+def test_left_out_channels_stay_out_of_what_comes_back(bare_run, tmp_path):
+    columns = {name: TRUTH[name] for name in ("time", "sliding_distance", "friction_force")}
+    archive = Archive(tmp_path)
+    archive.add(run_of(bare_run, **columns, normal_force=1e-8 * NOISE[0]))
+    assert clean_archived(archive, "bare", Recipe()).status == "done"
+    cleaned = archive.cleaned("bare")
+    assert "normal_force" not in cleaned.columns
+    assert cleaned.origins["friction_coefficient"] == "derived from nominal load"
+    assert "normal_force" in archive.raw("bare").columns
+
+
+def test_curves_are_drawn_against_the_cleaned_axis(bare_run, tmp_path):
+    columns = TRUTH | {"sliding_distance": TRUTH["sliding_distance"] + 700}
+    archive = Archive(tmp_path)
+    archive.add(run_of(bare_run, **columns))
+    fit_archived_friction(archive, "bare", Recipe())
+    with archive.open("bare") as file:
+        drawn = file["entry/friction_fit/data"]
+        assert drawn.attrs["axes"].tolist() == ["sliding_distance"]
+        np.testing.assert_allclose(drawn["sliding_distance"][()], TRUTH["sliding_distance"], atol=1e-9)
+        np.testing.assert_array_equal(file["entry/raw/sliding_distance"][()], columns["sliding_distance"])
+    np.testing.assert_allclose(archive.cleaned("bare").sliding_distance, TRUTH["sliding_distance"], atol=1e-9)
+    assert nxcheck(archive.path("bare"))[:2] == (0, 0)
+
+
+def test_steps_stand_on_what_clean_up_found_and_not_on_its_options(archive):
+    store = Archive(archive)
+    before = results(store, "si3n4-air-200mN")
+    assert clean_archived(store, "si3n4-air-200mN", Recipe(clean_up=())).status == "done"
+    assert results(store, "si3n4-air-200mN") == before
+
+
+def test_commands_say_what_was_cleaned_up(spoilt_run, run_cli, tmp_path):
+    folder, truth = spoilt_run
+    recipe = tmp_path / "recipe.toml"
+    recipe.write_text("[monte_carlo]\nsignificant_digits = 0\n", encoding="utf-8")
+    done = run_cli("process", folder, "--archive", "archive", "--recipe", recipe, "--no-figures", cwd=tmp_path)
+    assert done.exit_code == 0, done.stderr
+    (line,) = [line for line in done.stderr.splitlines() if line.startswith(f"{truth.id}: clean-up: ")]
+    assert "time: joined at its one restart" in line
+    assert "normal_force: turned over" in line
+    shown = run_cli("show", truth.id, cwd=tmp_path)
+    assert "normal_force: turned over" in shown.stderr
+    document = json.loads(run_cli("show", truth.id, "--json", cwd=tmp_path).stdout)
+    assert [change["step"] for change in document["clean_up"]["changes"]] == ["continuous-axes", "pressing-load"]
+    assert document["steps"][0] == "clean_up"
+    recipe.write_text('clean_up = [{ step = "continuous-axes" }]\n', encoding="utf-8")
+    again = run_cli("correct-drift", "--archive", "archive", "--recipe", recipe, cwd=tmp_path)
+    assert "clean-up: time: joined" in again.stderr
+
+
+# --- axes from what the manifest says ---
+
+
+def test_rotations_and_track_radius_give_the_distance_of_a_pin(sample_run):
+    replace_in(sample_run / "run.toml", r"(?m)^\[conditions\]$", '[conditions]\ntrack_radius = "5 mm"')
+    (sample_run / "signals.csv").write_text(
+        "Time [s],Rotations [1],Depth [um]\n0,0,0\n1,2,1\n2,4,1\n", encoding="utf-8"
+    )
+    replace_in(sample_run / "run.toml", r"(?ms)^\[signals.columns\].*?(?=^\[end_values\])", "\n")
+    run = read_run(sample_run)
+    assert run.origins["sliding_distance"] == "derived from rotations"
+    np.testing.assert_allclose(run.sliding_distance, 2 * np.pi * 5e-3 * np.array([0, 2, 4]))
+
+
+@pytest.mark.parametrize(
+    ("conditions", "speed"),
+    [
+        ('rotational_speed = "60 rpm"\ntrack_radius = "5 mm"', 2 * np.pi * 5e-3),
+        ('stroke = "5 mm"\nfrequency = "2 Hz"', 0.02),
+        ("", None),
+    ],
+)
+def test_speed_follows_from_track_or_stroke_and_is_else_unknown(sample_run, conditions, speed):
+    replace_in(sample_run / "run.toml", r"(?m)^sliding_speed = .*$", conditions)
+    run = read_run(sample_run)
+    if speed is None:
+        assert run.origins["sliding_distance"] == "unknown"
+        assert np.isnan(run.sliding_distance).all()
+        assert "an unknown distance" in str(run)
+        assert "distance_is_known" in [finding.check for finding in check_run(run)]
+    else:
+        np.testing.assert_allclose(run.sliding_distance, speed * run.columns["time"], rtol=1e-9)

@@ -1,0 +1,56 @@
+"""Axes made continuous: restarts joined, starts carried over from the test before taken off."""
+
+import numpy as np
+
+from tribopipe.clean_up.bench import Bench
+from tribopipe.records.clean_up import ContinuousAxes
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.signals import SIGNALS, SignalName
+from tribopipe.restarts import continuous, segments
+from tribopipe.run import Column
+
+_AXES: tuple[SignalName, ...] = ("time", "rotations", "sliding_distance")
+_LATE = 0.05
+"""Share of what an axis covers by which it begins later than another one where it was carried over."""
+
+
+def join_axes(bench: Bench, step: ContinuousAxes) -> None:
+    """Join what restarts, and let what was carried over begin at 0."""
+    for name in _AXES:
+        axis = bench.measured(name)
+        if axis is None:
+            continue
+        joined = continuous(axis)
+        if joined is not axis:
+            restarts = len(segments(axis).starts)
+            bench.put(name, joined, _count(restarts), "a test has one course", parts=restarts + 1)
+    leads = {name: _lead(axis) for name in _AXES if (axis := bench.measured(name)) is not None}
+    for name in leads:
+        _begin(bench, name, leads, step)
+
+
+def _begin(bench: Bench, name: SignalName, leads: dict[SignalName, float], step: ContinuousAxes) -> None:
+    axis = bench.columns[name]
+    first = axis[np.isfinite(axis)][0]
+    other = min((lead for one, lead in leads.items() if one != name), default=np.inf)
+    covered = np.nanmax(axis) - first
+    if step.carried_over == "always":
+        start, why = first, "the recipe says that it was carried over"
+    elif step.carried_over == "told" and leads[name] - max(other, 0.0) > _LATE:
+        start, why = first - max(other, 0.0) * covered, "carried over from an earlier test, as another axis tells"
+    else:
+        return
+    if start:
+        offset = Quantity(value=float(start), unit=SIGNALS[name].unit)
+        bench.put(name, axis - start, f"start of {offset} taken off", why, offset=offset)
+
+
+def _lead(axis: Column) -> float:
+    """Return the first value as a share of what the axis covers."""
+    seen = axis[np.isfinite(axis)]
+    covered = np.max(seen) - seen[0]
+    return float(seen[0] / covered) if covered > 0 else 0.0
+
+
+def _count(restarts: int) -> str:
+    return "joined at its one restart" if restarts == 1 else f"joined at {restarts} restarts"

@@ -1,0 +1,48 @@
+"""Signs of the forces: a load presses, and friction of a test in one direction is counted as positive."""
+
+import numpy as np
+
+from tribopipe.clean_up.bench import Bench, fewer
+from tribopipe.records.clean_up import FrictionSign, PressingLoad
+from tribopipe.records.signals import SignalName
+from tribopipe.run import Column
+
+_LEAST_LOAD = 0.05
+"""Share of the nominal load that a load measured upside down has at least."""
+_ONE_WAY = 0.9
+"""Share of the samples with friction that have the same sign in a test in one direction."""
+_FRICTIONS: tuple[SignalName, ...] = ("friction_force", "friction_coefficient")
+
+
+def pulls(load: Column, nominal: float) -> bool:
+    """Tell whether a load reads negative where it is on, by at least a twentieth of the nominal load."""
+    some = fewer(load)
+    if not len(some) or np.min(some) >= 0:
+        return False
+    on = some[np.abs(some) >= np.percentile(np.abs(some), 95) / 2]
+    return bool(np.median(on) < -_LEAST_LOAD * nominal)
+
+
+def turn_load(bench: Bench, _: PressingLoad) -> None:
+    """Turn a load over that reads negative where it is on."""
+    load = bench.measured("normal_force")
+    if load is not None and pulls(load, bench.manifest.conditions.normal_load.value):
+        bench.put("normal_force", -load, "turned over", "it reads negative when loaded", factor=-1.0)
+
+
+def turn_friction(bench: Bench, _: FrictionSign) -> None:
+    """Turn friction over that reads negative throughout a test in one direction."""
+    if bench.manifest.conditions.stroke is not None:
+        return
+    for name in _FRICTIONS:
+        friction = bench.measured(name)
+        if friction is not None and _is_negative(friction):
+            bench.put(name, -friction, "turned over", "it reads negative in a test in one direction", factor=-1.0)
+
+
+def _is_negative(friction: Column) -> bool:
+    some = fewer(friction)
+    if not len(some) or not np.median(some) < 0:
+        return False
+    rubbing = some[np.abs(some) > 0.2 * np.median(np.abs(some))]
+    return bool(np.mean(rubbing < 0) >= _ONE_WAY)
