@@ -218,6 +218,67 @@ def test_other_files_are_left_alone(content):
     assert READER.match(SourceFile("x.txt", content)).confidence < 0.5
 
 
+def unnamed(content: bytes) -> bytes:
+    """Write the steps as the software of the MTM does: without their names, which the line below tells."""
+    lines = content.decode().split("\r\n")
+    named = {number: line.split('"') for number, line in enumerate(lines) if line.startswith("Step ") and '"' in line}
+    for number, (step, name, started) in named.items():
+        lines[number] = step.rstrip() + started
+        lines[number + 1] = f"Step type\tPOD_TIMED\tStep description\t{name}\tStep duration\t02:05:00"
+        lines[number + 1] += "\r\nDisc track radius used for this step (mm)\t21.232"
+    return "\r\n".join(line for line in lines if not line.startswith("Disc track radius:")).encode()
+
+
+def test_steps_without_names_in_their_first_line():
+    table = read(unnamed(SMALL))
+    assert np.array_equal(values(table), TRUTH, equal_nan=True)
+    assert "segments are the tables of step 2 'Curve 0', step 4 'Curve 1'" in table.notes
+    assert table.facts["conditions.track_radius"] == "21.232 mm"
+    assert not any("is taken to be in mm" in note for note in table.notes)
+
+
+def test_track_radii_that_differ_from_step_to_step_are_told():
+    table = read(unnamed(SMALL).replace(b"21.232", b"20.0", 1))
+    assert "conditions.track_radius" not in table.facts
+    assert any("track radius" in note and "20.0" in note and "21.232" in note for note in table.notes)
+
+
+def test_file_that_begins_with_its_first_step():
+    content = unnamed(SMALL)
+    content = content[content.index(b"Step 1") :]
+    assert READER.match(SourceFile("x.txt", content)).confidence >= 0.9
+    table = read(content)
+    assert np.array_equal(values(table), TRUTH, equal_nan=True)
+    assert table.facts == {"instrument": "PCS Instruments", "conditions.track_radius": "21.232 mm"}
+
+
+def test_many_steps_are_not_listed_one_by_one():
+    table = read(write([STEPS[0]] * 9))
+    assert any("step 8 'Curve 3', and 5 more" in note for note in table.notes)
+
+
+def test_load_of_a_pin_where_no_ball_is_loaded():
+    names = [*NAMES[:-1], "Pin Load (N)"]
+    on_pin = [[*row[:4], "", *row[5:-1], "11.8"] for row in STEPS[0]]
+    assert column(read(write([on_pin], names)), "Pin Load (N)").signal == "normal_force"
+    on_ball = [[*row[:-1], "0.1"] for row in STEPS[0]]
+    table = read(write([on_ball], names))
+    assert column(table, "Ball Load (N)").signal == "normal_force"
+    assert column(table, "Pin Load (N)").signal is None
+
+
+def test_temperature_of_the_lubricant_by_its_longer_name():
+    names = [{"Lube Temp (°C)": "Lube RTD Temp (degC)"}.get(name, name) for name in NAMES]
+    found = column(read(write(STEPS, names)), "Lube RTD Temp (degC)")
+    assert (found.signal, found.unit) == ("temperature", "degC")
+
+
+def test_colours_of_a_film_are_refused_by_name():
+    source = SourceFile("map.txt", b"SLIM Mapper Analysis File\r\nSelection type:\tCircle\r\nX\tY\tR\r\n1\t2\t3\r\n")
+    match = READER.match(source)
+    assert (match.confidence, match.known_as) == (0.0, "a 'SLIM Mapper Analysis File'")
+
+
 def _real(name: str) -> SourceFile:
     path = REAL_DATA / name
     if not path.is_file():

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from tribopipe.records.manifest import RunManifest
 from tribopipe.records.results import DriftCorrection
 from tribopipe.records.signals import SignalName
+from tribopipe.units import show_force
 
 Column = NDArray[np.float64]
 Numbers = float | Column
@@ -94,7 +95,8 @@ class RawRun:
         return len(self.sliding_distance)
 
     def __str__(self) -> str:
-        load = self.manifest.conditions.normal_load.shown("mN")
+        stated = self.manifest.conditions.normal_load
+        load = show_force(stated.value, stated.standard_uncertainty)
         signals = ", ".join(self.columns)
         known = self.sliding_distance[np.isfinite(self.sliding_distance)]
         far = f"{np.max(known):.4g} m" if len(known) else "an unknown distance"

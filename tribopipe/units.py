@@ -222,6 +222,11 @@ def show(value: float, uncertainty: float | None, si_unit: str, unit: str | None
     return f"{_rounded_pair(number, spread)}{tail}"
 
 
+def show_force(newtons: float, uncertainty: float | None = None) -> str:
+    """Write a load for people, in mN below 1 N."""
+    return show(newtons, uncertainty, "N", "mN" if newtons < 1 else "N")
+
+
 def _rounded(number: float) -> str:
     mantissa, _, power = f"{number:.4g}".partition("e")
     return f"{mantissa}{_power(int(power))}" if power else mantissa

@@ -88,6 +88,8 @@ _SHORT: "dict[StepName, str]" = {
 
 def _row(run: _Listed, *, marked: bool) -> list[str]:
     """Return the cells of a run, that of its mark only in a list where a run is marked."""
+    from tribopipe.units import show_force
+
     manifest, conditions, contact = run.manifest, run.manifest.conditions, run.manifest.contact
     return [
         manifest.id,
@@ -95,7 +97,7 @@ def _row(run: _Listed, *, marked: bool) -> list[str]:
         "–" if contact is None else contact.kind,
         " / ".join(dict.fromkeys(body.material for body in manifest.bodies.values())) or "–",
         conditions.medium or "–",
-        conditions.normal_load.shown("mN"),
+        show_force(conditions.normal_load.value, conditions.normal_load.standard_uncertainty),
         "–" if manifest.started is None else f"{manifest.started:%Y-%m-%d %H:%M}",
         ", ".join(_SHORT[name] for name in run.steps) or "ingested",
     ]

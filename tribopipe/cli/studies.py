@@ -323,12 +323,14 @@ def _disc_rows(verdict: "TwinDiscVerdict") -> list[list[str]]:
 
 
 def _verdict_row(verdict: "RunVerdict") -> list[str]:
+    from tribopipe.units import show_force
+
     micro = "um"
     low, high = (end.shown(micro).removesuffix(" µm") for end in verdict.predicted_interval)
     return [
         verdict.id,
         verdict.role,
-        verdict.normal_load.shown("mN"),
+        show_force(verdict.normal_load.value, verdict.normal_load.standard_uncertainty),
         verdict.measured_depth.shown(micro).removesuffix(" µm"),
         verdict.predicted_depth.shown(micro).removesuffix(" µm"),
         f"{low} to {high}",

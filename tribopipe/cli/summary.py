@@ -163,7 +163,7 @@ def _friction_cells(friction: object) -> list[str]:
     if not isinstance(friction, FrictionFit) or friction.outcome == "none":
         return ["–"] * 3
     if friction.outcome == "steady-only":
-        return ["–", _cell(friction.steady_state, "1"), "not exponential"]
+        return ["–", _cell(friction.steady_state, "1"), "not exponential" if friction.window else "–"]
     return [_cell(friction.amplitude, "1"), _cell(friction.steady_state, "1"), _cell(friction.running_in_distance, "m")]
 
 

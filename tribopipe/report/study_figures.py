@@ -30,7 +30,7 @@ from tribopipe.run import Column, RawRun
 from tribopipe.study.effective import EffectiveCoefficient
 from tribopipe.study.evaluate import StudyCurve
 from tribopipe.study.member import Member
-from tribopipe.units import axis, from_si, interval_from_si, show
+from tribopipe.units import axis, from_si, interval_from_si, show, show_force
 from tribopipe.wear.friction_path import fitted_path, junction_factor
 
 if TYPE_CHECKING:
@@ -309,7 +309,9 @@ def _by_load(runs: Sequence[RunVerdict]) -> list[RunVerdict]:
 
 def _names(loads: Mapping[str, Quantity]) -> dict[str, tuple[str, str]]:
     """Name runs by their loads, and on a line below by their ids where several have the same."""
-    return _told_apart({run_id: load.shown("mN") for run_id, load in _without_spread(loads).items()})
+    return _told_apart(
+        {run_id: show_force(load.value, load.standard_uncertainty) for run_id, load in _without_spread(loads).items()}
+    )
 
 
 def _told_apart(shown: Mapping[str, str]) -> dict[str, tuple[str, str]]:
@@ -327,7 +329,7 @@ def _place(run: RawRun) -> tuple[float, ...]:
 
 def _conditions(run: RawRun) -> str:
     """Name a run by its load, and for two discs by slip too."""
-    load = show(run.manifest.conditions.normal_load.value, None, "N", "mN")
+    load = show_force(run.manifest.conditions.normal_load.value)
     if not run.manifest.rolls:
         return load
     return f"{load}, {show(slip(run.manifest).value, None, '1', '%')} slip"

@@ -36,7 +36,7 @@ from tribopipe.study.combine import Combination, combine
 from tribopipe.study.member import Member, chosen
 from tribopipe.study.verdict import DECISIVE, Comparison, decide, ratio, single_run_note
 from tribopipe.uncertainty import TAILS, propagate_together
-from tribopipe.units import show
+from tribopipe.units import show, show_force
 from tribopipe.wear.inputs import DISC_INPUTS, default_notes
 from tribopipe.wear.twin_disc.identify import run_notes
 from tribopipe.wear.twin_disc.problem import DiscProblem, disc_problem
@@ -366,7 +366,7 @@ def _ends(band: tuple[Column, Column], unit: str) -> tuple[Quantity, Quantity]:
 
 def _sentence(law: LawName, verdict: TwinDiscVerdict) -> str:
     """Say the outcome as a tribologist would."""
-    load, slipping = show(verdict.normal_load.value, None, "N", "mN"), show(verdict.slip.value, None, "1", "%")
+    load, slipping = show_force(verdict.normal_load.value), show(verdict.slip.value, None, "1", "%")
     where = f"at {load} and {slipping} slip"
     parts = []
     for disc in verdict.discs:
