@@ -4,15 +4,20 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import get_args
 
+import numpy as np
+
 from tribopipe.archive.store import Archive
 from tribopipe.pipeline import find_runs, process
+from tribopipe.profile import examined
 from tribopipe.records.manifest import CurvedDisc, FlatDisc, TwinDisc
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import DistanceConvention, Recipe
 from tribopipe.report.archived import save_run_figures
 from tribopipe.report.disc_figures import plot_disc_model
 from tribopipe.report.figures import save_figure
+from tribopipe.report.profile_figures import draw_profile
 from tribopipe.report.studies import save_study_figures
+from tribopipe.run import Profile
 from tribopipe.studies import load_studies, run_study
 from tribopipe.wear.twin_disc.predict import DiscScenario, KnownDiscs
 
@@ -50,6 +55,20 @@ def main() -> None:
                 (FIGURES / path.name).write_bytes(path.read_bytes())
     counting = {distance: table_3(distance) for distance in get_args(DistanceConvention)}
     save_figure(plot_disc_model(counting, ROTATIONS, ROTATIONS), FIGURES / "twin-disc-table3.svg")
+    across = worn_track()
+    title = "Across a wear track on a disc (made up)"
+    save_figure(draw_profile(across, examined(across, None), title), FIGURES / "disc-track-profile.svg")
+
+
+def worn_track() -> Profile:
+    """Make up a scan across a track on a disc: tilted and rough, with piled-up material and a grain of dust."""
+    x = np.linspace(0.0, 2e-3, 4001)
+    middle, half = 1.05e-3, 0.25e-3
+    groove = 6e-6 * np.maximum(0.0, 1 - ((x - middle) / half) ** 2)
+    left, right = (np.exp(-(((x - middle - side * 1.16 * half) / 35e-6) ** 2) / 2) for side in (-1, 1))
+    dust = np.where(np.abs(x - 0.35e-3) < 4e-6, 1.2e-6, 0.0)
+    noise = 0.06e-6 * np.random.default_rng(7).standard_normal(len(x))
+    return Profile(x, 0.004 * x - groove + 1.4e-6 * left + 0.9e-6 * right + dust + noise)
 
 
 def table_3(distance: DistanceConvention) -> DiscScenario:

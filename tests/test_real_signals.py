@@ -38,10 +38,7 @@ FILES = {
         {"NominalLoad": (None, 10, 7000), "CoF.mean": (None, 0.00307413, 2.9058121)},
     ),
 }
-SERIES = {
-    "winducom-dwf-al10cu": ("*/*.dwf", "ducom-winducom"),
-    "newport-rheofriction": ("*/*.txt", "newport-rheofriction"),
-}
+SERIES = {"winducom-dwf-al10cu": "*/*.dwf", "newport-rheofriction": "*/*.txt"}
 NO_DATA = ["LICENSE*", "README.md", "PROVENANCE.txt", "Experimental Conditions"]
 
 
