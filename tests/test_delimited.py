@@ -593,3 +593,29 @@ def test_a_row_that_lacks_a_field_is_refused_where_all_others_end_in_a_separator
 def test_a_long_run_of_digits_is_judged_at_once(signs):
     assert not is_number("9" * 1_000_000 + "x", signs)
     assert is_number("9" * 1_000_000, signs)
+
+
+def test_a_line_of_words_below_the_table_is_left_out_with_a_note():
+    rows = "Time [s]\tDepth [um]\r\n1,5\t2,5\r\n2,5\t27,\r\n\r\nTest completed at 15:08:24 on 2019-04-11\r\n"
+    table = DelimitedReader().read(SourceFile("a.txt", rows.encode()), Hints())
+    np.testing.assert_array_equal(table.columns[1].values, [2.5, 27.0])
+    assert table.notes == ("left out the line 'Test completed at 15:08:24 on 2019-04-11' below the table",)
+
+
+def test_a_table_cut_in_the_middle_of_a_number_is_still_refused():
+    rows = "Time [s];Depth [um]\n1.50;2.50\n2.50;2.75\n3.5"
+    with pytest.raises(ReaderError, match="ends in the middle of a row"):
+        DelimitedReader().read(SourceFile("a.txt", rows.encode()), Hints())
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        '{\n  "a": 1,\n  "b": 2,\n  "c": 3\n}\n',
+        "[tool.ruff]\nwidth = 1\nheight = 2\n",
+        "<table>\n<td>,1,2\n<td>,3,4\n",
+        "name,kind,size\na,b,1\nc,d,2\n",
+    ],
+)
+def test_documents_and_lists_of_words_are_no_tables(content):
+    assert DelimitedReader().match(SourceFile("a.txt", content.encode())).confidence < 0.5

@@ -19,8 +19,10 @@ file is refused rather than guessed.
 import csv
 import math
 import os
+import re
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from io import BytesIO, TextIOWrapper
 from itertools import islice
 from typing import Any, NamedTuple
@@ -33,10 +35,14 @@ from tribopipe.ingest.layout import Decimal, Layout, find_layout
 from tribopipe.ingest.names import split_name, without_brackets
 from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.ingest.tables import MISSING, find_table, is_number
-from tribopipe.ingest.text import BLANKS, LINE_END, SAMPLE_BYTES, Row, Text, decode, split_rows
+from tribopipe.ingest.text import BLANKS, LINE_END, LONGEST_LINE, SAMPLE_BYTES, Row, Text, decode, split_rows
 from tribopipe.run import SourceFile
 from tribopipe.units import is_unit
 
+_NO_TABLE = re.compile(r"[{<]|\[(?:[\[{\"]|$)")
+"""How JSON and XML begin."""
+_WORDS = re.compile(r"[^\W\d_]{3}")
+_MOST_CLOSING_LINES = 5
 _PIECE_BYTES = 3 << 20
 _THREADS = 4
 _SPARE = 1.05
@@ -61,13 +67,37 @@ class DelimitedReader:
         if not table.fits or table.regularity < 0.5:
             line = table.rows[table.top].line
             return Match(0.2, f"most rows have another number of fields than the names in line {line}")
+        if len(table.numeric) < 2 and table.textual:
+            return Match(0.3, f"of {table.width} columns a single one holds numbers")
+        if _NO_TABLE.match(table.rows[0].cells[0]) or any("=" in row.cells for row in table.rows[table.body :]):
+            return Match(0.3, "it is written as a document, settings or a program are")
         share = len(table.numeric) / table.width
         return Match(0.5 + 0.2 * share, f"a table of {table.width} columns, {len(table.numeric)} of them numbers")
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:
         """Parse the file; ``ReaderError`` with file and line where it is no whole, unambiguous table."""
         text = decode(source, hints.encoding)
-        return read_table(text, find_layout(text, hints))
+        layout = find_layout(text, hints)
+        text, left_out = _without_closing_words(text, layout)
+        table = read_table(text, layout)
+        return replace(table, notes=(*table.notes, *left_out))
+
+
+def _without_closing_words(text: Text, layout: Layout) -> tuple[Text, list[str]]:
+    """Leave out what software writes below a table: lines of words without a separator; and say so."""
+    left_out: list[str] = []
+    # The end alone is looked at: a copy of a long file costs as much as reading it.
+    tail = text.content[max(_body_start(text, layout), len(text.content) - LONGEST_LINE) :]
+    before = len(text.content) - len(tail)
+    while layout.separator != BLANKS and len(left_out) < _MOST_CLOSING_LINES:
+        kept = tail.rstrip(b"\r\n \t")
+        start = max(kept.rfind(b"\n"), kept.rfind(b"\r")) + 1
+        line = kept[start:].decode(errors="replace").strip()
+        if not start or layout.separator in line or not _WORDS.match(line):
+            break
+        left_out.insert(0, f"left out the line {line[:60]!r} below the table")
+        tail = tail[:start]
+    return (replace(text, content=text.content[: before + len(tail)]) if left_out else text), left_out
 
 
 class _Parsed(NamedTuple):

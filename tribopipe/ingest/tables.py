@@ -17,8 +17,8 @@ _NUMBER = {
     signs: re.compile(rf"[+-]?(?:{digits})(?:[eE][+-]?\d+)?", re.ASCII)
     for signs, digits in {
         ".": r"\d+(?:\.\d*)?|\.\d+",
-        ",": r"\d+(?:,\d+)?",
-        ".,": r"\d+(?:\.\d*|,\d+)?|\.\d+",
+        ",": r"\d+(?:,\d*)?",
+        ".,": r"\d+(?:[.,]\d*)?|\.\d+",
     }.items()
 }
 _NAME_AMONG_BLANKS = re.compile(r"\S+(?:[ \t]*(?:\[[^\]]*\]|\([^)]*\))|[ \t]+/[ \t]+\S+)?")
