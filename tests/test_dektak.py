@@ -74,6 +74,15 @@ def test_of_several_heights_the_raw_ones_are_taken():
     assert [column.axis for column in table.columns] == ["x", None, "z"]
 
 
+def test_scan_that_vision64_wrote_without_parameters():
+    content = "\ufeff\r\n\r\nData\r\nLateral(µm),Raw(nm),,\r\n0,3.8152,,\r\n0.0941276,8.68561,,\r\n0.18826,-9.8,,\r\n"
+    source = SourceFile("step.csv", content.encode())
+    assert READER.match(source).confidence > max(0.9, DelimitedReader().match(source).confidence)
+    table = READER.read(source, Hints())
+    assert [(column.axis, column.unit) for column in table.columns] == [("x", "µm"), ("z", "nm")]
+    np.testing.assert_array_equal(numbers(table), [[0, 3.8152], [0.0941276, 8.68561], [0.18826, -9.8]])
+
+
 @pytest.mark.parametrize("end", ["\n", "\r", "\r\n"])
 def test_any_line_ends_and_encodings(end):
     text = (HEADER + ROWS).replace("\r\r\n", "\n").replace("\r\n", "\n").replace("\n", end)
@@ -102,7 +111,7 @@ def test_row_without_its_end_is_named():
 
 
 @pytest.mark.parametrize(
-    "content", [b"", HEADER.encode(), SMALL.replace(b"Scan Data", b"Data"), ROWS.encode(), b"\0\1\2"]
+    "content", [b"", HEADER.encode(), SMALL.replace(b"Scan Data", b"Scan"), ROWS.encode(), b"\0\1\2"]
 )
 def test_no_scan_is_refused(content):
     with pytest.raises(ReaderError, match=r"^scan\.csv"):

@@ -106,7 +106,7 @@ def test_one_file_and_one_answer_end_in_a_run_that_process_takes(run_cli, lab, e
     monkeypatch.setattr("tribopipe.cli.new._somebody_to_ask", lambda: ask)
     made = run_cli("new", export, "--json")
     assert made.exit_code == 0, made.stderr
-    assert ask.asked[0].startswith("conditions.normal_load, nominal normal load; needed (such as 50 N")
+    assert ask.asked[0].startswith("conditions.normal_load, nominal normal load; needed (50 N: the name of the file")
     told = json.loads(made.stdout)
     assert told["id"] == "7-Al10Cu-50N-140m-328rpm"
     assert told["files"] == [{"format": "ducom-winducom", "names": [export.name]}]
@@ -355,6 +355,18 @@ def test_columns_are_known_by_their_names_where_the_unit_fits(lab):
     assert "# N, by its name" in text
 
 
+def test_a_signal_by_the_format_whose_unit_is_not_known_is_left_to_the_lab(lab):
+    rows = b"".join(b"%d\t0,%d\t0,1\t0,2%d\t1,1\r\n" % (n, n, n) for n in range(1, 9))
+    (lab / "a.txt").write_bytes(b"Time\tDistance\t Laps\t mu\tFrictionForce\r\n" + rows)
+    made = make_run(Wanted([lab / "a.txt"], settings=[LOAD]))
+    assert made.problem is None
+    columns = document(made.folder)["signals"][0]["columns"]
+    assert columns == {"time": "Time", "sliding_distance": "Distance", "friction_coefficient": "mu"}
+    text = (made.folder / "run.toml").read_text(encoding="utf-8")
+    assert '# friction_force = { column = "FrictionForce", unit = "mN" }' in text
+    assert "by the format, its unit is not known" in text
+
+
 def test_two_columns_that_could_be_one_signal_are_left_to_the_lab(lab):
     (lab / "a.csv").write_bytes(b"Time [s],COF,mu\n1,0.5,0.6\n2,0.5,0.6\n3,0.5,0.6\n")
     made = make_run(Wanted([lab / "a.csv"], settings=[LOAD]))
@@ -367,7 +379,7 @@ def test_two_columns_that_could_be_one_signal_are_left_to_the_lab(lab):
 def test_a_run_without_friction_and_depth_is_said_to_be_one(lab):
     (lab / "a.csv").write_bytes(b"Time [s],Fn [N]\n1,0.5\n2,0.5\n3,0.5\n")
     made = make_run(Wanted([lab / "a.csv"], settings=[LOAD, "conditions.sliding_speed=1 m/s"]))
-    assert "neither friction nor depth" in made.problem
+    assert "found time, normal_force among the signals, but neither friction nor depth" in made.problem
 
 
 def test_files_without_any_known_column_still_become_a_folder(lab):
@@ -594,6 +606,21 @@ def test_a_described_reader_goes_with_the_run(lab):
         assert read_run(made.folder).columns["friction_force"].tolist() == [1.0, 1.2, 1.1]
 
 
+def test_a_template_against_the_format_is_said_to_be_so(lab):
+    (lab / "our-rig.toml").write_text(
+        'schema = "tribopipe.reader/1"\nname = "our-rig"\ntitle = "Our rig"\n[columns]\nA = { signal = "time" }\n'
+        'B = { signal = "depth", scale = -1.0 }\n',
+        encoding="utf-8",
+    )
+    (lab / "lab.toml").write_text(
+        'schema = "tribopipe.template/1"\n[signals]\nreader = "our-rig.toml"\ncolumns = { depth = "B" }\n',
+        encoding="utf-8",
+    )
+    (lab / "x.txt").write_bytes(b"A [s];B [um]\n0;0.5\n1;0.6\n2;0.7\n")
+    text = (make_run(Wanted([lab / "x.txt"], template=lab / "lab.toml")).folder / "run.toml").read_text("utf-8")
+    assert "# µm, by lab.toml; by the format it is 'B [um], calibrated'" in text
+
+
 def test_a_reader_that_is_not_there_is_refused_with_the_nearest(export):
     with pytest.raises(ReaderError, match="did you mean 'ducom-winducom'"):
         make_run(Wanted([export], reader="ducom-windcom"))
@@ -621,16 +648,30 @@ def test_a_profile_among_the_files_is_left_to_the_lab(lab, export):
         make_run(Wanted([lab / "a.txt"]))
 
 
-def test_a_profile_whose_columns_are_named_waits_for_them(lab, export):
-    (lab / "a.csv").write_bytes(b"Across [mm],Up [um]\n" + PROFILE.replace(b"\t", b","))
-    made = make_run(Wanted([export], settings=[LOAD], profiles=[f"pin={lab / 'a.csv'}"]))
+@pytest.mark.parametrize("names", [b"x [mm],z [um]\n", b"Across [mm],Up [um]\n"])
+def test_a_profile_in_a_table_is_taken_where_its_columns_can_be_told(lab, export, names):
+    (lab / "a.csv").write_bytes(names + PROFILE.replace(b"\t", b","))
+    made = make_run(Wanted([export], settings=[LOAD], profiles=[f"disc={lab / 'a.csv'}"]))
+    assert document(made.folder)["end_values"] == {"disc_profile": {"file": "a.csv"}}
+    assert (made.problem, list(read_run(made.folder).profiles)) == (None, ["end_values.disc_profile"])
+
+
+def test_profiles_whose_columns_are_named_wait_for_them_and_none_is_lost(lab, export):
+    files = [lab / f"track-at-{angle}-degrees.csv" for angle in (0, 90, 180, 270)]
+    for file in files:
+        file.write_bytes(b"Across [mm],Up [um],Down [um]\n" + PROFILE.replace(b"\t", b",").replace(b"\n", b",0\n"))
+    made = make_run(Wanted([export], settings=[LOAD], profiles=[f"disc={file}" for file in files]))
     text = (made.folder / "run.toml").read_text(encoding="utf-8")
-    assert '"Across [mm]", "Up [um]"' in text
+    (line,) = [line for line in text.splitlines() if line.startswith("# disc_profile")]
+    assert all(file.name in line for file in files)
+    assert tomllib.loads(line.removeprefix("# "))["disc_profile"][3]["position"] == "…"
+    assert made.notes[-1].startswith("end_values.disc_profile waits in a comment of run.toml: name the columns")
+    assert '"Across [mm]", "Up [um]"' in made.notes[-1]
 
 
-@pytest.mark.parametrize("written", ["a.txt", "ball=a.txt"])
-def test_a_profile_of_no_body_is_refused(export, written):
-    with pytest.raises(ManifestError, match="found no body"):
+@pytest.mark.parametrize(("written", "told"), [("a.txt", "found no '='"), ("bisc=a.txt", "'bisc'.*mean 'disc'")])
+def test_a_profile_of_no_body_is_refused(export, written, told):
+    with pytest.raises(ManifestError, match=told):
         make_run(Wanted([export], profiles=[written]))
 
 

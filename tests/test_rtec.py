@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from read_tables import column, read_or_refused, values
 
 from tribopipe.errors import ReaderError
 from tribopipe.ingest.delimited import DelimitedReader
 from tribopipe.ingest.formats.rtec import RtecReader
-from tribopipe.ingest.reader import Hints, ReadColumn, Reader, ReadTable
+from tribopipe.ingest.reader import Hints, Reader, ReadTable
 from tribopipe.run import SourceFile
 
 READER = RtecReader()
@@ -34,14 +35,6 @@ TRUTH = np.array(ROWS, dtype=float)
 
 def read(content: bytes, **hints: str) -> ReadTable:
     return READER.read(SourceFile("LOG.csv", content), Hints(**hints))
-
-
-def column(table: ReadTable, name: str) -> ReadColumn:
-    return next(each for each in table.columns if each.name == name)
-
-
-def values(table: ReadTable) -> np.ndarray:
-    return np.column_stack([each.values for each in table.columns])
 
 
 def test_small_file():
@@ -137,26 +130,17 @@ def test_decimal_commas_between_semicolons():
 
 def test_cut_at_every_byte():
     for size in range(len(SMALL)):
-        try:
-            table = read(SMALL[:size])
-        except ReaderError as error:
-            assert str(error).startswith("LOG.csv")  # noqa: PT017
-            continue
-        found = values(table)
-        assert np.array_equal(found, TRUTH[: len(found)]), size
-        assert len(found) == len(TRUTH) or table.notes, size
+        table = read_or_refused(READER, "LOG.csv", SMALL[:size])
+        if table is not None:
+            found = values(table)
+            assert np.array_equal(found, TRUTH[: len(found)]), size
+            assert len(found) == len(TRUTH) or table.notes, size
 
 
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, len(SMALL) - 1), st.binary(max_size=4))
 def test_whatever_bytes_are_put_in_nothing_but_reader_errors_is_raised(at, put):
-    source = SourceFile("LOG.csv", SMALL[:at] + put + SMALL[at:])
-    assert 0 <= READER.match(source).confidence <= 1
-    try:
-        table = READER.read(source, Hints())
-    except ReaderError:
-        return
-    assert len({len(each.values) for each in table.columns}) == 1
+    read_or_refused(READER, "LOG.csv", SMALL[:at] + put + SMALL[at:])
 
 
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "cp1252"])
@@ -193,3 +177,25 @@ def test_found_by_content(size):
 )
 def test_other_files_are_left_alone(content):
     assert READER.match(SourceFile("x.csv", content)).confidence < 0.5
+
+
+KNOWN = "Recipe, UpperSample, Type, Radius,TestDate, Operator, Temperature, Liquid, LastCalibDate, LCFz"
+
+
+@pytest.mark.parametrize(
+    ("tested", "calibrated", "started"),
+    [
+        ("9/22/2026 3:42:07 AM", "6/11/2026 1:22:52 PM", "2026-09-22T03:42:07"),
+        ("22.09.2026 15:42", "06.11.2026 13:22", "2026-09-22T15:42:00"),
+        ("9/2/2026 12:42:07 PM", "6/21/2026 1:22:52 PM", "2026-09-02T12:42:07"),
+        ("9/2/2026 3:42:07 AM", "6/11/2026 1:22:52 PM", None),
+        ("", "6/21/2026 1:22:52 PM", None),
+    ],
+)
+def test_date_of_the_test_is_taken_where_day_and_month_are_certain(tested, calibrated, started):
+    values = f"trial.Rx,,Reciprocating,1,{tested},Ana,,N/A,{calibrated},200N"
+    rows = "Step, Timestamp, DAQ.Fz (N),DAQ.COF (Fx),\n1,0.011,2.002,0.007,\n1,0.021,2.005,0.008,\n"
+    table = read(f"{KNOWN}\r{values},,\r\n{rows}\nTotalTime\n00:00:00.02\n".encode())
+    expected = {"operator": "Ana"} | ({"started": started} if started else {})
+    assert table.facts == expected
+    assert any("day or month first" in note for note in table.notes) == bool(tested and not started)

@@ -54,6 +54,14 @@ def test_different_tables_are_refused_by_name():
         read(xlsx({"A": ROWS, "B": other}))
 
 
+def test_sheet_of_words_alone_is_no_table():
+    words = [["Measuring Tool", "SurfTest"], ["Filter", "GAUSS"], ["Standard", "ISO 1997"], ["Length", "2.5mm"]]
+    words += [[f"Ra {number}", number] for number in (1, 2)] + [["Rz", "um"]]
+    with pytest.raises(ReaderError, match=r"sheet 'Sheet1': found no column of numbers alone; expected"):
+        read(xlsx({"Sheet1": words}))
+    assert columns(read(xlsx({"Sheet1": words, "Data": ROWS})))["Ft"] == [1.5, -2.5e-7, 12345678.9]
+
+
 def test_settings_and_hidden_sheets_are_left_out_with_notes():
     other = [["Time [s]", "Fz"], [0.0, 1.0], [1.0, 2.0]]
     settings = [["Parameter", "Value"], ["Load", 5.0], ["Speed", 3.0]]

@@ -163,13 +163,19 @@ def _made_of(profile: ReaderProfile, column: ReadColumn, told: DescribedColumn |
     if told.calibration is None and not scaled:
         return _Made((replace(column, unit=told.unit or column.unit, signal=told.signal, axis=told.axis),))
     derived = _scaled(column, told, file)
-    notes = [f"{derived.name!r} is {column.name!r} × {told.scale:g} + {told.offset:g}"] if scaled else []
+    notes = [f"{derived.name!r} is {column.name!r}{_formula(told)}"] if scaled else []
     if told.calibration is not None:
         calibration = profile.calibrations[told.calibration]
         derived, note = _calibrated(derived, told.calibration, calibration, file)
         notes.append(note)
         column = column if scaled else replace(column, unit=calibration.reading)
     return _Made((column, derived), tuple(notes))
+
+
+def _formula(told: DescribedColumn) -> str:
+    """Write what is done to a column: " × -1 + 3"."""
+    factor = "" if told.scale == 1.0 else f" × {told.scale:g}"
+    return factor + ("" if told.offset == 0.0 else f" {'+-'[told.offset < 0]} {abs(told.offset):g}")
 
 
 def _scaled(column: ReadColumn, told: DescribedColumn, file: str) -> ReadColumn:

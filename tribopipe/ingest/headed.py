@@ -2,7 +2,9 @@
 
 import re
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import replace
+from datetime import datetime
 
 from tribopipe.errors import ReaderError
 from tribopipe.ingest.layout import Decimal, Layout
@@ -13,6 +15,11 @@ from tribopipe.run import SourceFile
 
 _YEAR_FIRST = re.compile(
     r"(?P<date>[12]\d{3}[-./]\d{1,2}[-./]\d{1,2})[\s,T]+(?P<hour>\d{1,2}):(?P<rest>[0-5]\d(?::[0-5]\d)?)(?![\d:])",
+    re.ASCII,
+)
+_YEAR_LAST = re.compile(
+    r"\b(?P<first>\d{1,2})[/.-](?P<second>\d{1,2})[/.-](?P<year>\d{4}) +(?P<hour>\d{1,2}):(?P<minute>\d\d)"
+    r"(?::(?P<seconds>\d\d))?(?: *(?P<half>[AaPp])[Mm])?(?!\d)",
     re.ASCII,
 )
 _BRACKETS = re.compile(r"\s*\[[^\[\]]*\]$")
@@ -98,3 +105,29 @@ def moment(text: str) -> str | None:
     year, month, day = map(int, re.split("[-./]", found["date"]))
     in_range = 1 <= month <= 12 and 1 <= day <= 31 and int(found["hour"]) < 24
     return f"{year}-{month:02d}-{day:02d}T{int(found['hour']):02d}:{found['rest']}" if in_range else None
+
+
+def moment_by(text: str, others: Iterable[str]) -> tuple[str, str | None] | None:
+    """Find a date and time of day whose year comes last: as it is written, and in ISO 8601.
+
+    Which of day and month comes first is told by other dates of the same file; not in ISO 8601 where none tells.
+    """
+    found = _YEAR_LAST.search(text)
+    if found is None:
+        return None
+    dates = [found, *(date for other in others for date in _YEAR_LAST.finditer(other))]
+    day_first = any(int(date["first"]) > 12 for date in dates)
+    month_first = any(int(date["second"]) > 12 for date in dates)
+    return found[0], None if day_first == month_first else _iso(found, "first" if day_first else "second")
+
+
+def _iso(date: re.Match[str], day: str) -> str | None:
+    month = "second" if day == "first" else "first"
+    hour = int(date["hour"])
+    if date["half"]:
+        hour = hour % 12 + (12 if date["half"] in "Pp" else 0)
+    fields = (int(date["year"]), int(date[month]), int(date[day]), hour, int(date["minute"]), int(date["seconds"] or 0))
+    try:
+        return datetime(*fields).isoformat()  # noqa: DTZ001
+    except ValueError:
+        return None

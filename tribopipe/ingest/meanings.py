@@ -71,7 +71,8 @@ def meanings_of(columns: Sequence[ReadColumn]) -> dict[str, Meaning]:
     found: dict[str, Meaning] = {}
     for column in numbers:
         if column.signal is not None and not _taken(column.signal, found):
-            found[column.name] = Meaning(column.signal, "by the format")
+            lacks = NO_UNIT if column.unit is None and not _fits(None, column.signal) else ""
+            found[column.name] = Meaning(column.signal, "by the format", lacks)
     for told in (_by_own_name, _by_synonym):
         _add_named([column for column in numbers if column.name not in found], found, told)
     return found

@@ -183,6 +183,12 @@ def _columns(table: ReadTable, named: ProfileSource, key: str) -> _Columns:
     return _Columns(along[0], heights, others[0] if axes["y"] and others else None)
 
 
+def tells_axes(table: ReadTable) -> bool:
+    """Tell whether position and height are known though nobody names their columns."""
+    axes = _axes(table)
+    return bool(axes["x"] and axes["z"])
+
+
 def _axes(table: ReadTable) -> dict[Axis, list[ReadColumn]]:
     """Sort columns by axis: by the format's word, else by their names, else by being two lengths."""
     wanted: tuple[Axis, ...] = ("x", "y", "z")

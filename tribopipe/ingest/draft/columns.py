@@ -56,7 +56,13 @@ def _as_told(export: Export, signal: Any, source: Any, told_by: str) -> Mapped |
         column = find_column(export.table, named["column"], signal, export.name)
     except ReaderError:
         return None
-    return Mapped(signal, column, told_by, named.get("unit"))
+    return Mapped(signal, column, told_by + _contradicted(export, signal, column), named.get("unit"))
+
+
+def _contradicted(export: Export, signal: SignalName, column: ReadColumn) -> str:
+    """Name the column that the format itself takes for the signal, where that is another one."""
+    other = next((one for one in export.table.columns if one.signal == signal and one.name != column.name), None)
+    return "" if other is None else f"; by the format it is {other.name!r}"
 
 
 def unmapped_columns(export: Export, mapped: list[Mapped]) -> list[str]:

@@ -14,7 +14,13 @@ from tribopipe.errors import ManifestError, ReaderError
 from tribopipe.ingest.draft.gathering import gather
 from tribopipe.ingest.draft.grouping import Group, grouped
 from tribopipe.ingest.draft.hints import doubt_names
-from tribopipe.ingest.draft.profiles import Measured, add_profiles, read_profile, which_profile
+from tribopipe.ingest.draft.profiles import (
+    Measured,
+    add_profiles,
+    profiles_left_open,
+    read_profile,
+    which_profile,
+)
 from tribopipe.ingest.draft.questions import Ask, Say, ask_for_missing
 from tribopipe.ingest.draft.writing import Draft, manifest_text
 from tribopipe.ingest.exports import Export, chosen_reader, is_profile_file, open_export, read_export
@@ -115,6 +121,7 @@ def make_run(wanted: Wanted, ask: Ask | None = None, say: Say = print) -> NewRun
     with _building(target) as part:
         problem = _fill(part, draft, sources)
     notes = dict.fromkeys(f"{export.name}: {note}" for export in exports for note in export.table.notes)
+    notes |= dict.fromkeys(profiles_left_open(draft.known))
     lacks, bodies_lack = draft.known.lacks, draft.known.bodies_lack
     return NewRun(target, tuple(draft.groups), tuple(lacks), tuple(bodies_lack), problem, tuple(notes))
 
@@ -205,12 +212,13 @@ def _fill(part: Path, draft: Draft, sources: Sequence[SourceFile]) -> str | None
 def _problem(folder: Path) -> str | None:
     """Say what is in the way of processing a run."""
     try:
-        columns = read_run(folder).columns
+        run = read_run(folder)
     except ReaderError as error:
         return str(error).removeprefix(f"{folder}: ")
-    if "friction_coefficient" in columns or "depth" in columns:
+    if "friction_coefficient" in run.columns or "depth" in run.columns:
         return None
+    measured = [signal for signal, origin in run.origins.items() if origin == "measured"]
     return (
-        f"found {', '.join(columns)} among the signals, but neither friction nor depth; expected one of them; map "
+        f"found {', '.join(measured)} among the signals, but neither friction nor depth; expected one of them; map "
         "friction_force, friction_coefficient or depth under [signals.columns] in run.toml"
     )

@@ -8,6 +8,7 @@ from tribopipe.errors import ManifestError, ReaderError, did_you_mean
 from tribopipe.ingest.draft.known import Known
 from tribopipe.ingest.draft.toml import toml
 from tribopipe.ingest.exports import Export, read_export
+from tribopipe.ingest.profiles import tells_axes
 
 _BODIES = ("pin", "disc", "curved_disc", "flat_disc")
 
@@ -26,9 +27,10 @@ def read_profile(written: str) -> Measured:
     """
     body, equals, file = (part.strip() for part in written.partition("="))
     if not equals or body not in _BODIES:
+        found = f"no body {body!r}" if equals else "no '='"
         raise ManifestError(
-            f"--profile {written}: found no body; expected one and the file of its profile, such as disc=track.txt; "
-            f"{did_you_mean(body, _BODIES)}"
+            f"--profile {written}: found {found}; expected a body and the file of its profile, such as "
+            f"disc=track.txt; {did_you_mean(body, _BODIES) if equals else 'write both'}"
         )
     try:
         return Measured(body, read_export(Path(file), holds="profile"))
@@ -40,11 +42,11 @@ def add_profiles(known: Known, measured: Sequence[Measured]) -> None:
     """Take profiles as end values. Raises ``ManifestError`` where the tribometer has no such body."""
     for body in dict.fromkeys(one.body for one in measured):
         exports = [one.export for one in measured if one.body == body]
-        key, tables = f"end_values.{body}_profile", [export for export in exports if export.reader.holds == "signals"]
-        if tables:
-            known.doubt(key, [_named(export) for export in exports], _ask_for_columns(tables[0]))
+        key, files = f"end_values.{body}_profile", [_named(export) for export in exports]
+        untold = [export for export in exports if not tells_axes(export.table)]
+        if untold:
+            known.doubt(key, files, _ask_for_columns(untold[0]))
             continue
-        files = [{"file": export.name} for export in exports]
         problem = known.take(key, files[0] if len(files) == 1 else files)
         if problem is not None:
             raise ManifestError(f"--profile {body}={exports[0].name}: {problem}")
@@ -54,12 +56,22 @@ def which_profile(known: Known, exports: Sequence[Export]) -> None:
     """Note profiles of which nobody has said what they were measured on."""
     for export in exports:
         known.doubt(
-            "end_values.disc_profile", {"file": export.name}, "a profile; of the disc, or the pin: pin_profile?"
+            "end_values.disc_profile", {"file": export.name}, "a profile: of the disc, or of the pin (pin_profile)?"
         )
 
 
+def profiles_left_open(known: Known) -> list[str]:
+    """Say of which profiles run.toml holds but a comment, and why."""
+    return [
+        f"{key} waits in a comment of run.toml: {doubt.why}"
+        for key, doubts in known.doubts.items()
+        if key.endswith("_profile")
+        for doubt in doubts
+    ]
+
+
 def _named(export: Export) -> dict[str, Any]:
-    columns = {} if export.reader.holds == "profile" else {"position": "…", "height": "…"}
+    columns = {} if tells_axes(export.table) else {"position": "…", "height": "…"}
     return {"file": export.name} | columns
 
 

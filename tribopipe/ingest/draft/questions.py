@@ -52,5 +52,5 @@ def _open_questions(known: Known) -> Iterator[str]:
 def _question(known: Known, key: str) -> str:
     blank = BLANKS[key]
     doubts = [f"{doubt.value}: {doubt.why}" for doubt in known.doubts.get(key, [])]
-    told = "; ".join([f"such as {blank.value}", *doubts, "Enter leaves it open"])
+    told = "; ".join([*(doubts or [f"such as {blank.value}"]), "Enter leaves it open"])
     return f"{key}, {blank.words}{_MORE_WORDS.get(key, '')} ({told})"

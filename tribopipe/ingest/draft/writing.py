@@ -97,7 +97,7 @@ def _lines_of(known: Known, key: str, table: str) -> Iterator[_Line]:
     name = key.removeprefix(f"{table}.") if table else key
     doubts = known.doubts.get(key, [])
     for doubt in doubts:
-        yield _Line(f"# {comment(f'{name} = {toml(doubt.value)}')}", doubt.why)
+        yield _Line(f"# {one_line(f'{name} = {toml(doubt.value)}')}", doubt.why)
     if key in known.given:
         given = known.given[key]
         yield _Line(f"{name} = {toml(given.value)}", given.origin)

@@ -232,7 +232,7 @@ def _broken_claims(segments: Sequence[Segment], counts: Sequence[int]) -> list[s
         for number, (segment, count) in enumerate(zip(segments, held, strict=True), 1)
         if segment.claimed is not None and segment.claimed != count
     ]
-    return [f"other numbers of rows than the header says: {_listed(broken)}"] if broken else []
+    return [f"other numbers of rows than the header says: {listed(broken)}"] if broken else []
 
 
 def _repeated(columns: Sequence[ReadColumn], counts: Sequence[int]) -> list[str]:
@@ -244,10 +244,11 @@ def _repeated(columns: Sequence[ReadColumn], counts: Sequence[int]) -> list[str]
         if start - first == end - start > 1
         and all(np.array_equal(values[first:start], values[start:end], equal_nan=True) for values in numeric)
     ]
-    return [f"segments that repeat the one before, number for number: {_listed(repeated)}"] if repeated else []
+    return [f"segments that repeat the one before, number for number: {listed(repeated)}"] if repeated else []
 
 
-def _listed(items: Sequence[str]) -> str:
+def listed(items: Sequence[str]) -> str:
+    """Name the first few of many, and say how many more there are."""
     more = [f"and {len(items) - _MOST_LISTED} more"] if len(items) > _MOST_LISTED else []
     return ", ".join([*items[:_MOST_LISTED], *more])
 

@@ -16,8 +16,9 @@ Text in cp1252 (a micro sign stands in it), fields separated by commas, lines en
     0.0,-0.00933,,
     0.2,-0.00760,,
 
-* Sections have a name on a line of its own. "Scan Data" comes last: a row of names that end in their units ("um",
-  "Micrometer", "Angstrom", …), and one row a sample.
+* Sections have a name on a line of its own. "Scan Data" comes last, or "Data" alone where Vision64 exported nothing
+  but the scan: a row of names that end in their units ("um", "Micrometer", "Angstrom", "(nm)", …), and one row a
+  sample.
 * Rows close in more separators than there are names: the columns behind them are empty. A row without them was cut.
 * Lateral positions are rounded, to 0.1 µm as a rule, so that their steps alternate; closer samples repeat them.
 * Heights count upwards. "Raw" ones are as they were scanned, not levelled; only they are taken where others stand
@@ -37,7 +38,7 @@ from tribopipe.run import SourceFile
 from tribopipe.units import is_unit
 
 _HEAD_BYTES = 1 << 16
-_SECTION = "scan data"
+_SECTIONS = ("scan data", "data")
 _NAMES = re.compile(r"\s*lateral\b", re.IGNORECASE)
 _UNITS = {"a": "angstrom", "å": "angstrom", "angstroms": "angstrom", "microns": "um", "micrometers": "um"}
 
@@ -57,10 +58,10 @@ class DektakReader:
         except ReaderError as error:
             return Match(0.0, str(error).removeprefix(source.name).lstrip(":, "))
         if _names_at(lines) is not None:
-            return Match(0.95, "a section 'Scan Data' starts with the column 'Lateral', as Dektak writes it")
+            return Match(0.95, "a section of data starts with the column 'Lateral', as Dektak writes it")
         if lines and _bare(lines[0]) == "scan parameters":
             return Match(0.6, "the first line is Dektak's 'Scan Parameters'")
-        return Match(0.0, "no section 'Scan Data' that starts with the column 'Lateral'")
+        return Match(0.0, "no section of data that starts with the column 'Lateral'")
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:
         """Parse the file; ``ReaderError`` with file and line where it is cut or no Dektak scan."""
@@ -99,7 +100,7 @@ def _bare(line: str) -> str:
 
 def _names_at(lines: list[str]) -> int | None:
     """Find the row of names in the section of samples."""
-    section = next((at for at, line in enumerate(lines) if _bare(line) == _SECTION), len(lines))
+    section = next((at for at, line in enumerate(lines) if _bare(line) in _SECTIONS), len(lines))
     named = next((at for at in range(section + 1, len(lines)) if _bare(lines[at])), None)
     return named if named is not None and _NAMES.match(lines[named]) else None
 

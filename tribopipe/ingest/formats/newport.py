@@ -52,7 +52,7 @@ class NewportReader:
     """Semicolon rows of seven numbers below sixteen settings."""
 
     name = "newport-rheofriction"
-    title = "Friction tester on Newport stages (settings in line 1, rows between semicolons)"
+    title = "Friction tester on Newport stages (settings in the first line)"
     holds: Holds = "signals"
 
     def match(self, source: SourceFile) -> Match:

@@ -1,14 +1,16 @@
 r"""Rtec MFT: the CSV file that the software of Rtec's multi-function tribometers logs of a test.
 
-    RecipeName,Operator,…\r                                                     names of what is known of the test
-    Stribeck,Ana,…\r\n                                                          and their values
+    Recipe, UpperSample,…,TestDate, Operator,…\r                                names of what is known of the test
+    Stribeck.Rx,,…,9/22/2026 3:42:07 AM,Ana,…\r\n                               and their values
     Step, Timestamp, RecipeStep, DAQ.Fz (N),DAQ.Fx (N),DAQ.COF (),XYZ.Z Depth (mm),\r\n
     1,0.01,1,5.02,1.11,0.221,0.013,\n
     \n
     TotalTime\n
     00:01:08.2500000\n
 
-* A lone CR parts the names of the first line from their values. Either may be missing.
+* A lone CR parts the names of the first line from their values. Either may be missing. Dates are written as the
+  computer's language has them; which of day and month comes first is taken from a date that allows one reading only.
+  Radius is 1 where nobody has set it, and no fact.
 * The row of names has Timestamp in it, and channels called "device.channel (unit)", in any order and any choice; the
   brackets of a friction coefficient are empty or name a force: "DAQ.COF ()", "DAQ.COF (Fx)".
 * Fields are separated by commas, names by commas and blanks; rows, and some rows of names, end in one comma more.
@@ -36,7 +38,7 @@ from tribopipe.ingest.formats.blocks import (
     sample_rows,
     with_meaning,
 )
-from tribopipe.ingest.headed import cells_of, head_lines, refused
+from tribopipe.ingest.headed import cells_of, head_lines, moment_by, refused
 from tribopipe.ingest.layout import Layout
 from tribopipe.ingest.names import bare_name
 from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, ReadTable
@@ -96,12 +98,11 @@ class RtecReader:
                 f"{text.name}: found {'no row' if at is None else 'no numbers below the row'} of names with Timestamp "
                 "and channels such as 'DAQ.Fz (N)'; expected both; export the test again with its data"
             )
-        notes = _closing_notes(text, blocks[at])
+        facts, notes = _facts(text, blocks[at])
+        notes += _closing_notes(text, blocks[at])
         table = read_segments(text, [_rows(text, blocks[at], hints)], numbered=False)
         columns = tuple(map(_with_unit, table.columns))
-        return replace(
-            table, columns=_with_meanings(columns), notes=(*table.notes, *notes), facts=_facts(text, blocks[at])
-        )
+        return replace(table, columns=_with_meanings(columns), notes=(*table.notes, *notes), facts=facts)
 
 
 def _names(line: str) -> list[str]:
@@ -155,12 +156,19 @@ def _with_meanings(columns: Sequence[ReadColumn]) -> tuple[ReadColumn, ...]:
     return tuple(with_meaning(column, meanings.get(column.name)) for column in columns)
 
 
-def _facts(text: Text, block: Block) -> dict[str, str]:
+def _facts(text: Text, block: Block) -> tuple[dict[str, str], list[str]]:
     """Take what the first line, or two, say of the test: names there, values below."""
     lines = re.split(r"\r\n?|\n", text.content[text.start : block.start].decode())
     filled = [line for line in lines if line.strip()][:-1]
     if len(filled) != 2:
-        return {}
+        return {}, []
     names, values = (cells_of(line, ",") for line in filled)
-    known = [(_FACTS.get(name.lower()), value) for name, value in zip(names, values, strict=False)]
-    return {key: value for key, value in known if key and value}
+    known = dict(zip(map(str.lower, names), values, strict=False))
+    facts = {key: known[name] for name, key in _FACTS.items() if known.get(name)}
+    written, started = moment_by(known.get("testdate", ""), values) or ("", None)
+    if started:
+        facts["started"] = started
+    elif written:
+        note = f"when the test started, {written}, may be day or month first and is not taken from the header"
+        return facts, [note]
+    return facts, []

@@ -57,7 +57,7 @@ class SurfaceTopographyReader:
     """Formats that the package SurfaceTopography knows."""
 
     name = "surface-topography"
-    title = "Binary files of profilometers (Gwyddion, OPDx, OPD, SUR, X3P, …; needs tribopipe[surface])"
+    title = "Binary files of profilometers (Gwyddion, OPDx, OPD, SUR, X3P, …)"
     holds: Holds = "profile"
 
     def match(self, source: SourceFile) -> Match:

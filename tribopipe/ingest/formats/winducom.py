@@ -56,7 +56,7 @@ class WinducomReader:
         except ReaderError as error:
             return Match(0.0, str(error).removeprefix(source.name).lstrip(":, "))
         if not lines or not _HEADER.fullmatch(lines[0]):
-            return Match(0.0, "the first line is not WINDUCOM's '          TIME;          FF;'")
+            return Match(0.0, "the first line does not name TIME and other channels as WINDUCOM does")
         # A last line may be cut: it is for reading to say so.
         if len(lines) > 2 and not _ROW.fullmatch(lines[1]):
             return Match(0.2, "channels are named as WINDUCOM does, but rows are not '0,9150; 4,80;;'")

@@ -123,8 +123,12 @@ def _tables(source: SourceFile, sheets: list[dict[str, Any]], hints: Hints) -> d
             layout = find_layout(text, hints)
         except ReaderError as error:
             reasons.append(error)
+            continue
+        table = _with_times(read_table(text, layout))
+        if any(column.first_bad is None for column in table.columns):
+            tables[sheet["name"]] = table
         else:
-            tables[sheet["name"]] = _with_times(read_table(text, layout))
+            reasons.append(_without_numbers(text))
     if tables:
         return tables
     if reasons:
@@ -132,6 +136,13 @@ def _tables(source: SourceFile, sheets: list[dict[str, Any]], hints: Hints) -> d
     raise ReaderError(
         f"{source.name}: found no visible sheet with anything in it; expected a row of names and rows of numbers; save "
         "the workbook again with its data"
+    )
+
+
+def _without_numbers(text: Text) -> ReaderError:
+    return ReaderError(
+        f"{text.name}: found no column of numbers alone; expected a row of names and rows of numbers; save the "
+        "workbook with the record of the test in a sheet of its own"
     )
 
 
