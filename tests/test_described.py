@@ -85,7 +85,7 @@ def test_the_example_reads_its_file(made, end, encoding):
     assert table.facts == {"started": "2024-05-03T14:05:00", "conditions.normal_load": "5.0 N"}
     assert table.notes == (
         "'Ft, calibrated' is in N by the calibration 'load cell, 2024-03'",
-        "'Weg, calibrated' is 'Weg' × -1 + 0",
+        "'Weg, calibrated' is 'Weg' × -1",
     )
     assert table.header.encode().startswith(b"Pin-on-disc rig 12")
 
@@ -207,7 +207,7 @@ def test_scale_comes_before_the_calibration(made):
     table = calibrated(made, "points = [[0, 0], [1, 10]]", content, ', unit = "V", scale = 1e-3')
     assert columns(table)[1:] == [("F [mV]", "mV", None), ("F [mV], calibrated", "N", None)]
     assert table.columns[2].values == pytest.approx([5, 10])
-    assert table.notes[0] == "'F [mV], calibrated' is 'F [mV]' × 0.001 + 0"
+    assert table.notes[0] == "'F [mV], calibrated' is 'F [mV]' × 0.001"
     with pytest.raises(ReaderError, match="from readings in mV; expected V"):
         calibrated(made, "points = [[0, 0], [1, 10]]", content)
 

@@ -56,6 +56,13 @@ def test_figures_of_a_run_without_end_value_and_friction_say_what_is_missing(sam
     assert "lacks a friction signal" in plot_friction(bare, fit_friction(bare)).axes[0].texts[0].get_text()
 
 
+def test_a_long_sentence_leaves_the_figure_its_width(sample_archive):
+    raw = sample_archive.raw(SAMPLE_IDS[0])
+    fit = fit_friction(raw).model_copy(update={"outcome": "steady-only", "notes": (100 * "so ", "mean of the half")})
+    (words,) = plot_friction(raw, fit).axes[0].texts
+    assert max(map(len, words.get_text().splitlines())) <= 90
+
+
 def test_same_figure_gives_the_same_bytes(sample_archive, tmp_path):
     corrected = archived_correction(sample_archive, SAMPLE_IDS[0])
     for name in ("first.svg", "second.svg"):

@@ -59,6 +59,15 @@ def test_profile_without_a_track_is_levelled_and_says_so():
     assert figure.axes[1].get_ylabel() == "above unworn surface / nm"
 
 
+@pytest.mark.parametrize(("middle", "at", "side"), [(0.0, 0.15, "left"), (0.2e-3, 0.05, "right")])
+def test_the_depth_is_written_beside_the_groove_where_there_is_room(middle, at, side):
+    noise = 5e-9 * np.random.default_rng(1).standard_normal(len(X))
+    figure = drawn(Profile(X, ridged(X - middle, 0.0) + noise))
+    (depth,) = [text for text in figure.axes[1].texts if "depth" in text.get_text()]
+    assert depth.get_ha() == side
+    assert depth.get_position()[0] == pytest.approx(at, abs=0.01)
+
+
 def test_of_many_profiles_some_are_drawn():
     assert drawn_of(["a", "b"]) == ["a", "b"]
     chosen = drawn_of([str(number) for number in range(101)])
@@ -96,6 +105,27 @@ def test_show_a_file_whose_units_nobody_said(run_cli, track):
     assert told.exit_code == 1
     assert "name --position-unit and --height-unit" in told.stderr
     assert run_cli("show", "bare.txt", "--position-unit", "mm", "--height-unit", "um", cwd=track).exit_code == 0
+
+
+def test_show_a_file_without_a_track_names_it_once(run_cli, track):
+    (track / "short.txt").write_text("mm um\n0 1\n1 2\n2 1\n", encoding="utf-8")
+    told = run_cli("show", "short.txt", cwd=track)
+    assert told.stderr.startswith("error: short.txt: found 3 points")
+
+
+def test_of_many_profiles_without_a_track_the_first_says_why(run_cli, track):
+    flat = "".join(f"{x / 100} {y / 100} {(x * 7 + y) % 5}\n" for y in range(6) for x in range(40))
+    (track / "map.txt").write_text("mm mm nm\n" + flat, encoding="utf-8")
+    told = run_cli("show", "map.txt", cwd=track)
+    assert "6 of 6 profiles have no track and are only levelled" in told.stderr
+    assert told.stderr.count("expected a wear track") == 1
+
+
+def test_a_file_that_is_not_there_is_no_run_either(run_cli, track):
+    told = run_cli("show", "trak.txt", cwd=track)
+    assert told.exit_code == 1
+    assert "trak.txt: found no such file, and no such run in archive" in told.stderr
+    assert "did you mean 'track.txt'?" in told.stderr
 
 
 def test_show_a_ball(run_cli, track):

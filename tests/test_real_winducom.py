@@ -102,5 +102,5 @@ def test_runs_without_depth_are_fitted_as_far_as_they_go(archive):
     for run_id in archive.ids():
         assert archive.step(run_id, "wear_fit_archard").result.lacks == (
             "a depth signal",
-            "an end value of the pin (pin_wear_depth or pin_scar_diameter)",
+            "an end value of the pin (its depth, scar, volume, mass or profile)",
         )

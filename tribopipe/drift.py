@@ -153,7 +153,7 @@ def correct_drift(run: RawRun, recipe: Recipe | None = None) -> CorrectedRun:
         end, needed = None, "the two bodies ([contact])"
     else:
         end = end_wear(run, recipe.uncertainty)
-        needed = "an end value of the pin (pin_wear_depth or pin_scar_diameter)"
+        needed = "an end value of the pin (its depth, scar, volume, mass or profile)"
     lacks = [] if "depth" in run.columns else ["a depth signal"]
     if end is None:
         lacks.append(needed)

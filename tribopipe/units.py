@@ -222,9 +222,14 @@ def show(value: float, uncertainty: float | None, si_unit: str, unit: str | None
     return f"{_rounded_pair(number, spread)}{tail}"
 
 
+def force_unit(newtons: float) -> str:
+    """Name the unit in which people read a force: mN below 1 N."""
+    return "mN" if abs(newtons) < 1 else "N"
+
+
 def show_force(newtons: float, uncertainty: float | None = None) -> str:
-    """Write a load for people, in mN below 1 N."""
-    return show(newtons, uncertainty, "N", "mN" if newtons < 1 else "N")
+    """Write a load for people."""
+    return show(newtons, uncertainty, "N", force_unit(newtons))
 
 
 def _rounded(number: float) -> str:

@@ -177,8 +177,8 @@ def files_were_read_as_they_stand(run: RawRun) -> Iterator[Trouble]:
     for note in run.notes:
         yield Trouble(
             "signals",
-            f"found a file that took a decision to read: {note}; expected none",
-            "say in run.toml how it is written",
+            f"found something to note in reading: {note}; expected a file that leaves nothing open",
+            "see that this is meant; run.toml can say how a file is to be read",
         )
 
 

@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tribopipe.cli.options import AsJson
-from tribopipe.cli.output import exit_with, print_json, say, table
+from tribopipe.cli.output import exit_with, located, print_json, say, table
 
 if TYPE_CHECKING:
-    from tribopipe.errors import TribopipeError
     from tribopipe.ingest.exports import Export
     from tribopipe.ingest.reader import ReadColumn
 
@@ -48,7 +47,7 @@ def _ready(name: str) -> bool:
 def _needed(one: dict[str, Any]) -> str:
     if one["extra"] is None:
         return ""
-    return f"tribopipe[{one['extra']}]" + ("" if one["ready"] else ", which is not installed")
+    return f"tribopipe[{one['extra']}]" + ("" if one["ready"] else ", missing")
 
 
 @formats_app.command("detect")
@@ -68,7 +67,7 @@ def detect_formats(
         try:
             export = read_export(path, named)
         except TribopipeError as error:
-            errors.append(_located(path, error))
+            errors.append(located(path, error))
             told.append({"file": str(path), "error": str(errors[-1]), "candidates": _tried(path)})
             continue
         told.append(_document(path, export))
@@ -76,12 +75,6 @@ def detect_formats(
     if as_json:
         print_json({"files": told})
     exit_with(errors, some_done=len(errors) < len(files))
-
-
-def _located(path: Path, error: "TribopipeError") -> "TribopipeError":
-    """Say in which folder the file is that an error names."""
-    inside = str(error).startswith(path.name) and path.parent != Path()
-    return type(error)(f"{path.parent}: {error}") if inside else error
 
 
 def _tried(path: Path) -> list[dict[str, Any]]:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from tribopipe.archive.steps import Step, StepName
     from tribopipe.archive.store import Archive
+    from tribopipe.errors import ArchiveError
     from tribopipe.records.disc_results import TwinDiscFit
     from tribopipe.records.manifest import RunManifest
     from tribopipe.records.mark import Mark
@@ -118,11 +119,26 @@ def show(
     as_json: AsJson = False,
 ) -> None:
     """Show what the archive holds of one run, or the wear track in a profile."""
-    if Path(run_id).is_file() and not (archive / f"{run_id}.h5").exists():
+    archived = (archive / f"{run_id}.h5").exists()
+    if Path(run_id).is_file() and not archived:
         asked = ProfileOptions(plot, radius, position_unit, height_unit)
         show_profile_file(Path(run_id), asked, as_json=as_json)
         return
+    if not archived and Path(run_id).suffix:
+        raise _neither_file_nor_run(run_id, archive)
     _show_run(load_archive(archive), run_id, plot=plot, as_json=as_json)
+
+
+def _neither_file_nor_run(name: str, archive: Path) -> "ArchiveError":
+    """Refuse what may have been meant as a file as well as a run."""
+    from tribopipe.errors import ArchiveError, did_you_mean
+
+    there, folder = load_archive(archive, must_exist=False).ids() if archive.is_dir() else [], Path(name).parent
+    beside = [str(path) for path in folder.iterdir() if path.is_file()] if folder.is_dir() else []
+    return ArchiveError(
+        f"{name}: found no such file, and no such run in {archive}; expected a file with a profile, or the id of an "
+        f"archived run; {did_you_mean(name, [*there, *beside])}"
+    )
 
 
 def _show_run(store: "Archive", run_id: str, *, plot: bool, as_json: bool) -> None:
@@ -181,8 +197,10 @@ def _show_wear(step: "Step") -> None:
     """Show what each end value says of the wear of its body."""
     from tribopipe.records.specific_wear import SpecificWear
 
-    if isinstance(step.result, SpecificWear) and step.result.bodies:
-        measured = [(name, one) for name, body in step.result.bodies.items() for one in body.measured]
+    if not isinstance(step.result, SpecificWear):
+        return
+    measured = [(name, one) for name, body in step.result.bodies.items() for one in body.measured]
+    if measured:
         table(
             "  wear by each end value",
             ["body", "by", "depth", "volume"],

@@ -4,6 +4,7 @@ import json
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -88,6 +89,12 @@ def progress(what: str, total: int | None) -> Iterator[Callable[[str], None]]:
             bar.update(task, advance=1, description=f"{what} {name}")
 
         yield advance
+
+
+def located(path: Path, error: "TribopipeError") -> "TribopipeError":
+    """Say in which folder the file is that an error names."""
+    inside = str(error).startswith(path.name) and path.parent != Path()
+    return type(error)(f"{path.parent}: {error}") if inside else error
 
 
 def finish(outcomes: "Sequence[Outcome]") -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tribopipe.cli.options import parsed
-from tribopipe.cli.output import print_json, record_json, say, table
+from tribopipe.cli.output import located, print_json, record_json, say, table
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
@@ -25,6 +25,8 @@ PositionUnit = Annotated[str | None, typer.Option(help="Unit of a file's positio
 HeightUnit = Annotated[str | None, typer.Option(help="Unit of a file's heights, such as um, where it says none.")]
 _FIGURES = Path("figures")
 """Where figures of a file are saved, in the current folder."""
+_MOST_REASONS = 4
+"""Why profiles have no track is said of so many."""
 
 
 @dataclass(frozen=True)
@@ -60,13 +62,18 @@ class _Shown:
         rows = [[key, *_cells(found)] for key, found in self.found.items() if isinstance(found, Track)]
         if rows:
             table(title, ["profile", "lost", "piled up", "net", "width", "depth", "unworn surface"], rows)
-        for key, found in self.found.items():
-            if not isinstance(found, Track):
-                say(f"{key}: no track, only levelled: {found.why}")
+        self._tell_levelled({key: found.why for key, found in self.found.items() if not isinstance(found, Track)})
         if 0 < len(self.figures) < len(self.found):
             say(f"{len(self.figures)} of {len(self.found)} profiles drawn")
         for path in self.figures.values():
             say(str(path))
+
+    def _tell_levelled(self, why: Mapping[str, str]) -> None:
+        """Say which profiles have no track: why of each, or of the first where there are many, as of a map."""
+        if len(why) > _MOST_REASONS:
+            say(f"{len(why)} of {len(self.found)} profiles have no track and are only levelled, the first of them is:")
+        for key in list(why)[: 1 if len(why) > _MOST_REASONS else None]:
+            say(f"{key}: no track, only levelled: {why[key]}")
 
 
 def show_profile_file(path: Path, asked: ProfileOptions, *, as_json: bool) -> None:
@@ -85,7 +92,7 @@ def show_profile_file(path: Path, asked: ProfileOptions, *, as_json: bool) -> No
         read, lines, notes = profiles_in(source, named, "profile", Units(asked.position_unit, asked.height_unit))
     except ReaderError as error:
         hint = "; or name --position-unit and --height-unit" if "found no unit" in str(error) else ""
-        raise ReaderError(f"{path.parent}: {error}{hint}") from None
+        raise located(path, ReaderError(f"{error}{hint}")) from None
     keys = ["profile"] if len(lines) == 1 else [f"profile[{number}]" for number in range(len(lines))]
     profiles = dict(zip(keys, lines, strict=True))
     found = {key: examined(profile, radius) for key, profile in profiles.items()}

@@ -7,6 +7,7 @@ pyplot, so that they need no display and leave no state behind; in a notebook th
 from collections.abc import Callable, Sequence
 from functools import wraps
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any, ParamSpec
 
 import numpy as np
@@ -14,7 +15,7 @@ import numpy as np
 from tribopipe.files import replacing
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName
-from tribopipe.records.results import COVERAGE_FACTOR, FrictionFit, WearFit, WearPrediction
+from tribopipe.records.results import COVERAGE_FACTOR, DriftCorrection, FrictionFit, WearFit, WearPrediction
 from tribopipe.report.decimation import thinned
 from tribopipe.report.numbers import course, slid, slide
 from tribopipe.run import Column, CorrectedRun, RawRun
@@ -33,6 +34,8 @@ LAW_COLOURS: dict[LawName, str] = {"archard": _BLUE, "sarkar": ORANGE}
 FITTED_STYLES: dict[LawName, str] = {"archard": "-", "sarkar": "--"}
 LAW_STYLES: dict[LawName, str] = {"archard": "-.", "sarkar": ":"}
 LAW_NAMES: dict[LawName, str] = {"archard": "Archard", "sarkar": "Sarkar"}
+_MOST_LETTERS = 90
+"""That fit above a figure in one line."""
 STYLE: Any = {
     "font.size": 9,
     "axes.spines.top": False,
@@ -84,30 +87,35 @@ def plot_depth(corrected: CorrectedRun) -> "Figure":
         ax.plot(
             *_micro(*thinned(along, corrected.wear_depth)), color=_BLUE, lw=0.9, label=f"corrected wear, {_both(run)}"
         )
-    end = correction.end_wear_depth
+    anchor = f"end value, 95 % ({correction.anchor})".replace("_", " ")
+    _mark_end(ax, along[-1], correction.end_wear_depth, anchor)
+    finish(ax, f"{run.id}: depth signal", _drift_words(correction))
+    ax.set_xlabel(label)
+    ax.set_ylabel(axis("depth", "um"))
+    figure.legend(loc="outside lower center", ncols=2)
+    return figure
+
+
+def _mark_end(ax: "Axes", last: float, end: Quantity | None, label: str) -> None:
+    """Draw a depth measured after the test, where there is one, at the test's end."""
     if end is not None:
         ax.errorbar(
-            along[-1],
+            last,
             from_si(end.value, "m", "um"),
             yerr=COVERAGE_FACTOR * interval_from_si(end.standard_uncertainty or 0.0, "m", "um"),
             fmt="o",
             ms=4,
             capsize=3,
             color=RED,
-            label=f"end value, 95 % ({correction.anchor})".replace("_", " "),
+            label=label,
             zorder=5,
         )
-    finish(
-        ax,
-        f"{run.id}: depth signal",
-        str(correction)
-        if end is None
-        else f"drift {_shown(correction.drift_rate, 'nm/min')}, discrepancy {_shown(correction.discrepancy, 'um')}",
-    )
-    ax.set_xlabel(label)
-    ax.set_ylabel(axis("depth", "um"))
-    figure.legend(loc="outside lower center", ncols=2)
-    return figure
+
+
+def _drift_words(correction: DriftCorrection) -> str:
+    if correction.end_wear_depth is None:
+        return in_lines(str(correction))
+    return f"drift {_shown(correction.drift_rate, 'nm/min')}, discrepancy {_shown(correction.discrepancy, 'um')}"
 
 
 def _both(run: RawRun) -> str:
@@ -131,7 +139,7 @@ def plot_friction(run: RawRun, fit: FrictionFit) -> "Figure":
     below.axhline(0, color=BLACK, lw=0.8)
     below.set_ylabel("residual of µ")
     ax.set_ylabel("friction coefficient µ")
-    finish(ax, f"{run.id}: friction", _friction_words(fit))
+    finish(ax, f"{run.id}: friction", in_lines(_friction_words(fit)))
     below.set_xlabel(label)
     figure.legend(loc="outside lower center", ncols=2)
     return figure
@@ -168,7 +176,7 @@ def plot_wear(corrected: CorrectedRun, fits: Sequence[LawCurve], predictions: Se
         source = curve.result.reference if isinstance(curve.result, WearPrediction) else None
         name = f"{LAW_NAMES[curve.result.model]}, predicted from {source or 'a given k_D'}"
         _draw_law(ax, distance, curve, GREEN, LAW_STYLES[curve.result.model], name)
-    _mark_end(ax, corrected)
+    _mark_end(ax, distance[-1], corrected.correction.pin_wear_depth, "pin wear measured after the test, 95 %")
     below.axhline(0, color=BLACK, lw=0.8)
     below.set_ylabel(axis("residual", "um"))
     ax.set_ylabel(axis("pin wear depth", "um"))
@@ -177,23 +185,6 @@ def plot_wear(corrected: CorrectedRun, fits: Sequence[LawCurve], predictions: Se
     ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
     figure.legend(loc="outside lower center", ncols=2)
     return figure
-
-
-def _mark_end(ax: "Axes", corrected: CorrectedRun) -> None:
-    end = corrected.correction.pin_wear_depth
-    if end is not None:
-        spread = COVERAGE_FACTOR * interval_from_si(end.standard_uncertainty or 0.0, "m", "um")
-        ax.errorbar(
-            corrected.run.sliding_distance[-1],
-            from_si(end.value, "m", "um"),
-            yerr=spread,
-            fmt="o",
-            ms=4,
-            capsize=3,
-            color=RED,
-            label="pin wear measured after the test, 95 %",
-            zorder=5,
-        )
 
 
 def _draw_law(ax: "Axes", distance: Column, curve: LawCurve, colour: str, style: str, name: str) -> None:
@@ -235,6 +226,11 @@ def finish(ax: "Axes", title: str, words: str) -> None:
     ax.set_title(title, loc="left", fontsize=10, fontweight="bold", pad=6 + 11 * (words.count("\n") + 1))
     ax.text(0.0, 1.02, words, transform=ax.transAxes, fontsize=8, va="bottom")
     ax.margins(x=0.01)
+
+
+def in_lines(sentence: str) -> str:
+    """Break a sentence into lines that fit above a figure."""
+    return "\n".join(wrap(sentence, _MOST_LETTERS))
 
 
 def save_figure(figure: "Figure", path: Path) -> None:

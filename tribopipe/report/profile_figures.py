@@ -12,7 +12,7 @@ from tribopipe.levelling import Mask
 from tribopipe.profile import Level, Track
 from tribopipe.records.quantity import Quantity
 from tribopipe.report.decimation import thinned
-from tribopipe.report.figures import BLACK, GREEN, GREY, ORANGE, PALETTE, RED, finish, save_figure, styled
+from tribopipe.report.figures import BLACK, GREEN, GREY, ORANGE, PALETTE, RED, finish, in_lines, save_figure, styled
 from tribopipe.run import Column, Profile
 from tribopipe.units import axis, from_si
 
@@ -24,8 +24,6 @@ _BLUE = PALETTE[0]
 _UNITS = ("nm", "um", "mm")
 _MOST_FIGURES = 8
 """Of the profiles of one run or file, which may be the scan lines of a map."""
-_MOST_WORDS = 90
-"""Letters that fit above a figure in one line."""
 
 
 def drawn_of(names: Sequence[str]) -> list[str]:
@@ -83,7 +81,7 @@ def draw_profile(profile: Profile, found: Track | Level, title: str) -> "Figure"
         _draw_track(below, drawn, found)
         finish(above, title, _words(found))
     else:
-        finish(above, title, _wrapped(f"no track: {found.why.partition(';')[0]}"))
+        finish(above, title, in_lines(f"no track: {found.why.partition(';')[0]}"))
     above.set_ylabel(axis("height", drawn.raw_up))
     below.set_ylabel(axis("above unworn surface", drawn.up))
     below.set_xlabel(axis("position", drawn.along))
@@ -160,8 +158,17 @@ def _mark(ax: "Axes", drawn: _Drawn, track: Track) -> None:
     inside = _between(drawn, track.bounds)
     deepest = drawn.x[inside][int(np.argmin(np.where(track.dust, np.inf, drawn.levelled)[inside]))]
     ax.annotate("", (deepest, 0.0), (deepest, -depth), arrowprops=arrow)
+    at, side = _beside(drawn, left, right) or (deepest, "left")
     clear = {"fc": "white", "ec": "none", "alpha": 0.8, "pad": 1.5}
-    ax.text(deepest, -depth / 2, f" depth {_shown(track.depth)}", fontsize=8, va="center", bbox=clear)
+    ax.text(at, -depth / 2, f"  depth {_shown(track.depth)}  ", fontsize=8, ha=side, va="center", bbox=clear)
+
+
+def _beside(drawn: _Drawn, left: float, right: float) -> tuple[float, str] | None:
+    """Say where words beside a groove stand, and by which of their ends, if they fit on one side of it."""
+    needed = 0.26 * float(np.ptp(drawn.x))
+    if drawn.x[-1] - right >= needed:
+        return right, "left"
+    return (left, "right") if left - drawn.x[0] >= needed else None
 
 
 def _shown(length: Quantity) -> str:
@@ -173,9 +180,3 @@ def _words(track: Track) -> str:
         f"lost {track.area.shown('um^2')}, piled up {track.pile_up.shown('um^2')}, net {track.net_area.shown('um^2')}"
     )
     return f"{lost}\nwidth {_shown(track.width)}, depth {_shown(track.depth)}"
-
-
-def _wrapped(words: str) -> str:
-    from textwrap import wrap
-
-    return "\n".join(wrap(words, _MOST_WORDS)[:3])

@@ -23,7 +23,7 @@ from tribopipe.records.verdict import Exponent, Role, RunVerdict, Verdict
 from tribopipe.run import Column
 from tribopipe.study.member import RunDraws
 from tribopipe.uncertainty import TAILS
-from tribopipe.units import show_force
+from tribopipe.units import show, show_force
 
 DECISIVE = 0.005
 """Probability, at the end and along the curve each, of calling off a law that holds."""
@@ -171,8 +171,9 @@ def _bend(verdict: RunVerdict) -> str:
     change = verdict.change_point
     if change is None or change.p_value > _SURE:
         return ""
+    where = show(float(f"{change.sliding_distance.value:.2g}"), None, "m")
     return (
-        f", and its wear rate leaves the law at about {change.sliding_distance.value:.2g} m, after which k_D is "
+        f", and its wear rate leaves the law at about {where}, after which k_D is "
         f"{change.rate_ratio:.2f} times that before"
     )
 

@@ -18,6 +18,7 @@ from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import FrictionSource, LawName, Recipe
 from tribopipe.records.results import FrictionFit
 from tribopipe.run import Column, RawRun
+from tribopipe.units import force_unit
 from tribopipe.wear.friction_path import ExponentialFriction, FrictionPath, run_path
 from tribopipe.wear.laws import LAWS
 
@@ -36,7 +37,6 @@ DISC_INPUTS = (
 )
 """Of two discs, beside their slip."""
 SHOWN_UNITS = {
-    "normal_load": "mN",
     "pin_radius": "mm",
     "pin_modulus": "GPa",
     "disc_modulus": "GPa",
@@ -76,10 +76,12 @@ class Input:
 Inputs = Mapping[str, Input]
 
 
-def shown_unit(name: str, quantity: Quantity | None = None) -> str | None:
+def shown_unit(name: str, quantity: Quantity) -> str | None:
     """Return the unit in which people read an input; of an end value by what was measured."""
-    if quantity is not None and quantity.unit == "m^3":
+    if quantity.unit == "m^3":
         return SHOWN_UNITS["wear_volume"]
+    if quantity.unit == "N":
+        return force_unit(quantity.value)
     ends = (unit for measured, unit in SHOWN_UNITS.items() if measured in name)
     return SHOWN_UNITS.get(name) or next(ends, None)
 

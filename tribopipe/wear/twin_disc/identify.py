@@ -112,7 +112,7 @@ def _budget(problem: DiscProblem, sensitivities: dict[str, Column], place: int) 
         Contribution(
             name=name.replace("_", " "),
             value=given.quantity,
-            shown_in=shown_unit(name),
+            shown_in=shown_unit(name, given.quantity),
             source=given.source,
             relative=float(sensitivities[name][place]) * given.spread,
         )
