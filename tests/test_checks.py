@@ -88,6 +88,18 @@ def nowhere(run):
     return replace(run, columns=columns, origins=origins)
 
 
+def there_and_back(length, offset=0.1):
+    """Let friction change its sign with each stroke of so many samples, beside an offset in shares of friction."""
+
+    def spoil(run):
+        direction = np.where(np.arange(len(run)) // length % 2, -1, 1)
+        friction = run.columns["friction_force"] * direction - offset * np.median(run.columns["friction_force"])
+        found = {"friction_force": friction, "friction_coefficient": friction / run.columns["normal_force"]}
+        return replace(run, columns={**run.columns, **found})
+
+    return spoil
+
+
 def straight(depth):
     """A profile with a groove this deep in its middle, or none."""
     position = np.linspace(-3e-4, 3e-4, 600)
@@ -141,6 +153,12 @@ CASES = {
         samples_set("depth", slice(None), 1e-6),
         "depth",
         samples_set("depth", slice(1, None), 1e-6),
+    ),
+    "friction_has_one_sign": (
+        "warning",
+        there_and_back(60),
+        "friction_coefficient",
+        both(manifest(conditions__stroke="5 mm"), there_and_back(60)),
     ),
     "friction_is_plausible": (
         "warning",
@@ -250,6 +268,26 @@ MORE = {
         manifest(contact__pin__density="3210 g/cm^3"),
         "contact.pin.density",
     ),
+    "dead load": (
+        "load_is_the_nominal_one",
+        column("normal_force", lambda load: -1e-6 * np.cos(np.arange(len(load)))),
+        "normal_force",
+    ),
+    "load upside down and too small": (
+        "load_is_the_nominal_one",
+        column("normal_force", lambda load: load / -9.81),
+        "normal_force",
+    ),
+    "strokes beside a large offset": (
+        "friction_has_one_sign",
+        both(manifest(conditions__stroke="5 mm"), there_and_back(60, offset=-1.5)),
+        "friction_coefficient",
+    ),
+    "strokes too short to be told": (
+        "friction_has_one_sign",
+        both(manifest(conditions__stroke="5 mm"), there_and_back(2)),
+        "friction_coefficient",
+    ),
     "load in kg": ("load_is_the_nominal_one", column("normal_force", lambda load: load * 1000), "normal_force"),
     "wear below the scar's cap": (
         "end_values_agree",
@@ -266,6 +304,38 @@ MORE = {
 
 def found_by(name, run):
     return [finding for finding in check_run(run) if finding.check == name]
+
+
+def unloaded_half(run):
+    """Let the first half of the run go by without contact."""
+    contact = np.arange(len(run)) > len(run) / 2
+    columns = {name: run.columns[name] * contact for name in ("normal_force", "friction_force")}
+    return replace(run, columns={**run.columns, **columns})
+
+
+# What is no trouble, or not the one that a check is for.
+LESS = {
+    "half of the run without contact": ("load_is_the_nominal_one", unloaded_half),
+    "unzeroed load, half of the run without contact": (
+        "load_presses",
+        both(unloaded_half, column("normal_force", lambda load: load - 0.02)),
+    ),
+    "dead load": ("load_presses", column("normal_force", lambda load: -1e-6 * np.cos(np.arange(len(load))))),
+    "load upside down": (
+        "friction_is_plausible",
+        both(column("normal_force", np.negative), column("friction_coefficient", np.negative)),
+    ),
+    "there and back": (
+        "friction_is_plausible",
+        both(manifest(conditions__stroke="5 mm"), there_and_back(60)),
+    ),
+}
+
+
+@pytest.mark.parametrize("case", LESS)
+def test_check_raises_no_false_alarm(sound, case):
+    name, spoil = LESS[case]
+    assert found_by(name, spoil(sound)) == []
 
 
 def test_every_check_has_a_case():

@@ -130,7 +130,7 @@ def test_disorder_is_no_restart(axis, fault):
 
 
 @settings(max_examples=60)
-@given(st.lists(st.lists(st.floats(0.5, 2.0), min_size=4, max_size=30), min_size=1, max_size=6), st.floats(0, 1))
+@given(st.lists(st.lists(st.floats(0.8, 1.25), min_size=4, max_size=30), min_size=1, max_size=6), st.floats(0, 1))
 def test_joined_axes_never_go_back_and_stay_as_they_are(parts, start):
     axis = np.concatenate([start + np.cumsum(steps) - steps[0] for steps in parts])
     joined = continuous(axis)
@@ -142,6 +142,19 @@ def test_joined_axes_never_go_back_and_stay_as_they_are(parts, start):
 def test_missing_samples_stay_missing():
     joined = continuous(np.array([0, 1, np.nan, 2, 0, np.nan, 1, 2.0]))
     np.testing.assert_array_equal(joined, [0, 1, np.nan, 2, 3, np.nan, 4, 5])
+
+
+@pytest.mark.parametrize("start", [1.6e9, 41_000.0])
+def test_time_of_a_clock_begins_at_zero(bare_run, start):
+    """Seconds since 1970, or of the day: no test is recorded from its last hundredth on."""
+    manifest = bare_run.manifest
+    columns = {name: TRUTH[name] for name in ("time", "friction_force")}
+    spoilt = run_of(bare_run, **columns | {"time": TRUTH["time"] + start, "sliding_distance": TRUTH["time"] + start})
+    spoilt.origins["sliding_distance"] = "derived from nominal speed"
+    cleaned = clean_run(spoilt).run
+    np.testing.assert_allclose(cleaned.columns["time"], TRUTH["time"], atol=1e-6)
+    speed = manifest.conditions.nominal_speed.value
+    np.testing.assert_allclose(cleaned.sliding_distance, TRUTH["time"] * speed, atol=1e-6)
 
 
 def test_counter_carried_over_begins_at_zero_where_time_tells(bare_run):
@@ -218,9 +231,15 @@ def test_dead_load_channel_gives_way_to_the_nominal_load(bare_run, recorded):
     np.testing.assert_allclose(cleaned.columns["friction_coefficient"], TRUTH["friction_force"] / LOAD)
 
 
-def test_load_in_a_wrong_unit_is_not_taken_for_dead(bare_run):
-    wrong = run_of(bare_run, **{**TRUTH, "normal_force": np.full(SAMPLES, LOAD / 1000) + 1e-7 * NOISE[0]})
-    assert clean_run(wrong).record.left_out == ()
+def test_load_that_makes_all_friction_impossible_gives_way_to_the_nominal_load(bare_run):
+    """A dead channel that was not zeroed, or a load in a wrong unit: neither tells what pressed."""
+    wrong = {**TRUTH, "normal_force": np.full(SAMPLES, LOAD / 200) + 1e-7 * NOISE[0]}
+    cleaned = clean_run(run_of(bare_run, **wrong))
+    assert cleaned.record.left_out == ("normal_force",)
+    assert cleaned.run.origins["friction_coefficient"] == "derived from nominal load"
+    assert "load_is_the_nominal_one" in {finding.check for finding in check_run(run_of(bare_run, **wrong))}
+    little = run_of(bare_run, **{**wrong, "friction_force": 0.3 * wrong["normal_force"]})
+    assert clean_run(little).record.left_out == ()
 
 
 def test_limits_of_the_lab_have_the_unit_of_the_signal(bare_run, tmp_path):
@@ -287,9 +306,49 @@ def test_zero_in_stated_windows(bare_run):
         np.testing.assert_allclose(cleaned.columns[name], TRUTH[name], atol=3e-5)
 
 
+def test_recorded_friction_coefficient_gives_way_to_that_of_zeroed_forces(bare_run):
+    """What an instrument divides before its forces are zeroed is off by their offsets."""
+    forces = {"normal_force": TRUTH["normal_force"] - 0.03, "friction_force": TRUTH["friction_force"] + 0.01}
+    recorded = forces["friction_force"] / forces["normal_force"]
+    run = run_of(bare_run, **TRUTH | forces, friction_coefficient=recorded)
+    cleaned = clean_run(run)
+    mu = cleaned.run.columns["friction_coefficient"]
+    assert np.nanmedian(mu) == pytest.approx(0.3, rel=2e-3)
+    assert cleaned.run.origins["friction_coefficient"] == "derived from measured load"
+    assert ("zero", "friction_coefficient") in told(cleaned.record)
+    without = run_of(bare_run, **TRUTH, friction_coefficient=recorded)
+    assert clean_run(without, only(Zero())).run.columns["friction_coefficient"] is recorded
+
+
+def test_windows_without_samples_are_told(bare_run):
+    window = TimeWindow(start=Quantity(value=1e4, unit="s"), end=Quantity(value=2e4, unit="s"))
+    cleaned = clean_run(run_of(bare_run, **TRUTH), only(Zero(windows=(window,), signals=("normal_force",))))
+    (change,) = cleaned.record.changes
+    assert (change.signal, change.samples) == ("normal_force", 0)
+    assert change.what == "not zeroed: 0 samples in the windows stated; expected at least 2"
+
+
 def test_small_load_before_a_large_one_is_not_taken_for_none(bare_run):
     stairs = run_of(bare_run, **{**TRUTH, "normal_force": TRUTH["normal_force"] + 0.02})
     assert not [change for change in clean_run(stairs).record.changes if change.step == "zero"]
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(
+    "shares",
+    [
+        pytest.param((0, 1, 1), id="begins without contact and ends under load"),
+        pytest.param((1, 1, 0), id="begins under load"),
+        pytest.param((0.2, 0.6, 1), id="loads that grow"),
+        pytest.param((1, 0.6, 0.2), id="loads that fall"),
+    ],
+)
+def test_a_load_is_never_taken_for_none(bare_run, shares, sign):
+    """Where the channel counts downwards, full load is the least reading."""
+    load = LOAD * np.repeat(shares, [1300, 1400, 1300])
+    recorded = sign * load + 1e-4 * NOISE[0]
+    run = run_of(bare_run, **TRUTH | {"normal_force": recorded, "friction_force": 0.3 * load})
+    np.testing.assert_allclose(clean_run(run).run.columns["normal_force"], load, atol=1e-3)
 
 
 def test_turned_load_is_a_warning_and_no_error(bare_run):
@@ -300,6 +359,7 @@ def test_turned_load_is_a_warning_and_no_error(bare_run):
 
 # --- strokes ---
 
+MU = "friction_coefficient"
 STROKE = 50
 PHASE = np.arange(SAMPLES) / STROKE
 SWING = np.clip(4 * np.sin(np.pi * PHASE), -1, 1)
@@ -327,6 +387,25 @@ def test_strokes_get_one_friction_coefficient_each(bare_run, method, offset):
     assert clean_run(cleaned.run, only(StrokeWiseFriction(method=method))).run is cleaned.run
 
 
+def test_half_difference_finds_strokes_beside_any_offset(bare_run):
+    run, mu = reciprocating(bare_run, offset=0.1)
+    found = clean_run(run, only(StrokeWiseFriction(method="half-difference"))).run.columns["friction_coefficient"]
+    assert np.nanmean(found) == pytest.approx(np.mean(mu), rel=1e-3)
+    assert clean_run(run, only(StrokeWiseFriction())).run is run
+
+
+@pytest.mark.parametrize("sentinels", [0, 30])
+def test_strokes_are_found_beside_what_is_masked(bare_run, sentinels):
+    """Sentinels among the forces, and noise over noise before contact, hide no stroke."""
+    run, mu = reciprocating(bare_run, normal_force=LOAD * LOADED + 1e-4 * NOISE[0])
+    force = run.columns["friction_force"] * LOADED + 2e-4 * NOISE[1]
+    force[RNG.choice(np.arange(400, 3700), sentinels, replace=False)] = -99.0
+    cleaned = clean_run(run_of(bare_run, STROKES, **run.columns | {"friction_force": force}, derived=[MU])).run
+    found = cleaned.columns[MU]
+    assert np.count_nonzero(np.isfinite(found)) > 1200
+    np.testing.assert_allclose(found, np.where(np.isfinite(found), mu, np.nan), atol=2e-3)
+
+
 def test_strokes_are_averaged_by_themselves_only_where_a_stroke_is_stated(bare_run):
     stated, _ = reciprocating(bare_run)
     silent, mu = reciprocating(bare_run, conditions=None)
@@ -339,6 +418,8 @@ def test_strokes_are_averaged_by_themselves_only_where_a_stroke_is_stated(bare_r
 def test_friction_that_does_not_go_there_and_back_is_left(bare_run):
     steady = run_of(bare_run, STROKES, **{**TRUTH, "friction_force": np.abs(TRUTH["friction_force"])})
     assert "stroke-wise-friction" not in dict(told(clean_run(steady).record))
+    unsigned = run_of(bare_run, STROKES, **{**TRUTH, "friction_force": 0.05 * np.abs(np.sin(np.pi * PHASE))})
+    assert clean_run(unsigned, only(StrokeWiseFriction(method="half-difference"))).run is unsigned
     noise = run_of(bare_run, STROKES, **{**TRUTH, "friction_force": 1e-3 * NOISE[1]})
     assert "stroke-wise-friction" not in dict(told(clean_run(noise).record))
 

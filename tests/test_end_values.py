@@ -33,6 +33,7 @@ from tribopipe.drift import correct_drift
 from tribopipe.end_values import end_wear, pin_on_disc_wear
 from tribopipe.errors import FitError
 from tribopipe.geometry import scar_depth, scar_radius_at, short_cap_error, short_track_error
+from tribopipe.profile import worn_area
 from tribopipe.records.manifest import Conditions, EndValues, RunManifest
 from tribopipe.records.quantity import Quantity, of_readings
 from tribopipe.records.recipe import DefaultUncertainty, MonteCarloRecipe, Recipe
@@ -100,6 +101,18 @@ def test_error_of_the_radius_in_a_profile_is_followed():
     other = end_wear(replace(run, manifest=run.manifest.model_copy(update={"contact": contact})), DEFAULTS)
     by_slope = float(wear.pin_depth_of(wear.pin.quantity.value, 1.002 * RADIUS))
     assert by_slope == pytest.approx(other.pin_depth.value, abs=0.1 * abs(other.pin_depth.value - wear.pin_depth.value))
+
+
+@pytest.mark.parametrize("off", [-0.006, -0.004, -0.002, 0.002, 0.004])
+@pytest.mark.parametrize("reach", [1.0, 1.6])
+def test_profile_of_a_ball_that_is_a_little_off_is_taken(off, reach):
+    """Less radius than stated lets all of the flanks stand above the arc through the profile's ends."""
+    scar, radius = 300e-6, RADIUS * (1 + off)
+    x = np.linspace(-reach * scar, reach * scar, 2000)
+    noise = 20e-9 * np.random.default_rng(1).normal(size=len(x))
+    track = worn_area(Profile(x, np.sqrt(radius**2 - np.maximum(np.abs(x), scar / 2) ** 2) + noise), RADIUS)
+    depth = radius - math.sqrt(radius**2 - scar**2 / 4)
+    assert abs(track.depth.value - depth) < 2 * track.depth.standard_uncertainty < 0.15 * depth
 
 
 def test_of_a_map_of_the_tip_the_deepest_line_counts():
@@ -334,7 +347,7 @@ def test_volume_and_mass_of_the_disc_are_compared():
 def test_examples_of_the_manual_can_be_written():
     text = (ROOT / "docs" / "end_values.md").read_text(encoding="utf-8")
     blocks = re.findall(r"(?s)```toml\n(.*?)```", text)
-    assert len(blocks) == 2
+    assert len(blocks) == 3
     for block in blocks:
         document = tomllib.loads(block)
         assert EndValues.model_validate(document["end_values"]) != EndValues()

@@ -72,9 +72,22 @@ def test_distance_is_as_uncertain_as_the_speed_it_was_derived_from():
     derived = specific_wear(replace(run, origins={**run.origins, "sliding_distance": "derived from nominal speed"}))
     assert measured.sliding_distance.standard_uncertainty is None
     assert derived.sliding_distance.standard_uncertainty == pytest.approx(0.02 * 500)
-    turned = run_with({"sliding_speed": None, "rotational_speed": "500 rpm", **CIRCLE}, **BOTH)
-    turned = replace(turned, origins={**turned.origins, "sliding_distance": "derived from nominal speed"})
-    assert specific_wear(turned).sliding_distance.value == pytest.approx(500)
+
+
+@pytest.mark.parametrize(
+    ("origin", "stated", "share"),
+    [
+        ("derived from nominal speed", {}, math.hypot(0.005, 0.01)),
+        ("derived from nominal speed", {"track_radius": si(8e-3, "m", 1.6e-4)}, 0.02),
+        ("derived from rotations", {}, 0.01),
+        ("derived from rotations", {"track_radius": si(8e-3, "m", 1.6e-4)}, 0.02),
+    ],
+)
+def test_distance_around_a_track_is_as_uncertain_as_its_radius(origin, stated, share):
+    turning = {"sliding_speed": None, "rotational_speed": "500 rpm", "track_radius": "8 mm", **stated}
+    run = run_with(turning, **BOTH)
+    found = specific_wear(replace(run, origins={**run.origins, "sliding_distance": origin})).sliding_distance
+    assert (found.value, found.standard_uncertainty) == (pytest.approx(500), pytest.approx(share * 500))
 
 
 @pytest.mark.parametrize(

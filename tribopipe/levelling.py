@@ -43,6 +43,8 @@ Form = Literal["line", "parabola", "arc"]
 
 _FIRST_SHOULDER, _FIRST_CURVED_SHOULDER = 0.1, 0.25
 """Share of the points at either end that shoulders are first taken to be: of a line or crown, of a parabola."""
+_LONGER_SHOULDER = 0.15
+"""The same of a crown whose radius is not quite the one stated."""
 _LEAST_SHOULDER, _FEWEST_ON_SHOULDER = 0.02, 4
 """Share and number of the points that must lie on either side of the track."""
 SMOOTHING, _SMOOTHING_OF_TRACK = 0.02, 0.06
@@ -184,7 +186,7 @@ def level(x: Column, z: Column, crown_radius: float | None) -> tuple[Fit, Worn]:
     """Find the unworn surface and the track, each by the other. Raises ``FitError`` where there is no track."""
     start = Unworn(crown_radius, offset=float(np.mean(z)))
     if crown_radius is not None:
-        return _in_turns(x, z, start, _FIRST_SHOULDER)
+        return _on_arc(x, z, start)
     curved = _curved(x, z, replace(start, bend=0.0))
     if curved is not None:
         return curved
@@ -210,6 +212,14 @@ def _trimmed(x: Column, z: Column, start: Unworn) -> Fit:
         if np.array_equal(before.shoulders, fit.shoulders):
             break
     return fit
+
+
+def _on_arc(x: Column, z: Column, start: Unworn) -> tuple[Fit, Worn]:
+    """Level on an arc; by longer shoulders where it is a little off, and all beside the ends seems piled up."""
+    try:
+        return _in_turns(x, z, start, _FIRST_SHOULDER)
+    except FitError:
+        return _in_turns(x, z, start, _LONGER_SHOULDER)
 
 
 def _curved(x: Column, z: Column, start: Unworn) -> tuple[Fit, Worn] | None:
@@ -379,5 +389,5 @@ def no_track(found: str) -> FitError:
 def _at_the_edge() -> FitError:
     return FitError(
         "profile: found a track that reaches the edge of the profile; expected unworn surface on both sides, by "
-        "which it is levelled; measure a longer profile"
+        "which it is levelled; measure a longer profile, and check the radius if it leads across a ball or a crown"
     )

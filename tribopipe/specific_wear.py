@@ -11,6 +11,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from tribopipe.disc_end_values import disc_measurements
+from tribopipe.disc_track import SlidingPath
 from tribopipe.end_values import pin_on_disc_wear
 from tribopipe.measured import BodyWear, stated_or_default, surest
 from tribopipe.records.manifest import DISCS, TwinDisc
@@ -79,16 +80,26 @@ def _twin_disc_wear(run: RawRun, defaults: DefaultUncertainty) -> tuple[Worn, tu
 
 
 def _distance(run: RawRun, defaults: DefaultUncertainty) -> Quantity | None:
-    """Return the distance slid, m, uncertain by the nominal speed where it was derived from that; none without any."""
+    """Return the distance slid, m, uncertain by the speed or radius it was derived from; none without any."""
     slid = run.columns.get("sliding_distance")
     if slid is None or not np.any(np.isfinite(slid)) or not np.nanmax(slid) > 0:
         return None
-    distance, speed = float(np.nanmax(slid)), run.manifest.conditions.nominal_speed
-    spread = None
-    if speed is not None and run.origins.get("sliding_distance") == "derived from nominal speed":
-        known, _ = stated_or_default(speed, defaults.sliding_speed * speed.value)
-        spread = distance * (known.standard_uncertainty or 0.0) / speed.value
-    return Quantity(value=distance, unit="m", standard_uncertainty=spread)
+    distance, share = float(np.nanmax(slid)), _share_of_distance(run, defaults)
+    return Quantity(value=distance, unit="m", standard_uncertainty=None if share is None else share * distance)
+
+
+def _share_of_distance(run: RawRun, defaults: DefaultUncertainty) -> float | None:
+    """Return the relative standard uncertainty of a distance that was derived; none of one that was measured."""
+    conditions, origin = run.manifest.conditions, run.origins.get("sliding_distance")
+    path, speed = SlidingPath.of(conditions, defaults), conditions.nominal_speed
+    along = 0.0 if path is None else (path.length.standard_uncertainty or 0.0) / path.length.value
+    if origin == "derived from rotations":
+        return along
+    if origin != "derived from nominal speed" or speed is None:
+        return None
+    if speed.standard_uncertainty is not None:
+        return speed.standard_uncertainty / speed.value
+    return math.hypot(defaults.sliding_speed, 0.0 if conditions.sliding_speed is not None else along)
 
 
 def _load(run: RawRun, defaults: DefaultUncertainty) -> tuple[Quantity, bool]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from tribopipe.checks.registry import Trouble, check
 from tribopipe.clean_up.cleaning import clean_run
+from tribopipe.clean_up.strokes import whole_strokes
 from tribopipe.end_values import end_wear
 from tribopipe.errors import FitError
 from tribopipe.measured import stated_or_default
@@ -22,6 +23,8 @@ from tribopipe.run import Column, RawRun
 _FEWEST = 2
 _GAP = 10.0
 """A step this many times the median step is a gap."""
+_BOTH_WAYS = 0.2
+"""Share of the samples with friction that have the rarer sign, in a test there and back."""
 _MOST_DRIFT = 5e-6
 """m: what a sensor may drift in a test without being wrong in sign or unit."""
 _AXES: tuple[SignalName, ...] = ("time", "rotations", "sliding_distance")
@@ -148,10 +151,13 @@ def load_presses(run: RawRun) -> Iterator[Trouble]:
     """Find a measured load that pulls: its sign is the sensor's, not the contact's."""
     apart = ", at which the discs do not touch" if run.manifest.rolls else ""
     load = run.columns.get("normal_force")
-    if load is not None and np.any(np.isfinite(load)) and np.nanmedian(load) <= 0:
+    if load is None or not np.any(np.isfinite(load)) or "normal_force" in clean_run(run).record.left_out:
+        return
+    median = float(np.nanmedian(load[np.abs(load) >= np.nanpercentile(np.abs(load), 95) / 2]))
+    if median <= 0:
         yield Trouble(
             "normal_force",
-            f"found a median of {_shown('normal_force', np.nanmedian(load))}{apart}; expected a load above zero",
+            f"found a median of {_shown('normal_force', median)} under load{apart}; expected a load above zero",
             "clean-up turns it over where it pulls; export with the sign of a pressing load, or leave the signal out",
         )
 
@@ -159,18 +165,28 @@ def load_presses(run: RawRun) -> Iterator[Trouble]:
 @check("warning")
 def load_is_the_nominal_one(run: RawRun) -> Iterator[Trouble]:
     """Compare measured and nominal load: a factor of 1000 or 9.81 between them is a unit."""
-    load, stated = run.columns.get("normal_force"), run.manifest.conditions.normal_load
-    if load is None or not np.any(np.isfinite(load)):
+    load, stated = _load_where_it_is_on(run), run.manifest.conditions.normal_load
+    if not len(load):
         return
     nominal, _ = stated_or_default(stated, DefaultUncertainty().normal_load * stated.value)
-    median, allowed = float(np.nanmedian(load)), max(3 * (nominal.standard_uncertainty or 0.0), 0.03 * nominal.value)
-    if median > 0 and abs(median - nominal.value) > allowed:
+    median, allowed = float(np.median(load)), max(3 * (nominal.standard_uncertainty or 0.0), 0.03 * nominal.value)
+    if abs(median - nominal.value) > allowed:
         yield Trouble(
             "normal_force",
-            f"found a median of {_shown('normal_force', median)}; expected the nominal load of {nominal.shown()} "
-            "within three standard uncertainties",
+            f"found a median of {_shown('normal_force', median)} under load; expected the nominal load of "
+            f"{nominal.shown()} within three standard uncertainties",
             "check the column's unit, and normal_load, which the wear models take",
         )
+
+
+def _load_where_it_is_on(run: RawRun) -> Column:
+    """Return the load after clean-up, or a channel that clean-up leaves out as it is, by the samples under load."""
+    cleaned, recorded = clean_run(run).run.columns.get("normal_force"), run.columns.get("normal_force")
+    load = recorded if cleaned is None else cleaned
+    if load is None or not np.any(np.isfinite(load)):
+        return np.empty(0)
+    usual = min(float(np.nanpercentile(load, 95)), run.manifest.conditions.normal_load.value)
+    return load[load > max(0.0, usual / 2)]
 
 
 @check("warning")
@@ -227,9 +243,30 @@ def signal_is_alive(run: RawRun) -> Iterator[Trouble]:
 
 
 @check("warning")
+def friction_has_one_sign(run: RawRun) -> Iterator[Trouble]:
+    """Find friction there and back that is not told stroke by stroke, so that its mean says nothing."""
+    cleaned = clean_run(run)
+    mu = cleaned.run.columns.get("friction_coefficient", np.empty(0))
+    rubbing = mu[np.isfinite(mu) & (mu != 0)]
+    strokes = any(change.step == "stroke-wise-friction" for change in cleaned.record.changes)
+    if run.manifest.conditions.stroke is not None and not strokes and whole_strokes(mu, any_offset=True):
+        yield Trouble(
+            "friction_coefficient",
+            "found strokes beside an offset larger than the friction; expected a sign that changes with the stroke",
+            'zero the friction force, or take method = "half-difference" for stroke-wise-friction in the recipe',
+        )
+    if len(rubbing) and _BOTH_WAYS <= (negative := float(np.mean(rubbing < 0))) <= 1 - _BOTH_WAYS:
+        yield Trouble(
+            "friction_coefficient",
+            f"found {negative:.0%} of it below zero; expected one sign, or strokes that can be told",
+            "state conditions.stroke of a test there and back, which takes 5 samples a stroke; else zero the force",
+        )
+
+
+@check("warning")
 def friction_is_plausible(run: RawRun) -> Iterator[Trouble]:
     """Catch a flipped sign or a wrong unit of friction."""
-    mu = run.columns.get("friction_coefficient")
+    mu = _friction(run)
     if mu is None or not np.any(np.isfinite(mu)):
         return
     median = float(np.nanmedian(mu))
@@ -239,6 +276,13 @@ def friction_is_plausible(run: RawRun) -> Iterator[Trouble]:
             f"found a median of {median:.3g}; expected 0 to 2",
             "check sign and unit of friction force and load",
         )
+
+
+def _friction(run: RawRun) -> Column | None:
+    """Return the friction coefficient as recorded in one direction; else after clean-up, on which signs depend."""
+    cleaned = clean_run(run).run
+    one_way = run.manifest.conditions.stroke is None and cleaned.origins.get("friction_coefficient") == "measured"
+    return (run if one_way else cleaned).columns.get("friction_coefficient")
 
 
 class _Course(NamedTuple):

@@ -12,6 +12,8 @@ from tribopipe.run import Column
 _AXES: tuple[SignalName, ...] = ("time", "rotations", "sliding_distance")
 _LATE = 0.05
 """Share of what an axis covers by which it begins later than another one where it was carried over."""
+_CLOCK = 100.0
+"""How many times what an axis covers it begins at where it is a clock, or a counter that was not reset."""
 
 
 def join_axes(bench: Bench, step: ContinuousAxes) -> None:
@@ -36,6 +38,8 @@ def _begin(bench: Bench, name: SignalName, leads: dict[SignalName, float], step:
     covered = np.nanmax(axis) - first
     if step.carried_over == "always":
         start, why = first, "the recipe says that it was carried over"
+    elif step.carried_over == "told" and min(leads[name], other) > _CLOCK:
+        start, why = first, f"a clock or counter that was not reset, at more than {_CLOCK:g} times what it covers"
     elif step.carried_over == "told" and leads[name] - max(other, 0.0) > _LATE:
         start, why = first - max(other, 0.0) * covered, "carried over from an earlier test, as another axis tells"
     else:

@@ -64,6 +64,10 @@ class Bench:
             self._hidden[name] = where | self._hidden.get(name, np.zeros_like(where))
         self._tell(name, samples, f"{samples} samples masked: {what}", why)
 
+    def leave(self, name: SignalName, what: str, why: str) -> None:
+        """Say why a column stays as it is, where a recipe wants it changed."""
+        self._tell(name, 0, what, why)
+
     def leave_out(self, name: SignalName, what: str, why: str) -> None:
         """Go on without a signal."""
         samples = len(self.columns.pop(name))

@@ -61,12 +61,18 @@ def _sentinels(values: Column) -> Selection:
 
 
 def _leave_out_dead_load(bench: Bench) -> None:
-    """Go on with the nominal load where the measured one is but noise about zero."""
-    load = bench.measured("normal_force")
+    """Go on with the nominal load where the measured one is noise about zero, or too little for any friction."""
+    load, friction = bench.measured("normal_force"), bench.measured("friction_force")
     if load is None:
         return
     some, nominal = fewer(load), bench.manifest.conditions.normal_load
-    nowhere = len(some) > 1 and np.percentile(np.abs(some), 99) < _DEAD_SHARE * nominal.value
-    if nowhere and abs(np.mean(some)) <= _NOISE * np.std(some):
-        what = f"left out: within {_DEAD_SHARE:.0%} of the nominal {nominal.shown()} and about zero throughout"
+    if len(some) < 2 or np.percentile(np.abs(some), 99) >= _DEAD_SHARE * nominal.value:
+        return
+    within = f"left out: within {_DEAD_SHARE:.0%} of the nominal {nominal.shown()}"
+    if abs(np.mean(some)) <= _NOISE * np.std(some):
+        what = f"{within} and about zero throughout"
         bench.leave_out("normal_force", what, "a dead channel; the nominal load counts")
+    elif friction is not None and np.nanmedian(np.abs(friction)) > MOST_FRICTION * np.median(np.abs(some)):
+        what = f"{within}, and the friction force over it beyond ±{MOST_FRICTION:g}"
+        why = "a dead channel that was not zeroed, or a wrong unit; the nominal load counts"
+        bench.leave_out("normal_force", what, why)

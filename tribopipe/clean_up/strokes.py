@@ -22,6 +22,8 @@ _CLEARLY = 0.3
 """Share of the usual amplitude beyond which a direction counts, so that noise at a turning point makes no stroke."""
 _REGULAR = 0.35
 """A stroke whose length differs from the median by more than this share of it is not whole."""
+_BESIDE = 0.1
+"""Share of the swing by which friction beside a large offset stays off zero."""
 _MOST_WHOLE = 0.8
 _FEWEST_STROKES, _FEWEST_SAMPLES = 4, 5
 
@@ -48,7 +50,8 @@ def average_strokes(bench: Bench, step: StrokeWiseFriction) -> None:
     mu = bench.columns["friction_coefficient"]
     forces = bench.measured("friction_force") is not None
     signed = coefficient(bench.columns, bench.manifest)[0] if forces else mu
-    whole = whole_strokes(signed)
+    signed = np.where(np.isfinite(mu), signed, np.nan)
+    whole = whole_strokes(signed, any_offset=step.method == "half-difference")
     if not whole:
         return
     averaged = np.full(len(mu), np.nan)
@@ -60,9 +63,9 @@ def average_strokes(bench: Bench, step: StrokeWiseFriction) -> None:
         bench.put("friction_coefficient", averaged, what, "friction goes there and back", parts=len(whole))
 
 
-def whole_strokes(signed: Column) -> list[Stroke]:
-    """Return the strokes that are whole; none where friction does not change its sign regularly."""
-    found = list(_strokes(signed))
+def whole_strokes(signed: Column, *, any_offset: bool = False) -> list[Stroke]:
+    """Return the strokes that are whole; none where friction does not change its sign regularly, offset or not."""
+    found = list(_strokes(signed, any_offset=any_offset))
     if len(found) < _FEWEST_STROKES:
         return []
     usual = float(np.median([stroke.end - stroke.start for stroke in found]))
@@ -70,10 +73,10 @@ def whole_strokes(signed: Column) -> list[Stroke]:
     return whole if usual >= _FEWEST_SAMPLES and len(whole) >= _MOST_WHOLE * (len(found) - 2) else []
 
 
-def _strokes(signed: Column) -> Iterator[Stroke]:
+def _strokes(signed: Column, *, any_offset: bool) -> Iterator[Stroke]:
     seen = signed[np.isfinite(signed)]
     low, high = np.percentile(seen, [25, 75]) if len(seen) else (0.0, 0.0)
-    if not low < 0 < high:
+    if not low < 0 < high and not (any_offset and _beside_zero(seen, high - low)):
         return
     centred, clear = signed - (low + high) / 2, _CLEARLY * (high - low) / 2
     with np.errstate(invalid="ignore"):
@@ -83,6 +86,11 @@ def _strokes(signed: Column) -> Iterator[Stroke]:
     bounds = [0, *((sure[turns] + sure[turns + 1] + 1) // 2).tolist(), len(signed)]
     for number, first in enumerate([0, *(turns + 1).tolist()]):
         yield Stroke(bounds[number], bounds[number + 1], float(directions[first]))
+
+
+def _beside_zero(seen: Column, swing: float) -> bool:
+    """Tell whether friction swings beside zero without touching it, as a magnitude without sign does at each turn."""
+    return bool(swing > 0 and np.percentile(np.abs(seen), 1) > _BESIDE * swing)
 
 
 def _values(
