@@ -8,7 +8,7 @@ import numpy as np
 
 from tribopipe.archive.store import Archive
 from tribopipe.pipeline import find_runs, process
-from tribopipe.profile import examined
+from tribopipe.profile.track import examined
 from tribopipe.records.manifest import CurvedDisc, FlatDisc, TwinDisc
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import DistanceConvention, Recipe

@@ -8,8 +8,8 @@ from disc_runs import BARE, DOCUMENT, PLANNED, SERIES, exact_run, raw, recorded,
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tribopipe.disc_end_values import disc_end_wear, disc_measurements
 from tribopipe.drift import correct_drift
+from tribopipe.end_values.twin_disc import disc_end_wear, disc_measurements
 from tribopipe.ingest.harmonise import read_run
 from tribopipe.records.manifest import RunManifest
 from tribopipe.records.quantity import EndValue, Quantity

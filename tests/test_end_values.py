@@ -30,10 +30,10 @@ from pydantic import ValidationError
 
 from tribopipe.checks.registry import check_run
 from tribopipe.drift import correct_drift
-from tribopipe.end_values import end_wear, pin_on_disc_wear
+from tribopipe.end_values.pin_on_disc import end_wear, pin_on_disc_wear
 from tribopipe.errors import FitError
 from tribopipe.geometry import scar_depth, scar_radius_at, short_cap_error, short_track_error
-from tribopipe.profile import worn_area
+from tribopipe.profile.track import worn_area
 from tribopipe.records.manifest import Conditions, EndValues, RunManifest
 from tribopipe.records.quantity import Quantity, of_readings
 from tribopipe.records.recipe import DefaultUncertainty, MonteCarloRecipe, Recipe

@@ -13,7 +13,7 @@ from tribopipe.archive.digest import raw_digest
 from tribopipe.archive.runfile import read_raw, write_raw
 from tribopipe.errors import FitError, ReaderError
 from tribopipe.ingest.profiles import read_profiles
-from tribopipe.profile import worn_area
+from tribopipe.profile.track import worn_area
 from tribopipe.records.manifest import RunManifest
 from tribopipe.run import Profile, RawRun, SourceFile
 

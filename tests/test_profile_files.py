@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from test_profile import HALF, X, grooved, manifest_with, rows
 
+from tribopipe.end_values.measured import profiles_at
 from tribopipe.errors import ReaderError
 from tribopipe.ingest.profiles import Units, profiles_in, read_profiles
-from tribopipe.measured import profiles_at
-from tribopipe.profile import reference_radius, worn_area
+from tribopipe.profile.track import reference_radius, worn_area
 from tribopipe.records.manifest import ProfileSource, RunManifest
 from tribopipe.run import RawRun, SourceFile
 

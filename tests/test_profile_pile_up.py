@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from test_profile import correlated, flattened
 
+from tribopipe.end_values.measured import over_places
 from tribopipe.errors import FitError
 from tribopipe.geometry import cap_height, worn_volume
-from tribopipe.measured import over_places
-from tribopipe.profile import Level, Track, examined, worn_area
+from tribopipe.profile.track import Level, Track, examined, worn_area
 from tribopipe.run import Profile
 
 X = np.linspace(-0.6e-3, 0.6e-3, 3001)

@@ -9,7 +9,7 @@ from tribopipe.errors import FitError, ReaderError
 from tribopipe.ingest.profiles import Units, profiles_in
 from tribopipe.ingest.reader import Hints
 from tribopipe.ingest.registry import candidates, detect, readers
-from tribopipe.profile import Level, examined
+from tribopipe.profile.track import Level, examined
 from tribopipe.records.manifest import ProfileSource
 from tribopipe.run import SourceFile
 

@@ -13,6 +13,7 @@ from end_value_runs import CIRCLE, RADIUS, described, run_of, si, track
 from tribopipe.archive.steps import STEPS
 from tribopipe.archive.store import Archive
 from tribopipe.drift import correct_drift
+from tribopipe.end_values.specific_wear import specific_wear
 from tribopipe.geometry import cap_radius, worn_volume
 from tribopipe.ingest.harmonise import read_run
 from tribopipe.pipeline import evaluate_archived_wear, ingest
@@ -20,7 +21,6 @@ from tribopipe.records.base import Record
 from tribopipe.records.recipe import MonteCarloRecipe, Recipe
 from tribopipe.records.specific_wear import SpecificWear
 from tribopipe.run import RawRun
-from tribopipe.specific_wear import specific_wear
 from tribopipe.wear.identify import fit_wear
 
 VOLUME = 2e-12

@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 from tribopipe.contact.mechanics import contact_modulus, elastic_approach, hertz_radius
 from tribopipe.contact.pin_on_disc import FlatPin, SphericalPin, pin_contact
 from tribopipe.drift import correct_drift
+from tribopipe.end_values.specific_wear import specific_wear
 from tribopipe.errors import ContactError
 from tribopipe.geometry import cap_height
 from tribopipe.ingest.harmonise import read_run
@@ -23,7 +24,6 @@ from tribopipe.records.quantity import EndValue, Quantity
 from tribopipe.records.recipe import MonteCarloRecipe, Recipe, WearRecipe
 from tribopipe.run import RawRun
 from tribopipe.simulate import simulate_plan
-from tribopipe.specific_wear import specific_wear
 from tribopipe.wear.identify import fit_wear
 from tribopipe.wear.predict import WearScenario, predict_wear
 

@@ -18,8 +18,8 @@ import numpy as np
 
 from tribopipe.contact.pin_on_disc import pin_contact
 from tribopipe.contact.twin_disc import disc_pair, nominal_values
-from tribopipe.disc_end_values import DiscEndWear, disc_end_wear
-from tribopipe.end_values import EndWear, end_wear
+from tribopipe.end_values.pin_on_disc import EndWear, end_wear
+from tribopipe.end_values.twin_disc import DiscEndWear, disc_end_wear
 from tribopipe.errors import FitError
 from tribopipe.noise import inflation
 from tribopipe.records.manifest import TwinDisc

@@ -18,6 +18,7 @@ from tribopipe.archive.store import Archive
 from tribopipe.checks.registry import check_run, refuse_errors
 from tribopipe.clean_up.cleaning import clean_run
 from tribopipe.drift import correct_drift
+from tribopipe.end_values.specific_wear import specific_wear
 from tribopipe.errors import ManifestError, TribopipeError
 from tribopipe.files import natural_order
 from tribopipe.friction import fit_friction
@@ -31,7 +32,6 @@ from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit
 from tribopipe.records.signals import SIGNALS
 from tribopipe.run import Column, CorrectedRun
-from tribopipe.specific_wear import specific_wear
 from tribopipe.study.bodies import bodies, severity
 from tribopipe.version import VERSION
 from tribopipe.wear.curves import LawCurve, fitted_curve, predicted_curve, run_scenario

@@ -5,7 +5,7 @@ from datetime import UTC, datetime
 from typing import NamedTuple, get_args
 
 from tribopipe.checks.registry import Trouble, check
-from tribopipe.measured import DiscWay, PinWay
+from tribopipe.end_values.measured import DiscWay, PinWay
 from tribopipe.motion import slip
 from tribopipe.records.manifest import DISCS, RunManifest, TwinDisc
 from tribopipe.records.quantity import Quantity

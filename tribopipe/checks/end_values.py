@@ -7,13 +7,13 @@ from typing import Literal
 
 from tribopipe.checks.registry import Trouble, check
 from tribopipe.contact.twin_disc import disc_pair, nominal_values
-from tribopipe.disc_end_values import DiscMeasurement, disc_measurements
-from tribopipe.end_values import pin_on_disc_wear
+from tribopipe.end_values.measured import BodyWear
+from tribopipe.end_values.pin_on_disc import pin_on_disc_wear
+from tribopipe.end_values.pin_tip import PinTip
+from tribopipe.end_values.twin_disc import DiscMeasurement, disc_measurements
 from tribopipe.errors import ContactError, FitError
 from tribopipe.geometry import scar_depth
-from tribopipe.measured import BodyWear
-from tribopipe.pin_tip import PinTip
-from tribopipe.profile import reference_radius, worn_area
+from tribopipe.profile.track import reference_radius, worn_area
 from tribopipe.records.manifest import EndValues, PinOnDisc, RunManifest, Specimen, TwinDisc
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import DefaultUncertainty, Recipe

@@ -9,9 +9,9 @@ import numpy as np
 from tribopipe.checks.registry import Trouble, check
 from tribopipe.clean_up.cleaning import clean_run
 from tribopipe.clean_up.strokes import whole_strokes
-from tribopipe.end_values import end_wear
+from tribopipe.end_values.measured import stated_or_default
+from tribopipe.end_values.pin_on_disc import end_wear
 from tribopipe.errors import FitError
-from tribopipe.measured import stated_or_default
 from tribopipe.records.clean_up import ContinuousAxes
 from tribopipe.records.manifest import PinOnDisc, RunManifest, TwinDisc
 from tribopipe.records.quantity import Quantity

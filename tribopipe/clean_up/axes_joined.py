@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tribopipe.clean_up.bench import Bench
+from tribopipe.clean_up.workbench import Bench
 from tribopipe.records.clean_up import ContinuousAxes
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.signals import SIGNALS, SignalName

@@ -7,12 +7,12 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from tribopipe.clean_up.axes_joined import join_axes
-from tribopipe.clean_up.bench import Bench
 from tribopipe.clean_up.masking import mask_samples
 from tribopipe.clean_up.signs import turn_friction, turn_load
 from tribopipe.clean_up.spikes import mask_spikes
 from tribopipe.clean_up.strokes import average_strokes
 from tribopipe.clean_up.unloaded import mask_unloaded_friction
+from tribopipe.clean_up.workbench import Bench
 from tribopipe.clean_up.zeroing import zero_forces
 from tribopipe.records.clean_up import CleaningStepName, CleanUp
 from tribopipe.records.recipe import Recipe

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tribopipe.clean_up.bench import Bench, Selection, fewer
+from tribopipe.clean_up.workbench import Bench, Selection, fewer
 from tribopipe.records.clean_up import Mask, SignalLimits
 from tribopipe.records.signals import SIGNALS, SignalName
 from tribopipe.run import Column

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tribopipe.clean_up.bench import Bench, fewer
+from tribopipe.clean_up.workbench import Bench, fewer
 from tribopipe.records.clean_up import FrictionSign, PressingLoad
 from tribopipe.records.signals import SignalName
 from tribopipe.run import Column

@@ -7,7 +7,7 @@ whole record, nor than the finest step that the record shows.
 
 import numpy as np
 
-from tribopipe.clean_up.bench import Bench, Selection
+from tribopipe.clean_up.workbench import Bench, Selection
 from tribopipe.records.clean_up import Despike
 from tribopipe.run import Column
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tribopipe.clean_up.bench import Bench
+from tribopipe.clean_up.workbench import Bench
 from tribopipe.derived import coefficient
 from tribopipe.records.clean_up import StrokeMethod, StrokeWiseFriction
 from tribopipe.run import Column

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from tribopipe.clean_up.bench import Bench
 from tribopipe.clean_up.masking import MOST_FRICTION
+from tribopipe.clean_up.workbench import Bench
 from tribopipe.records.clean_up import UnloadedFriction
 
 

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from tribopipe.clean_up.bench import Bench, Selection, fewer
+from tribopipe.clean_up.workbench import Bench, Selection, fewer
 from tribopipe.noise import effective_samples
 from tribopipe.records.clean_up import Zero
 from tribopipe.records.quantity import Quantity

@@ -12,7 +12,7 @@ from tribopipe.cli.output import located, print_json, record_json, say, table
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
-    from tribopipe.profile import Level, Track
+    from tribopipe.profile.track import Level, Track
     from tribopipe.records.quantity import Quantity
     from tribopipe.run import Profile
 
@@ -57,7 +57,7 @@ class _Shown:
 
     def tell(self, title: str) -> None:
         """Show everything to people."""
-        from tribopipe.profile import Track
+        from tribopipe.profile.track import Track
 
         rows = [[key, *_cells(found)] for key, found in self.found.items() if isinstance(found, Track)]
         if rows:
@@ -81,7 +81,7 @@ def show_profile_file(path: Path, asked: ProfileOptions, *, as_json: bool) -> No
     from tribopipe.errors import ReaderError
     from tribopipe.ingest.columns import read_source
     from tribopipe.ingest.profiles import Units, profiles_in
-    from tribopipe.profile import examined
+    from tribopipe.profile.track import examined
     from tribopipe.records.manifest import ProfileSource
     from tribopipe.report.profile_figures import save_profile_figures
 
@@ -108,7 +108,7 @@ def show_profile_file(path: Path, asked: ProfileOptions, *, as_json: bool) -> No
 
 def show_run_profiles(store: "Archive", run_id: str) -> list[dict[str, Any]]:
     """Tell of the profiles of an archived run, save their figures and its others, and return it all for programs."""
-    from tribopipe.profile import examined, reference_radius
+    from tribopipe.profile.track import examined, reference_radius
     from tribopipe.report.archived import FOLDER, save_run_figures
     from tribopipe.report.profile_figures import save_profile_figures
 
@@ -126,7 +126,7 @@ def show_run_profiles(store: "Archive", run_id: str) -> list[dict[str, Any]]:
 
 
 def _described(found: "Track | Level") -> dict[str, Any]:
-    from tribopipe.profile import Track
+    from tribopipe.profile.track import Track
 
     if not isinstance(found, Track):
         return {"track": None, "why": found.why, "unworn_surface": found.form}

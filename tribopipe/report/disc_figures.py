@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 import numpy as np
 
 from tribopipe.contact.twin_disc import DiscWear
-from tribopipe.disc_end_values import Measured
+from tribopipe.end_values.twin_disc import Measured
 from tribopipe.records.disc_results import FittedValue, TwinDiscFit, TwinDiscPrediction, spoken
 from tribopipe.records.manifest import DISCS, DiscName
 from tribopipe.records.quantity import Quantity

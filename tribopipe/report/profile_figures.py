@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tribopipe.levelling import Mask
-from tribopipe.profile import Level, Track
+from tribopipe.profile.levelling import Mask
+from tribopipe.profile.track import Level, Track
 from tribopipe.records.quantity import Quantity
 from tribopipe.report.decimation import thinned
 from tribopipe.report.figures import BLACK, GREEN, GREY, ORANGE, PALETTE, RED, finish, in_lines, save_figure, styled

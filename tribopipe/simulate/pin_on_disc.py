@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.random import Generator
 
-from tribopipe.pin_tip import PinTip
+from tribopipe.end_values.pin_tip import PinTip
 from tribopipe.records.base import quoted
 from tribopipe.records.manifest import PinOnDisc
 from tribopipe.records.plan import Sensors, Series, Truth, VirtualRun

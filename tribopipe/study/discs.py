@@ -14,7 +14,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from tribopipe.contact.twin_disc import disc_pair
-from tribopipe.disc_end_values import DiscMeasurement
+from tribopipe.end_values.twin_disc import DiscMeasurement
 from tribopipe.errors import ContactError, FitError
 from tribopipe.motion import slip
 from tribopipe.records.disc_results import spoken

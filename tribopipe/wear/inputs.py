@@ -12,7 +12,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.random import Generator
 
-from tribopipe.measured import stated_or_default
+from tribopipe.end_values.measured import stated_or_default
 from tribopipe.records.manifest import PinOnDisc
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import FrictionSource, LawName, Recipe

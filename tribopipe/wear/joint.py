@@ -17,7 +17,7 @@ import numpy as np
 from numpy.random import Generator
 
 from tribopipe.contact.pin_on_disc import pin_contact
-from tribopipe.end_values import EndWear, end_wear
+from tribopipe.end_values.pin_on_disc import EndWear, end_wear
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import Recipe
 from tribopipe.records.results import JointFit

@@ -16,7 +16,7 @@ from numpy.random import Generator
 
 from tribopipe.contact.pin_on_disc import pin_contact
 from tribopipe.drift import SensorTrace, read_trace
-from tribopipe.end_values import EndWear, end_wear
+from tribopipe.end_values.pin_on_disc import EndWear, end_wear
 from tribopipe.errors import FitError
 from tribopipe.noise import inflation
 from tribopipe.records.manifest import PinOnDisc, RunManifest

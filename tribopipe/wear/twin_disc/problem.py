@@ -14,7 +14,7 @@ import numpy as np
 from numpy.random import Generator
 
 from tribopipe.contact.twin_disc import DiscWear, disc_pair
-from tribopipe.disc_end_values import DiscMeasurement, Measured, disc_measurements
+from tribopipe.end_values.twin_disc import DiscMeasurement, Measured, disc_measurements
 from tribopipe.errors import FitError
 from tribopipe.motion import slip_per_rotation
 from tribopipe.records.manifest import TwinDisc

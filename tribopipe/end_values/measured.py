@@ -9,7 +9,7 @@ import numpy as np
 
 from tribopipe.errors import FitError
 from tribopipe.noise import effective_samples
-from tribopipe.profile import Track, worn_area
+from tribopipe.profile.track import Track, worn_area
 from tribopipe.records.quantity import EndValue, Quantity, of_readings
 from tribopipe.run import Profile, RawRun
 from tribopipe.uncertainty import first_order

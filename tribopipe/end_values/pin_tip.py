@@ -12,9 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tribopipe.errors import FitError
-from tribopipe.geometry import cap_height, scar_depth, scar_radius_at, worn_depth, worn_volume
-from tribopipe.measured import (
+from tribopipe.end_values.measured import (
     A_MAP,
     BodyWear,
     EndValueUsed,
@@ -25,6 +23,8 @@ from tribopipe.measured import (
     tracks_in,
     volume_of_mass,
 )
+from tribopipe.errors import FitError
+from tribopipe.geometry import cap_height, scar_depth, scar_radius_at, worn_depth, worn_volume
 from tribopipe.records.manifest import EndValues, Pin
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import DefaultUncertainty

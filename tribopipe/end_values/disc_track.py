@@ -11,15 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from tribopipe.geometry import (
-    circle_volume,
-    groove_area,
-    scar_depth,
-    scar_radius_at,
-    stroke_volume,
-    worn_volume,
-)
-from tribopipe.measured import (
+from tribopipe.end_values.measured import (
     FEWEST_PLACES,
     BodyWear,
     DiscWay,
@@ -32,8 +24,16 @@ from tribopipe.measured import (
     tracks_in,
     volume_of_mass,
 )
-from tribopipe.pin_tip import known_density
-from tribopipe.profile import Track
+from tribopipe.end_values.pin_tip import known_density
+from tribopipe.geometry import (
+    circle_volume,
+    groove_area,
+    scar_depth,
+    scar_radius_at,
+    stroke_volume,
+    worn_volume,
+)
+from tribopipe.profile.track import Track
 from tribopipe.records.manifest import Conditions, EndValues
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import DefaultUncertainty

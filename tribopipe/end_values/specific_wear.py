@@ -10,10 +10,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from tribopipe.disc_end_values import disc_measurements
-from tribopipe.disc_track import SlidingPath
-from tribopipe.end_values import pin_on_disc_wear
-from tribopipe.measured import BodyWear, stated_or_default, surest
+from tribopipe.end_values.disc_track import SlidingPath
+from tribopipe.end_values.measured import BodyWear, stated_or_default, surest
+from tribopipe.end_values.pin_on_disc import pin_on_disc_wear
+from tribopipe.end_values.twin_disc import disc_measurements
 from tribopipe.records.manifest import DISCS, TwinDisc
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import DefaultUncertainty, Recipe

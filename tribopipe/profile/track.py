@@ -3,7 +3,7 @@
 Signs: the cross-section of the groove is what was lost and counts above zero; so does what is piled up beside it, which
 was gained; the net loss is the one less the other, and below zero where more was piled up than the groove holds.
 
-How the unworn surface and the track are found is told in tribopipe.levelling.
+How the unworn surface and the track are found is told in tribopipe.profile.levelling.
 """
 
 import math
@@ -13,7 +13,18 @@ from typing import NamedTuple
 import numpy as np
 
 from tribopipe.errors import FitError
-from tribopipe.levelling import SMOOTHING, Fit, Form, Mask, Worn, find_dust, level, level_all, no_track, smoothed
+from tribopipe.profile.levelling import (
+    SMOOTHING,
+    Fit,
+    Form,
+    Mask,
+    Worn,
+    find_dust,
+    level,
+    level_all,
+    no_track,
+    smoothed,
+)
 from tribopipe.records.manifest import PinOnDisc, RunManifest, TwinDisc
 from tribopipe.records.quantity import Quantity
 from tribopipe.run import Column, Profile

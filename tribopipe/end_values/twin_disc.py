@@ -8,7 +8,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from tribopipe.contact.twin_disc import DiscPair, disc_pair, nominal_values
-from tribopipe.measured import Source, over_places, profiles_at, stated_or_default, tracks_in
+from tribopipe.end_values.measured import Source, over_places, profiles_at, stated_or_default, tracks_in
 from tribopipe.records.manifest import DISCS, DiscName, EndValues, TwinDisc
 from tribopipe.records.quantity import EndValue, Quantity
 from tribopipe.records.recipe import DefaultUncertainty, Recipe

@@ -4,9 +4,9 @@ from dataclasses import dataclass, replace
 
 from numpy.typing import ArrayLike
 
-from tribopipe.disc_track import Groove, SlidingPath, disc_notes, disc_wear
-from tribopipe.measured import BodyWear, EndValueUsed, stated_or_default, surest
-from tribopipe.pin_tip import PinTip, pin_values, pin_wear
+from tribopipe.end_values.disc_track import Groove, SlidingPath, disc_notes, disc_wear
+from tribopipe.end_values.measured import BodyWear, EndValueUsed, stated_or_default, surest
+from tribopipe.end_values.pin_tip import PinTip, pin_values, pin_wear
 from tribopipe.records.manifest import EndValues
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import DefaultUncertainty
