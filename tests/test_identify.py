@@ -12,7 +12,7 @@ from tribopipe.friction import fit_friction
 from tribopipe.records.base import load_toml
 from tribopipe.records.manifest import RunManifest
 from tribopipe.records.plan import Plan, Series, VirtualRun
-from tribopipe.records.quantity import EndValue
+from tribopipe.records.quantity import EndValue, Quantity
 from tribopipe.records.recipe import MonteCarloRecipe, Recipe, WearRecipe
 from tribopipe.run import RawRun
 from tribopipe.simulate import VirtualTest
@@ -235,3 +235,20 @@ def test_depth_that_contradicts_the_end_value_is_said_to_be_in_doubt():
     raw = record(*CASES["si3n4-air-200mN"])
     fit = fit_wear(correct_drift(replace(raw, columns={**raw.columns, "depth": -raw.columns["depth"]})))
     assert any("more than the sensor's resolution" in note for note in fit.notes)
+
+
+def test_k_d_is_as_uncertain_as_the_track_radius_its_distance_was_derived_from():
+    raw = record(*CASES["si3n4-air-200mN"])
+    conditions = raw.manifest.conditions.model_copy(
+        update={"track_radius": Quantity(value=8e-3, unit="m", standard_uncertainty=1.6e-4)}
+    )
+    by_rotations = replace(
+        raw,
+        manifest=raw.manifest.model_copy(update={"conditions": conditions}),
+        origins={**raw.origins, "sliding_distance": "derived from rotations"},
+    )
+    fit = fit_wear(correct_drift(by_rotations), "archard", None, FIRST_ORDER)
+    (line,) = [line for line in fit.budget if line.name == "track radius"]
+    assert line.relative == pytest.approx(-0.02, rel=1e-3)
+    assert line.value is not None
+    assert line.value.shown(line.shown_in) == "8.00 ± 0.16 mm"

@@ -542,3 +542,14 @@ def test_offset_and_drift_added_to_a_reading_are_found_and_change_nothing_else(o
     assert alike(moved.wear_coefficient.value, plain.wear_coefficient.value, 1e-6)
     assert moved.zero_offsets[0].value - plain.zero_offsets[0].value == pytest.approx(offset, abs=1e-12)
     assert moved.drift_rate.value - plain.drift_rate.value == pytest.approx(rate, abs=1e-15)
+
+
+def test_what_the_depth_signal_does_not_tell_is_no_joint_fit(monkeypatch):
+    _, raw = virtual(SILICON_NITRIDE[0])
+    corrected = correct_drift(raw)
+    problem = wear_problem(corrected, "archard", None, Recipe())
+    assert isinstance(problem, WearProblem)
+    monkeypatch.setattr("tribopipe.wear.joint._systematic_covariance", lambda _: np.full((3, 3), np.nan))
+    with pytest.raises(FitError, match="does not tell offset, drift and wear apart"):
+        fit_joint(joint_problem(problem, corrected, Recipe()))
+    assert fit_wear(corrected, "archard", None).joint is None

@@ -7,9 +7,11 @@ sphere. With a pin that has not worn that is the groove of ASTM G99. Nothing els
 width, so that a flat pin tells none; and a track no wider than the flat on the pin tells no depth.
 """
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Literal
 
 from tribopipe.end_values.measured import (
     FEWEST_PLACES,
@@ -63,6 +65,32 @@ class SlidingPath:
         if self.there_and_back:
             return float(stroke_volume(area=area, stroke=length, ends=ends))
         return float(circle_volume(area=area, track_radius=length))
+
+
+@dataclass(frozen=True)
+class ToldBy:
+    """What a derived sliding distance is proportional to."""
+
+    name: Literal["sliding_speed", "track_radius"]
+    quantity: Quantity
+    source: Source
+
+
+def told_by(run: RawRun, defaults: DefaultUncertainty) -> ToldBy | None:
+    """Return the speed or track radius that a sliding distance was derived from; none of one that was measured.
+
+    A speed that is itself made of rotational speed and radius, or of frequency and stroke, is as uncertain as both.
+    """
+    conditions, origin = run.manifest.conditions, run.origins.get("sliding_distance")
+    radius, speed = conditions.track_radius, conditions.nominal_speed
+    if origin == "derived from rotations" and radius is not None:
+        return ToldBy("track_radius", *stated_or_default(radius, defaults.track_radius * radius.value))
+    if origin != "derived from nominal speed" or speed is None:
+        return None
+    path = SlidingPath.of(conditions, defaults) if conditions.sliding_speed is None else None
+    along = 0.0 if path is None else (path.length.standard_uncertainty or 0.0) / path.length.value
+    share = math.hypot(defaults.sliding_speed, along)
+    return ToldBy("sliding_speed", *stated_or_default(speed, share * speed.value))
 
 
 @dataclass(frozen=True)

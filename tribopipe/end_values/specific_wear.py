@@ -10,7 +10,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from tribopipe.end_values.disc_track import SlidingPath
+from tribopipe.end_values.disc_track import told_by
 from tribopipe.end_values.measured import BodyWear, stated_or_default, surest
 from tribopipe.end_values.pin_on_disc import pin_on_disc_wear
 from tribopipe.end_values.twin_disc import disc_measurements
@@ -84,22 +84,9 @@ def _distance(run: RawRun, defaults: DefaultUncertainty) -> Quantity | None:
     slid = run.columns.get("sliding_distance")
     if slid is None or not np.any(np.isfinite(slid)) or not np.nanmax(slid) > 0:
         return None
-    distance, share = float(np.nanmax(slid)), _share_of_distance(run, defaults)
-    return Quantity(value=distance, unit="m", standard_uncertainty=None if share is None else share * distance)
-
-
-def _share_of_distance(run: RawRun, defaults: DefaultUncertainty) -> float | None:
-    """Return the relative standard uncertainty of a distance that was derived; none of one that was measured."""
-    conditions, origin = run.manifest.conditions, run.origins.get("sliding_distance")
-    path, speed = SlidingPath.of(conditions, defaults), conditions.nominal_speed
-    along = 0.0 if path is None else (path.length.standard_uncertainty or 0.0) / path.length.value
-    if origin == "derived from rotations":
-        return along
-    if origin != "derived from nominal speed" or speed is None:
-        return None
-    if speed.standard_uncertainty is not None:
-        return speed.standard_uncertainty / speed.value
-    return math.hypot(defaults.sliding_speed, 0.0 if conditions.sliding_speed is not None else along)
+    distance, told = float(np.nanmax(slid)), told_by(run, defaults)
+    spread = None if told is None else distance * (told.quantity.standard_uncertainty or 0.0) / told.quantity.value
+    return Quantity(value=distance, unit="m", standard_uncertainty=spread)
 
 
 def _load(run: RawRun, defaults: DefaultUncertainty) -> tuple[Quantity, bool]:

@@ -64,7 +64,9 @@ def _read_files(manifest: RunManifest, folder: Path, written: SourceFile) -> Raw
         parts = []
         for name in signals.names:
             sources.append(read_source(folder, name))
-            parts.append(_read_part(gathered, sources[-1], reader or detect(sources[-1], holds="signals"), signals))
+            # Files that continue each other are of one format, which the first may show better than a short one.
+            reader = reader or detect(sources[-1], holds="signals")
+            parts.append(_read_part(gathered, sources[-1], reader, signals))
         _add(gathered, _joined(signals.names, parts, gathered.notes), _spoken(signals.names))
     origins: dict[SignalName, Origin] = dict.fromkeys(gathered.columns, "measured")
     derive_missing(gathered.columns, origins, manifest)

@@ -18,6 +18,7 @@ SharedInput = Literal[
     "pin_modulus",
     "disc_modulus",
     "sliding_speed",
+    "track_radius",
     "depth_scale",
     "crown_radius",
     "curved_radius",

@@ -18,6 +18,7 @@ from tribopipe.contact.pin_on_disc import pin_contact
 from tribopipe.run import Column
 from tribopipe.study.member import PosedRun
 from tribopipe.wear.friction_path import junction_factor, measured_path
+from tribopipe.wear.inputs import distance_scale
 
 _DRAWS = 2_000
 _STRETCHES = 3
@@ -70,7 +71,7 @@ def _slopes(run: PosedRun, depth: Column, values: dict[str, float] | dict[str, C
     # Noise about the very start may read as wear below zero.
     volume = pin_contact(problem.contact, values).volume(np.maximum(depth, 0.0))
     distance = run.places[np.arange(0, len(run.places) - 1, _STRETCHES)]
-    scale = values["sliding_speed"] / problem.values["sliding_speed"] if "sliding_speed" in values else 1.0
+    scale = distance_scale(values, problem.values)
     return np.asarray(np.diff(volume, axis=-1) / (values["normal_load"] * scale * np.diff(distance)))
 
 

@@ -12,12 +12,13 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.random import Generator
 
+from tribopipe.end_values.disc_track import told_by
 from tribopipe.end_values.measured import stated_or_default
 from tribopipe.records.manifest import PinOnDisc
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import FrictionSource, LawName, Recipe
 from tribopipe.records.results import FrictionFit
-from tribopipe.run import Column, RawRun
+from tribopipe.run import Column, Numbers, RawRun, Values
 from tribopipe.units import force_unit
 from tribopipe.wear.friction_path import ExponentialFriction, FrictionPath, run_path
 from tribopipe.wear.laws import LAWS
@@ -25,7 +26,9 @@ from tribopipe.wear.laws import LAWS
 FRICTION_INPUTS = ("friction_amplitude", "friction_steady_state", "running_in_distance")
 """A, b and c of Eq. 7, in the order of their covariance."""
 CONTACT_INPUTS = ("normal_load", "pin_radius", "pin_modulus", "disc_modulus")
-PIN_SHARED = (*CONTACT_INPUTS, "sliding_speed", "depth_scale")
+DISTANCE_INPUTS = ("sliding_speed", "track_radius")
+"""Of which one enters where sliding distance was derived from it."""
+PIN_SHARED = (*CONTACT_INPUTS, *DISTANCE_INPUTS, "depth_scale")
 """Inputs of pins that may be off by the same in several runs."""
 DISC_INPUTS = (
     "normal_load",
@@ -50,6 +53,7 @@ SHOWN_UNITS = {
     "wear_depth": "um",
     "track_width": "um",
     "sliding_speed": "mm/s",
+    "track_radius": "mm",
     "depth_scale": "1",
     "pin_end_value": "um",
     "disc_end_value": "nm",
@@ -103,12 +107,15 @@ def contact_inputs(contact: PinOnDisc, normal_load: Quantity, recipe: Recipe) ->
 
 
 def instrument_inputs(run: RawRun, recipe: Recipe) -> dict[str, Input]:
-    """Collect the sensor's scale, and the sliding speed where sliding distance was derived from it."""
+    """Collect the sensor's scale, and the sliding speed or track radius where sliding distance was derived from it."""
     found = {"depth_scale": relative_input(run.manifest.sensors.depth_scale, recipe.uncertainty.depth_scale)}
-    speed = run.manifest.conditions.nominal_speed
-    if speed is not None and run.origins.get("sliding_distance") == "derived from nominal speed":
-        found["sliding_speed"] = relative_input(speed, recipe.uncertainty.sliding_speed)
-    return found
+    told = told_by(run, recipe.uncertainty)
+    return found if told is None else found | {told.name: Input(told.quantity, told.source)}
+
+
+def distance_scale(values: Values, best: Values) -> Numbers:
+    """Return by how much sliding distances are longer than by the best estimates of what they were derived from."""
+    return next((values[name] / best[name] for name in DISTANCE_INPUTS if name in values), 1.0)
 
 
 def friction_inputs(friction: FrictionFit) -> dict[str, Input]:

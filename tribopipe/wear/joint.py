@@ -18,6 +18,7 @@ from numpy.random import Generator
 
 from tribopipe.contact.pin_on_disc import pin_contact
 from tribopipe.end_values.pin_on_disc import EndWear, end_wear
+from tribopipe.errors import FitError
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import Recipe
 from tribopipe.records.results import JointFit
@@ -169,12 +170,21 @@ def joint_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe)
 
 
 def fit_joint(problem: JointProblem) -> JointFit:
-    """Estimate zero offsets, drift rate and k_D together, to first order (JCGM 100:2008, 5.1.2 and 5.2)."""
+    """Estimate zero offsets, drift rate and k_D together, to first order (JCGM 100:2008, 5.1.2 and 5.2).
+
+    Raises ``FitError`` where the depth signal does not tell them apart.
+    """
     values = problem.values
     best = problem.coefficient()
     covariance = _statistical_covariance(problem, best) + _systematic_covariance(problem)
     _, *offsets, drift = _parameters(problem, values)
-    log_spread, *offset_spreads, drift_spread = np.sqrt(np.diag(covariance))
+    variances = np.diag(covariance)
+    if not np.all(np.isfinite(variances) & (variances >= 0)):
+        raise FitError(
+            "joint fit: found a depth signal that does not tell offset, drift and wear apart; expected one that "
+            "follows the wear; look at the depth that is left after clean-up, or take the correction in two steps"
+        )
+    log_spread, *offset_spreads, drift_spread = np.sqrt(variances)
     duration, end = problem.trace.duration, problem.end.pin_depth
     depths = problem.model(np.log(best), values)[0][len(problem.distance) :]
     return JointFit(

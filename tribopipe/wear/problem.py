@@ -24,7 +24,7 @@ from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.results import FrictionFit
 from tribopipe.run import Column, CorrectedRun, Numbers, Values
 from tribopipe.wear.friction_path import ExponentialFriction, FrictionPath
-from tribopipe.wear.inputs import Input, best_values, contact_inputs, instrument_inputs, law_friction
+from tribopipe.wear.inputs import Input, best_values, contact_inputs, distance_scale, instrument_inputs, law_friction
 from tribopipe.wear.laws import LAWS, WearLaw
 
 _MOST_ITERATIONS = 60
@@ -75,7 +75,7 @@ class WearProblem:
         return self.end.pin_depth_of(values["pin_end_value"], values["pin_radius"])
 
     def effective_distance(self, values: Values, distance: Column | None = None) -> Column:
-        """Return the law's S(s), m, longer or shorter as the sliding speed is above or below its best estimate."""
+        """Return the law's S(s), m, longer or shorter as speed or track radius is above or below its best estimate."""
         friction = self.friction
         if "friction_steady_state" in values:
             friction = ExponentialFriction(
@@ -84,9 +84,7 @@ class WearProblem:
                 values.get("running_in_distance", 1.0),
             )
         effective = self.law.effective_distance(self.distance if distance is None else distance, friction)
-        if "sliding_speed" in values:
-            effective = effective * (values["sliding_speed"] / self.values["sliding_speed"])
-        return effective
+        return np.asarray(effective * distance_scale(values, self.values))
 
     def depth(self, coefficient: Numbers, values: Values, distance: Column | None = None) -> Column:
         """Return the model's wear depth, m, for a k_D in m²/N; at the samples unless told where."""
