@@ -367,6 +367,12 @@ def test_check_also_finds(sound, case):
     assert [finding.where for finding in found_by(name, spoil(sound))] == [where]
 
 
+@pytest.mark.parametrize(("factor", "named"), [(-1, True), (3, False)])
+def test_remedy_for_a_depth_that_counts_down_names_the_step(sound, factor, named):
+    (finding,) = found_by("depth_is_plausible", column("depth", lambda depth: factor * depth)(sound))
+    assert ('"turn-over" with signals = ["depth"]' in str(finding)) == named
+
+
 def test_errors_come_first_and_refuse_the_run(sound):
     spoil = both(samples_set("time", 7, 0.5), samples_set("depth", 7, NAN), manifest(contact__pin__density="3 kg/m^3"))
     findings = check_run(spoil(sound))

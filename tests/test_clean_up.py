@@ -16,6 +16,7 @@ from tribopipe.archive.store import Archive
 from tribopipe.checks.registry import check_run
 from tribopipe.clean_up.cleaning import clean_run
 from tribopipe.clean_up.spikes import spikes
+from tribopipe.drift import correct_drift
 from tribopipe.errors import ManifestError
 from tribopipe.ingest.harmonise import read_run
 from tribopipe.pipeline import clean_archived, fit_archived_friction, process
@@ -27,6 +28,7 @@ from tribopipe.records.clean_up import (
     Mask,
     StrokeWiseFriction,
     TimeWindow,
+    TurnOver,
     Zero,
 )
 from tribopipe.records.export import schema_text
@@ -34,6 +36,7 @@ from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import MonteCarloRecipe, Recipe, WearRecipe
 from tribopipe.restarts import continuous, segments
 from tribopipe.run import RawRun
+from tribopipe.wear.identify import fit_wear
 
 SAMPLES = 4000
 LOAD = 0.2
@@ -357,6 +360,34 @@ def test_turned_load_is_a_warning_and_no_error(bare_run):
     assert "error" not in findings.values()
 
 
+def test_depth_that_counts_down_gives_the_same_wear_once_it_is_turned_over(short_runs):
+    truth = read_run(short_runs / "si3n4-air-400mN")
+    falling = dataclasses.replace(truth, columns={**truth.columns, "depth": -truth.columns["depth"]})
+    recipe = only(*AUTOMATIC, TurnOver(signals=("depth",)))
+    cleaned = clean_run(falling, recipe)
+    assert told(cleaned.record) == [("turn-over", "depth")]
+    assert (cleaned.record.changes[0].factor, list(cleaned.columns)) == (-1.0, ["depth"])
+    for name, values in truth.columns.items():
+        np.testing.assert_array_equal(cleaned.run.columns[name], values)
+    k_d, same, other = (
+        fit_wear(correct_drift(run, recipe), "archard").wear_coefficient for run in (truth, cleaned.run, falling)
+    )
+    assert same == k_d
+    assert other != k_d
+    assert clean_run(falling).run is falling
+
+
+def test_only_what_was_measured_is_turned_over(bare_run):
+    run = run_of(bare_run, **{name: values for name, values in TRUTH.items() if name != "depth"})
+    cleaned = clean_run(run, only(TurnOver(signals=("depth", "friction_coefficient"))))
+    (change,) = cleaned.record.changes
+    assert (change.what, change.samples) == ("not turned over, since it was not measured", 0)
+    assert cleaned.run is run
+    twice = clean_run(run, only(TurnOver(signals=("friction_force", "friction_force")))).run
+    np.testing.assert_array_equal(twice.columns["friction_force"], -TRUTH["friction_force"])
+    np.testing.assert_array_equal(twice.columns[MU], -run.columns[MU])
+
+
 # --- strokes ---
 
 MU = "friction_coefficient"
@@ -471,6 +502,9 @@ def test_no_steps_no_changes(bare_run):
         ([{"step": "mask", "limits": {"heat": {}}}], r"clean_up\[0\].limits.heat: unknown key"),
         ([{"step": "mask", "limits": {"depth": {"lowest": "1 N"}}}], "found the unit 'N', which is no unit of length"),
         ([{"step": "despike", "window": 4}], "expected an odd number"),
+        ([{"step": "turn-over"}], r"clean_up\[0\].signals: missing"),
+        ([{"step": "turn-over", "signals": []}], "signals: found none; expected at least one"),
+        ([{"step": "turn-over", "signals": ["time"]}], r"signals\[0\]: found 'time'; expected 'depth', 'normal_force'"),
         (
             [{"step": "zero", "windows": [{"start": "5 s", "end": "2 s"}]}],
             "start: found 5 s, not before end at 2 s",

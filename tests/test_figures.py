@@ -6,10 +6,17 @@ import numpy as np
 import pytest
 from folders import SAMPLE_IDS
 
+from tribopipe.archive.store import Archive
+from tribopipe.clean_up.cleaning import clean_run
 from tribopipe.drift import correct_drift
 from tribopipe.friction import fit_friction
-from tribopipe.pipeline import archived_correction, archived_friction
+from tribopipe.pipeline import archived_correction, archived_friction, clean_archived, correct_archived_drift
+from tribopipe.records.clean_up import AUTOMATIC, Change, CleanUp, TurnOver
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.recipe import Recipe
+from tribopipe.records.signals import SIGNALS
 from tribopipe.report.archived import save_run_figures
+from tribopipe.report.clean_up_figures import plot_clean_up
 from tribopipe.report.decimation import thinned
 from tribopipe.report.figures import plot_depth, plot_friction, plot_wear, save_figure
 from tribopipe.wear.curves import fitted_curve
@@ -61,6 +68,99 @@ def test_a_long_sentence_leaves_the_figure_its_width(sample_archive):
     fit = fit_friction(raw).model_copy(update={"outcome": "steady-only", "notes": (100 * "so ", "mean of the half")})
     (words,) = plot_friction(raw, fit).axes[0].texts
     assert max(map(len, words.get_text().splitlines())) <= 90
+
+
+def test_friction_without_a_known_distance_is_one_panel_against_time(sample_archive):
+    raw = sample_archive.raw(SAMPLE_IDS[0])
+    run = replace(
+        raw,
+        columns={**raw.columns, "sliding_distance": np.full(len(raw), np.nan)},
+        origins={**raw.origins, "sliding_distance": "unknown"},
+    )
+    fit = fit_friction(run)
+    (ax,) = plot_friction(run, fit).axes
+    assert ax.get_xlabel() == "time / s"
+    steady = next(line for line in ax.lines if line.get_label() == "steady value")
+    assert set(steady.get_ydata()) == {fit.steady_state.value}
+    assert ax.texts[0].get_text().endswith("the sliding distance is not known")
+    assert "\n" not in ax.texts[0].get_text()
+
+
+def reciprocating(raw):
+    """Let the friction of a run go there and back, 25 samples a stroke."""
+    there = np.where(np.arange(len(raw)) // 25 % 2, -1.0, 1.0)
+    stroke = {"stroke": Quantity(value=5e-3, unit="m")}
+    manifest = raw.manifest.model_copy(update={"conditions": raw.manifest.conditions.model_copy(update=stroke)})
+    columns = {name: raw.columns[name] * there for name in ("friction_force", "friction_coefficient")}
+    return replace(raw, manifest=manifest, columns={**raw.columns, **columns})
+
+
+def test_figures_say_what_was_cleaned_up(sample_archive):
+    raw = reciprocating(sample_archive.raw(SAMPLE_IDS[0]))
+    cleaned = clean_run(raw, Recipe(clean_up=(*AUTOMATIC, TurnOver(signals=("depth",)))))
+    fit = fit_friction(cleaned.run)
+    assert "measured, cleaned up: one value a stroke" in labels(plot_friction(cleaned.run, fit, cleaned.record))
+    assert "measured" in labels(plot_friction(cleaned.run, fit))
+    assert "sensor reading, cleaned up" in labels(plot_depth(correct_drift(cleaned.run), cleaned.record))
+
+
+def spoilt(raw):
+    """Turn depth over, add a sentinel and a spell without a sensor."""
+    columns = {**raw.columns, "depth": -raw.columns["depth"], "relative_humidity": np.full(len(raw), 0.4)}
+    columns["depth"][[100, 200]] = 9e9
+    columns["relative_humidity"][300:600] = -10.6
+    return replace(raw, columns=columns, origins={**raw.origins, "relative_humidity": "measured"})
+
+
+MENDED = Recipe(clean_up=(*AUTOMATIC, TurnOver(signals=("depth",))))
+
+
+def test_clean_up_figure_shows_each_changed_signal_raw_and_cleaned(sample_archive):
+    raw = spoilt(sample_archive.raw(SAMPLE_IDS[0]))
+    cleaned = clean_run(raw, MENDED)
+    figure = plot_clean_up(raw, cleaned.run, cleaned.record)
+    assert labels(figure) == {"as recorded", "cleaned up"}
+    depth, humidity = figure.axes
+    assert (depth.get_ylabel(), humidity.get_ylabel()) == ("depth / µm", "humidity / %")
+    assert depth.texts[0].get_text().startswith("depth: 2 samples masked: ")
+    assert humidity.get_title(loc="left").startswith("relative humidity: 300 samples masked: ")
+    assert humidity.get_xlabel() == "time / s"
+    end = 1e6 * cleaned.run.columns["depth"][-1]
+    low, high = depth.get_ylim()
+    assert low < -end < end < high < 10 * end
+    assert np.isnan(humidity.lines[1].get_ydata()).sum() == 1
+
+
+def test_raw_signal_that_would_flatten_the_cleaned_one_is_off_the_scale(sample_archive):
+    truth = sample_archive.raw(SAMPLE_IDS[0])
+    raw = replace(truth, columns={**truth.columns, "time": truth.columns["time"] + 1.6e9})
+    cleaned = clean_run(raw)
+    figure = plot_clean_up(raw, cleaned.run, cleaned.record)
+    assert labels(figure) == {"cleaned up"}
+    assert "as recorded: off the scale" in [text.get_text() for text in figure.axes[0].texts]
+
+
+def test_clean_up_figure_has_at_most_six_panels(sample_archive):
+    run = sample_archive.raw(SAMPLE_IDS[0])
+    names = [name for name in SIGNALS if name != "time"]
+    raw = replace(run, columns=dict.fromkeys(SIGNALS, np.arange(1.0, 1001.0)))
+    after = replace(raw, columns={**raw.columns, **dict.fromkeys(names, np.arange(2.0, 1002.0))})
+    record = CleanUp(changes=[Change(step="mask", signal=name, samples=1, what=99 * "so ", why="") for name in names])
+    figure = plot_clean_up(raw, after, record)
+    assert len(figure.axes) == 6
+    assert figure.axes[0].get_title(loc="left") == f"{run.id}: clean-up, 6 of {len(names)} signals"
+    assert figure.axes[1].get_title(loc="left").endswith(" …")
+
+
+def test_clean_up_figure_is_saved_where_something_was_changed_and_goes_with_it(sample_archive, tmp_path):
+    archive, raw = Archive(tmp_path), spoilt(sample_archive.raw(SAMPLE_IDS[0]))
+    archive.add(raw)
+    path = tmp_path / "figures" / f"{raw.id}-clean-up.png"
+    for recipe, drawn in ((MENDED, True), (Recipe(clean_up=()), False)):
+        clean_archived(archive, raw.id, recipe)
+        correct_archived_drift(archive, raw.id, recipe)
+        assert (path in save_run_figures(archive, raw.id)) == drawn
+        assert path.exists() == drawn
 
 
 def test_same_figure_gives_the_same_bytes(sample_archive, tmp_path):

@@ -346,11 +346,13 @@ def depth_is_plausible(run: RawRun) -> Iterator[Trouble]:
     rise = float(seen[-1] - seen[0])
     started_anew = any(stop.remounted for stop in run.manifest.interruptions)
     if total is not None and not started_anew and abs(rise - total.value) > max(0.5 * total.value, _MOST_DRIFT):
+        listed = 'list the clean-up step "turn-over" with signals = ["depth"] after the default ones'
+        turn = f"if it counts down, {listed}; else " if rise < 0 else ""
         yield Trouble(
             "depth",
             f"found a reading that rises by {Quantity(value=rise, unit='m').shown('um')} while the specimens lost "
             f"{total.shown('um')}; expected about the same",
-            "check sign and unit of the depth and of the end values",
+            f"{turn}check sign and unit of the depth and of the end values",
         )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from tribopipe.clean_up.axes_joined import join_axes
 from tribopipe.clean_up.masking import mask_samples
-from tribopipe.clean_up.signs import turn_friction, turn_load
+from tribopipe.clean_up.signs import turn_friction, turn_load, turn_over
 from tribopipe.clean_up.spikes import mask_spikes
 from tribopipe.clean_up.strokes import average_strokes
 from tribopipe.clean_up.unloaded import mask_unloaded_friction
@@ -27,6 +27,7 @@ _TAKE: dict[CleaningStepName, Callable[[Bench, Any], None]] = {
     "friction-sign": turn_friction,
     "unloaded-friction": mask_unloaded_friction,
     "stroke-wise-friction": average_strokes,
+    "turn-over": turn_over,
     "despike": mask_spikes,
 }
 

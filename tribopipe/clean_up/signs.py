@@ -1,9 +1,9 @@
-"""Signs of the forces: a load presses, and friction of a test in one direction is counted as positive."""
+"""Signs: a load presses, friction of a test in one direction is positive, and what a lab says counts the other way."""
 
 import numpy as np
 
 from tribopipe.clean_up.workbench import Bench, fewer
-from tribopipe.records.clean_up import FrictionSign, PressingLoad
+from tribopipe.records.clean_up import FrictionSign, PressingLoad, TurnOver
 from tribopipe.records.signals import SignalName
 from tribopipe.run import Column
 
@@ -38,6 +38,16 @@ def turn_friction(bench: Bench, _: FrictionSign) -> None:
         friction = bench.measured(name)
         if friction is not None and _is_negative(friction):
             bench.put(name, -friction, "turned over", "it reads negative in a test in one direction", factor=-1.0)
+
+
+def turn_over(bench: Bench, step: TurnOver) -> None:
+    """Turn over what the recipe names, where it was measured."""
+    for name in dict.fromkeys(step.signals):
+        values = bench.measured(name)
+        if values is not None:
+            bench.put(name, -values, "turned over", "the recipe says that it counts the other way", factor=-1.0)
+        elif name in bench.columns and bench.origins[name] != "measured":
+            bench.leave(name, "not turned over, since it was not measured", bench.origins[name])
 
 
 def _is_negative(friction: Column) -> bool:

@@ -62,7 +62,7 @@ class Bench:
             self._stale = True
         else:
             self._hidden[name] = where | self._hidden.get(name, np.zeros_like(where))
-        self._tell(name, samples, f"{samples} samples masked: {what}", why)
+        self._tell(name, samples, f"{samples} sample{'s' if samples > 1 else ''} masked: {what}", why)
 
     def leave(self, name: SignalName, what: str, why: str) -> None:
         """Say why a column stays as it is, where a recipe wants it changed."""

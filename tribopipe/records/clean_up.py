@@ -10,6 +10,8 @@ from tribopipe.records.quantity import Instant, Quantity, read_quantity
 from tribopipe.records.signals import SIGNALS, SignalName
 
 StrokeMethod = Literal["middle-of-stroke", "half-difference"]
+TurnedSignal = Literal["depth", "normal_force", "friction_force", "friction_coefficient"]
+"""Signals whose sign is a matter of how the sensor is mounted."""
 _Written = WithJsonSchema(
     {
         "anyOf": [{"type": "string"}, {"type": "number"}, {"type": "object"}, {"type": "null"}],
@@ -135,6 +137,21 @@ class StrokeWiseFriction(Record):
     """Only runs whose conditions.stroke is stated; else all whose friction changes sign regularly."""
 
 
+class TurnOver(Record):
+    """Signals that count the other way are multiplied by −1."""
+
+    step: Literal["turn-over"] = "turn-over"
+    """Name of the step."""
+    signals: tuple[TurnedSignal, ...]
+    """Signals to be turned over, where they were measured."""
+
+    @model_validator(mode="after")
+    def _something_is_turned(self) -> Self:
+        if not self.signals:
+            raise ValueError('signals: found none; expected at least one, such as "depth"; or leave the step out')
+        return self
+
+
 class Despike(Record):
     """Lone samples far off the median of their neighbours are masked (Hampel's identifier)."""
 
@@ -155,7 +172,15 @@ class Despike(Record):
 
 
 CleaningStep = Annotated[
-    ContinuousAxes | Mask | Zero | PressingLoad | FrictionSign | UnloadedFriction | StrokeWiseFriction | Despike,
+    ContinuousAxes
+    | Mask
+    | Zero
+    | PressingLoad
+    | FrictionSign
+    | UnloadedFriction
+    | StrokeWiseFriction
+    | TurnOver
+    | Despike,
     Field(discriminator="step"),
 ]
 CleaningStepName = Literal[
@@ -166,6 +191,7 @@ CleaningStepName = Literal[
     "friction-sign",
     "unloaded-friction",
     "stroke-wise-friction",
+    "turn-over",
     "despike",
 ]
 AUTOMATIC: tuple[CleaningStep, ...] = (
@@ -213,6 +239,10 @@ class CleanUp(Record):
     """Columns that came out otherwise since they are derived from changed ones, and what they are derived from."""
     left_out: tuple[SignalName, ...] = ()
     """Signals of which nothing could be used, so that the run is processed without them."""
+
+    def changed(self, signal: SignalName) -> bool:
+        """Tell whether a signal came out otherwise than it was recorded."""
+        return signal in self.derived or any(change.signal == signal and change.samples for change in self.changes)
 
     def __str__(self) -> str:
         if not self.changes:

@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING
 from tribopipe.archive.steps import PREDICTIONS, WEAR_FITS, Step, StepName
 from tribopipe.archive.store import Archive
 from tribopipe.pipeline import archived_correction, archived_friction
+from tribopipe.records.clean_up import CleanUp
 from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction
 from tribopipe.records.results import WearFit, WearPrediction
+from tribopipe.report.clean_up_figures import changed_signals, plot_clean_up
 from tribopipe.report.disc_figures import plot_disc_contact, plot_disc_wear
 from tribopipe.report.figures import plot_depth, plot_friction, plot_wear, save_figure
-from tribopipe.run import CorrectedRun
+from tribopipe.run import CorrectedRun, RawRun
 from tribopipe.wear.curves import LawCurve
 from tribopipe.wear.twin_disc.curves import OUTCOMES, DiscBand, DiscCurves
 
@@ -19,30 +21,42 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FOLDER = "figures"
+_DRAWN = ("depth", "friction", "clean-up", "wear", "contact")
 
 
 def save_run_figures(archive: Archive, run_id: str, suffix: str = ".png") -> list[Path]:
-    """Draw what a run has: depth, friction, wear, and the contact of two discs.
+    """Draw what a run has: depth, friction, what clean-up changed, wear, and the contact of two discs.
 
-    Return the files written, <archive>/figures/<id>-<what>.png.
+    Return the files written, <archive>/figures/<id>-<what>.png; one that was drawn before of what the run no longer
+    has is deleted.
 
     Nothing is drawn of a run that could not be corrected for want of samples.
     """
     if "drift_correction" not in archive.step_names(run_id):
         return []
     corrected, friction = archived_correction(archive, run_id), archived_friction(archive, run_id)
-    figures: dict[str, Figure] = {}
+    clean_up = archive.result(run_id, "clean_up", CleanUp) or CleanUp()
+    figures = _clean_up_figures(archive, corrected.run, clean_up)
     if "depth" in corrected.run.columns:
-        figures["depth"] = plot_depth(corrected)
+        figures["depth"] = plot_depth(corrected, clean_up)
     if friction is not None and friction.outcome != "none":
-        figures["friction"] = plot_friction(corrected.run, friction)
+        figures["friction"] = plot_friction(corrected.run, friction, clean_up)
     draw_wear = _disc_figures if corrected.run.manifest.rolls else _pin_figures
     figures |= draw_wear(corrected, archive.steps(run_id))
-    written = []
-    for what, figure in figures.items():
-        written.append(archive.folder / FOLDER / f"{run_id}-{what}{suffix}")
-        save_figure(figure, written[-1])
-    return written
+    paths = {what: archive.folder / FOLDER / f"{run_id}-{what}{suffix}" for what in _DRAWN}
+    for what, path in paths.items():
+        if what in figures:
+            save_figure(figures[what], path)
+        else:
+            path.unlink(missing_ok=True)
+    return [paths[what] for what in _DRAWN if what in figures]
+
+
+def _clean_up_figures(archive: Archive, cleaned: RawRun, clean_up: CleanUp) -> "dict[str, Figure]":
+    if not clean_up.changes:
+        return {}
+    raw = archive.raw(cleaned.id)
+    return {"clean-up": plot_clean_up(raw, cleaned, clean_up)} if changed_signals(raw, cleaned, clean_up) else {}
 
 
 def _pin_figures(corrected: CorrectedRun, steps: Mapping[StepName, Step]) -> "dict[str, Figure]":

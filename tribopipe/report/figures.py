@@ -13,9 +13,11 @@ from typing import TYPE_CHECKING, Any, ParamSpec
 import numpy as np
 
 from tribopipe.files import replacing
+from tribopipe.records.clean_up import CleanUp
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName
 from tribopipe.records.results import COVERAGE_FACTOR, DriftCorrection, FrictionFit, WearFit, WearPrediction
+from tribopipe.records.signals import SignalName
 from tribopipe.report.decimation import thinned
 from tribopipe.report.numbers import course, slid, slide
 from tribopipe.run import Column, CorrectedRun, RawRun
@@ -68,7 +70,7 @@ def styled(plot: "Callable[P, Figure]", style: Any = STYLE) -> "Callable[P, Figu
 
 
 @styled
-def plot_depth(corrected: CorrectedRun) -> "Figure":
+def plot_depth(corrected: CorrectedRun, clean_up: CleanUp | None = None) -> "Figure":
     """Draw the depth reading, what drift adds to it, and the corrected wear with the end value."""
     run, correction = corrected.run, corrected.correction
     figure, axes = _panels(1)
@@ -76,7 +78,8 @@ def plot_depth(corrected: CorrectedRun) -> "Figure":
     along, label = course(run)
     reading = run.columns.get("depth")
     if reading is not None:
-        ax.plot(*_micro(*thinned(along, reading)), color=GREY, lw=0.8, label="sensor reading")
+        name = f"sensor reading{_mended(clean_up, 'depth')}"
+        ax.plot(*_micro(*thinned(along, reading)), color=GREY, lw=0.8, label=name)
     if corrected.wear_depth is not None and reading is not None:
         ax.plot(
             *_micro(*thinned(along, reading - corrected.wear_depth)),
@@ -94,6 +97,14 @@ def plot_depth(corrected: CorrectedRun) -> "Figure":
     ax.set_ylabel(axis("depth", "um"))
     figure.legend(loc="outside lower center", ncols=2)
     return figure
+
+
+def _mended(clean_up: CleanUp | None, signal: SignalName) -> str:
+    """Say of a recorded signal whether it is drawn as cleaned up."""
+    if clean_up is None or not clean_up.changed(signal):
+        return ""
+    strokes = any((change.step, change.signal) == ("stroke-wise-friction", signal) for change in clean_up.changes)
+    return ", cleaned up: one value a stroke" if strokes else ", cleaned up"
 
 
 def _mark_end(ax: "Axes", last: float, end: Quantity | None, label: str) -> None:
@@ -123,26 +134,36 @@ def _both(run: RawRun) -> str:
 
 
 @styled
-def plot_friction(run: RawRun, fit: FrictionFit) -> "Figure":
-    """Draw the friction coefficient with Eq. 7 as fitted, and the residuals."""
-    figure, (ax, below) = _panels(2)
-    (distance, label), path = slide(run), fitted_path(fit)
-    mu = run.columns.get("friction_coefficient", np.full_like(distance, np.nan))
-    ax.plot(*thinned(distance, mu), color=GREY, lw=0.6, label="measured")
-    if path is not None and fit.window is not None:
-        inside = (distance >= fit.window[0].value) & (distance <= fit.window[1].value)
-        fitted = path.coefficient(distance)
-        name = "A·exp(−s/c) + b" if fit.outcome == "exponential" else "steady value"
-        ax.plot(distance[inside], fitted[inside], color=_BLUE, label=name)
-        below.plot(*thinned(distance[inside], (mu - fitted)[inside]), color=GREY, lw=0.6)
-        _mark_left_out(ax, distance, fit)
-    below.axhline(0, color=BLACK, lw=0.8)
-    below.set_ylabel("residual of µ")
+def plot_friction(run: RawRun, fit: FrictionFit, clean_up: CleanUp | None = None) -> "Figure":
+    """Draw the friction coefficient with Eq. 7 as fitted and the residuals, or the steady value alone against time."""
+    figure, (ax, *residuals) = _panels(1 if fit.window is None else 2)
+    along, label = slide(run)
+    mu = run.columns.get("friction_coefficient", np.full_like(along, np.nan))
+    ax.plot(*thinned(along, mu), color=GREY, lw=0.6, label=f"measured{_mended(clean_up, 'friction_coefficient')}")
+    if residuals:
+        _draw_fit(ax, residuals[0], along, mu, fit)
+    elif fit.steady_state is not None:
+        ax.axhline(fit.steady_state.value, color=_BLUE, label="steady value")
     ax.set_ylabel("friction coefficient µ")
     finish(ax, f"{run.id}: friction", in_lines(_friction_words(fit)))
-    below.set_xlabel(label)
+    figure.axes[-1].set_xlabel(label)
     figure.legend(loc="outside lower center", ncols=2)
     return figure
+
+
+def _draw_fit(ax: "Axes", below: "Axes", distance: Column, mu: Column, fit: FrictionFit) -> None:
+    """Draw fitted friction where it was fitted, and in the panel below what measured friction differs from it."""
+    path = fitted_path(fit)
+    if path is None or fit.window is None:
+        return
+    inside = (distance >= fit.window[0].value) & (distance <= fit.window[1].value)
+    fitted = path.coefficient(distance)
+    name = "A·exp(−s/c) + b" if fit.outcome == "exponential" else "steady value"
+    ax.plot(distance[inside], fitted[inside], color=_BLUE, label=name)
+    below.plot(*thinned(distance[inside], (mu - fitted)[inside]), color=GREY, lw=0.6)
+    below.axhline(0, color=BLACK, lw=0.8)
+    below.set_ylabel("residual of µ")
+    _mark_left_out(ax, distance, fit)
 
 
 def _mark_left_out(ax: "Axes", distance: Column, fit: FrictionFit) -> None:
@@ -153,6 +174,8 @@ def _mark_left_out(ax: "Axes", distance: Column, fit: FrictionFit) -> None:
 
 
 def _friction_words(fit: FrictionFit) -> str:
+    if fit.steady_state is not None and fit.window is None:
+        return f"b = {fit.steady_state}, the mean of the later half; the sliding distance is not known"
     if fit.outcome != "exponential":
         return f"b = {fit.steady_state}: {fit.notes[-2]}" if fit.steady_state else "; ".join(fit.notes)
     return f"A = {fit.amplitude}, b = {fit.steady_state}, c = {fit.running_in_distance}"
