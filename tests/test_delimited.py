@@ -112,7 +112,7 @@ def written_tables(draw: st.DrawFn) -> Written:
     )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=120, deadline=None)
 @given(written_tables())
 def test_written_numbers_come_back_exactly(written: Written):
     table = READER.read(SourceFile("signals.csv", written.content), Hints())

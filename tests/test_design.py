@@ -166,6 +166,7 @@ def test_replicates_by_hand(si3n4):
     assert "7 tests like this one would do" in str(plan)
 
 
+@pytest.mark.slow
 def test_what_runs_share_is_a_floor_that_no_number_of_replicates_gets_below(si3n4):
     floor = COVERAGE_FACTOR * abs(lines_of(si3n4)["normal load"])
     plan = design(si3n4, "archard", 0.99 * floor, ["normal_load"])

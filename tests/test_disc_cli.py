@@ -290,6 +290,7 @@ def test_study_is_drafted_run_and_shown(run_cli, home):
     assert '"twin-disc"' in json.dumps(document)
 
 
+@pytest.mark.slow
 def test_plan_tells_of_both_discs(run_cli, home):
     result = run_cli("plan", RUN, "--interval", "15 %", "--json", cwd=home)
     assert "k_D of the flat disc" in json.dumps(document_of(result))

@@ -246,6 +246,7 @@ def test_contact_without_depth_signal_keeps_the_law(run):
     assert labels(figure) == ["both discs", "curved disc", "flat disc"]
 
 
+@pytest.mark.slow
 def test_run_without_depth_signal_has_no_depth_figure(tmp_path):
     folder = Path(shutil.copytree(SAMPLES / SHORT, tmp_path / SHORT))
     replace_in(folder / "run.toml", r"(?m)^depth = .*\n", "")
@@ -448,6 +449,7 @@ def test_depths_are_not_drawn_for_volumes(studied):
     assert [len(bars(ax)) for ax in figure.axes[::2]] == [8, 4]
 
 
+@pytest.mark.slow
 def test_study_is_drawn_in_one_call_and_has_no_effective_coefficient(studied, tmp_path):
     written = save_study_figures(studied, "discs", tmp_path)
     assert [path.name for path in written] == [
@@ -455,6 +457,7 @@ def test_study_is_drawn_in_one_call_and_has_no_effective_coefficient(studied, tm
     ]
 
 
+@pytest.mark.slow
 def test_same_figures_give_the_same_bytes(studied, run, tmp_path):
     (curves,) = curves_of(run)
     for name in ("first", "second"):

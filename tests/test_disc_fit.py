@@ -127,6 +127,7 @@ def refitted(problem, changes, start) -> np.ndarray:
     return least_squares(residual, start, xtol=1e-15, ftol=1e-15, gtol=1e-15, x_scale=0.1, diff_step=1e-5).x
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("convention", CONVENTIONS)
 @pytest.mark.parametrize("mixture", ["all", "depth and width"])
 def test_budget_is_what_refits_with_each_input_moved_give(mixture, convention):
@@ -353,6 +354,7 @@ def test_flat_disc_measured_as_unworn_is_a_measurement_like_any_other(spread, dr
         assert fit.flat_disc.monte_carlo.draws >= 200
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.5, 1.0])
 def test_flat_disc_whose_wear_is_hardly_measured_has_a_wide_interval(share):
     run = exact_run(VOLUMES)

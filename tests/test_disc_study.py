@@ -288,6 +288,7 @@ def test_study_comes_back_from_the_archive(kept):
         assert np.all(np.diff(curve.rotations) > 0)
 
 
+@pytest.mark.slow
 def test_curves_are_those_evaluated(kept):
     store, _ = kept
     from tribopipe.studies import evaluate_archived
@@ -334,6 +335,7 @@ def test_predictions_go_into_the_runs(kept):
         assert {"depth", "curved_volume", "flat_volume_upper"} <= set(store.step(run_id, "prediction_archard").curves)
 
 
+@pytest.mark.slow
 def test_run_marked_bad_is_left_out(store):
     bad = SAMPLE_STUDY.fit[0]
     store.mark(bad, Mark(kind="bad", reason="the discs jumped", date=DATE))

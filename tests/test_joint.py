@@ -496,6 +496,7 @@ def test_wear_of_a_flat_pin_is_known_by_its_end_value_alone(sensors):
 # --- how far off it is, and says it is ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spread", [25e-9, 100e-9])
 def test_standardised_errors_of_the_joint_fit_scatter_as_those_of_a_standard_distribution(spread):
     series, run = CASES["wc-co-water-400mN"]

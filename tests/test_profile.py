@@ -107,7 +107,7 @@ def test_area_lies_within_its_uncertainty(crown, length):
     true = segment(CROWN, HALF) if crown else 4 / 3 * 0.3e-6 * HALF
     shape = flattened(X, centre=0.02e-3, turned=0.01) if crown else grooved(X, tilt=0.02, centre=0.04e-3)
     misses = []
-    for _ in range(200):
+    for _ in range(80):
         track = worn_area(Profile(X, shape + 20e-9 * correlated(rng, len(X), length)), crown)
         misses.append((track.area.value - true) / track.area.standard_uncertainty)
     assert np.mean(np.abs(misses) <= 2) >= 0.9

@@ -39,8 +39,8 @@ def test_track_with_pile_up_and_dust():
         "piled up, ",
     ):
         assert word in named
-    assert "width 299.68" in words(figure)
-    assert "depth 998.1" in words(figure)
+    assert "width 300.19" in words(figure)
+    assert "depth 999.0" in words(figure)
     assert "run: key" in figure.axes[0].get_title(loc="left")
     figure.draw_without_rendering()
 

@@ -232,3 +232,78 @@ def test_depth_of_a_groove_that_is_no_parabola():
     assert track.depth.value == pytest.approx(DEPTH, rel=0.05)
     assert track.area.value == pytest.approx(DEPTH * HALF, rel=5e-3)
     assert math.isclose(track.width.value, 2 * HALF, rel_tol=0.15)
+
+
+# Depth and width of grooves that are no parabola
+
+PRESSED = 0.2e-3
+"""Half the width of each."""
+PRESSED_DEPTH = float(cap_height(scar_radius=PRESSED, sphere_radius=BALL))
+
+
+def pressed(x, flat=0.0):
+    """What a ball leaves that is worn flat over so much on either side of its middle."""
+    walls = cap_height(scar_radius=np.clip(np.abs(x), flat, PRESSED), sphere_radius=BALL)
+    return PRESSED_DEPTH - walls
+
+
+def v_shaped(x, apex=0.0):
+    return PRESSED_DEPTH * np.clip(np.minimum((PRESSED + x) / (PRESSED + apex), (PRESSED - x) / (PRESSED - apex)), 0, 1)
+
+
+def cosine(x):
+    return PRESSED_DEPTH * (1 + np.cos(np.pi * np.clip(x / PRESSED, -1, 1))) / 2
+
+
+SHAPES = {
+    "cap": pressed,
+    "flat over a quarter": lambda x: pressed(x, PRESSED / 4),
+    "flat over half": lambda x: pressed(x, PRESSED / 2),
+    "flat over three quarters": lambda x: pressed(x, 0.75 * PRESSED),
+    "nearly a box": lambda x: pressed(x, 0.95 * PRESSED),
+    "V": v_shaped,
+    "V, one wall steeper": lambda x: v_shaped(x, apex=-PRESSED / 4),
+    "cosine": cosine,
+}
+
+
+def check_shape(shape, noise, length, seeds, least=0.9):
+    """Hold depth, width and area of a groove, or of a flat on a ball, against truth."""
+    x, centres = np.linspace(-0.6e-3, 0.6e-3, 2401), np.linspace(-0.05e-3, 0.05e-3, seeds)
+    fine = np.linspace(-PRESSED, PRESSED, 20001)
+    lost = SHAPES[shape or "cap"](fine)
+    deep = float(np.max(lost))
+    tracks = []
+    for seed, centre in enumerate(centres):
+        rng = np.random.default_rng(seed)
+        random = correlated(rng, len(x), length) if length else rng.standard_normal(len(x))
+        z = flattened(x, BALL, PRESSED, centre) if shape is None else -SHAPES[shape](x - centre)
+        tracks.append(worn_area(Profile(x, z + noise * deep * random), BALL if shape is None else None))
+    area = np.trapezoid(lost, fine)
+    for what, true in (("depth", deep), ("width", 2 * PRESSED), ("area", area)):
+        assert np.mean(np.abs(misses(tracks, what, true)) <= 2) >= least, what
+    return tracks
+
+
+@pytest.mark.parametrize("shape", [*SHAPES, None])
+def test_grooves_of_any_shape_lie_within_their_uncertainties(shape):
+    check_shape(shape, 0.02, 0.0, 10)
+    check_shape(shape, 0.005, 5.0, 10)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("shape", [*SHAPES, None])
+@pytest.mark.parametrize("noise", [0.002, 0.01, 0.02])
+@pytest.mark.parametrize("length", [0.0, 5.0])
+def test_grooves_of_any_shape_over_many_seeds(shape, noise, length):
+    check_shape(shape, noise, length, 100, least=0.87)
+
+
+@pytest.mark.parametrize(
+    ("shape", "depth", "width"),
+    [("cap", 0.005, 0.005), ("flat over a quarter", 0.01, 0.005), ("nearly a box", 0.005, 0.005), ("V", 0.02, 0.06)],
+)
+def test_uncertainties_of_grooves_are_no_wider_than_need_be(shape, depth, width):
+    for track in check_shape(shape, 0.02, 0.0, 10):
+        assert track.depth.standard_uncertainty < 2 * depth * track.depth.value
+        assert track.width.standard_uncertainty < 2 * width * track.width.value

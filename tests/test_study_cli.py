@@ -234,6 +234,7 @@ def test_run_tells_where_a_depth_is_reached(run_cli, home):
         assert f"{run['id']}: reaches 20 µm at " in result.stderr
 
 
+@pytest.mark.slow
 def test_study_on_other_laws_compares_them(run_cli, home):
     write_study(home, laws=["archard", "sarkar"])
     result = run_cli("study", "run", "study.toml", "--no-figures", cwd=home)
@@ -308,6 +309,7 @@ def test_figures_are_drawn_in_the_format_asked_for(run_cli, evaluated):
     assert tree_bytes(evaluated / "archive") == before
 
 
+@pytest.mark.slow
 def test_figures_go_into_the_archive_s_own_folder(run_cli, evaluated):
     result = run_cli("study", "figures", "air", "--format", "pdf", cwd=evaluated)
     assert result.exit_code == 0
@@ -489,6 +491,7 @@ def test_process_does_runs_study_and_figures_and_the_second_time_nothing(run_cli
     assert tree_bytes(lab) == before
 
 
+@pytest.mark.slow
 def test_process_as_json_holds_the_studies(run_cli, lab):
     result = run_cli("process", "runs", "--recipe", "recipe.toml", "--no-figures", "--json", cwd=lab)
     assert result.exit_code == 0
@@ -527,6 +530,7 @@ def test_process_refuses_two_studies_of_one_id_before_it_begins(run_cli, lab):
     assert not (lab / "archive").exists()
 
 
+@pytest.mark.slow
 def test_process_draws_run_and_study_of_one_name(run_cli, lab, monkeypatch):
     drawn = []
     monkeypatch.setattr("tribopipe.report.archived.save_run_figures", lambda _, run_id: drawn.append(("run", run_id)))

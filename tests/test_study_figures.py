@@ -107,12 +107,14 @@ def test_one_call_draws_every_figure_of_a_study_as_vector_and_picture(drawn):
         assert path.read_bytes().startswith(b"\x89PNG" if path.suffix == ".png" else b"<?xml")
 
 
+@pytest.mark.slow
 def test_same_study_gives_the_same_bytes(studied, drawn, tmp_path):
     again = save_study_figures(studied, "si3n4", tmp_path, (".svg",))
     once = [path for path in drawn if path.suffix == ".svg"]
     assert [path.read_bytes() for path in once] == [path.read_bytes() for path in again]
 
 
+@pytest.mark.slow
 def test_pdf_carries_fonts_that_journals_take(studied, tmp_path):
     written = save_study_figures(studied, "si3n4", tmp_path, (".pdf",))
     assert all(b"/Type3" not in path.read_bytes() for path in written)
@@ -255,6 +257,7 @@ def test_figures_of_one_run_fit_one_column(studied, members, effective):
         assert_printable(figure)
 
 
+@pytest.mark.slow
 def test_figures_of_five_runs_tell_replicates_apart(studied, effective):
     stored = studied.study("si3n4")
     result, curves = with_replicates(stored.result, stored.curves)
@@ -313,6 +316,7 @@ def test_runs_left_out_are_not_drawn_and_archard_alone_needs_no_coefficient(stud
     assert all("400 mN" in (text := path.read_text(encoding="utf-8")) and "800 mN" not in text for path in written)
 
 
+@pytest.mark.slow
 def test_study_that_finds_drift_itself_is_not_drawn_with_drift_found_otherwise(studied, tmp_path):
     archive = Archive(tmp_path / "archive")
     shutil.copytree(studied.folder, archive.folder)

@@ -212,6 +212,7 @@ def test_exact_model_keeps_its_digits_from_a_millionth_of_a_rotation_on(turns, c
         assert float(getattr(state, name)) == approx(float(true), rel=1e-12), name
 
 
+@pytest.mark.slow
 @all_conventions
 def test_exact_model_keeps_its_digits_on_the_way_to_the_crown_s_radius(convention):
     case = CASES["deeply worn"]._replace(k_2=0.0)

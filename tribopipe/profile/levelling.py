@@ -47,7 +47,7 @@ _LONGER_SHOULDER = 0.15
 """The same of a crown whose radius is not quite the one stated."""
 _LEAST_SHOULDER, _FEWEST_ON_SHOULDER = 0.02, 4
 """Share and number of the points that must lie on either side of the track."""
-SMOOTHING, _SMOOTHING_OF_TRACK = 0.02, 0.06
+SMOOTHING, _SMOOTHING_OF_TRACK = 0.02, 0.04
 """Share of all points that are averaged where the track is looked for, and most of those in the track."""
 _STANDS_OUT = 4.0
 """Standard deviations of the noise beyond which a point is no noise."""
@@ -350,7 +350,11 @@ def _least(count: int) -> int:
 
 def _window(count: int) -> int:
     """Return how many points are averaged where the track is looked for."""
-    return 2 * int(SMOOTHING * count / 2) + 1
+    return _odd(SMOOTHING * count)
+
+
+def _odd(length: float) -> int:
+    return 2 * int(length / 2) + 1
 
 
 def find_dust(lost: Column, fit: Fit, depth: float) -> Mask:
@@ -365,14 +369,20 @@ def find_dust(lost: Column, fit: Fit, depth: float) -> Mask:
     return np.asarray(binary_dilation(spikes, iterations=widest, mask=above > max(_DUST_NOISE / 2 * noise, form / 2)))
 
 
-def smoothed(lost: Column, fit: Fit, track: slice | None = None) -> tuple[Column, float]:
-    """Return the moving average of what was lost, and its standard deviation by noise, m.
+def windows(fit: Fit, noise: float, count: int, track: slice) -> list[int]:
+    """Return over how many points a track that is known is averaged, narrow to wide, each some twice the one before.
 
-    Where the track is known, it is averaged over no more than a share of the track.
+    The narrowest leaves no more than this noise, m, if any does.
     """
-    window = _window(len(lost))
-    if track is not None:
-        window = min(window, 2 * int(_SMOOTHING_OF_TRACK * (track.stop - track.start) / 2) + 1)
+    widest = min(_window(count), _odd(_SMOOTHING_OF_TRACK * (track.stop - track.start)))
+    least = fit.variance / noise**2 if fit.single > noise**2 else 1.0
+    halvings = int(math.log2(max(widest / least, 1.0)))
+    return [_odd(widest / 2**halving) for halving in range(halvings, -1, -1)]
+
+
+def smoothed(lost: Column, fit: Fit, window: int | None = None) -> tuple[Column, float]:
+    """Return the moving average of what was lost, and its standard deviation by noise, m."""
+    window = window or _window(len(lost))
     padded = np.pad(lost, window // 2, mode="reflect")
     smooth = np.convolve(padded, np.full(window, 1 / window), mode="valid")
     return smooth, math.sqrt(min(fit.single, fit.variance / window))

@@ -24,6 +24,7 @@ from tribopipe.profile.levelling import (
     level_all,
     no_track,
     smoothed,
+    windows,
 )
 from tribopipe.records.manifest import PinOnDisc, RunManifest, TwinDisc
 from tribopipe.records.quantity import Quantity
@@ -32,12 +33,16 @@ from tribopipe.units import show
 
 _CERTAIN = 5.0
 """Standard uncertainties by which a cross-section must exceed zero."""
-_WALL = (0.1, 0.3)
-"""Shares of the depth through which a track's wall is followed up to the unworn surface."""
-_ABOUT_THE_DEEPEST = (0.25, 0.12, 0.06, 0.03)
-"""Shares of the width on either side of the deepest place by which the depth is measured, the first that fits."""
-_OFF_BY_NOISE, _OFF_BY_FORM = 1.5, 0.02
-"""How far a parabola may be off there: standard deviations of the noise, and share of the depth."""
+_WALL = (0.065, 0.25, 0.55)
+"""Shares of the depth at which a track's wall is looked for, to be carried on up to the unworn surface."""
+_LEFT_ON_WALL, _LEFT_ON_FLOOR = 0.04, 0.006
+"""Shares of the depth that the noise may have where smoothed least: on the walls, and to find the deepest place."""
+_AS_DEEP = 6.0
+"""Standard deviations of the noise, smoothed, by which it may hide that a place is less deep than another."""
+_ABOUT_THE_DEEPEST = 0.25
+"""Most of the width on either side of the deepest place by which the depth is measured."""
+_AGREE, _CLEAR = 3.0, 3.0
+"""Standard uncertainties: within which estimates agree; beyond which a floor is clearly not level."""
 
 
 @dataclass(frozen=True)
@@ -103,6 +108,9 @@ def worn_area(profile: Profile, crown_radius: float | None) -> Track:
     to. That of the crown radius is not in it. It is too small where the shoulders hold fewer than some 20 independent
     samples.
 
+    Width and depth are taken by as many points as the shape of the track lets be; that of the width also holds how far
+    the walls are no parabola's, by which a wall that runs out slowly is taken too narrow.
+
     Raises ``FitError`` where there is no track, or it reaches the edge of the profile.
     """
     x, z, middle = _centred(profile, crown_radius)
@@ -160,19 +168,31 @@ class _Place(NamedTuple):
     dust: Mask
 
 
-class _Edge(NamedTuple):
-    """Where the track ends on one side, m."""
+class _Estimate(NamedTuple):
+    """A length, m, and its standard uncertainty."""
 
-    position: float
+    value: float
     spread: float
+
+
+class _Edge(NamedTuple):
+    """Where the track ends on one side."""
+
+    position: _Estimate
+    bent: _Estimate
+    """How much farther outwards that is than where the wall leads to from farther down: 0 for a parabola's."""
+    halfway: float
+    """Between the two, m."""
 
 
 def _measured(x: Column, z: Column, fit: Fit, worn: Worn, place: _Place) -> Track:
     """Measure the track. Raises ``FitError`` where its cross-section is no larger than its uncertainty lets it be."""
     lost, track, middle = fit.unworn.height(x) - z, worn.groove, place.middle
     weights = _Weights.over(x, track)
-    left, right = (_edge(x, lost, fit, track, side) for side in (-1, 1))
-    ends = [_between(x, lost, *pair) for pair in ((left.position, x[track][0]), (right.position, x[track][-1]))]
+    depth = _depth(x, lost, fit, track)
+    left, right = (_edge(x, lost, fit, track, side, depth.value) for side in (-1, 1))
+    bounds = left.position.value, right.position.value
+    ends = [_between(x, lost, left.halfway, x[track][0]), _between(x, lost, right.halfway, x[track][-1])]
     area = _weighed(x, lost, fit, weights, "m^2", *ends)
     if area.value <= _CERTAIN * (area.standard_uncertainty or 0.0):
         raise no_track(f"a cross-section of {area.shown('um^2')} below the unworn surface")
@@ -180,16 +200,16 @@ def _measured(x: Column, z: Column, fit: Fit, worn: Worn, place: _Place) -> Trac
     tails = [_tail(x, lost, fit, side, outwards) for side, outwards in ((worn.left, -1), (worn.right, 1))]
     centre = float(weights.fine @ (x * lost)) / area.value
     lean = _lean(fit, centre)
-    width = (right.position - left.position) / lean
+    width = (bounds[1] - bounds[0]) / lean
     turned = weights.times(math.pi / lean * np.abs(x - centre))
     return Track(
         area=area,
         pile_up=_weighed(x, lost, fit, beside, "m^2", *tails, *(end for end in ends if worn.piled_up)),
         net_area=_weighed(x, lost, fit, _Weights.over(x, *worn), "m^2", *tails),
-        width=Quantity(value=width, unit="m", standard_uncertainty=math.hypot(left.spread, right.spread)),
-        depth=_depth(x, lost, fit, track, lean),
+        width=Quantity(value=width, unit="m", standard_uncertainty=_spread_of_width(left, right)),
+        depth=Quantity(value=lean * depth.value, unit="m", standard_uncertainty=lean * depth.spread),
         cap=_weighed(x, lost, fit, turned, "m^3", *(math.pi * width / 2 * end for end in ends)),
-        bounds=(left.position + middle, right.position + middle),
+        bounds=(bounds[0] + middle, bounds[1] + middle),
         ridges=tuple((float(x[side][0]) + middle, float(x[side][-1]) + middle) for side in worn.piled_up),
         unworn=fit.unworn.height(x),
         reference=fit.shoulders & ~place.dust,
@@ -261,22 +281,62 @@ def _tail(x: Column, lost: Column, fit: Fit, ridge: slice, outwards: int) -> flo
     return last * length / 2
 
 
-def _edge(x: Column, lost: Column, fit: Fit, track: slice, side: int) -> _Edge:
-    """Return where the wall of the track comes up to the unworn surface.
+def _settled(estimates: list[_Estimate]) -> tuple[int, float]:
+    """Return which of several estimates is the best, and how far it may be off by more than its noise, m.
 
-    By two heights on the wall, carried on as the wall of a parabola, which a flat worn on a crown is.
+    They come by ever more points, so that noise sinks from each to the next while the error of form rises. By Lepski's
+    rule (Theory Probab. Appl. 35 (1990) 454) the last is found that agrees with all before it. The error of form may
+    still be as large as the noise there; where a later one disagrees the one before it is taken, whose error is less,
+    as for confidence intervals (Hall, Ann. Statist. 20 (1992) 675). What its neighbour differs by remains uncertain.
     """
-    smooth, spread = smoothed(lost, fit, track)
-    deepest = track.start + int(np.argmax(smooth[track]))
-    depth = float(smooth[deepest])
-    low = min(_WALL[0] + 2 * spread / depth, 0.5)
-    high = low + _WALL[1] - _WALL[0]
-    outer, inner = (_crossing(x, smooth, deepest, side, share * depth) for share in (low, high))
-    ahead = (1 - math.sqrt(1 - low)) / (math.sqrt(1 - low) - math.sqrt(1 - high))
-    wall = abs(outer - inner) / ((high - low) * depth)
+    agree = 0
+    while agree + 1 < len(estimates) and all(
+        abs(estimates[agree + 1].value - one.value) <= _AGREE * one.spread for one in estimates[: agree + 1]
+    ):
+        agree += 1
+    last = len(estimates) - 1
+    best, neighbour = (last, max(last - 1, 0)) if agree == last else (max(agree - 1, 0), max(agree, 1))
+    return best, abs(estimates[best].value - estimates[neighbour].value)
+
+
+def _edge(x: Column, lost: Column, fit: Fit, track: slice, side: int, depth: float) -> _Edge:
+    """Return where the wall of the track comes up to the unworn surface, smoothed no wider than leaves it there."""
+    widths = windows(fit, _LEFT_ON_WALL * depth, len(x), track)
+    edges = [_followed(x, *smoothed(lost, fit, width), track, side, depth) for width in widths]
+    best, off = _settled([edge.position for edge in edges])
+    position = edges[best].position
+    return edges[best]._replace(position=position._replace(spread=math.hypot(position.spread, off)))
+
+
+def _followed(x: Column, smooth: Column, spread: float, track: slice, side: int, depth: float) -> _Edge:
+    """Return where a wall leads to by two heights on it, carried on as the wall of a parabola.
+
+    A flat worn on a crown is one. How far another wall is none, by two heights farther down, tells how far it may lead.
+    """
+    raised = min(spread / depth, 0.3)
+    low, high, higher = (share + raised for share in _WALL)
+    outer, inner, innermost = (_crossing(x, smooth, track, side, share * depth) for share in (low, high, higher))
+    near, far = _ahead(low, high), _ahead(high, higher)
+    edge, from_below = outer + near * (outer - inner), inner + far * (inner - innermost)
+    noise = spread * abs(outer - inner) / ((high - low) * depth)
     grid = float(x[-1] - x[0]) / len(x) / math.sqrt(12)
-    noise = math.hypot(1 + ahead, ahead) * spread * wall
-    return _Edge(outer + ahead * (outer - inner), math.hypot(noise, grid))
+    return _Edge(
+        _Estimate(edge, math.hypot((1 + near) * noise, near * noise, grid)),
+        _Estimate(side * (edge - from_below), math.hypot(1 + near, 1 + near + far, far) * noise),
+        halfway=(edge + from_below) / 2,
+    )
+
+
+def _ahead(low: float, high: float) -> float:
+    """Return how far beyond the lower of two shares of its depth a parabola ends, over the distance between them."""
+    return (1 - math.sqrt(1 - low)) / (math.sqrt(1 - low) - math.sqrt(1 - high))
+
+
+def _spread_of_width(left: _Edge, right: _Edge) -> float:
+    """Return the standard uncertainty of the width, m: of the edges, and by walls that seem to be no parabola's."""
+    bent = abs(left.bent.value + right.bent.value)
+    seems = bent > math.hypot(left.bent.spread, right.bent.spread)
+    return math.hypot(left.position.spread, right.position.spread, bent if seems else 0.0)
 
 
 def _between(x: Column, lost: Column, one: float, other: float) -> float:
@@ -285,34 +345,62 @@ def _between(x: Column, lost: Column, one: float, other: float) -> float:
     return float(np.sum(lost[between] * np.gradient(x)[between]))
 
 
-def _crossing(x: Column, smooth: Column, deepest: int, side: int, level: float) -> float:
-    """Return where, going outwards from the deepest place, the track first is no deeper than a level, m."""
-    onwards = slice(deepest, None) if side > 0 else slice(deepest, None, -1)
-    heights, positions = smooth[onwards], x[onwards]
-    first = int(np.argmax(heights < level))
-    share = (heights[first - 1] - level) / (heights[first - 1] - heights[first])
-    return float(positions[first - 1] + share * (positions[first] - positions[first - 1]))
+def _crossing(x: Column, smooth: Column, track: slice, side: int, level: float) -> float:
+    """Return where, going outwards from its deepest place, a track is no longer deeper than a level, m.
 
-
-def _depth(x: Column, lost: Column, fit: Fit, track: slice, lean: float) -> Quantity:
-    """Return what was lost at the deepest place, m, by the top of a parabola through half of the track.
-
-    Where the track is no parabola, a narrower part of it is taken.
+    Noise takes it across several times: the middle of the first and the last is off to neither side.
     """
-    smooth, _ = smoothed(lost, fit, track)
-    deepest = track.start + int(np.argmax(smooth[track]))
-    away = (x - x[deepest]) / (x[track][-1] - x[track][0])
-    for share in _ABOUT_THE_DEEPEST:
-        near = np.abs(away) <= share
-        near[: track.start] = near[track.stop :] = False
-        if np.count_nonzero(near) < 3:
-            near = np.abs(np.arange(len(x)) - deepest) <= 1
-        parabola = np.linalg.pinv(np.vander(away[near], 3, increasing=True))
-        level, slope, curvature = parabola @ lost[near]
-        off = lost[near] - np.vander(away[near], 3, increasing=True) @ [level, slope, curvature]
-        if np.std(off) <= max(_OFF_BY_NOISE * math.sqrt(fit.single), _OFF_BY_FORM * smooth[deepest]):
-            break
-    at = float(np.clip(-slope / (2 * curvature), -share, share)) if curvature < 0 else 0.0
+    deepest = track.start + 1 + int(np.argmax(smooth[track][1:-1]))
+    onwards = np.arange(deepest, track.stop) if side > 0 else np.arange(deepest, track.start - 1, -1)
+    deeper = smooth[onwards] >= level
+    deeper[0], deeper[-1] = True, False
+    first, last = int(np.argmin(deeper)), len(deeper) - int(np.argmax(deeper[::-1]))
+    across = [onwards[[after - 1, after]] for after in (first, last)]
+    return float(np.mean([np.interp(-level, -smooth[pair], x[pair]) for pair in across]))
+
+
+def _depth(x: Column, lost: Column, fit: Fit, track: slice) -> _Estimate:
+    """Return what was lost at the deepest place, m, by a parabola through as wide a part of the track as is one."""
+    deepest = _deepest(lost, fit, track)
+    widest = _ABOUT_THE_DEEPEST * (track.stop - track.start)
+    halvings = int(math.log2(max(widest, 1.0)))
+    reaches = [max(1, int(widest / 2**halving)) for halving in range(halvings, -1, -1)]
+    tops = [_top(x, lost, fit, _about(deepest, reach, track), deepest) for reach in reaches]
+    best, off = _settled(tops)
+    return _Estimate(tops[best].value, math.hypot(tops[best].spread, off))
+
+
+def _about(place: int, reach: int, track: slice) -> slice:
+    return slice(max(track.start, place - reach), min(track.stop, place + reach + 1))
+
+
+def _deepest(lost: Column, fit: Fit, track: slice) -> int:
+    """Return the middle of the points around the deepest one that may be as deep but for noise, weighted by depth."""
+    depth = float(np.max(smoothed(lost, fit)[0][track]))
+    smooth, spread = smoothed(lost, fit, windows(fit, _LEFT_ON_FLOOR * depth, len(lost), track)[0])
+    inside = smooth[track][1:-1]
+    above = inside - float(np.max(inside)) + _AS_DEEP * spread + fit.rounding
+    shallower = np.concatenate([[-1], np.flatnonzero(above <= 0), [len(above)]])
+    after = int(np.searchsorted(shallower, np.argmax(above)))
+    places = np.arange(shallower[after - 1] + 1, shallower[after])
+    middle = float(np.average(places, weights=(above[places] / np.max(above)) ** 4))
+    return int(track.start) + 1 + round(middle)
+
+
+def _top(x: Column, lost: Column, fit: Fit, near: slice, deepest: int) -> _Estimate:
+    """Return the greatest height of a parabola through a stretch; at the deepest place where it is level but for noise.
+
+    A top sought in noise would be too high.
+    """
+    away = (x[near] - x[deepest]) / float(x[near][-1] - x[near][0])
+    parabola = np.linalg.pinv(np.vander(away, 3, increasing=True))
+    _, slope, curvature = parabola @ lost[near]
+    clear = _CLEAR * math.sqrt(fit.variance) * np.linalg.norm(parabola, axis=1)
+    at = 0.0
+    if abs(slope) > clear[1] or curvature < -clear[2]:
+        top = -slope / (2 * curvature) if curvature < 0 else 0.0
+        places = (away[0], float(np.clip(top, away[0], away[-1])), away[-1])
+        at = max(places, key=lambda place: slope * place + curvature * place**2)
     weights = np.zeros(len(x))
-    weights[near] = [lean, lean * at, lean * at**2] @ parabola
-    return Quantity(value=float(weights @ lost), unit="m", standard_uncertainty=fit.spread(x, weights))
+    weights[near] = [1.0, at, at**2] @ parabola
+    return _Estimate(float(weights @ lost), fit.spread(x, weights))
