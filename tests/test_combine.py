@@ -196,6 +196,7 @@ def test_p_values_of_disagreement_are_uniform_among_runs_of_one_k_d():
         assert np.mean(np.array(told) < level) == pytest.approx(level, abs=3 * math.sqrt(level * (1 - level) / 200))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("own", "shared"), [(0.02, 0.0), (0.04, 0.0), (0.04, 0.04)])
 def test_intervals_of_the_mean_hold_the_truth_as_often_as_they_say(own, shared):
     held = []

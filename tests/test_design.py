@@ -138,6 +138,7 @@ def lines_of(run: PosedRun) -> dict[str, float]:
     return {line.name: line.relative for line in budget(run.problem, run.coefficient)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scatter", [None, 0.0, 0.1])
 @pytest.mark.parametrize("shared", [(), ("normal_load", "pin_modulus", "depth_scale")])
 @pytest.mark.parametrize("wanted", [0.3, 0.05])
@@ -181,6 +182,7 @@ def test_what_runs_share_is_a_floor_that_no_number_of_replicates_gets_below(si3n
 # --- levers ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("run_id", [WC_CO, SI3N4])
 @pytest.mark.parametrize("law", ["archard", "sarkar"])
 def test_levers_share_the_variance_and_the_first_pays_most(run_id, law):

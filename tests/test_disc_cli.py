@@ -311,6 +311,7 @@ def test_marked_run_is_no_reference(run_cli, home):
     assert (run["id"], run["reference"]) == (RUN, FAST)
 
 
+@pytest.mark.slow
 def test_figures_of_a_run_are_drawn(run_cli, tmp_path):
     result = run_cli("process", SAMPLES / RUN, "--archive", tmp_path / "archive")
     assert result.exit_code == 0, result.stderr

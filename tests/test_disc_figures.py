@@ -112,6 +112,7 @@ def test_every_archived_run_gets_its_four_figures(studied):
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in written)
 
 
+@pytest.mark.slow
 def test_archived_figures_are_drawn_from_what_the_archive_holds(studied, run, tmp_path):
     save_run_figures(studied, MIDDLE, ".svg")
     wear = (studied.folder / "figures" / f"{MIDDLE}-wear.svg").read_text(encoding="utf-8")

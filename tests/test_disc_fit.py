@@ -58,6 +58,7 @@ def test_both_coefficients_come_back_exactly(mixture, stops, convention):
         assert one.fitted.value == pytest.approx(one.measured.value, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("convention", CONVENTIONS)
 @pytest.mark.parametrize("mu", [0.1, 0.9])
 def test_sarkar_s_coefficients_are_smaller_by_his_factor(mu, convention):
@@ -70,6 +71,7 @@ def test_sarkar_s_coefficients_are_smaller_by_his_factor(mu, convention):
     assert archard == pytest.approx([factor * one for one in sarkar], rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("convention", CONVENTIONS)
 @pytest.mark.parametrize("what", ["wear_volume", "wear_depth", "track_width"])
 def test_one_sided_wear_is_fitted_where_nothing_was_measured_on_the_flat_disc(what, convention):
@@ -339,6 +341,7 @@ def test_curved_disc_without_wear_is_refused_in_one_sentence(spread, drawn):
         fit_discs(run, recipe=recipe(drawn=drawn))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("drawn", [False, True])
 @pytest.mark.parametrize("spread", [4e-13, 0.0, None])
 def test_flat_disc_measured_as_unworn_is_a_measurement_like_any_other(spread, drawn):

@@ -131,6 +131,7 @@ def test_fatigue_is_called_in_most_laboratories(factor, called):
 # --- without noise ---
 
 
+@pytest.mark.slow
 def test_exact_runs_give_exactly_their_k_d_and_are_supported():
     members = {name: exact_member(name, rotations=turns) for name, turns in (("a", 2e5), ("b", 1e6), ("c", 2e6))}
     law = evaluate_discs(Study(id="s", fit=("a", "b"), predict=("c",), laws=("archard",)), members).result.laws[0]
@@ -347,6 +348,7 @@ def test_run_marked_bad_is_left_out(store):
     assert law.discs[0].between_runs.runs == 3
 
 
+@pytest.mark.slow
 def test_mixture_of_a_pin_and_discs_is_refused_in_one_sentence(store):
     ingest(SAMPLES / "si3n4-air-200mN", store)
     before = tree_bytes(store.folder)
@@ -364,6 +366,7 @@ def test_mixture_of_a_pin_and_discs_is_refused_in_one_sentence(store):
     assert tree_bytes(store.folder) == before
 
 
+@pytest.mark.slow
 def test_another_convention_is_another_study(store):
     short = SAMPLE_STUDY.model_copy(update={"fit": SAMPLE_STUDY.fit[:1], "predict": SAMPLE_STUDY.predict[:1]})
     assert {one.status for one in run_study(store, short, Recipe()) if one.stage == "study"} == {"done"}

@@ -291,6 +291,7 @@ def assert_printable(figure) -> None:
     assert min(text.get_fontsize() for text in texts) >= 7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("study", [SI3N4, WC_CO])
 def test_figures_are_fit_to_print(studied, members, effective, study):
     figures = [

@@ -358,6 +358,7 @@ def with_uncertainty(raw: RawRun, name: str, share: float) -> RawRun:
     return edited(raw, contact=contact.model_copy(update={"pin": pin}))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["normal_load", "pin_radius"])
 def test_an_error_that_runs_share_cancels_in_a_prediction(name):
     exact, vague = (
