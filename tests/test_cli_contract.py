@@ -325,6 +325,7 @@ def test_second_process_does_nothing_and_says_so(run_cli, sample_run, archive):
     assert tree_bytes(archive) == before
 
 
+@pytest.mark.slow
 def test_force_redoes_every_step_with_the_same_result(run_cli, sample_run, archive):
     run_cli("process", sample_run, "--archive", archive, "--no-figures")
     before = science(archive)

@@ -249,6 +249,7 @@ def test_predict_without_anything_goes_from_the_least_slip_to_the_others(run_cli
 # --- process ---
 
 
+@pytest.mark.slow
 def test_process_takes_all_disc_samples_through_the_line_once(run_cli, tmp_path):
     folder = tmp_path / "runs"
     for run_id in DISC_IDS[2:4]:

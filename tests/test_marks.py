@@ -139,6 +139,7 @@ def test_failed_mark_changes_nothing_and_leaves_nothing(archive, monkeypatch):
     assert tree_bytes(archive) == before
 
 
+@pytest.mark.slow
 @given(st.text(st.characters(codec="utf-8"), max_size=50).filter(str.strip))
 def test_every_reason_comes_back_as_it_was_said(bare_run, tmp_path_factory, reason):
     store = Archive(tmp_path_factory.mktemp("archive"))

@@ -264,6 +264,7 @@ def test_force_redoes_a_study_with_the_same_result(quick, ran_quick):
         np.testing.assert_array_equal(found.measurement_upper, before.measurement_upper)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changed",
     [{"shared": ("normal_load",)}, {"fit": (LIGHT,)}, {"predict": ()}, {"end_of_life": "20 um"}, {"laws": ("sarkar",)}],
@@ -718,6 +719,7 @@ def test_end_of_life_comes_back(tmp_path, depth):
 # --- the whole line ---
 
 
+@pytest.mark.slow
 def test_runs_of_a_study_are_predicted_by_it_alone(runs, tmp_path):
     store = Archive(tmp_path / "archive")
     recipe = Recipe(wear={"models": ["archard"]})

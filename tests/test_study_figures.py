@@ -100,6 +100,7 @@ def drawn(studied, tmp_path_factory) -> list[Path]:
     return save_study_figures(studied, "si3n4", tmp_path_factory.mktemp("drawn"))
 
 
+@pytest.mark.slow
 def test_one_call_draws_every_figure_of_a_study_as_vector_and_picture(drawn):
     whats = ("wear-archard", "wear-sarkar", "friction", "coefficient")
     assert [path.name for path in drawn] == [f"si3n4-{what}{end}" for what in whats for end in (".svg", ".png")]

@@ -354,6 +354,7 @@ def test_published_steps_converge_to_the_exact_model_at_first_order(name, conven
     np.testing.assert_allclose(orders, 1.0, atol=0.03)
 
 
+@pytest.mark.slow
 @all_conventions
 def test_exact_model_is_what_a_rotation_at_a_time_tends_to_after_100_000(convention):
     # From steps of a rotation and of half of one, as they would be with none.
