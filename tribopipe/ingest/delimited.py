@@ -295,7 +295,7 @@ def _read_csv(
             index_col=False,
             keep_default_na=False,
             encoding="utf-8",
-            low_memory=not guess,  # fast, but types are guessed bit by bit
+            low_memory=False,  # bit by bit, types would be guessed anew and columns joined
             **options,
         )
     except pd.errors.ParserError:
