@@ -7,10 +7,11 @@ from dataclasses import replace
 from datetime import datetime
 
 from tribopipe.errors import ReaderError
+from tribopipe.ingest.delimited import read_table
 from tribopipe.ingest.layout import Decimal, Layout
 from tribopipe.ingest.names import bare_name
-from tribopipe.ingest.reader import Match
-from tribopipe.ingest.text import BLANKS, LONGEST_LINE, SAMPLE_BYTES, Text, decode, sample_lines, sampled_rows
+from tribopipe.ingest.reader import Match, ReadTable
+from tribopipe.ingest.text import BLANKS, LONGEST_LINE, SAMPLE_BYTES, Text, decode, sample_lines, sampled_rows, trimmed
 from tribopipe.run import SourceFile
 
 _YEAR_FIRST = re.compile(
@@ -131,3 +132,10 @@ def _iso(date: re.Match[str], day: str) -> str | None:
         return datetime(*fields).isoformat()  # noqa: DTZ001
     except ValueError:
         return None
+
+
+def read_below(text: Text, lines: list[str], at: int, separator: str, decimal: Decimal | None) -> ReadTable:
+    """Read the table whose row of names is that of the lines; a last row that may have been cut is left out."""
+    text = without_cut_row(text, separator)
+    names = tuple(trimmed(cells_of(lines[at], separator)))
+    return read_table(text, layout_below(text, lines, at + 1, names, separator, decimal))

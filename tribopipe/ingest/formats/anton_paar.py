@@ -23,10 +23,9 @@ from dataclasses import replace
 import numpy as np
 
 from tribopipe.errors import ReaderError, UnitError
-from tribopipe.ingest.delimited import read_table
-from tribopipe.ingest.headed import bare_key, cells_of, head_lines, layout_below, moment, refused, without_cut_row
+from tribopipe.ingest.headed import bare_key, cells_of, head_lines, moment, read_below, refused
 from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, ReadTable
-from tribopipe.ingest.text import decode, sample_lines, trimmed
+from tribopipe.ingest.text import decode, sample_lines
 from tribopipe.records.signals import SignalName
 from tribopipe.run import SourceFile
 from tribopipe.units import is_unit, parse
@@ -90,9 +89,7 @@ class AntonPaarReader:
                 f"{source.name}: found no line that names Time, Distance, Laps and µ or Friction Force between tabs; "
                 "expected one as Anton Paar's and CSM's tribometers write it; name another reader in run.toml"
             )
-        text = without_cut_row(text, _SEPARATOR)
-        names = tuple(trimmed(cells_of(lines[at], _SEPARATOR)))
-        table = read_table(text, layout_below(text, lines, at + 1, names, _SEPARATOR, hints.decimal))
+        table = read_below(text, lines, at, _SEPARATOR, hints.decimal)
         columns = tuple(map(_with_meaning, table.columns))
         facts = _header_facts(lines[:at], columns) | _column_facts(columns)
         return replace(table, columns=columns, notes=(*table.notes, *_notes(table.columns, columns)), facts=facts)

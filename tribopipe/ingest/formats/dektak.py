@@ -30,6 +30,7 @@ from dataclasses import dataclass, replace
 
 from tribopipe.errors import ReaderError
 from tribopipe.ingest.delimited import read_table
+from tribopipe.ingest.headed import head_lines, refused
 from tribopipe.ingest.layout import Layout
 from tribopipe.ingest.names import split_name
 from tribopipe.ingest.reader import Axis, Hints, Holds, Match, ReadColumn, ReadTable
@@ -37,7 +38,6 @@ from tribopipe.ingest.text import Text, decode, sample_lines, split_rows, trimme
 from tribopipe.run import SourceFile
 from tribopipe.units import is_unit
 
-_HEAD_BYTES = 1 << 16
 _SECTIONS = ("scan data", "data")
 _NAMES = re.compile(r"\s*lateral\b", re.IGNORECASE)
 _UNITS = {"a": "angstrom", "å": "angstrom", "angstroms": "angstrom", "microns": "um", "micrometers": "um"}
@@ -52,11 +52,10 @@ class DektakReader:
 
     def match(self, source: SourceFile) -> Match:
         """Judge by the sections and by the row of names that starts with Lateral."""
-        head = SourceFile(source.name, source.content[:_HEAD_BYTES])
         try:
-            lines = sample_lines(decode(head, partial=len(source.content) > _HEAD_BYTES))
+            lines = head_lines(source)
         except ReaderError as error:
-            return Match(0.0, str(error).removeprefix(source.name).lstrip(":, "))
+            return refused(source, error)
         if _names_at(lines) is not None:
             return Match(0.95, "a section of data starts with the column 'Lateral', as Dektak writes it")
         if lines and _bare(lines[0]) == "scan parameters":

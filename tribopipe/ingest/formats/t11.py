@@ -15,10 +15,9 @@ have no meaning by themselves.
 from dataclasses import replace
 
 from tribopipe.errors import ReaderError
-from tribopipe.ingest.delimited import read_table
-from tribopipe.ingest.headed import bare_key, cells_of, head_lines, layout_below, refused, without_cut_row
+from tribopipe.ingest.headed import bare_key, cells_of, head_lines, read_below, refused
 from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, ReadTable
-from tribopipe.ingest.text import decode, sample_lines, trimmed
+from tribopipe.ingest.text import decode, sample_lines
 from tribopipe.records.signals import SignalName
 from tribopipe.run import SourceFile
 
@@ -64,9 +63,7 @@ class T11Reader:
                 f"{source.name}: found no line of names such as 'Time [s];Friction force [N];…;Number of revolutions'; "
                 "expected one as the T-11 writes it; name another reader in run.toml"
             )
-        text = without_cut_row(text, _SEPARATOR)
-        names = tuple(trimmed(cells_of(lines[at], _SEPARATOR)))
-        table = read_table(text, layout_below(text, lines, at + 1, names, _SEPARATOR, hints.decimal))
+        table = read_below(text, lines, at, _SEPARATOR, hints.decimal)
         return replace(table, columns=tuple(map(_with_meaning, table.columns)))
 
 

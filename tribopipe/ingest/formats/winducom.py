@@ -21,6 +21,7 @@ from dataclasses import replace
 
 from tribopipe.errors import ReaderError
 from tribopipe.ingest.delimited import read_table
+from tribopipe.ingest.headed import head_lines, refused
 from tribopipe.ingest.layout import Layout
 from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.ingest.text import Text, decode, sample_lines, split_rows
@@ -29,7 +30,6 @@ from tribopipe.run import SourceFile
 
 _HEADER = re.compile(r" +TIME;(?: +[^;\s][^;]*;)*\s*")
 _ROW = re.compile(r"(?: *[+-]?\d+(?:,\d+)?;)+;\s*", re.ASCII)
-_HEAD_BYTES = 1 << 12
 _CHANNELS: dict[str, tuple[SignalName, str]] = {
     "TIME": ("time", "s"),
     "FF": ("friction_force", "N"),
@@ -50,11 +50,10 @@ class WinducomReader:
 
     def match(self, source: SourceFile) -> Match:
         """Judge by the padded header that starts with TIME, and by the first row where there is one."""
-        head = SourceFile(source.name, source.content[:_HEAD_BYTES])
         try:
-            lines = sample_lines(decode(head, partial=len(source.content) > _HEAD_BYTES))
+            lines = head_lines(source)
         except ReaderError as error:
-            return Match(0.0, str(error).removeprefix(source.name).lstrip(":, "))
+            return refused(source, error)
         if not lines or not _HEADER.fullmatch(lines[0]):
             return Match(0.0, "the first line does not name TIME and other channels as WINDUCOM does")
         # A last line may be cut: it is for reading to say so.
