@@ -21,6 +21,7 @@ import numpy as np
 import pandas as pd
 from labs import Report, arguments
 
+from tribopipe.files import read_file
 from tribopipe.ingest.delimited import DelimitedReader
 from tribopipe.ingest.reader import Hints
 from tribopipe.run import SourceFile
@@ -44,7 +45,7 @@ def write_table(path: Path, rows: int) -> None:
 
 def ours(path: Path) -> object:
     """Read a file as ingestion does."""
-    return DelimitedReader().read(SourceFile(path.name, path.read_bytes()), Hints())
+    return DelimitedReader().read(SourceFile(path.name, read_file(path)), Hints())
 
 
 def theirs(path: Path) -> object:
@@ -87,7 +88,7 @@ def timed(work: Callable[[], object]) -> float:
 def main() -> None:
     """Time both in turn, weigh both, and print medians and ratios."""
     parser = arguments(__doc__ or "")
-    parser.add_argument("--repeats", type=int, default=15, help="number of repeats (%(default)s)")
+    parser.add_argument("--repeats", type=int, default=31, help="number of repeats (%(default)s)")
     parser.add_argument("--rows", type=int, default=1_250_000, help="rows of the file (%(default)s)")
     options = parser.parse_args()
     report = Report("Speed and memory of reading", options)

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from tribopipe.errors import ReaderError, UnitError, did_you_mean
+from tribopipe.files import read_file
 from tribopipe.ingest.names import bare_name
 from tribopipe.ingest.reader import ReadColumn, ReadTable
 from tribopipe.records.manifest import ColumnSource
@@ -18,7 +19,7 @@ def read_source(folder: Path, name: str, key: str = "signals.file", what: str = 
     if path.is_dir():
         raise ReaderError(f"{name}: found a folder; expected a {what}; name the file in run.toml, {key}")
     try:
-        return SourceFile(name, path.read_bytes())
+        return SourceFile(name, read_file(path))
     except FileNotFoundError:
         there = [entry.name for entry in path.parent.iterdir()] if path.parent.is_dir() else []
         raise ReaderError(

@@ -24,7 +24,7 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from io import BytesIO, TextIOWrapper
-from itertools import islice
+from itertools import accumulate, islice, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -43,10 +43,12 @@ _NO_TABLE = re.compile(r"[{<]|\[(?:[\[{\"]|$)")
 """How JSON and XML begin."""
 _WORDS = re.compile(r"[^\W\d_]{3}")
 _MOST_CLOSING_LINES = 5
-_PIECE_BYTES = 3 << 20
-_THREADS = 4
-_SPARE = 1.05
-"""Room for rows over what the pieces read so far let expect."""
+_THREADS = min(4, os.cpu_count() or 1)
+_LEAST_BYTES = 1 << 20
+"""Size of the part of a file for which a thread of its own is worth it."""
+_ROWS_AT_ONCE = 50_000
+"""Few enough to stay close to the processor."""
+_COUNTED_AT_ONCE = 1 << 18
 
 
 class DelimitedReader:
@@ -190,8 +192,9 @@ def _columns(text: Text, layout: Layout) -> tuple[list[NDArray[Any]], set[int]]:
     try:
         columns = _read_columns(text, layout, textual)
     except ValueError:
-        guessed = _read_csv(text, layout, textual, guess=True)
-        textual |= {number for number in range(layout.width) if guessed[number].dtype.kind not in "fiu"}
+        options = _options(text, layout, textual, guess=True)
+        for rows in (rows for part in _parts(text, layout) for rows in _read_csv(text, layout, part, options)):
+            textual |= {number for number in range(layout.width) if rows[number].dtype.kind not in "fiu"}
         columns = _read_columns(text, layout, textual)
     infinite = {n for n, values in enumerate(columns) if n not in textual and np.isinf(values).any()}
     if infinite:
@@ -201,38 +204,45 @@ def _columns(text: Text, layout: Layout) -> tuple[list[NDArray[Any]], set[int]]:
 
 
 def _read_columns(text: Text, layout: Layout, textual: set[int]) -> list[NDArray[Any]]:
-    """Parse the body piece by piece in threads: pandas holds no lock while it parses."""
-    starts = _pieces(text, layout)
-    spans = list(zip(starts, [*starts[1:], len(text.content)], strict=True))
-    columns = [np.empty(0, object if number in textual else float) for number in range(layout.width)]
-    rows = 0
-    with ThreadPoolExecutor(max_workers=min(_THREADS, os.cpu_count() or 1)) as pool:
-        pieces = pool.map(lambda span: _read_csv(text, layout, textual, *span), spans)
-        for (_, end), piece in zip(spans, pieces, strict=True):
-            filled, rows = rows, rows + len(piece)
-            if rows > len(columns[0]):
-                share = (end - starts[0]) / (spans[-1][1] - starts[0])
-                columns = [_with_room(column, filled, math.ceil(rows / share * _SPARE)) for column in columns]
-            for number, column in enumerate(columns):
-                column[filled:rows] = piece[number].to_numpy()
-    return [column[:rows] for column in columns]
+    """Parse the parts of the body in threads: pandas holds no lock while it parses."""
+    parts, options = _parts(text, layout), _options(text, layout, textual)
+    with ThreadPoolExecutor(_THREADS) as pool:
+        starts = [0, *accumulate(pool.map(_most_rows, parts))]
+        columns = [np.empty(starts[-1], object if number in textual else float) for number in range(layout.width)]
+
+        def fill(part: memoryview, start: int) -> int:
+            """Parse a part into its place, and return how many rows it has."""
+            row = start
+            for rows in _read_csv(text, layout, part, options):
+                for number, column in enumerate(columns):
+                    column[row : row + len(rows)] = rows[number].to_numpy()
+                row += len(rows)
+            return row - start
+
+        rows = list(pool.map(fill, parts, starts[:-1]))
+    return [_closed_up(column, starts, rows) for column in columns]
 
 
-def _with_room(column: NDArray[Any], filled: int, room: int) -> NDArray[Any]:
-    """Return a longer column: room for all rows from the first piece on, since joining takes the memory twice."""
-    longer = np.empty(room, column.dtype)
-    longer[:filled] = column[:filled]
-    return longer
+def _closed_up(column: NDArray[Any], starts: list[int], rows: list[int]) -> NDArray[Any]:
+    """Close the gaps that blank lines leave behind parts of a column."""
+    end = 0
+    for start, count in zip(starts, rows, strict=False):
+        if start > end:
+            column[end : end + count] = column[start : start + count]
+        end += count
+    return column[:end]
 
 
-def _pieces(text: Text, layout: Layout) -> list[int]:
-    """Find where to divide the body: between rows, so nowhere if quotes may hold line ends.
+def _parts(text: Text, layout: Layout) -> list[memoryview]:
+    """Divide the body between rows, into one part for each thread where it is long, without lone CRs.
 
-    Raises ``ReaderError`` where the first row of a piece is too long, which pandas would shorten without a word.
+    Quotes may hold line ends, so that a body with quotes is one part. Raises ``ReaderError`` where the first row of
+    a part is too long, which pandas would shorten without a word.
     """
-    starts = [_body_start(text, layout)]
+    starts, size = [_body_start(text, layout)], len(text.content)
     if text.content.find(b'"', starts[0]) < 0:
-        while (end := LINE_END.search(text.content, starts[-1] + _PIECE_BYTES)) and end.end() < len(text.content):
+        step = max(_LEAST_BYTES, (size - starts[0]) // _THREADS)
+        while (end := LINE_END.search(text.content, starts[-1] + step)) and end.end() < size:
             starts.append(end.end())
     firsts = [next(_body_rows(text, layout, start), None) for start in starts]
     if firsts[0] is None:
@@ -242,62 +252,75 @@ def _pieces(text: Text, layout: Layout) -> list[int]:
         )
     if any(first is not None and len(first.cells) > layout.width for first in firsts):
         raise _too_wide(text, layout)
-    return starts
+    filled = [start for start, first in zip(starts, firsts, strict=True) if first is not None]
+    return [_without_lone_returns(text.content, *span) for span in pairwise([*filled, size])]
 
 
-def _stream(content: bytes, start: int, end: int) -> BytesIO:
-    """Open part of a file, without the lone CRs after which pandas may lose a separator or make up a row."""
-    if content.find(b"\r", start, end) < 0:
-        return _Piece(content, start, end)
-    codes = np.frombuffer(content, np.uint8, end - start, start)
-    returns = np.flatnonzero(codes == ord("\r"))
-    if returns.size and (returns[-1] + 1 == codes.size or np.any(codes[returns + 1] != ord("\n"))):
-        return BytesIO(content[start:end].replace(b"\r\n", b"\n").replace(b"\r", b"\n"))
-    return _Piece(content, start, end)
+def _without_lone_returns(content: bytes, start: int, end: int) -> memoryview:
+    """Give part of a file without the lone CRs after which pandas may lose a separator or make up a row."""
+    part = memoryview(content)[start:end]
+    if content.find(b"\r", start, end) >= 0:
+        codes = np.frombuffer(part, np.uint8)
+        returns = np.flatnonzero(codes == ord("\r"))
+        if returns[-1] + 1 == codes.size or np.any(codes[returns + 1] != ord("\n")):
+            return memoryview(bytes(part).replace(b"\r\n", b"\n").replace(b"\r", b"\n"))
+    return part
 
 
-class _Piece(BytesIO):
-    """Part of a file's bytes, not copied."""
-
-    def __init__(self, content: bytes, start: int, end: int) -> None:
-        super().__init__(content)
-        self.seek(start)
-        self._end = end
-
-    def read(self, size: int | None = -1, /) -> bytes:
-        left = self._end - self.tell()
-        return super().read(left if size is None or size < 0 else min(size, left))
-
-    read1 = read
+def _most_rows(part: memoryview) -> int:
+    """Return how many rows a part has at most: its line ends, and one where it does not end in one."""
+    codes = np.frombuffer(part, np.uint8)
+    blocks = range(0, codes.size, _COUNTED_AT_ONCE)
+    ends = sum(int(np.count_nonzero(codes[at : at + _COUNTED_AT_ONCE] == ord("\n"))) for at in blocks)
+    return ends + int(codes[-1] != ord("\n"))
 
 
-def _read_csv(
-    text: Text, layout: Layout, textual: set[int], start: int = 0, end: int | None = None, *, guess: bool = False
-) -> Any:
-    import pandas as pd
+class _Stream:
+    """Bytes for pandas to read, which decodes those of Python's own streams only to encode them again."""
 
-    start = start or _body_start(text, layout)
+    def __init__(self, part: memoryview) -> None:
+        self._left = part
+
+    def read(self, size: int, /) -> bytes:
+        taken, self._left = self._left[:size], self._left[size:]
+        return bytes(taken)
+
+    def __iter__(self) -> Iterator[bytes]:  # by which pandas knows a file
+        while line := self.read(LONGEST_LINE):
+            yield line
+
+
+def _options(text: Text, layout: Layout, textual: set[int], *, guess: bool = False) -> dict[str, Any]:
+    """Say how pandas is to read the body; ``guess`` lets it find the types of columns not known to be text."""
     numeric = [number for number in range(layout.width) if number not in textual]
     blanks = layout.separator == BLANKS
-    options: dict[str, Any] = {
-        "dtype": dict.fromkeys(textual, object) | ({} if guess else dict.fromkeys(numeric, np.float64)),
-        "na_values": dict.fromkeys(numeric, MISSING),
+    dtypes = dict.fromkeys(textual, object) | ({} if guess else dict.fromkeys(numeric, np.float64))
+    return {
+        "sep": r"\s+" if blanks else layout.separator,
+        "decimal": layout.decimal,
+        "header": None,
+        "names": range(layout.width),
+        "index_col": False,
+        # One type for all columns is handled faster than a type for each.
+        "dtype": dtypes if textual or guess else np.float64,
+        "na_values": dict.fromkeys(numeric, MISSING) if textual else MISSING,
+        "keep_default_na": False,
         "quoting": csv.QUOTE_NONE if blanks else csv.QUOTE_MINIMAL,
-        "skipinitialspace": text.content.find(b" ", start, end) >= 0,  # slow, so only where needed
+        "skipinitialspace": text.content.find(b" ", _body_start(text, layout)) >= 0,  # slow, so only where needed
+        "encoding": "utf-8",
+        "chunksize": _ROWS_AT_ONCE,
+        "low_memory": False,  # which would divide what is small already
     }
+
+
+def _read_csv(text: Text, layout: Layout, part: memoryview, options: dict[str, Any]) -> Iterator[Any]:
+    """Read part of a body some rows at a time."""
+    import pandas as pd
+
     try:
-        return pd.read_csv(
-            _stream(text.content, start, len(text.content) if end is None else end),
-            sep=r"\s+" if blanks else layout.separator,
-            decimal=layout.decimal,
-            header=None,
-            names=range(layout.width),
-            index_col=False,
-            keep_default_na=False,
-            encoding="utf-8",
-            low_memory=False,  # bit by bit, types would be guessed anew and columns joined
-            **options,
-        )
+        reader: Any = pd.read_csv(_Stream(part), **options)  # type: ignore[call-overload]
+        with reader:
+            yield from reader
     except pd.errors.ParserError:
         raise _too_wide(text, layout) from None
 

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tribopipe.errors import ReaderError, did_you_mean
+from tribopipe.files import read_file
 from tribopipe.ingest.meanings import Meaning, meanings_of
 from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, Reader, ReadTable
 from tribopipe.ingest.registry import Judged, candidates, chosen, reader_named
@@ -80,7 +81,7 @@ def open_export(path: Path) -> SourceFile:
     if path.is_dir():
         raise ReaderError(f"{path}: found a folder; expected a file that an instrument wrote; name its files")
     try:
-        return SourceFile(path.name, path.read_bytes())
+        return SourceFile(path.name, read_file(path))
     except FileNotFoundError:
         there = [entry.name for entry in path.parent.iterdir()] if path.parent.is_dir() else []
         raise ReaderError(

@@ -3,7 +3,7 @@
 import re
 from collections import Counter
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 from tribopipe.errors import ReaderError
 from tribopipe.ingest.names import is_unit_row
@@ -76,6 +76,7 @@ class Table:
         return sum(len(trimmed(self.names)) <= len(row.cells) <= self.width for row in body) / len(body)
 
 
+@lru_cache(maxsize=1 << 12)  # a sample's fields are asked about again and again
 def is_number(cell: str, signs: str) -> bool:
     """Tell whether a field is a plain number with one of the decimal signs."""
     return _NUMBER[signs].fullmatch(cell) is not None
@@ -95,9 +96,9 @@ def _looks_like_names(row: Row) -> bool:
 def find_table(text: Text, hints: Hints) -> tuple[Table, list[str]]:
     """Find the table in the head of a text, and the lines looked at; ``ReaderError`` where there is none."""
     lines = sample_lines(text)
-    tables = [
-        table for separator in _wanted(text, hints) if (table := _table(lines, separator, _signs(separator, hints)))
-    ]
+    wanted = _wanted(text, hints)
+    written = [separator for separator in wanted if any(sign in line for line in lines for sign in _written(separator))]
+    tables = [table for separator in written or wanted if (table := _table(lines, separator, _signs(separator, hints)))]
     table = _chosen([table for table in tables if table.top >= 0 and max(table.width, len(table.names)) > 1])
     if table is None:
         raise ReaderError(_why_none(text, hints, lines, tables))
@@ -125,6 +126,11 @@ def _wanted(text: Text, hints: Hints) -> tuple[str, ...]:
             "different signs; correct one of them"
         )
     return (separator,)
+
+
+def _written(separator: str) -> str:
+    """Return the characters of which any may stand for a separator."""
+    return " \t" if separator == BLANKS else separator
 
 
 def _signs(separator: str, hints: Hints) -> str:
