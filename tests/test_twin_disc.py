@@ -416,8 +416,8 @@ def test_rotations_found_from_the_depth_are_those_turned(discs):
 def test_volumes_are_archard_s_where_volume_is_conserved(discs):
     state = discs.pair.worn(discs.rotations, discs.k_1, discs.k_2)
     sliding = float(discs.pair.normal_load) * float(state.sliding_distance)
-    assert float(state.curved_volume) == approx(discs.k_1 * sliding, rel=1e-12)
-    assert float(state.flat_volume) == approx(discs.k_2 * sliding, rel=1e-12)
+    assert float(state.curved_volume) == approx(discs.k_1 * sliding, rel=1e-11)
+    assert float(state.flat_volume) == approx(discs.k_2 * sliding, rel=1e-11)
 
 
 @few
