@@ -7,6 +7,7 @@ turn (Eq. 14). The discs' dimensions are in its Fig. 7 only; all radii are taken
 of all cases in turn in one process.
 """
 
+import math
 import statistics
 import time
 from collections.abc import Callable
@@ -15,7 +16,6 @@ from typing import NamedTuple, get_args
 import numpy as np
 from labs import Report, arguments
 
-from tribopipe.contact.discs import KAPPA
 from tribopipe.contact.mechanics import contact_modulus
 from tribopipe.contact.twin_disc import DiscPair
 from tribopipe.contact.twin_disc_steps import published_wear
@@ -27,6 +27,7 @@ MODULUS = float(contact_modulus(pin_modulus=304e9, pin_ratio=0.24, disc_modulus=
 CURVED, FLAT = 4.6e-18, 2.0e-18
 """k_D of Section 3.5, m²/N; 1 m²/N is 1e6 mm³/(N mm)."""
 PUBLISHED: DistanceConvention = "full-slip"
+KAPPA = math.pi / 4
 ROTATIONS, MANY_ROTATIONS, STEPS, DRAWS = 1e6, 1e8, 10_000, 10_000
 EXACT, BY_STEPS = "exact, 10⁸ rotations at 101 places", f"published, {STEPS} steps of one rotation"
 

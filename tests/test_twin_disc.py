@@ -1,6 +1,7 @@
 """Wear of two discs against quadrature in many digits, plain integration, closed forms, limits, and printed steps."""
 
 import re
+from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
 
@@ -862,3 +863,27 @@ def test_depth_of_an_area_does_not_end_with_the_slip():
     lasting = discs_of(TABLE_3, "contact-width", slip=-1e-3)
     assert float(pair.depth_of_area(4e-8)) == float(lasting.depth_of_area(4e-8)) > 4e-5
     assert float(pair.depth_of_width(2e-3)) == float(lasting.depth_of_width(2e-3)) > 1e-4
+
+
+def test_line_load_wears_by_the_load_on_a_unit_of_length():
+    """κ = 1: dh₁/dN = k₁·F_N/2a, with a_z and so u of Hertz's contact between cylinders."""
+    load, crown, radius, modulus, k = 0.3, 4e-3, 4e-3, 8.47e10, 1e-16
+    pair = DiscPair(load, crown, radius, radius, modulus, 0.1, "line-load")
+
+    def half_width(depth: float) -> float:
+        def excess(a: float) -> float:
+            a_z = np.sqrt(4 * load / (2 * a) * (radius - depth) * radius / (2 * radius - depth) / (np.pi * modulus))
+            return crown - np.sqrt(crown**2 - a**2) - depth - load / (2 * modulus * np.sqrt(a * a_z))
+
+        return brentq(excess, 1e-8, crown / 2, xtol=1e-18)
+
+    truth = solve_ivp(
+        lambda _, h: [k * load / (2 * half_width(h[0]))], (0, 2e6), [0.0], rtol=1e-9, atol=1e-16, method="DOP853"
+    )
+    assert float(pair.worn(2e6, k).curved_depth) == approx(truth.y[0, -1], rel=1e-7)
+    steps = published_wear(pair, np.diff(np.geomspace(1, 2e6, 4001), prepend=0), k)
+    assert steps.curved_depth[-1] == approx(truth.y[0, -1], rel=2e-3)
+    printed = replace(pair, distance="contact-width")
+    ratios = [float(printed.worn(n, k).curved_depth / pair.worn(n, k).curved_depth) for n in (2e6, 2e8, 2e10)]
+    assert np.all(np.diff(ratios) > 0)
+    assert ratios[-1] == approx((np.pi / 4) ** (2 / 3), rel=2e-3)

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from tribopipe.wear.twin_disc.predict import KnownDiscs
 
 Scheme = Literal["exact", "published"]
-Convention = Literal["full-slip", "contact-width", "volume-conserving"]
+Convention = Literal["full-slip", "contact-width", "line-load", "volume-conserving"]
 
 
 @dataclass(frozen=True)

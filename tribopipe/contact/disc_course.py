@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tribopipe.contact.discs import KAPPA, Discs
+from tribopipe.contact.discs import Discs
 from tribopipe.errors import ContactError
 from tribopipe.run import Column
 from tribopipe.units import show
@@ -120,8 +120,7 @@ class Course:
     @property
     def slip_ends(self) -> NDArray[np.bool_]:
         """Whether wear ends with the slip, before the crown does."""
-        lasting = self.discs.distance == "contact-width"
-        return np.asarray(np.isfinite(self._slipless_growth) & (not lasting))
+        return np.asarray(np.isfinite(self._slipless_growth) & self.discs.slip_counts)
 
     @property
     def end_growth(self) -> Column:
@@ -197,7 +196,7 @@ class Course:
     def sums(self, growth: Column) -> Sums:
         """Integrate over ln c from the start to c* + growth."""
         signed = self._integrals(growth)
-        if self.discs.distance != "contact-width" or not np.any(beyond := growth > self._slipless_growth):
+        if self.discs.slip_counts or not np.any(beyond := growth > self._slipless_growth):
             return signed
         # Past the place without slip the discs slip the other way round.
         until = self._integrals(np.where(beyond, self._slipless_growth, 0.0)).slid
@@ -292,8 +291,8 @@ class Course:
         load, *_, slip = self.discs.inputs
         _, both = self._mobilities(contact)
         line_load = load / (2 * contact.half_width)
-        if self.discs.distance == "contact-width":
-            return np.asarray(KAPPA * line_load * both)
+        if not self.discs.slip_counts:
+            return np.asarray(self.discs.kappa * line_load * both)
         slid = np.maximum(self.slip_distance(contact) * np.sign(slip), 0.0)
         if self.discs.distance == "full-slip":
             return np.asarray(self.pressure(contact) * slid * both)
@@ -317,7 +316,7 @@ class Course:
         """Return a_z of Eq. 12 and 15, m."""
         load, _, _, _, modulus, _ = self.discs.inputs
         line_load = load / (2 * contact.half_width)
-        return np.asarray(KAPPA * np.sqrt(4 * line_load * contact.equivalent / (np.pi * modulus)))
+        return np.asarray(self.discs.kappa * np.sqrt(4 * line_load * contact.equivalent / (np.pi * modulus)))
 
     def pressure(self, contact: Contact) -> Column:
         """Return p of Eq. 13 and 16, Pa."""

@@ -4,6 +4,7 @@ Without wear the flat that the model takes the contact for has the height c* wit
 the crown cut off at half width a, and u falls as a^(-1/4) (tribopipe.contact.twin_disc has the equations).
 """
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,8 +16,6 @@ from tribopipe.records.recipe import DistanceConvention
 from tribopipe.run import Column
 from tribopipe.units import show
 
-KAPPA = np.pi / 4
-"""κ of Eq. 12 and 15."""
 _MOST_ITERATIONS = 60
 _CONVERGED = 1e-13
 _INPUTS = (
@@ -78,6 +77,16 @@ class Discs:
         _, crown, curved, flat, _, _ = self.inputs
         return np.minimum(crown, np.minimum(curved, flat))
 
+    @property
+    def slip_counts(self) -> bool:
+        """Whether wear grows with the slip, rather than with the length of the contact whatever the slip."""
+        return self.distance not in ("contact-width", "line-load")
+
+    @property
+    def kappa(self) -> float:
+        """κ of Eq. 12 and 15: π/4 as printed, 1 in *line-load*."""
+        return 1.0 if self.distance == "line-load" else math.pi / 4
+
     @cached_property
     def rotation_ratio(self) -> Column:
         """ν = n₂/n₁."""
@@ -95,7 +104,7 @@ class Discs:
         """c* = u(a*) without wear, by Newton's method on its logarithm; u falls as a^(-1/4)."""
         load, crown, _, _, modulus, _ = self.inputs
         line = 2 * load * self.start_equivalent / (np.pi * modulus)
-        target = np.log(load / (2 * modulus * np.sqrt(KAPPA) * line**0.25))
+        target = np.log(load / (2 * modulus * np.sqrt(self.kappa) * line**0.25))
         log_c = np.asarray((target - np.log(2 * crown) / 8) * 8 / 9)
         for _ in range(_MOST_ITERATIONS):
             c = np.minimum(np.exp(log_c), crown)

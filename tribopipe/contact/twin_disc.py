@@ -4,21 +4,23 @@ A disc with a crown (1) rolls on a flat one (2). Worn by h₁ and h₂, they tou
 half length a_z along the direction of rolling (Eq. 10, 12, 15):
 
     cap(a) = h₁ + h₂ + u,   cap(a) = r₁ₓ − √(r₁ₓ² − a²),   u = F_N / (2 E_c √(a·a_z)),   a_z = κ·√(4 F' r_eq / (π E_c)),
-    F' = F_N/(2a),   1/r_eq = 1/(r₁ − h₁) + 1/(r₂ − h₂),   κ = π/4
+    F' = F_N/(2a),   1/r_eq = 1/(r₁ − h₁) + 1/(r₂ − h₂),   κ = π/4 as printed
 
 and the mean pressure is p = (π/4)·√(F' E_c/(π r_eq)) (Eq. 13, 16). A rotation of the curved disc wears off, with
 ν = n₂/n₁ rotations of the flat disc and the slip distance s = 2π·|ν(r₂ − h₂) − (r₁ − h₁)| in it,
 
     contact-width (Eq. 11)       dh₁/dN = k₁·p·2a_z = (π/4)·k₁·F'         dh₂/dN = (π/4)·k₂·F'·ν
+    line-load (κ = 1)            dh₁/dN = k₁·p·2a_z = k₁·F'         dh₂/dN = k₂·F'·ν
     full-slip (Eq. 14)           dh₁/dN = k₁·p·s                          dh₂/dN = k₂·p·s·ν
     volume-conserving            dh₁/dN = k₁·F'·s / (2π(r₁ − h₁))         dh₂/dN = k₂·F'·s / (2π(r₂ − h₂))
 
 *contact-width* counts the length of the contact as slid in each rotation, whatever the slip: the paper's picture of a
-disc turning at the slip velocity on a fixed one (Fig. 7b). *full-slip* counts all of s for every point, although it
-is in contact for a small part of a turn only. *volume-conserving* counts what a point slides while it is in contact,
-so that each disc loses V = k·F_N·s as Archard's law has it, and k compares with that of a pin on a disc.
+disc turning at the slip velocity on a fixed one (Fig. 7b). *line-load* is the same with κ = 1, by which p·2a_z is
+all of the load: what the local model tends to (tribopipe.local_wear). *full-slip* counts all of s for every point,
+although it is in contact for a small part of a turn only. *volume-conserving* counts what a point slides while it is
+in contact, so that each disc loses V = k·F_N·s as Archard's law has it, and k compares with that of a pin on a disc.
 
-In all three h₁ : h₂ follows from the sum h₁ + h₂ in closed form, and everything else from the height c = cap(a), so
+In all of them h₁ : h₂ follows from the sum h₁ + h₂ in closed form, and everything else from the height c = cap(a), so
 that the number of rotations is one integral over ln c, taken by Gauss and Legendre's rule to the last digits. It is
 inverted by Newton's method. The number of rotations itself costs nothing.
 

@@ -1,7 +1,7 @@
 """The paper's explicit steps for two discs, as printed (Fig. 8, Eq. 10–13; Fig. A, Eq. 14–16), a rotation at a time.
 
 It starts from Hertz's ellipse, with p₀ = F_N/(π·a_x·a_z) and u₀ by Eq. 10. Each step first lets both discs recede by
-k·p times the distance they slide (tribopipe.contact.twin_disc has the three ways of counting that), and then takes
+k·p times the distance they slide (tribopipe.contact.twin_disc has the ways of counting that), and then takes
 
     a_x = √(2r₁ₓ·h − h²) with h = h₁ + h₂ + u,   r₁ = r₁z − h₁,   r₂ = r₂z − h₂,   a_z and p by Eq. 15 and 16
 
@@ -15,7 +15,6 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tribopipe.contact.discs import KAPPA
 from tribopipe.contact.elliptic import hertz_ellipse
 from tribopipe.contact.twin_disc import DiscPair, DiscWear
 from tribopipe.errors import ContactError
@@ -63,7 +62,7 @@ def _states(
         a_x = math.sqrt(2 * crown * total - total * total)
         r_1, r_2 = curved - h_1, flat - h_2
         line_load, equivalent = load / (2 * a_x), r_1 * r_2 / (r_1 + r_2)
-        a_z = KAPPA * math.sqrt(4 * line_load * equivalent / (math.pi * modulus))
+        a_z = discs.kappa * math.sqrt(4 * line_load * equivalent / (math.pi * modulus))
         p = math.pi / 4 * math.sqrt(line_load * modulus / (math.pi * equivalent))
 
 
@@ -82,5 +81,5 @@ def _work(
     if distance == "volume-conserving":
         through = load / (2 * a_x) * abs(slip) / (2 * math.pi)
         return through / r_1, through / r_2
-    per_turn = 2 * a_z * (slip != 0) if distance == "contact-width" else abs(slip)
+    per_turn = 2 * a_z * (slip != 0) if distance in ("contact-width", "line-load") else abs(slip)
     return p * per_turn, p * per_turn * ratio

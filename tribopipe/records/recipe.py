@@ -33,7 +33,7 @@ class FrictionRecipe(Record):
 
 
 Correction = Literal["two-step", "joint"]
-DistanceConvention = Literal["full-slip", "contact-width", "volume-conserving"]
+DistanceConvention = Literal["full-slip", "contact-width", "line-load", "volume-conserving"]
 """What counts as the distance that a point of a disc slides in one rotation (tribopipe.contact.twin_disc)."""
 
 

@@ -25,7 +25,7 @@ from tribopipe.wear.monte_carlo import drawn
 from tribopipe.wear.twin_disc.problem import DiscProblem, disc_problem
 from tribopipe.wear.twin_disc.validity import hertz_start, validity_notes
 
-_CONVENTIONS: tuple[DistanceConvention, ...] = ("full-slip", "contact-width", "volume-conserving")
+_CONVENTIONS: tuple[DistanceConvention, ...] = ("full-slip", "contact-width", "line-load", "volume-conserving")
 _SURE = 0.01
 """Probability under the law below which disagreement is worth a word."""
 
