@@ -60,6 +60,14 @@ def test_more_steps_and_finer_rings_change_little():
     assert wear(fine, distance).depth[-1] == pytest.approx(usual, rel=3e-4)
 
 
+def test_steps_are_of_second_order():
+    amounts = COEFFICIENT * np.array([0.1])
+    *coarser, fine = (wear(WORN, amounts, steps_per_decade=steps).depth[-1] for steps in (8, 16, 128))
+    eight, sixteen = (abs(depth / fine - 1) for depth in coarser)
+    assert eight < 1e-3
+    assert sixteen < eight / 3
+
+
 def test_a_flat_pin_wears_evenly_in_the_end():
     edges = np.linspace(0, 0.1e-3, 101)
     flat = Rings(LOAD, MODULUS, edges, np.zeros(100))
