@@ -174,6 +174,7 @@ def tamaas_contact(track: DiscTrack) -> Callable[[], object]:
     """Return the same contact as a call of tamaas: the whole grid, its kernel of a half space that does not repeat."""
     import tamaas as tm  # type: ignore[import-not-found,unused-ignore]
 
+    tm.set_log_level(tm.LogLevel.error)
     shape = [2 * cells for cells in track.gap.shape]
     size = [2 * cells * step for cells, step in zip(track.gap.shape, track.half_space.spacing, strict=True)]
     half = np.concatenate([track.gap[::-1], track.gap])
@@ -184,7 +185,13 @@ def tamaas_contact(track: DiscTrack) -> Callable[[], object]:
     solver = tm.PolonskyKeerRey(model, -gap, 1e-8)
     solver.setIntegralOperator("free")
     mean = track.normal_load / (size[0] * size[1])
-    return lambda: solver.solve(mean)
+
+    def solve() -> object:
+        model.traction[...] = 0.0  # or it would begin from where it ended
+        solver.solve(mean)
+        return model.traction
+
+    return solve
 
 
 def main() -> None:
