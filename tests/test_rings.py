@@ -117,3 +117,9 @@ def test_a_checkerboard_is_never_returned(monkeypatch):
 def test_places_have_to_increase(amounts):
     with pytest.raises(ContactError, match="do not increase from zero"):
         wear(WORN, amounts)
+
+
+def test_pressure_shown_has_no_ridge_at_the_edge():
+    course = wear(WORN, COEFFICIENT * DISTANCES)
+    assert course.peak_pressure == pytest.approx(course.pressure[:, 0], rel=5e-3)
+    assert course.pressure[-1, 0] == pytest.approx(LOAD / (np.pi * course.half_width[-1] ** 2), rel=0.03)

@@ -30,6 +30,8 @@ _DECADES = 2.0
 """How far below the first place asked for, in the amount of wear, steps begin."""
 _FASTEST_GROWTH = 1 + math.sqrt(2)
 """Of steps, up to which the second-order formula is stable."""
+_SHOWN_LATER = 0.03
+"""Share of the wear so far that the step takes whose contact is shown."""
 _MOST_EXPLICIT_STEPS = 200_000
 _STABLE_SHARE = 0.8
 _ROUGH = 0.2
@@ -42,6 +44,17 @@ class WornState(NamedTuple):
     amount: float
     worn: Column
     contact: Contact
+
+
+class Steps(NamedTuple):
+    """The steps of a course."""
+
+    ends: Column
+    """Amount of wear at the end of each."""
+    shown: frozenset[float]
+    """Those ends at which the surface is kept."""
+    refresh_every: int
+    """Steps after which elasticity is computed for the worn shape."""
 
 
 @dataclass(frozen=True)
@@ -84,12 +97,9 @@ def wear(
         raise ContactError(
             "local wear: found places that do not increase from zero; expected at least one; name them so"
         )
-    ends = step_ends(asked, steps_per_decade)
-    states = (
-        _implicit(surface, ends, refresh_every) if scheme == "implicit" else _explicit(surface, ends, refresh_every)
-    )
-    wanted = {0.0, *asked.tolist()}
-    return collected(surface, [state for state in states if state.amount in wanted])
+    course = _implicit if scheme == "implicit" else _explicit
+    steps = Steps(step_ends(asked, steps_per_decade), frozenset(asked.tolist()), refresh_every)
+    return collected(surface, list(course(surface, steps)))
 
 
 def step_ends(asked: Column, per_decade: int) -> Column:
@@ -99,29 +109,34 @@ def step_ends(asked: Column, per_decade: int) -> Column:
     return np.union1d(np.geomspace(first, asked[-1], count)[:-1], asked)
 
 
-def _implicit(surface: Surface, ends: Column, refresh_every: int) -> Iterator[WornState]:
-    """Where there is no step before, or a much shorter one, ρ is 0: Euler's backward step."""
+def _implicit(surface: Surface, steps: Steps) -> Iterator[WornState]:
+    """Where there is no step before, or a much shorter one, ρ is 0: Euler's backward step.
+
+    Points that have just come into contact bear more than they should for a step to be of second order, which evens
+    out within another. So the contact shown is that of a short backward step on from there.
+    """
     worn = last = np.zeros_like(surface.gap)
     contact, before = surface.press(worn), 0.0
     yield WornState(0.0, worn, contact)
-    for number, (start, end) in enumerate(pairwise([0.0, *ends]), 1):
+    for number, (start, end) in enumerate(pairwise([0.0, *steps.ends]), 1):
         step = end - start
         growth = step / before if 0 < step < _FASTEST_GROWTH * before else 0.0
         carried = worn + growth**2 / (1 + 2 * growth) * (worn - last)
         amount = step * (1 + growth) / (1 + 2 * growth)
         contact = surface.press(carried, amount, contact)
         worn, last, before = carried + amount * surface.exposure(contact.pressure), worn, step
-        yield WornState(float(end), worn, contact)
-        if number % refresh_every == 0:
+        if end in steps.shown:
+            yield WornState(float(end), worn, surface.press(worn, _SHOWN_LATER * end, contact))
+        if number % steps.refresh_every == 0:
             surface = surface.refreshed(worn)
 
 
-def _explicit(surface: Surface, ends: Column, refresh_every: int) -> Iterator[WornState]:
+def _explicit(surface: Surface, steps: Steps) -> Iterator[WornState]:
     """As the paper has it, with each step divided into stable ones."""
     worn = np.zeros_like(surface.gap)
     contact, before, taken = surface.press(worn), 0.0, 0
     yield WornState(0.0, worn, contact)
-    for number, end in enumerate(ends, 1):
+    for number, end in enumerate(steps.ends, 1):
         while before < end:
             step = min(_STABLE_SHARE * surface.stable_amount(contact), end - before)
             worn = worn + step * surface.exposure(contact.pressure)
@@ -129,9 +144,10 @@ def _explicit(surface: Surface, ends: Column, refresh_every: int) -> Iterator[Wo
             before = end if step == end - before else before + step
             taken += 1
             if taken > _MOST_EXPLICIT_STEPS:
-                raise _too_many(ends[-1], step)
-        yield WornState(float(end), worn, contact)
-        if number % refresh_every == 0:
+                raise _too_many(steps.ends[-1], step)
+        if end in steps.shown:
+            yield WornState(float(end), worn, contact)
+        if number % steps.refresh_every == 0:
             surface = surface.refreshed(worn)
 
 
