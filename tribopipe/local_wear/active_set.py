@@ -23,10 +23,7 @@ def pressed(
     inside = gap <= gap.min() if touching is None else touching.copy()
     for _ in range(_MOST_ROUNDS):
         at = np.flatnonzero(inside)
-        # p = approach·x − y, where compliance·x = 1 and compliance·y = gap.
-        x, y = np.linalg.solve(compliance[np.ix_(at, at)], np.column_stack([np.ones(at.size), gap[at]])).T
-        approach = (load + areas[at] @ y) / (areas[at] @ x)
-        pressure = approach * x - y
+        pressure, approach = touching_at(at, compliance, gap, areas, load)
         if np.any(pressure < 0):
             inside[at[pressure < 0]] = False
             continue
@@ -35,9 +32,21 @@ def pressed(
         if not overlapping.any():
             found = np.zeros_like(gap)
             found[at] = pressure
-            return Contact(found, float(approach))
+            return Contact(found, approach)
         inside |= overlapping
     raise ContactError(
         f"local wear: found no contact in {_MOST_ROUNDS} rounds; expected the points in contact to settle; check the "
         "profile, or make the grid coarser"
     )
+
+
+def touching_at(
+    at: NDArray[np.intp], compliance: Column, gap: Column, areas: Column, load: float
+) -> tuple[Column, float]:
+    """Return the pressure at these points, which may pull, were they all to touch and bear the load, and the approach.
+
+    It is approach·x − y, where compliance·x = 1 and compliance·y = gap.
+    """
+    x, y = np.linalg.solve(compliance[np.ix_(at, at)], np.column_stack([np.ones(at.size), gap[at]])).T
+    approach = (load + areas[at] @ y) / (areas[at] @ x)
+    return approach * x - y, float(approach)

@@ -25,7 +25,7 @@ from tribopipe.local_wear.surface import Contact, Surface
 from tribopipe.run import Column
 
 Scheme = Literal["implicit", "explicit"]
-STEPS_PER_DECADE = 8
+STEPS_PER_DECADE = 16
 _DECADES = 2.0
 """How far below the first place asked for, in the amount of wear, steps begin."""
 _FASTEST_GROWTH = 1 + math.sqrt(2)
