@@ -121,5 +121,5 @@ def test_places_have_to_increase(amounts):
 
 def test_pressure_shown_has_no_ridge_at_the_edge():
     course = wear(WORN, COEFFICIENT * DISTANCES)
-    assert course.peak_pressure == pytest.approx(course.pressure[:, 0], rel=5e-3)
+    assert course.peak_pressure == pytest.approx(course.pressure[:, 0], rel=0.02)
     assert course.pressure[-1, 0] == pytest.approx(LOAD / (np.pi * course.half_width[-1] ** 2), rel=0.03)

@@ -35,6 +35,7 @@ from tribopipe.study.evaluate import Evaluation, evaluate
 from tribopipe.study.member import Member
 from tribopipe.units import from_si
 from tribopipe.version import VERSION
+from tribopipe.wear.predict import KnownPin
 from tribopipe.wear.twin_disc.predict import KnownDiscs
 
 
@@ -122,10 +123,10 @@ def run_study(archive: Archive, study: Study, recipe: Recipe, *, force: bool = F
                 yield Outcome(run_id, "prediction", "failed", error=error)
 
 
-def _known(law: LawResult | TwinDiscLawResult) -> Quantity | KnownDiscs:
+def _known(law: LawResult | TwinDiscLawResult) -> KnownPin | KnownDiscs:
     """Return the wear coefficients a study found under a law."""
     if isinstance(law, LawResult):
-        return law.wear_coefficient
+        return KnownPin(law.wear_coefficient, law.engine)
     curved, *flat = (disc.wear_coefficient for disc in law.discs)
     unworn = Quantity(value=0.0, unit="m^2/N")
     return KnownDiscs(curved, next(iter(flat), unworn), law.correlation or 0.0, law.distance_per_rotation)

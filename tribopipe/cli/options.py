@@ -30,6 +30,14 @@ RunIds = Annotated[
     ),
 ]
 Law = Literal["archard", "sarkar"]
+WearEngine = Literal["giwm", "local"]
+Pressure = Annotated[
+    WearEngine | None,
+    typer.Option(
+        "--engine",
+        help="Pressure on a pin: even, by the Global Incremental Wear Model, or local; wins over a recipe.",
+    ),
+]
 
 
 def load_archive(folder: Path, *, must_exist: bool = True) -> "Archive":
@@ -45,12 +53,15 @@ def load_archive(folder: Path, *, must_exist: bool = True) -> "Archive":
     return Archive(folder)
 
 
-def load_recipe(path: Path | None) -> "Recipe":
-    """Read a recipe, or take the default one."""
+def load_recipe(path: Path | None, engine: WearEngine | None = None) -> "Recipe":
+    """Read a recipe, or take the default one, with another engine where one is named."""
     from tribopipe.records.base import load_toml
     from tribopipe.records.recipe import Recipe
 
-    return Recipe() if path is None else load_toml(path, Recipe)
+    recipe = Recipe() if path is None else load_toml(path, Recipe)
+    if engine is None:
+        return recipe
+    return recipe.model_copy(update={"wear": recipe.wear.model_copy(update={"engine": engine})})
 
 
 def chosen_ids(archive: "Archive", ids: list[str] | None) -> list[str]:

@@ -13,8 +13,10 @@ from tribopipe.cli.options import (
     AsJson,
     Force,
     Law,
+    Pressure,
     RecipeFile,
     RunIds,
+    WearEngine,
     archived_ids,
     chosen_ids,
     load_archive,
@@ -28,12 +30,13 @@ from tribopipe.cli.studies import show_together
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
     from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction
-    from tribopipe.records.manifest import RunManifest
+    from tribopipe.records.manifest import Conditions, RunManifest
     from tribopipe.records.quantity import Quantity
     from tribopipe.records.recipe import Recipe
     from tribopipe.records.results import WearFit, WearPrediction
     from tribopipe.run import RawRun
     from tribopipe.wear.friction_path import FrictionPath
+    from tribopipe.wear.predict import KnownPin
     from tribopipe.wear.twin_disc.predict import KnownDiscs
 
 Scheme = Literal["exact", "published"]
@@ -58,6 +61,7 @@ class _Asked:
     slip: str | None = None
     crown_radius: str | None = None
     distance: Convention | None = None
+    engine: WearEngine | None = None
 
     @property
     def anything(self) -> bool:
@@ -123,6 +127,7 @@ def predict(
         Convention | None,
         typer.Option("--distance-per-rotation", help="What counts as slid in a rotation of discs; wins over a recipe."),
     ] = None,
+    engine: Pressure = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     recipe: RecipeFile = None,
     force: Force = False,
@@ -134,7 +139,7 @@ def predict(
     are predicted from others, with bands and a verdict on the law. With none of these, every archived run is predicted
     from the comparable run under the lightest load, and the prediction is archived.
     """
-    how = load_recipe(recipe)
+    how = load_recipe(recipe, engine)
     asked = _Asked(
         law,
         scheme,
@@ -150,11 +155,12 @@ def predict(
         slip,
         crown_radius,
         distance,
+        engine,
     )
     if source or target:
         _predict_onto(archive, source, target, law, how, asked.anything or ids or run, as_json=as_json)
         return
-    if run is None and not asked.anything:
+    if run is None and not asked.anything and engine is None:
         _predict_archived(archive, ids, law, how, force=force, as_json=as_json)
         return
     _show_predictions(_subjects(run, ids, archive, asked), asked, as_json=as_json)
@@ -227,22 +233,24 @@ def _show_predictions(subjects: list[tuple[_Subject, str | None]], asked: _Asked
 def _folder(run: Path, asked: _Asked) -> _Subject:
     """Take a run folder; its signals are only read where friction has to be found in them."""
     from tribopipe.records.manifest import manifest_path, read_manifest
-    from tribopipe.wear.friction_path import stated_path
 
     if not asked.coefficients:
         raise typer.BadParameter('a run folder has no k_D: give one, --wear-coefficient "13.5e-9 mm^3/(N*mm)"')
     manifest, _ = read_manifest(manifest_path(run))
     conditions = manifest.conditions
-    path: FrictionPath | None = None
-    if asked.law == "sarkar":
-        if asked.friction is not None:
-            path = _parse_friction(asked.friction)
-        elif conditions.friction is not None:
-            path = stated_path(conditions.friction)
-        else:
-            path = _measured_friction(run, asked.recipe)
+    given = None if asked.friction is None or asked.law == "archard" else _parse_friction(asked.friction)
+    path = given or folder_friction(run, conditions, asked.law, asked.recipe)
     planned = conditions.sliding_distance.value if conditions.sliding_distance else conditions.rotations
     return _Subject(manifest, path=path, end=planned)
+
+
+def folder_friction(run: Path, conditions: "Conditions", law: Law, recipe: "Recipe") -> "FrictionPath | None":
+    """Return the friction of a run folder that a law needs: stated in run.toml, or else measured."""
+    from tribopipe.wear.friction_path import stated_path
+
+    if law == "archard":
+        return None
+    return _measured_friction(run, recipe) if conditions.friction is None else stated_path(conditions.friction)
 
 
 def _measured_friction(run: Path, recipe: "Recipe") -> "FrictionPath | None":
@@ -283,30 +291,42 @@ def _predict_pin(subject: _Subject, asked: _Asked, reference: str | None) -> "We
     _refuse(asked.distance, "--distance-per-rotation", "of two discs", "a pin slides all the way")
     if len(asked.coefficients) > 1:
         raise typer.BadParameter("--wear-coefficient: found more than one for a pin; give it once")
+    known = _known_pin(subject, asked)
     contact, conditions = subject.manifest.pin_on_disc, subject.manifest.conditions
     if asked.radius is not None:
-        pin = contact.pin.model_copy(update={"radius": _quantity("--radius", asked.radius, "length")})
+        pin = contact.pin.model_copy(update={"radius": quantity("--radius", asked.radius, "length")})
         contact = contact.model_copy(update={"pin": pin})
     scenario = WearScenario(
         contact,
         _given("--load", asked.load, "force", conditions.normal_load),
-        _pin_coefficient(subject, asked),
+        known.coefficient,
         asked.law,
         subject.path,
         asked.recipe,
         _given("--speed", asked.speed, "speed", conditions.sliding_speed) if asked.speed else conditions.sliding_speed,
+        known.engine,
     )
     at, depths = _places(subject, asked, "distance", "500 m")
     steps = asked.steps or DEFAULT_STEPS
     return predict_wear(scenario, at, depths=depths, scheme=asked.scheme, steps=steps, reference=reference)
 
 
-def _pin_coefficient(subject: _Subject, asked: _Asked) -> "Quantity":
+def _known_pin(subject: _Subject, asked: _Asked) -> "KnownPin":
+    """Return the wear coefficient given, or that of the run's fit, with the engine it is right with."""
+    from tribopipe.errors import FitError
     from tribopipe.records.results import WearFit
+    from tribopipe.wear.predict import KnownPin, known_pin
 
-    if isinstance(subject.fit, WearFit) and subject.fit.wear_coefficient is not None:
-        return subject.fit.wear_coefficient
-    return _quantity("--wear-coefficient", asked.coefficients[0], "wear coefficient")
+    fitted = known_pin(subject.fit) if isinstance(subject.fit, WearFit) else None
+    if fitted is None:
+        given = quantity("--wear-coefficient", asked.coefficients[0], "wear coefficient")
+        return KnownPin(given, asked.recipe.wear.engine)
+    if asked.engine not in (None, fitted.engine):
+        raise FitError(
+            f"{subject.manifest.id}: found a k_D that was fitted with --engine {fitted.engine}; expected "
+            f"{asked.engine}, since a k_D is right with its own engine only; fit again with --engine {asked.engine}"
+        )
+    return fitted
 
 
 def _predict_discs(subject: _Subject, asked: _Asked, reference: str | None) -> "TwinDiscPrediction":
@@ -314,9 +334,10 @@ def _predict_discs(subject: _Subject, asked: _Asked, reference: str | None) -> "
     from tribopipe.wear.twin_disc.predict import DiscScenario, predict_discs
 
     _refuse(asked.radius, "--radius", "of a pin", "of the curved disc it is --crown-radius")
+    _refuse(asked.engine, "--engine", "of a pin", "two discs are predicted by the GIWM")
     contact, conditions = subject.manifest.twin_disc, subject.manifest.conditions
     if asked.crown_radius is not None:
-        crown = {"crown_radius": _quantity("--crown-radius", asked.crown_radius, "length")}
+        crown = {"crown_radius": quantity("--crown-radius", asked.crown_radius, "length")}
         contact = contact.model_copy(update={"curved_disc": contact.curved_disc.model_copy(update=crown)})
     speed = conditions.curved_disc_speed
     scenario = DiscScenario(
@@ -327,7 +348,7 @@ def _predict_discs(subject: _Subject, asked: _Asked, reference: str | None) -> "
         model=asked.law,
         friction=subject.path,
         recipe=asked.recipe,
-        curved_disc_speed=_quantity("--speed", asked.speed, "speed") if asked.speed else speed,
+        curved_disc_speed=quantity("--speed", asked.speed, "speed") if asked.speed else speed,
     )
     at, depths = _places(subject, asked, "count", "1e6")
     return predict_discs(scenario, at, depths=depths, scheme=asked.scheme, steps=asked.steps, reference=reference)
@@ -345,7 +366,7 @@ def _known_discs(subject: _Subject, asked: _Asked) -> "KnownDiscs":
             raise typer.BadParameter(
                 "--wear-coefficient: found more than two; give the curved disc's and the flat one's"
             )
-        given = [_quantity("--wear-coefficient", text, "wear coefficient") for text in asked.coefficients]
+        given = [quantity("--wear-coefficient", text, "wear coefficient") for text in asked.coefficients]
         known = KnownDiscs(given[0]) if len(given) == 1 else KnownDiscs(given[0], given[1])
         return replace(known, distance=asked.distance or asked.recipe.wear.distance_per_rotation)
     if asked.distance not in (None, fitted.distance):
@@ -358,7 +379,7 @@ def _known_discs(subject: _Subject, asked: _Asked) -> "KnownDiscs":
 
 def _places(subject: _Subject, asked: _Asked, kind: str, example: str) -> tuple[list[float], list[float]]:
     """Return where to predict, and the depths, m, whose place is wanted; the run's own end where neither is said."""
-    at = [_rotations(text) if kind == "count" else parsed("--at", text, kind) for text in asked.at]
+    at = [rotations(text) if kind == "count" else parsed("--at", text, kind) for text in asked.at]
     depths = [_depth(text) for text in asked.depth]
     if not at and not depths:
         if subject.end is None:
@@ -377,7 +398,7 @@ def _depth(text: str) -> float:
     return depth
 
 
-def _rotations(text: str) -> float:
+def rotations(text: str) -> float:
     """Read a number of rotations."""
     from tribopipe.errors import UnitError
 
@@ -396,7 +417,7 @@ def _refuse(text: str | None, option: str, whose: str, instead: str) -> None:
 
 
 def _given(option: str, text: str | None, kind: str, otherwise: Any) -> Any:
-    return otherwise if text is None else _quantity(option, text, kind)
+    return otherwise if text is None else quantity(option, text, kind)
 
 
 def _slip(text: str) -> "Quantity":
@@ -413,7 +434,7 @@ def _slip(text: str) -> "Quantity":
     return Quantity(value=value, unit="1")
 
 
-def _quantity(option: str, text: str, kind: str) -> "Quantity":
+def quantity(option: str, text: str, kind: str) -> "Quantity":
     """Read an option as a quantity above zero."""
     from tribopipe.errors import UnitError
     from tribopipe.records.quantity import Quantity

@@ -11,6 +11,7 @@ from tribopipe.cli.options import (
     AsJson,
     Force,
     Law,
+    Pressure,
     RecipeFile,
     RunIds,
     chosen_ids,
@@ -55,6 +56,7 @@ def fit(
     together: Annotated[
         bool, typer.Option("--together", help="One k_D from all these runs, with the scatter between them.")
     ] = False,
+    engine: Pressure = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     recipe: RecipeFile = None,
     force: Force = False,
@@ -63,7 +65,7 @@ def fit(
     """Fit friction and identify the wear coefficient k_D of archived runs under a wear law."""
     from tribopipe import pipeline
 
-    store, how = load_archive(archive), load_recipe(recipe)
+    store, how = load_archive(archive), load_recipe(recipe, engine)
     if together:
         show_together(store, chosen_ids(store, ids), (), model, how, as_json=as_json)
         return

@@ -235,10 +235,12 @@ def show_study(result: "StudyResult | TwinDiscStudyResult") -> None:
 
 
 def _show_law(result: "StudyResult", law: "LawResult") -> None:
+    from tribopipe.records.results import by
+
     low, high = (end.shown("mm^3/(N*mm)") for end in law.interval)
     k = law.wear_coefficient.shown("mm^3/(N*mm)")
     table(
-        f"{result.id}, {law.model.capitalize()}'s law: k_D = {k}, 95 % interval {low} to {high}",
+        f"{result.id}, {law.model.capitalize()}'s law{by(law.engine)}: k_D = {k}, 95 % interval {low} to {high}",
         _COLUMNS,
         [_verdict_row(verdict) for verdict in law.runs],
     )

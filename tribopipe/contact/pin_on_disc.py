@@ -30,6 +30,8 @@ class WornState:
 
     depth: Column
     radius: Column
+    area: Column
+    """dv/dh, m², the load over the pressure where the pin wears deepest: πa² where pressure is even."""
 
 
 class PinContact(Protocol):
@@ -41,7 +43,7 @@ class PinContact(Protocol):
         ...
 
     def worn(self, volume: ArrayLike) -> WornState:
-        """Return depth and contact radius after wearing off a volume, m³."""
+        """Return the pin after wearing off a volume, m³. Raises ``ContactError`` where it holds no such volume."""
         ...
 
     def volume(self, depth: ArrayLike) -> Column:
@@ -51,6 +53,10 @@ class PinContact(Protocol):
     def published_depth(self, volume_steps: ArrayLike) -> Column:
         """Return the depths that the paper's explicit Euler steps reach, m; the first is 0."""
         ...
+
+
+def _evenly_worn(depth: Column, radius: Column) -> WornState:
+    return WornState(depth=depth, radius=radius, area=np.pi * radius**2)
 
 
 @dataclass(frozen=True)
@@ -69,7 +75,7 @@ class FlatPin:
         """Return depth and contact radius after wearing off a volume, m³."""
         radius = np.asarray(self.radius, dtype=float)
         depth = np.asarray(volume, dtype=float) / (np.pi * radius**2)
-        return WornState(depth=depth, radius=np.broadcast_to(radius, depth.shape))
+        return _evenly_worn(depth, np.broadcast_to(radius, depth.shape))
 
     def volume(self, depth: ArrayLike) -> Column:
         """Return the volume, m³, worn off at a depth, m."""
@@ -172,7 +178,7 @@ class SphericalPin:
                 "wear coefficient, load and distance"
             )
         growth = self._growth_of_volume(v)
-        return WornState(depth=self._depth_of_growth(growth), radius=self._radius_of_growth(growth))
+        return _evenly_worn(self._depth_of_growth(growth), self._radius_of_growth(growth))
 
     def volume(self, depth: ArrayLike) -> Column:
         """Return the volume, m³, worn off at a depth, m."""

@@ -16,18 +16,19 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from tribopipe.errors import ContactError
 from tribopipe.local_wear.surface import Contact, Surface
+from tribopipe.records.local_wear import Scheme
 from tribopipe.run import Column
 
-Scheme = Literal["implicit", "explicit"]
 STEPS_PER_DECADE = 16
 _DECADES = 2.0
 """How far below the first place asked for, in the amount of wear, steps begin."""
+_ROUNDING = 1e-9
 _FASTEST_GROWTH = 1 + math.sqrt(2)
 """Of steps, up to which the second-order formula is stable."""
 _SHOWN_LATER = 0.03
@@ -53,7 +54,7 @@ class Steps(NamedTuple):
     """Amount of wear at the end of each."""
     shown: frozenset[float]
     """Those ends at which the surface is kept."""
-    refresh_every: int
+    refresh_every: int | None
     """Steps after which elasticity is computed for the worn shape."""
 
 
@@ -83,14 +84,14 @@ def wear(
     *,
     scheme: Scheme = "implicit",
     steps_per_decade: int = STEPS_PER_DECADE,
-    refresh_every: int = 1,
+    refresh_every: int | None = 1,
 ) -> LocalWear:
     """Return the surface at each of the increasing amounts of wear, and before any.
 
     Steps grow geometrically, so many to a decade, from a hundredth of the first amount, and end at each amount asked
-    for. Elasticity is computed for the worn shape after every so many steps, where it depends on it. Raises
-    ``ContactError`` where a contact is not found, or where explicit steps would be too many or have made a checkerboard
-    of the pressure.
+    for. Elasticity is computed for the worn shape after every so many steps, where it depends on it; None: never.
+    Raises ``ContactError`` where a contact is not found, or where explicit steps would be too many or have made a
+    checkerboard of the pressure.
     """
     asked = np.asarray(amounts, dtype=float)
     if not (asked.size and asked[0] > 0 and np.all(np.diff(asked) > 0)):
@@ -104,9 +105,12 @@ def wear(
 
 def step_ends(asked: Column, per_decade: int) -> Column:
     """Return where steps end: geometric from a share of the first place on, and at each place."""
-    first = asked[0] * 10**-_DECADES
-    count = math.ceil(per_decade * math.log10(asked[-1] / first)) + 1
-    return np.union1d(np.geomspace(first, asked[-1], count)[:-1], asked)
+    stretches = pairwise([asked[0] * 10**-_DECADES, *asked])
+    ends = [
+        np.geomspace(start, end, math.ceil(per_decade * math.log10(end / start) - _ROUNDING) + 1)[1:]
+        for start, end in stretches
+    ]
+    return np.concatenate([[asked[0] * 10**-_DECADES], *ends])
 
 
 def _implicit(surface: Surface, steps: Steps) -> Iterator[WornState]:
@@ -127,7 +131,7 @@ def _implicit(surface: Surface, steps: Steps) -> Iterator[WornState]:
         worn, last, before = carried + amount * surface.exposure(contact.pressure), worn, step
         if end in steps.shown:
             yield WornState(float(end), worn, surface.press(worn, _SHOWN_LATER * end, contact))
-        if number % steps.refresh_every == 0:
+        if steps.refresh_every and number % steps.refresh_every == 0:
             surface = surface.refreshed(worn)
 
 
@@ -143,11 +147,11 @@ def _explicit(surface: Surface, steps: Steps) -> Iterator[WornState]:
             contact = smooth(surface, surface.press(worn, start=contact))
             before = end if step == end - before else before + step
             taken += 1
-            if taken > _MOST_EXPLICIT_STEPS:
+            if taken + (steps.ends[-1] - before) / step > _MOST_EXPLICIT_STEPS:
                 raise _too_many(steps.ends[-1], step)
         if end in steps.shown:
             yield WornState(float(end), worn, contact)
-        if number % steps.refresh_every == 0:
+        if steps.refresh_every and number % steps.refresh_every == 0:
             surface = surface.refreshed(worn)
 
 

@@ -27,7 +27,7 @@ in Fig. 11. Which ε would be ABAQUS' is not known. Friction, which the paper's 
 """
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +43,7 @@ CORRECTIONS = (None, 50, 10, 1)
 _MOST_INCREMENTS = 200_000
 
 
+@runtime_checkable
 class Elastic(Surface, Protocol):
     """A surface whose compliance is a matrix, such as one by finite elements."""
 

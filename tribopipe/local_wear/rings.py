@@ -88,7 +88,7 @@ class Rings:
             two = slice(last - _FROM_EDGE, last - _FROM_EDGE + 2)
             (inner, outer), (p, q) = self.radius[two] ** 2, contact.pressure[two] ** 2
             zero = math.sqrt(outer + q * (outer - inner) / (p - q)) if p > q else math.inf
-            edge = np.clip(zero, self.edges[last], edge + (edge - self.edges[last]) / 2)
+            edge = min(np.clip(zero, self.edges[last], edge + (edge - self.edges[last]) / 2), self.edges[-1])
         return Extent(float(edge), float(edge))
 
     def volume(self, worn: Column) -> float:

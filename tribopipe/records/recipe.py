@@ -32,6 +32,8 @@ class FrictionRecipe(Record):
     """Where the fit ends; left out, at the end of the run."""
 
 
+WearEngine = Literal["giwm", "local"]
+"""How the pressure on a pin is found: spread evenly, as the GIWM does, or solved for at each point as it wears."""
 Correction = Literal["two-step", "joint"]
 DistanceConvention = Literal["full-slip", "contact-width", "line-load", "volume-conserving"]
 """What counts as the distance that a point of a disc slides in one rotation (tribopipe.contact.twin_disc)."""
@@ -42,6 +44,8 @@ class WearRecipe(Record):
 
     models: tuple[LawName, ...] = ("archard", "sarkar")
     """Wear laws that `process` fits."""
+    engine: WearEngine = "giwm"
+    """Pressure on a pin: even (the Global Incremental Wear Model) or local; k_D is right with its own engine only."""
     friction: FrictionSource = "fitted"
     """μ in Sarkar's law: Eq. 7 as fitted, or the measured curve."""
     correction: Correction = "two-step"

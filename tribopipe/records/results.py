@@ -4,7 +4,7 @@ from typing import Literal
 
 from tribopipe.records.base import Record
 from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import Correction, FrictionSource, LawName
+from tribopipe.records.recipe import Correction, FrictionSource, LawName, WearEngine
 
 COVERAGE_FACTOR = 1.959963984540054
 """Half width of a 95 % interval in standard uncertainties of a normal distribution."""
@@ -150,10 +150,12 @@ class JointFit(Record):
 
 
 class WearFit(Record):
-    """Dimensional wear coefficient k_D of the Global Incremental Wear Model for one run."""
+    """Dimensional wear coefficient k_D of one run."""
 
     model: LawName
     """Wear law."""
+    engine: WearEngine = "giwm"
+    """Pressure that k_D was found by: even, as the Global Incremental Wear Model has it, or local."""
     outcome: Literal["fitted", "not fitted"]
     """Not fitted where the run lacks what the fit needs."""
     lacks: tuple[str, ...] = ()
@@ -190,8 +192,8 @@ class WearFit(Record):
             return f"{self.model}: no wear coefficient: the run lacks {' and '.join(self.lacks)}"
         low, high = (end.shown("mm^3/(N*mm)") for end in self.interval)
         return (
-            f"{self.model}: k_D = {self.wear_coefficient.shown('mm^3/(N*mm)')}, 95 % interval {low} to {high}; "
-            f"pin wear at the end {_in(self.fitted_end_depth, 'um')} fitted, "
+            f"{self.model}{by(self.engine)}: k_D = {self.wear_coefficient.shown('mm^3/(N*mm)')}, "
+            f"95 % interval {low} to {high}; pin wear at the end {_in(self.fitted_end_depth, 'um')} fitted, "
             f"{_in(self.measured_end_depth, 'um')} measured"
         )
 
@@ -216,6 +218,8 @@ class WearPrediction(Record):
 
     model: LawName
     """Wear law."""
+    engine: WearEngine = "giwm"
+    """Pressure on the pin: even, as the Global Incremental Wear Model has it, or local."""
     scheme: Literal["exact", "published"]
     """Closed form, or the paper's explicit Euler steps."""
     wear_coefficient: Quantity
@@ -239,13 +243,18 @@ class WearPrediction(Record):
 
     def __str__(self) -> str:
         lines = [
-            f"{self.model}, {self.scheme}: k_D = {self.wear_coefficient.shown('mm^3/(N*mm)')}, "
+            f"{self.model}{by(self.engine)}, {self.scheme}: k_D = {self.wear_coefficient.shown('mm^3/(N*mm)')}, "
             f"F_N = {self.normal_load.shown('mN')}, R_P = {self.pin_radius.shown('mm')}"
         ]
         for point in (*self.prediction, *self.reached):
             when = "" if point.time is None else f" ({point.time.shown('s')})"
             lines.append(f"  {point.sliding_distance.shown('m')}{when}: {point.wear_depth.shown('um')}")
         return "\n".join([*lines, *(f"  {note}" for note in self.notes)])
+
+
+def by(engine: WearEngine) -> str:
+    """Say the engine that a k_D was found by, after its law; nothing of the GIWM."""
+    return "" if engine == "giwm" else ", local pressure"
 
 
 def _in(quantity: Quantity | None, unit: str) -> str:

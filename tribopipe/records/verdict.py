@@ -6,7 +6,7 @@ from pydantic import Field
 
 from tribopipe.records.base import Record
 from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import Correction, LawName
+from tribopipe.records.recipe import Correction, LawName, WearEngine
 
 Verdict = Literal["supported", "over-predicts", "under-predicts", "not decidable"]
 Role = Literal["fitted", "predicted"]
@@ -49,6 +49,17 @@ class LawComparison(Record):
     """AIC of Sarkar's law minus that of Archard's: above zero for Archard's."""
     preferred: LawName | None
     """The law that is better by more than 2; none where the data do not tell."""
+
+
+class EngineComparison(Record):
+    """k_D of one run by even and by local pressure, from the same data."""
+
+    giwm: Quantity
+    """By the Global Incremental Wear Model, which spreads the load evenly over the contact."""
+    local: Quantity
+    """By the pressure at each point."""
+    trusted: WearEngine | None
+    """The local one where the two differ by more than their standard uncertainty; none where they do not."""
 
 
 class EndOfLife(Record):
@@ -103,6 +114,8 @@ class RunVerdict(Record):
     """Local exponent of h(s)."""
     change_point: ChangePoint | None = None
     """Where the wear rate would leave the law."""
+    engines: EngineComparison | None = None
+    """k_D by even and by local pressure, of a run with a spherical pin that identified k_D."""
     end_of_life: EndOfLife | None = None
     """Where the run reaches the wanted depth; none where its k_D is rather zero, or no depth is wanted."""
 
@@ -129,6 +142,8 @@ class LawResult(Record):
 
     model: LawName
     """Wear law."""
+    engine: WearEngine = "giwm"
+    """Pressure on the pin: even, as the Global Incremental Wear Model has it, or local."""
     wear_coefficient: Quantity
     """k_D with its standard uncertainty."""
     interval: Interval

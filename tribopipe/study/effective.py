@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tribopipe.contact.pin_on_disc import pin_contact
 from tribopipe.run import Column
 from tribopipe.study.member import PosedRun
 from tribopipe.wear.friction_path import junction_factor, measured_path
@@ -69,7 +68,7 @@ def effective_coefficient(run: PosedRun, seed: int = 1) -> EffectiveCoefficient 
 def _slopes(run: PosedRun, depth: Column, values: dict[str, float] | dict[str, Column]) -> Column:
     problem = run.problem
     # Noise about the very start may read as wear below zero.
-    volume = pin_contact(problem.contact, values).volume(np.maximum(depth, 0.0))
+    volume = problem.pin(values).volume(np.maximum(depth, 0.0))
     distance = run.places[np.arange(0, len(run.places) - 1, _STRETCHES)]
     scale = distance_scale(values, problem.values)
     return np.asarray(np.diff(volume, axis=-1) / (values["normal_load"] * scale * np.diff(distance)))

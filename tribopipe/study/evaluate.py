@@ -7,7 +7,6 @@ import numpy as np
 from numpy.random import Generator
 
 from tribopipe.contact.mechanics import HARDNESS_UNIT, contact_modulus, hertz_radius
-from tribopipe.contact.pin_on_disc import pin_contact
 from tribopipe.errors import ContactError
 from tribopipe.records.quantity import Quantity, wear_coefficient
 from tribopipe.records.recipe import LawName, Recipe
@@ -23,6 +22,7 @@ from tribopipe.records.verdict import (
 )
 from tribopipe.run import Column
 from tribopipe.study.combine import Combination, combine
+from tribopipe.study.engines import compare_engines, engine_notes
 from tribopipe.study.life import end_of_life
 from tribopipe.study.member import Member, PosedRun, RunDraws, chosen
 from tribopipe.study.shape import Shape, compare_laws
@@ -115,6 +115,7 @@ class _Law:
         ]
         return LawResult(
             model=self.law,
+            engine=self.recipe.wear.engine,
             wear_coefficient=wear_coefficient(best, found.standard_uncertainty),
             interval=(wear_coefficient(found.interval[0]), wear_coefficient(found.interval[1])),
             draws=len(found.draws),
@@ -162,13 +163,14 @@ class _Law:
         worst = int(np.argmax(np.abs(along)))
         shape = self.shapes[run.member.id]
         manifest = run.member.corrected.run.manifest
+        engines = compare_engines(draws) if role == "fitted" else None
         verdict = RunVerdict(
             id=run.member.id,
             role=role,
             normal_load=manifest.conditions.normal_load,
             outcome=decide(comparison, lambda factor: float(run.predicted(best * factor)[-1])),
             sentence="",
-            notes=(*_extrapolations(run, comparison), *default_notes(run.problem.inputs)),
+            notes=(*engine_notes(engines), *_extrapolations(run, comparison), *default_notes(run.problem.inputs)),
             sliding_distance=_metres(run.problem.trace.slid),
             measured_depth=_metres(comparison.measured[-1], float(np.std(comparison.measured_draws[:, -1]))),
             predicted_depth=_metres(comparison.predicted[-1], float(np.std(comparison.predicted_draws[:, -1]))),
@@ -182,6 +184,7 @@ class _Law:
             trend=shape.trend(),
             exponent=exponent(draws, comparison, run.predicted(run.coefficient)),
             change_point=shape.change_point(),
+            engines=engines,
             end_of_life=self._end_of_life(draws, coefficients),
         )
         return verdict.model_copy(update={"sentence": sentence(self.law, role, verdict)})
@@ -224,7 +227,7 @@ def _extrapolations(run: PosedRun, comparison: Comparison) -> list[str]:
     if contact.pin.shape != "spherical":
         return notes
     load, radius = values["normal_load"], values["pin_radius"]
-    pin = pin_contact(contact, values)
+    pin = run.problem.pin(values)
     worn = float(pin.worn(pin.volume(comparison.predicted[-1])).radius)
     if worn > radius / 2:
         notes.append(

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from tribopipe.contact.pin_on_disc import pin_contact
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.verdict import EndOfLife
 from tribopipe.run import Column
@@ -20,7 +19,7 @@ def end_of_life(draws: RunDraws, coefficients: Column, depth: float) -> EndOfLif
     S(s) = V(h)/(k_D·F_N) is solved by s ← s·S/S(s): S(s)/s changes slowly.
     """
     problem, values = draws.run.problem, draws.values
-    volume = pin_contact(problem.contact, values).volume(depth) / values["normal_load"]
+    volume = problem.pin(values).volume(depth) / values["normal_load"]
     wearing = coefficients > 0
     wanted = np.where(wearing[:, None], volume / np.where(wearing, coefficients, 1.0)[:, None], np.nan)
     distance = wanted

@@ -9,7 +9,6 @@ import math
 
 import numpy as np
 
-from tribopipe.contact.pin_on_disc import pin_contact
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName
 from tribopipe.records.verdict import ChangePoint, LawComparison, Trend
@@ -91,7 +90,7 @@ class Shape:
         """Return k_D after over k_D before a change at an effective distance, by Gauss–Newton with drift left free."""
         problem = self.problem
         values, load = problem.values, problem.values["normal_load"]
-        pin = pin_contact(problem.contact, values)
+        pin = problem.pin(values)
         count = len(effective)
         # The disc's wear as without the change: it is small.
         disc = problem.model(np.log(self.coefficient), values)[0][:count] - problem.depth(self.coefficient, values)
@@ -101,7 +100,7 @@ class Shape:
         for _ in range(30):
             k = np.exp(log_k)
             state = pin.worn(load * (k[0] * before + k[1] * after))
-            slopes = load * np.column_stack([k[0] * before, k[1] * after]) / (np.pi * state.radius**2)[:, None]
+            slopes = load * np.column_stack([k[0] * before, k[1] * after]) / state.area[:, None]
             rows = np.column_stack([reading - state.depth, slopes]) * self.root[:, None]
             rows -= free @ (free.T @ rows)
             step, *_ = np.linalg.lstsq(rows[:, 1:], rows[:, 0])

@@ -4,12 +4,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.results import COVERAGE_FACTOR, FrictionFit, WearFit, WearPrediction
 from tribopipe.run import Column, RawRun
 from tribopipe.wear.friction_path import run_path
-from tribopipe.wear.predict import WearScenario
+from tribopipe.wear.predict import KnownPin, WearScenario, known_pin
 
 
 @dataclass(frozen=True)
@@ -23,13 +22,20 @@ class LawCurve:
 
 
 def run_scenario(
-    run: RawRun, law: LawName, coefficient: Quantity, friction: FrictionFit | None, recipe: Recipe
+    run: RawRun, law: LawName, known: KnownPin, friction: FrictionFit | None, recipe: Recipe
 ) -> WearScenario:
     """Return the scenario of a run's own contact, load and friction under a known k_D."""
     conditions = run.manifest.conditions
     path = run_path(run, friction, recipe.wear.friction)
     return WearScenario(
-        run.manifest.pin_on_disc, conditions.normal_load, coefficient, law, path, recipe, conditions.nominal_speed
+        run.manifest.pin_on_disc,
+        conditions.normal_load,
+        known.coefficient,
+        law,
+        path,
+        recipe,
+        conditions.nominal_speed,
+        known.engine,
     )
 
 
@@ -37,12 +43,13 @@ def fitted_curve(
     run: RawRun, fit: WearFit, friction: FrictionFit | None = None, recipe: Recipe | None = None
 ) -> LawCurve | None:
     """Return the fitted law along its run; the band is that of k_D. None where nothing was fitted."""
-    if fit.wear_coefficient is None or fit.interval is None:
+    known = known_pin(fit)
+    if known is None or fit.interval is None:
         return None
-    scenario = run_scenario(run, fit.model, fit.wear_coefficient, friction, recipe or Recipe())
+    scenario = run_scenario(run, fit.model, known, friction, recipe or Recipe())
     depth, lower, upper = (
         replace(scenario, wear_coefficient=k).worn(run.sliding_distance).depth
-        for k in (fit.wear_coefficient, *fit.interval)
+        for k in (known.coefficient, *fit.interval)
     )
     return LawCurve(fit, depth, lower, upper)
 

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from tribopipe.contact.pin_on_disc import pin_contact
 from tribopipe.errors import FitError
 from tribopipe.noise import effective_samples
 from tribopipe.records.quantity import Quantity, wear_coefficient
@@ -51,7 +50,7 @@ def fit_wear(
     recipe = recipe or Recipe()
     problem = wear_problem(corrected, model, friction, recipe)
     if not isinstance(problem, WearProblem):
-        return WearFit(model=model, outcome="not fitted", lacks=problem)
+        return WearFit(model=model, engine=recipe.wear.engine, outcome="not fitted", lacks=problem)
     if len(problem.distance) < _FEWEST_SAMPLES:
         raise FitError(
             f"{corrected.id}: found {len(problem.distance)} samples of depth; expected at least "
@@ -104,6 +103,7 @@ def _assess(problem: WearProblem, model: LawName) -> WearFit:
     residuals = problem.measured(values, np.asarray(coefficient)) - problem.depth(coefficient, values)
     return WearFit(
         model=model,
+        engine=problem.engine,
         outcome="fitted",
         **_first_order(problem, coefficient),
         measured_end_depth=problem.end.pin_depth,
@@ -119,8 +119,8 @@ def _first_order(problem: WearProblem, coefficient: float) -> dict[str, Any]:
     factor = math.exp(min(COVERAGE_FACTOR * relative, _WIDEST))
     end = np.asarray([problem.trace.slid])
     volume = coefficient * problem.unit_volume(problem.values, end)
-    state = pin_contact(problem.contact, problem.values).worn(volume)
-    slope = float((volume / (np.pi * state.radius**2))[0])
+    state = problem.pin(problem.values).worn(volume)
+    slope = float((volume / state.area)[0])
     return {
         "wear_coefficient": Quantity(value=coefficient, unit="m^2/N", standard_uncertainty=coefficient * relative),
         "interval": (wear_coefficient(coefficient / factor), wear_coefficient(coefficient * factor)),

@@ -16,7 +16,6 @@ from typing import Self
 import numpy as np
 from numpy.random import Generator
 
-from tribopipe.contact.pin_on_disc import pin_contact
 from tribopipe.end_values.pin_on_disc import EndWear, end_wear
 from tribopipe.errors import FitError
 from tribopipe.records.quantity import Quantity
@@ -59,10 +58,10 @@ class JointProblem(WearProblem):
     def model(self, log_coefficient: Column, values: Values) -> tuple[Column, Column]:
         """Return wear of pin and disc at each sample and of the pin at each anchor, and slopes against ln k_D, m."""
         volume = np.exp(log_coefficient)[..., None] * self.unit_volume(values, self._row_distance)
-        state = pin_contact(self.contact, values).worn(volume)
+        state = self.pin(values).worn(volume)
         depth = state.depth.copy()
         depth[..., : len(self.distance)] += self.disc_wear(state.radius, values)
-        return depth, volume / (np.pi * state.radius**2)
+        return depth, volume / state.area
 
     @cached_property
     def _row_distance(self) -> Column:
@@ -138,7 +137,7 @@ class JointProblem(WearProblem):
         beside = self.linear[:count] / self.root_weights[:count, None]
         drift = self.offsets_and_drift(coefficient, values, noise) @ beside.T
         volume = np.asarray(coefficient)[..., None] * self.unit_volume(values, self._row_distance)
-        disc = self.disc_wear(pin_contact(self.contact, values).worn(volume).radius, values)
+        disc = self.disc_wear(self.pin(values).worn(volume).radius, values)
         return np.asarray((self.rows(values) + noise)[..., :count] - drift - disc)
 
 
@@ -161,6 +160,7 @@ def joint_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe)
         end=problem.end,
         friction=problem.friction,
         inputs=inputs,
+        engine=problem.engine,
         friction_covariance=problem.friction_covariance,
         weights=np.ones(len(problem.distance)),
         noise=problem.noise,

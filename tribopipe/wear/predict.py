@@ -7,12 +7,13 @@ from typing import Literal
 
 import numpy as np
 
-from tribopipe.contact.pin_on_disc import WornState, pin_contact
+from tribopipe.contact.pin_on_disc import PinContact, WornState
 from tribopipe.errors import FitError
+from tribopipe.local_wear.pin_curve import pin_curve
 from tribopipe.records.manifest import PinOnDisc
 from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import LawName, Recipe
-from tribopipe.records.results import PredictedPoint, WearPrediction
+from tribopipe.records.recipe import LawName, Recipe, WearEngine
+from tribopipe.records.results import PredictedPoint, WearFit, WearPrediction
 from tribopipe.run import Column, Values
 from tribopipe.wear.friction_path import FrictionPath
 from tribopipe.wear.inputs import Input, best_values, contact_inputs, default_notes
@@ -20,6 +21,24 @@ from tribopipe.wear.laws import LAWS
 
 DEFAULT_STEPS = 50_000
 _NOTABLE_STEP_ERROR = 1e-3
+
+
+@dataclass(frozen=True)
+class KnownPin:
+    """k_D of a pin, m²/N, and the engine it was found by: by the other one it gives another depth."""
+
+    coefficient: Quantity
+    engine: WearEngine = "giwm"
+
+    @property
+    def parts(self) -> tuple[Quantity | str, ...]:
+        """Everything that says which it is, for a fingerprint."""
+        return self.coefficient, self.engine
+
+
+def known_pin(fit: WearFit) -> KnownPin | None:
+    """Return k_D of a fit; none where nothing was fitted."""
+    return None if fit.wear_coefficient is None else KnownPin(fit.wear_coefficient, fit.engine)
 
 
 @dataclass(frozen=True)
@@ -36,6 +55,8 @@ class WearScenario:
     friction: FrictionPath | None = None
     recipe: Recipe = field(default_factory=Recipe)
     sliding_speed: Quantity | None = None
+    engine: WearEngine = "giwm"
+    """That k_D was found by."""
 
     @property
     def inputs(self) -> dict[str, Input]:
@@ -53,15 +74,19 @@ class WearScenario:
         effective = LAWS[self.model].effective_distance(distance, self.friction)
         return values["wear_coefficient"] * values["normal_load"] * effective
 
+    def pin(self, values: Values) -> PinContact:
+        """Return the pin's depth against worn volume."""
+        return pin_curve(self.contact, values, self.engine)
+
     def worn(self, distance: Column, values: Values | None = None) -> WornState:
         """Return depth and contact radius at sliding distances in m. Raises ``ContactError`` past the tip."""
         values = values or self.values
-        return pin_contact(self.contact, values).worn(self.volume(distance, values))
+        return self.pin(values).worn(self.volume(distance, values))
 
-    def radius_at(self, depth: Column) -> Column:
-        """Return the contact radius, m, at wear depths in m: the geometry is the same for both schemes (Fig. 2b)."""
-        pin = pin_contact(self.contact, self.values)
-        return pin.worn(pin.volume(depth)).radius
+    def worn_to(self, depth: Column) -> WornState:
+        """Return the pin at wear depths in m: the geometry is the same for both schemes (Fig. 2b)."""
+        pin = self.pin(self.values)
+        return pin.worn(pin.volume(depth))
 
     def depth_uncertainty(self, distance: Column) -> Column:
         """Return the standard uncertainty of the depth, m, to first order (JCGM 100:2008, 5.1.2)."""
@@ -84,7 +109,7 @@ class WearScenario:
         from scipy.optimize import brentq
 
         values = self.values
-        volume = float(pin_contact(self.contact, values).volume(depth))
+        volume = float(self.pin(values).volume(depth))
         wanted = volume / (values["wear_coefficient"] * values["normal_load"])
         law = LAWS[self.model]
         if wanted == 0 or not law.needs_friction:
@@ -105,7 +130,7 @@ def published_curve(scenario: WearScenario, distance: float, steps: int) -> tupl
     grid = np.linspace(0.0, distance, steps + 1)
     factor = LAWS[scenario.model].rate_factor(grid[:-1], scenario.friction)
     volumes = values["wear_coefficient"] * values["normal_load"] * factor * np.diff(grid)
-    return grid, pin_contact(scenario.contact, values).published_depth(volumes)
+    return grid, scenario.pin(values).published_depth(volumes)
 
 
 def predict_wear(
@@ -134,6 +159,7 @@ def predict_wear(
         error = float(depth[farthest] / exact[farthest] - 1) if exact[farthest] else 0.0
     return WearPrediction(
         model=scenario.model,
+        engine=scenario.engine,
         scheme=scheme,
         wear_coefficient=scenario.wear_coefficient,
         reference=reference,
@@ -148,7 +174,7 @@ def predict_wear(
 
 
 def _points(scenario: WearScenario, distance: Column, depth: Column) -> Iterator[PredictedPoint]:
-    spread, radius = scenario.depth_uncertainty(distance), scenario.radius_at(depth)
+    spread, radius = scenario.depth_uncertainty(distance), scenario.worn_to(depth).radius
     for s, h, u, a in zip(distance.tolist(), depth.tolist(), spread.tolist(), radius.tolist(), strict=True):
         yield PredictedPoint(
             sliding_distance=Quantity(value=s, unit="m"),
@@ -165,7 +191,8 @@ def _reached(scenario: WearScenario, depths: Sequence[float]) -> Iterator[Predic
         distance = scenario.distance_at(depth)
         at = np.asarray([distance])
         (point,) = _points(scenario, at, np.asarray([depth]))
-        rate = scenario.wear_coefficient.value * point.pressure.value
+        pressure = scenario.normal_load.value / float(scenario.worn_to(np.asarray(depth)).area)
+        rate = scenario.wear_coefficient.value * pressure
         rate *= float(LAWS[scenario.model].rate_factor(at, scenario.friction)[0])
         spread = (point.wear_depth.standard_uncertainty or 0.0) / rate
         yield point.model_copy(

@@ -1,8 +1,9 @@
 """The wear of one run as a question: which k_D makes the model follow what was measured.
 
-The model depth is h(v) of the pin's master curve with v = k_D·F_N·S(s). k_D is found by weighted least squares on rows
-of measured and modelled depth, for any values of the other inputs, or for thousands of draws of them at once. What is
-fitted linearly beside k_D (zero offsets and drift of a joint fit) is projected out of all rows.
+The model depth is h(v) of the pin's curve, by the GIWM or by local wear, with v = k_D·F_N·S(s). k_D is found by
+weighted least squares on rows of measured and modelled depth, for any values of the other inputs, or for thousands of
+draws of them at once. What is fitted linearly beside k_D (zero offsets and drift of a joint fit) is projected out of
+all rows.
 """
 
 import math
@@ -14,13 +15,14 @@ from typing import Self
 import numpy as np
 from numpy.random import Generator
 
-from tribopipe.contact.pin_on_disc import pin_contact
+from tribopipe.contact.pin_on_disc import PinContact
 from tribopipe.drift import SensorTrace, read_trace
 from tribopipe.end_values.pin_on_disc import EndWear, end_wear
 from tribopipe.errors import FitError
+from tribopipe.local_wear.pin_curve import pin_curve
 from tribopipe.noise import inflation
 from tribopipe.records.manifest import PinOnDisc, RunManifest
-from tribopipe.records.recipe import LawName, Recipe
+from tribopipe.records.recipe import LawName, Recipe, WearEngine
 from tribopipe.records.results import FrictionFit
 from tribopipe.run import Column, CorrectedRun, Numbers, Values
 from tribopipe.wear.friction_path import ExponentialFriction, FrictionPath
@@ -49,6 +51,7 @@ class WearProblem:
     end: EndWear
     friction: FrictionPath | None
     inputs: Mapping[str, Input]
+    engine: WearEngine = "giwm"
     friction_covariance: tuple[tuple[float, ...], ...] | None = None
     """Of (A, b, c), where Eq. 7 is the friction."""
     weights: Column = field(default_factory=lambda: np.ones(1))
@@ -62,6 +65,10 @@ class WearProblem:
     def values(self) -> dict[str, float]:
         """Best estimates of the inputs."""
         return best_values(self.inputs)
+
+    def pin(self, values: Values) -> PinContact:
+        """Return the pin's depth against worn volume."""
+        return pin_curve(self.contact, values, self.engine)
 
     def pin_wear(self, values: Values) -> Column:
         """Return the corrected wear of the pin, m: the sensor's wear times the pin's share by the end values."""
@@ -88,7 +95,7 @@ class WearProblem:
 
     def depth(self, coefficient: Numbers, values: Values, distance: Column | None = None) -> Column:
         """Return the model's wear depth, m, for a k_D in m²/N; at the samples unless told where."""
-        return pin_contact(self.contact, values).worn(coefficient * self.unit_volume(values, distance)).depth
+        return self.pin(values).worn(coefficient * self.unit_volume(values, distance)).depth
 
     def unit_volume(self, values: Values, distance: Column | None = None) -> Column:
         """Return the volume worn at k_D = 1, F_N·S(s)."""
@@ -105,8 +112,8 @@ class WearProblem:
     def model(self, log_coefficient: Column, values: Values) -> tuple[Column, Column]:
         """Return what the model says each row is, and its slope against ln k_D, m."""
         volume = np.exp(log_coefficient)[..., None] * self.unit_volume(values)
-        state = pin_contact(self.contact, values).worn(volume)
-        return state.depth, volume / (np.pi * state.radius**2)
+        state = self.pin(values).worn(volume)
+        return state.depth, volume / state.area
 
     @cached_property
     def root_weights(self) -> Column:
@@ -144,7 +151,7 @@ class WearProblem:
         return np.where(change < tolerance, found, np.nan)
 
     def _search_range(self, values: Values) -> tuple[Column, Column, Column]:
-        pin, unit = pin_contact(self.contact, values), self.unit_volume(values)[..., -1]
+        pin, unit = self.pin(values), self.unit_volume(values)[..., -1]
         worn = np.maximum(self.starting_depth(values), 1e-3 * abs(float(self.end_depth(self.values))))
         start = np.log(_last(pin.volume(worn)) / unit)
         return start, start - _LEAST_LOG_K, np.log(_last(pin.most_volume) / unit) - 1e-12
@@ -254,6 +261,7 @@ def wear_problem(
         end=end,
         friction=known.path,
         inputs=inputs,
+        engine=recipe.wear.engine,
         friction_covariance=known.covariance,
         noise=_sensor_noise(trace, run.sliding_distance[seen], remountings(manifest, run.sliding_distance[seen])),
     )

@@ -283,7 +283,14 @@ def _least_squares(design: Column, rows: Column) -> Column:
 def disc_problem(
     run: RawRun, law: LawName, friction: FrictionFit | None, recipe: Recipe
 ) -> DiscProblem | tuple[str, ...]:
-    """Pose the fit of k₁ and k₂ to a twin-disc run, or say what the run lacks for it."""
+    """Pose the fit of k₁ and k₂ to a twin-disc run, or say what the run lacks for it.
+
+    Raises ``FitError`` where local wear is asked for, which a pin alone is fitted by.
+    """
+    if recipe.wear.engine != "giwm":
+        raise FitError(
+            f"{run.id}: found two discs to fit by local wear; expected a pin; fit discs by the GIWM, --engine giwm"
+        )
     measurements = disc_measurements(run, recipe.uncertainty)
     if not any(one.disc == "curved_disc" for one in measurements):
         return ("an end value of the curved disc (depth, track width or volume)",)

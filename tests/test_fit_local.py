@@ -1,0 +1,235 @@
+"""k_D by local wear: recovered from runs worn locally, held against the GIWM's, and predicted from as it was fitted."""
+
+import json
+from functools import partial
+
+import numpy as np
+import pytest
+from folders import SAMPLES
+from test_identify import CASES, quiet, record
+from test_verdict import SLOW, member_of, study
+from test_verdict import edited as with_manifest
+
+from tribopipe.archive.store import Archive
+from tribopipe.drift import correct_drift
+from tribopipe.errors import ContactError, FitError
+from tribopipe.friction import fit_friction
+from tribopipe.ingest.harmonise import read_run
+from tribopipe.pipeline import archived_fit, fit_archived_wear, predict_archived
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.recipe import MonteCarloRecipe, Recipe, WearRecipe
+from tribopipe.run import RawRun
+from tribopipe.study.engines import compare_engines, engine_notes
+from tribopipe.study.evaluate import evaluate
+from tribopipe.wear.curves import fitted_curve
+from tribopipe.wear.draws import coefficient_draws
+from tribopipe.wear.identify import fit_wear, wear_problem
+from tribopipe.wear.predict import WearScenario, predict_wear
+from tribopipe.wear.problem import WearProblem
+from tribopipe.wear.twin_disc.identify import fit_discs
+
+LIGHT, HEAVY, NITRIDE = "wc-co-water-400mN", "wc-co-water-1600mN", "si3n4-air-200mN"
+FIRST_ORDER = MonteCarloRecipe(significant_digits=0)
+
+
+def recipe(engine: str, correction: str = "two-step", **others: object) -> Recipe:
+    wear = WearRecipe(engine=engine, correction=correction)
+    return Recipe(wear=wear, monte_carlo=FIRST_ORDER).model_copy(update=others)
+
+
+@pytest.fixture
+def locally_worn(monkeypatch):
+    """Record virtual runs whose pins wear by the pressure at each point."""
+    monkeypatch.setattr("tribopipe.simulate.pin_on_disc.WearScenario", partial(WearScenario, engine="local"))
+    return record
+
+
+@pytest.mark.parametrize(
+    ("run_id", "correction", "within"),
+    [(LIGHT, "two-step", 3e-3), (HEAVY, "two-step", 3e-3), (LIGHT, "joint", 1e-4), (NITRIDE, "joint", 1e-4)],
+)
+def test_coefficient_of_local_wear_comes_back(locally_worn, run_id, correction, within):
+    series, run = CASES[run_id]
+    raw = locally_worn(series, run, sensors=quiet() | SLOW, disc_wear_depth=None)
+    how = recipe("local", correction)
+    fit = fit_wear(correct_drift(raw, how), "archard", recipe=how)
+    assert fit.engine == "local"
+    assert fit.wear_coefficient.value == pytest.approx(run.wear_coefficient.value, rel=within)
+    assert fit.fitted_end_depth.value == pytest.approx(fit.measured_end_depth.value, rel=2e-3)
+    curve = fitted_curve(raw, fit, recipe=how)
+    assert curve.wear_depth[-1] == pytest.approx(fit.fitted_end_depth.value, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("run_id", "least", "most"), [(LIGHT, 0.10, 0.20), (HEAVY, 0.14, 0.24), (NITRIDE, -0.01, 0.01)]
+)
+def test_giwm_finds_too_much_where_wear_is_shallow(locally_worn, run_id, least, most):
+    series, run = CASES[run_id]
+    raw = locally_worn(series, run, sensors=quiet() | SLOW)
+    for correction in ("two-step", "joint"):
+        how = recipe("giwm", correction)
+        found = fit_wear(correct_drift(raw, how), "archard", recipe=how).wear_coefficient.value
+        assert least < found / run.wear_coefficient.value - 1 < most
+
+
+def problem_of(raw: RawRun, engine: str) -> WearProblem:
+    how = recipe(engine)
+    problem = wear_problem(correct_drift(raw, how), "archard", None, how)
+    assert isinstance(problem, WearProblem)
+    return problem
+
+
+def test_first_order_sensitivities_are_those_of_refitting(locally_worn):
+    problem = problem_of(locally_worn(*CASES[LIGHT], sensors=SLOW), "local")
+    best = problem.solve(problem.values)
+    for name, given in problem.inputs.items():
+        shifted = {**problem.values, name: problem.values[name] + 0.1 * given.spread}
+        refitted = np.log(problem.solve(shifted) / best) / (0.1 * given.spread)
+        assert problem.sensitivity(name, best) == pytest.approx(refitted, rel=0.1, abs=1e-3 / given.spread)
+
+
+def test_draws_spread_about_the_truth(locally_worn):
+    series, run = CASES[HEAVY]
+    draw = coefficient_draws(problem_of(locally_worn(series, run, sensors=SLOW), "local"))
+    low, high = np.quantile(draw(np.random.Generator(np.random.PCG64(1)), 400), [0.025, 0.975])
+    assert low < run.wear_coefficient.value < high < 2 * run.wear_coefficient.value
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("run_id", [LIGHT, HEAVY])
+def test_intervals_hold_the_truth_as_often_as_they_say(locally_worn, monkeypatch, run_id):
+    monkeypatch.setattr("tribopipe.uncertainty.BLOCK", 1_000)
+    series, run = CASES[run_id]
+    series = series.model_copy(update={"systematic_errors": True})
+    how = Recipe(wear=WearRecipe(engine="local"))
+    held, count = 0, 80
+    for seed in range(count):
+        raw = locally_worn(series, run, seed=50_000 + seed, sensors=SLOW)
+        fit = fit_wear(correct_drift(raw, how), recipe=how)
+        low, high = (end.value for end in fit.interval)
+        held += low <= run.wear_coefficient.value <= high
+    assert held / count == pytest.approx(0.95, abs=3 * np.sqrt(0.95 * 0.05 / count))
+
+
+def scenario(engine: str) -> WearScenario:
+    series, run = CASES[HEAVY]
+    return WearScenario(series.contact, run.normal_load, run.wear_coefficient, engine=engine)
+
+
+def test_prediction_by_local_wear_reaches_the_depth_it_predicts():
+    local, giwm = (predict_wear(scenario(engine), [500.0]) for engine in ("local", "giwm"))
+    depth = local.prediction[0].wear_depth.value
+    assert (local.engine, giwm.engine) == ("local", "giwm")
+    assert depth / giwm.prediction[0].wear_depth.value - 1 == pytest.approx(0.083, abs=0.001)
+    (reached,) = predict_wear(scenario("local"), depths=[depth]).reached
+    assert reached.sliding_distance.value == pytest.approx(500.0, rel=1e-9)
+    assert "local pressure" in str(local)
+    assert "local" not in str(giwm)
+
+
+def test_distance_to_a_depth_is_as_uncertain_as_the_local_rate_has_it():
+    known = scenario("local")
+    known = WearScenario(known.contact, known.normal_load, Quantity(value=7.5e-18, unit="m^2/N"), engine="local")
+    (reached,) = predict_wear(known, depths=[0.5e-6]).reached
+    at = reached.sliding_distance
+    step = np.array([at.value * (1 - 1e-4), at.value * (1 + 1e-4)])
+    rate = float(np.diff(known.worn(step).depth)[0] / np.diff(step)[0])
+    spread = float(known.depth_uncertainty(np.array([at.value]))[0])
+    assert at.standard_uncertainty == pytest.approx(spread / rate, rel=1e-4)
+
+
+def test_euler_steps_of_local_wear_are_refused():
+    with pytest.raises(ContactError, match="exact scheme"):
+        predict_wear(scenario("local"), [500.0], scheme="published", steps=10)
+
+
+def test_discs_are_not_fitted_by_local_wear():
+    run = read_run(SAMPLES / "si3n4-twin-disc-4pct-100k")
+    with pytest.raises(FitError, match="--engine giwm"):
+        fit_discs(run, "archard", fit_friction(run), recipe("local"))
+
+
+@pytest.mark.parametrize("engine", ["giwm", "local"])
+def test_study_says_where_the_engines_differ_and_which_to_trust(locally_worn, engine):
+    posed = member_of(locally_worn(*CASES[HEAVY], sensors=SLOW)).pose("archard", recipe(engine))
+    compared = compare_engines(posed.draw(np.random.Generator(np.random.PCG64(1)), 300, {}))
+    assert compared.trusted == "local"
+    assert 1.1 < compared.giwm.value / compared.local.value < 1.35
+    (note,) = engine_notes(compared)
+    for k in (compared.giwm, compared.local):
+        assert k.shown("mm^3/(N*mm)") in note
+    assert "trust the local one" in note
+
+
+def test_study_is_silent_where_wear_is_deep():
+    posed = member_of(record(*CASES[NITRIDE], sensors=SLOW)).pose("archard", recipe("giwm"))
+    compared = compare_engines(posed.draw(np.random.Generator(np.random.PCG64(1)), 300, {}))
+    assert compared.trusted is None
+    assert compared.local.value == pytest.approx(compared.giwm.value, rel=2e-3)
+    assert engine_notes(compared) == ()
+
+
+def test_study_of_flat_pins_has_nothing_to_compare():
+    raw = record(*CASES[NITRIDE], sensors=SLOW)
+    contact = raw.manifest.contact
+    flat = contact.model_copy(update={"pin": contact.pin.model_copy(update={"shape": "flat"})})
+    ends = raw.manifest.end_values.model_copy(
+        update={"pin_scar_diameter": None, "pin_wear_depth": Quantity(value=2e-5, unit="m")}
+    )
+    posed = member_of(with_manifest(raw, contact=flat, end_values=ends)).pose("archard", recipe("giwm"))
+    assert compare_engines(posed.draw(np.random.Generator(np.random.PCG64(1)), 10, {})) is None
+
+
+def test_study_by_local_wear_records_its_engine(locally_worn, monkeypatch):
+    monkeypatch.setattr("tribopipe.uncertainty.BLOCK", 300)
+    runs = {run_id: member_of(locally_worn(*CASES[run_id], sensors=SLOW)) for run_id in (LIGHT, HEAVY)}
+    how = recipe("local", monte_carlo=MonteCarloRecipe())
+    result = evaluate(study([HEAVY], [LIGHT], laws=["archard"], end_of_life="1 um"), runs, how).result
+    law = result.law("archard")
+    fitted, predicted = law.runs
+    assert law.engine == "local"
+    assert predicted.engines is None
+    assert law.wear_coefficient.value == pytest.approx(fitted.engines.local.value, rel=1e-6)
+    assert predicted.outcome in ("supported", "not decidable")
+    document = json.loads(result.model_dump_json())
+    assert document["laws"][0]["runs"][0]["engines"]["trusted"] == "local"
+
+
+def test_fit_is_done_again_by_another_engine_and_predicted_from_as_it_was_fitted(archive):
+    store, local, giwm = Archive(archive), recipe("local"), recipe("giwm")
+    assert fit_archived_wear(store, NITRIDE, "archard", giwm).status == "done"
+    assert fit_archived_wear(store, NITRIDE, "archard", local).status == "done"
+    assert fit_archived_wear(store, NITRIDE, "archard", local).status == "unchanged"
+    assert archived_fit(store, NITRIDE, "archard").engine == "local"
+    # The recipe does not say by which engine a k_D that is there was found.
+    assert predict_archived(store, NITRIDE, NITRIDE, "archard", giwm).result.engine == "local"
+
+
+def test_command_line_fits_by_either_engine_and_refuses_to_mix_them(archive, run_cli):
+    place, how = ("--archive", archive), archive.parent / "recipe.toml"
+    how.write_text("[monte_carlo]\nsignificant_digits = 0\n", encoding="utf-8")
+    fitted = run_cli("fit", NITRIDE, "--engine", "local", "--recipe", how, "--json", *place)
+    (found,) = json.loads(fitted.stdout)["runs"]
+    assert (fitted.exit_code, found["engine"]) == (0, "local")
+    assert "archard, local pressure: k_D" in fitted.stderr
+    mixed = run_cli("predict", NITRIDE, "--at", "100 m", "--engine", "giwm", *place)
+    assert mixed.exit_code == 1
+    assert "fit again with --engine giwm" in mixed.stderr
+    same = run_cli("predict", NITRIDE, "--at", "100 m", "--json", *place)
+    assert json.loads(same.stdout)["engine"] == "local"
+
+
+def test_given_coefficient_is_taken_by_the_engine_named(run_cli):
+    given = ("--run", SAMPLES / LIGHT, "--wear-coefficient", "0.75e-11 mm^3/(N*mm)", "--at", "500 m", "--json")
+    depths = [
+        json.loads(run_cli("predict", *given, "--engine", engine).stdout)["prediction"][0]["wear_depth"]["value"]
+        for engine in ("local", "giwm")
+    ]
+    assert depths[0] / depths[1] - 1 == pytest.approx(0.061, abs=0.001)
+
+
+def test_engine_of_discs_is_refused_by_predict(run_cli):
+    given = ("--run", SAMPLES / "si3n4-twin-disc-4pct-100k", "--wear-coefficient", "4.6e-12 mm^3/(N*mm)")
+    refused = run_cli("predict", *given, "--at", "1e5", "--engine", "local")
+    assert refused.exit_code == 2
+    assert "two discs are predicted by the GIWM" in refused.stderr
