@@ -4,7 +4,7 @@ A step is skipped where its version, its options and all that it stands on are u
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
@@ -13,19 +13,21 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from tribopipe.archive.digest import digest
-from tribopipe.archive.steps import PREDICTIONS, STEPS, WEAR_FITS, Step, StepName
+from tribopipe.archive.local_wear import local_wear_tables
+from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, STEPS, WEAR_FITS, Step, StepName, Table
 from tribopipe.archive.store import Archive
 from tribopipe.checks.registry import check_run, refuse_errors
 from tribopipe.clean_up.cleaning import clean_run
 from tribopipe.drift import correct_drift
 from tribopipe.end_values.specific_wear import specific_wear
-from tribopipe.errors import ManifestError, TribopipeError
+from tribopipe.errors import FitError, ManifestError, TribopipeError
 from tribopipe.files import natural_order
 from tribopipe.friction import fit_friction
 from tribopipe.ingest.harmonise import read_run
 from tribopipe.records.base import Record
 from tribopipe.records.disc_results import TwinDiscFit
 from tribopipe.records.finding import Finding
+from tribopipe.records.local_wear import LocalWearResult
 from tribopipe.records.manifest import MANIFEST_NAME, TwinDisc, manifest_path
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName, Recipe
@@ -35,18 +37,31 @@ from tribopipe.run import Column, CorrectedRun
 from tribopipe.study.bodies import bodies, severity
 from tribopipe.version import VERSION
 from tribopipe.wear.curves import LawCurve, fitted_curve, predicted_curve, run_scenario
-from tribopipe.wear.friction_path import fitted_path
+from tribopipe.wear.friction_path import fitted_path, run_path
 from tribopipe.wear.identify import fit_wear
-from tribopipe.wear.predict import predict_wear
+from tribopipe.wear.local import LocalOptions, archards_discs, default_places, local_scenario, wear_locally
+from tribopipe.wear.predict import KnownPin, known_pin, predict_wear
 from tribopipe.wear.twin_disc.curves import OUTCOMES, DiscCurves, disc_scenario, fitted_discs, predicted_discs
 from tribopipe.wear.twin_disc.identify import fit_discs
 from tribopipe.wear.twin_disc.predict import KnownDiscs, known_discs, predict_discs
 
 Stage = Literal[
-    "ingest", "clean_up", "drift_correction", "friction_fit", "specific_wear", "wear_fit", "prediction", "study"
+    "ingest",
+    "clean_up",
+    "drift_correction",
+    "friction_fit",
+    "specific_wear",
+    "wear_fit",
+    "prediction",
+    "local_wear",
+    "study",
 ]
 Status = Literal["done", "unchanged", "failed"]
 Curves = Mapping[str, tuple[Column, str]]
+Found = tuple[Record, Curves] | tuple[Record, Curves, Mapping[str, Table]]
+"""Result of a step, its curves over the samples of the run, and its tables over other axes where it has some."""
+_APART = 0.01
+"""How far off the GIWM may be before its k_D is called another than that of local wear."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +92,7 @@ class _Advance(NamedTuple):
 
     name: StepName
     options: Mapping[str, Any]
-    compute: Callable[[], tuple[Record, Curves]]
+    compute: Callable[[], Found]
     inputs: Sequence[str] = ()
 
 
@@ -170,7 +185,11 @@ def fit_archived_wear(archive: Archive, run_id: str, law: LawName, recipe: Recip
         return fit, _law_curves(fitted_curve(corrected.run, fit, friction, recipe))
 
     options = {
-        "wear": {"friction": recipe.wear.friction, "correction": recipe.wear.correction},
+        "wear": {
+            "engine": recipe.wear.engine,
+            "friction": recipe.wear.friction,
+            "correction": recipe.wear.correction,
+        },
         "drift": _told(recipe.drift),
         "uncertainty": _told(recipe.uncertainty),
         "monte_carlo": _told(recipe.monte_carlo),
@@ -208,7 +227,7 @@ def predict_archived(
 ) -> Outcome:
     """Predict a run's wear from the k_D of another run, over the run's own distance, and archive the prediction."""
     fit = archived_fit(archive, reference, law)
-    known = known_discs(fit) if isinstance(fit, TwinDiscFit) else fit.wear_coefficient
+    known = known_discs(fit) if isinstance(fit, TwinDiscFit) else known_pin(fit)
     if known is None:
         raise TribopipeError(
             f"{reference}: found no wear coefficient to predict from; it lacks {' and '.join(fit.lacks)}"
@@ -221,7 +240,7 @@ def predict_with(
     run_id: str,
     reference: str,
     law: LawName,
-    coefficient: Quantity | KnownDiscs,
+    known: KnownPin | KnownDiscs,
     recipe: Recipe,
     *,
     force: bool = False,
@@ -232,22 +251,82 @@ def predict_with(
 
     def compute() -> tuple[Record, Curves]:
         run, friction = archive.cleaned(run_id), archived_friction(archive, run_id)
-        if isinstance(coefficient, KnownDiscs):
-            discs = disc_scenario(run, law, coefficient, friction, recipe)
+        if isinstance(known, KnownDiscs):
+            discs = disc_scenario(run, law, known, friction, recipe)
             pair = predict_discs(discs, [float(np.nanmax(run.columns["rotations"]))], reference=reference)
             return pair, _disc_curves(predicted_discs(run, discs, pair))
-        scenario = run_scenario(run, law, coefficient, friction, recipe)
+        scenario = run_scenario(run, law, known, friction, recipe)
         result = predict_wear(scenario, [float(np.nanmax(run.sliding_distance))], reference=reference)
         return result, _law_curves(predicted_curve(run, scenario, result))
 
-    known = coefficient.parts if isinstance(coefficient, KnownDiscs) else (coefficient,)
     options = {
         "reference": reference,
         "wear": {"friction": recipe.wear.friction},
         "uncertainty": _told(recipe.uncertainty),
     }
-    step = _Advance(PREDICTIONS[law], options, compute, [digest(*known)])
+    step = _Advance(PREDICTIONS[law], options, compute, [digest(*known.parts)])
     return _advance(archive, run_id, step, "prediction", force=force)
+
+
+def wear_archived_locally(
+    archive: Archive,
+    run_id: str,
+    law: LawName,
+    recipe: Recipe,
+    how: LocalOptions,
+    *,
+    coefficients: Sequence[Quantity] = (),
+    at: Sequence[float] = (),
+    force: bool = False,
+) -> Outcome:
+    """Wear a run locally to places ``at``, m or rotations, or over its own course, and archive it with its fields.
+
+    k_D is the one its fit under the law found, unless ``coefficients`` are given: of the pin, or of the curved and the
+    flat disc as Archard's law has them. Raises ``FitError`` where neither is there.
+    """
+    if "clean_up" not in archive.step_names(run_id):
+        clean_archived(archive, run_id, recipe)
+    known = coefficients or archived_coefficients(archive, run_id, law)
+
+    def compute() -> Found:
+        run = archive.cleaned(run_id)
+        path = run_path(run, archived_friction(archive, run_id), recipe.wear.friction)
+        end = float(np.nanmax(run.columns["rotations"] if run.manifest.rolls else run.sliding_distance))
+        scenario = local_scenario(run.manifest, known, law, path, recipe)
+        reference = None if coefficients else run_id
+        curves = wear_locally(scenario, at or default_places(end), how, reference=reference)
+        fit = None if coefficients else archive.result(run_id, WEAR_FITS[law], Record)
+        return curves.result.told(_engine_notes(fit, curves.result)), {}, local_wear_tables(curves)
+
+    options = {"local_wear": asdict(how), "at": list(at), "wear": {"friction": recipe.wear.friction}}
+    step = _Advance(LOCAL_WEAR[law], options, compute, [digest(*known)])
+    return _advance(archive, run_id, step, "local_wear", force=force)
+
+
+def archived_coefficients(archive: Archive, run_id: str, law: LawName) -> list[Quantity]:
+    """Return k_D of a run as its fit found it, of discs both as Archard's law has them.
+
+    Raises ``FitError`` where nothing was fitted.
+    """
+    fit = archive.result(run_id, WEAR_FITS[law], Record)
+    if isinstance(fit, TwinDiscFit) and (discs := archards_discs(fit)) is not None:
+        return [discs.curved, discs.flat]
+    if isinstance(fit, WearFit) and fit.wear_coefficient is not None:
+        return [fit.wear_coefficient]
+    raise FitError(
+        f"{run_id}: found no k_D under {law} in the archive; expected one to wear the run by; run `tribopipe fit "
+        f'--law {law} {run_id}`, or give one, --wear-coefficient "13.5e-9 mm^3/(N*mm)"'
+    )
+
+
+def _engine_notes(fit: Record | None, worn: LocalWearResult) -> Iterator[str]:
+    """Say of a k_D by the GIWM that local wear has another, where the two depths differ."""
+    apart = worn.points[-1].difference
+    if isinstance(fit, WearFit) and fit.engine == "giwm" and apart is not None and abs(apart) > _APART:
+        yield (
+            f"k_D was identified by the GIWM, whose depth is {abs(apart):.1%} off here; "
+            "`tribopipe fit --engine local` finds that of local wear"
+        )
 
 
 def process(
@@ -374,9 +453,9 @@ def _advance(
     if there is not None and there.inputs == inputs and not force:
         return Outcome(run_id, stage, "unchanged", archive.result(run_id, step.name, Record))
     try:
-        result, curves = step.compute()
+        result, *arrays = step.compute()
     except TribopipeError as error:
         raise error if run_id in str(error) else type(error)(f"{run_id}: {error}") from None
     date = datetime.now(UTC).isoformat(timespec="seconds")
-    archive.put_step(run_id, Step(step.name, result, inputs, step.options, VERSION, date, curves))
+    archive.put_step(run_id, Step(step.name, result, inputs, step.options, VERSION, date, *arrays))
     return Outcome(run_id, stage, "done", result)

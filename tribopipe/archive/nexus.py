@@ -27,7 +27,7 @@ def field(parent: h5py.Group, name: str, value: Any, unit: str | None = None, **
     options: dict[str, Any] = {}
     if isinstance(value, np.ndarray) and value.dtype != object and value.size >= _COMPRESSED_FROM:
         options = {
-            "chunks": (min(_CHUNK, len(value)),),
+            "chunks": (min(len(value), max(1, _CHUNK * len(value) // value.size)), *value.shape[1:]),
             "compression": "gzip",
             "compression_opts": 4,
             "shuffle": True,

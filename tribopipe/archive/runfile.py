@@ -13,20 +13,22 @@
   clean_up               NXprocess as those below; data are the columns that differ from the raw ones
   drift_correction, friction_fit, specific_wear, wear_fit_<law>, prediction_<law>
                          NXprocess: program, version, date, parameters, result (JSON) and data
+  local_wear_<law>       NXprocess as those above; course and fields are NXdata over sliding distance or rotations,
+                         fields over the places of the surface besides
   wear                   NXdata: the corrected wear of the pin beside the fitted laws, for viewers
   marks                  NXnote: JSON; who marked the run bad, or took that back, when and why
 """
 
 import json
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 
 import h5py
 import numpy as np
 
 from tribopipe.archive import nexus
 from tribopipe.archive.digest import raw_digest
-from tribopipe.archive.steps import STEPS, WEAR_FITS, Fingerprints, Step, StepName
+from tribopipe.archive.steps import STEPS, WEAR_FITS, Fingerprints, Step, StepName, Table
 from tribopipe.clean_up.cleaning import with_cleaned
 from tribopipe.errors import ArchiveError
 from tribopipe.records.base import Record
@@ -200,6 +202,8 @@ def write_step(entry: h5py.Group, step: Step) -> None:
     nexus.summary(nexus.group(process, "parameters", "NXparameters"), step.result)
     if step.curves:
         _write_curves(process, step)
+    for name, table in step.tables.items():
+        _write_table(process, name, table)
 
 
 def _write_curves(process: h5py.Group, step: Step) -> None:
@@ -209,6 +213,32 @@ def _write_curves(process: h5py.Group, step: Step) -> None:
         data.attrs["auxiliary_signals"] = others
     for name, (values, unit) in step.curves.items():
         nexus.field(data, name, values, unit)
+
+
+def _write_table(process: h5py.Group, name: str, table: Table) -> None:
+    first, *others = table.arrays
+    data = nexus.group(process, name, "NXdata", signal=first, axes=list(table.axes))
+    if others:
+        data.attrs["auxiliary_signals"] = others
+    for place, axis in enumerate(table.axes):
+        data.attrs[f"{axis}_indices"] = place
+    for arrays in table:
+        for array, (values, unit) in arrays.items():
+            nexus.field(data, array, values, unit)
+
+
+def _read_tables(process: h5py.Group) -> Iterator[tuple[str, Table]]:
+    for name, data in process.items():
+        if data.attrs.get("NX_class") == "NXdata" and name != "data":
+            yield name, Table(_read_arrays(data, data.attrs["axes"]), _read_arrays(data, _signals(data)))
+
+
+def _signals(data: h5py.Group) -> list[str]:
+    return [data.attrs["signal"], *data.attrs.get("auxiliary_signals", [])]
+
+
+def _read_arrays(data: h5py.Group, names: Iterable[str]) -> dict[str, tuple[Column, str]]:
+    return {str(name): (nexus.floats(data, name), str(data[name].attrs["units"])) for name in names}
 
 
 def _against_axis(parent: h5py.Group, name: str, signal: str, own: Collection[str] = ()) -> h5py.Group:
@@ -247,11 +277,6 @@ def read_step(entry: h5py.Group, name: StepName) -> Step | None:
     if name not in entry:
         return None
     process = entry[name]
-    curves = {}
-    if "data" in process:
-        data = process["data"]
-        order = [data.attrs["signal"], *data.attrs.get("auxiliary_signals", [])]
-        curves = {str(curve): (nexus.floats(data, curve), str(data[curve].attrs["units"])) for curve in order}
     return Step(
         name=name,
         result=STEPS[name].parse(nexus.text(process, "result/data")),
@@ -259,7 +284,8 @@ def read_step(entry: h5py.Group, name: StepName) -> Step | None:
         options=json.loads(nexus.text(process, "options/data")),
         program_version=nexus.text(process, "version"),
         date=nexus.text(process, "date"),
-        curves=curves,
+        curves=_read_arrays(process["data"], _signals(process["data"])) if "data" in process else {},
+        tables=dict(_read_tables(process)),
     )
 
 

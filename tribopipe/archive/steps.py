@@ -12,6 +12,7 @@ from tribopipe.archive.digest import digest
 from tribopipe.records.base import Record
 from tribopipe.records.clean_up import CleanUp
 from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction
+from tribopipe.records.local_wear import LocalWearResult
 from tribopipe.records.recipe import LawName
 from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
 from tribopipe.records.specific_wear import SpecificWear
@@ -26,6 +27,8 @@ StepName = Literal[
     "wear_fit_sarkar",
     "prediction_archard",
     "prediction_sarkar",
+    "local_wear_archard",
+    "local_wear_sarkar",
 ]
 
 
@@ -51,10 +54,13 @@ STEPS: dict[StepName, StepKind] = {
     "wear_fit_sarkar": StepKind(_FITS, ("clean_up", "drift_correction", "friction_fit")),
     "prediction_archard": StepKind(_PREDICTIONS, ("clean_up",)),
     "prediction_sarkar": StepKind(_PREDICTIONS, ("clean_up", "friction_fit")),
+    "local_wear_archard": StepKind((LocalWearResult,), ("clean_up", "wear_fit_archard")),
+    "local_wear_sarkar": StepKind((LocalWearResult,), ("clean_up", "friction_fit", "wear_fit_sarkar")),
 }
 
 WEAR_FITS: dict[LawName, StepName] = {"archard": "wear_fit_archard", "sarkar": "wear_fit_sarkar"}
 PREDICTIONS: dict[LawName, StepName] = {"archard": "prediction_archard", "sarkar": "prediction_sarkar"}
+LOCAL_WEAR: dict[LawName, StepName] = {"archard": "local_wear_archard", "sarkar": "local_wear_sarkar"}
 
 
 class Fingerprints(NamedTuple):
@@ -64,9 +70,17 @@ class Fingerprints(NamedTuple):
     result: str
 
 
+class Table(NamedTuple):
+    """Arrays over axes of their own rather than the samples of a run, each with its SI unit."""
+
+    axes: Mapping[str, tuple[Column, str]]
+    """One for each dimension of the arrays, in their order."""
+    arrays: Mapping[str, tuple[Column, str]]
+
+
 @dataclass(frozen=True)
 class Step:
-    """One step of one run: its result, its curves, and the fingerprint of all it was made from."""
+    """One step of one run: its result, its curves and tables, and the fingerprint of all it was made from."""
 
     name: StepName
     result: Record
@@ -79,12 +93,15 @@ class Step:
     """When it was done, ISO 8601."""
     curves: Mapping[str, tuple[Column, str]] = field(default_factory=dict)
     """Arrays over the samples of the run, with their SI unit."""
+    tables: Mapping[str, Table] = field(default_factory=dict)
+    """Arrays over other axes."""
 
     @property
     def result_sha256(self) -> str:
         """Fingerprint of what the step found."""
-        arrays = [part for name, (values, unit) in self.curves.items() for part in (name, unit, values)]
-        return digest(self.result, *arrays)
+        kept = [self.curves, *(arrays for table in self.tables.values() for arrays in table)]
+        parts = [part for arrays in kept for name, (values, unit) in arrays.items() for part in (name, unit, values)]
+        return digest(self.result, *parts)
 
 
 def downstream(name: StepName) -> set[StepName]:

@@ -84,6 +84,8 @@ _SHORT: "dict[StepName, str]" = {
     "wear_fit_sarkar": "Sarkar",
     "prediction_archard": "predicted by Archard",
     "prediction_sarkar": "predicted by Sarkar",
+    "local_wear_archard": "local wear by Archard",
+    "local_wear_sarkar": "local wear by Sarkar",
 }
 
 

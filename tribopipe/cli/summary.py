@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from tribopipe.archive.steps import PREDICTIONS, WEAR_FITS, Step, StepName
+from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, Step, StepName
 from tribopipe.archive.store import Archive
 from tribopipe.cli.output import record_json, split_table, table
 from tribopipe.motion import slip
@@ -29,6 +29,7 @@ def run_summary(archive: Archive, run_id: str) -> dict[str, Any]:
         "specific_wear": record_json(_result(steps, "specific_wear")),
         "wear_fits": {law: record_json(_result(steps, name)) for law, name in WEAR_FITS.items()},
         "predictions": {law: record_json(_result(steps, name)) for law, name in PREDICTIONS.items()},
+        "local_wear": {law: record_json(_result(steps, name)) for law, name in LOCAL_WEAR.items()},
     }
 
 

@@ -10,6 +10,7 @@ from tribopipe.records.clean_up import CleanUp
 from tribopipe.records.design import Design
 from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction
 from tribopipe.records.disc_verdict import TwinDiscStudyResult
+from tribopipe.records.local_wear import LocalWearResult
 from tribopipe.records.manifest import RunManifest
 from tribopipe.records.plan import Plan, Truth, TwinDiscTruth
 from tribopipe.records.reader_profile import ReaderProfile
@@ -34,6 +35,7 @@ SCHEMAS: dict[str, type[Record]] = {
     "specific-wear": SpecificWear,
     "wear-fit": WearFit,
     "wear-prediction": WearPrediction,
+    "local-wear": LocalWearResult,
     "study-result": StudyResult,
     "twin-disc-truth": TwinDiscTruth,
     "twin-disc-fit": TwinDiscFit,

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tribopipe.archive.steps import PREDICTIONS, WEAR_FITS, Step, StepName
+from tribopipe.archive.local_wear import archived_local_wear
+from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, Step, StepName
 from tribopipe.archive.store import Archive
 from tribopipe.pipeline import archived_correction, archived_friction
 from tribopipe.records.clean_up import CleanUp
@@ -13,6 +14,7 @@ from tribopipe.records.results import WearFit, WearPrediction
 from tribopipe.report.clean_up_figures import changed_signals, plot_clean_up
 from tribopipe.report.disc_figures import plot_disc_contact, plot_disc_wear
 from tribopipe.report.figures import plot_depth, plot_friction, plot_wear, save_figure
+from tribopipe.report.local_wear_figures import local_wear_figures
 from tribopipe.run import CorrectedRun, RawRun
 from tribopipe.wear.curves import LawCurve
 from tribopipe.wear.twin_disc.curves import OUTCOMES, DiscBand, DiscCurves
@@ -21,11 +23,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FOLDER = "figures"
-_DRAWN = ("depth", "friction", "clean-up", "wear", "contact")
+_DRAWN = ("depth", "friction", "clean-up", "wear", "contact", "local-wear", "local-pressure")
 
 
 def save_run_figures(archive: Archive, run_id: str, suffix: str = ".png") -> list[Path]:
-    """Draw what a run has: depth, friction, what clean-up changed, wear, and the contact of two discs.
+    """Draw what a run has: depth, friction, what clean-up changed, wear, the contact of two discs, and local wear.
 
     Return the files written, <archive>/figures/<id>-<what>.png; one that was drawn before of what the run no longer
     has is deleted.
@@ -41,8 +43,9 @@ def save_run_figures(archive: Archive, run_id: str, suffix: str = ".png") -> lis
         figures["depth"] = plot_depth(corrected, clean_up)
     if friction is not None and friction.outcome != "none":
         figures["friction"] = plot_friction(corrected.run, friction, clean_up)
+    steps = archive.steps(run_id)
     draw_wear = _disc_figures if corrected.run.manifest.rolls else _pin_figures
-    figures |= draw_wear(corrected, archive.steps(run_id))
+    figures |= draw_wear(corrected, steps) | _local_figures(steps, run_id)
     paths = {what: archive.folder / FOLDER / f"{run_id}-{what}{suffix}" for what in _DRAWN}
     for what, path in paths.items():
         if what in figures:
@@ -78,6 +81,12 @@ def _disc_figures(corrected: CorrectedRun, steps: Mapping[StepName, Step]) -> "d
         "wear": plot_disc_wear(corrected.run, fits, predictions),
         "contact": plot_disc_contact(corrected, fits[0]),
     }
+
+
+def _local_figures(steps: Mapping[StepName, Step], run_id: str) -> "dict[str, Figure]":
+    """Draw local wear by the first law under which it was computed."""
+    found = (archived_local_wear(steps.get(name)) for name in LOCAL_WEAR.values())
+    return next((local_wear_figures(curves, run_id) for curves in found if curves is not None), {})
 
 
 def _curve(step: Step | None) -> LawCurve | None:

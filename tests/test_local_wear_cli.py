@@ -1,0 +1,224 @@
+"""`tribopipe local-wear`: known depths, run folders and archived runs, and what is refused in one sentence."""
+
+import json
+import math
+
+import pytest
+from folders import SAMPLES
+
+PIN, DISCS = "si3n4-air-200mN", "si3n4-twin-disc-10pct-1000k-a"
+K_D = "13.5e-9 mm^3/(N*mm)"
+GIVEN = ("--wear-coefficient", K_D)
+DEPTHS = {0.1: 0.32352, 1.0: 1.03758, 10.0: 3.29059, 100.0: 10.42579, 500.0: 23.37819}
+"""Depth, µm, at sliding distances, m, of Si3N4 under 200 mN with that k_D."""
+TABLE_3 = {1e5: 0.07280, 1e6: 0.39241, 2e6: 0.62771}
+"""Depth, µm, after rotations of slip, of the discs of the paper's Table 3 with radii of 4 mm."""
+ZIRCONIA = """
+material = "ZrO2"
+youngs_modulus = "152 GPa"
+poisson_ratio = 0.32
+rolling_radius = "4 mm"
+"""
+TABLE_3_TOML = f"""
+schema = "tribopipe.run/1"
+id = "table-3"
+[contact]
+kind = "twin-disc"
+[contact.curved_disc]
+crown_radius = "4 mm"
+{ZIRCONIA}
+[contact.flat_disc]
+{ZIRCONIA}
+[conditions]
+normal_load = "0.3 N"
+slip = "10 %"
+[[signals]]
+file = "signals.csv"
+"""
+
+
+def runs_of(result) -> list[dict]:
+    assert result.exit_code == 0, result.stderr
+    return json.loads(result.stdout)["runs"]
+
+
+def micrometres(quantity) -> float:
+    assert quantity["unit"] == "m"
+    return quantity["value"] * 1e6
+
+
+# --- a run folder ---
+
+
+@pytest.fixture(scope="module")
+def pin_points():
+    """Points of the sample run by the API, with the last of them at its end."""
+    from tribopipe.records.manifest import read_manifest
+    from tribopipe.records.quantity import Quantity
+    from tribopipe.wear.local import default_places, local_scenario, wear_locally
+
+    manifest, _ = read_manifest(SAMPLES / PIN / "run.toml")
+    coefficient = Quantity(value=13.5e-15, unit="m^2/N")
+    return wear_locally(local_scenario(manifest, [coefficient]), default_places(500.0)).result.points
+
+
+def test_pin_folder_wears_as_deep_as_the_issue_says(run_cli):
+    places = [word for distance in DEPTHS for word in ("--at", f"{distance} m")]
+    (run,) = runs_of(run_cli("local-wear", SAMPLES / PIN, *GIVEN, *places, "--json"))
+    assert (run["id"], run["engine"], run["scheme"], run["reference"]) == (PIN, "rings", "implicit", None)
+    for point, (distance, depth) in zip(run["points"], DEPTHS.items(), strict=True):
+        assert point["sliding_distance"]["value"] == distance
+        assert micrometres(point["wear_depth"]) == pytest.approx(depth, rel=1e-3)
+        assert point["wear_volume"]["value"] == pytest.approx(13.5e-15 * 0.2 * distance, rel=1e-9)
+
+
+def test_giwm_comes_nearer_as_the_pin_wears(pin_points):
+    differences = [point.difference for point in pin_points]
+    assert [point.sliding_distance.value for point in pin_points] == [0.01, 0.1, 1.0, 10.0, 100.0, 500.0]
+    assert differences == sorted(differences, reverse=True)
+    assert differences[0] > 0.4
+    assert 0 < differences[-1] < 1e-3
+
+
+def test_pressure_of_a_worn_pin_is_even(pin_points):
+    first, last = pin_points[0], pin_points[-1]
+    assert first.middle_pressure.value > 1.25 * first.mean_pressure.value
+    assert last.mean_pressure.value == pytest.approx(0.2 / (math.pi * last.contact_radius.value**2))
+    assert last.middle_pressure.value == pytest.approx(last.mean_pressure.value, rel=0.15)
+
+
+@pytest.mark.slow
+def test_explicit_steps_end_where_implicit_ones_do(run_cli):
+    (run,) = runs_of(run_cli("local-wear", SAMPLES / PIN, *GIVEN, "--at", "1 m", "--scheme", "explicit", "--json"))
+    assert micrometres(run["points"][0]["wear_depth"]) == pytest.approx(DEPTHS[1.0], rel=2e-3)
+
+
+def test_explicit_steps_beyond_what_can_be_waited_for_are_refused(run_cli, monkeypatch):
+    monkeypatch.setattr("tribopipe.local_wear.course._MOST_EXPLICIT_STEPS", 100)
+    result = run_cli("local-wear", SAMPLES / PIN, *GIVEN, "--scheme", "explicit")
+    assert result.exit_code == 1
+    assert "take the implicit scheme" in result.stderr
+    assert result.stderr.count("error: ") == 1
+
+
+@pytest.mark.slow
+def test_discs_of_table_3_wear_as_deep_as_the_issue_says(run_cli, tmp_path):
+    (tmp_path / "run.toml").write_text(TABLE_3_TOML, encoding="utf-8")
+    places = [word for turns in TABLE_3 for word in ("--at", f"{10 * turns:g}")]
+    given = ("--wear-coefficient", "1e-10 mm^3/(N*mm)")
+    (run,) = runs_of(run_cli("local-wear", tmp_path, *given, *places, "--steps-per-decade", 16, "--json"))
+    assert run["engine"] == "half-space"
+    for point, (turns, depth) in zip(run["points"], TABLE_3.items(), strict=True):
+        assert point["slip_rotations"]["value"] == pytest.approx(turns)
+        assert micrometres(point["wear_depth"]) == pytest.approx(depth, rel=5e-3)
+        assert point["flat_disc_wear_depth"]["value"] == 0
+        area = 1e-16 * turns * 0.3
+        assert point["curved_disc_wear_volume"]["value"] == pytest.approx(2 * math.pi * 4e-3 * area, rel=1e-9)
+    widths, lengths = ([point[half]["value"] for point in run["points"]] for half in ("half_width", "half_length"))
+    assert widths == sorted(widths)
+    assert lengths == sorted(lengths, reverse=True)
+
+
+def test_discs_share_wear_by_their_coefficients(run_cli):
+    given = ("--wear-coefficient", "4e-9 mm^3/(N*mm)", "--wear-coefficient", "2e-9 mm^3/(N*mm)")
+    (run,) = runs_of(run_cli("local-wear", SAMPLES / DISCS, *given, "--at", "1e4", "--steps-per-decade", 4, "--json"))
+    (point,) = run["points"]
+    assert point["curved_disc_wear_depth"]["value"] == pytest.approx(2 * point["flat_disc_wear_depth"]["value"])
+    assert run["flat_disc_wear_coefficient"]["value"] == pytest.approx(2e-15)
+
+
+def test_sarkars_law_wears_more_than_archards(run_cli):
+    ends = [
+        runs_of(run_cli("local-wear", SAMPLES / PIN, *GIVEN, "--law", law, "--at", "100 m", "--json"))[0]["points"][0]
+        for law in ("archard", "sarkar")
+    ]
+    assert ends[1]["wear_volume"]["value"] > 1.2 * ends[0]["wear_volume"]["value"]
+
+
+# --- archived runs ---
+
+
+def test_archived_run_wears_by_its_own_k_d_over_its_own_course(run_cli, archive):
+    (run,) = runs_of(run_cli("local-wear", PIN, "--archive", archive, "--json"))
+    assert run["reference"] == PIN
+    assert [point["sliding_distance"]["value"] for point in run["points"]] == pytest.approx(
+        [0.001, 0.01, 0.1, 1, 10, 50]
+    )
+    again = run_cli("local-wear", "--archive", archive)
+    assert "local wear unchanged, nothing to do" in again.stderr
+    assert "unchanged" not in run_cli("local-wear", "--archive", archive, "--force").stderr
+    assert "unchanged" not in run_cli("local-wear", "--archive", archive, "--at", "20 m").stderr
+
+
+def test_show_and_ls_tell_it(run_cli, archive):
+    run_cli("local-wear", "--law", "sarkar", "--archive", archive)
+    shown = run_cli("show", PIN, "--archive", archive).stderr
+    assert "local_wear_sarkar" in shown
+    assert "sarkar, rings, implicit: k_D = " in shown
+    assert "local wear by Sarkar" in run_cli("ls", "--archive", archive).stderr
+    document = json.loads(run_cli("show", PIN, "--archive", archive, "--json").stdout)
+    assert document["local_wear"]["archard"] is None
+    assert document["local_wear"]["sarkar"]["model"] == "sarkar"
+
+
+def test_figures_are_saved_where_asked(run_cli, archive, tmp_path):
+    folder = tmp_path / "drawn"
+    told = run_cli("local-wear", PIN, "--archive", archive, "--at", "1 m", "--figures", folder)
+    assert told.exit_code == 0
+    assert str(folder / f"{PIN}-local-wear.png") in told.stderr
+    assert sorted(path.name for path in folder.iterdir()) == [f"{PIN}-local-pressure.png", f"{PIN}-local-wear.png"]
+
+
+# --- what is refused ---
+
+
+def said(result, exit_code=1) -> str:
+    assert result.exit_code == exit_code
+    assert result.stdout == ""
+    assert "Traceback" not in result.stderr
+    return result.stderr
+
+
+def test_folder_without_k_d_says_what_to_do(run_cli):
+    told = said(run_cli("local-wear", SAMPLES / PIN))
+    assert '--wear-coefficient "13.5e-9 mm^3/(N*mm)"' in told
+
+
+def test_archived_run_without_k_d_says_what_to_do(run_cli, sample_run, tmp_path):
+    run_cli("ingest", sample_run, cwd=tmp_path)
+    told = said(run_cli("local-wear", cwd=tmp_path))
+    assert "run `tribopipe fit --law archard" in told
+    assert "--wear-coefficient" in told
+    assert run_cli("local-wear", *GIVEN, cwd=tmp_path).exit_code == 0
+
+
+def test_discs_have_no_rings(run_cli):
+    told = said(run_cli("local-wear", SAMPLES / DISCS, *GIVEN, "--engine", "rings"))
+    assert "found the engine 'rings' for two discs; expected half-space or fe" in told
+
+
+def test_one_that_fails_does_not_stop_the_others(run_cli):
+    told = said(run_cli("local-wear", SAMPLES / PIN, SAMPLES / DISCS, *GIVEN, "--engine", "rings"), exit_code=3)
+    assert "500 m: " in told
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--at", "5"), "expected a distance"),
+        (("--at", "1 m", "--wear-coefficient", K_D), "found 2 wear coefficients"),
+        (("--at", "0 m"), "expected some, all above zero"),
+        (("--at", "1 m", "--wear-coefficient", "1 m"), "--wear-coefficient"),
+        (("--at", "1e9 m"), "more than the tip holds"),
+    ],
+)
+def test_impossible_wishes_are_one_sentence(run_cli, arguments, words):
+    told = said(run_cli("local-wear", SAMPLES / PIN, *GIVEN, *arguments))
+    assert words in told
+    assert told.count("error: ") == 1
+
+
+def test_run_without_an_end_asks_for_a_place(run_cli, tmp_path):
+    (tmp_path / "run.toml").write_text(TABLE_3_TOML, encoding="utf-8")
+    told = said(run_cli("local-wear", tmp_path, *GIVEN))
+    assert '--at "1e6"' in told

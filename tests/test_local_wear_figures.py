@@ -1,0 +1,142 @@
+"""Figures of local wear hold what they should, fit on paper, and are kept beside the archive."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from local_wear_runs import DISCS, PIN, disc_curves, pin_curves
+from test_disc_figures import assert_printable
+
+from tribopipe.archive.store import Archive
+from tribopipe.pipeline import wear_archived_locally
+from tribopipe.records.recipe import Recipe
+from tribopipe.report.archived import save_run_figures
+from tribopipe.report.local_wear_figures import (
+    EngineCurve,
+    plot_engines,
+    plot_local_discs,
+    plot_local_pin,
+    plot_pin_profiles,
+    plot_pressure_maps,
+    save_local_wear_figures,
+)
+from tribopipe.wear.local import LocalOptions
+
+
+def labels(figure) -> list[str]:
+    return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+
+
+def line(ax, label):
+    return next(line for line in ax.lines if line.get_label() == label)
+
+
+def test_depth_of_a_pin_stands_beside_the_giwm_and_their_difference_below():
+    curves = pin_curves()
+    figure = plot_local_pin(curves, PIN)
+    above, below = figure.axes
+    np.testing.assert_allclose(line(above, "local").get_xdata(), curves.along[1:])
+    np.testing.assert_allclose(line(above, "local").get_ydata(), 1e6 * curves.course.depth[1:])
+    np.testing.assert_allclose(line(above, "GIWM").get_ydata(), 1e6 * curves.giwm["giwm"].depth[1:])
+    difference = below.lines[0].get_ydata()
+    assert difference[0] > 40
+    assert 0 < difference[-1] < 0.1
+    assert (above.get_ylabel(), below.get_ylabel()) == ("wear depth / µm", "local − GIWM / %")
+
+
+def test_small_multiples_show_pressure_and_worn_tip_of_a_pin():
+    curves = pin_curves()
+    figure = plot_pin_profiles(curves, PIN)
+    tops, tips = figure.axes[:5], figure.axes[5:]
+    assert [ax.get_title() for ax in tops] == ["unworn", "10 mm", "100 mm", "10 m", "500 m"]
+    for ax in tops:
+        x, p = ax.lines[0].get_data()
+        np.testing.assert_allclose(x, -x[::-1])
+        np.testing.assert_allclose(p, p[::-1])
+    before, after = (line(tips[-1], label).get_ydata() for label in ("tip before the test", "worn tip"))
+    assert np.min(after) == pytest.approx(1e6 * curves.course.depth[-1], rel=1e-2)
+    assert np.all(after >= before)
+    assert tops[0].lines[0].get_ydata().max() == pytest.approx(1e-6 * curves.course.peak_pressure[0])
+
+
+def test_discs_have_the_four_panels_of_figure_9():
+    curves = disc_curves()
+    figure = plot_local_discs(curves, DISCS)
+    assert [ax.get_ylabel() for ax in figure.axes] == [
+        "wear depth / µm",
+        "pressure p / MPa",
+        "$a_x$ / µm",
+        "$a_z$ / µm",
+    ]
+    assert labels(figure) == ["local", "GIWM", "GIWM as printed, Eq. 11", "local, in the middle"]
+    for ax, values in zip(figure.axes, (curves.course.depth * 1e6, curves.mean_pressure * 1e-6), strict=False):
+        np.testing.assert_allclose(line(ax, "local").get_ydata(), values)
+    printed, conserving = (curves.giwm[name].depth[-1] for name in ("giwm_as_printed", "giwm"))
+    assert printed < conserving < curves.course.depth[-1]
+
+
+def test_maps_show_the_whole_contact_widen_and_shorten():
+    curves = disc_curves()
+    figure = plot_pressure_maps(curves, DISCS)
+    maps = [ax for ax in figure.axes if ax.get_title(loc="left")]
+    assert [ax.get_title(loc="left") for ax in maps] == [
+        "unworn",
+        *(f"1×10{n} rotations" for n in "⁴⁵⁶"),
+    ]
+    seen = [ax.collections[0].get_array() for ax in maps]
+    for pressure in seen:
+        np.testing.assert_array_equal(pressure.filled(0), pressure.filled(0)[::-1, ::-1])
+    assert (~seen[-1].mask).any(axis=0).sum() > 2 * (~seen[0].mask).any(axis=0).sum()
+    assert (~seen[-1].mask).any(axis=1).sum() < (~seen[0].mask).any(axis=1).sum()
+
+
+def test_engines_stand_beside_each_other_with_their_drift_from_the_first():
+    rotations = np.linspace(0.0, 2e6, 9)
+    depth = 1e-6 * np.sqrt(rotations / 2e6)
+    first = EngineCurve("Wear-Processor", rotations, depth, np.full(9, 2e8))
+    other = EngineCurve("UMESHMOTION mode", rotations[::2], 0.9 * depth[::2], np.full(5, 1e8))
+    figure = plot_engines([first, other], "Table 3")
+    assert labels(figure) == ["Wear-Processor", "UMESHMOTION mode"]
+    pressure, wear, drift = figure.axes
+    assert drift.get_ylabel() == "depth off Wear-Processor / %"
+    np.testing.assert_allclose(line(pressure, "UMESHMOTION mode").get_ydata(), 100.0)
+    np.testing.assert_allclose(line(wear, "Wear-Processor").get_data(), (rotations / 1e6, depth * 1e6))
+    np.testing.assert_allclose(line(drift, "UMESHMOTION mode").get_ydata(), -10.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "drawn",
+    [
+        lambda: plot_local_pin(pin_curves(), PIN),
+        lambda: plot_pin_profiles(pin_curves(), PIN),
+        lambda: plot_local_discs(disc_curves(), DISCS),
+        lambda: plot_pressure_maps(disc_curves(), DISCS),
+    ],
+)
+def test_nothing_is_cut_off_or_overlaps(drawn):
+    assert_printable(drawn())
+
+
+@pytest.mark.slow
+def test_figures_are_the_same_each_time(tmp_path):
+    for name in ("first", "second"):
+        save_local_wear_figures(pin_curves(), PIN, tmp_path / name, ".svg")
+    for path in (tmp_path / "first").iterdir():
+        assert path.read_bytes() == (tmp_path / "second" / path.name).read_bytes()
+
+
+def test_maps_of_finite_elements_have_their_middle_once():
+    curves = disc_curves()
+    from_zero = tuple(axis - axis[0] for axis in curves.course.places)
+    nodes = replace(curves, course=replace(curves.course, places=from_zero))
+    figure = plot_pressure_maps(nodes, DISCS)
+    assert figure.axes[0].collections[0].get_array().shape[1] == 2 * from_zero[0].size - 1
+
+
+@pytest.mark.slow
+def test_archived_run_gets_its_figures(archive):
+    store = Archive(archive)
+    wear_archived_locally(store, PIN, "archard", Recipe(), LocalOptions(), at=[1.0, 50.0])
+    written = [path.name for path in save_run_figures(store, PIN)]
+    assert written[-2:] == [f"{PIN}-local-wear.png", f"{PIN}-local-pressure.png"]

@@ -1,0 +1,217 @@
+"""The command that wears a surface where it touches: archived runs, or run folders with a given wear coefficient."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from tribopipe.cli.options import (
+    DEFAULT_ARCHIVE,
+    ArchiveFolder,
+    AsJson,
+    Force,
+    Law,
+    RecipeFile,
+    archived_ids,
+    chosen_ids,
+    load_archive,
+    load_recipe,
+    parsed,
+)
+from tribopipe.cli.output import finish, print_json, progress, record_json, say
+from tribopipe.cli.predict import folder_friction, quantity, rotations
+from tribopipe.cli.steps import tell
+
+if TYPE_CHECKING:
+    from tribopipe.archive.store import Archive
+    from tribopipe.pipeline import Outcome
+    from tribopipe.records.manifest import RunManifest
+    from tribopipe.records.quantity import Quantity
+    from tribopipe.records.recipe import Recipe
+    from tribopipe.wear.local import LocalCurves, LocalOptions
+
+Engine = Literal["rings", "half-space", "fe"]
+Scheme = Literal["implicit", "explicit", "economy"]
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What local wear is asked for, as written on the command line."""
+
+    law: Law
+    recipe: "Recipe"
+    how: "LocalOptions"
+    coefficients: "tuple[Quantity, ...]"
+    at: tuple[str, ...]
+    figures: Path | None
+    force: bool
+
+    def places(self, manifest: "RunManifest") -> list[float]:
+        """Return where to wear to, m or rotations; nothing where that was not said."""
+        if manifest.rolls:
+            return [rotations(text) for text in self.at]
+        return [parsed("--at", text, "distance") for text in self.at]
+
+
+def local_wear(
+    runs: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help="Ids of archived runs, or folders of runs; none for every archived run.",
+            metavar="[ID|RUN]...",
+            autocompletion=archived_ids,
+        ),
+    ] = None,
+    law: Annotated[Law, typer.Option("--law", "--model", help="Wear law.")] = "archard",
+    wear_coefficient: Annotated[
+        list[str] | None,
+        typer.Option(
+            help='k_D to use, such as "13.5e-9 mm^3/(N*mm)"; of two discs once for the curved and once for the flat '
+            "one, as V = k_D·F_N·s has it. By default the archived fit's."
+        ),
+    ] = None,
+    engine: Annotated[
+        Engine | None,
+        typer.Option(help="How the contact is solved: rings under a pin, a half space under discs, unless said."),
+    ] = None,
+    scheme: Annotated[
+        Scheme,
+        typer.Option(
+            help="Wear by the pressure at the end of each step, or the paper's before it; or UMESHMOTION's economy, "
+            "which mends the contact instead of solving it anew."
+        ),
+    ] = "implicit",
+    at: Annotated[
+        list[str] | None,
+        typer.Option(help='Sliding distance to wear to, "500 m", or rotations of discs, "1e6"; may be repeated.'),
+    ] = None,
+    steps_per_decade: Annotated[int, typer.Option(min=1, help="Wear steps for each power of ten.")] = 16,
+    update_mesh_every: Annotated[
+        int,
+        typer.Option(
+            min=0,
+            help="Steps after which finite elements follow the worn shape, and the economy solves contact; 0: never.",
+        ),
+    ] = 50,
+    stress_loss: Annotated[
+        float, typer.Option(min=0, max=0.5, help="Share of its stresses that an increment of the economy loses.")
+    ] = 0.0,
+    figures: Annotated[Path | None, typer.Option(help="Folder to save figures into.")] = None,
+    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    recipe: RecipeFile = None,
+    force: Force = False,
+    as_json: AsJson = False,
+) -> None:
+    """Wear a pin, or two discs, by the pressure at each point of the contact, beside the Global Incremental Wear Model.
+
+    Archived runs are worn by their own k_D over their own course, and the result is archived with its fields. A run
+    folder needs --wear-coefficient, and is only shown.
+    """
+    from tribopipe.pipeline import find_runs
+    from tribopipe.wear.local import LocalOptions
+
+    asked = _Asked(
+        law,
+        load_recipe(recipe),
+        LocalOptions(engine, scheme, steps_per_decade, update_mesh_every, stress_loss),
+        tuple(quantity("--wear-coefficient", text, "wear coefficient") for text in wear_coefficient or ()),
+        tuple(at or ()),
+        figures,
+        force,
+    )
+    folders = [folder for run in runs or () if _is_folder(run, archive) for folder in find_runs(Path(run))]
+    ids = [run for run in runs or () if not _is_folder(run, archive)]
+    store = load_archive(archive) if ids or not folders else None
+    chosen = [] if store is None else chosen_ids(store, ids)
+    outcomes = []
+    with progress("local wear", len(folders) + len(chosen)) as moved:
+        for outcome in _worn(folders, store, chosen, asked):
+            outcomes.append(outcome)
+            tell(outcome)
+            moved(outcome.run_id)
+    if as_json:
+        told = [{"id": outcome.run_id} | record_json(outcome.result) for outcome in outcomes if outcome.result]
+        print_json({"runs": told})
+    finish(outcomes)
+
+
+def _is_folder(run: str, archive: Path) -> bool:
+    """Tell a run folder from the id of an archived run, which wins."""
+    return Path(run).exists() and not (archive / f"{run}.h5").exists()
+
+
+def _worn(folders: list[Path], store: "Archive | None", ids: list[str], asked: _Asked) -> "Iterator[Outcome]":
+    """Wear each run; one that fails does not stop the others."""
+    from tribopipe.errors import TribopipeError
+    from tribopipe.pipeline import Outcome
+
+    steps: list[tuple[str, Callable[[], Outcome]]]
+    steps = [(str(run), partial(_wear_folder, run, asked)) for run in folders]
+    if store is not None:
+        steps += [(run, partial(_wear_archived, store, run, asked)) for run in ids]
+    for run, step in steps:
+        try:
+            yield step()
+        except TribopipeError as error:
+            yield Outcome(run, "local_wear", "failed", error=error)
+
+
+def _wear_folder(folder: Path, asked: _Asked) -> "Outcome":
+    from tribopipe.errors import FitError
+    from tribopipe.pipeline import Outcome
+    from tribopipe.records.manifest import manifest_path, read_manifest
+    from tribopipe.wear.local import default_places, local_scenario, wear_locally
+
+    if not asked.coefficients:
+        raise FitError(
+            f"{folder}: found no k_D for a run folder; expected one; give it, "
+            '--wear-coefficient "13.5e-9 mm^3/(N*mm)", or process the folder and name the archived run'
+        )
+    manifest, _ = read_manifest(manifest_path(folder))
+    conditions = manifest.conditions
+    end = conditions.rotations if conditions.sliding_distance is None else conditions.sliding_distance.value
+    places = asked.places(manifest) or (default_places(end) if end else [])
+    if not places:
+        raise FitError(
+            f"{folder}: found no end of the run in run.toml; expected one, or a place to wear to; say "
+            f'--at "{"1e6" if manifest.rolls else "500 m"}"'
+        )
+    path = folder_friction(folder, conditions, asked.law, asked.recipe)
+    scenario = local_scenario(manifest, asked.coefficients, asked.law, path, asked.recipe)
+    curves = wear_locally(scenario, places, asked.how)
+    _save_figures(curves, manifest.id, asked.figures)
+    return Outcome(manifest.id, "local_wear", "done", curves.result)
+
+
+def _wear_archived(store: "Archive", run_id: str, asked: _Asked) -> "Outcome":
+    from tribopipe.archive.local_wear import archived_local_wear
+    from tribopipe.archive.steps import LOCAL_WEAR
+    from tribopipe.pipeline import wear_archived_locally
+
+    outcome = wear_archived_locally(
+        store,
+        run_id,
+        asked.law,
+        asked.recipe,
+        asked.how,
+        coefficients=asked.coefficients,
+        at=asked.places(store.manifest(run_id)),
+        force=asked.force,
+    )
+    if asked.figures is not None:
+        _save_figures(archived_local_wear(store.step(run_id, LOCAL_WEAR[asked.law])), run_id, asked.figures)
+    return outcome
+
+
+def _save_figures(curves: "LocalCurves | None", run_id: str, folder: Path | None) -> None:
+    from tribopipe.report.local_wear_figures import save_local_wear_figures
+
+    if curves is not None and folder is not None:
+        for path in save_local_wear_figures(curves, run_id, folder):
+            say(f"{run_id}: {path}")
+
+
+COMMANDS = {"local-wear": local_wear}
