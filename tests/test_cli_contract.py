@@ -28,10 +28,14 @@ FLAGS = {
     "process": STEP | {"--figures", "--no-figures"},
     "simulate": {"--plan", "--json"},
     "correct-drift": STEP,
-    "fit": STEP | {"--model", "--law", "--together"},
+    "fit": STEP | {"--model", "--law", "--together", "--engine"},
     "predict": STEP
     | {"--run", "--wear-coefficient", "--law", "--model", "--scheme", "--steps", "--friction", "--at", "--depth"}
-    | {"--load", "--speed", "--radius", "--from", "--onto", "--slip", "--crown-radius", "--distance-per-rotation"},
+    | {"--load", "--speed", "--radius", "--from", "--onto", "--slip", "--crown-radius", "--distance-per-rotation"}
+    | {"--engine"},
+    "local-wear": STEP
+    | {"--law", "--model", "--wear-coefficient", "--engine", "--scheme", "--at", "--steps-per-decade"}
+    | {"--update-mesh-every", "--stress-loss", "--figures"},
     "ls": COMMON,
     "mark-bad": COMMON | {"--reason", "--undo", "--by"},
     "show": COMMON | {"--plot", "--radius", "--position-unit", "--height-unit"},
@@ -40,6 +44,9 @@ FLAGS = {
     "study show": COMMON,
     "study figures": {"--into", "--format", "--archive"},
     "plan": COMMON | {"--interval", "--model", "--law", "--recipe"},
+    "export umeshmotion": COMMON
+    | {"--law", "--model", "--wear-coefficient", "--friction", "--speed", "--until", "--element-size", "--jtyp"}
+    | {"--output", "--force"},
     "schema export": set(),
 }
 K_D = "13.5e-9 mm^3/(N*mm)"

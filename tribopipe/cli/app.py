@@ -6,7 +6,7 @@ from importlib import import_module
 
 import typer
 
-from tribopipe.cli import formats, inspect, marks, new, predict, runs, steps, studies
+from tribopipe.cli import export, formats, inspect, local_wear, marks, new, predict, runs, steps, studies
 
 app = typer.Typer(
     name="tribopipe",
@@ -25,9 +25,10 @@ def _tribopipe(version: bool = typer.Option(False, "--version", help="Show the v
         raise typer.Exit
 
 
-for _module in (new, runs, steps, predict, inspect, marks, studies):
+for _module in (new, runs, steps, predict, local_wear, inspect, marks, studies):
     for _name, _command in _module.COMMANDS.items():
         app.command(_name)(_command)
+app.add_typer(export.export_app, name="export")
 app.add_typer(formats.formats_app, name="formats")
 app.add_typer(studies.study_app, name="study")
 app.add_typer(inspect.schema_app, name="schema")

@@ -1,0 +1,248 @@
+"""Commands that write what other programs take: export umeshmotion."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, Law, archived_ids, load_archive
+from tribopipe.cli.output import print_json, record_json, say
+from tribopipe.cli.predict import quantity
+
+if TYPE_CHECKING:
+    from tribopipe.archive.store import Archive
+    from tribopipe.records.manifest import RunManifest
+    from tribopipe.umeshmotion.case import WearCase
+    from tribopipe.umeshmotion.known import KnownWear
+    from tribopipe.wear.friction_path import ExponentialFriction, FrictionPath
+
+export_app = typer.Typer(help="Write what other programs take.", no_args_is_help=True)
+
+
+@dataclass(frozen=True)
+class _Subject:
+    """What a run, and what is said on the command line, tell of wear."""
+
+    manifest: "RunManifest"
+    known: "KnownWear"
+    friction: "ExponentialFriction | None"
+    end: float | None
+    """m or rotations."""
+
+
+@export_app.command("umeshmotion")
+def umeshmotion(
+    run: Annotated[
+        str,
+        typer.Argument(
+            help="Id of an archived run, or a run folder.", metavar="ID|RUN_FOLDER", autocompletion=archived_ids
+        ),
+    ],
+    law: Annotated[Law, typer.Option("--law", "--model", help="Wear law.")] = "archard",
+    wear_coefficient: Annotated[
+        str | None,
+        typer.Option(
+            help='k_D of the pin or the curved disc, such as "13.5e-9 mm^3/(N*mm)"; by default the archived fit\'s.'
+        ),
+    ] = None,
+    friction: Annotated[
+        str | None, typer.Option(help='μ(s) for Sarkar\'s law, such as "A=0.226 b=0.496 c=32.877 m".')
+    ] = None,
+    speed: Annotated[str | None, typer.Option(help="Another speed of sliding, or of the curved disc.")] = None,
+    until: Annotated[
+        str | None, typer.Option(help='Sliding distance to wear to, "500 m", or rotations of the curved disc, "1e6".')
+    ] = None,
+    element_size: Annotated[
+        str | None,
+        typer.Option(
+            help='Size of the mesh in the contact, "1 um"; a tenth of the unworn contact\'s radius unless said.'
+        ),
+    ] = None,
+    jtyp: Annotated[
+        Literal["0", "1", "none"],
+        typer.Option(
+            help="JTYP of GETVRMAVGATNODE: 0 extrapolates to the node, 1 weights by volume; none leaves the argument "
+            "out, as ABAQUS 6.5 and 6.6 document it."
+        ),
+    ] = "0",
+    output: Annotated[
+        Path | None, typer.Option("--output", help="Folder to write into; umeshmotion-ID unless said.")
+    ] = None,
+    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    force: Annotated[bool, typer.Option("--force", help="Replace files that are there already.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Write a user subroutine for ABAQUS that wears the pin or the curved disc by an identified law.
+
+    Beside it: the step for an input file, a harness that drives the subroutine without ABAQUS, and what to know. It has
+    been compiled and driven by the harness; it has not been run in ABAQUS.
+    """
+    from tribopipe.umeshmotion.texts import texts
+
+    if Path(run).exists() and not (archive / f"{run}.h5").is_file():
+        subject = _of_folder(Path(run), law, wear_coefficient, friction)
+    else:
+        subject = _of_archive(load_archive(archive), run, law, wear_coefficient, friction)
+    case, run_id = _case(subject, speed, until, element_size), subject.manifest.id
+    files = _write(texts(case, jtyp), output or Path(f"umeshmotion-{run_id}"), force=force)
+    say(str(case))
+    for note in case.known.notes:
+        say(f"{run_id}: note: {note}")
+    say(f"{run_id}: written to {files[0].parent}; not run in ABAQUS, see README.txt there")
+    if as_json:
+        print_json(_document(case, files))
+
+
+def _of_folder(folder: Path, law: Law, coefficient: str | None, friction: str | None) -> _Subject:
+    """Take what run.toml says, and k_D from the command line."""
+    from tribopipe.records.manifest import manifest_path, read_manifest
+    from tribopipe.wear.friction_path import stated_path
+
+    if coefficient is None:
+        raise typer.BadParameter('a run folder has no k_D: give one, --wear-coefficient "13.5e-9 mm^3/(N*mm)"')
+    manifest, _ = read_manifest(manifest_path(folder))
+    conditions = manifest.conditions
+    stated = None if conditions.friction is None else stated_path(conditions.friction)
+    planned = conditions.sliding_distance.value if conditions.sliding_distance else conditions.rotations
+    known = _given(manifest.id, coefficient)
+    return _Subject(manifest, known, _friction(manifest.id, law, friction, stated), planned)
+
+
+def _of_archive(store: "Archive", run_id: str, law: Law, coefficient: str | None, friction: str | None) -> _Subject:
+    """Take an archived run with its own fit, unless a k_D is given."""
+    from tribopipe.pipeline import archived_friction
+    from tribopipe.wear.friction_path import fitted_path
+
+    run = store.cleaned(run_id)
+    path = _friction(run_id, law, friction, fitted_path(archived_friction(store, run_id)))
+    axis = run.columns["rotations"] if run.manifest.rolls else run.sliding_distance
+    known = _fitted(store, run_id, law) if coefficient is None else _given(run_id, coefficient)
+    return _Subject(run.manifest, known, path, float(axis[-1]))
+
+
+def _given(run_id: str, text: str) -> "KnownWear":
+    from tribopipe.umeshmotion.known import given_wear
+
+    return given_wear(run_id, quantity("--wear-coefficient", text, "wear coefficient"))
+
+
+def _friction(run_id: str, law: Law, given: str | None, known: "FrictionPath | None") -> "ExponentialFriction | None":
+    """Return μ(s) by Eq. 7 where the law needs it. Raises ``FitError`` where there is none."""
+    from tribopipe.cli.predict import _parse_friction
+    from tribopipe.errors import FitError
+    from tribopipe.wear.friction_path import ExponentialFriction
+
+    if law == "archard":
+        return None
+    path = known if given is None else _parse_friction(given)
+    if not isinstance(path, ExponentialFriction):
+        raise FitError(
+            f"{run_id}: found no friction by Eq. 7; expected it, since Sarkar's law needs μ(s); give it, --friction "
+            '"A=0.226 b=0.496 c=32.877 m", or run `tribopipe fit` where friction was recorded'
+        )
+    return path
+
+
+def _fitted(store: "Archive", run_id: str, law: Law) -> "KnownWear":
+    """Return the k_D of an archived fit. Raises ``FitError`` where there is none."""
+    from tribopipe.archive.steps import WEAR_FITS
+    from tribopipe.errors import FitError
+    from tribopipe.records.base import Record
+    from tribopipe.records.disc_results import TwinDiscFit
+    from tribopipe.records.results import WearFit
+    from tribopipe.umeshmotion.known import fitted_wear
+
+    fit = store.result(run_id, WEAR_FITS[law], Record)
+    if isinstance(fit, WearFit | TwinDiscFit):
+        return fitted_wear(run_id, fit)
+    raise FitError(
+        f"{run_id}: found no k_D under {law.title()}'s law; expected a fit; run `tribopipe fit {run_id} --law {law}`, "
+        "or give one with --wear-coefficient"
+    )
+
+
+def _case(subject: _Subject, speed: str | None, until: str | None, element_size: str | None) -> "WearCase":
+    from tribopipe.umeshmotion.case import WearCase
+
+    manifest = subject.manifest
+    contact = manifest.twin_disc if manifest.rolls else manifest.pin_on_disc
+    nominal = _speed(manifest, speed)
+    end = _end(manifest, until, subject.end)
+    return WearCase(
+        contact=contact,
+        normal_load=manifest.conditions.normal_load.value,
+        known=subject.known,
+        speed=nominal * _slip(manifest),
+        duration=end * _per_rotation(manifest) / nominal,
+        friction=subject.friction,
+        element_size=None if element_size is None else quantity("--element-size", element_size, "length").value,
+    )
+
+
+def _slip(manifest: "RunManifest") -> float:
+    """Return |V₁ − V₂| over the curved disc's speed; 1 for a pin."""
+    from tribopipe.motion import slip
+
+    return abs(slip(manifest).value) if manifest.rolls else 1.0
+
+
+def _per_rotation(manifest: "RunManifest") -> float:
+    """Return how far the curved disc's surface goes in a rotation, m; 1 for a pin, whose metres count."""
+    return 2 * math.pi * manifest.twin_disc.curved_disc.rolling_radius.value if manifest.rolls else 1.0
+
+
+def _speed(manifest: "RunManifest", given: str | None) -> float:
+    """Return the speed of sliding, or of the curved disc, m/s. Raises ``ContactError`` where it is not known."""
+    from tribopipe.errors import ContactError
+
+    if given is not None:
+        return float(quantity("--speed", given, "speed").value)
+    stated = manifest.conditions.curved_disc_speed if manifest.rolls else manifest.conditions.nominal_speed
+    if stated is None:
+        key = "curved_disc_speed" if manifest.rolls else "sliding_speed"
+        raise ContactError(
+            f"{manifest.id}: found no conditions.{key}; expected it, since the mesh is moved at a rate; add it to "
+            'run.toml and ingest the run again, or give it, --speed "400 mm/s"'
+        )
+    return stated.value
+
+
+def _end(manifest: "RunManifest", given: str | None, own: float | None) -> float:
+    """Return how far to wear: m, or rotations of the curved disc."""
+    if given is not None:
+        return float(quantity("--until", given, "count" if manifest.rolls else "distance").value)
+    if own is None:
+        raise typer.BadParameter(f'say how far to wear: --until "{"1e6" if manifest.rolls else "500 m"}"')
+    return own
+
+
+def _write(texts: dict[str, str], folder: Path, *, force: bool) -> list[Path]:
+    """Write every file. Raises ``ManifestError``, and writes none, where one is there and must not be replaced."""
+    from tribopipe.errors import ManifestError
+    from tribopipe.files import write_file
+
+    paths = {folder / name: text for name, text in texts.items()}
+    for path in paths if not force else ():
+        if path.exists():
+            raise ManifestError(f"{path}: found it there already; expected no such file; --force replaces it")
+    for path, text in paths.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_file(path, text.encode("ascii"))
+    return list(paths)
+
+
+def _document(case: "WearCase", files: list[Path]) -> dict[str, object]:
+    from tribopipe.records.quantity import Quantity
+
+    return {
+        "id": case.known.run_id,
+        "law": case.law,
+        "wear_coefficient": record_json(case.known.coefficient),
+        "step_limit": record_json(Quantity(value=case.step_limit, unit="s")),
+        "element_size": record_json(Quantity(value=case.element, unit="m")),
+        "increments": math.ceil(case.increments),
+        "notes": list(case.known.notes),
+        "files": [str(path) for path in files],
+    }

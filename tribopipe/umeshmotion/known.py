@@ -1,0 +1,64 @@
+"""The k_D that a subroutine is written with, and where it came from."""
+
+from dataclasses import dataclass
+
+from tribopipe.errors import FitError
+from tribopipe.records.disc_results import TwinDiscFit
+from tribopipe.records.quantity import Quantity, wear_coefficient
+from tribopipe.records.recipe import DistanceConvention
+from tribopipe.records.results import WearFit
+
+_EQ_9: DistanceConvention = "volume-conserving"
+"""The way of counting the distance slid that Eq. 9 has: what a point slides while it is in contact."""
+_MEASURED = "k_D was identified with friction as measured; the subroutine takes the fit of Eq. 7."
+_FLAT_DISC = "in the test the flat disc wore too, which this leaves out: it wears the curved disc alone."
+_PRESSURES = {"giwm": "even pressure (the Global Incremental Wear Model)", "local": "local pressure"}
+
+
+@dataclass(frozen=True)
+class KnownWear:
+    """k_D of a run's pin or curved disc."""
+
+    run_id: str
+    coefficient: Quantity
+    """m²/N; of discs as Eq. 9 has it, which counts what a point slides while it is in contact."""
+    origin: str
+    """Where it came from, in one sentence."""
+    notes: tuple[str, ...] = ()
+    """What to beware of."""
+
+
+def given_wear(run_id: str, coefficient: Quantity) -> KnownWear:
+    """Return a k_D that somebody states."""
+    return KnownWear(run_id, coefficient, "It was given with --wear-coefficient.")
+
+
+def fitted_wear(run_id: str, fit: WearFit | TwinDiscFit) -> KnownWear:
+    """Return the k_D of a fit. Raises ``FitError`` where it found none, or none that Eq. 9 can be given."""
+    origin = f"It was identified from run {run_id} under {fit.model.title()}'s law"
+    notes = (_MEASURED,) if fit.friction == "measured" else ()
+    if isinstance(fit, TwinDiscFit) and fit.curved_disc is not None:
+        flat_wears = fit.flat_disc is not None and fit.flat_disc.wear_coefficient.value > 0
+        coefficient, how = _of_eq_9(run_id, fit, fit.curved_disc.wear_coefficient)
+        return KnownWear(run_id, coefficient, f"{origin} {how}", (*notes, _FLAT_DISC) if flat_wears else notes)
+    if isinstance(fit, WearFit) and fit.wear_coefficient is not None:
+        return KnownWear(run_id, fit.wear_coefficient, f"{origin} with {_PRESSURES[fit.engine]}.", notes)
+    raise FitError(f"{run_id}: found no k_D; the run lacks {' and '.join(fit.lacks)}; give one with --wear-coefficient")
+
+
+def _of_eq_9(run_id: str, fit: TwinDiscFit, own: Quantity) -> tuple[Quantity, str]:
+    """Return the curved disc's k_D as Eq. 9 has it, and how it was had."""
+    if fit.distance_per_rotation == _EQ_9:
+        return own, f"with {_EQ_9}, as Eq. 9 has it."
+    same = next((other for other in fit.equivalents if other.distance_per_rotation == _EQ_9), None)
+    if same is None:
+        raise FitError(
+            f"{run_id}: found a k_D that was fitted with {fit.distance_per_rotation}; expected {_EQ_9}, as Eq. 9 has "
+            f'it; fit again with a recipe that says distance_per_rotation = "{_EQ_9}" under [wear]'
+        )
+    value = same.curved_disc.value
+    share = (own.standard_uncertainty or 0.0) / own.value if own.value else 0.0
+    return wear_coefficient(value, share * value or None), (
+        f"with {fit.distance_per_rotation}, as {own.value * 1e6:.4g} mm^3/(N mm), and turned into {_EQ_9}, as Eq. 9 "
+        "has it: with either the curved disc loses the same volume in the run."
+    )

@@ -1,0 +1,2 @@
+C     V      slip speed [mm/s]
+      PARAMETER (V = $speed)
