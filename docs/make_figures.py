@@ -2,24 +2,29 @@
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import get_args
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 
 from tribopipe.archive.store import Archive
 from tribopipe.pipeline import find_runs, process
 from tribopipe.profile.track import examined
-from tribopipe.records.manifest import CurvedDisc, FlatDisc, TwinDisc
+from tribopipe.records.manifest import MANIFEST_NAME, CurvedDisc, FlatDisc, TwinDisc, read_manifest
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import DistanceConvention, Recipe
 from tribopipe.report.archived import save_run_figures
 from tribopipe.report.disc_figures import plot_disc_model
 from tribopipe.report.figures import save_figure
+from tribopipe.report.local_wear_figures import plot_local_discs, plot_local_pin
 from tribopipe.report.profile_figures import draw_profile
 from tribopipe.report.studies import save_study_figures
 from tribopipe.run import Profile
 from tribopipe.studies import load_studies, run_study
+from tribopipe.wear.local import local_scenario, wear_locally
 from tribopipe.wear.twin_disc.predict import DiscScenario, KnownDiscs
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 HERE = Path(__file__).parent
 FIGURES = HERE / "figures"
@@ -40,24 +45,46 @@ ROTATIONS = 2_000_000
 def main() -> None:
     """Process the sample runs and their studies, and keep the figures that are shown, as SVG."""
     with TemporaryDirectory() as folder:
-        archive = Archive(Path(folder))
-        for outcome in process(find_runs(SAMPLES), archive):
-            if outcome.error is not None:
-                raise outcome.error
-        written = save_run_figures(archive, "si3n4-air-200mN", ".svg")
-        for study in load_studies(sorted(SAMPLES.glob("*.study.toml"))):
-            for outcome in run_study(archive, study, Recipe()):
-                if outcome.error is not None:
-                    raise outcome.error
-            written += save_study_figures(archive, study.id, suffixes=(".svg",))
-        for path in written:
+        for path in processed(Archive(Path(folder))):
             if path.stem in SHOWN:
                 (FIGURES / path.name).write_bytes(path.read_bytes())
     counting = {distance: table_3(distance) for distance in get_args(DistanceConvention)}
-    save_figure(plot_disc_model(counting, ROTATIONS, ROTATIONS), FIGURES / "twin-disc-table3.svg")
     across = worn_track()
     title = "Across a wear track on a disc (made up)"
-    save_figure(draw_profile(across, examined(across, None), title), FIGURES / "disc-track-profile.svg")
+    drawn = {
+        "twin-disc-table3.svg": plot_disc_model(counting, ROTATIONS, ROTATIONS),
+        "disc-track-profile.svg": draw_profile(across, examined(across, None), title),
+        **local_wear(),
+    }
+    for name, figure in drawn.items():
+        save_figure(figure, FIGURES / name)
+
+
+def processed(archive: Archive) -> list[Path]:
+    """Take the sample runs and their studies through the whole line, and return the figures drawn."""
+    for outcome in process(find_runs(SAMPLES), archive):
+        if outcome.error is not None:
+            raise outcome.error
+    written = save_run_figures(archive, "si3n4-air-200mN", ".svg")
+    for study in load_studies(sorted(SAMPLES.glob("*.study.toml"))):
+        for outcome in run_study(archive, study, Recipe()):
+            if outcome.error is not None:
+                raise outcome.error
+        written += save_study_figures(archive, study.id, suffixes=(".svg",))
+    return written
+
+
+def local_wear() -> "dict[str, Figure]":
+    """Wear the paper's pin under 200 mN, and its two discs of Table 3, at every point of their contact."""
+    manifest, _ = read_manifest(SAMPLES / "si3n4-air-200mN" / MANIFEST_NAME)
+    pin = local_scenario(manifest, [Quantity(value=13.5e-15, unit="m^2/N")])
+    places = [0.01, 0.1, 1.0, 10.0, 100.0, 500.0]
+    discs = table_3("volume-conserving")
+    turns = [1e4, 1e5, 1e6, 1e7, 2e7]  # of the curved disc, at a slip of 10 %
+    return {
+        "local-wear-pin.svg": plot_local_pin(wear_locally(pin, places), "Si₃N₄, 200 mN"),
+        "local-wear-discs.svg": plot_local_discs(wear_locally(discs, turns), "Table 3"),
+    }
 
 
 def worn_track() -> Profile:

@@ -1,0 +1,88 @@
+"""How far UMESHMOTION's economy drifts from the Wear-Processor, and how corrections of the geometry bring it back.
+
+    python benchmarks/economy.py
+
+The question of the paper's Fig. 11, asked of its two discs (Table 3, all radii 4 mm) by finite elements. The economy
+wears by the pressure before each increment and mends the contact instead of solving it; corrections move the mesh and
+solve the contact. That is done once as it is, and once with a share of the carried stresses lost in each increment,
+since what ABAQUS' advection loses is not known (tribopipe.local_wear.economy).
+"""
+
+from pathlib import Path
+
+import numpy as np
+from labs import Report, arguments
+
+from tribopipe.contact.mechanics import contact_modulus
+from tribopipe.local_wear.course import LocalWear
+from tribopipe.local_wear.economy import wear_economically
+from tribopipe.local_wear.finite_elements.disc import QuarterDisc, quarter_disc
+from tribopipe.report.figures import save_figure
+from tribopipe.report.local_wear_figures import EngineCurve, plot_engines
+from tribopipe.run import Column
+
+LOAD, RADIUS, COEFFICIENT, RATIO = 0.3, 4e-3, 1e-16, 0.32
+MODULUS = float(contact_modulus(pin_modulus=152e9, pin_ratio=RATIO, disc_modulus=152e9, disc_ratio=RATIO))
+ROTATIONS, INCREMENTS = 2e6, 40
+STRESS_LOSSES = 0.0, 0.015
+CORRECTIONS = {"never corrected": None, "corrected every 20": 20, "every 10": 10, "every 5": 5}
+"""Increments between corrections, by the names of the courses; after every single one, it is the Wear-Processor."""
+
+
+def discs(cells: tuple[int, int]) -> QuarterDisc:
+    """Return a quarter of the paper's two discs."""
+    return quarter_disc(
+        normal_load=LOAD,
+        modulus=MODULUS,
+        poisson_ratio=RATIO,
+        crown_radius=RADIUS,
+        curved_radius=RADIUS,
+        flat_radius=RADIUS,
+        amount=COEFFICIENT * ROTATIONS,
+        cells=cells,
+    )
+
+
+def curve(words: str, course: LocalWear) -> EngineCurve:
+    """Return a course as it is drawn."""
+    return EngineCurve(words, course.amount / COEFFICIENT, course.depth, course.pressure[:, 0, 0])
+
+
+def main() -> None:
+    """Wear the discs by each scheme, print depths and pressures at the end, and draw them."""
+    parser = arguments(__doc__ or "")
+    parser.add_argument("--cells", type=int, nargs=2, default=(8, 4), help="cells across and along (%(default)s)")
+    parser.add_argument("--figure", type=Path, help="file to draw into")
+    options = parser.parse_args()
+    report = Report("UMESHMOTION's economy against the Wear-Processor", options)
+    surface, amounts = discs(tuple(options.cells)), COEFFICIENT * ROTATIONS * np.arange(1, INCREMENTS + 1) / INCREMENTS
+    increment = float(amounts[0])
+    full = wear_economically(surface, amounts, increment=increment, correct_every=1)
+    report.say(
+        f"{options.cells[0]} × {options.cells[1]} cells on a quarter of the contact, {INCREMENTS} increments to "
+        f"{ROTATIONS:.0e} slip rotations. ε is the share of its stresses that an increment loses; depth and pressure "
+        f"in the middle are those at the end, where the Wear-Processor has {1e6 * full.depth[-1]:.4f} µm and "
+        f"{1e-6 * full.pressure[-1, 0, 0]:.1f} MPa, and the most that they are off before."
+    )
+    rows, drawn = [], [curve("Wear-Processor", full)]
+    for loss in STRESS_LOSSES:
+        for name, every in CORRECTIONS.items():
+            course = wear_economically(surface, amounts, increment=increment, correct_every=every, stress_loss=loss)
+            rows.append([f"{loss:g}", name, *compared(course.depth, full.depth)])
+            rows[-1] += compared(course.pressure[:, 0, 0], full.pressure[:, 0, 0])
+            if loss:
+                drawn.append(curve(name, course))
+    report.table(["ε", "", "depth off by", "at most", "pressure off by", "at most"], rows)
+    report.finish()
+    if options.figure is not None:
+        save_figure(plot_engines(drawn, f"UMESHMOTION's economy, ε = {STRESS_LOSSES[-1]:g}"), options.figure)
+
+
+def compared(values: Column, true: Column) -> list[str]:
+    """Say how far values are off at the end, and at most on the way there."""
+    off = 100 * (values[1:] / true[1:] - 1)
+    return [f"{off[-1]:+.2f} %", f"{off[np.argmax(np.abs(off))]:+.2f} %"]
+
+
+if __name__ == "__main__":
+    main()
