@@ -3,6 +3,7 @@
 import json
 import math
 
+import numpy as np
 import pytest
 from folders import SAMPLES
 
@@ -62,7 +63,7 @@ def pin_points():
     return wear_locally(local_scenario(manifest, [coefficient]), default_places(500.0)).result.points
 
 
-def test_pin_folder_wears_as_deep_as_the_issue_says(run_cli):
+def test_pin_folder_wears_as_deep_as_converged_steps_do(run_cli):
     places = [word for distance in DEPTHS for word in ("--at", f"{distance} m")]
     (run,) = runs_of(run_cli("local-wear", SAMPLES / PIN, *GIVEN, *places, "--json"))
     assert (run["id"], run["engine"], run["scheme"], run["reference"]) == (PIN, "rings", "implicit", None)
@@ -85,6 +86,39 @@ def test_pressure_of_a_worn_pin_is_even(pin_points):
     assert first.middle_pressure.value > 1.25 * first.mean_pressure.value
     assert last.mean_pressure.value == pytest.approx(0.2 / (math.pi * last.contact_radius.value**2))
     assert last.middle_pressure.value == pytest.approx(last.mean_pressure.value, rel=0.15)
+
+
+def test_depths_are_as_uncertain_as_those_of_the_giwm(pin_points):
+    from tribopipe.records.manifest import read_manifest
+    from tribopipe.records.quantity import Quantity
+    from tribopipe.wear.local import local_scenario, wear_locally
+
+    manifest, _ = read_manifest(SAMPLES / PIN / "run.toml")
+    known = Quantity(value=13.5e-15, unit="m^2/N", standard_uncertainty=1.35e-15)
+    scenario = local_scenario(manifest, [known])
+    (point,) = wear_locally(scenario, [500.0]).result.points
+    expected = scenario.depth_uncertainty(np.array([500.0]))[0]
+    assert point.giwm_depth.standard_uncertainty == pytest.approx(expected)
+    relative = expected / point.giwm_depth.value
+    assert point.wear_depth.standard_uncertainty == pytest.approx(relative * point.wear_depth.value)
+    assert relative == pytest.approx(0.05, rel=0.02)  # depth grows as the square root of k_D
+    assert point.wear_volume.standard_uncertainty == pytest.approx(math.hypot(0.1, 0.01) * point.wear_volume.value)
+    assert pin_points[-1].wear_depth.standard_uncertainty < point.wear_depth.standard_uncertainty / 5
+
+
+def test_the_economy_needs_finite_elements(run_cli):
+    refused = run_cli("local-wear", SAMPLES / PIN, *GIVEN, "--at", "1 m", "--scheme", "economy")
+    assert refused.exit_code == 1
+    assert "found the scheme economy without finite elements; expected them; add --engine fe" in refused.stderr
+
+
+@pytest.mark.slow
+def test_the_economy_of_two_discs_ends_near_the_full_solution(run_cli, tmp_path):
+    (tmp_path / "run.toml").write_text(TABLE_3_TOML, encoding="utf-8")
+    told = "local-wear", tmp_path, "--wear-coefficient", "1e-10 mm^3/(N*mm)", "--at", "1e7", "--engine", "fe"
+    (run,) = runs_of(run_cli(*told, "--scheme", "economy", "--update-mesh-every", "0", "--json"))
+    assert (run["scheme"], run["update_mesh_every"], run["stress_loss"]) == ("economy", 0, 0.0)
+    assert micrometres(run["points"][0]["wear_depth"]) == pytest.approx(TABLE_3[1e6], rel=5e-3)
 
 
 @pytest.mark.slow

@@ -43,6 +43,8 @@ Indices = NDArray[np.intp]
 _DECADES = 5
 """Powers of ten before the last place that a course is shown over."""
 _PLACES_PER_DECADE = 12
+_VOLUME_INPUTS = ("wear_coefficient", "normal_load")
+_DISC_OUTCOMES = ("curved_depth", "flat_depth", "curved_volume", "flat_volume")
 _STABLE_SHARE = 0.5
 """Of the longest stable increment: what the economy takes, whose pressure is one increment late."""
 _ROUNDING = 1e-9
@@ -175,21 +177,27 @@ def _wear_pin(scenario: WearScenario, at: Sequence[float], how: LocalOptions, re
         reference=reference,
         normal_load=scenario.normal_load,
         notes=(*_exactness(scenario.wear_coefficient), *_coarseness(course, along, places)),
-        points=tuple(_pin_points(places, along, course, mean, giwm)),
+        points=tuple(_pin_points(scenario, places, along, course, mean, giwm)),
         **_told(how, engine, course),
     )
     return LocalCurves(result, along, course, surface.gap, mean, {"giwm": giwm})
 
 
 def _pin_points(
-    places: Indices, along: Column, course: LocalWear, mean: Column, giwm: GlobalWear
+    scenario: WearScenario, places: Indices, along: Column, course: LocalWear, mean: Column, giwm: GlobalWear
 ) -> Iterator[LocalPinPoint]:
+    """Yield the wanted places, with the relative uncertainties that the GIWM has there."""
+    shares = _shares(scenario.depth_uncertainty(along), giwm.depth)
+    inputs = scenario.inputs
+    of_volume = math.hypot(
+        *(inputs[name].spread / scenario.values[name] for name in ("wear_coefficient", "normal_load"))
+    )
     for place in places.tolist():
         yield LocalPinPoint(
             sliding_distance=_quantity(along[place], "m"),
             contact_radius=_quantity(course.half_width[place], "m"),
-            wear_volume=_quantity(course.volume[place], "m^3"),
-            **_common(place, course, mean, giwm),
+            wear_volume=_quantity(course.volume[place], "m^3", of_volume),
+            **_common(place, course, mean, giwm, shares),
         )
 
 
@@ -235,20 +243,29 @@ def _as_printed(scenario: DiscScenario, turns: Column) -> DiscWear:
 def _disc_points(
     scenario: DiscScenario, places: Indices, along: Column, course: LocalWear, mean: Column, giwm: GlobalWear
 ) -> Iterator[LocalDiscPoint]:
+    """Yield the wanted places, with the relative uncertainties that the GIWM has there."""
     values = scenario.values
     share = values["curved_coefficient"] / _both_coefficients(values)
+    known, spreads = scenario.worn(along), scenario.uncertainties(along)
+    shares = {name: _shares(spreads[name], getattr(known, name)) for name in _DISC_OUTCOMES}
+    shares["depth"] = _shares(spreads["depth"], giwm.depth)
     for place in places.tolist():
         depth, area = course.depth[place], course.volume[place]
+        own = {name: float(column[place]) for name, column in shares.items()}
         yield LocalDiscPoint(
             rotations=_quantity(along[place], "1"),
             slip_rotations=_quantity(along[place] * abs(values["slip"]), "1"),
             half_width=_quantity(course.half_width[place], "m"),
             half_length=_quantity(course.half_length[place], "m"),
-            curved_disc_wear_depth=_quantity(share * depth, "m"),
-            flat_disc_wear_depth=_quantity((1 - share) * depth, "m"),
-            curved_disc_wear_volume=_quantity(2 * np.pi * values["curved_radius"] * share * area, "m^3"),
-            flat_disc_wear_volume=_quantity(2 * np.pi * values["flat_radius"] * (1 - share) * area, "m^3"),
-            **_common(place, course, mean, giwm),
+            curved_disc_wear_depth=_quantity(share * depth, "m", own["curved_depth"]),
+            flat_disc_wear_depth=_quantity((1 - share) * depth, "m", own["flat_depth"]),
+            curved_disc_wear_volume=_quantity(
+                2 * np.pi * values["curved_radius"] * share * area, "m^3", own["curved_volume"]
+            ),
+            flat_disc_wear_volume=_quantity(
+                2 * np.pi * values["flat_radius"] * (1 - share) * area, "m^3", own["flat_volume"]
+            ),
+            **_common(place, course, mean, giwm, shares["depth"]),
         )
 
 
@@ -263,8 +280,18 @@ def archards_discs(fit: TwinDiscFit) -> KnownDiscs | None:
     fitted = known_discs(fit)
     if fitted is None or fitted.distance == ARCHARDS:
         return fitted
-    same = next(other for other in fit.equivalents if other.distance_per_rotation == ARCHARDS)
-    return replace(fitted, curved=same.curved_disc, flat=same.flat_disc, distance=ARCHARDS)
+    same = next((other for other in fit.equivalents if other.distance_per_rotation == ARCHARDS), None)
+    if same is None:
+        return None
+    curved, flat = _as_uncertain(same.curved_disc, fitted.curved), _as_uncertain(same.flat_disc, fitted.flat)
+    return replace(fitted, curved=curved, flat=flat, distance=ARCHARDS)
+
+
+def _as_uncertain(coefficient: Quantity, fitted: Quantity) -> Quantity:
+    """Return a coefficient with the relative uncertainty of another: both make of the run the same wear."""
+    if not (fitted.value and fitted.standard_uncertainty):
+        return coefficient
+    return _quantity(coefficient.value, coefficient.unit, fitted.standard_uncertainty / fitted.value)
 
 
 def _along(at: Sequence[float]) -> Column:
@@ -307,15 +334,15 @@ def _told(how: LocalOptions, engine: Engine, course: LocalWear) -> dict[str, Any
     }
 
 
-def _common(place: int, course: LocalWear, mean: Column, giwm: GlobalWear) -> dict[str, Any]:
-    """Return what is said of every contact at a place."""
+def _common(place: int, course: LocalWear, mean: Column, giwm: GlobalWear, shares: Column) -> dict[str, Any]:
+    """Return what is said of every contact at a place; ``shares`` are relative uncertainties of its depth."""
     depth, other = float(course.depth[place]), float(giwm.depth[place])
     return {
-        "wear_depth": _quantity(depth, "m"),
+        "wear_depth": _quantity(depth, "m", float(shares[place])),
         "peak_pressure": _quantity(course.peak_pressure[place], "Pa"),
         "middle_pressure": _quantity(_middle_pressure(course)[place], "Pa"),
         "mean_pressure": _quantity(mean[place], "Pa"),
-        "giwm_depth": _quantity(other, "m"),
+        "giwm_depth": _quantity(other, "m", float(shares[place])),
         "difference": depth / other - 1 if other else None,
     }
 
@@ -342,5 +369,11 @@ def _exactness(coefficient: Quantity) -> Iterator[str]:
         yield "k_D is taken as exact, since no standard uncertainty of it is known"
 
 
-def _quantity(value: float, unit: str) -> Quantity:
-    return Quantity(value=float(value), unit=unit)
+def _quantity(value: float, unit: str, share: float | None = None) -> Quantity:
+    """Return a quantity, with the share of it that its standard uncertainty is where that is known."""
+    return Quantity(value=float(value), unit=unit, standard_uncertainty=None if share is None else share * abs(value))
+
+
+def _shares(spreads: Column, values: Column) -> Column:
+    """Return relative standard uncertainties; 0 where there is nothing."""
+    return np.divide(spreads, np.abs(values), out=np.zeros_like(spreads), where=values != 0)
