@@ -112,6 +112,14 @@ def test_the_economy_needs_finite_elements(run_cli):
     assert "found the scheme economy without finite elements; expected them; add --engine fe" in refused.stderr
 
 
+def test_finite_elements_are_not_for_a_flat_pin(run_cli, tmp_path):
+    text = (SAMPLES / PIN / "run.toml").read_text(encoding="utf-8")
+    (tmp_path / "run.toml").write_text(text.replace("spherical", "flat").partition("[end_values]")[0], encoding="utf-8")
+    refused = run_cli("local-wear", tmp_path, *GIVEN, "--at", "1 m", "--engine", "fe")
+    assert refused.exit_code == 1
+    assert "found a flat pin for finite elements" in refused.stderr
+
+
 @pytest.mark.slow
 def test_the_economy_of_two_discs_ends_near_the_full_solution(run_cli, tmp_path):
     (tmp_path / "run.toml").write_text(TABLE_3_TOML, encoding="utf-8")

@@ -26,13 +26,16 @@ if TYPE_CHECKING:
     from tribopipe.records.quantity import Quantity
     from tribopipe.records.recipe import Recipe
     from tribopipe.records.study import Study
+    from tribopipe.report.clean_up_figures import plot_clean_up
     from tribopipe.report.disc_figures import plot_disc_contact, plot_disc_wear
     from tribopipe.report.figures import plot_depth, plot_friction, plot_wear, save_figure
+    from tribopipe.report.local_wear_figures import plot_local_discs, plot_local_pin
     from tribopipe.study.discs import evaluate_discs
     from tribopipe.study.evaluate import evaluate
     from tribopipe.study.member import Member
     from tribopipe.wear.curves import fitted_curve
     from tribopipe.wear.identify import fit_wear
+    from tribopipe.wear.local import LocalOptions, wear_locally
     from tribopipe.wear.predict import WearScenario, predict_wear
     from tribopipe.wear.twin_disc.curves import fitted_discs
     from tribopipe.wear.twin_disc.identify import fit_discs
@@ -43,6 +46,7 @@ __version__ = VERSION
 __all__ = [
     "Archive",
     "DiscScenario",
+    "LocalOptions",
     "Member",
     "Quantity",
     "Recipe",
@@ -61,16 +65,20 @@ __all__ = [
     "fitted_curve",
     "fitted_discs",
     "open_archive",
+    "plot_clean_up",
     "plot_depth",
     "plot_disc_contact",
     "plot_disc_wear",
     "plot_friction",
+    "plot_local_discs",
+    "plot_local_pin",
     "plot_wear",
     "predict_discs",
     "predict_wear",
     "process",
     "read_run",
     "save_figure",
+    "wear_locally",
 ]
 
 _HOMES = {
@@ -85,13 +93,16 @@ _HOMES = {
     "records.quantity": ("Quantity",),
     "records.recipe": ("Recipe",),
     "records.study": ("Study",),
+    "report.clean_up_figures": ("plot_clean_up",),
     "report.disc_figures": ("plot_disc_contact", "plot_disc_wear"),
     "report.figures": ("plot_depth", "plot_friction", "plot_wear", "save_figure"),
+    "report.local_wear_figures": ("plot_local_discs", "plot_local_pin"),
     "study.discs": ("evaluate_discs",),
     "study.evaluate": ("evaluate",),
     "study.member": ("Member",),
     "wear.curves": ("fitted_curve",),
     "wear.identify": ("fit_wear",),
+    "wear.local": ("LocalOptions", "wear_locally"),
     "wear.predict": ("WearScenario", "predict_wear"),
     "wear.twin_disc.curves": ("fitted_discs",),
     "wear.twin_disc.identify": ("fit_discs",),

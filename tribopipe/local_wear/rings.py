@@ -17,6 +17,7 @@ from typing import Self
 import numpy as np
 
 from tribopipe.local_wear.active_set import pressed
+from tribopipe.local_wear.grading import graded
 from tribopipe.local_wear.surface import Contact, Extent
 from tribopipe.run import Column
 
@@ -28,11 +29,8 @@ _GROWTH = 0.025
 
 
 def ring_edges(start: float, last: float) -> Column:
-    """Return edges of rings for a contact that begins with one radius and ends with another, m."""
-    edges = [start * number / _TO_START for number in range(_TO_START + 1)]
-    while edges[-1] < last:
-        edges.append(edges[-1] + max(start / _TO_START, _GROWTH * edges[-1]))
-    return np.array(edges)
+    """Return edges of rings out to ``last``, m, for a contact that begins with radius ``start`` and grows."""
+    return graded(start / _TO_START, last, _GROWTH)
 
 
 @dataclass(frozen=True)

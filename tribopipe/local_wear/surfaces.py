@@ -16,18 +16,15 @@ from tribopipe.contact.pin_on_disc import pin_contact
 from tribopipe.errors import ContactError
 from tribopipe.geometry import cap_height
 from tribopipe.local_wear.finite_elements.disc import quarter_disc
-from tribopipe.local_wear.finite_elements.grading import graded
 from tribopipe.local_wear.finite_elements.pin import pin_body
 from tribopipe.local_wear.grids import disc_track, round_pin
-from tribopipe.local_wear.rings import Rings
+from tribopipe.local_wear.rings import Rings, ring_edges
 from tribopipe.local_wear.surface import Surface
 from tribopipe.records.local_wear import Engine
 from tribopipe.records.manifest import PinOnDisc, TwinDisc
 from tribopipe.run import Column, Values
 
 Builder = TypeVar("Builder")
-_RINGS_PER_RADIUS = 20
-_RELATIVE_WIDTH = 0.025
 _RINGS_OF_A_FLAT_PIN = 160
 _MARGIN = 1.25
 """Radius of the outermost point over that of the largest contact."""
@@ -49,11 +46,6 @@ def disc_surface(contact: TwinDisc, values: Values, amount: float, engine: Engin
     return _fit(engine, "two discs", _DISCS)(contact, values, amount)
 
 
-def ring_edges(first: float, outermost: float) -> Column:
-    """Return radii, m, from 0 to the outermost, as fine as a contact of the first radius needs."""
-    return graded(first / _RINGS_PER_RADIUS, outermost, _RELATIVE_WIDTH)
-
-
 def _pin_rings(contact: PinOnDisc, values: Values, amount: float) -> Surface:
     edges = _pin_edges(contact, values, amount)
     gap = _tip(contact, values)((edges[1:] + edges[:-1]) / 2)
@@ -70,6 +62,11 @@ def _pin_grid(contact: PinOnDisc, values: Values, amount: float) -> Surface:
 
 
 def _pin_elements(contact: PinOnDisc, values: Values, amount: float) -> Surface:
+    if contact.pin.shape == "flat":
+        raise ContactError(
+            "local wear: found a flat pin for finite elements, whose mesh would fold at its edge; expected a rounded "
+            "one; take --engine rings"
+        )
     radius = _pin_edges(contact, values, amount)
     return pin_body(
         normal_load=float(values["normal_load"]),

@@ -18,7 +18,8 @@ from tribopipe.geometry import cap_height
 from tribopipe.local_wear.active_set import pressed
 from tribopipe.local_wear.finite_elements.along import edge, roughness
 from tribopipe.local_wear.finite_elements.block import Block, block
-from tribopipe.local_wear.finite_elements.grading import continued, graded, tributary
+from tribopipe.local_wear.finite_elements.grading import continued, tributary
+from tribopipe.local_wear.grading import graded
 from tribopipe.local_wear.surface import Contact, Extent
 from tribopipe.run import Column
 

@@ -9,14 +9,6 @@ _LEAF = 27
 """Grid points that are not worth dividing any further."""
 
 
-def graded(finest: float, last: float, share: float) -> Column:
-    """Return nodes from 0 to ``last``, m: spacings are the finest near 0, far from it a share of the distance to it."""
-    nodes = [0.0]
-    while nodes[-1] < last:
-        nodes.append(nodes[-1] + max(finest, share * nodes[-1]))
-    return np.array(nodes) * (last / nodes[-1])
-
-
 def continued(nodes: Column, last: float, growth: float) -> Column:
     """Return the nodes and more of them to beyond ``last``, m, each spacing larger than the one before by a factor."""
     spacing = nodes[-1] - nodes[-2]
