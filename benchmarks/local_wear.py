@@ -20,6 +20,9 @@ from tribopipe.contact.mechanics import contact_modulus, hertz_radius
 from tribopipe.contact.pin_on_disc import SphericalPin
 from tribopipe.contact.twin_disc import DiscPair
 from tribopipe.local_wear.course import STEPS_PER_DECADE, step_ends, wear
+from tribopipe.local_wear.finite_elements.disc import quarter_disc
+from tribopipe.local_wear.finite_elements.pin import pin_body
+from tribopipe.local_wear.grading import graded
 from tribopipe.local_wear.grids import DiscTrack, disc_track, round_pin
 from tribopipe.local_wear.rings import Rings
 from tribopipe.records.recipe import DistanceConvention
@@ -119,6 +122,30 @@ def disc_convergence(report: Report) -> None:
     report.table(head, rows)
 
 
+def element_convergence(report: Report) -> None:
+    """Show how finite elements settle with the mesh, each held against rings or the half space."""
+    report.say("## Finite elements: depth in µm, the mesh moved and its compliance refreshed every 50 steps")
+    amounts = COEFFICIENT * DISTANCES[1:]
+    rows = []
+    for per_radius, growth in ((10, 0.08), (20, 0.04), (20, 0.025)):
+        radius = graded(START / per_radius, 0.21e-3, growth)
+        body = pin_body(normal_load=LOAD, modulus=MODULUS, poisson_ratio=0.24, radius=radius, gap=tip(radius))
+        course = wear(body, amounts, refresh_every=50)
+        rows.append(
+            [f"{per_radius} in a₀, then {100 * growth:g} % of r: {len(radius)}", *micrometres(course.depth[1:])]
+        )
+    rows.append(["rings", *micrometres(wear(pin(20, 0.025), amounts).depth[1:])])
+    report.table(["pin", *(f"{distance:g} m" for distance in DISTANCES[1:])], rows)
+    amounts = DISC_COEFFICIENT * ROTATIONS[1:]
+    rows = []
+    for cells in ((6, 3), (8, 4), (12, 6)):
+        disc = quarter_disc(amount=amounts[-1], cells=cells, poisson_ratio=0.32, **TABLE_3)
+        depth = wear(disc, amounts, refresh_every=50).depth[1:]
+        rows.append([f"{cells[0]} × {cells[1]} cells on a quarter", *micrometres(depth)])
+    rows.append(["half space", *micrometres(wear(discs((64, 32), amounts[-1]), amounts).depth[1:])])
+    report.table(["two discs", *(f"{rotations:.0e}" for rotations in ROTATIONS[1:])], rows)
+
+
 def giwm(distance: DistanceConvention) -> DiscPair:
     """Return the GIWM of the same discs."""
     return DiscPair(
@@ -202,6 +229,7 @@ def main() -> None:
     report = Report("Local wear: convergence and cost", options)
     pin_convergence(report)
     disc_convergence(report)
+    element_convergence(report)
     costs(report, options.repeats)
     report.finish()
 

@@ -142,13 +142,14 @@ def _explicit(surface: Surface, steps: Steps) -> Iterator[WornState]:
     yield WornState(0.0, worn, contact)
     for number, end in enumerate(steps.ends, 1):
         while before < end:
-            step = min(_STABLE_SHARE * surface.stable_amount(contact), end - before)
+            longest = _STABLE_SHARE * surface.stable_amount(contact)
+            step = min(longest, end - before)
             worn = worn + step * surface.exposure(contact.pressure)
             contact = smooth(surface, surface.press(worn, start=contact))
             before = end if step == end - before else before + step
             taken += 1
-            if taken + (steps.ends[-1] - before) / step > _MOST_EXPLICIT_STEPS:
-                raise _too_many(steps.ends[-1], step)
+            if taken + (steps.ends[-1] - before) / longest > _MOST_EXPLICIT_STEPS:
+                raise _too_many(steps.ends[-1], longest)
         if end in steps.shown:
             yield WornState(float(end), worn, contact)
         if steps.refresh_every and number % steps.refresh_every == 0:
