@@ -113,6 +113,13 @@ def test_a_checkerboard_is_never_returned(monkeypatch):
         wear(sphere(np.linspace(0, 4 * START, 81)), [COEFFICIENT * 0.3], scheme="explicit")
 
 
+def test_rings_have_to_reach_beyond_the_contact():
+    with pytest.raises(ContactError, match="reaches the last ring"):
+        sphere(np.linspace(0, 0.7 * START, 21)).press(np.zeros(20))
+    with pytest.raises(ContactError, match="reaches the last ring"):
+        wear(sphere(ring_edges(START, 0.15e-3)), [COEFFICIENT * 500])
+
+
 @pytest.mark.parametrize("amounts", [[], [0.0], [1e-15, 1e-15], [2e-15, 1e-15]])
 def test_places_have_to_increase(amounts):
     with pytest.raises(ContactError, match="do not increase from zero"):

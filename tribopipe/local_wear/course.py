@@ -124,7 +124,7 @@ def _implicit(surface: Surface, steps: Steps) -> Iterator[WornState]:
     yield WornState(0.0, worn, contact)
     for number, (start, end) in enumerate(pairwise([0.0, *steps.ends]), 1):
         step = end - start
-        growth = step / before if 0 < step < _FASTEST_GROWTH * before else 0.0
+        growth = step / before if step < _FASTEST_GROWTH * before else 0.0
         carried = worn + growth**2 / (1 + 2 * growth) * (worn - last)
         amount = step * (1 + growth) / (1 + 2 * growth)
         contact = surface.press(carried, amount, contact)

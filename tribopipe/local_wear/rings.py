@@ -16,6 +16,7 @@ from typing import Self
 
 import numpy as np
 
+from tribopipe.errors import ContactError
 from tribopipe.local_wear.active_set import pressed
 from tribopipe.local_wear.grading import graded
 from tribopipe.local_wear.surface import Contact, Extent
@@ -66,10 +67,16 @@ class Rings:
         return np.diff(_disc_displacement(self.radius[:, None], self.edges), axis=1) / self.modulus
 
     def press(self, worn: Column, amount: float = 0.0, start: Contact | None = None) -> Contact:
-        """Solve the contact. Raises ``ContactError``."""
+        """Solve the contact. Raises ``ContactError``, also where a round tip touches to the last ring."""
         compliance = self._compliance + amount * np.eye(len(worn)) if amount else self._compliance
         touching = None if start is None else start.pressure > 0
-        return pressed(compliance, self.gap + worn, self.areas, self.normal_load, touching)
+        contact = pressed(compliance, self.gap + worn, self.areas, self.normal_load, touching)
+        if contact.pressure[-1] > 0 and self.gap[-1] > self.gap.min():
+            raise ContactError(
+                "local wear: found a contact that reaches the last ring; expected it to end before; wear less, or take "
+                "rings further out"
+            )
+        return contact
 
     def exposure(self, pressure: Column) -> Column:
         """Return the pressure: every point slides all the way."""
