@@ -31,7 +31,7 @@ _DECADES = 2.0
 _ROUNDING = 1e-9
 _FASTEST_GROWTH = 1 + math.sqrt(2)
 """Of steps, up to which the second-order formula is stable."""
-_SHOWN_LATER = 0.03
+_SHOWN_LATER = 0.01
 """Share of the wear so far that the step takes whose contact is shown."""
 _MOST_EXPLICIT_STEPS = 200_000
 _STABLE_SHARE = 0.8

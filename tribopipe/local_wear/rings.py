@@ -85,16 +85,22 @@ class Rings:
     def extent(self, contact: Contact) -> Extent:
         """Return the radius at which p², near the edge linear in r² as in Hertz's contact, is zero.
 
-        The line goes through two rings a little further in, since the last ones are in contact in part.
+        The line goes through two rings a little further in, since the last ones are in contact in part; or, where a
+        worn tip's pressure falls from nearly even to zero within a ring or two, through the last ones.
         """
         last = int(np.flatnonzero(contact.pressure)[-1])
-        edge = self.edges[last + 1]
-        if last >= _FROM_EDGE:
-            two = slice(last - _FROM_EDGE, last - _FROM_EDGE + 2)
-            (inner, outer), (p, q) = self.radius[two] ** 2, contact.pressure[two] ** 2
-            zero = math.sqrt(outer + q * (outer - inner) / (p - q)) if p > q else math.inf
-            edge = min(np.clip(zero, self.edges[last], edge + (edge - self.edges[last]) / 2), self.edges[-1])
+        edge, width = self.edges[last + 1], self.edges[last + 1] - self.edges[last]
+        for first in (last - _FROM_EDGE, last - 1):
+            if first >= 0 and (zero := self._zero(contact.pressure, first)) <= edge + width / 2:
+                edge = min(max(zero, self.edges[last]), self.edges[-1])
+                break
         return Extent(float(edge), float(edge))
+
+    def _zero(self, pressure: Column, first: int) -> float:
+        """Return where the line of p² over r² through a ring and the next one is zero, m."""
+        two = slice(first, first + 2)
+        (inner, outer), (p, q) = self.radius[two] ** 2, pressure[two] ** 2
+        return math.sqrt(outer + q * (outer - inner) / (p - q)) if p > q else math.inf
 
     def volume(self, worn: Column) -> float:
         """Return the volume worn off, m³."""
