@@ -7,9 +7,17 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, Law, archived_ids, load_archive
+from tribopipe.cli.options import (
+    DEFAULT_ARCHIVE,
+    ArchiveFolder,
+    AsJson,
+    Law,
+    archived_ids,
+    friction_path,
+    load_archive,
+    quantity,
+)
 from tribopipe.cli.output import print_json, record_json, say
-from tribopipe.cli.predict import quantity
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
@@ -130,13 +138,12 @@ def _given(run_id: str, text: str) -> "KnownWear":
 
 def _friction(run_id: str, law: Law, given: str | None, known: "FrictionPath | None") -> "ExponentialFriction | None":
     """Return μ(s) by Eq. 7 where the law needs it. Raises ``FitError`` where there is none."""
-    from tribopipe.cli.predict import _parse_friction
     from tribopipe.errors import FitError
     from tribopipe.wear.friction_path import ExponentialFriction
 
     if law == "archard":
         return None
-    path = known if given is None else _parse_friction(given)
+    path = known if given is None else friction_path(given)
     if not isinstance(path, ExponentialFriction):
         raise FitError(
             f"{run_id}: found no friction by Eq. 7; expected it, since Sarkar's law needs μ(s); give it, --friction "

@@ -20,9 +20,11 @@ from tribopipe.cli.options import (
     load_archive,
     load_recipe,
     parsed,
+    quantity,
+    rotations,
 )
 from tribopipe.cli.output import finish, print_json, progress, record_json, say
-from tribopipe.cli.predict import folder_friction, quantity, rotations
+from tribopipe.cli.predict import folder_friction
 from tribopipe.cli.steps import tell
 
 if TYPE_CHECKING:

@@ -1,5 +1,6 @@
-"""Options that several commands share."""
+"""Options that several commands share, and how what is written for them is read."""
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -7,9 +8,12 @@ import typer
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
+    from tribopipe.records.quantity import Quantity
     from tribopipe.records.recipe import Recipe
+    from tribopipe.wear.friction_path import FrictionPath
 
 DEFAULT_ARCHIVE = Path("archive")
+_FRICTION = re.compile(r"\s*A\s*=\s*(\S+)[\s,;]+b\s*=\s*(\S+)[\s,;]+c\s*=\s*(.+?)\s*")
 
 
 def archived_ids(context: typer.Context) -> list[str]:
@@ -83,3 +87,46 @@ def parsed(option: str, text: str, kind: str) -> float:
         return parse(text, kind)
     except UnitError as error:
         raise UnitError(f"{option}: {error}") from None
+
+
+def rotations(text: str) -> float:
+    """Read a number of rotations."""
+    from tribopipe.errors import UnitError
+
+    try:
+        turns = parsed("--at", text, "count")
+    except UnitError:
+        turns = -1.0
+    if turns < 0:
+        raise UnitError(f"--at: found {text!r}; expected rotations of the curved disc, zero or more, such as '1e6'")
+    return turns
+
+
+def quantity(option: str, text: str, kind: str) -> "Quantity":
+    """Read an option as a quantity above zero."""
+    from tribopipe.errors import UnitError
+    from tribopipe.records.quantity import Quantity
+    from tribopipe.units import KINDS
+
+    value = parsed(option, text, kind)
+    if not value > 0:
+        raise UnitError(f"{option}: found {text!r}; expected a {kind} above zero, such as {KINDS[kind].example!r}")
+    return Quantity(value=value, unit=KINDS[kind].si)
+
+
+def friction_path(text: str) -> "FrictionPath":
+    """Read "A=0.226 b=0.496 c=32.877 m"."""
+    from tribopipe.errors import UnitError
+    from tribopipe.wear.friction_path import ExponentialFriction
+
+    found = _FRICTION.fullmatch(text)
+    if found is None:
+        raise UnitError(
+            f'--friction: found {text!r}; expected the three of Eq. 7, such as "A=0.226 b=0.496 c=32.877 m"'
+        )
+    amplitude, steady, distance = found.groups()
+    running_in = parsed("--friction", distance, "distance")
+    if not running_in > 0:
+        raise UnitError(f"--friction: found c = {distance}; expected a distance above zero")
+    start, end = (parsed("--friction", ratio.rstrip(",;"), "ratio") for ratio in (amplitude, steady))
+    return ExponentialFriction(start, end, running_in)

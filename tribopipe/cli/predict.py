@@ -1,6 +1,5 @@
 """The command that predicts wear: from archived runs, or from a run folder and given wear coefficients."""
 
-import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -19,9 +18,12 @@ from tribopipe.cli.options import (
     WearEngine,
     archived_ids,
     chosen_ids,
+    friction_path,
     load_archive,
     load_recipe,
     parsed,
+    quantity,
+    rotations,
 )
 from tribopipe.cli.output import finish, print_json, progress, record_json, say
 from tribopipe.cli.steps import tell
@@ -238,7 +240,7 @@ def _folder(run: Path, asked: _Asked) -> _Subject:
         raise typer.BadParameter('a run folder has no k_D: give one, --wear-coefficient "13.5e-9 mm^3/(N*mm)"')
     manifest, _ = read_manifest(manifest_path(run))
     conditions = manifest.conditions
-    given = None if asked.friction is None or asked.law == "archard" else _parse_friction(asked.friction)
+    given = None if asked.friction is None or asked.law == "archard" else friction_path(asked.friction)
     path = given or folder_friction(run, conditions, asked.law, asked.recipe)
     planned = conditions.sliding_distance.value if conditions.sliding_distance else conditions.rotations
     return _Subject(manifest, path=path, end=planned)
@@ -278,7 +280,7 @@ def _archived(store: "Archive", run_id: str, asked: _Asked) -> _Subject:
             )
     if asked.law == "sarkar":
         found = run_path(run, archived_friction(store, run_id), asked.recipe.wear.friction)
-        path = _parse_friction(asked.friction) if asked.friction else found
+        path = friction_path(asked.friction) if asked.friction else found
     axis = run.columns["rotations"] if run.manifest.rolls else run.sliding_distance
     return _Subject(run.manifest, run, fit, path, float(axis[-1]))
 
@@ -398,19 +400,6 @@ def _depth(text: str) -> float:
     return depth
 
 
-def rotations(text: str) -> float:
-    """Read a number of rotations."""
-    from tribopipe.errors import UnitError
-
-    try:
-        turns = parsed("--at", text, "count")
-    except UnitError:
-        turns = -1.0
-    if turns < 0:
-        raise UnitError(f"--at: found {text!r}; expected rotations of the curved disc, zero or more, such as '1e6'")
-    return turns
-
-
 def _refuse(text: str | None, option: str, whose: str, instead: str) -> None:
     if text is not None:
         raise typer.BadParameter(f"{option} is {whose}; {instead}")
@@ -432,39 +421,6 @@ def _slip(text: str) -> "Quantity":
             "wear by sliding"
         )
     return Quantity(value=value, unit="1")
-
-
-def quantity(option: str, text: str, kind: str) -> "Quantity":
-    """Read an option as a quantity above zero."""
-    from tribopipe.errors import UnitError
-    from tribopipe.records.quantity import Quantity
-    from tribopipe.units import KINDS
-
-    value = parsed(option, text, kind)
-    if not value > 0:
-        raise UnitError(f"{option}: found {text!r}; expected a {kind} above zero, such as {KINDS[kind].example!r}")
-    return Quantity(value=value, unit=KINDS[kind].si)
-
-
-_FRICTION = re.compile(r"\s*A\s*=\s*(\S+)[\s,;]+b\s*=\s*(\S+)[\s,;]+c\s*=\s*(.+?)\s*")
-
-
-def _parse_friction(text: str) -> "FrictionPath":
-    """Read "A=0.226 b=0.496 c=32.877 m"."""
-    from tribopipe.errors import UnitError
-    from tribopipe.wear.friction_path import ExponentialFriction
-
-    found = _FRICTION.fullmatch(text)
-    if found is None:
-        raise UnitError(
-            f'--friction: found {text!r}; expected the three of Eq. 7, such as "A=0.226 b=0.496 c=32.877 m"'
-        )
-    amplitude, steady, distance = found.groups()
-    running_in = parsed("--friction", distance, "distance")
-    if not running_in > 0:
-        raise UnitError(f"--friction: found c = {distance}; expected a distance above zero")
-    start, end = (parsed("--friction", ratio.rstrip(",;"), "ratio") for ratio in (amplitude, steady))
-    return ExponentialFriction(start, end, running_in)
 
 
 COMMANDS = {"predict": predict}
