@@ -31,7 +31,7 @@ from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.ingest.tables import is_number
 from tribopipe.ingest.text import BLANKS, Text, decode, sample_lines
 from tribopipe.run import SourceFile
-from tribopipe.units import is_unit, to_si
+from tribopipe.units import is_unit, is_unit_of, to_si
 
 _HEAD_BYTES = 1 << 18
 _SQUARE = 1e-3
@@ -109,11 +109,17 @@ def _find_extents(text: Text) -> _Extents:
     extents = [(_number(found["number"]), found["unit"]) for each in said if (found := _EXTENT.fullmatch(each))]
     unit = said[-1] if said else ""
     first = next((line for line in lines[len(header) :] if not line.isspace()), "")
-    if len(extents) != 2 or not all(is_unit(unit) for unit in (extents[0][1], extents[1][1], unit)) or not first:
+    lengths = [of for _, of in extents if is_unit_of(of, "length")]
+    if len(extents) != 2 or len(lengths) != 2 or not is_unit(unit) or not first:
         raise ReaderError(
             f"{text.name}: found no comments with two extents and the unit of the values above a matrix; expected "
             "'# Width: 12 µm', '# Height: 8 µm', '# Value units: m' in any language; export the map from Gwyddion with "
             "its informational header"
+        )
+    if not all(extent > 0 for extent, _ in extents):
+        raise ReaderError(
+            f"{text.name}: found a map of {extents[0][0]:g} {extents[0][1]} by {extents[1][0]:g} {extents[1][1]}; "
+            "expected extents above zero; export the map again"
         )
     if not all(is_number(cell, ".,") or cell.lower() == "nan" for cell in first.split()):
         raise ReaderError(
