@@ -1,0 +1,213 @@
+/** What the server answers; browse/answers.py is the other side of it. Texts are plain and hold whatever a lab wrote. */
+
+export interface Fact {
+  name: string;
+  value: string;
+}
+
+export interface FactGroup {
+  title: string;
+  facts: Fact[];
+}
+
+export interface TextTable {
+  title: string;
+  columns: string[];
+  rows: string[][];
+}
+
+export interface Column {
+  name: string;
+  /** Heading, without the unit. */
+  label: string;
+  /** As people read it; empty for texts and plain numbers. */
+  unit: string;
+  help: string;
+  kind: "number" | "text" | "date";
+  /** Whether it is shown before the user chooses. */
+  shown: boolean;
+}
+
+export interface Archive {
+  name: string;
+  folder: string;
+  version: string;
+  revision: string;
+  runs: number;
+  studies: number;
+  columns: Column[];
+  unreadable: { file: string; error: string }[];
+}
+
+/** A text; or a number in the column's unit beside how it is written, with its uncertainty; or nothing known. */
+export type Cell = string | [number, string] | null;
+
+export interface Runs {
+  revision: string;
+  /** Ids, in the order of the rows. */
+  ids: string[];
+  columns: string[];
+  rows: Cell[][];
+}
+
+
+export interface Remark {
+  kind: "bad" | "good" | "tag" | "untag" | "note";
+  text: string;
+  date: string;
+  operator: string | null;
+}
+
+export interface Stage {
+  name: string;
+  title: string;
+  sentence: string;
+  facts: Fact[];
+  notes: string[];
+  tables: TextTable[];
+  /** Where it stands in the HDF5 file. */
+  path: string;
+  program_version: string;
+  date: string;
+  options: Record<string, unknown>;
+  inputs_sha256: string;
+  result_sha256: string;
+}
+
+export interface Source {
+  number: number;
+  name: string;
+  size: number;
+  sha256: string;
+}
+
+export interface PlotOffer {
+  name: string;
+  title: string;
+  /** The stage beside which it is shown. */
+  stage: string;
+  /** What the viewer opens for it. */
+  path: string;
+  /** Axes it can be drawn against, the usual one first. */
+  axes: { name: string; label: string }[];
+}
+
+export interface Run {
+  id: string;
+  /** The HDF5 file, relative to the archive folder. */
+  file: string;
+  title: string;
+  tribometer: string | null;
+  bad: string | null;
+  tags: string[];
+  remarks: Remark[];
+  facts: FactGroup[];
+  findings: { severity: string; text: string }[];
+  stages: Stage[];
+  sources: Source[];
+  raw_sha256: string;
+  studies: string[];
+  plots: PlotOffer[];
+}
+
+export interface Line {
+  name: string;
+  /** Which run it belongs to. */
+  run: string;
+  /** How it is drawn: "measured" thin, "fit" solid, "prediction" dashed, "drift" dashed, "residual" thin. */
+  role: "measured" | "fit" | "prediction" | "drift" | "residual";
+  law: "archard" | "sarkar" | null;
+  x: number[];
+  /** null where nothing was recorded. */
+  y: (number | null)[];
+  /** 95 % band, where there is one. */
+  lower: number[] | null;
+  upper: number[] | null;
+  /** The dataset it was read from, if it is one as it stands. */
+  path: string | null;
+}
+
+/** A measured end value with its 95 % interval. */
+export interface Mark {
+  name: string;
+  run: string;
+  x: number;
+  y: number;
+  half_width: number;
+}
+
+export interface Panel {
+  label: string;
+  lines: Line[];
+  marks: Mark[];
+}
+
+export interface Plot {
+  name: string;
+  title: string;
+  words: string;
+  x: { name: string; label: string; from: number; to: number };
+  panels: Panel[];
+  /** Samples in the range that is shown, and points that stand for them. */
+  samples: number;
+  points: number;
+}
+
+export interface StudyLine {
+  id: string;
+  title: string;
+  fitted: string[];
+  predicted: string[];
+  verdicts: string;
+}
+
+export interface VerdictLine {
+  run_id: string;
+  role: string;
+  outcome: string;
+  sentence: string;
+  notes: string[];
+}
+
+export interface Study {
+  id: string;
+  file: string;
+  title: string;
+  fitted: string[];
+  predicted: string[];
+  laws: { model: string; title: string; tables: TextTable[]; sentences: string[]; verdicts: VerdictLine[] }[];
+  sentences: string[];
+  program_version: string;
+  date: string;
+  inputs_sha256: string;
+  plots: PlotOffer[];
+}
+
+/** What stood in the way, in one sentence of the server's. */
+export class ApiError extends Error {
+  readonly status: number;
+
+  constructor(status: number, message: string) {
+    super(message);
+    this.status = status;
+  }
+}
+
+/** Get a JSON answer; a failure is an `ApiError` with the server's own sentence. */
+export async function get<T>(path: string, query: Record<string, string | number> = {}, signal?: AbortSignal): Promise<T> {
+  const search = new URLSearchParams(Object.entries(query).map(([name, value]) => [name, String(value)]));
+  const suffix = search.size ? `?${search}` : "";
+  let answer: Response;
+  try {
+    answer = await fetch(`/api/${path}${suffix}`, signal ? { signal } : {});
+  } catch (error) {
+    if (error instanceof DOMException && error.name === "AbortError") throw error;
+    throw new ApiError(0, "The server does not answer; it may have been stopped. Start `tribopipe browse` again.");
+  }
+  const body: unknown = await answer.json().catch(() => null);
+  if (!answer.ok) {
+    const said = body && typeof body === "object" && "error" in body ? String(body.error) : answer.statusText;
+    throw new ApiError(answer.status, said);
+  }
+  return body as T;
+}
