@@ -351,8 +351,15 @@ def test_file_that_is_no_archived_run_is_named(run_cli, other_run, archive, dama
     assert tree_bytes(archive) == before
 
 
-@pytest.mark.parametrize("damage", [hollow, rotten], ids=lambda damage: damage.__name__)
-@pytest.mark.parametrize("command", ["show si3n4-air-200mN", "correct-drift --force"])
+@pytest.mark.parametrize(
+    ("damage", "command"),
+    [
+        (hollow, "show si3n4-air-200mN"),
+        (hollow, "correct-drift --force"),
+        (rotten, "show si3n4-air-200mN --path /entry/raw/depth"),
+        (rotten, "correct-drift --force"),
+    ],
+)
 def test_archived_run_with_damage_inside_is_named(run_cli, archive, damage, command):
     damage(archive / "si3n4-air-200mN.h5")
     before = tree_bytes(archive)

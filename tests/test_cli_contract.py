@@ -36,9 +36,11 @@ FLAGS = {
     "local-wear": STEP
     | {"--law", "--model", "--wear-coefficient", "--engine", "--scheme", "--at", "--steps-per-decade"}
     | {"--update-mesh-every", "--stress-loss", "--figures"},
-    "ls": COMMON,
+    "ls": COMMON | {"--where", "--sort", "--columns"},
     "mark-bad": COMMON | {"--reason", "--undo", "--by"},
-    "show": COMMON | {"--plot", "--radius", "--position-unit", "--height-unit"},
+    "tag": COMMON | {"--add", "--remove", "--by"},
+    "note": COMMON | {"--by"},
+    "show": COMMON | {"--path", "--rows", "--plot", "--radius", "--position-unit", "--height-unit"},
     "study new": {"--into", "--archive", "--force"},
     "study run": STEP | {"--figures", "--no-figures"},
     "study show": COMMON,
@@ -47,6 +49,9 @@ FLAGS = {
     "export umeshmotion": COMMON
     | {"--law", "--model", "--wear-coefficient", "--friction", "--speed", "--until", "--element-size", "--jtyp"}
     | {"--output", "--force"},
+    "export csv": COMMON | {"--what", "--output", "--force"},
+    "export runs": {"--archive", "--where", "--sort", "--columns", "--output"},
+    "report": {"--output", "--run", "--archive", "--force"},
     "schema export": set(),
 }
 K_D = "13.5e-9 mm^3/(N*mm)"
@@ -378,7 +383,7 @@ def test_commands_lead_from_an_empty_folder_to_a_prediction(run_cli, short_plan,
         ("fit --model sarkar", "si3n4-air-400mN: sarkar: k_D = "),
         ("predict --law sarkar", "si3n4-air-400mN: sarkar, exact: k_D = "),
         ("predict si3n4-air-200mN --law sarkar --at 100", "100"),
-        ("ls", "drift, friction, specific wear, Sarkar, predicted by Sarkar"),
+        ("ls --columns id,steps", "drift, friction, specific wear, Sarkar, predicted by Sarkar"),
         ("show si3n4-air-400mN", "prediction_sarkar"),
         ("process runs", "figures in "),
         ("schema export", "run.schema.json"),

@@ -176,7 +176,7 @@ def test_every_title_and_curve_comes_back(ran, tmp_path_factory, title, depths):
     names = ("predicted", "lower", "upper", "measurement_lower", "measurement_upper")
     curve = type(curve)(curve.run_id, curve.model, curve.role, **named, **dict.fromkeys(names, np.array(depths)))
     study = stored.study.model_copy(update={"title": title})
-    put = StoredStudy(study, stored.result, (curve,), "inputs", {"told": 1}, "0.1.0", DATE)
+    put = StoredStudy(study, stored.result, "inputs", {"told": 1}, "0.1.0", DATE, (curve,))
     fresh = Archive(tmp_path_factory.mktemp("archive"))
     fresh.put_study(put)
     got = fresh.study("air")

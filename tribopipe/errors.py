@@ -40,6 +40,10 @@ class ArchiveError(TribopipeError):
     """An archive, or a file in it, that cannot be read or written."""
 
 
+class QueryError(TribopipeError):
+    """A choice of runs, or of what is listed of them, that cannot be understood."""
+
+
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Name what was probably meant, or list what is known, as the tail of an error sentence."""
     choices = sorted(set(known))

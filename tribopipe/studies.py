@@ -159,7 +159,7 @@ def _keep(archive: Archive, study: Study, recipe: Recipe, *, force: bool) -> Out
             return Outcome(study.id, "study", "unchanged", stored.result)
     found = _evaluate(study, runs, recipe, left_out)
     date = datetime.now(UTC).isoformat(timespec="seconds")
-    archive.put_study(StoredStudy(study, found.result, found.curves, inputs, options, VERSION, date))
+    archive.put_study(StoredStudy(study, found.result, inputs, options, VERSION, date, found.curves))
     return Outcome(study.id, "study", "done", found.result)
 
 

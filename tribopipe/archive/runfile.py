@@ -17,6 +17,7 @@
                          fields over the places of the surface besides
   wear                   NXdata: the corrected wear of the pin beside the fitted laws, for viewers
   marks                  NXnote: JSON; who marked the run bad, or took that back, when and why
+  annotations            NXnote: JSON; tags and notes, each with who and when
 """
 
 import json
@@ -31,6 +32,7 @@ from tribopipe.archive.digest import raw_digest
 from tribopipe.archive.steps import STEPS, WEAR_FITS, Fingerprints, Step, StepName, Table
 from tribopipe.clean_up.cleaning import with_cleaned
 from tribopipe.errors import ArchiveError
+from tribopipe.records.annotation import Annotation
 from tribopipe.records.base import Record
 from tribopipe.records.clean_up import CleanUp
 from tribopipe.records.finding import Finding
@@ -301,6 +303,23 @@ def read_marks(entry: h5py.Group) -> list[Mark]:
     return [Mark(**mark) for mark in json.loads(nexus.text(entry, "marks/data"))]
 
 
+def write_annotations(entry: h5py.Group, annotations: Sequence[Annotation]) -> None:
+    """Write the history of tags and notes, oldest first."""
+    nexus.document(entry, "annotations", [annotation.model_dump(mode="json") for annotation in annotations])
+
+
+def read_annotations(entry: h5py.Group) -> list[Annotation]:
+    """Read the history of tags and notes, oldest first; empty where there is none."""
+    if "annotations" not in entry:
+        return []
+    return [Annotation(**annotation) for annotation in json.loads(nexus.text(entry, "annotations/data"))]
+
+
+def read_findings(entry: h5py.Group) -> list[Finding]:
+    """Read what the checks found when the run was ingested."""
+    return [Finding(**found) for found in json.loads(nexus.text(entry, "findings/data"))]
+
+
 def write_wear_plot(entry: h5py.Group) -> None:
     """Write the group that viewers open first: corrected wear and the fitted laws, µm against m or rotations.
 
@@ -345,8 +364,8 @@ def copy_except(source: h5py.File, target: h5py.File, dropped: set[str]) -> h5py
 
 
 def copy_additions(source: h5py.File, entry: h5py.Group) -> None:
-    """Copy what a run file gained since it was ingested, steps and marks, into the entry of another one."""
-    for name in (*STEPS, "marks"):
+    """Copy what a run file gained since it was ingested, steps, marks and annotations, into another one's entry."""
+    for name in (*STEPS, "marks", "annotations"):
         if name in source["entry"]:
             source.copy(f"entry/{name}", entry, name=name)
 

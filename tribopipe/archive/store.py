@@ -1,6 +1,5 @@
 """An archive folder: runs by id, each a file that is only ever replaced whole."""
 
-import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,26 +9,38 @@ import h5py
 
 from tribopipe.archive.digest import raw_digest
 from tribopipe.archive.nexus import text
+from tribopipe.archive.outline import RunOutline, read_outline
 from tribopipe.archive.runfile import (
     check_format,
     copy_additions,
     copy_except,
+    read_annotations,
     read_cleaned,
+    read_findings,
     read_fingerprints,
     read_manifest,
     read_marks,
     read_raw,
     read_result,
     read_step,
+    write_annotations,
     write_marks,
     write_raw,
     write_step,
     write_wear_plot,
 )
 from tribopipe.archive.steps import STEPS, Fingerprints, Step, StepName, downstream
-from tribopipe.archive.studyfile import StoredStudy, read_study, write_study
+from tribopipe.archive.studyfile import (
+    StoredStudy,
+    StudyOutline,
+    read_study,
+    read_study_document,
+    read_study_outline,
+    write_study,
+)
 from tribopipe.errors import ArchiveError, did_you_mean
 from tribopipe.files import natural_order, replacing
+from tribopipe.records.annotation import Annotation, tags_after
 from tribopipe.records.base import Record
 from tribopipe.records.finding import Finding
 from tribopipe.records.manifest import RunManifest
@@ -98,6 +109,11 @@ class Archive:
         with self.open(run_id) as file:
             return read_cleaned(file)
 
+    def outline(self, run_id: str) -> RunOutline:
+        """Return all that is known of a run but its columns and curves, which takes no longer for a long run."""
+        with self.open(run_id) as file:
+            return read_outline(file)
+
     def manifest(self, run_id: str) -> RunManifest:
         """Return a run's manifest."""
         with self.open(run_id) as file:
@@ -151,7 +167,7 @@ class Archive:
     def findings(self, run_id: str) -> list[Finding]:
         """Return what the checks found when the run was ingested."""
         with self.open(run_id) as file:
-            return [Finding(**found) for found in json.loads(text(file, "entry/findings/data"))]
+            return read_findings(file["entry"])
 
     def put_step(self, run_id: str, step: Step) -> None:
         """Add a step or replace it; steps that stood on another result of it are dropped with it."""
@@ -178,14 +194,36 @@ class Archive:
 
     def study(self, study_id: str) -> StoredStudy:
         """Return an archived study. Raises ``ArchiveError`` where there is none, or its file is damaged."""
+        with self._open_study(study_id) as file:
+            return read_study(file, file.filename)
+
+    def study_outline(self, study_id: str) -> StudyOutline:
+        """Return an archived study without its curves. Raises ``ArchiveError`` as ``study`` does."""
+        with self._open_study(study_id) as file:
+            return read_study_outline(file, file.filename)
+
+    @contextmanager
+    def _open_study(self, study_id: str) -> Iterator[h5py.File]:
         path = self.study_folder / f"{study_id}{SUFFIX}"
         if not path.is_file():
             raise ArchiveError(
                 f"{self.folder}: found no study {study_id!r}; expected one of the archive's; "
                 f"{did_you_mean(study_id, self.study_ids())}"
             )
-        with _opened(path) as file:
-            return read_study(file, path)
+        with opened(path) as file:
+            yield file
+
+    def studies_of(self, run_id: str) -> list[str]:
+        """Return the ids of the studies that a run is part of; files that hold no study are passed over."""
+        return [study_id for study_id in self.study_ids() if run_id in self._members(study_id)]
+
+    def _members(self, study_id: str) -> tuple[str, ...]:
+        try:
+            with self._open_study(study_id) as file:
+                study = read_study_document(file)
+        except ArchiveError:
+            return ()
+        return (*study.fit, *study.predict)
 
     def marks(self, run_id: str) -> list[Mark]:
         """Return the history of a run's marks, oldest first; the last one counts."""
@@ -210,6 +248,31 @@ class Archive:
         marks = [*self.marks(run_id), mark]
         self._rewrite(run_id, {"marks"}, lambda entry: write_marks(entry, marks))
 
+    def annotations(self, run_id: str) -> list[Annotation]:
+        """Return the history of a run's tags and notes, oldest first."""
+        with self.open(run_id) as file:
+            return read_annotations(file["entry"])
+
+    def tags(self, run_id: str) -> tuple[str, ...]:
+        """Return the tags that a run has now."""
+        return tags_after(self.annotations(run_id))
+
+    def annotate(self, run_id: str, *added: Annotation) -> None:
+        """Add tags and notes to a run's history; all else that the run holds stays as it is.
+
+        Raises ``ArchiveError`` where a tag is taken back that the run has not.
+        """
+        history = self.annotations(run_id)
+        for annotation in added:
+            tags = tags_after(history)
+            if annotation.kind == "untag" and annotation.text not in tags:
+                raise ArchiveError(
+                    f"{self.path(run_id)}: found no tag {annotation.text!r} to take back; expected one that the run "
+                    f"has; {did_you_mean(annotation.text, tags)}"
+                )
+            history.append(annotation)
+        self._rewrite(run_id, {"annotations"}, lambda entry: write_annotations(entry, history))
+
     @contextmanager
     def open(self, run_id: str) -> Iterator[h5py.File]:
         """Open a run's file for reading.
@@ -222,7 +285,7 @@ class Archive:
                 f"{self.folder}: found no run {run_id!r}; expected one of the archive's; "
                 f"{did_you_mean(run_id, self.ids())}"
             )
-        with _opened(path) as file:
+        with opened(path) as file:
             check_format(file, path)
             yield file
 
@@ -256,7 +319,7 @@ def _ids(folder: Path) -> list[str]:
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[h5py.File]:
+def opened(path: Path) -> Iterator[h5py.File]:
     """Open a file for reading; ``ArchiveError`` where it, or what is read from it, is damaged."""
     try:
         file = h5py.File(path, "r", locking=False)

@@ -35,17 +35,23 @@ _DEPTHS = ("predicted", "lower", "upper", "measurement_lower", "measurement_uppe
 
 
 @dataclass(frozen=True)
-class StoredStudy:
-    """A study as the archive keeps it."""
+class StudyOutline:
+    """A study without its curves."""
 
     study: Study
     result: StudyResult | TwinDiscStudyResult
-    curves: tuple[StudyCurve | DiscStudyCurve, ...]
     inputs_sha256: str
     """Fingerprint of version, options, and the runs it stands on."""
     options: Mapping[str, Any]
     program_version: str
     date: str
+
+
+@dataclass(frozen=True)
+class StoredStudy(StudyOutline):
+    """A study as the archive keeps it."""
+
+    curves: tuple[StudyCurve | DiscStudyCurve, ...]
 
 
 def write_study(file: h5py.File, stored: StoredStudy) -> None:
@@ -102,22 +108,32 @@ def _write_disc_curve(entry: h5py.Group, name: str, curve: DiscStudyCurve) -> No
 
 def read_study(file: h5py.File, path: object) -> StoredStudy:
     """Read a study. Raises ``ArchiveError`` where the file is none of ours, or of a format to come."""
+    outline, entry = read_study_outline(file, path), file["entry"]
+    curves = tuple(_read_curve(entry[name]) for name in sorted(entry) if name.startswith("curve_"))
+    return StoredStudy(**vars(outline), curves=curves)
+
+
+def read_study_outline(file: h5py.File, path: object) -> StudyOutline:
+    """Read a study without its curves. Raises ``ArchiveError`` as ``read_study`` does."""
     if "entry/archived/format" not in file or nexus.text(file, "entry/archived/format") != STUDY_FORMAT:
         raise ArchiveError(
             f"{path}: found an HDF5 file that is no study of the format {STUDY_FORMAT}; expected one written by "
             "tribopipe; move it away and run the study again"
         )
     entry = file["entry"]
-    curves = [_read_curve(entry[name]) for name in sorted(entry) if name.startswith("curve_")]
-    return StoredStudy(
-        study=Study.model_validate_json(nexus.text(entry, "study/data")),
+    return StudyOutline(
+        study=read_study_document(file),
         result=_RESULT.validate_json(nexus.text(entry, "result/data")),
-        curves=tuple(curves),
         inputs_sha256=nexus.text(entry, "archived/inputs_sha256"),
         options=json.loads(nexus.text(entry, "options/data")),
         program_version=nexus.text(entry, "process/version"),
         date=nexus.text(entry, "process/date"),
     )
+
+
+def read_study_document(file: h5py.File) -> Study:
+    """Read which runs a study fits and predicts."""
+    return Study.model_validate_json(nexus.text(file, "entry/study/data"))
 
 
 def _read_curve(data: h5py.Group) -> StudyCurve | DiscStudyCurve:

@@ -6,7 +6,21 @@ from importlib import import_module
 
 import typer
 
-from tribopipe.cli import export, formats, inspect, local_wear, marks, new, predict, runs, steps, studies
+from tribopipe.cli import (
+    browse,
+    export,
+    formats,
+    inspect,
+    listing,
+    local_wear,
+    marks,
+    new,
+    predict,
+    report,
+    runs,
+    steps,
+    studies,
+)
 
 app = typer.Typer(
     name="tribopipe",
@@ -25,7 +39,7 @@ def _tribopipe(version: bool = typer.Option(False, "--version", help="Show the v
         raise typer.Exit
 
 
-for _module in (new, runs, steps, predict, local_wear, inspect, marks, studies):
+for _module in (new, runs, steps, predict, local_wear, listing, inspect, marks, studies, report, browse):
     for _name, _command in _module.COMMANDS.items():
         app.command(_name)(_command)
 app.add_typer(export.export_app, name="export")

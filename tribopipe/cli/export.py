@@ -1,4 +1,4 @@
-"""Commands that write what other programs take: export umeshmotion."""
+"""Commands that write what other programs take: export umeshmotion, export csv, export runs."""
 
 import math
 from dataclasses import dataclass
@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from tribopipe.cli.export_csv import export_csv
+from tribopipe.cli.export_runs import export_runs
 from tribopipe.cli.options import (
     DEFAULT_ARCHIVE,
     ArchiveFolder,
@@ -27,6 +29,8 @@ if TYPE_CHECKING:
     from tribopipe.wear.friction_path import ExponentialFriction, FrictionPath
 
 export_app = typer.Typer(help="Write what other programs take.", no_args_is_help=True)
+export_app.command("csv")(export_csv)
+export_app.command("runs")(export_runs)
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
-"""The command that says of a run as a whole what to think of it: mark-bad."""
+"""Commands that add to a run what people think of it: mark-bad, tag, note."""
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -8,14 +8,23 @@ from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archiv
 from tribopipe.cli.output import print_json, record_json, say
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from tribopipe.archive.store import Archive
+    from tribopipe.records.annotation import Annotation
     from tribopipe.records.mark import Mark
+
+By = Annotated[str | None, typer.Option("--by", help="Who it is by; by default the user logged in.")]
+ArchivedIds = Annotated[
+    list[str], typer.Argument(help="Ids of archived runs.", metavar="ID...", autocompletion=archived_ids)
+]
 
 
 def mark_bad(
     run_id: Annotated[str, typer.Argument(help="Id of an archived run.", metavar="ID", autocompletion=archived_ids)],
     reason: Annotated[str, typer.Option("--reason", help="Why; kept with the run.")],
     undo: Annotated[bool, typer.Option("--undo", help="Take the mark back.")] = False,
-    by: Annotated[str | None, typer.Option("--by", help="Who marks it; by default the user logged in.")] = None,
+    by: By = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     as_json: AsJson = False,
 ) -> None:
@@ -32,18 +41,88 @@ def mark_bad(
 
 
 def _mark(run_id: str, reason: str, *, undo: bool, by: str | None) -> "Mark":
-    from datetime import UTC, datetime
-
     from tribopipe.records.base import read_document
     from tribopipe.records.mark import Mark
 
-    document = {
-        "kind": "good" if undo else "bad",
-        "reason": reason,
-        "date": datetime.now(UTC).isoformat(timespec="seconds"),
-        "operator": _user() if by is None else by,
-    }
+    document = {"kind": "good" if undo else "bad", "reason": reason, **_who_and_when(by)}
     return read_document(document, Mark, where=run_id)
+
+
+def tag(
+    run_ids: ArchivedIds,
+    add: Annotated[list[str] | None, typer.Option("--add", help="Tag to give; may be said again.")] = None,
+    remove: Annotated[list[str] | None, typer.Option("--remove", help="Tag to take back; may be said again.")] = None,
+    by: By = None,
+    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    as_json: AsJson = False,
+) -> None:
+    """Tag runs, by which `tribopipe ls --where tag=…` finds them; without a tag, show those they have.
+
+    Nothing is forgotten: who gave or took back which tag stays in the run's file, with the date.
+    """
+    store = load_archive(archive)
+    there = {run_id: store.tags(run_id) for run_id in run_ids}
+    given = {text: _annotation("tag", text, by) for text in add or ()}
+    taken = {text: _annotation("untag", text, by) for text in remove or ()}
+    _refuse_what_none_has(taken, there)
+    for run_id, tags in there.items():
+        new = [one for text, one in given.items() if text not in tags]
+        old = [one for text, one in taken.items() if text in tags]
+        if new or old:
+            store.annotate(run_id, *new, *old)
+        say(f"{run_id}: {', '.join(store.tags(run_id)) or 'no tags'}")
+    if as_json:
+        print_json({"runs": [{"id": run_id, "tags": list(store.tags(run_id))} for run_id in there]})
+
+
+def _refuse_what_none_has(taken: "Iterable[str]", there: "Mapping[str, Sequence[str]]") -> None:
+    """Raise ``ArchiveError`` for a tag to take back that no run has: it is mistyped."""
+    from tribopipe.errors import ArchiveError, did_you_mean
+
+    known = {text for tags in there.values() for text in tags}
+    for text in taken:
+        if text not in known:
+            raise ArchiveError(
+                f"{', '.join(there)}: found no tag {text!r} to take back; expected one that is there; "
+                f"{did_you_mean(text, known)}"
+            )
+
+
+def note(
+    run_ids: ArchivedIds,
+    text: Annotated[str, typer.Argument(help="What to note.", metavar="TEXT")],
+    by: By = None,
+    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    as_json: AsJson = False,
+) -> None:
+    """Write a note to runs; it stays in their files, with who wrote it and when."""
+    store, written = load_archive(archive), _annotation("note", text, by)
+    for run_id in dict.fromkeys(run_ids):
+        store.annotations(run_id)  # all are there before any is changed
+    for run_id in dict.fromkeys(run_ids):
+        store.annotate(run_id, written)
+        say(f"{run_id}: {written}")
+    if as_json:
+        runs = [{"id": run_id, "notes": _notes(store, run_id)} for run_id in dict.fromkeys(run_ids)]
+        print_json({"runs": runs})
+
+
+def _notes(store: "Archive", run_id: str) -> list[Any]:
+    return [record_json(one) for one in store.annotations(run_id) if one.kind == "note"]
+
+
+def _annotation(kind: str, text: str, by: str | None) -> "Annotation":
+    from tribopipe.records.annotation import Annotation
+    from tribopipe.records.base import read_document
+
+    where = "the note" if kind == "note" else "the tag"
+    return read_document({"kind": kind, "text": text, **_who_and_when(by)}, Annotation, where=where)
+
+
+def _who_and_when(by: str | None) -> dict[str, str | None]:
+    from datetime import UTC, datetime
+
+    return {"date": datetime.now(UTC).isoformat(timespec="seconds"), "operator": _user() if by is None else by}
 
 
 def _user() -> str | None:
@@ -56,4 +135,4 @@ def _user() -> str | None:
         return None
 
 
-COMMANDS = {"mark-bad": mark_bad}
+COMMANDS = {"mark-bad": mark_bad, "tag": tag, "note": note}

@@ -47,14 +47,21 @@ Pressure = Annotated[
 def load_archive(folder: Path, *, must_exist: bool = True) -> "Archive":
     """Open an archive folder. Raises ``ArchiveError`` where it should be there and is not."""
     from tribopipe.archive.store import Archive
+
+    if must_exist:
+        require_archive(folder)
+    return Archive(folder)
+
+
+def require_archive(folder: Path) -> None:
+    """Raise ``ArchiveError`` where there is no archive folder."""
     from tribopipe.errors import ArchiveError
 
-    if must_exist and not folder.is_dir():
+    if not folder.is_dir():
         raise ArchiveError(
             f"{folder}: found no archive there; expected a folder of archived runs; run `tribopipe ingest` "
             "first, or name the archive with --archive"
         )
-    return Archive(folder)
 
 
 def load_recipe(path: Path | None, engine: WearEngine | None = None) -> "Recipe":

@@ -1,17 +1,20 @@
 """How results are shown: tables and sentences on stderr for people, one JSON document on stdout for programs."""
 
 import json
+import os
+import re
+import shutil
 import sys
+import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from tribopipe.errors import TribopipeError
     from tribopipe.pipeline import Outcome
 
@@ -35,41 +38,73 @@ def record_json(record: Any) -> Any:
 
 def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
     """Show a table on stderr; no cell is cut, however narrow the terminal."""
-    from rich.console import Console
-
-    shown = _table(title, columns, rows)
-    Console(stderr=True, width=max(_width(shown), Console(stderr=True).width)).print(shown, soft_wrap=True)
+    say("\n".join(_lines(title, columns, rows)))
 
 
 def split_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], *, at: int) -> None:
     """Show a table, or two beneath each other that share the first column where the terminal is too narrow for it."""
-    from rich.console import Console
-
-    console = Console(stderr=True)
-    if not console.is_terminal or _width(_table(title, columns, rows)) <= console.width:
+    if not sys.stderr.isatty() or sum(_widths(columns, rows)) + len(_GAP) * len(columns) <= terminal_width():
         table(title, columns, rows)
         return
     table(title, columns[:at], [row[:at] for row in rows])
     table("", [columns[0], *columns[at:]], [[row[0], *row[at:]] for row in rows])
 
 
-def _table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> "Table":
-    from rich import box
-    from rich.table import Table
-    from rich.text import Text
-
-    shown = Table(title=Text(title), box=box.SIMPLE_HEAD, title_justify="left", title_style="bold", pad_edge=False)
-    for name in columns:
-        shown.add_column(name, no_wrap=True)
-    for row in rows:
-        shown.add_row(*map(Text, row))
-    return shown
+_GAP = "   "
+_UNSEEN = re.compile("[\x00-\x1f\x7f-\x9f\u061c\u200b-\u200f\u2028-\u202e\u2060-\u206f\ufeff\ud800-\udfff]")
+"""Characters that would steer a terminal, or turn and hide what stands beside them."""
 
 
-def _width(shown: "Table") -> int:
-    from rich.console import Console
+def seen(text: str) -> str:
+    """Return a text on one line in which every character can be seen, so that none steers the terminal."""
+    if text.isprintable():
+        return text
+    return _UNSEEN.sub(lambda found: found[0].encode("unicode_escape").decode(), " ".join(text.split()))
 
-    return Console(width=10_000).measure(shown).maximum
+
+def _lines(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
+    """Write a table: its title, the heads of its columns in bold over a rule, and its rows."""
+    shown = [[seen(cell) for cell in row] for row in (columns, *rows)]
+    widths = _widths(columns, shown)
+    head, *rest = (_line(row, widths) for row in shown)
+    yield from [seen(title), ""] if title else [""]
+    yield typer.style(head, bold=True)
+    yield " " + "─" * (sum(widths) + len(_GAP) * (len(widths) - 1))
+    yield from rest
+    yield ""
+
+
+def _line(row: Sequence[str], widths: Sequence[int]) -> str:
+    cells = (cell + " " * (width - _width(cell)) for cell, width in zip(row, widths, strict=True))
+    return f" {_GAP.join(cells)}".rstrip()
+
+
+def _widths(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> list[int]:
+    """Return how wide each column is shown, in characters of a terminal."""
+    return [max(map(_width, cells)) for cells in zip(columns, *rows, strict=True)]
+
+
+def _width(text: str) -> int:
+    """Return how many places of a terminal a text takes: two for a wide character, none for an accent put on it."""
+    if text.isascii():
+        return len(text)
+    return sum(_places(character) for character in text)
+
+
+@cache
+def _places(character: str) -> int:
+    if unicodedata.combining(character):
+        return 0
+    return 2 if unicodedata.east_asian_width(character) in "WF" else 1
+
+
+def terminal_width() -> int:
+    """Return the width of the terminal that people read on, as COLUMNS says, or the terminal itself."""
+    try:
+        own = os.get_terminal_size(sys.stderr.fileno())
+    except OSError:
+        own = os.terminal_size((80, 24))
+    return shutil.get_terminal_size(own).columns
 
 
 @contextmanager

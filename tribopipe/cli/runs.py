@@ -101,10 +101,11 @@ def process(
     Studies beside the runs, study.toml or *.study.toml, say which runs are fitted together and which are predicted.
     """
     from tribopipe import pipeline
-    from tribopipe.cli.studies import show_study
+    from tribopipe.cli.pages import show_study_page
     from tribopipe.cli.summary import run_summary, show_summaries
     from tribopipe.report.archived import save_run_figures
     from tribopipe.report.studies import save_study_figures
+    from tribopipe.report.study_page import study_page
     from tribopipe.studies import find_studies, load_studies, process_studies
 
     store, changed, how = load_archive(archive, must_exist=False), set(), load_recipe(recipe)
@@ -141,7 +142,7 @@ def process(
     elif ids:
         show_summaries(store, ids)
         for outcome in evaluated:
-            show_study(store.study(outcome.run_id).result)
+            show_study_page(study_page(store, outcome.run_id))
     _say_what_was_done(outcomes, archive, drawn=bool(figures and changed))
     finish(outcomes)
 

@@ -18,43 +18,18 @@ from tribopipe.cli.options import (
     parsed,
 )
 from tribopipe.cli.output import exit_with, finish, print_json, progress, record_json, say, table
+from tribopipe.cli.pages import show_study_page
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from tribopipe.archive.store import Archive
-    from tribopipe.records.disc_verdict import TwinDiscLawResult, TwinDiscStudyResult, TwinDiscVerdict
+    from tribopipe.records.disc_verdict import TwinDiscStudyResult
     from tribopipe.records.recipe import Recipe
-    from tribopipe.records.verdict import BetweenRuns, LawResult, RunVerdict, StudyResult
+    from tribopipe.records.verdict import StudyResult
 
 study_app = typer.Typer(
     help="Fit some runs, predict others, and say where the wear law does not hold.", no_args_is_help=True
-)
-_COLUMNS = (
-    "run",
-    "role",
-    "load",
-    "measured, µm",
-    "by the law, µm",
-    "95 % interval",
-    "E_n",
-    "along",
-    "k_D / study's",
-    "verdict",
-)
-
-_DISC_COLUMNS = (
-    "run",
-    "role",
-    "slip",
-    "rotations",
-    "disc",
-    "measured",
-    "by the law",
-    "95 % interval",
-    "E_n",
-    "k_D / study's",
-    "verdict",
 )
 
 
@@ -110,6 +85,7 @@ def run(
 ) -> None:
     """Evaluate a study on archived runs, and archive it."""
     from tribopipe.report.studies import save_study_figures
+    from tribopipe.report.study_page import study_page
     from tribopipe.studies import load_studies, run_study
 
     (study,) = load_studies([path])
@@ -120,14 +96,13 @@ def run(
             outcomes.append(outcome)
             advance(outcome.run_id)
     if outcomes[0].error is None:
-        result = store.study(study.id).result
         if outcomes[0].status == "unchanged":
             say(f"{study.id}: unchanged, nothing to do")
-        show_study(result)
+        show_study_page(study_page(store, study.id))
         if figures and outcomes[0].status == "done":
             say(f"figures in {save_study_figures(store, study.id)[0].parent}")
         if as_json:
-            print_json(record_json(result))
+            print_json(record_json(store.study_outline(study.id).result))
     finish(outcomes)
 
 
@@ -144,18 +119,18 @@ def show(
 ) -> None:
     """Show an archived study, or list them."""
     from tribopipe.errors import ArchiveError
+    from tribopipe.report.study_page import study_page
 
     store = load_archive(archive)
     if study_id is not None:
-        result = store.study(study_id).result
-        show_study(result)
+        show_study_page(study_page(store, study_id))
         if as_json:
-            print_json(record_json(result))
+            print_json(record_json(store.study_outline(study_id).result))
         return
     stored, unreadable = [], []
     for one in store.study_ids():
         try:
-            stored.append(store.study(one))
+            stored.append(store.study_outline(one))
         except ArchiveError as error:
             unreadable.append(error)
     if as_json:
@@ -206,141 +181,14 @@ def show_together(
     """Evaluate a study that no document describes, and show it; nothing of it is kept."""
     from tribopipe.records.base import read_document
     from tribopipe.records.study import Study
+    from tribopipe.report.study_page import study_page_of
     from tribopipe.studies import evaluate_archived
 
     document = {"id": "together", "fit": fit, "predict": predict, "laws": [law]}
     result = evaluate_archived(store, read_document(document, Study, where="runs"), recipe).result
-    show_study(result)
+    show_study_page(study_page_of(result))
     if as_json:
         print_json(record_json(result))
-
-
-def show_study(result: "StudyResult | TwinDiscStudyResult") -> None:
-    """Show a study as tables and in words."""
-    from tribopipe.records.disc_verdict import TwinDiscStudyResult
-
-    if isinstance(result, TwinDiscStudyResult):
-        for pair in result.laws:
-            _show_disc_law(result, pair)
-    else:
-        for law in result.laws:
-            _show_law(result, law)
-        for run_id, comparison in result.comparisons.items():
-            better = f"{comparison.preferred.capitalize()}'s law" if comparison.preferred else "neither law"
-            say(f"{run_id}: its shape prefers {better} (AIC of Sarkar's minus Archard's {comparison.delta_aic:+.1f})")
-    for left_out in result.left_out:
-        say(f"left out: {left_out.id} ({left_out.reason})")
-    for note in result.notes:
-        say(f"note: {note}")
-
-
-def _show_law(result: "StudyResult", law: "LawResult") -> None:
-    from tribopipe.records.results import by
-
-    low, high = (end.shown("mm^3/(N*mm)") for end in law.interval)
-    k = law.wear_coefficient.shown("mm^3/(N*mm)")
-    table(
-        f"{result.id}, {law.model.capitalize()}'s law{by(law.engine)}: k_D = {k}, 95 % interval {low} to {high}",
-        _COLUMNS,
-        [_verdict_row(verdict) for verdict in law.runs],
-    )
-    _show_scatter("k_D", law.between_runs)
-    for verdict in law.runs:
-        say(f"{verdict.id}: {verdict.sentence}")
-        for note in verdict.notes:
-            say(f"{verdict.id}: note: {note}")
-        life = verdict.end_of_life
-        if life is not None:
-            upper = "open" if life.interval[1] is None else life.interval[1].shown("m")
-            say(
-                f"{verdict.id}: reaches {life.wear_depth.shown('um')} at {life.sliding_distance.shown('m')} "
-                f"(95 % interval {life.interval[0].shown('m')} to {upper})"
-            )
-
-
-def _show_scatter(what: str, between: "BetweenRuns | None") -> None:
-    if between is None:
-        return
-    say(
-        f"scatter of {what} between the {between.runs} runs {between.scatter:.1%}, within a run {between.within:.1%}; "
-        f"probability of so much disagreement under one k_D {between.p_value:.2g}"
-    )
-    for run_id in between.outliers:
-        say(f'{run_id}: outlier; `tribopipe mark-bad {run_id} --reason "…"` would leave it out')
-
-
-def _show_disc_law(result: "TwinDiscStudyResult", law: "TwinDiscLawResult") -> None:
-    from tribopipe.records.disc_results import spoken
-
-    unit = "mm^3/(N*mm)"
-    found = "; ".join(
-        f"{spoken(disc.disc)} k_D = {disc.wear_coefficient.shown(unit)}, 95 % interval "
-        f"{disc.interval[0].shown(unit)} to {disc.interval[1].shown(unit)}"
-        for disc in law.discs
-    )
-    table(
-        f"{result.id}, {law.model.capitalize()}'s law, {law.distance_per_rotation}: {found}",
-        _DISC_COLUMNS,
-        [row for verdict in law.runs for row in _disc_rows(verdict)],
-    )
-    for disc in law.discs:
-        _show_scatter(f"k_D of the {spoken(disc.disc)}", disc.between_runs)
-    for verdict in law.runs:
-        say(f"{verdict.id}: {verdict.sentence}")
-        for note in verdict.notes:
-            say(f"{verdict.id}: note: {note}")
-        life = verdict.end_of_life
-        if life is not None:
-            upper = "open" if life.interval[1] is None else str(life.interval[1])
-            say(
-                f"{verdict.id}: its curved disc reaches {life.wear_depth.shown('um')} after {life.rotations} rotations "
-                f"(95 % interval {life.interval[0]} to {upper})"
-            )
-
-
-def _disc_rows(verdict: "TwinDiscVerdict") -> list[list[str]]:
-    from tribopipe.records.disc_results import spoken
-    from tribopipe.units import pretty
-    from tribopipe.units import show as show_number
-
-    rows = []
-    for number, disc in enumerate(verdict.discs):
-        unit = "mm^3" if disc.what == "wear_volume" else "um"
-        slip = show_number(verdict.slip.value, None, "1", "%")
-        run = [verdict.id, verdict.role, slip, f"{verdict.rotations.value:,.0f}"]
-        low, high = (end.shown(unit).removesuffix(f" {pretty(unit)}") for end in disc.predicted_interval)
-        rows.append(
-            [
-                *(run if number == 0 else ["", "", "", ""]),
-                spoken(disc.disc).removesuffix(" disc"),
-                disc.measured.shown(unit),
-                disc.predicted.shown(unit),
-                f"{low} to {high}",
-                f"{disc.e_n:+.2f}",
-                str(disc.coefficient_ratio),
-                disc.outcome,
-            ]
-        )
-    return rows
-
-
-def _verdict_row(verdict: "RunVerdict") -> list[str]:
-    from tribopipe.units import show_force
-
-    micro = "um"
-    low, high = (end.shown(micro).removesuffix(" µm") for end in verdict.predicted_interval)
-    return [
-        verdict.id,
-        verdict.role,
-        show_force(verdict.normal_load.value, verdict.normal_load.standard_uncertainty),
-        verdict.measured_depth.shown(micro).removesuffix(" µm"),
-        verdict.predicted_depth.shown(micro).removesuffix(" µm"),
-        f"{low} to {high}",
-        f"{verdict.e_n:+.2f}",
-        f"{verdict.e_n_curve:+.2f}",
-        str(verdict.coefficient_ratio),
-        verdict.outcome,
-    ]
 
 
 def plan(

@@ -1,8 +1,10 @@
 """What is said of an archived run in one line of a table, and in one document of JSON."""
 
+from collections.abc import Mapping
 from typing import Any
 
-from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, Step, StepName
+from tribopipe.archive.outline import StepOutline
+from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, StepName
 from tribopipe.archive.store import Archive
 from tribopipe.cli.output import record_json, split_table, table
 from tribopipe.motion import slip
@@ -18,7 +20,7 @@ K_D = "mm^3/(N*mm)"
 
 def run_summary(archive: Archive, run_id: str) -> dict[str, Any]:
     """Return the numbers of a run as JSON types."""
-    steps = archive.steps(run_id)
+    steps = archive.outline(run_id).steps
     drift, friction = _result(steps, "drift_correction"), _result(steps, "friction_fit")
     return {
         "id": run_id,
@@ -33,7 +35,7 @@ def run_summary(archive: Archive, run_id: str) -> dict[str, Any]:
     }
 
 
-def _result(steps: dict[StepName, Step], name: StepName) -> Any:
+def _result(steps: Mapping[StepName, StepOutline], name: StepName) -> Any:
     step = steps.get(name)
     return None if step is None else step.result
 
@@ -59,7 +61,7 @@ _WEAR_COLUMNS = ("run", "body", "depth, µm", "volume, mm³", "by", "load, N", "
 
 def _wear_rows(archive: Archive, run_id: str) -> list[list[str]]:
     """Return a row for each body of which a volume is known; what belongs to the run stands in each."""
-    found = _result(archive.steps(run_id), "specific_wear")
+    found = _result(archive.outline(run_id).steps, "specific_wear")
     if not isinstance(found, SpecificWear):
         return []
     return [
@@ -109,18 +111,18 @@ _DISC_COLUMNS = (
 
 def _disc_rows(archive: Archive, run_id: str) -> list[list[str]]:
     """Return a row for each disc; what belongs to the run stands in the first."""
-    steps, manifest = archive.steps(run_id), archive.manifest(run_id)
+    run = archive.outline(run_id)
+    steps, manifest = run.steps, run.manifest
     drift, friction = _result(steps, "drift_correction"), _result(steps, "friction_fit")
     fits = [_result(steps, name) for name in WEAR_FITS.values()]
     predictions = [_result(steps, name) for name in PREDICTIONS.values()]
     volumes = {name: getattr(manifest.end_values, f"{name}_wear_volume") for name in DISCS}
     reference = next((p.reference for p in predictions if isinstance(p, TwinDiscPrediction)), None)
     fitted = any(isinstance(fit, TwinDiscFit) and fit.outcome == "fitted" for fit in fits)
-    rotations = float(archive.cleaned(run_id).columns["rotations"][-1])
     about = [
         run_id,
         show(slip(manifest).value, None, "1", "%"),
-        f"{rotations:,.0f}",
+        f"{run.ends['rotations']:,.0f}" if "rotations" in run.ends else "–",
         _cell(drift.drift_rate if isinstance(drift, DriftCorrection) else None, "nm/min"),
         _cell(friction.steady_state if isinstance(friction, FrictionFit) else None, "1"),
     ]
@@ -144,7 +146,7 @@ def _disc_rows(archive: Archive, run_id: str) -> list[list[str]]:
 
 
 def _row(archive: Archive, run_id: str) -> list[str]:
-    steps = archive.steps(run_id)
+    steps = archive.outline(run_id).steps
     drift, friction = _result(steps, "drift_correction"), _result(steps, "friction_fit")
     predictions = [_result(steps, name) for name in PREDICTIONS.values()]
     fitted = next((k for name in WEAR_FITS.values() if (k := _coefficient(steps, name))), None)
@@ -168,7 +170,7 @@ def _friction_cells(friction: object) -> list[str]:
     return [_cell(friction.amplitude, "1"), _cell(friction.steady_state, "1"), _cell(friction.running_in_distance, "m")]
 
 
-def _coefficient(steps: dict[StepName, Step], name: StepName) -> Quantity | None:
+def _coefficient(steps: Mapping[StepName, StepOutline], name: StepName) -> Quantity | None:
     fit = _result(steps, name)
     return fit.wear_coefficient if isinstance(fit, WearFit) else None
 

@@ -1,4 +1,4 @@
-"""Figures of archived runs, saved beside the archive."""
+"""Figures of archived runs, drawn, and saved beside the archive."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -26,16 +26,14 @@ FOLDER = "figures"
 _DRAWN = ("depth", "friction", "clean-up", "wear", "contact", "local-wear", "local-pressure")
 
 
-def save_run_figures(archive: Archive, run_id: str, suffix: str = ".png") -> list[Path]:
+def run_figures(archive: Archive, run_id: str) -> "dict[str, Figure]":
     """Draw what a run has: depth, friction, what clean-up changed, wear, the contact of two discs, and local wear.
 
-    Return the files written, <archive>/figures/<id>-<what>.png; one that was drawn before of what the run no longer
-    has is deleted.
-
-    Nothing is drawn of a run that could not be corrected for want of samples.
+    Return the figures by these names, in this order. Nothing is drawn of a run that could not be corrected for want of
+    samples. Raises ``ArchiveError`` where the run is not in the archive.
     """
     if "drift_correction" not in archive.step_names(run_id):
-        return []
+        return {}
     corrected, friction = archived_correction(archive, run_id), archived_friction(archive, run_id)
     clean_up = archive.result(run_id, "clean_up", CleanUp) or CleanUp()
     figures = _clean_up_figures(archive, corrected.run, clean_up)
@@ -46,13 +44,22 @@ def save_run_figures(archive: Archive, run_id: str, suffix: str = ".png") -> lis
     steps = archive.steps(run_id)
     draw_wear = _disc_figures if corrected.run.manifest.rolls else _pin_figures
     figures |= draw_wear(corrected, steps) | _local_figures(steps, run_id)
+    return {what: figures[what] for what in _DRAWN if what in figures}
+
+
+def save_run_figures(archive: Archive, run_id: str, suffix: str = ".png") -> list[Path]:
+    """Draw what a run has. Return the files written, <archive>/figures/<id>-<what>.png.
+
+    A figure that was drawn before of what the run no longer has is deleted.
+    """
+    figures = run_figures(archive, run_id)
     paths = {what: archive.folder / FOLDER / f"{run_id}-{what}{suffix}" for what in _DRAWN}
     for what, path in paths.items():
         if what in figures:
             save_figure(figures[what], path)
         else:
             path.unlink(missing_ok=True)
-    return [paths[what] for what in _DRAWN if what in figures]
+    return [paths[what] for what in figures]
 
 
 def _clean_up_figures(archive: Archive, cleaned: RawRun, clean_up: CleanUp) -> "dict[str, Figure]":

@@ -1,10 +1,12 @@
-"""Fewer points for a line of many samples, that look the same: for figures only, never for data."""
+"""Fewer points for a line of many samples, that look the same: for figures and screens only, never for data."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tribopipe.run import Column
 
+Places = NDArray[np.intp]
+"""Numbers of samples."""
 _COLUMNS = 750
 """About as many as a figure has pixels side by side."""
 
@@ -18,21 +20,34 @@ def thinned(x: Column, y: Column) -> tuple[Column, Column]:
     x, y = x[seen], y[seen]
     if len(x) <= 2 * _COLUMNS:
         return x, y
-    starts = _first_of_each_column(x)
-    lengths = np.diff([*starts, len(x)])
-    kept = [np.array([0, len(x) - 1])]
-    for extreme in (np.minimum, np.maximum):
-        at_it = np.flatnonzero(y == np.repeat(extreme.reduceat(y, starts), lengths))
+    kept = extremes(y, first_of_columns(x, _COLUMNS))
+    return x[kept], y[kept]
+
+
+def first_of_columns(x: Column, columns: int) -> Places:
+    """Return the first sample of each column of pixels that has any; x is finite and not empty."""
+    if not (grows(x) and x[-1] > x[0]):
+        return np.unique(np.linspace(0, len(x), columns, endpoint=False).astype(np.intp))
+    edges = np.linspace(x[0], x[-1], columns, endpoint=False)
+    return np.unique(np.searchsorted(x, edges))
+
+
+def grows(x: Column) -> bool:
+    """Tell whether values never go back; missing ones do."""
+    return bool(np.all(x[1:] >= x[:-1]))
+
+
+def extremes(y: Column, starts: Places) -> Places:
+    """Return, in order, the first and last sample, and the lowest and highest of each column that begins at ``starts``.
+
+    A column in which every sample is missing is represented by its first.
+    """
+    lengths = np.diff(starts, append=len(y))
+    kept = [np.array([0, len(y) - 1])]
+    for extreme in (np.fmin, np.fmax):
+        values = extreme.reduceat(y, starts)
+        at_it = np.flatnonzero(y == np.repeat(values, lengths))
         _, first = np.unique(np.searchsorted(starts, at_it, side="right"), return_index=True)
         kept.append(at_it[first])
-    order = np.unique(np.concatenate(kept))
-    return x[order], y[order]
-
-
-def _first_of_each_column(x: Column) -> NDArray[np.intp]:
-    """Return the number of the first sample of each column of pixels that has any."""
-    grows = bool(np.all(x[1:] >= x[:-1])) and x[-1] > x[0]
-    if not grows:
-        return np.linspace(0, len(x), _COLUMNS, endpoint=False).astype(np.intp)
-    edges = np.linspace(x[0], x[-1], _COLUMNS, endpoint=False)
-    return np.unique(np.searchsorted(x, edges))
+    kept.append(starts[np.isnan(values)])
+    return np.unique(np.concatenate(kept))

@@ -51,7 +51,7 @@ _LEAST_SHARE = 1e-5
 _STYLES: tuple[Any, ...] = ("-", _DASHED, (0, (5, 1.4, 1.2, 1.4)), _DOTTED)
 
 
-class _Shown(NamedTuple):
+class ShownQuantity(NamedTuple):
     """How a quantity is drawn: of each disc, what a law calls it, the axis, and the unit of that."""
 
     outcomes: tuple[Outcome, Outcome]
@@ -61,16 +61,16 @@ class _Shown(NamedTuple):
     factor: float = 1.0
 
 
-_QUANTITIES: dict[Measured, _Shown] = {
-    "wear_volume": _Shown(("curved_volume", "flat_volume"), "volume worn off", "mm^3", "o"),
-    "wear_depth": _Shown(("curved_depth", "flat_depth"), "wear depth", "um", "s"),
-    "track_width": _Shown(("half_width", "half_width"), "track width", "um", "^", 2.0),
+QUANTITIES: dict[Measured, ShownQuantity] = {
+    "wear_volume": ShownQuantity(("curved_volume", "flat_volume"), "volume worn off", "mm^3", "o"),
+    "wear_depth": ShownQuantity(("curved_depth", "flat_depth"), "wear depth", "um", "s"),
+    "track_width": ShownQuantity(("half_width", "half_width"), "track width", "um", "^", 2.0),
 }
 """What can be measured on a disc, the usual first."""
 
 
 @dataclass(frozen=True)
-class _Point:
+class MeasuredPoint:
     """One thing measured on a disc of a run."""
 
     disc: DiscName
@@ -79,6 +79,7 @@ class _Point:
 
     @property
     def spread(self) -> float:
+        """Half width of its 95 % interval, in its own unit."""
         return COVERAGE_FACTOR * (self.value.measured.standard_uncertainty or 0.0)
 
 
@@ -92,9 +93,9 @@ def plot_disc_wear(run: RawRun, fits: Sequence[DiscCurves], predictions: Sequenc
     from tribopipe.report.canvas import ShownFigure
 
     points = _points(fits)
-    measured = [kind for kind in _QUANTITIES if any(point.what == kind for point in points)]
+    measured = [kind for kind in QUANTITIES if any(point.what == kind for point in points)]
     what: Measured = measured[0] if measured else "wear_volume"
-    shown, discs = _QUANTITIES[what], _drawn(points, [*fits, *predictions])
+    shown, discs = QUANTITIES[what], _drawn(points, [*fits, *predictions])
     spare = any(isinstance(curves.result, TwinDiscFit) and curves.result.p_value is not None for curves in fits)
     figure = ShownFigure(figsize=(6.3, 5.2 if spare else 4.1), dpi=150, layout="constrained")
     rows = figure.subplots(
@@ -121,34 +122,35 @@ def plot_disc_wear(run: RawRun, fits: Sequence[DiscCurves], predictions: Sequenc
     return figure
 
 
-def _points(fits: Sequence[DiscCurves]) -> list[_Point]:
+def _points(fits: Sequence[DiscCurves]) -> list[MeasuredPoint]:
     """Return what was measured on the discs, by the first fit, which is the same in all."""
     for curves in fits:
         if isinstance(curves.result, TwinDiscFit):
-            return [_point(value) for value in curves.result.measurements]
+            return [measured_point(value) for value in curves.result.measurements]
     return []
 
 
-def _point(value: FittedValue) -> _Point:
+def measured_point(value: FittedValue) -> MeasuredPoint:
+    """Return on which disc something was measured, and what it was."""
     disc = next(disc for disc in DISCS if value.name.startswith(disc))
     what: Measured = next(kind for kind in get_args(Measured) if value.name.startswith(f"{disc}_{kind}"))
-    return _Point(disc, what, value)
+    return MeasuredPoint(disc, what, value)
 
 
-def _drawn(points: Sequence[_Point], curves: Sequence[DiscCurves]) -> list[DiscName]:
+def _drawn(points: Sequence[MeasuredPoint], curves: Sequence[DiscCurves]) -> list[DiscName]:
     """Return the discs that were measured, or that a law wears."""
     worn = {
         disc: any(np.any(one.bands[outcome].best > 0) for one in curves)
-        for disc, outcome in zip(DISCS, _QUANTITIES["wear_volume"].outcomes, strict=True)
+        for disc, outcome in zip(DISCS, QUANTITIES["wear_volume"].outcomes, strict=True)
     }
     return [disc for disc in DISCS if worn[disc] or any(point.disc == disc for point in points)]
 
 
-def _scale(what: Measured, points: Sequence[_Point], curves: Sequence[DiscCurves]) -> int:
+def _scale(what: Measured, points: Sequence[MeasuredPoint], curves: Sequence[DiscCurves]) -> int:
     """Return the power of a thousand to leave out of the axis; of volumes only, which are as small as that."""
     if what != "wear_volume":
         return 0
-    ends = [float(np.nanmax(one.bands[outcome].best)) for one in curves for outcome in _QUANTITIES[what].outcomes]
+    ends = [float(np.nanmax(one.bands[outcome].best)) for one in curves for outcome in QUANTITIES[what].outcomes]
     ends += [point.value.measured.value for point in points if point.what == what]
     return power_of(float(from_si(max(ends), "m^3", "mm^3")))
 
@@ -164,7 +166,7 @@ def _laws(fits: Sequence[DiscCurves], predictions: Sequence[DiscCurves]) -> Iter
         yield curves, GREEN, LAW_STYLES[law], f"{LAW_NAMES[law]}, predicted from {source or 'given k_D'}"
 
 
-def _draw_measured(ax: "Axes", points: Sequence[_Point], unit: str, scale: int, run: RawRun) -> None:
+def _draw_measured(ax: "Axes", points: Sequence[MeasuredPoint], unit: str, scale: int, run: RawRun) -> None:
     if not points:
         return
     si = points[0].value.measured.unit
@@ -197,7 +199,7 @@ def _draw_residuals(axes: "Sequence[Axes]", fits: Sequence[DiscCurves], discs: S
                 spread = point.value.measured.standard_uncertainty
                 if point.disc != disc or not spread:
                     continue
-                mark = _QUANTITIES[point.what].marker
+                mark = QUANTITIES[point.what].marker
                 ax.plot(
                     _turned(run, [point.value.rotations]),
                     [(point.value.measured.value - point.value.fitted.value) / spread],

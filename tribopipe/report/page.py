@@ -1,4 +1,4 @@
-"""What is said of a run or a study on one page, as text in order: for a terminal, a web page and a printed report alike.
+"""What is said of a run or a study on one page, as text in order: alike for a terminal, a web page and a report.
 
 Whoever shows a page escapes its texts for the medium: they hold whatever a lab wrote.
 """

@@ -1,4 +1,4 @@
-"""Figures of archived studies, saved beside the archive."""
+"""Figures of archived studies, drawn, and saved beside the archive."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -24,14 +24,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def save_study_figures(
-    archive: Archive, study_id: str, into: Path | None = None, suffixes: Sequence[str] = (".svg", ".png")
-) -> list[Path]:
-    """Draw wear under each law of a study, friction, and effective k_D. Return the files, <into>/<study>-<what>.
+def study_figures(archive: Archive, study_id: str) -> "dict[str, Figure]":
+    """Draw wear under each law of a study, friction, and effective k_D. Return the figures by name, in this order.
 
-    ``into`` is the archive's own figures/ unless named. Friction is drawn where a run has it, effective k_D where the
-    study also tried Sarkar's law on pins. Raises ``ArchiveError`` where the study or one of its runs is not in the
-    archive.
+    Friction is drawn where a run has it, effective k_D where the study also tried Sarkar's law on pins. Raises
+    ``ArchiveError`` where the study or one of its runs is not in the archive.
     """
     stored = archive.study(study_id)
     recipe = Recipe.model_validate(stored.options)
@@ -39,8 +36,18 @@ def save_study_figures(
         Member(archived_correction(archive, run.id), archived_friction(archive, run.id))
         for run in stored.result.laws[0].runs
     ]
+    return _figures(stored, runs, recipe)
+
+
+def save_study_figures(
+    archive: Archive, study_id: str, into: Path | None = None, suffixes: Sequence[str] = (".svg", ".png")
+) -> list[Path]:
+    """Draw a study. Return the files, <into>/<study>-<what>.
+
+    ``into`` is the archive's own figures/ unless named. Raises as ``study_figures`` does.
+    """
     written = []
-    for what, figure in _figures(stored, runs, recipe).items():
+    for what, figure in study_figures(archive, study_id).items():
         for suffix in suffixes:
             written.append((into or archive.folder / FOLDER) / f"{study_id}-{what}{suffix}")
             save_figure(figure, written[-1])

@@ -1,0 +1,459 @@
+"""Reports as someone gets them by mail: what they say, that they hold it all, and that what a lab wrote stays text."""
+
+import re
+import shutil
+from collections import Counter
+from dataclasses import dataclass, field, replace
+from html.parser import HTMLParser
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from folders import SAMPLES, replace_in
+from study_runs import AGAIN, HEAVY, LIGHT, NO_END
+
+from tribopipe import read_run
+from tribopipe.archive.store import Archive
+from tribopipe.errors import ArchiveError
+from tribopipe.pipeline import evaluate_archived_wear, fit_archived_wear, ingest
+from tribopipe.records.annotation import Annotation
+from tribopipe.records.finding import Finding
+from tribopipe.records.manifest import read_manifest
+from tribopipe.records.mark import Mark
+from tribopipe.records.recipe import MonteCarloRecipe, Recipe, WearRecipe
+from tribopipe.records.study import Study
+from tribopipe.report.archived import run_figures
+from tribopipe.report.canvas import ShownFigure
+from tribopipe.report.html.document import run_report, study_report
+from tribopipe.report.html.mathml import mathml
+from tribopipe.report.html.merging import Stated, merged
+from tribopipe.report.html.options import options_used
+from tribopipe.report.html.svg import inline_svg
+from tribopipe.report.reporting import reporting_items
+from tribopipe.report.run_page import run_page
+from tribopipe.report.study_page import study_page
+from tribopipe.run import ExtraColumn, SourceFile
+from tribopipe.studies import run_study
+
+pytestmark = pytest.mark.usefixtures("few_draws")
+VOID = {"meta", "br"}
+LOADING = {"script", "iframe", "object", "embed", "link", "base", "form", "img", "foreignobject", "animate", "set"}
+QUICK = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
+
+
+@dataclass
+class Element:
+    """One element, with its attributes and all text within it."""
+
+    tag: str
+    attributes: dict[str, str]
+    text: str = ""
+    children: list["Element"] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.classes = self.attributes.get("class", "").split()
+
+
+class Page(HTMLParser):
+    """A document taken apart; fails where elements are not closed in the order in which they were opened."""
+
+    def __init__(self, document: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.stack: list[Element] = []
+        self.elements: list[Element] = []
+        self.feed(document)
+        self.close()
+        assert self.stack == []
+
+    def handle_starttag(self, tag, attrs):
+        assert len(attrs) == len(dict(attrs)), (tag, attrs)
+        element = Element(tag, {name: value or "" for name, value in attrs})
+        self.elements.append(element)
+        if self.stack:
+            self.stack[-1].children.append(element)
+        if tag not in VOID:
+            self.stack.append(element)
+
+    def handle_endtag(self, tag):
+        assert self.stack.pop().tag == tag
+
+    def handle_data(self, data):
+        for element in self.stack:
+            element.text += data
+
+    def all(self, *tags: str) -> list[Element]:
+        return [element for element in self.elements if element.tag in tags]
+
+    @property
+    def text(self) -> str:
+        (body,) = self.all("body")
+        return " ".join(body.text.split())
+
+
+def assert_inert(page: Page) -> None:
+    """Nothing in the page runs, and nothing is loaded from anywhere."""
+    assert not {element.tag for element in page.elements} & LOADING
+    for element in page.elements:
+        for name, value in element.attributes.items():
+            assert not name.startswith("on"), element
+            assert "javascript:" not in value.lower() or name == "aria-label", element
+            assert name != "src", element
+            if name == "href":
+                assert value.startswith(("#", "data:image/png;base64,")), element
+            assert not re.search(r"url\((?!#)", value), element
+    for style in page.all("style"):
+        assert not re.search(r"url\(|@import|expression", style.text)
+    (policy,) = [meta for meta in page.all("meta") if "http-equiv" in meta.attributes]
+    assert policy.attributes["http-equiv"] == "Content-Security-Policy"
+    assert policy.attributes["content"].startswith("default-src 'none'; style-src 'unsafe-inline'; img-src data:")
+
+
+def assert_readable(page: Page) -> None:
+    """Headings in order, tables with captions and scopes, figures with names, references to what is there."""
+    levels = [int(heading.tag[1]) for heading in page.all("h1", "h2", "h3", "h4", "h5", "h6")]
+    assert levels[0] == 1
+    assert levels.count(1) == 1
+    assert all(later <= earlier + 1 for earlier, later in pairwise(levels))
+    for table in page.all("table"):
+        assert table.children[0].tag == "caption"
+        assert table.children[1].tag == "thead"
+    assert all("scope" in head.attributes for head in page.all("th"))
+    assert all(svg.attributes["role"] == "img" and svg.attributes["aria-label"] for svg in page.all("svg"))
+    assert [html.attributes["lang"] for html in page.all("html")] == ["en"]
+    ids = Counter(element.attributes["id"] for element in page.elements if "id" in element.attributes)
+    assert max(ids.values()) == 1
+    told = [value for element in page.elements for value in element.attributes.values()]
+    assert {name for value in told for name in re.findall(r"url\(#([^)]*)\)", value)} <= set(ids)
+    links = [element.attributes["href"] for element in page.elements if "href" in element.attributes]
+    assert {link[1:] for link in links if link.startswith("#")} <= set(ids)
+
+
+def flat(text: str) -> str:
+    """Write symbols as their text is once the subscript is an element."""
+    return " ".join(re.sub(r"\b([kEFRKha])_(D|n|N|P|Ic|end|s|x|z|c)\b", r"\1\2", text).split())
+
+
+# --- a study ---
+
+
+@pytest.fixture(scope="module")
+def studied(filled, tmp_path_factory) -> Archive:
+    """Two runs that identify k_D, one that is predicted, and one without an end value, which nothing is fitted to."""
+    folder = tmp_path_factory.mktemp("studied") / "archive"
+    folder.mkdir()
+    for run_id in (LIGHT, AGAIN, HEAVY, NO_END):
+        shutil.copy(filled / f"{run_id}.h5", folder)
+    archive = Archive(folder)
+    evaluate_archived_wear(archive, LIGHT, QUICK)
+    for law in ("archard", "sarkar"):
+        fit_archived_wear(archive, LIGHT, law, QUICK)
+    study = Study(id="air", title="Three runs in air", fit=(LIGHT, AGAIN), predict=(HEAVY,))
+    assert [outcome for outcome in run_study(archive, study, QUICK) if outcome.status == "failed"] == []
+    return archive
+
+
+@pytest.fixture(scope="module")
+def study_text(studied) -> str:
+    return study_report(studied, "air")
+
+
+@pytest.fixture(scope="module")
+def study_html(study_text) -> Page:
+    return Page(study_text)
+
+
+def test_study_report_is_inert_and_readable(study_html):
+    assert_inert(study_html)
+    assert_readable(study_html)
+    assert "http" not in study_html.text
+    assert [title.text for title in study_html.all("title")] == ["Three runs in air"]
+
+
+def test_study_report_says_k_d_and_verdicts_as_the_archive_holds_them(studied, study_html):
+    page = study_page(studied, "air")
+    for law in page.laws:
+        assert flat(law.title) in study_html.text
+        for line in law.verdicts:
+            assert flat(line.sentence) in study_html.text
+        for table in law.tables:
+            for row in table.rows:
+                assert all(flat(cell) in study_html.text for cell in row)
+    assert all(flat(sentence)[1:] in study_html.text for sentence in page.sentences)
+    verdicts = [span.text.strip() for span in study_html.all("span") if "outcome" in span.classes]
+    told = [line.outcome for law in page.laws for line in law.verdicts]
+    assert Counter(verdicts) == Counter(told + told)
+
+
+def test_study_report_holds_budgets_figures_and_equations(study_html):
+    captions = [caption.text for caption in study_html.all("caption")]
+    assert [caption.split()[2] for caption in captions if "budget" in caption] == [f"{LIGHT},"] * 2
+    assert [f"Table {number}." for number in range(1, len(captions) + 1)] == [
+        caption.partition(". ")[0] + "." for caption in captions
+    ]
+    figures = [caption.text.partition(".")[0] for caption in study_html.all("figcaption")]
+    assert figures == [f"Figure {number}" for number in range(1, 5)]
+    assert len(study_html.all("svg")) == 4
+    numbers = [span.text for span in study_html.all("span") if "number" in span.classes]
+    assert numbers == ["(Eq. 7)", "(Eq. 1)", "(Eq. 2)", "(Eq. 3)", "(Eq. 4)", "(Eq. 5)", "(Eq. 6)"]
+    assert "A predictive modeling scheme for wear in tribometers" in study_html.text
+    assert "JCGM 101:2008" in study_html.text
+
+
+def test_study_report_traces_back_to_the_source_files(studied, study_html):
+    for run_id in (LIGHT, AGAIN, HEAVY):
+        page = run_page(studied, run_id)
+        assert page.raw_sha256 in study_html.text
+        assert all(source.sha256 in study_html.text for source in page.sources)
+    assert study_page(studied, "air").inputs_sha256[:16] in study_html.text
+    assert "Options other than the defaults: monte_carlo.significant_digits." in study_html.text
+
+
+def test_reporting_items_are_reported_or_missing_with_their_key(studied, study_html):
+    (table,) = [one for one in study_html.all("table") if "ASTM G99" in one.children[0].text]
+    told = " ".join(table.text.split())
+    for item in reporting_items(studied, LIGHT):
+        assert item.name in told
+        assert item.value is None or item.value in told
+    assert "missing: add conditions.relative_humidity to run.toml" in told
+    assert "missing: add conditions.track_radius to run.toml" in told
+    assert f"200.0 ± 2.0 mN ({LIGHT}, {AGAIN})" in told
+    assert "2 runs, between which k_D scatters by" in told
+
+
+def test_the_same_archive_gives_the_same_report(studied, study_text):
+    assert study_report(studied, "air") == study_text
+
+
+def test_a_run_taken_out_of_the_archive_is_named(studied, tmp_path):
+    copied = Archive(Path(shutil.copytree(studied.folder, tmp_path / "archive")))
+    copied.path(HEAVY).unlink()
+    with pytest.raises(ArchiveError, match=f"found no run '{HEAVY}'"):
+        study_report(copied, "air")
+
+
+# --- runs ---
+
+
+def test_run_report_says_what_each_step_found(studied):
+    page = Page(run_report(studied, [LIGHT]))
+    assert_inert(page)
+    assert_readable(page)
+    for stage in run_page(studied, LIGHT).stages:
+        assert flat(stage.sentence)[1:] in page.text
+        assert all(flat(fact.value) in page.text for fact in stage.facts)
+    assert [svg.attributes["aria-label"].partition(":")[0] for svg in page.all("svg")] == [LIGHT] * 3
+
+
+def test_report_of_several_runs_has_each_in_its_contents(studied):
+    page = Page(run_report(studied, [LIGHT, NO_END, LIGHT]))
+    assert_inert(page)
+    assert_readable(page)
+    (contents,) = page.all("nav")
+    assert re.findall(r"Run (\S+)", contents.text) == [LIGHT, NO_END]
+
+
+def test_run_without_a_fit_says_what_it_lacks(studied):
+    fit_archived_wear(studied, NO_END, "archard", QUICK)
+    page = Page(run_report(studied, [NO_END]))
+    assert_readable(page)
+    assert "no wear coefficient: the run lacks an end value of the pin" in page.text
+    assert "missing: add end_values.pin_scar_diameter to run.toml" in page.text
+    assert "Drift of the depth sensor" not in page.text
+    assert "(Eq. 3)" not in page.text
+
+
+def test_run_as_recorded_is_reported_without_results(sample_run, tmp_path):
+    archive = Archive(tmp_path / "archive")
+    replace_in(sample_run / "run.toml", r"(?s)\[contact\].*?(?=\[conditions\])", "")
+    replace_in(sample_run / "run.toml", r"(?s)\[end_values\].*?(?=\[sensors\])", "")
+    run_id = ingest(sample_run, archive).run_id
+    page = Page(run_report(archive, [run_id]))
+    assert_inert(page)
+    assert_readable(page)
+    assert "Nothing was evaluated yet" in page.text
+    assert "missing: add contact.pin.material to run.toml" in page.text
+    assert page.all("svg") == []
+
+
+def test_two_discs_have_their_own_items_and_equations(disc_archive):
+    page = Page(run_report(disc_archive, ["si3n4-twin-disc-4pct-100k"]))
+    assert_inert(page)
+    assert_readable(page)
+    assert "wear volume of the curved disc" in page.text
+    assert "(Eq. 14 a)" in page.text
+    assert "(Eq. 11)" not in page.text
+
+
+@pytest.mark.parametrize("run_id", ["si3n4-air-200mN", "si3n4-twin-disc-4pct-100k"])
+def test_every_missing_item_names_a_key_that_run_toml_has(run_id, tmp_path):
+    manifest, _ = read_manifest(SAMPLES / run_id / "run.toml")
+    archive = Archive(tmp_path)
+    ingest(SAMPLES / run_id, archive)
+    for item in reporting_items(archive, run_id):
+        part, name = manifest, item.key
+        while "." in name and not name.startswith("signals."):
+            step, _, name = name.partition(".")
+            part = getattr(part, step)
+        known = {"fit", "signals.columns.friction_force", *type(part).model_fields}
+        assert name in known, item
+
+
+# --- what a lab wrote ---
+
+SCRIPT = "<script>alert(1)</script>"
+HOSTILE = (
+    f'{SCRIPT}"><img src=x onerror=alert(1)></style></svg></title>javascript:alert(1) $x_$ {{{{ 7*7 }}}} &lt;b&gt;'
+)
+STEERING = "a\x00b\x1b[31m\u202eturned"
+
+
+@pytest.fixture
+def hostile(short_runs, tmp_path) -> Archive:
+    """An archive of one run and a study, with markup in every text."""
+    run = read_run(short_runs / "si3n4-air-200mN")
+    bodies = {name: body.model_copy(update={"material": HOSTILE}) for name, body in run.manifest.bodies.items()}
+    scar = run.manifest.end_values.pin_scar_diameter.model_copy(update={"method": HOSTILE})
+    manifest = run.manifest.model_copy(
+        update={
+            **dict.fromkeys(("title", "operator", "instrument"), HOSTILE),
+            "comment": STEERING,
+            "contact": run.manifest.pin_on_disc.model_copy(update=bodies),
+            "conditions": run.manifest.conditions.model_copy(update={"medium": HOSTILE}),
+            "end_values": run.manifest.end_values.model_copy(update={"pin_scar_diameter": scar}),
+        }
+    )
+    spoiled = replace(
+        run,
+        manifest=manifest,
+        sources=(SourceFile(HOSTILE, b"1"),),
+        extras={HOSTILE: ExtraColumn(np.zeros(len(run)), HOSTILE)},
+    )
+    archive = Archive(tmp_path / "archive")
+    archive.add(spoiled, [Finding(severity="warning", check="x", where=HOSTILE, message=HOSTILE, remedy=HOSTILE)])
+    archive.mark(run.id, Mark(kind="bad", reason=HOSTILE, date=HOSTILE, operator=HOSTILE))
+    archive.mark(run.id, Mark(kind="good", reason=HOSTILE, date=HOSTILE, operator=HOSTILE))
+    archive.annotate(run.id, Annotation(kind="tag", text=SCRIPT, date=HOSTILE))
+    archive.annotate(run.id, Annotation(kind="note", text=HOSTILE, date=HOSTILE, operator=HOSTILE))
+    assert [one for one in run_study(archive, Study(id="x", title=HOSTILE, fit=(run.id,)), QUICK) if one.error] == []
+    archive.mark(run.id, Mark(kind="bad", reason=HOSTILE, date=HOSTILE, operator=HOSTILE))
+    return archive
+
+
+def test_what_a_lab_wrote_stays_text(hostile):
+    shown = " ".join(HOSTILE.split())
+    for document in (run_report(hostile, ["si3n4-air-200mN"]), study_report(hostile, "x")):
+        page = Page(document)
+        assert_inert(page)
+        assert_readable(page)
+        assert page.text.count(shown) >= 12
+        assert [title.text for title in page.all("title")] == [HOSTILE]
+        assert f"si3n4-air-200mN is marked bad: {shown}" in page.text
+        assert "a\ufffdb\ufffd[31m\ufffdturned" in page.text
+
+
+@pytest.mark.filterwarnings("ignore:Glyph 11")
+def test_markup_in_a_figure_stays_text():
+    figure = ShownFigure()
+    figure.suptitle(HOSTILE.replace("$", "") + "\x0b", gid=HOSTILE)
+    figure.add_subplot().plot([0, 1], label="x", gid='"><script>', url="https://example.org")
+    page = Page(f"<body>{inline_svg(figure, 'one', HOSTILE)}</body>")
+    assert SCRIPT in page.text
+    assert not {element.tag for element in page.elements} & (LOADING | {"a", "metadata", "style"})
+    assert all(element.attributes.get("href", "#").startswith("#") for element in page.elements)
+
+
+def test_pictures_within_a_figure_come_along():
+    figure = ShownFigure()
+    figure.add_subplot().pcolormesh(np.eye(3), rasterized=True)
+    (picture,) = Page(inline_svg(figure, "one", "a map")).all("image")
+    assert picture.attributes["href"].startswith("data:image/png;base64,iVBOR")
+
+
+def test_figures_of_one_page_share_no_id(studied):
+    figures = run_figures(studied, LIGHT)
+    page = Page(f"<body>{''.join(inline_svg(one, name, name) for name, one in figures.items())}</body>")
+    ids = [element.attributes["id"] for element in page.elements if "id" in element.attributes]
+    assert len(ids) == len(set(ids)) > len(figures)
+
+
+# --- its parts ---
+
+
+def test_equations_are_mathml():
+    assert mathml(r"k_D = \frac{V}{F_N^2}, \quad \text{<b>}") == (
+        '<math display="block"><mrow><msub><mi>k</mi><mi>D</mi></msub><mo>=</mo><mfrac><mrow><mi>V</mi></mrow><mrow>'
+        "<msubsup><mi>F</mi><mi>N</mi><mn>2</mn></msubsup></mrow></mfrac><mo>,</mo>"
+        '<mspace width="1.5em"></mspace><mtext>&lt;b&gt;</mtext></mrow></math>'
+    )
+
+
+def test_what_runs_state_is_put_together():
+    found = merged(
+        {
+            "a": [Stated("test", "load", "1 N"), Stated("pin", "material", "x")],
+            "b": [Stated("test", "load", "2 N"), Stated("test", "speed", None), Stated("pin", "material", "x")],
+        }
+    )
+    assert found == [
+        ("test", "load", {"1 N": ("a",), "2 N": ("b",)}),
+        ("test", "speed", {None: ("b",)}),
+        ("pin", "material", {"x": ("a", "b")}),
+    ]
+
+
+def test_options_say_what_differs_from_the_defaults():
+    joint = Recipe(wear=WearRecipe(correction="joint")).model_dump(mode="json", by_alias=True)
+    usual = Recipe().model_dump(mode="json", by_alias=True)
+    told = {"one": {"wear": joint["wear"], "drift": joint["drift"]}, "other": {"wear": usual["wear"]}}
+    found = options_used(told)
+    (changed,) = [option for option in found if option.changed]
+    assert changed == ("wear.correction", "joint", "two-step", ("one",))
+    limit = next(option for option in found if option.name == "drift.discrepancy_limit")
+    assert limit == ("drift.discrepancy_limit", "2.5×10⁻⁷ m", "2.5×10⁻⁷ m", ())
+
+
+# --- the command ---
+
+
+def test_command_writes_one_file_and_replaces_none_unless_told(run_cli, studied, tmp_path):
+    name = f"{NO_END}.html"
+    done = run_cli("report", NO_END, "--archive", studied.folder, cwd=tmp_path)
+    assert (done.exit_code, done.stderr) == (0, f"{NO_END}: report written to {name}\n")
+    written = (tmp_path / name).read_bytes()
+    assert written == run_report(studied, [NO_END]).encode()
+    (tmp_path / name).write_bytes(b"mine")
+    again = run_cli("report", NO_END, "--archive", studied.folder, cwd=tmp_path)
+    assert again.exit_code == 1
+    assert again.stderr == f"error: {name}: found it there already; expected no such file; --force replaces it\n"
+    assert (tmp_path / name).read_bytes() == b"mine"
+    forced = run_cli("report", NO_END, "--archive", studied.folder, "--force", cwd=tmp_path)
+    assert forced.exit_code == 0
+    assert (tmp_path / name).read_bytes() == written
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["ari"], "found neither a run nor a study 'ari'; expected one of the archive's; did you mean 'air'?"),
+        (["../air"], "found neither a run nor a study '../air'; expected one of the archive's"),
+        (["air", LIGHT], "found the study 'air' among several ids; expected runs, or one study by itself"),
+        ([LIGHT, "-o", "."], "found a folder; expected a file to write"),
+    ],
+)
+def test_command_says_in_one_sentence_what_is_wrong(run_cli, studied, tmp_path, arguments, told):
+    failed = run_cli("report", *arguments, "--archive", studied.folder, cwd=tmp_path)
+    assert failed.exit_code == 1
+    assert failed.stderr.count("\n") == 1
+    assert told in failed.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_study_wins_over_a_run_of_its_id_unless_told(run_cli, studied, tmp_path, monkeypatch):
+    folder = Path(shutil.copytree(studied.folder, tmp_path / "archive"))
+    shutil.copy(folder / "studies" / "air.h5", folder / "studies" / f"{NO_END}.h5")
+    monkeypatch.setattr("tribopipe.report.html.document.study_report", lambda _, name: f"study {name}")
+    monkeypatch.setattr("tribopipe.report.html.document.run_report", lambda _, names: f"run {names[0]}")
+    for options, kind in (([], "study"), (["--run"], "run")):
+        run_cli("report", NO_END, *options, "--archive", folder, "-o", tmp_path / "r.html", "--force")
+        assert (tmp_path / "r.html").read_text(encoding="utf-8") == f"{kind} {NO_END}"

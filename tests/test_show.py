@@ -1,0 +1,300 @@
+"""`show`: a page that reads well on a terminal, any part of the HDF5 file, and nothing that steers the terminal."""
+
+import json
+import re
+
+import h5py
+import numpy as np
+import pytest
+from folders import replace_in, set_key
+
+from tribopipe.archive.part import find_part
+from tribopipe.archive.store import Archive
+from tribopipe.cli.pages import show_facts, show_run_page, show_study_page
+from tribopipe.errors import ArchiveError
+from tribopipe.pipeline import ingest
+from tribopipe.records.annotation import Annotation
+from tribopipe.records.finding import Finding
+from tribopipe.records.mark import Mark
+from tribopipe.report.page import Fact, LawPage, StudyPage, TextTable, VerdictLine
+from tribopipe.report.run_page import run_page
+
+RUN = "si3n4-air-200mN"
+DATE = "2026-07-01T10:00:00+00:00"
+STEERING = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
+
+
+@pytest.fixture
+def show(run_cli, archive):
+    return lambda *arguments: run_cli("show", RUN, *arguments, "--archive", archive)
+
+
+@pytest.fixture
+def terminal(monkeypatch):
+    """Make stderr a terminal of some width."""
+
+    def become(columns: int) -> None:
+        monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+        monkeypatch.setenv("COLUMNS", str(columns))
+
+    return become
+
+
+def refused(result, *words: str) -> None:
+    assert (result.exit_code, result.stdout) == (1, "")
+    (line,) = result.stderr.splitlines()
+    assert line.startswith("error: ")
+    assert [word for word in words if word not in line] == [], line
+
+
+# --- the page ---
+
+
+def test_page_has_headings_facts_and_tables(show, archive):
+    shown = show()
+    assert (shown.exit_code, shown.stdout) == (0, "")
+    lines = shown.stderr.splitlines()
+    assert lines[0] == RUN
+    for heading in ("Pin", "Disc", "Conditions", "Recorded", "Signals", "End values", "Files as they came"):
+        assert lines[lines.index(heading) - 1] == ""
+    assert re.search(r"(?m)^  normal load +200\.0 ± 2\.0 mN$", shown.stderr)
+    assert re.search(r"(?m)^  k_D by Archard's law +\(", shown.stderr)
+    assert re.search(r"(?m)^Wear coefficient by Archard's law \(wear_fit_archard, tribopipe \S+, \S+\)$", shown.stderr)
+    assert "  budget of k_D" in lines
+    assert re.search(r"(?m)^ normal load +200\.0 ± 2\.0 mN +manifest +", shown.stderr)
+    assert lines[-1] == str(archive / f"{RUN}.h5")
+    assert STEERING.search(shown.stderr) is None
+
+
+def test_values_stand_beneath_each_other(show):
+    shown = show().stderr.partition("\nSignals\n")[2].partition("\n\n")[0]
+    starts = {re.match(r"  \S+( \S+)* {2,}", line).end() for line in shown.splitlines()}
+    assert len(starts) == 1
+
+
+def test_terminal_has_bold_headings_and_wrapped_lines(archive, terminal, capsys):
+    page = run_page(Archive(archive), RUN)
+    show_run_page(page)
+    plain = capsys.readouterr().err
+    terminal(60)
+    show_run_page(page)
+    written = capsys.readouterr().err
+    assert "\x1b" not in plain
+    assert "\nPin\n" in re.sub("\x1b.*?m", "", written)
+    texts = [line for line in re.sub("\x1b.*?m", "", written).splitlines() if line.startswith("  ")]
+    prose = [line for line in texts if " ± " not in line and "SHA" not in line]
+    assert max(map(len, prose)) <= 80
+    (title,) = [line for line in texts if "Si3N4 on Si3N4" in line]
+    assert len(title) <= 60
+
+
+def test_findings_and_remarks_are_told(archive, capsys):
+    store = Archive(archive)
+    store.mark(RUN, Mark(kind="bad", reason="slipped", date=DATE, operator="anna"))
+    store.annotate(
+        RUN, Annotation(kind="tag", text="run-in", date=DATE), Annotation(kind="note", text="odd", date=DATE)
+    )
+    finding = Finding(severity="warning", check="c", where="depth", message="found x; expected y", remedy="mend it")
+    page = run_page(store, RUN)
+    show_run_page(type(page)(**(vars(page) | {"findings": (finding,), "studies": ("air",)})))
+    told = capsys.readouterr().err
+    for line in (
+        *("marked bad: slipped", "tags: run-in", "warning: depth: found x; expected y; mend it"),
+        *(f"marked bad by anna, {DATE}: slipped", f"tagged, {DATE}: run-in", f"note, {DATE}: odd", "air"),
+    ):
+        assert f"\n  {line}\n" in told
+
+
+def test_json_has_tags_and_annotations_too(show, archive):
+    note = Annotation(kind="note", text="odd", date=DATE)
+    Archive(archive).annotate(RUN, Annotation(kind="tag", text="run-in", date=DATE), note)
+    document = json.loads(show("--json").stdout)
+    assert document["tags"] == ["run-in"]
+    assert document["annotations"][1] == note.model_dump(mode="json")
+    assert document["wear_fits"]["archard"]["model"] == "archard"
+    assert document["steps"] == Archive(archive).step_names(RUN)
+
+
+def test_hostile_texts_steer_no_terminal(sample_run, tmp_path, run_cli):
+    nasty = "a\\u001b]0;owned\\u0007 \\u202ebackwards\\u009b2J b"
+    for key in ("title", "instrument"):
+        set_key(sample_run, key, f'"{nasty}"')
+    replace_in(sample_run / "run.toml", 'material = "Si3N4"', f'material = "{nasty}"')
+    store = Archive(tmp_path / "a")
+    run_id = ingest(sample_run, store).run_id
+    for more in ([], ["--path", "/entry/manifest/data"], ["--path", "/entry/instrument"], ["--path", "/"]):
+        shown = run_cli("show", run_id, "--archive", tmp_path / "a", *more)
+        assert shown.exit_code == 0
+        assert STEERING.search(shown.stderr) is None
+        assert "owned" in shown.stderr
+
+
+def test_fact_of_a_hostile_name_is_shown_harmless(capsys):
+    show_facts([Fact("a\x1b[31m", "b\r\nc")], 9)
+    assert capsys.readouterr().err == "  a\\x1b[31m  b c\n"
+
+
+def test_study_page_says_all(capsys):
+    law = LawPage(
+        model="archard",
+        title="Archard's law: k_D = 1",
+        tables=(TextTable("verdict on each run", ("run", "verdict"), (("a", "supported"),)),),
+        sentences=("scatter of k_D",),
+        verdicts=(VerdictLine("a", "fitted", "supported", "It holds.", ("beware",)),),
+    )
+    show_study_page(StudyPage("air", "In air", ("a",), (), (law,), ("note: one run",), "0.1.0", DATE, ""))
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[:4] == [f"air (tribopipe 0.1.0, {DATE})", "  In air", "", "air, Archard's law: k_D = 1"]
+    assert lines[-4:] == ["scatter of k_D", "a: It holds.", "a: note: beware", "note: one run"]
+
+
+# --- a part of the file ---
+
+
+def test_group_is_a_tree_of_what_it_holds(show):
+    told = show("--path", "/entry").stderr
+    assert re.match(r"/entry \(NXentry, \d+ members\)\n  @default = wear\n", told)
+    for line in (
+        "  raw (NXdata, 6 members)",
+        "      time (1,251, float64) [s]",
+        "          @origin = measured",
+        "      sliding_distance -> /entry/raw/sliding_distance",
+        f"  identifier_run = {RUN}",
+    ):
+        assert line in told.splitlines()
+
+
+def test_plot_is_a_table_of_first_and_last_rows(show, archive):
+    told = show("--path", "entry/wear/", "--rows", "2").stderr
+    with h5py.File(archive / f"{RUN}.h5") as file:
+        last = file["entry/wear/pin_wear_depth"][-1]
+    rows = told[told.index("─") :].splitlines()[1:]
+    assert [row.split()[0] for row in rows if row] == ["0", "1", "…", "1,249", "1,250"]
+    assert f"{last:.8g}" in rows[4]
+    assert "pin_wear_depth [um]" in told
+
+
+def test_values_come_whole_in_json(show, archive):
+    document = json.loads(show("--path", "/entry/raw/depth", "--json").stdout)
+    assert document["value"] == Archive(archive).raw(RUN).columns["depth"].tolist()
+    assert (document["shape"], document["attributes"]["units"]) == ([1251], "m")
+    group = json.loads(show("--path", "/entry/drift_correction/data", "--json").stdout)
+    assert set(group["values"]) == {"sliding_distance", "wear_depth", "pin_wear_depth"}
+    assert group["members"]["sliding_distance"] == {"kind": "link", "leads_to": "/entry/raw/sliding_distance"}
+
+
+def test_json_notes_are_laid_out_and_texts_are_whole(show):
+    told = show("--path", "/entry/manifest/data").stderr
+    assert f'\n    "id": "{RUN}",\n' in told
+    assert json.loads(told.partition("\n")[2])["id"] == RUN
+    assert f'\n    "id": "{RUN}",\n' in show("--path", "/entry/manifest").stderr
+
+
+@pytest.mark.parametrize(
+    ("path", "nearest"),
+    [("/entry/wer", "'/entry/wear'"), ("/entri", "'/entry'"), ("/entry/raw/time/x", "'/entry/raw/time'")],
+)
+def test_wrong_path_names_the_nearest(show, path, nearest):
+    refused(show("--path", path), f"found no {path!r}", f"did you mean {nearest}?")
+
+
+def test_plot_over_two_axes_is_a_tree_with_all_values_in_json(show, archive):
+    with h5py.File(archive / f"{RUN}.h5", "a") as file:
+        data = file.create_group("map")
+        data.attrs.update(NX_class="NXdata", signal="wear", axes=["s", "r"], auxiliary_signals=["gone"])
+        data["s"], data["r"], data["wear"] = np.arange(2.0), np.arange(3.0), np.ones((2, 3))
+    told = show("--path", "/map").stderr
+    assert "  wear (2 × 3, float64)" in told
+    assert "number" not in told
+    assert json.loads(show("--path", "/map", "--json").stdout)["values"]["wear"] == [[1.0] * 3] * 2
+
+
+def test_rows_have_to_be_some(show):
+    assert show("--path", "/entry", "--rows", "0").exit_code == 2
+
+
+@pytest.fixture
+def odd(archive, tmp_path):
+    """The archive with all that a hostile or odd file may hold."""
+    with h5py.File(tmp_path / "other.h5", "w") as other:
+        other["secret"] = np.arange(3.0)
+    with h5py.File(archive / f"{RUN}.h5", "a") as file:
+        group = file.create_group("odd", track_order=True)
+        group["out"] = h5py.ExternalLink(str(tmp_path / "other.h5"), "/secret")
+        group["soft"] = h5py.SoftLink("out")
+        group["loop"] = h5py.SoftLink("loop")
+        group["relative"] = h5py.SoftLink("./map")
+        group["lost"] = h5py.SoftLink("/nowhere")
+        layout = h5py.VirtualLayout(shape=(3,), dtype="f8")
+        layout[:] = h5py.VirtualSource(str(tmp_path / "other.h5"), "secret", shape=(3,))
+        group.create_virtual_dataset("virtual", layout)
+        group.create_dataset("away", (3,), "f8", external=[(str(tmp_path / "other.h5"), 0, h5py.h5f.UNLIMITED)])
+        group["map"] = np.arange(12.0).reshape(4, 3)
+        group["gaps"] = np.array([1.0, np.nan, np.inf])
+        group["words"] = np.array(["a\x1b[31m", "b"], dtype=h5py.string_dtype())
+        group["nothing"] = h5py.Empty("f8")
+        group["type"] = np.dtype("f8")
+        group["pairs"] = np.array([(1, 2.5)], dtype=[("n", "i4"), ("x", "f8")])
+        group["itself"] = group
+        group.attrs["\x1bname"] = "\x1b[2J"
+    return archive
+
+
+@pytest.mark.usefixtures("odd")
+@pytest.mark.parametrize("part", ["odd/out", "odd/soft", "odd/loop"])
+def test_links_lead_nowhere_else(show, part):
+    refused(show("--path", part), "expected a part of this file")
+    refused(show("--path", part, "--json"), "expected a part of this file")
+
+
+@pytest.mark.usefixtures("odd")
+@pytest.mark.parametrize("part", ["odd/virtual", "odd/away"])
+def test_values_of_other_files_are_not_read(show, part):
+    for more in ([], ["--json"]):
+        result = show("--path", part, *more)
+        assert (result.exit_code, result.stdout) == (1, "")
+        assert "found values that are kept in other files" in result.stderr
+
+
+@pytest.mark.usefixtures("odd")
+def test_odd_members_are_told_and_do_no_harm(show):
+    told = show("--path", "odd")
+    assert told.exit_code == 0
+    assert STEERING.search(told.stderr) is None
+    lines = told.stderr.splitlines()
+    for line in (
+        "  soft -> out",
+        "  lost -> /nowhere",
+        "  relative -> ./map",
+        "  virtual (3, float64, kept in other files)",
+        "  map (4 × 3, float64)",
+        "  words (2, text)",
+        "  nothing (nothing, float64)",
+        "  type (type)",
+        "  @\\x1bname = \\x1b[2J",
+    ):
+        assert line in lines
+    assert any(line.startswith("  out -> /secret in another file, ") for line in lines)
+    assert "secret" not in json.dumps(json.loads(show("--path", "odd", "--json").stdout)["members"]["virtual"])
+
+
+@pytest.mark.usefixtures("odd")
+def test_odd_values_are_shown(show):
+    assert json.loads(show("--path", "odd/gaps", "--json").stdout)["value"] == [1.0, None, None]
+    assert json.loads(show("--path", "odd/pairs", "--json").stdout)["value"] == [[1, 2.5]]
+    assert json.loads(show("--path", "odd/nothing", "--json").stdout)["shape"] == []
+    assert "\n  0: [0. 1. 2.]\n" in show("--path", "odd/relative").stderr
+    assert "a\\x1b[31m" in show("--path", "odd/words").stderr
+    for part in ("gaps", "nothing", "pairs", "itself/map"):
+        assert show("--path", f"odd/{part}").exit_code == 0
+    refused(show("--path", "odd/type"), "found no 'odd/type'")
+    refused(show("--path", "odd/lost"), "found no 'odd/lost'")
+
+
+def test_parts_are_found_by_any_writing_of_their_path(archive):
+    with Archive(archive).open(RUN) as file:
+        for path in ("/entry/raw", "entry/raw", "//entry/./raw/"):
+            assert find_part(file, path).name == "/entry/raw"
+        assert find_part(file, "").name == "/"
+        with pytest.raises(ArchiveError, match="found no"):
+            find_part(file, "/entry/../etc")

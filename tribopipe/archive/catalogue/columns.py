@@ -1,0 +1,192 @@
+"""The columns of a list of runs. Nothing heavy is imported here: listing needs no units."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+from tribopipe.errors import QueryError, did_you_mean
+
+ITEM = "\n"
+"""What stands between several texts of one run in the catalogue."""
+
+
+@dataclass(frozen=True)
+class ListedColumn:
+    """One column: what it holds, and how it is shown."""
+
+    name: str
+    """As --where, --sort and --columns call it."""
+    label: str
+    """Heading, without the unit."""
+    help: str
+    """What it says."""
+    kind: Literal["number", "text", "date"] = "text"
+    unit: str = ""
+    """In which numbers are shown, as people read it; empty for texts and plain numbers."""
+    measures: str = ""
+    """What kind of number it is, by ``tribopipe.units.KINDS``."""
+    joint: str | None = None
+    """What stands between several texts of one run; none where there is one at most."""
+    shown: bool = False
+    """Whether it is listed before anybody chooses."""
+
+    @property
+    def heading(self) -> str:
+        """Label and unit: "load, mN"."""
+        return f"{self.label}, {self.unit}" if self.unit else self.label
+
+
+class Cell(NamedTuple):
+    """What a run has in a column: a number in SI, or a text; as it is shown, without the unit."""
+
+    value: float | str | None = None
+    standard_uncertainty: float | None = None
+    shown: str | None = None
+
+
+def _text(name: str, label: str, about: str, *, joint: str | None = None, shown: bool = False) -> ListedColumn:
+    return ListedColumn(name, label, about, joint=joint, shown=shown)
+
+
+def _number(name: str, label: str, about: str, measures: str, unit: str = "", *, shown: bool = False) -> ListedColumn:
+    return ListedColumn(name, label, about, kind="number", measures=measures, unit=unit, shown=shown)
+
+
+_K_D, _RATE = "mm³/(N·mm)", "mm³/(N·m)"
+
+_ALL = (
+    _text("id", "run", "Name of the run.", shown=True),
+    _text("mark", "mark", "Bad where the run is marked bad.", shown=True),
+    _text("tags", "tags", "Tags given to the run.", joint=", ", shown=True),
+    _text("title", "title", "One line about the run."),
+    _text("tribometer", "tribometer", "Type of tribometer.", shown=True),
+    _text("material", "materials", "Materials of the bodies.", joint=" / ", shown=True),
+    _text("pin_material", "pin material", "Material of the pin."),
+    _text("disc_material", "disc material", "Material of the disc that a pin rubs on."),
+    _text("curved_disc_material", "curved disc material", "Material of the curved disc."),
+    _text("flat_disc_material", "flat disc material", "Material of the flat disc."),
+    _text("shape", "shape", "Shape of the pin."),
+    _number("radius", "radius", "Radius of the pin, or of the curved disc's crown.", "length", "mm"),
+    _text("medium", "medium", "What surrounds the contact.", shown=True),
+    _number("load", "load", "Nominal normal load.", "force", "mN", shown=True),
+    _number("speed", "speed", "Nominal sliding speed, or speed of the curved disc.", "speed", "mm/s"),
+    _number("distance", "distance", "Distance slid at the end, recorded or else planned.", "distance", "m"),
+    _number("rotations", "rotations", "Rotations of the curved disc, recorded or else planned.", "count"),
+    _number("slip", "slip", "Nominal slip of two discs.", "percentage", "%"),
+    _number("temperature", "temperature", "Room temperature.", "temperature", "°C"),
+    _number("humidity", "humidity", "Relative humidity of the surrounding air.", "percentage", "%"),
+    _number("friction", "μ steady", "Steady friction coefficient b of the fit.", "ratio", shown=True),
+    _number("friction_amplitude", "A", "Friction at the start above the steady state, A of the fit.", "ratio"),
+    _number("running_in", "c", "Distance over which friction runs in, c of the fit.", "distance", "m"),
+    _number("mean_friction", "mean μ", "Mean friction coefficient over the whole run.", "ratio"),
+    _number("drift_rate", "drift", "Drift of the depth reading.", "drift rate", "nm/min"),
+    _number("discrepancy", "discrepancy", "Wear by the sensor at the end, minus the end value.", "length", "µm"),
+    _number(
+        "k_d",
+        "k_D",
+        "Wear coefficient by Archard's law, of the pin or the curved disc.",
+        "wear coefficient",
+        _K_D,
+        shown=True,
+    ),
+    _number(
+        "k_d_sarkar",
+        "k_D by Sarkar",
+        "Wear coefficient by Sarkar's law, of the pin or the curved disc.",
+        "wear coefficient",
+        _K_D,
+    ),
+    _number("k_d_flat", "k_D flat disc", "Wear coefficient of the flat disc by Archard.", "wear coefficient", _K_D),
+    _number(
+        "k_d_sarkar_flat",
+        "k_D flat disc by Sarkar",
+        "Wear coefficient of the flat disc by Sarkar.",
+        "wear coefficient",
+        _K_D,
+    ),
+    _number("end_depth", "end depth", "Wear depth at the end, of the pin or of both discs together.", "length", "µm"),
+    _number("predicted_depth", "predicted depth", "The same as predicted by Archard's law.", "length", "µm"),
+    _number(
+        "predicted_depth_sarkar", "predicted depth by Sarkar", "The same as predicted by Sarkar's law.", "length", "µm"
+    ),
+    _number("wear_volume", "wear volume", "Volume worn off the pin or the curved disc.", "volume", "mm³"),
+    _number("disc_wear_volume", "disc wear volume", "Volume worn off the disc or the flat disc.", "volume", "mm³"),
+    _number("wear_rate", "wear rate", "Specific wear rate of the pin or curved disc.", "wear coefficient", _RATE),
+    _number(
+        "disc_wear_rate", "disc wear rate", "Specific wear rate of the disc or flat disc.", "wear coefficient", _RATE
+    ),
+    ListedColumn("started", "started", "Start of the test, by the clock of the lab.", kind="date", shown=True),
+    _text("operator", "operator", "Who ran the test."),
+    _text("instrument", "instrument", "Name of the tribometer."),
+    _text("comment", "comment", "Anything else that run.toml says."),
+    _text("stage", "stage", "How far the run has been taken.", shown=True),
+    _text("steps", "steps", "Every step it has been through.", joint=", "),
+    _number("findings", "findings", "Errors and warnings when it was ingested.", "count"),
+    _text("marked_bad", "why bad", "Why the run is marked bad."),
+    _text("notes", "notes", "Notes written to the run.", joint="; "),
+    _text("studies", "studies", "Studies that it is part of.", joint=", "),
+    _text("verdicts", "verdicts", "What these studies say of each law for the run.", joint="; "),
+)
+
+COLUMNS: Mapping[str, ListedColumn] = {column.name: column for column in _ALL}
+"""By name, in the order in which they are listed."""
+
+ALIASES: Mapping[str, str] = {
+    "run": "id",
+    "tag": "tags",
+    "note": "notes",
+    "materials": "material",
+    "pin_radius": "radius",
+    "crown_radius": "radius",
+    "normal_load": "load",
+    "sliding_speed": "speed",
+    "sliding_distance": "distance",
+    "relative_humidity": "humidity",
+    "mu": "friction",
+    "μ": "friction",
+    "µ": "friction",
+    "k_d_archard": "k_d",
+    "date": "started",
+    "step": "steps",
+    "study": "studies",
+    "verdict": "verdicts",
+}
+"""Other names by which people ask for a column."""
+
+
+def column_named(name: str, where: str = "") -> ListedColumn:
+    """Return a column by its name or alias, in any case, with - for _.
+
+    Raises ``QueryError``, which says ``where`` the name was found and which one is nearest.
+    """
+    plain = name.strip().replace("-", "_")
+    known = plain if plain in ALIASES else plain.lower()
+    column = COLUMNS.get(ALIASES.get(known, known))
+    if column is None:
+        raise QueryError(f"found {name!r}{where}; expected a column of the list; {_nearest(known)}")
+    return column
+
+
+def columns_named(names: str) -> list[ListedColumn]:
+    """Return the columns of a list such as "id,load". Raises ``QueryError`` where there is no such column."""
+    return [column_named(name, " among the columns") for name in names.split(",")]
+
+
+def _nearest(name: str) -> str:
+    near = did_you_mean(name, [*COLUMNS, *ALIASES])
+    return near if near.startswith("did") else "`tribopipe ls --columns help` names them all"
+
+
+STEP_WORDS: Mapping[str, str] = {
+    "clean_up": "clean-up",
+    "drift_correction": "drift",
+    "friction_fit": "friction",
+    "specific_wear": "specific wear",
+    "wear_fit_archard": "Archard",
+    "wear_fit_sarkar": "Sarkar",
+    "prediction_archard": "predicted by Archard",
+    "prediction_sarkar": "predicted by Sarkar",
+    "local_wear_archard": "local wear by Archard",
+    "local_wear_sarkar": "local wear by Sarkar",
+}
+"""The steps of a run as the column of that name calls them."""

@@ -1,0 +1,54 @@
+"""How a file of the archive looks from outside, by which it is known again without being read."""
+
+import os
+from pathlib import Path
+from typing import NamedTuple
+
+STUDIES, SUFFIX = "studies", ".h5"
+_SETTLED_AFTER = 2_000_000_000
+"""Age in ns from which a file cannot change any more without its time of change telling: the clocks of file systems
+tick every 2 s at worst."""
+
+
+class Stamp(NamedTuple):
+    """Size, times and number of a file. Times are in ns since 1970; the number is 0 where the platform has none."""
+
+    size: int
+    modified: int
+    changed: int
+    number: int
+
+    def __str__(self) -> str:
+        return " ".join(map(str, self))
+
+    def settled(self, now: int) -> bool:
+        """Tell whether a file read at a time, ns, would bear another stamp after any later change."""
+        return max(self.modified, self.changed) < now - _SETTLED_AFTER
+
+
+def stamps(archive: Path) -> dict[str, Stamp]:
+    """Return the stamps of all runs and studies of an archive, by their path in it."""
+    return _stamps(archive, "") | _stamps(archive / STUDIES, f"{STUDIES}/")
+
+
+def _stamps(folder: Path, prefix: str) -> dict[str, Stamp]:
+    try:
+        with os.scandir(folder) as entries:
+            seen = {prefix + entry.name: _stamp(entry) for entry in entries if _may_be_ours(entry.name)}
+    except (FileNotFoundError, NotADirectoryError):
+        return {}
+    return {name: stamp for name, stamp in seen.items() if stamp is not None}
+
+
+def _may_be_ours(name: str) -> bool:
+    unicode = name.encode("utf-8", "ignore").decode() == name
+    return unicode and name.endswith(SUFFIX) and not name.startswith(".")
+
+
+def _stamp(entry: "os.DirEntry[str]") -> Stamp | None:
+    """Return the stamp of a file; none of a folder, or of what was removed just now."""
+    try:
+        seen = entry.stat() if entry.is_file() else None
+    except FileNotFoundError:
+        return None
+    return seen and Stamp(seen.st_size, seen.st_mtime_ns, seen.st_ctime_ns, seen.st_ino)

@@ -1,0 +1,118 @@
+"""A run as its file tells it without its arrays: as fast for two million samples as for a hundred."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import h5py
+import numpy as np
+
+from tribopipe.archive import nexus
+from tribopipe.archive.runfile import read_fingerprints, read_manifest, read_marks, read_result
+from tribopipe.archive.steps import STEPS, StepName
+from tribopipe.records.base import Record
+from tribopipe.records.finding import Finding
+from tribopipe.records.manifest import RunManifest
+from tribopipe.records.mark import Mark
+from tribopipe.records.signals import SIGNALS, SignalName
+from tribopipe.run import Origin
+
+_TAIL = 1000
+"""Samples at the end of a run among which the last known value of an axis is looked for."""
+
+
+@dataclass(frozen=True)
+class SourceOutline:
+    """A file as it came, without its bytes."""
+
+    name: str
+    size: int
+    sha256: str
+
+
+@dataclass(frozen=True)
+class StepOutline:
+    """One step of one run without its curves and tables."""
+
+    name: StepName
+    result: Record
+    inputs_sha256: str
+    result_sha256: str
+    options: Mapping[str, object]
+    """What the step was told, as JSON types."""
+    program_version: str
+    date: str
+    """When it was done, ISO 8601."""
+
+
+@dataclass(frozen=True)
+class RunOutline:
+    """One run without its columns."""
+
+    manifest: RunManifest
+    samples: int
+    origins: Mapping[SignalName, Origin]
+    """The signals it has, and whether each was measured or derived."""
+    ends: Mapping[SignalName, float]
+    """Last known time, sliding distance and rotations, SI, as cleaned up."""
+    extras: tuple[str, ...]
+    """Names of columns that no signal was made of."""
+    sources: tuple[SourceOutline, ...]
+    raw_sha256: str
+    findings: tuple[Finding, ...]
+    marks: tuple[Mark, ...]
+    """Oldest first; the last one counts."""
+    steps: Mapping[StepName, StepOutline]
+    """Those it has been through, in order."""
+
+
+def read_outline(file: h5py.File) -> RunOutline:
+    """Read a run without its columns and curves."""
+    entry = file["entry"]
+    raw, extras = entry["raw"], entry["extra_columns"].values() if "extra_columns" in entry else ()
+    names = [name for name in SIGNALS if name in raw]
+    return RunOutline(
+        manifest=read_manifest(file),
+        samples=len(raw[names[0]]),
+        origins={name: raw[name].attrs["origin"] for name in names},
+        ends=_ends(entry, names),
+        extras=tuple(str(column.attrs["column_name"]) for column in extras),
+        sources=tuple(_source(note) for note in entry["source_files"].values()),
+        raw_sha256=nexus.text(entry, "archived/raw_sha256"),
+        findings=tuple(Finding(**found) for found in json.loads(nexus.text(entry, "findings/data"))),
+        marks=tuple(read_marks(entry)),
+        steps={name: step for name in STEPS if (step := _step(entry, name)) is not None},
+    )
+
+
+def _source(note: h5py.Group) -> SourceOutline:
+    return SourceOutline(nexus.text(note, "file_name"), int(note["data"].size), nexus.text(note, "checksum"))
+
+
+def _step(entry: h5py.Group, name: StepName) -> StepOutline | None:
+    result, fingerprints = read_result(entry, name), read_fingerprints(entry, name)
+    if result is None or fingerprints is None:
+        return None
+    return StepOutline(
+        name=name,
+        result=result,
+        inputs_sha256=fingerprints.inputs,
+        result_sha256=fingerprints.result,
+        options=json.loads(nexus.text(entry[name], "options/data")),
+        program_version=nexus.text(entry[name], "version"),
+        date=nexus.text(entry[name], "date"),
+    )
+
+
+def _ends(entry: h5py.Group, names: list[SignalName]) -> dict[SignalName, float]:
+    axes: tuple[SignalName, ...] = ("time", "sliding_distance", "rotations")
+    found = {name: _last(entry, name) for name in axes if name in names}
+    return {name: value for name, value in found.items() if value is not None}
+
+
+def _last(entry: h5py.Group, name: SignalName) -> float | None:
+    """Return the last known value of an axis, cleaned up or else raw; none where its end is missing."""
+    cleaned = isinstance(entry.get(f"clean_up/data/{name}", getlink=True), h5py.HardLink)
+    tail = np.asarray(entry["clean_up/data" if cleaned else "raw"][name][-_TAIL:], dtype=np.float64)
+    known = tail[np.isfinite(tail)]
+    return float(known[-1]) if known.size else None

@@ -1,0 +1,118 @@
+"""Command that writes columns of archived runs for spreadsheets and scripts: export csv."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archived_ids, load_archive
+from tribopipe.cli.output import exit_with, print_json, progress, say
+
+if TYPE_CHECKING:
+    from tribopipe.archive.store import Archive
+    from tribopipe.errors import TribopipeError
+
+_Job = tuple[str, str, Path]
+"""Id, kind of table, and the file it is written to."""
+
+
+def export_csv(
+    ids: Annotated[list[str], typer.Argument(help="Ids of archived runs.", metavar="ID", autocompletion=archived_ids)],
+    what: Annotated[
+        str | None,
+        typer.Option(
+            help="raw, cleaned, other-columns, corrected, friction, wear, fit, prediction or local-wear; several with "
+            "commas between; everything a run has unless said."
+        ),
+    ] = None,
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder to write into.")] = Path("csv"),
+    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    force: Annotated[bool, typer.Option("--force", help="Replace files that are there already.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Write columns of runs as CSV, <id>-<what>.csv: every number to the last digit, in the unit of the archive.
+
+    A run folder with the raw columns and the run's run.toml gives the same run again.
+    """
+    store, wanted = load_archive(archive), None if what is None else _chosen(what)
+    jobs: list[_Job] = []
+    errors: list[TribopipeError] = []
+    for run_id in dict.fromkeys(ids):
+        found, lacking = _jobs(store, run_id, wanted, output)
+        jobs += found
+        errors += lacking
+    if not force:
+        _refuse_to_replace([path for _, _, path in jobs])
+    written = _written(store, jobs, output, errors)
+    if as_json:
+        print_json({"files": [{"id": run_id, "what": kind, "file": str(path)} for run_id, kind, path in written]})
+    exit_with(errors, some_done=bool(written))
+
+
+def _written(store: "Archive", jobs: Sequence[_Job], folder: Path, errors: "list[TribopipeError]") -> list[_Job]:
+    """Write files, and return those that could be; what stood in the way of others is added to the errors."""
+    from tribopipe.errors import TribopipeError
+
+    folder.mkdir(parents=True, exist_ok=True)
+    done = []
+    with progress("csv", len(jobs)) as advance:
+        for run_id, kind, path in jobs:
+            try:
+                _write(store, run_id, kind, path)
+            except TribopipeError as error:
+                errors.append(error)
+            else:
+                done.append((run_id, kind, path))
+            advance(path.name)
+    for _, _, path in done:
+        say(str(path))
+    return done
+
+
+def _chosen(text: str) -> list[tuple[str, ...]]:
+    """Return the kinds that each word asks for: "fit" for those by every law."""
+    from tribopipe.errors import did_you_mean
+    from tribopipe.report.csv_files import CSV_KINDS
+
+    chosen = []
+    for word in (part.strip() for part in text.split(",")):
+        kinds = tuple(kind for kind in CSV_KINDS if kind == word or kind.startswith(f"{word}-"))
+        if not kinds:
+            raise typer.BadParameter(f"--what: found {word!r}; expected a table; {did_you_mean(word, CSV_KINDS)}")
+        chosen.append(kinds)
+    return chosen
+
+
+def _jobs(
+    store: "Archive", run_id: str, wanted: "Sequence[tuple[str, ...]] | None", folder: Path
+) -> "tuple[list[_Job], list[TribopipeError]]":
+    """Return what is to be written of a run, and what stands in the way: of each word, one kind has to be there."""
+    from tribopipe.errors import TribopipeError
+    from tribopipe.report.csv_files import csv_kinds, lacking
+
+    try:
+        there = csv_kinds(store, run_id)
+    except TribopipeError as error:
+        return [], [error]
+    asked = [(kind,) for kind in there] if wanted is None else wanted
+    found = dict.fromkeys(kind for kinds in asked for kind in kinds if kind in there)
+    missing: list[TribopipeError] = [lacking(run_id, kinds[0], there) for kinds in asked if not set(kinds) & set(there)]
+    return [(run_id, kind, folder / f"{run_id}-{kind}.csv") for kind in found], missing
+
+
+def _refuse_to_replace(paths: Sequence[Path]) -> None:
+    from tribopipe.errors import ArchiveError
+
+    there = next((path for path in paths if path.exists()), None)
+    if there is not None:
+        raise ArchiveError(f"{there}: found it there already; expected no such file; --force replaces it")
+
+
+def _write(store: "Archive", run_id: str, kind: str, path: Path) -> None:
+    from tribopipe.files import replacing
+    from tribopipe.report.csv_files import csv_parts
+
+    parts: Iterator[bytes] = csv_parts(store, run_id, kind)
+    with replacing(path) as part, part.open("wb") as file:
+        file.writelines(parts)

@@ -1,0 +1,134 @@
+"""The command that lists the runs of an archive: ls."""
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, require_archive
+from tribopipe.cli.output import exit_with, print_json, progress, say, table
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from tribopipe.archive.catalogue.catalogue import Catalogue
+    from tribopipe.archive.catalogue.columns import ListedColumn
+    from tribopipe.archive.catalogue.listed import ListedRun
+
+Where = Annotated[
+    str,
+    typer.Option(
+        "--where",
+        help='Which runs: "material=Si3N4 load>300mN tag=run-in k_d<1e-8 started>=2006-03 title~wear"; '
+        "all of it has to hold, none means nothing known.",
+    ),
+]
+Sort = Annotated[
+    str, typer.Option("--sort", help="Columns to sort by, such as material,-k_d; the largest first after a minus.")
+]
+Columns = Annotated[
+    str | None, typer.Option("--columns", help="Columns to show, such as id,load,k_d; help names them all.")
+]
+
+
+def ls(
+    where: Where = "",
+    sort: Sort = "id",
+    columns: Columns = None,
+    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    as_json: AsJson = False,
+) -> None:
+    """List the runs of an archive: those that --where chooses, by its catalogue, which is kept up to date."""
+    from tribopipe.archive.catalogue.columns import columns_named
+
+    if columns is not None and columns.strip() == "help":
+        _show_columns(as_json=as_json)
+        return
+    chosen = None if columns is None else columns_named(columns)
+    catalogue = up_to_date(archive)
+    runs = catalogue.runs(where, sort)
+    if as_json:
+        print_json({"runs": [_document(run) for run in runs]})
+    elif runs or not catalogue.unreadable:
+        asked = f" where {where}" if where else ""
+        title = f"{len(runs)} run{'' if len(runs) == 1 else 's'} in {archive}{asked}"
+        _show(title, runs, _usual(runs) if chosen is None else chosen)
+    tell_unreadable(catalogue, some_done=bool(runs))
+
+
+def _show(title: str, runs: "Sequence[ListedRun]", columns: "Sequence[ListedColumn]") -> None:
+    rows = [[run.text(column.name) or "–" for column in columns] for run in runs]
+    table(title, [column.heading for column in columns], rows)
+
+
+def _usual(runs: "Sequence[ListedRun]") -> "list[ListedColumn]":
+    """Return the columns that are shown unless others are chosen, but for those of which nothing is known."""
+    from tribopipe.archive.catalogue.columns import COLUMNS
+
+    usual = [column for column in COLUMNS.values() if column.shown]
+    return [column for column in usual if column.name == "id" or any(run.text(column.name) for run in runs)]
+
+
+def _document(run: "ListedRun") -> dict[str, Any]:
+    """Return all that is known of a run as JSON types, numbers in SI."""
+    from tribopipe.archive.catalogue.columns import COLUMNS, STEP_WORDS
+
+    names = {word: name for name, word in STEP_WORDS.items()}
+    known = {name: _json(run, column) for name, column in COLUMNS.items()}
+    return known | {"normal_load": known["load"], "steps": [names[word] for word in run.texts("steps")]}
+
+
+def _json(run: "ListedRun", column: "ListedColumn") -> Any:
+    if column.kind == "number":
+        return _quantity(run, column)
+    if column.kind == "date":
+        return run.date(column.name)
+    return (run.text(column.name) or None) if column.joint is None else run.texts(column.name)
+
+
+def _quantity(run: "ListedRun", column: "ListedColumn") -> dict[str, Any] | None:
+    from tribopipe.units import KINDS
+
+    value = run.value(column.name)
+    if value is None:
+        return None
+    spread = run.uncertainty(column.name)
+    return {"value": value, "unit": KINDS[column.measures].si, "standard_uncertainty": spread}
+
+
+def up_to_date(archive: "Path") -> "Catalogue":
+    """Return the catalogue of an archive as it is now. Raises ``ArchiveError`` where there is no archive."""
+    from tribopipe.archive.catalogue.catalogue import Catalogue
+
+    require_archive(archive)
+    catalogue = Catalogue(archive)
+    waiting = len(catalogue.waiting())
+    if waiting:
+        with progress("Reading", waiting) as advance:
+            catalogue.refresh(advance)
+    return catalogue
+
+
+def tell_unreadable(catalogue: "Catalogue", *, some_done: bool) -> None:
+    """Tell each file of an archive that cannot be read, and exit accordingly."""
+    from tribopipe.errors import ArchiveError
+
+    exit_with([ArchiveError(sentence) for _, sentence in catalogue.unreadable], some_done=some_done)
+
+
+def _show_columns(*, as_json: bool) -> None:
+    from tribopipe.archive.catalogue.columns import COLUMNS
+
+    told = [
+        {"name": column.name, "unit": column.unit, "kind": column.kind, "meaning": column.help}
+        for column in COLUMNS.values()
+    ]
+    if as_json:
+        print_json({"columns": told})
+        return
+    rows = [[column["name"], column["unit"] or "–", column["meaning"]] for column in told]
+    table("Columns for --columns, --sort and --where", ["column", "unit", "meaning"], rows)
+    say("Those shown unless you choose: " + ", ".join(name for name, column in COLUMNS.items() if column.shown))
+
+
+COMMANDS = {"ls": ls}

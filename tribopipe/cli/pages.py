@@ -1,0 +1,123 @@
+"""Pages of runs and studies on a terminal: headings, aligned facts, wrapped texts and tables."""
+
+import sys
+import textwrap
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+import typer
+
+from tribopipe.cli.output import say, seen, table, terminal_width
+
+if TYPE_CHECKING:
+    from tribopipe.report.page import Fact, Remark, RunPage, StagePage, StudyPage, TextTable
+
+_SAID = {
+    "bad": "marked bad",
+    "good": "marked good",
+    "tag": "tagged",
+    "untag": "no longer tagged",
+    "note": "note",
+}
+
+
+def show_run_page(page: "RunPage") -> None:
+    """Show a run to people."""
+    _show_head(page)
+    width = _widest(fact for group in page.facts for fact in group.facts)
+    for group in page.facts:
+        heading(group.title)
+        show_facts(group.facts, width)
+    _section("Findings", [f"{finding.severity}: {finding}" for finding in page.findings])
+    _section("Remarks", [_remark(one) for one in page.remarks])
+    beneath_table = [False, *(bool(stage.tables) for stage in page.stages)]
+    for stage, beneath in zip(page.stages, beneath_table, strict=False):
+        _show_stage(stage, apart=not beneath)
+    files = [f"{one.name}: {one.size:,} bytes, SHA-256 {one.sha256}" for one in page.sources]
+    _section("Files as they came", files, apart=not beneath_table[-1])
+    _section("Studies", page.studies)
+
+
+def _show_head(page: "RunPage") -> None:
+    heading(page.id, apart=False)
+    paragraph("" if page.title == page.id else page.title)
+    paragraph("" if page.bad is None else f"marked bad: {page.bad}")
+    paragraph(f"tags: {', '.join(page.tags)}" if page.tags else "")
+
+
+def _remark(one: "Remark") -> str:
+    return f"{_SAID[one.kind]}{f' by {one.operator}' if one.operator else ''}, {one.date}: {one.text}"
+
+
+def _show_stage(stage: "StagePage", *, apart: bool) -> None:
+    heading(stage.title, f"({stage.name}, tribopipe {stage.program_version}, {stage.date})", apart=apart)
+    paragraph(stage.sentence)
+    show_facts(stage.facts, _widest(stage.facts))
+    for note in stage.notes:
+        paragraph(f"note: {note}")
+    for told in stage.tables:
+        _show_table(told)
+
+
+def show_study_page(page: "StudyPage") -> None:
+    """Show a study to people."""
+    heading(page.id, f"(tribopipe {page.program_version}, {page.date})" if page.date else "", apart=False)
+    paragraph("" if page.title == page.id else page.title)
+    for law in page.laws:
+        heading(f"{page.id}, {law.title}")
+        for told in law.tables:
+            _show_table(told)
+        for sentence in law.sentences:
+            paragraph(sentence, "")
+        for verdict in law.verdicts:
+            paragraph(f"{verdict.run_id}: {verdict.sentence}", "")
+            for note in verdict.notes:
+                paragraph(f"{verdict.run_id}: note: {note}", "")
+    for sentence in page.sentences:
+        paragraph(sentence, "")
+
+
+def heading(text: str, more: str = "", *, apart: bool = True) -> None:
+    """Say what follows, in bold where that can be shown, apart from what stands above."""
+    say(("\n" if apart else "") + f"{typer.style(seen(text), bold=True)} {seen(more)}".rstrip())
+
+
+def paragraph(text: str, indent: str = "  ") -> None:
+    """Say something in as many lines as it takes on a terminal, in one elsewhere; nothing where there is nothing."""
+    if text:
+        say(_wrapped(text, indent, f"{indent}  "))
+
+
+def show_facts(facts: "Sequence[Fact]", width: int) -> None:
+    """Say what is known, values beneath each other after names of some width."""
+    for fact in facts:
+        say(_wrapped(fact.value, f"  {seen(fact.name):<{width}}  ", " " * (width + 4)))
+
+
+def _wrapped(text: str, first: str, others: str) -> str:
+    if not sys.stderr.isatty():
+        return f"{first}{seen(text)}"
+    width = max(len(others) + 20, terminal_width())
+    return textwrap.fill(
+        seen(text),
+        width,
+        initial_indent=first,
+        subsequent_indent=others,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+
+
+def _widest(facts: "Iterable[Fact]") -> int:
+    return max((len(seen(fact.name)) for fact in facts), default=0)
+
+
+def _section(title: str, lines: Sequence[str], *, apart: bool = True) -> None:
+    if lines:
+        heading(title, apart=apart)
+    for line in lines:
+        paragraph(line)
+
+
+def _show_table(told: "TextTable") -> None:
+    table(f"  {told.title}", told.columns, told.rows)

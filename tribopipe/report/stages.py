@@ -1,0 +1,149 @@
+"""What each step of a run has found, on a page: a sentence, single facts, notes and tables."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from tribopipe.archive.outline import StepOutline
+from tribopipe.archive.steps import StepName
+from tribopipe.records.base import Record
+from tribopipe.records.clean_up import CleanUp
+from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction, spoken
+from tribopipe.records.local_wear import LocalWearResult
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
+from tribopipe.records.specific_wear import SpecificWear
+from tribopipe.report.facts import NOTHING, SPECIFIC, facts, interval, listed, shown, yes_or_no
+from tribopipe.report.page import StagePage, TextTable
+from tribopipe.report.prediction_stages import disc_prediction_told, local_wear_told, prediction_told
+from tribopipe.report.told import Steps, Told
+from tribopipe.report.wear_stages import disc_fit_told, wear_fit_told
+
+TITLES: Mapping[StepName, str] = {
+    "clean_up": "Clean-up",
+    "drift_correction": "Drift correction",
+    "friction_fit": "Friction",
+    "specific_wear": "Specific wear rate",
+    "wear_fit_archard": "Wear coefficient by Archard's law",
+    "wear_fit_sarkar": "Wear coefficient by Sarkar's law",
+    "prediction_archard": "Prediction by Archard's law",
+    "prediction_sarkar": "Prediction by Sarkar's law",
+    "local_wear_archard": "Local wear by Archard's law",
+    "local_wear_sarkar": "Local wear by Sarkar's law",
+}
+"""What people call each step."""
+
+
+def stage_pages(steps: Steps) -> tuple[StagePage, ...]:
+    """Return a page for each step, in order."""
+    return tuple(_stage_page(step, steps) for step in steps.values())
+
+
+def _stage_page(step: StepOutline, steps: Steps) -> StagePage:
+    told = _TOLD[type(step.result)](step.result, steps)
+    return StagePage(
+        name=step.name,
+        title=TITLES[step.name],
+        sentence=told.sentence,
+        facts=told.facts,
+        notes=told.notes,
+        tables=tuple(table for table in told.tables if table.rows),
+        path=f"/entry/{step.name}",
+        program_version=step.program_version,
+        date=step.date,
+        options=step.options,
+        inputs_sha256=step.inputs_sha256,
+        result_sha256=step.result_sha256,
+    )
+
+
+def _clean_up_told(result: CleanUp, _: Steps) -> Told:
+    rows = [(spoken(one.signal), one.step, f"{one.samples:,}", one.what, one.why) for one in result.changes]
+    return Told(
+        "; ".join(f"{one.signal}: {one.what}" for one in result.changes) or "nothing to do",
+        (
+            *facts(*((f"{spoken(name)}, derived anew", origin) for name, origin in result.derived.items())),
+            *facts(("left out", listed(map(spoken, result.left_out)))),
+        ),
+        tables=(TextTable("what was changed", ("signal", "step", "samples", "what", "why"), tuple(rows)),),
+    )
+
+
+def _drift_correction_told(result: DriftCorrection, _: Steps) -> Told:
+    return Told(
+        str(result),
+        facts(
+            ("drift rate", shown(result.drift_rate, "nm/min")),
+            ("zero offset", shown(result.zero_offset)),
+            ("discrepancy at the end", shown(result.discrepancy)),
+            ("within its limit", yes_or_no(result.within_discrepancy_limit)),
+            ("within the sensor's resolution", yes_or_no(result.within_sensor_resolution)),
+            ("anchored on", result.anchor),
+            ("wear depth at the end", shown(result.end_wear_depth)),
+            ("of that, pin", shown(result.pin_wear_depth)),
+            ("of that, disc", shown(result.disc_wear_depth)),
+        ),
+    )
+
+
+def _friction_told(result: FrictionFit, _: Steps) -> Told:
+    sentences = {
+        "none": "no friction fit",
+        "steady-only": f"μ = {result.steady_state}, steady value only",
+        "exponential": str(result.model_copy(update={"notes": ()})),
+    }
+    samples = result.effective_samples
+    return Told(
+        sentences[result.outcome],
+        facts(
+            ("A, above the steady state at the start", shown(result.amplitude)),
+            ("b, steady state", shown(result.steady_state)),
+            ("c, running-in distance", shown(result.running_in_distance, "m")),
+            ("fitted between", interval(result.window, "m")),
+            ("standard deviation about the fit", shown(result.residual_deviation)),
+            ("independent samples", None if samples is None else f"{samples:,.0f}"),
+            ("mean of μ over the run", shown(result.mean)),
+            ("standard deviation of μ over the run", shown(result.standard_deviation)),
+            ("load that friction was divided by", result.load),
+        ),
+        result.notes,
+    )
+
+
+def _specific_wear_told(result: SpecificWear, _: Steps) -> Told:
+    load, bodies = result.normal_load, {spoken(name): body for name, body in result.bodies.items()}
+    rows = [
+        (name, one.by, shown(one.depth) or NOTHING, shown(one.volume) or NOTHING)
+        for name, body in bodies.items()
+        for one in body.measured
+    ]
+    return Told(
+        str(result.model_copy(update={"notes": ()})),
+        facts(
+            *((f"rate of the {name}", shown(body.specific_wear_rate, SPECIFIC)) for name, body in bodies.items()),
+            ("rate of both", shown(result.total, SPECIFIC)),
+            *((f"volume of the {name}", _found_by(body.volume, body.volume_by)) for name, body in bodies.items()),
+            *((f"depth of the {name}", _found_by(body.depth, body.depth_by)) for name, body in bodies.items()),
+            ("over a sliding distance of", shown(result.sliding_distance, "m")),
+            ("under a normal load of", None if load is None else f"{shown(load)}, {result.load}"),
+        ),
+        result.notes,
+        (TextTable("wear by each end value", ("body", "by", "depth", "volume"), tuple(rows)),),
+    )
+
+
+def _found_by(quantity: Quantity | None, by: str | None) -> str | None:
+    return None if quantity is None else f"{shown(quantity)}, by {by}"
+
+
+_TOLD: Mapping[type[Record], Callable[[Any, Steps], Told]] = {
+    CleanUp: _clean_up_told,
+    DriftCorrection: _drift_correction_told,
+    FrictionFit: _friction_told,
+    SpecificWear: _specific_wear_told,
+    WearFit: wear_fit_told,
+    TwinDiscFit: disc_fit_told,
+    WearPrediction: prediction_told,
+    TwinDiscPrediction: disc_prediction_told,
+    LocalWearResult: local_wear_told,
+}
+"""How each kind of result is told."""

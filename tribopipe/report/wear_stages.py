@@ -1,0 +1,136 @@
+"""What fits of wear coefficients have found, on a page."""
+
+from collections.abc import Iterator, Sequence
+
+from tribopipe.archive.outline import StepOutline
+from tribopipe.records.disc_results import DiscCoefficient, TwinDiscFit, spoken
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.results import Contribution, DriftCorrection, MonteCarlo, WearFit
+from tribopipe.report.facts import K_D, NOTHING, facts, interval, shown
+from tribopipe.report.page import TextTable
+from tribopipe.report.told import Steps, Told, cells
+
+
+def wear_fit_told(result: WearFit, steps: Steps) -> Told:
+    """Tell k_D of a pin, with its budget, draws, and the joint fit."""
+    samples = result.effective_samples
+    return Told(
+        str(result),
+        facts(
+            (f"k_D by {result.model.capitalize()}'s law", shown(result.wear_coefficient, K_D)),
+            ("95 % interval", interval(result.interval, K_D)),
+            ("uncertainty by noise of the depth alone", shown(result.random_uncertainty, K_D)),
+            ("pin wear at the end, fitted", shown(result.fitted_end_depth)),
+            ("pin wear at the end, measured", shown(result.measured_end_depth)),
+            ("standard deviation about the fit", shown(result.residual_deviation)),
+            ("independent samples", None if samples is None else f"{samples:,.0f}"),
+            ("pressure", "even (GIWM)" if result.engine == "giwm" else result.engine),
+            ("drift taken off", "first, in two steps" if result.correction == "two-step" else "with k_D, in one fit"),
+            ("friction", result.friction),
+        ),
+        result.notes,
+        (
+            _budget("k_D", result.budget),
+            _drawn("k_D", result.wear_coefficient, result.interval, result.monte_carlo),
+            _beside_joint(result, steps.get("drift_correction")),
+        ),
+    )
+
+
+def _budget(what: str, budget: Sequence[Contribution]) -> TextTable:
+    return TextTable(
+        f"budget of {what}",
+        ("input", "value", "stated by", "share of k_D"),
+        tuple(
+            (
+                line.name,
+                line.value.shown(line.shown_in) if line.value else NOTHING,
+                line.source,
+                f"{line.relative:+.2%}",
+            )
+            for line in budget
+        ),
+    )
+
+
+def _drawn(
+    what: str, value: Quantity | None, ends: tuple[Quantity, Quantity] | None, draws: MonteCarlo | None
+) -> TextTable:
+    """Return the interval that was drawn beside that to first order."""
+    rows: list[tuple[str, ...]] = []
+    if draws is not None:
+        stable = "" if draws.stable else ", not yet stable"
+        mean = draws.mean.model_copy(update={"standard_uncertainty": draws.standard_uncertainty.value})
+        agrees = "they agree" if draws.agrees_with_first_order else "they do not agree"
+        first = draws.first_order_interval
+        rows = [
+            (f"Monte Carlo, {draws.draws:,} draws{stable}", mean.shown(K_D), interval(ends, K_D) or NOTHING, agrees),
+            ("first order, log-normal", shown(value, K_D) or NOTHING, interval(first, K_D) or NOTHING, ""),
+        ]
+    return TextTable(f"{what} by draws and to first order", ("by", what, "95 % interval", ""), tuple(rows))
+
+
+def _beside_joint(fit: WearFit, drift: StepOutline | None) -> TextTable:
+    """Return drift and wear in one fit, beside the same in two steps where the fit was made so."""
+    rows: list[tuple[str, ...]] = []
+    joint = fit.joint
+    if joint is not None and fit.correction == "two-step":
+        rate = drift.result.drift_rate if drift is not None and isinstance(drift.result, DriftCorrection) else None
+        numbers = ((fit.wear_coefficient, K_D), (rate, "nm/min"), (fit.fitted_end_depth, "um"))
+        rows.append(("two steps", *cells(*numbers), NOTHING))
+    if joint is not None:
+        numbers = ((joint.wear_coefficient, K_D), (joint.drift_rate, "nm/min"), (joint.end_wear_depth, "um"))
+        off = f"{joint.end_value_deviation:+.1f} standard uncertainties"
+        rows.append(("one fit", *cells(*numbers), off))
+    columns = ("drift and wear in", "k_D", "drift rate", "pin wear at the end", "end value off by")
+    return TextTable("drift and wear in two steps and in one fit", columns, tuple(rows))
+
+
+def disc_fit_told(result: TwinDiscFit, _: Steps) -> Told:
+    """Tell k_D of both discs, with budgets and draws."""
+    start = result.start
+    return Told(
+        str(result),
+        facts(
+            *(line for one in result.coefficients for line in _coefficient(one)),
+            ("correlation of both k_D", None if result.correlation is None else f"{result.correlation:.2f}"),
+            ("probability of as much disagreement", None if result.p_value is None else f"{result.p_value:.2g}"),
+            ("distance per rotation", result.distance_per_rotation),
+            ("friction", result.friction),
+            ("half width of the unworn contact", None if start is None else shown(start.half_width)),
+            ("half length of the unworn contact", None if start is None else shown(start.half_length)),
+            ("peak pressure of the unworn contact", None if start is None else shown(start.peak_pressure, "MPa")),
+        ),
+        result.notes,
+        tuple(_disc_tables(result)),
+    )
+
+
+def _coefficient(one: DiscCoefficient) -> Iterator[tuple[str, str | None]]:
+    yield f"k_D of the {spoken(one.disc)}", shown(one.wear_coefficient, K_D)
+    yield f"95 % interval, {spoken(one.disc)}", interval(one.interval, K_D)
+
+
+def _disc_tables(fit: TwinDiscFit) -> Iterator[TextTable]:
+    """Return what was fitted, the budgets, and k_D under the other ways of counting the distance slid."""
+    measured = [
+        (spoken(one.name), f"{one.rotations:,.0f}", *cells((one.measured, unit), (one.fitted, unit)))
+        for one in fit.measurements
+        for unit in ["mm^3" if one.measured.unit == "m^3" else "um"]
+    ]
+    yield TextTable(
+        "what was measured, and what the law makes of it",
+        ("measured", "rotations", "value", "by the law"),
+        tuple(measured),
+    )
+    for one in fit.coefficients:
+        what = f"k_D of the {spoken(one.disc)}"
+        yield _budget(what, one.budget)
+        yield _drawn(what, one.wear_coefficient, one.interval, one.monte_carlo)
+    yield TextTable(
+        "k_D that would wear as much, were distance counted otherwise",
+        ("distance per rotation", "curved disc", "flat disc"),
+        tuple(
+            (one.distance_per_rotation, *cells((one.curved_disc, K_D), (one.flat_disc, K_D))) for one in fit.equivalents
+        ),
+    )
