@@ -18,10 +18,9 @@ DISC_IDS = [run_id for run_id, kind in _KINDS.items() if kind == "twin-disc"]
 
 
 def tree_bytes(folder: Path) -> dict[str, bytes]:
-    """Give the content of every file of a folder, by its path in it."""
-    return {
-        path.relative_to(folder).as_posix(): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()
-    }
+    """Give the content of every file of a folder, by its path in it; a catalogue is left out, which looking makes."""
+    files = (path for path in sorted(folder.rglob("*")) if path.is_file() and path.name != "catalogue.sqlite")
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
 
 
 def set_key(run: Path, key: str, value: str) -> None:

@@ -59,7 +59,7 @@ def test_commands_lead_from_a_folder_of_discs_to_a_prediction(run_cli, tmp_path)
         (("correct-drift",), (RUN,)),
         (("fit", "--model", "sarkar"), ("sarkar", "curved disc k_D = ", "flat disc k_D = ")),
         (("predict", RUN, "--law", "sarkar", "--at", "1e6"), ("sarkar, exact, full-slip", " rotations")),
-        (("ls",), ("drift, friction, specific wear, Sarkar",)),
+        (("ls", "--columns", "id,steps"), ("drift, friction, specific wear, Sarkar",)),
         (("show", RUN), ("wear_fit_sarkar", "budget of k_D of the curved disc", "curved disc wear volume")),
     ):
         result = run_cli(*command, cwd=tmp_path)

@@ -84,6 +84,7 @@ def _widths(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> list[int]:
     return [max(map(_width, cells)) for cells in zip(columns, *rows, strict=True)]
 
 
+@cache
 def _width(text: str) -> int:
     """Return how many places of a terminal a text takes: two for a wide character, none for an accent put on it."""
     if text.isascii():

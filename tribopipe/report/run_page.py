@@ -26,7 +26,7 @@ def run_page(archive: Archive, run_id: str) -> RunPage:
         tribometer=None if manifest.contact is None else manifest.contact.kind,
         bad=last.reason if last is not None and last.kind == "bad" else None,
         tags=archive.tags(run_id),
-        remarks=_remarks(archive, run),
+        remarks=_remarks(archive, run_id, run),
         facts=tuple(group for group in _groups(run) if group.facts),
         findings=run.findings,
         stages=stage_pages(run.steps),
@@ -36,9 +36,9 @@ def run_page(archive: Archive, run_id: str) -> RunPage:
     )
 
 
-def _remarks(archive: Archive, run: RunOutline) -> tuple[Remark, ...]:
+def _remarks(archive: Archive, run_id: str, run: RunOutline) -> tuple[Remark, ...]:
     marks = [Remark(mark.kind, mark.reason, mark.date, mark.operator) for mark in run.marks]
-    said = [Remark(one.kind, one.text, one.date, one.operator) for one in archive.annotations(run.manifest.id)]
+    said = [Remark(one.kind, one.text, one.date, one.operator) for one in archive.annotations(run_id)]
     return tuple(sorted([*marks, *said], key=lambda remark: remark.date))
 
 

@@ -71,8 +71,8 @@ def in_order(runs: Iterable[ListedRun], sort: str) -> list[ListedRun]:
 
     Raises ``QueryError`` where there is no such column.
     """
-    ordered = sorted(runs, key=lambda run: natural_order(run.id))
-    for name in reversed(sort.split(",")):
+    ordered, names = list(runs), sort.split(",")
+    for name in ("id", *reversed(names)) if names[0] != "id" else ("id",):
         column = column_named(name.strip().removeprefix("-"), " to sort by")
         ordered = _by(ordered, column, descending=name.strip().startswith("-"))
     return ordered

@@ -108,6 +108,8 @@ export interface Run {
   raw_sha256: string;
   studies: string[];
   plots: PlotOffer[];
+  /** Tables to download as CSV. */
+  csv: { name: string; meaning: string }[];
 }
 
 export interface Line {

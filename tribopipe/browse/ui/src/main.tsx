@@ -1,9 +1,18 @@
-import "@h5web/app/styles.css";
-import { App, H5GroveProvider } from "@h5web/app";
+import "./theme.css";
+import "./components/components.css";
+import "./shell/shell.css";
+
+import { StrictMode } from "react";
 import { createRoot } from "react-dom/client";
 
+import { App } from "./shell/App";
+import { watchArchive } from "./shell/revision";
+import { dress } from "./shell/theme";
+
+dress();
+watchArchive();
 createRoot(document.getElementById("root")!).render(
-  <H5GroveProvider url="/h5" filepath="x.h5">
-    <App initialPath="/entry" />
-  </H5GroveProvider>,
+  <StrictMode>
+    <App />
+  </StrictMode>,
 );

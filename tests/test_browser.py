@@ -1,0 +1,223 @@
+"""`tribopipe browse` in Chromium, as a person uses it: from the table to a run, a zoom, a comparison, a file."""
+
+import hashlib
+import os
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import quote
+
+import pytest
+from folders import SAMPLES
+
+from tribopipe.archive.store import Archive
+from tribopipe.records.recipe import Recipe
+from tribopipe.studies import find_studies, load_studies, process_studies
+
+pytest.importorskip("playwright.sync_api")
+
+from axe_playwright_python.sync_playwright import Axe
+from browsing import browser, chromium, complaints, served
+from playwright.sync_api import Browser, Page, expect
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(chromium() is None and "CI" not in os.environ, reason="needs Chromium"),
+]
+RUN, OTHER, STUDY = "si3n4-air-200mN", "si3n4-air-400mN", "si3n4-air"
+PAGES = {
+    "table": "/",
+    "run": f"/runs/{RUN}",
+    "discs": "/runs/si3n4-twin-disc-4pct-1000k",
+    "compare": f"/compare?runs={RUN},{OTHER}",
+    "study": f"/studies/{STUDY}",
+    "viewer": f"/file?file={RUN}.h5",
+}
+PICTURES = Path(os.environ["SCREENSHOTS"]) if "SCREENSHOTS" in os.environ else None
+"""Where CI keeps what the pages look like."""
+
+
+@pytest.fixture(scope="module")
+def folder(sample_archive, disc_archive, tmp_path_factory) -> Path:
+    """What the README's first command leaves, made with fewer draws."""
+    both = tmp_path_factory.mktemp("browsed") / "archive"
+    for archive in (sample_archive, disc_archive):
+        shutil.copytree(archive.folder, both, dirs_exist_ok=True)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("tribopipe.uncertainty.BLOCK", 2_000)
+        outcomes = list(process_studies(Archive(both), load_studies(find_studies(SAMPLES)), Recipe()))
+    assert [outcome for outcome in outcomes if outcome.status == "failed"] == []
+    return both
+
+
+@pytest.fixture(scope="module")
+def site(folder) -> Iterator[str]:
+    with served(folder) as address:
+        yield address
+
+
+@pytest.fixture(scope="module")
+def chrome() -> Iterator[Browser]:
+    with browser() as started:
+        yield started
+
+
+@pytest.fixture
+def page(chrome) -> Iterator[Page]:
+    """A page of which nothing may be complained."""
+    shown = chrome.new_page(viewport={"width": 1280, "height": 800})
+    heard = complaints(shown)
+    yield shown
+    shown.close()
+    assert heard == []
+
+
+def picture(page: Page, name: str) -> None:
+    if PICTURES is not None:
+        PICTURES.mkdir(parents=True, exist_ok=True)
+        page.screenshot(path=PICTURES / f"{name}.png")
+
+
+def settle(page: Page) -> None:
+    """Wait until nothing is loading and every plot in view is drawn."""
+    page.wait_for_load_state("networkidle")
+    expect(page.locator("[aria-busy=true]")).to_have_count(0)
+
+
+def test_from_the_table_to_a_file(page, site, folder, tmp_path):
+    page.goto(site)
+    expect(page.get_by_role("status").filter(has_text="14 of 14 runs")).to_be_visible()
+    page.get_by_label("Filter", exact=True).last.fill("material=Si3N4 load>300mN tribometer=pin-on-disc")
+    page.get_by_role("button", name="Apply").click()
+    expect(page.get_by_role("status").filter(has_text="2 of 14 runs")).to_be_visible()
+    assert "where=" in page.url
+
+    page.get_by_role("link", name=OTHER).click()
+    expect(page.get_by_role("heading", level=1)).to_contain_text(OTHER)
+    settle(page)
+    zoom(page)
+
+    page.goto(site)
+    for run_id in (RUN, OTHER):
+        page.get_by_role("checkbox", name=f"Select {run_id}").check()
+    page.get_by_role("link", name="Compare 2").click()
+    settle(page)
+    expect(page.locator(".uplot").first).to_be_visible()
+    assert f"runs={RUN}" in page.url
+
+    page.goto(f"{site}/runs/{RUN}")
+    settle(page)
+    with page.expect_download() as started:
+        page.get_by_role("link", name="signals.csv").click()
+    started.value.save_as(tmp_path / "signals.csv")
+    assert (tmp_path / "signals.csv").read_bytes() == (SAMPLES / RUN / "signals.csv").read_bytes()
+    with page.expect_download() as started:
+        page.get_by_role("link", name=re.compile("HDF5")).first.click()
+    started.value.save_as(tmp_path / "run.h5")
+    assert digest(tmp_path / "run.h5") == digest(folder / f"{RUN}.h5")
+
+
+def zoom(page: Page) -> None:
+    """Drag over the middle of the first plot; the address says what is looked at, and the server is asked for it."""
+    plot = page.locator(".u-over").first
+    plot.scroll_into_view_if_needed()
+    box = plot.bounding_box()
+    assert box is not None
+    with page.expect_response(re.compile("/plots/.*from=")):
+        page.mouse.move(box["x"] + box["width"] * 0.3, box["y"] + box["height"] / 2)
+        page.mouse.down()
+        page.mouse.move(box["x"] + box["width"] * 0.6, box["y"] + box["height"] / 2, steps=4)
+        page.mouse.up()
+    settle(page)
+    asked = re.search(r"from=([\d.]+)&to=([\d.]+)", page.url)
+    assert asked is not None
+    start, end = map(float, asked.groups())
+    assert 100 < start < end < 350  # of 500 m
+
+
+def digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def test_h5web_opens_on_the_wear_curve(page, site):
+    page.goto(f"{site}/runs/{RUN}")
+    page.get_by_role("link", name=re.compile("Open in viewer", re.IGNORECASE)).first.click()
+    expect(page.get_by_text(f"Wear of the pin, run {RUN}")).to_be_visible()
+    expect(page.get_by_text("archard_lower").first).to_be_visible()
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("name", PAGES)
+def test_pages_have_no_serious_fault_of_access(chrome, site, name, theme):
+    with chrome.new_context(viewport={"width": 1280, "height": 800}, color_scheme=theme) as context:
+        page = context.new_page()
+        heard = complaints(page)
+        page.goto(site + PAGES[name])
+        settle(page)
+        picture(page, f"{name}-{theme}")
+        found = Axe().run(page).response["violations"]
+        ours = [fault for fault in found if fault["impact"] in ("serious", "critical")]
+        assert [(fault["id"], [node["target"] for node in fault["nodes"]]) for fault in ours] == []
+        assert heard == []
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_phone_shows_the_pages_without_scrolling_sideways(chrome, site, name):
+    with chrome.new_context(viewport={"width": 390, "height": 844}, device_scale_factor=2, has_touch=True) as context:
+        page = context.new_page()
+        page.goto(site + PAGES[name])
+        settle(page)
+        picture(page, f"{name}-phone")
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
+
+
+def test_keyboard_alone_reaches_a_run(page, site):
+    page.goto(site)
+    expect(page.get_by_role("link", name=RUN)).to_be_visible()
+    for _ in range(60):
+        page.keyboard.press("Tab")
+        if page.evaluate("document.activeElement.textContent") == RUN:
+            break
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("heading", level=1)).to_contain_text(RUN)
+
+
+def test_the_archive_is_watched(chrome, folder, tmp_path):
+    archive = Path(shutil.copytree(folder, tmp_path / "archive"))
+    with served(archive) as address:
+        page = chrome.new_page()
+        heard = complaints(page)
+        page.goto(address)
+        expect(page.get_by_role("status").filter(has_text="14 of 14 runs")).to_be_visible()
+        (archive / f"{OTHER}.h5").unlink()
+        expect(page.get_by_role("status").filter(has_text="13 of 13 runs")).to_be_visible(timeout=15_000)
+        (archive / "wc-co-water-400mN.h5").write_bytes(b"\x89HDF no more")
+        expect(page.get_by_text("wc-co-water-400mN.h5").first).to_be_visible(timeout=15_000)
+        page.goto(f"{address}/runs/{RUN}")
+        expect(page.get_by_role("heading", level=1)).to_contain_text(RUN)
+        assert heard == []
+        (archive / f"{RUN}.h5").unlink()
+        expect(page.get_by_text("found no").first).to_be_visible(timeout=15_000)
+        page.close()
+
+
+def test_an_empty_archive_says_what_to_do(page, tmp_path):
+    (tmp_path / "archive").mkdir()
+    with served(tmp_path / "archive") as address:
+        page.goto(address)
+        expect(page.get_by_text("tribopipe ingest").first).to_be_visible()
+        for path in ("/studies", "/compare"):
+            page.goto(address + path)
+            settle(page)
+
+
+@pytest.mark.parametrize("run_id", ["nobody", "a\"b'c", "a/b", "../etc", "%2e%2e", "<script>alert(1)</script>"])
+def test_a_run_that_is_not_there_is_told(chrome, site, run_id):
+    page = chrome.new_page()
+    page.on("dialog", lambda dialog: pytest.fail(f"a script ran: {dialog.message}"))
+    page.goto(f"{site}/runs/{quote(run_id, safe='')}")
+    settle(page)
+    expect(page.get_by_role("link", name="Runs").first).to_be_visible()
+    expect(page.get_by_role("main")).not_to_be_empty()
+    page.close()

@@ -1,0 +1,191 @@
+"""`tribopipe ls` and `tribopipe export runs`: what is listed, how it looks, and that it is quick."""
+
+import csv
+import io
+import json
+import re
+import shutil
+import subprocess
+import sys
+
+import h5py
+import pytest
+from folders import set_key
+
+from tribopipe.archive.catalogue.columns import COLUMNS
+from tribopipe.archive.store import Archive
+from tribopipe.cli import output
+from tribopipe.records.mark import Mark
+
+RUN, HEAVIER = "si3n4-air-200mN", "si3n4-air-400mN"
+
+
+@pytest.fixture
+def ls(run_cli, archive, sample_run):
+    """List an archive of a processed run, and of one as ingested that is heavier."""
+    set_key(sample_run, "title", '"\\u001b[31mred <script>\\u202e"')
+    run_cli("ingest", sample_run, "--archive", archive)
+    return lambda *arguments: run_cli("ls", *arguments, "--archive", archive)
+
+
+# --- the table ---
+
+
+def test_usual_columns_are_those_something_is_known_of(ls):
+    told = ls()
+    assert (told.exit_code, told.stdout) == (0, "")
+    title, _, head, rule, first, second, *_ = told.stderr.splitlines()
+    assert title.startswith("2 runs in ")
+    assert re.split("  +", head.strip()) == [
+        *("run", "tribometer", "materials", "medium", "load, mN", "μ steady", "k_D, mm³/(N·mm)", "started", "stage")
+    ]
+    assert set(rule.strip()) == {"─"}
+    assert re.match(rf" {RUN} +pin-on-disc +Si3N4 +air +200\.0 ± 2\.0 +0\.\d+ ± ", first)
+    assert re.match(
+        rf" {HEAVIER} +pin-on-disc +Si3N4 +air +400\.0 ± 4\.0 +– +– +2006-03-01 \d\d:\d\d +ingested$", second
+    )
+    assert max(map(len, told.stderr.splitlines())) <= 160
+
+
+def test_columns_and_order_are_chosen(ls):
+    told = ls("--columns", "id,K-D,load", "--sort", "-load").stderr.splitlines()
+    assert re.split("  +", told[2].strip()) == ["run", "k_D, mm³/(N·mm)", "load, mN"]
+    assert [line.split()[0] for line in told[4:6]] == [HEAVIER, RUN]
+
+
+def test_columns_are_explained(ls):
+    told = ls("--columns", "help")
+    assert [
+        name for name, column in COLUMNS.items() if f" {name} " not in told.stderr or column.help not in told.stderr
+    ] == []
+    explained = json.loads(ls("--columns", "help", "--json").stdout)["columns"]
+    assert [column["name"] for column in explained] == list(COLUMNS)
+    assert explained[13] == {"name": "load", "unit": "mN", "kind": "number", "meaning": "Nominal normal load."}
+
+
+def test_runs_are_chosen(ls):
+    assert "1 run in " in ls("--where", "load > 300 mN").stderr
+    assert "0 runs in " in ls("--where", "tag=run-in").stderr
+    assert ls("--where", "tag=run-in").exit_code == 0
+
+
+@pytest.mark.parametrize("arguments", [["--where", "lod>1"], ["--sort", "-lod"], ["--columns", "id,lod"]])
+def test_what_is_not_understood_is_refused(ls, arguments):
+    told = ls(*arguments)
+    assert told.exit_code == 1
+    assert "did you mean 'load'?" in told.stderr
+    assert told.stderr.count("\n") == 1
+
+
+def test_hostile_texts_are_shown_without_steering_the_terminal(ls):
+    told = ls("--columns", "id,title").stderr
+    assert "\\x1b[31mred <script>\\u202e" in told
+    assert "\x1b" not in told
+
+
+def test_unreadable_runs_are_told_with_the_others(ls, archive):
+    (archive / "broken.h5").write_bytes(b"no HDF5")
+    told = ls()
+    assert told.exit_code == 3
+    assert "2 runs in " in told.stderr
+    assert "broken.h5: found a file that is not HDF5" in told.stderr
+    assert ls("--where", "load>300").exit_code == 3
+    told = ls("--json")
+    assert told.exit_code == 3
+    assert len(json.loads(told.stdout)["runs"]) == 2
+
+
+def test_json_tells_what_is_known_in_si(ls, archive):
+    Archive(archive).mark(RUN, Mark(kind="bad", reason="slipped", date="2026-01-05T08:00:00+00:00"))
+    first, second = json.loads(ls("--json").stdout)["runs"]
+    assert set(first) == set(second) == {*COLUMNS, "normal_load"}
+    assert first["normal_load"] == first["load"] == {"value": 0.2, "unit": "N", "standard_uncertainty": 0.002}
+    assert (first["marked_bad"], second["marked_bad"]) == ("slipped", None)
+    assert (second["steps"], second["k_d"], second["tags"]) == ([], None, [])
+    assert first["steps"] == Archive(archive).step_names(RUN)
+    assert first["started"] == "2006-03-01T09:30:00+01:00"
+    assert first["k_d"]["unit"] == "m^2/N"
+
+
+@pytest.mark.parametrize(
+    ("cells", "width"), [(["abc"], 3), (["漢字"], 4), (["e\u0301"], 1), (["µm ± 2"], 6), (["a\nb"], 3), (["\x07"], 4)]
+)
+def test_columns_stand_beneath_each_other_whatever_is_in_them(capsys, cells, width):
+    output.table("title", ["", "next"], [[cell, "x"] for cell in cells])
+    *_, row, last = capsys.readouterr().err.splitlines()
+    assert last == ""
+    assert row.endswith("   x")
+    assert output._width(row) == 1 + width + 3 + 1
+
+
+def test_wide_tables_are_split_on_a_narrow_terminal(capsys, monkeypatch):
+    rows = [["run-1", "x" * 40, "y" * 40]]
+    output.split_table("both", ["run", "first", "second"], rows, at=2)
+    assert capsys.readouterr().err.count("run-1") == 1
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    monkeypatch.setenv("COLUMNS", "60")
+    output.split_table("both", ["run", "first", "second"], rows, at=2)
+    assert capsys.readouterr().err.count("run-1") == 2
+    monkeypatch.setenv("COLUMNS", "120")
+    output.split_table("both", ["run", "first", "second"], rows, at=2)
+    assert capsys.readouterr().err.count("run-1") == 1
+
+
+# --- quick ---
+
+
+def test_listing_what_is_known_imports_nothing_heavy(ls, archive):
+    ls()
+    code = (
+        "import sys; sys.argv = ['tribopipe', 'ls', '--where', 'material=Si3N4', '--archive', sys.argv[1]]\n"
+        "from tribopipe.cli.app import main\n"
+        "try:\n    main()\nexcept SystemExit:\n    pass\n"
+        "print(*{name.partition('.')[0] for name in sys.modules})"
+    )
+    done = subprocess.run([sys.executable, "-c", code, archive], capture_output=True, text=True, encoding="utf-8")
+    assert done.returncode == 0, done.stderr
+    heavy = {"h5py", "pandas", "scipy", "matplotlib", "numpy", "pint", "rich"}
+    assert heavy & set(done.stdout.split()) == set()
+
+
+# --- as CSV ---
+
+
+@pytest.mark.usefixtures("ls")
+def test_csv_has_units_and_uncertainties(run_cli, archive):
+    told = run_cli("export", "runs", "--archive", archive, "--sort", "-load")
+    assert told.exit_code == 0
+    rows = list(csv.DictReader(io.StringIO(told.stdout)))
+    assert [row["id"] for row in rows] == [HEAVIER, RUN]
+    assert (rows[1]["load [mN]"], rows[1]["load uncertainty [mN]"]) == ("200.0", "2.0")
+    assert rows[0]["k_d [mm³/(N·mm)]"] == ""
+    fit = Archive(archive).steps(RUN)["wear_fit_archard"].result.wear_coefficient
+    assert float(rows[1]["k_d [mm³/(N·mm)]"]) == pytest.approx(fit.value * 1e6, rel=1e-12)
+    assert float(rows[1]["k_d uncertainty [mm³/(N·mm)]"]) == pytest.approx(fit.standard_uncertainty * 1e6, rel=1e-12)
+
+
+@pytest.mark.usefixtures("ls")
+def test_csv_is_written_to_a_file(run_cli, archive, tmp_path):
+    told = run_cli(
+        *("export", "runs", "--archive", archive, "--where", "load<300"),
+        *("--columns", "id,title,temperature", "-o", tmp_path / "runs.csv"),
+    )
+    assert (told.exit_code, told.stdout) == (0, "")
+    assert "1 run written to " in told.stderr
+    lines = (tmp_path / "runs.csv").read_bytes().decode("utf-8").split("\r\n")
+    assert lines[0] == "id,title,temperature [°C],temperature uncertainty [°C]"
+    assert lines[1].startswith(f"{RUN},")
+
+
+def test_formulas_in_texts_stay_texts(archive, run_cli):
+    with h5py.File(archive / f"{RUN}.h5", "r+") as file:
+        note = file["entry/manifest/data"]
+        note[()] = note.asstr()[()].replace('"comment":null', '"comment":"=1+1"')
+    told = run_cli("export", "runs", "--archive", archive, "--columns", "comment")
+    assert told.stdout.splitlines() == ["comment", "'=1+1"]
+
+
+def test_copied_archive_lists_the_same(ls, run_cli, archive, tmp_path):
+    before = ls("--json").stdout
+    moved = shutil.copytree(archive, tmp_path / "moved")
+    assert run_cli("ls", "--json", "--archive", moved).stdout == before

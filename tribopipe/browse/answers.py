@@ -1,0 +1,106 @@
+"""What the server answers, as ui/src/api.ts has it: pages, lists of runs and studies, plots that are offered."""
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import fields
+from typing import Any
+
+from tribopipe.archive.catalogue.catalogue import Catalogue
+from tribopipe.archive.catalogue.columns import COLUMNS, ListedColumn
+from tribopipe.archive.catalogue.listed import ListedRun
+from tribopipe.archive.store import STUDIES, SUFFIX, Archive
+from tribopipe.browse.plots import PlotOffer, axis_label
+from tribopipe.report.csv_files import CSV_KINDS
+from tribopipe.report.page import RunPage, StudyPage
+from tribopipe.version import VERSION
+
+Cell = str | tuple[float, str] | None
+
+
+def archive_answer(archive: Archive, catalogue: Catalogue) -> dict[str, Any]:
+    """Answer what archive this is, its columns, and which files cannot be read."""
+    unreadable = catalogue.unreadable
+    return {
+        "name": archive.folder.resolve().name,
+        "folder": str(archive.folder.resolve()),
+        "version": VERSION,
+        "revision": catalogue.revision,
+        "runs": len(catalogue.runs()),
+        "studies": len(archive.study_ids()),
+        "columns": [_column(column) for column in COLUMNS.values()],
+        "unreadable": [{"file": file, "error": error} for file, error in unreadable],
+    }
+
+
+def _column(column: ListedColumn) -> dict[str, Any]:
+    told = ("name", "label", "unit", "help", "kind", "shown")
+    return {name: getattr(column, name) for name in told}
+
+
+def runs_answer(catalogue: Catalogue, where: str) -> dict[str, Any]:
+    """Answer all columns of the runs that were asked for. Raises ``QueryError`` where that cannot be understood."""
+    revision, runs = catalogue.revision, catalogue.runs(where)
+    return {
+        "revision": revision,
+        "ids": [run.id for run in runs],
+        "columns": list(COLUMNS),
+        "rows": [[_cell(run, column) for column in COLUMNS.values()] for run in runs],
+    }
+
+
+def _cell(run: ListedRun, column: ListedColumn) -> Cell:
+    text = run.text(column.name)
+    if not text:
+        return None
+    number = run.number(column.name) if column.kind == "number" else None
+    return text if number is None else (number, text)
+
+
+def run_answer(run_id: str, page: RunPage, plots: Iterable[PlotOffer], tables: Iterable[str]) -> dict[str, Any]:
+    """Answer the page of a run by the name of its file, which somebody may have changed.
+
+    ``tables`` are those of ``CSV_KINDS`` that it has.
+    """
+    return {
+        **_shallow(page),
+        "id": run_id,
+        "file": f"{run_id}{SUFFIX}",
+        "findings": [{"severity": finding.severity, "text": str(finding)} for finding in page.findings],
+        "plots": [_offer(plot) for plot in plots],
+        "csv": [{"name": name, "meaning": CSV_KINDS[name]} for name in tables],
+    }
+
+
+def study_answer(study_id: str, page: StudyPage, plots: Iterable[PlotOffer]) -> dict[str, Any]:
+    """Answer the page of a study, as that of a run."""
+    return {
+        **_shallow(page),
+        "id": study_id,
+        "file": f"{STUDIES}/{study_id}{SUFFIX}",
+        "plots": [_offer(plot) for plot in plots],
+    }
+
+
+def _shallow(page: RunPage | StudyPage) -> dict[str, Any]:
+    return {field.name: getattr(page, field.name) for field in fields(page)}
+
+
+def _offer(plot: PlotOffer) -> dict[str, Any]:
+    axes = [{"name": name, "label": axis_label(name)} for name in plot.axes]
+    return {"name": plot.name, "title": plot.title, "stage": plot.stage, "path": plot.path, "axes": axes}
+
+
+def study_line(page: StudyPage) -> dict[str, Any]:
+    """Answer a study in one line: its runs, and how often each verdict was given under each law."""
+    laws = (f"{law.model.capitalize()}: {_counted(verdict.outcome for verdict in law.verdicts)}" for law in page.laws)
+    return {
+        "id": page.id,
+        "title": page.title,
+        "fitted": page.fitted,
+        "predicted": page.predicted,
+        "verdicts": "; ".join(laws),
+    }
+
+
+def _counted(outcomes: Iterable[str]) -> str:
+    return ", ".join(f"{count} {outcome}" for outcome, count in Counter(outcomes).items())

@@ -1,0 +1,110 @@
+"""What the server refuses before it looks at what was asked, and the headers by which a browser refuses the rest.
+
+The server answers one person's browser on their own machine. Other pages that are open in that browser can reach it
+too, so it answers to its own name alone (which ends DNS rebinding), to no page but its own, and only reads.
+"""
+
+from collections.abc import Iterable
+from pathlib import Path, PurePosixPath, PureWindowsPath
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.exceptions import HTTPException
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from tribopipe.browse.json_answer import failure
+
+NAMES = ("127.0.0.1", "localhost", "[::1]")
+PAGE_POLICY = (
+    "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; font-src 'self' data:; "
+    "object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+"""Scripts come from the bundle alone; h5web styles by attributes."""
+REPORT_POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; font-src data:; frame-ancestors 'none'"
+"""A report holds all it needs, and no script."""
+_HEADERS = {
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cross-Origin-Opener-Policy": "same-origin",
+}
+
+
+_MISTAKE = "found a {0} ({1}); expected an answer; please report it with what you looked at"
+
+
+class Guard:
+    """Refuses requests under other names, from other pages, and all that would write."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request, or hand it on."""
+
+        async def guarded(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                headers = MutableHeaders(scope=message)
+                for name, value in _HEADERS.items():
+                    headers[name] = value
+                headers.setdefault("Content-Security-Policy", PAGE_POLICY)
+                headers.setdefault("Cache-Control", "no-store")
+            await send(message)
+
+        refused = _refusal(scope)
+        if refused is not None:
+            await failure(*refused)(scope, receive, guarded)
+            return
+        try:
+            await self._app(scope, receive, guarded)
+        except Exception as error:  # noqa: BLE001, whatever it is, the page gets a sentence
+            await failure(500, _MISTAKE.format(type(error).__name__, error))(scope, receive, guarded)
+
+
+def _refusal(scope: Scope) -> tuple[int, str] | None:
+    """Return the status and the sentence of a refusal; none where there is nothing to refuse."""
+    headers, names = Headers(scope=scope), _own_names(scope)
+    if headers.getlist("host")[1:] or headers.get("host", "").lower() not in names:
+        return (
+            400,
+            f"found the host {headers.get('host', '')!r}; expected {names[0]}; open the address that was printed",
+        )
+    if scope["method"] != "GET":
+        return 405, f"found the method {scope['method']}; expected GET; the server only reads"
+    if _from_elsewhere(headers, names):
+        return 403, "found a request from another page; expected one from the server's own; open the printed address"
+    return None
+
+
+def _own_names(scope: Scope) -> list[str]:
+    """Return what the server may be called in a request."""
+    port = scope["server"][1]
+    return [f"{name}:{port}" for name in NAMES] + (list(NAMES) if port == 80 else [])
+
+
+def _from_elsewhere(headers: Headers, names: Iterable[str]) -> bool:
+    """Tell whether another page asks, other than by a link that was followed to here."""
+    origin, site = headers.get("origin"), headers.get("sec-fetch-site", "none")
+    if origin is not None and origin not in {f"http://{name}" for name in names}:
+        return True
+    followed = (headers.get("sec-fetch-mode"), headers.get("sec-fetch-dest")) == ("navigate", "document")
+    return site not in ("none", "same-origin") and not followed
+
+
+def inside(folder: Path, relative: str) -> Path:
+    """Return the file of a relative path that lies in a folder, symbolic links followed.
+
+    Raises ``HTTPException`` (404) where there is none, or it leads out of the folder.
+    """
+    named = relative.replace("\\", "/")
+    odd = "\0" in named or PureWindowsPath(named).drive or PureWindowsPath(named).root
+    if not odd and ":" not in named and ".." not in PurePosixPath(named).parts:
+        try:
+            found = (folder / named).resolve(strict=True)
+        except (OSError, RuntimeError, ValueError):  # nothing there, a circle of links, or no name at all
+            found = None
+        if found is not None and found.is_relative_to(folder.resolve()) and found.is_file():
+            return found
+    raise HTTPException(
+        404, f"found no {relative!r} in {folder}; expected a file of this folder; look whether it was moved"
+    )

@@ -1,0 +1,217 @@
+"""What h5web asks of an HDF5 file: attributes, data, metadata, statistics and paths, by h5grove's encoders.
+
+h5grove follows links wherever they lead. Here a path is walked link by link within the file; external links, virtual
+datasets and datasets stored in another file are never opened, nor what leads to them.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from math import prod
+from pathlib import Path
+from typing import Annotated, Any, Literal, TypeAlias
+
+import h5py
+from fastapi import APIRouter, Query
+from h5grove.content import DatasetContent, DatatypeContent, GroupContent
+from h5grove.encoders import encode
+from h5grove.utils import parse_slice
+from starlette.exceptions import HTTPException
+from starlette.responses import Response
+
+from tribopipe.archive.own_content import storage_elsewhere
+from tribopipe.archive.store import SUFFIX
+from tribopipe.browse.guard import inside
+
+Entity: TypeAlias = Any
+"""A group, dataset or datatype of h5py's, which is untyped."""
+Content: TypeAlias = Any
+"""What h5grove makes of it."""
+Format = Literal["json", "bin", "csv", "npy", "tiff"]
+LARGEST = 20_000_000
+"""Bytes of values in an answer: two million samples and some."""
+_LARGEST_CHUNK = 1 << 28
+"""Bytes that have to be unpacked for the least of its values."""
+_MOST_PATHS = 100_000
+_MOST_LINKS = 16
+"""Soft links that are followed one after another."""
+_NOTHING = "there is nothing"
+_OUT = "it leads out of the file"
+
+
+def h5_router(folder: Path) -> APIRouter:
+    """Return the routes of h5grove for the files of an archive folder."""
+    router = APIRouter(prefix="/h5")
+
+    @router.get("/attr")
+    def attributes(file: str, path: str = "/", attr_keys: Annotated[list[str] | None, Query()] = None) -> Response:
+        with _opened(folder, file) as opened:
+            return _encoded(_content(path, _entity(opened, path)).attributes(attr_keys))
+
+    @router.get("/data")
+    def data(
+        file: str,
+        path: str = "/",
+        dtype: Literal["origin", "safe"] = "origin",
+        format: Format = "json",  # noqa: A002, as h5web calls it
+        flatten: bool = False,
+        selection: str | None = None,
+    ) -> Response:
+        with _opened(folder, file) as opened:
+            return _encoded(_values(opened, path, selection).data(selection, flatten, dtype), format)
+
+    @router.get("/meta")
+    def metadata(file: str, path: str = "/") -> Response:
+        with _opened(folder, file) as opened:
+            return _encoded(_metadata(path, _entity(opened, path)))
+
+    @router.get("/stats")
+    def statistics(file: str, path: str = "/", selection: str | None = None) -> Response:
+        with _opened(folder, file) as opened:
+            return _encoded(_values(opened, path, selection, kinds="biuf").data_stats(selection))
+
+    @router.get("/paths")
+    def paths(file: str, path: str = "/") -> Response:
+        with _opened(folder, file) as opened:
+            return _encoded(_paths(path, _entity(opened, path)))
+
+    return router
+
+
+@contextmanager
+def _opened(folder: Path, file: str) -> Iterator[h5py.File]:
+    """Open a file of the archive; whatever cannot be read of it is a sentence."""
+    path = inside(folder, file)
+    if path.suffix != SUFFIX:
+        raise HTTPException(404, f"found {file!r}; expected an HDF5 file of the archive; choose one ending in {SUFFIX}")
+    try:
+        with h5py.File(path, "r", locking=False) as opened:
+            yield opened
+    except (LookupError, MemoryError, OSError, OverflowError, RuntimeError, TypeError, ValueError) as error:
+        why = str(error).partition("\n")[0]
+        raise HTTPException(422, f"{file}: cannot be read as asked ({why}); ask for another part of it") from error
+
+
+def _encoded(content: object, encoding: Format = "json") -> Response:
+    """Write an answer as h5grove does; texts may turn out longer than anybody could know before."""
+    answer = encode(content, encoding)
+    if len(answer.content) > 3 * LARGEST:
+        raise _too_large(f"an answer of {len(answer.content):,} bytes")
+    return Response(answer.content, headers=answer.headers)
+
+
+def _content(path: str, found: Entity) -> Content:
+    if isinstance(found, h5py.Group):
+        return GroupContent(path, found, found.file)
+    return (DatasetContent if isinstance(found, h5py.Dataset) else DatatypeContent)(path, found)
+
+
+def _entity(file: h5py.File, path: str) -> Entity:
+    """Return what stands at a path. Raises ``HTTPException`` where that is nothing, or lies in another file."""
+    found = _walk(file["/"], path, _MOST_LINKS)
+    if isinstance(found, str):
+        raise HTTPException(
+            404 if found == _NOTHING else 403,
+            f"{path} is not a valid path in this file: {found}; expected one that the file holds itself; go back to /",
+        )
+    return found
+
+
+def _walk(start: h5py.Group, path: str, links: int) -> Entity | str:
+    """Follow a path from a group; return what stands there, or why that is not shown."""
+    found: Entity = start.file["/"] if path.startswith("/") else start
+    for name in path.split("/"):
+        if name in ("", "."):
+            continue
+        found = _follow(found, name, links) if isinstance(found, h5py.Group) else _NOTHING
+        if isinstance(found, str):
+            break
+    return found
+
+
+def _follow(group: h5py.Group, name: str, links: int) -> Entity | str:
+    """Follow one link of a group within its file."""
+    link = _link(group, name)
+    if link is None:
+        return _NOTHING
+    if isinstance(link, h5py.SoftLink):
+        return _walk(group, link.path, links - 1) if links else "its links go round in circles"
+    if not isinstance(link, h5py.HardLink):
+        return _OUT
+    found: Entity = group[name]
+    elsewhere = storage_elsewhere(found.id) if isinstance(found, h5py.Dataset) else None
+    return found if elsewhere is None else f"it is {elsewhere}"
+
+
+def _link(group: h5py.Group, name: str) -> Any:
+    """Return a link without following it; nothing where there is none, a text where it is of nobody knows what kind."""
+    try:
+        return group.get(name, getlink=True)
+    except TypeError:
+        return _OUT
+
+
+def _metadata(path: str, found: Entity) -> dict[str, Any]:
+    """Return the metadata of an entity, and those of a group's children; links that are not followed as links."""
+    known: dict[str, Any] = dict(_content(path, found).metadata(depth=0))
+    if isinstance(found, h5py.Group):
+        known["children"] = [_child(found, name) for name in found]
+    return known
+
+
+def _child(group: h5py.Group, name: str) -> dict[str, Any]:
+    found = _follow(group, name, _MOST_LINKS)
+    if not isinstance(found, str):
+        return dict(_content(name, found).metadata(depth=0))
+    link = _link(group, name)
+    if isinstance(link, h5py.ExternalLink):
+        return {"name": name, "kind": "external_link", "target_file": link.filename, "target_path": link.path}
+    if isinstance(link, h5py.SoftLink):
+        return {"name": name, "kind": "soft_link", "target_path": link.path}
+    return {"name": name, "kind": "other"}
+
+
+def _values(file: h5py.File, path: str, selection: str | None, kinds: str | None = None) -> Content:
+    """Return a dataset of which so much may be asked, and of certain kinds of numpy's where they are named.
+
+    Raises ``HTTPException``: 413 where it is too much.
+    """
+    dataset = _entity(file, path)
+    if not isinstance(dataset, h5py.Dataset):
+        raise HTTPException(
+            422, f"found no dataset at {path}; expected one that holds values; ask for one of its members"
+        )
+    if kinds is not None and dataset.dtype.kind not in kinds:
+        raise HTTPException(422, f"found {dataset.dtype} at {path}; expected real numbers; ask for others")
+    count, size = _selected(dataset, selection), dataset.dtype.itemsize
+    if count * size > LARGEST:
+        raise _too_large(f"{count:,} values")
+    if prod(dataset.chunks or ()) * size > _LARGEST_CHUNK:
+        raise _too_large("chunks too large to be unpacked")
+    return DatasetContent(path, dataset)
+
+
+def _selected(dataset: h5py.Dataset, selection: str | None) -> int:
+    """Return how many values a selection such as "0:10,3" has."""
+    chosen = parse_slice(selection) if selection else ()
+    every = (slice(None),) * len(dataset.shape or ())
+    parts = zip((*chosen, *every), dataset.shape or (), strict=False)
+    return prod(len(range(*part.indices(length))) if isinstance(part, slice) else 1 for part, length in parts)
+
+
+def _too_large(found: str) -> HTTPException:
+    return HTTPException(413, f"found {found}; expected at most {LARGEST:,} bytes in one answer; ask for a part of it")
+
+
+def _paths(path: str, found: Entity) -> list[str]:
+    """Return the paths of all links below a group; none is followed but those that hold what they name."""
+    if not isinstance(found, h5py.Group):
+        raise HTTPException(422, f"found no group at {path}; expected one; ask for that above it")
+    names = [path]
+
+    def add(name: bytes) -> bool | None:
+        names.append(f"{path.rstrip('/')}/{name.decode(errors='replace')}")
+        return True if len(names) > _MOST_PATHS else None
+
+    if found.id.links.visit(add):
+        raise _too_large(f"more than {_MOST_PATHS:,} paths")
+    return names

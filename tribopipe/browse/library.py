@@ -1,0 +1,70 @@
+"""The archive as the server looks at it: its list, its files, and what was read of them lately."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from threading import Lock
+
+from tribopipe.archive.catalogue.catalogue import Catalogue
+from tribopipe.archive.store import STUDIES, SUFFIX, Archive
+from tribopipe.browse.answers import archive_answer, runs_answer, study_line
+from tribopipe.browse.guard import inside
+from tribopipe.browse.json_answer import encoded
+from tribopipe.browse.samples import Kept, RunFile, StudyFile
+from tribopipe.errors import ArchiveError
+from tribopipe.report.page import StudyPage
+from tribopipe.report.study_page import study_page
+
+
+class Library:
+    """One archive folder; any thread may ask."""
+
+    def __init__(self, folder: Path) -> None:
+        self.archive = Archive(folder)
+        self.catalogue = Catalogue(folder)
+        self._kept = Kept()
+        self._seen = ""
+        self._lock = Lock()
+
+    def revision(self) -> str:
+        """Return the revision of the archive, with the catalogue brought up to it."""
+        with self._lock:
+            revision = self.catalogue.revision
+            if revision != self._seen:
+                self.catalogue.refresh()
+                self._seen = revision
+        return revision
+
+    def run(self, run_id: str) -> RunFile:
+        """Return a run. Raises ``HTTPException`` where there is none of that name in the folder."""
+        inside(self.archive.folder, f"{run_id}{SUFFIX}")
+        return RunFile(self.archive, run_id, self._kept)
+
+    def study(self, study_id: str) -> StudyFile:
+        """Return a study. Raises ``HTTPException`` where there is none of that name in the folder."""
+        inside(self.archive.folder, f"{STUDIES}/{study_id}{SUFFIX}")
+        return StudyFile(self.archive, study_id, self._kept)
+
+    def about(self) -> bytes:
+        """Return what archive this is as JSON."""
+        key = ("archive", self.revision())
+        return self._kept.get(key, lambda: encoded(archive_answer(self.archive, self.catalogue)))
+
+    def runs(self, where: str) -> bytes:
+        """Return the list of runs as JSON. Raises ``QueryError`` where ``where`` cannot be understood."""
+        key = ("runs", self.revision(), where)
+        return self._kept.get(key, lambda: encoded(runs_answer(self.catalogue, where)))
+
+    def studies(self) -> bytes:
+        """Return the list of studies as JSON; those that cannot be read are left out."""
+        return self._kept.get(
+            ("studies", self.revision()), lambda: encoded([study_line(page) for page in self._pages()])
+        )
+
+    def _pages(self) -> Iterator[StudyPage]:
+        for study_id in self.archive.study_ids():
+            try:
+                study = self.study(study_id)
+                _ = study.datasets
+                yield study_page(self.archive, study_id)
+            except ArchiveError:
+                continue

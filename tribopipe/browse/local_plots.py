@@ -1,0 +1,97 @@
+"""Plots over axes of their own: local wear, and k_D against friction."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from tribopipe.archive.steps import WEAR_FITS, StepName
+from tribopipe.browse.drawing import Curve, Panel, Unit
+from tribopipe.browse.samples import RunFile
+from tribopipe.pipeline import archived_correction, archived_friction
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.recipe import LawName, Recipe
+from tribopipe.records.results import COVERAGE_FACTOR, WearFit
+from tribopipe.report.figures import LAW_NAMES
+from tribopipe.report.numbers import COEFFICIENT_UNIT
+from tribopipe.run import Column
+from tribopipe.study.effective import EffectiveCoefficient, effective_coefficient
+from tribopipe.study.member import Member
+from tribopipe.units import axis
+from tribopipe.wear.friction_path import junction_factor
+
+COEFFICIENT = Unit("m^2/N", COEFFICIENT_UNIT)
+COEFFICIENT_LABEL = axis("effective k_D", COEFFICIENT_UNIT)
+_COURSE = (
+    ("wear depth", Unit("m", "um"), {"local": "depth", "GIWM": "giwm_depth"}),
+    ("pressure", Unit("Pa", "GPa"), {"local, peak": "peak_pressure", "local, mean": "mean_pressure"}),
+    ("half width of the contact", Unit("m", "um"), {"local": "half_width", "GIWM": "giwm_half_width"}),
+)
+"""What is drawn of the course of local wear: label, unit, and columns by what they are called."""
+
+
+def course_axis(run: RunFile, step: StepName) -> str | None:
+    """Return the name of the axis of local wear; none where it was not computed."""
+    names = ("sliding_distance", "rotations")
+    return next((name for name in names if f"/entry/{step}/course/{name}" in run.datasets), None)
+
+
+def draw_course(run: RunFile, x: Column, step: StepName) -> tuple[tuple[Panel, ...], str]:
+    """Draw wear depth, pressure and width of the contact by local wear, beside the model with even pressure."""
+    panels = []
+    for label, unit, columns in _COURSE:
+        paths = {name: f"/entry/{step}/course/{column}" for name, column in columns.items()}
+        curves = tuple(
+            Curve(name, "prediction" if name == "GIWM" else "fit", x, run.column(path), unit, run.id, path=path)
+            for name, path in paths.items()
+            if path in run.datasets
+        )
+        panels.append(Panel(axis(label, unit.shown), curves))
+    return tuple(panels), str(run.outline.steps[step].result).partition("\n")[0]
+
+
+def effective(run: RunFile) -> EffectiveCoefficient | None:
+    """Return k_D by the measured curve in windows along a run, as Sarkar's law was fitted; none without friction."""
+    step = run.outline.steps.get("wear_fit_sarkar")
+    recipe = Recipe() if step is None else Recipe.model_validate({"schema": "tribopipe.recipe/1", **step.options})
+    return run.keep("effective k_D", lambda: _effective(run, recipe))
+
+
+def _effective(run: RunFile, recipe: Recipe) -> EffectiveCoefficient | None:
+    member = Member(archived_correction(run.archive, run.id), archived_friction(run.archive, run.id))
+    return effective_coefficient(member.pose("sarkar", recipe))
+
+
+def draw_coefficient(run: RunFile) -> tuple[tuple[Panel, ...], str]:
+    """Draw effective k_D against the friction coefficient, beside what the fitted laws say of it (paper, Fig. 5)."""
+    found = effective(run)
+    measured = [] if found is None else [found]
+    fits = [fit for name in WEAR_FITS.values() if (fit := run.result(name, WearFit)) is not None]
+    laws = [
+        curve
+        for fit in fits
+        if fit.wear_coefficient is not None and fit.interval is not None
+        for curve in law_curves(measured, fit.model, fit.wear_coefficient, fit.interval)
+    ]
+    words = "Worn volume over load and distance in windows along the run; Sarkar's law expects k_D·√(1 + 3µ²)."
+    return (Panel(COEFFICIENT_LABEL, (*map(measured_curve, measured), *laws)),), words
+
+
+def measured_curve(found: EffectiveCoefficient) -> Curve:
+    """Draw effective k_D of a run, in the order of sliding, with its 95 % band."""
+    half = COVERAGE_FACTOR * found.standard_uncertainty
+    low, high = found.coefficient - half, found.coefficient + half
+    name = f"{found.run_id}, measured"
+    return Curve(name, "measured", found.friction, found.coefficient, COEFFICIENT, found.run_id, lower=low, upper=high)
+
+
+def law_curves(
+    measured: Sequence[EffectiveCoefficient], law: LawName, best: Quantity, interval: tuple[Quantity, Quantity]
+) -> Iterator[Curve]:
+    """Draw what a law says of effective k_D over the friction that was measured; nothing where none was."""
+    if not measured:
+        return
+    friction = np.concatenate([one.friction for one in measured])
+    mu = np.linspace(np.min(friction), np.max(friction), 100)
+    factor = junction_factor(mu) if law == "sarkar" else np.ones_like(mu)
+    lines = [quantity.value * factor for quantity in (best, *interval)]
+    yield Curve(f"{LAW_NAMES[law]}'s law", "fit", mu, lines[0], COEFFICIENT, "", law, lines[1], lines[2])

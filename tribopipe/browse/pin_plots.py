@@ -1,0 +1,100 @@
+"""Plots of a run's depth signal, friction, and the wear of a pin beside the laws."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tribopipe.archive.steps import PREDICTIONS, WEAR_FITS, StepName
+from tribopipe.browse.drawing import MICRONS, RATIO, Curve, Mark, Panel, Role, mark
+from tribopipe.browse.samples import RunFile
+from tribopipe.records.recipe import LawName
+from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
+from tribopipe.report.figures import LAW_NAMES
+from tribopipe.run import Column
+from tribopipe.units import axis
+
+CORRECTED, PIN_WEAR = "/entry/drift_correction/data/wear_depth", "/entry/drift_correction/data/pin_wear_depth"
+FITTED_FRICTION = "/entry/friction_fit/data/friction_coefficient"
+
+
+def draw_depth(run: RunFile, x: Column) -> tuple[tuple[Panel, ...], str]:
+    """Draw the depth reading, what drift adds to it, and the corrected wear with the end value."""
+    reading, wear, correction = (
+        run.signal("depth"),
+        run.curve(CORRECTED),
+        run.result("drift_correction", DriftCorrection),
+    )
+    both = "both discs" if run.outline.manifest.rolls else "pin and disc"
+    curves = []
+    if reading is not None:
+        curves.append(Curve("sensor reading", "measured", x, reading, MICRONS, run.id, path=run.signal_path("depth")))
+    if reading is not None and wear is not None:
+        curves.append(Curve("zero offset and drift", "drift", x, reading - wear, MICRONS, run.id))
+        curves.append(Curve(f"corrected wear, {both}", "measured", x, wear, MICRONS, run.id, path=CORRECTED))
+    marks: tuple[Mark, ...] = ()
+    if correction is not None:
+        anchor = (correction.anchor or "end value").replace("_", " ")
+        marks = mark(f"measured after the test: {anchor}", run.id, x, correction.end_wear_depth, MICRONS)
+    words = "" if correction is None else str(correction)
+    return (Panel(axis("depth", "um"), tuple(curves), marks),), words
+
+
+def draw_friction(run: RunFile, x: Column) -> tuple[tuple[Panel, ...], str]:
+    """Draw the friction coefficient with Eq. 7 as fitted, and the residuals below."""
+    measured, fit = run.signal("friction_coefficient"), run.result("friction_fit", FrictionFit)
+    path, fitted = run.signal_path("friction_coefficient"), _fitted_friction(run, fit)
+    curves, residuals = [], []
+    if measured is not None:
+        curves.append(Curve("measured", "measured", x, measured, RATIO, run.id, path=path))
+    if fitted is not None and measured is not None and fit is not None:
+        name = "A·exp(−s/c) + b" if fit.outcome == "exponential" else "steady value"
+        curves.append(Curve(name, "fit", x, fitted, RATIO, run.id, path=FITTED_FRICTION))
+        residuals.append(Curve("measured less fitted", "residual", x, measured - fitted, RATIO, run.id))
+    above = Panel("friction coefficient µ", tuple(curves))
+    panels = (above, Panel("residual of µ", tuple(residuals))) if residuals else (above,)
+    return panels, "" if fit is None else str(fit)
+
+
+def _fitted_friction(run: RunFile, fit: FrictionFit | None) -> Column | None:
+    """Return fitted friction where it was fitted, missing elsewhere; none where there is none."""
+    fitted, slid = run.curve(FITTED_FRICTION), run.signal("sliding_distance")
+    if fit is None or fitted is None or fit.window is None or slid is None:
+        return fitted
+    return np.where((slid >= fit.window[0].value) & (slid <= fit.window[1].value), fitted, np.nan)
+
+
+def draw_pin_wear(run: RunFile, x: Column) -> tuple[tuple[Panel, ...], str]:
+    """Draw the pin's wear with the laws and their 95 % bands, predictions, and the residuals of fitted laws below."""
+    wear, laws = run.curve(PIN_WEAR), list(_laws(run, x))
+    measured = (
+        () if wear is None else (Curve("pin wear, corrected", "measured", x, wear, MICRONS, run.id, path=PIN_WEAR),)
+    )
+    residuals = tuple(
+        Curve(f"measured less {law.name}", "residual", x, wear - law.y, MICRONS, run.id, law.law)
+        for law in laws
+        if wear is not None and law.role == "fit"
+    )
+    correction = run.result("drift_correction", DriftCorrection)
+    ended = None if correction is None else correction.pin_wear_depth
+    marks = mark("pin wear measured after the test", run.id, x, ended, MICRONS)
+    above = Panel(axis("pin wear depth", "um"), (*measured, *laws), marks)
+    panels = (above, Panel(axis("residual", "um"), residuals)) if residuals else (above,)
+    fits = (run.result(name, WearFit) for name in WEAR_FITS.values())
+    return panels, "; ".join(str(fit) for fit in fits if fit is not None)
+
+
+def _laws(run: RunFile, x: Column) -> Iterator[Curve]:
+    for law, name in WEAR_FITS.items():
+        yield from _law(run, x, law, name, "fit", f"{LAW_NAMES[law]}, fitted")
+    for law, name in PREDICTIONS.items():
+        prediction = run.result(name, WearPrediction)
+        source = prediction.reference if prediction is not None else None
+        said = f"{LAW_NAMES[law]}, predicted from {source or 'a given k_D'}"
+        yield from _law(run, x, law, name, "prediction", said)
+
+
+def _law(run: RunFile, x: Column, law: LawName, step: StepName, role: Role, name: str) -> Iterator[Curve]:
+    path = f"/entry/{step}/data/wear_depth"
+    best, lower, upper = (run.curve(f"{path}{end}") for end in ("", "_lower", "_upper"))
+    if best is not None:
+        yield Curve(name, role, x, best, MICRONS, run.id, law, lower, upper, path)

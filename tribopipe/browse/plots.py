@@ -1,0 +1,155 @@
+"""What plots a run offers, against which axes, and each as a drawing."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+
+from tribopipe.archive.steps import LOCAL_WEAR, WEAR_FITS, StepName
+from tribopipe.browse.disc_plots import draw_contact, draw_disc_wear
+from tribopipe.browse.drawing import Drawing, Panel
+from tribopipe.browse.local_plots import course_axis, draw_coefficient, draw_course
+from tribopipe.browse.pin_plots import CORRECTED, PIN_WEAR, draw_depth, draw_friction, draw_pin_wear
+from tribopipe.browse.samples import RunFile
+from tribopipe.browse.signal_plots import (
+    AXES,
+    changed,
+    draw_clean_up,
+    draw_extra,
+    draw_signals,
+    extras,
+    recorded,
+)
+from tribopipe.records.signals import SignalName
+from tribopipe.report.figures import LAW_NAMES
+from tribopipe.run import Column
+from tribopipe.units import axis
+
+Drawn = tuple[tuple[Panel, ...], str]
+"""Panels from the top, and the words beside them."""
+RAW = "raw"
+"""Where plots stand that belong to no step."""
+_LABELS: dict[str, str] = {
+    "sliding_distance": axis("sliding distance s", "m"),
+    "time": axis("time", "s"),
+    "rotations": "rotations of the curved disc",
+    "sample": "sample",
+    "friction": "friction coefficient µ",
+}
+
+
+@dataclass(frozen=True)
+class PlotOffer:
+    """A plot that a run or a study has."""
+
+    name: str
+    title: str
+    stage: str
+    """The step beside which it is shown, or "raw"."""
+    path: str
+    """What a viewer of HDF5 opens for it."""
+    axes: tuple[str, ...]
+    """Names of the axes it can be drawn against, the usual one first."""
+    draw: Callable[[str], Drawn] = field(repr=False)
+    """Draws it against one of them."""
+
+    def drawing(self, against: str | None = None) -> Drawing:
+        """Draw it against an axis, or the usual one."""
+        chosen = against if against in self.axes else self.axes[0]
+        panels, words = self.draw(chosen)
+        return Drawing(self.title, words, chosen, axis_label(chosen), panels)
+
+
+def axis_label(name: str) -> str:
+    """Return how an axis is labelled."""
+    return _LABELS[name]
+
+
+def run_plots(run: RunFile) -> list[PlotOffer]:
+    """Return the plots of a run, the wear curve first."""
+    return [*_wear(run), *_from_signals(run), *_over_own_axes(run), *_recorded(run)]
+
+
+def run_axes(run: RunFile) -> tuple[str, ...]:
+    """Return what the samples of a run can be drawn against, the usual first."""
+    known = [name for name in AXES if name in run.outline.ends]
+    usual: SignalName = "rotations" if run.outline.manifest.rolls else "sliding_distance"
+    return (*sorted(known, key=lambda name: name != usual), "sample")
+
+
+def _place(run: RunFile, name: str) -> Column:
+    """Return the place of each sample on an axis; all axes are shown in SI."""
+    if name == "sample":
+        return run.keep("sample", lambda: np.arange(run.outline.samples, dtype=np.float64))
+    column = run.signal(name)  # type: ignore[arg-type]
+    return np.full(run.outline.samples, np.nan) if column is None else column
+
+
+def _sampled(
+    run: RunFile, name: str, title: str, stage: str, path: str, draw: Callable[[RunFile, Column], Drawn]
+) -> PlotOffer:
+    """Offer a plot of samples."""
+    return PlotOffer(name, title, stage, path, run_axes(run), lambda against: draw(run, _place(run, against)))
+
+
+def _first_step(run: RunFile, *steps: StepName) -> str:
+    return next((step for step in steps if step in run.outline.steps), RAW)
+
+
+def _group(run: RunFile, stage: str) -> str:
+    """Return the group that a viewer plots for a step."""
+    return (
+        f"/entry/{stage}/data"
+        if any(path.startswith(f"/entry/{stage}/data/") for path in run.datasets)
+        else "/entry/raw"
+    )
+
+
+def _wear(run: RunFile) -> Iterator[PlotOffer]:
+    stage = _first_step(run, *WEAR_FITS.values(), "drift_correction")
+    path = "/entry/wear" if any(path.startswith("/entry/wear/") for path in run.datasets) else _group(run, stage)
+    curves = [f"/entry/{step}/data/" for step in run.outline.steps if step.startswith(("wear_fit", "prediction"))]
+    if run.outline.manifest.rolls:
+        if any(f"{curve}curved_volume" in run.datasets for curve in curves):
+            yield _sampled(run, "wear", "Wear of both discs", stage, path, draw_disc_wear)
+            yield _sampled(run, "contact", "Contact", stage, _group(run, stage), draw_contact)
+    elif PIN_WEAR in run.datasets or any(f"{curve}wear_depth" in run.datasets for curve in curves):
+        yield _sampled(run, "wear", "Wear of the pin", stage, path, draw_pin_wear)
+
+
+def _from_signals(run: RunFile) -> Iterator[PlotOffer]:
+    if "depth" in run.outline.origins:
+        stage = _first_step(run, "drift_correction")
+        yield _sampled(run, "depth", "Depth signal", stage, _group(run, stage), draw_depth)
+    if "friction_coefficient" in run.outline.origins:
+        stage = _first_step(run, "friction_fit")
+        yield _sampled(run, "friction", "Friction", stage, _group(run, stage), draw_friction)
+
+
+def _over_own_axes(run: RunFile) -> Iterator[PlotOffer]:
+    if CORRECTED in run.datasets and "wear_fit_sarkar" in run.outline.steps and not run.outline.manifest.rolls:
+        path = _group(run, "wear_fit_sarkar")
+        title = "Wear coefficient against friction"
+        yield PlotOffer("coefficient", title, "wear_fit_sarkar", path, ("friction",), lambda _: draw_coefficient(run))
+    for law, step in LOCAL_WEAR.items():
+        along = course_axis(run, step)
+        if along is not None:
+            path = f"/entry/{step}/course"
+            draw = partial(_course, run, step, f"{path}/{along}")
+            title = f"Local wear by {LAW_NAMES[law]}'s law"
+            yield PlotOffer(f"local-wear-{law}", title, step, path, (along,), draw)
+
+
+def _course(run: RunFile, step: StepName, axis_path: str, _: str) -> Drawn:
+    return draw_course(run, run.column(axis_path), step)
+
+
+def _recorded(run: RunFile) -> Iterator[PlotOffer]:
+    if changed(run):
+        yield _sampled(run, "clean-up", "What clean-up changed", "clean_up", "/entry/clean_up/data", draw_clean_up)
+    if recorded(run):
+        yield _sampled(run, "signals", "Recorded signals", RAW, "/entry/raw", draw_signals)
+    for number, (name, path) in enumerate(run.keep("extras", lambda: extras(run)).items()):
+        draw = partial(draw_extra, name=name, path=path)
+        yield _sampled(run, f"column-{number}", name, RAW, path, draw)

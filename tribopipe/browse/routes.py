@@ -1,0 +1,173 @@
+"""The addresses under /api."""
+
+from math import isfinite
+from typing import Annotated, Literal
+
+import h5py
+import numpy as np
+from fastapi import APIRouter, Depends, Query
+from starlette.exceptions import HTTPException
+from starlette.responses import HTMLResponse, Response
+
+from tribopipe.archive.catalogue.columns import COLUMNS
+from tribopipe.browse.answers import run_answer, study_answer
+from tribopipe.browse.compare import compare
+from tribopipe.browse.decimate import Window
+from tribopipe.browse.download import CSV, download
+from tribopipe.browse.drawing import Drawing, plot_answer
+from tribopipe.browse.guard import REPORT_POLICY
+from tribopipe.browse.json_answer import JsonAnswer
+from tribopipe.browse.library import Library
+from tribopipe.browse.plots import PlotOffer, run_plots
+from tribopipe.browse.study_plots import study_plots
+from tribopipe.files import read_file
+from tribopipe.report.csv_files import csv_kinds, csv_parts
+from tribopipe.report.run_page import run_page
+from tribopipe.report.runs_csv import runs_csv
+from tribopipe.report.study_page import study_page
+
+_MOST_COMPARED = 50
+
+
+def _window(
+    start: Annotated[float | None, Query(alias="from")] = None,
+    end: Annotated[float | None, Query(alias="to")] = None,
+    width: Annotated[int, Query(ge=16, le=4000)] = 1000,
+) -> Window:
+    """Read what of a plot is looked at."""
+    if any(edge is not None and not isfinite(edge) for edge in (start, end)):
+        raise HTTPException(
+            400, "found an edge of the plot that is no number; expected finite ones; show the whole plot"
+        )
+    return Window(start, end, width)
+
+
+Looked = Annotated[Window, Depends(_window)]
+Where = Annotated[str, Query(max_length=2000)]
+
+
+def api_router(library: Library) -> APIRouter:
+    """Return the routes of the JSON answers and the downloads."""
+    router = APIRouter(prefix="/api")
+    _add_lists(router, library)
+    _add_run(router, library)
+    _add_downloads(router, library)
+    _add_studies(router, library)
+    return router
+
+
+def _add_lists(router: APIRouter, library: Library) -> None:
+    @router.get("/archive")
+    def archive() -> Response:
+        return JsonAnswer(library.about())
+
+    @router.get("/revision")
+    def revision() -> Response:
+        return JsonAnswer({"revision": library.revision()})
+
+    @router.get("/runs")
+    def runs(where: Where = "") -> Response:
+        return JsonAnswer(library.runs(where))
+
+    @router.get("/runs.csv")
+    def runs_as_csv(where: Where = "") -> Response:
+        library.revision()
+        return download([runs_csv(library.catalogue.runs(where), list(COLUMNS.values()))], "runs.csv", CSV)
+
+    @router.get("/compare/{what}")
+    def compared(
+        what: Literal["wear", "friction", "depth"],
+        window: Looked,
+        runs: str = "",
+        extra: Annotated[str, Query(alias="with")] = "",
+        x: str | None = None,
+    ) -> Response:
+        chosen = list(dict.fromkeys(name for name in runs.split(",") if name))
+        if not 1 <= len(chosen) <= _MOST_COMPARED:
+            raise HTTPException(
+                400, f"found {len(chosen)} runs to compare; expected 1 to {_MOST_COMPARED}; choose others"
+            )
+        drawing = compare(what, [library.run(run_id) for run_id in chosen], extra.split(","), x)
+        return JsonAnswer(plot_answer(what, drawing, window))
+
+
+def _add_run(router: APIRouter, library: Library) -> None:
+    @router.get("/runs/{run_id}")
+    def run(run_id: str) -> Response:
+        found = library.run(run_id)
+        plots, tables = run_plots(found), csv_kinds(library.archive, run_id)
+        return JsonAnswer(run_answer(run_id, run_page(library.archive, run_id), plots, tables))
+
+    @router.get("/runs/{run_id}/plots/{name}")
+    def run_plot(run_id: str, name: str, window: Looked, x: str | None = None) -> Response:
+        return JsonAnswer(plot_answer(name, _drawing(run_plots(library.run(run_id)), name, x), window))
+
+
+def _drawing(offers: list[PlotOffer], name: str, against: str | None) -> Drawing:
+    """Draw one of the plots that are offered. Raises ``HTTPException`` where there is none of that name."""
+    offer = next((offer for offer in offers if offer.name == name), None)
+    if offer is None:
+        known = ", ".join(offer.name for offer in offers) or "none"
+        raise HTTPException(404, f"found no plot {name!r}; expected one of these: {known}; go back to the page")
+    return offer.drawing(against)
+
+
+def _add_downloads(router: APIRouter, library: Library) -> None:
+    @router.get("/runs/{run_id}/file")
+    def file(run_id: str) -> Response:
+        found = library.run(run_id)
+        return download([read_file(found.path)], found.path.name, "application/x-hdf5")
+
+    @router.get("/runs/{run_id}/sources/{number}")
+    def source(run_id: str, number: int) -> Response:
+        found = library.run(run_id)
+        path = f"/entry/source_files/file_{number}"
+        if f"{path}/data" not in found.datasets:
+            raise HTTPException(
+                404, f"found no source file {number} of {run_id}; expected one of its page; go back to it"
+            )
+        with library.archive.open(run_id) as opened:
+            return download([_bytes(opened[path])], str(opened[path]["file_name"].asstr()[()]))
+
+    @router.get("/runs/{run_id}/csv/{what}")
+    def csv(run_id: str, what: str) -> Response:
+        _ = library.run(run_id).datasets
+        return download(csv_parts(library.archive, run_id, what), f"{run_id}-{what}.csv", CSV)
+
+    @router.get("/runs/{run_id}/report")
+    def run_report(run_id: str) -> Response:
+        from tribopipe.report.html.document import run_report
+
+        _ = library.run(run_id).datasets
+        return _report(run_report(library.archive, [run_id]))
+
+
+def _bytes(note: h5py.Group) -> bytes:
+    return np.asarray(note["data"][()], dtype=np.uint8).tobytes()
+
+
+def _report(text: str) -> Response:
+    return HTMLResponse(text, headers={"Content-Security-Policy": REPORT_POLICY})
+
+
+def _add_studies(router: APIRouter, library: Library) -> None:
+    @router.get("/studies")
+    def studies() -> Response:
+        return JsonAnswer(library.studies())
+
+    @router.get("/studies/{study_id}")
+    def study(study_id: str) -> Response:
+        found = library.study(study_id)
+        plots = study_plots(found)
+        return JsonAnswer(study_answer(study_id, study_page(library.archive, study_id), plots))
+
+    @router.get("/studies/{study_id}/plots/{name}")
+    def study_plot(study_id: str, name: str, window: Looked) -> Response:
+        return JsonAnswer(plot_answer(name, _drawing(study_plots(library.study(study_id)), name, None), window))
+
+    @router.get("/studies/{study_id}/report")
+    def study_report(study_id: str) -> Response:
+        from tribopipe.report.html.document import study_report
+
+        _ = library.study(study_id).datasets
+        return _report(study_report(library.archive, study_id))

@@ -1,0 +1,77 @@
+"""The server of one person's browser: on this machine alone, at a port of its own."""
+
+import socket
+import webbrowser
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from threading import Thread
+from threading import enumerate as enumerate_threads
+
+import uvicorn
+
+from tribopipe.browse.app import create_app
+from tribopipe.errors import ArchiveError
+
+HOST = "127.0.0.1"
+_PATIENCE = 2
+"""How long answers under way may take after Ctrl-C, s."""
+
+
+def serve(archive: Path, port: int, tell: Callable[[str], None], *, show: bool) -> None:
+    """Serve an archive until Ctrl-C, at a free port where ``port`` is 0; tell the address, and show it in the browser.
+
+    Raises ``ArchiveError`` where the port is taken.
+    """
+    with listening(port) as listener:
+        address = f"http://{HOST}:{listener.getsockname()[1]}/"
+        tell(address)
+        if show:
+            Thread(target=webbrowser.open, args=[address], daemon=True).start()
+        others = set(enumerate_threads())
+        with suppress(KeyboardInterrupt):
+            _server(archive).run(sockets=[listener])
+        for worker in set(enumerate_threads()) - others:
+            worker.join(_PATIENCE)  # Python cannot end while another thread is inside the HDF5 library
+
+
+@contextmanager
+def running(archive: Path) -> Iterator[int]:
+    """Serve an archive in a thread meanwhile; give the port."""
+    with listening(0) as listener:
+        server = _server(archive)
+        thread = Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
+        thread.start()
+        try:
+            yield listener.getsockname()[1]
+        finally:
+            server.should_exit = True
+            thread.join()
+
+
+def _server(archive: Path) -> uvicorn.Server:
+    config = uvicorn.Config(
+        create_app(archive),
+        log_level="critical",
+        lifespan="off",
+        ws="none",
+        server_header=False,
+        timeout_graceful_shutdown=_PATIENCE,
+    )
+    return uvicorn.Server(config)
+
+
+def listening(port: int) -> socket.socket:
+    """Return a socket at a port that nobody else has. Raises ``ArchiveError`` where it is taken."""
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        if hasattr(socket, "SO_EXCLUSIVEADDRUSE"):  # on Windows others could share it otherwise
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_EXCLUSIVEADDRUSE, 1)
+        listener.bind((HOST, port))
+        listener.listen()
+    except OSError as error:
+        listener.close()
+        raise ArchiveError(
+            f"--port {port}: cannot be used ({error.strerror or error}); expected a free port; leave it out to take any"
+        ) from None
+    return listener

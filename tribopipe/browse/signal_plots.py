@@ -1,0 +1,69 @@
+"""Plots of what was recorded: signals, columns without a meaning, and what clean-up changed."""
+
+from collections.abc import Mapping
+
+from tribopipe.browse.drawing import Curve, Panel, Unit
+from tribopipe.browse.samples import RunFile
+from tribopipe.records.signals import SIGNALS, SignalName
+from tribopipe.run import Column
+from tribopipe.units import KINDS, axis, force_unit
+
+AXES: tuple[SignalName, ...] = ("rotations", "sliding_distance", "time")
+"""Signals that others are drawn against."""
+_SHOWN_ELSEWHERE: tuple[SignalName, ...] = (*AXES, "depth", "friction_coefficient")
+CLEANED = "/entry/clean_up/data/"
+RAW = "/entry/raw/"
+
+
+def recorded(run: RunFile) -> list[SignalName]:
+    """Return the signals that have no plot of their own."""
+    return [name for name in run.outline.origins if name not in _SHOWN_ELSEWHERE]
+
+
+def draw_signals(run: RunFile, x: Column) -> tuple[tuple[Panel, ...], str]:
+    """Draw forces, speed, temperature and humidity as recorded, each in a panel."""
+    return tuple(_panel(run, x, name, {"recorded": RAW + name}) for name in recorded(run)), ""
+
+
+def changed(run: RunFile) -> list[SignalName]:
+    """Return the signals that clean-up changed, but for axes."""
+    return [name for name in run.outline.origins if name not in AXES and CLEANED + name in run.datasets]
+
+
+def draw_clean_up(run: RunFile, x: Column) -> tuple[tuple[Panel, ...], str]:
+    """Draw each signal that clean-up changed, before and after."""
+    panels = tuple(
+        _panel(run, x, name, {"recorded": RAW + name, "cleaned up": CLEANED + name}) for name in changed(run)
+    )
+    return panels, ""
+
+
+def _panel(run: RunFile, x: Column, name: SignalName, paths: Mapping[str, str]) -> Panel:
+    unit = _unit(run, name)
+    curves = tuple(
+        Curve(said, "measured", x, run.sampled(path), unit, run.id, path=path)
+        for said, path in paths.items()
+        if path in run.datasets
+    )
+    return Panel(axis(name.replace("_", " "), unit.shown), curves)
+
+
+def _unit(run: RunFile, name: SignalName) -> Unit:
+    kind = KINDS[SIGNALS[name].kind]
+    if kind.si == "N":
+        return Unit("N", force_unit(run.outline.manifest.conditions.normal_load.value))
+    return Unit(kind.si, kind.shown)
+
+
+def extras(run: RunFile) -> dict[str, str]:
+    """Return the columns without a meaning that hold numbers: their paths by what the file calls them."""
+    with run.archive.open(run.id) as file:
+        kept = file["entry"].get("extra_columns", {})
+        numbers = {column.name: column for column in kept.values() if column.dtype.kind in "fiu"}
+        return {f"{column.attrs['column_name']}": path for path, column in numbers.items()}
+
+
+def draw_extra(run: RunFile, x: Column, name: str, path: str) -> tuple[tuple[Panel, ...], str]:
+    """Draw a column as it was found."""
+    curve = Curve(name, "measured", x, run.sampled(path), Unit("1", "1"), run.id, path=path)
+    return (Panel(name, (curve,)),), "A column that tribopipe gives no meaning to, as the file has it."

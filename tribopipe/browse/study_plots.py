@@ -1,0 +1,159 @@
+"""Plots of a study: every run under a law together and by itself, and k_D against friction."""
+
+from collections.abc import Callable, Iterator, Sequence
+
+from tribopipe.browse.drawing import MICRONS, VOLUME, Curve, Mark, Panel, mark
+from tribopipe.browse.local_plots import COEFFICIENT_LABEL, law_curves, measured_curve
+from tribopipe.browse.plots import Drawn, PlotOffer
+from tribopipe.browse.samples import StudyFile
+from tribopipe.pipeline import archived_correction, archived_friction
+from tribopipe.records.disc_results import spoken
+from tribopipe.records.disc_verdict import TwinDiscLawResult, TwinDiscStudyResult
+from tribopipe.records.manifest import DISCS, DiscName
+from tribopipe.records.recipe import Recipe
+from tribopipe.records.verdict import LawResult, StudyResult
+from tribopipe.report.figures import LAW_NAMES
+from tribopipe.study.discs import DiscStudyCurve
+from tribopipe.study.effective import EffectiveCoefficient, effective_coefficient
+from tribopipe.study.evaluate import StudyCurve
+from tribopipe.study.member import Member
+from tribopipe.units import axis
+
+_STAGE = "study"
+
+
+def study_plots(study: StudyFile) -> list[PlotOffer]:
+    """Return the plots of a study, all runs under its first law first."""
+    result = study.stored.result
+    if isinstance(result, TwinDiscStudyResult):
+        return [*_together(study, _disc_panels), *_each(study, _disc_panels)]
+    return [*_together(study, _pin_panels), *_coefficient(study, result), *_each(study, _pin_panels)]
+
+
+Panels = Callable[[StudyFile, str, Sequence[str]], tuple[Panel, ...]]
+"""Draws some runs under a law."""
+
+
+def _together(study: StudyFile, panels: Panels) -> Iterator[PlotOffer]:
+    for law in study.stored.result.laws:
+        runs = [run.id for run in law.runs]
+        yield _offer(study, f"wear-{law.model}", f"Wear by {LAW_NAMES[law.model]}'s law", panels, law, runs)
+
+
+def _each(study: StudyFile, panels: Panels) -> Iterator[PlotOffer]:
+    for law in study.stored.result.laws:
+        for run in law.runs:
+            title = f"{run.id}: {run.role} by {LAW_NAMES[law.model]}'s law"
+            yield _offer(study, f"wear-{law.model}-{run.id}", title, panels, law, [run.id])
+
+
+def _offer(
+    study: StudyFile, name: str, title: str, panels: Panels, law: LawResult | TwinDiscLawResult, runs: list[str]
+) -> PlotOffer:
+    along = "rotations" if isinstance(law, TwinDiscLawResult) else "sliding_distance"
+    words = "" if len(runs) > 1 else next(run.sentence for run in law.runs if run.id == runs[0])
+    return PlotOffer(
+        name, title, _STAGE, _path(study, law.model, runs), (along,), lambda _: (panels(study, law.model, runs), words)
+    )
+
+
+def _path(study: StudyFile, law: str, runs: Sequence[str]) -> str:
+    """Return the first curve that is drawn."""
+    numbered = enumerate(study.stored.curves)
+    found = (number for number, curve in numbered if curve.model == law and curve.run_id in runs)
+    return f"/entry/curve_{next(found, 0):03}"
+
+
+def _pin_panels(study: StudyFile, law: str, runs: Sequence[str]) -> tuple[Panel, ...]:
+    curves: list[Curve] = []
+    for number, curve in enumerate(study.stored.curves):
+        if isinstance(curve, StudyCurve) and curve.model == law and curve.run_id in runs:
+            curves += _pin_curves(curve, f"/entry/curve_{number:03}")
+    return (Panel(axis("pin wear depth", "um"), tuple(curves)),)
+
+
+def _pin_curves(curve: StudyCurve, path: str) -> Iterator[Curve]:
+    measured = (curve.measured, curve.measurement_lower, curve.measurement_upper)
+    x, run, law = curve.sliding_distance, curve.run_id, curve.model
+    yield Curve(f"{run}, measured", "measured", x, measured[0], MICRONS, run, None, *measured[1:], f"{path}/measured")
+    role, said = ("fit", "fitted") if curve.role == "fitted" else ("prediction", "predicted")
+    name = f"{run}, {LAW_NAMES[law]}, {said}"
+    yield Curve(
+        name,
+        "fit" if role == "fit" else "prediction",
+        x,
+        curve.predicted,
+        MICRONS,
+        run,
+        law,
+        curve.lower,
+        curve.upper,
+        f"{path}/predicted",
+    )
+
+
+def _disc_panels(study: StudyFile, law: str, runs: Sequence[str]) -> tuple[Panel, ...]:
+    return tuple(_disc_panel(study, law, runs, disc) for disc in DISCS)
+
+
+def _disc_panel(study: StudyFile, law: str, runs: Sequence[str], disc: DiscName) -> Panel:
+    curves = []
+    for number, curve in enumerate(study.stored.curves):
+        if isinstance(curve, DiscStudyCurve) and (curve.model, curve.disc) == (law, disc) and curve.run_id in runs:
+            curves.append(_disc_curve(curve, f"/entry/curve_{number:03}/predicted"))
+    marks = tuple(_disc_marks(study, law, runs, disc))
+    return Panel(axis(f"{spoken(disc)}, volume worn off", "mm^3"), tuple(curves), marks)
+
+
+def _disc_curve(curve: DiscStudyCurve, path: str) -> Curve:
+    fitted = curve.role == "fitted"
+    return Curve(
+        name=f"{curve.run_id}, {LAW_NAMES[curve.model]}, {curve.role}",
+        role="fit" if fitted else "prediction",
+        x=curve.rotations,
+        y=curve.predicted,
+        unit=VOLUME,
+        run=curve.run_id,
+        law=curve.model,
+        lower=curve.lower,
+        upper=curve.upper,
+        path=path,
+    )
+
+
+def _disc_marks(study: StudyFile, law: str, runs: Sequence[str], disc: DiscName) -> Iterator[Mark]:
+    result = study.stored.result
+    judged = [
+        one
+        for found in result.laws
+        if isinstance(found, TwinDiscLawResult) and found.model == law
+        for one in found.runs
+    ]
+    for run in judged:
+        for one in run.discs:
+            if run.id in runs and one.disc == disc and one.what == "wear_volume":
+                yield from mark(f"{run.id}, measured", run.id, run.rotations.value, one.measured, VOLUME)
+
+
+def _coefficient(study: StudyFile, result: StudyResult) -> Iterator[PlotOffer]:
+    if any(law.model == "sarkar" for law in result.laws):
+        title = "Wear coefficient against friction"
+        path = _path(study, "sarkar", [run.id for run in result.laws[0].runs])
+        yield PlotOffer("coefficient", title, _STAGE, path, ("friction",), lambda _: _draw_coefficient(study, result))
+
+
+def _draw_coefficient(study: StudyFile, result: StudyResult) -> Drawn:
+    runs = [run.id for run in result.laws[0].runs]
+    measured = study.keep("effective k_D", lambda: _effective(study, runs))
+    curves = [measured_curve(one) for one in measured]
+    for law in result.laws:
+        curves += law_curves(measured, law.model, law.wear_coefficient, law.interval)
+    words = "Worn volume over load and distance in windows along each run; Sarkar's law expects k_D·√(1 + 3µ²)."
+    return (Panel(COEFFICIENT_LABEL, tuple(curves)),), words
+
+
+def _effective(study: StudyFile, runs: Sequence[str]) -> list[EffectiveCoefficient]:
+    recipe = Recipe.model_validate(study.stored.options)
+    members = [Member(archived_correction(study.archive, run), archived_friction(study.archive, run)) for run in runs]
+    found = [effective_coefficient(member.pose("sarkar", recipe)) for member in members]
+    return [one for one in found if one is not None]

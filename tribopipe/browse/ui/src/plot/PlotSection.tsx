@@ -1,0 +1,60 @@
+import "./plot.css";
+
+import { useId, useRef } from "react";
+
+import type { Plot, PlotOffer } from "../api";
+import { Failure } from "../components/Failure";
+import { fileHref, Link, setQuery, useAddress } from "../shell/router";
+import { useAnswer } from "../shell/useAnswer";
+import { AxisChoice } from "./AxisChoice";
+import PlotView, { HEIGHT } from "./PlotView";
+import { rangeFor } from "./queried";
+import { useColumns } from "./useColumns";
+import { useSeen } from "./useSeen";
+
+interface Props {
+  /** What of the archive it is a plot of, as the server knows it: "runs/ID", "studies/ID". */
+  base: string;
+  /** The HDF5 file it was read from. */
+  file: string;
+  offer: PlotOffer;
+  height?: number;
+}
+
+/** A plot with its heading; asked for once it comes into sight. Range and axis stand in the address. */
+export default function PlotSection({ base, file, offer, height = HEIGHT }: Props) {
+  const heading = useId();
+  const section = useRef<HTMLElement>(null);
+  const seen = useSeen(section);
+  const width = useColumns(section);
+  const { query } = useAddress();
+  const range = rangeFor(offer, query);
+  const path = seen && width > 0 ? `${base}/plots/${encodeURIComponent(offer.name)}` : null;
+  const { answer, error, stale } = useAnswer<Plot>(path, { ...range, width });
+
+  const zoom = (from: number | null, to: number | null) =>
+    setQuery({ x: range.x, from: text(from), to: text(to) }, { replace: true });
+
+  return (
+    <section className="plot-section" ref={section} aria-labelledby={heading} aria-busy={path !== null && stale && !error}>
+      <header className="plot-head">
+        <h3 id={heading}>{offer.title}</h3>
+        <AxisChoice offer={offer} chosen={range.x} />
+        <Link href={fileHref(file, offer.path)}>
+          Open in viewer<span className="hidden">: {offer.title}</span>
+        </Link>
+      </header>
+      {error && <Failure error={error} />}
+      {answer ? (
+        <div className={stale && !error ? "is-stale" : undefined}>
+          <PlotView plot={answer} onZoom={zoom} height={height} />
+          {answer.words && <p className="plot-words">{answer.words}</p>}
+        </div>
+      ) : (
+        error === null && <div className="plot-skeleton" style={{ height: `calc(${height}px + 8.2rem)` }} />
+      )}
+    </section>
+  );
+}
+
+const text = (place: number | null): string | null => (place === null ? null : String(place));

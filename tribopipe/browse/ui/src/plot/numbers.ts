@@ -1,0 +1,61 @@
+/** How numbers are written on axes and in read-outs. */
+
+const COUNT = new Intl.NumberFormat("en-GB");
+const MOST_DECIMALS = 12;
+const READ = new Intl.NumberFormat("en-GB", { maximumSignificantDigits: 5 });
+
+/** "2,000,000" */
+export const counted = (count: number): string => COUNT.format(count);
+
+/** A value as it is read out, to five digits: "23.523", "1.2346×10⁻⁹". */
+export function read(value: number): string {
+  const size = Math.abs(value);
+  if (size === 0 || (size >= 1e-3 && size < 1e7)) return signed(READ.format(value));
+  const exponent = Math.floor(Math.log10(size));
+  return `${signed(READ.format(value / 10 ** exponent))}×${powerOfTen(exponent)}`;
+}
+
+/** A value with the half width of its interval, as far as that tells: "33.16 ± 0.58", "(1.69 ± 0.27)×10⁻⁴". */
+export function readWithin(value: number, half: number): string {
+  if (!(half > 0)) return read(value);
+  const size = Math.max(Math.abs(value), half);
+  const exponent = size >= 1e-3 && size < 1e7 ? 0 : Math.floor(Math.log10(size));
+  const digits = Math.min(Math.max(1 - Math.floor(Math.log10(half / 10 ** exponent)), 0), MOST_DECIMALS);
+  const [middle, spread] = [value, half].map((number) => fixed(number / 10 ** exponent, digits));
+  return exponent === 0 ? `${middle} ± ${spread}` : `(${middle} ± ${spread})×${powerOfTen(exponent)}`;
+}
+
+/** The power of ten that is taken out of the numbers on an axis, so that they stay short; 0 for usual sizes. */
+export function axisExponent([low, high]: readonly [number, number]): number {
+  const size = Math.max(Math.abs(low), Math.abs(high));
+  return size === 0 || (size >= 5e-3 && size < 1e7) ? 0 : 3 * Math.floor(Math.log10(size) / 3);
+}
+
+/** What an axis is called once a power of ten is taken out: "effective k_D / 10⁻⁹ mm³/(N·mm)". */
+export function axisLabel(label: string, exponent: number): string {
+  if (exponent === 0) return label;
+  const at = label.indexOf(" / ");
+  return at < 0 ? `${label} / ${powerOfTen(exponent)}` : `${label.slice(0, at)} / ${powerOfTen(exponent)} ${label.slice(at + 3)}`;
+}
+
+/** Numbers at the ticks of an axis, all with the digits that their distance asks for. */
+export function ticks(values: number[], step: number, exponent: number): string[] {
+  const digits = decimals(step / 10 ** exponent);
+  return values.map((value) => fixed(value / 10 ** exponent, digits));
+}
+
+function decimals(step: number): number {
+  for (let digits = 0; digits < MOST_DECIMALS; digits++) {
+    const scaled = step * 10 ** digits;
+    if (Math.abs(scaled - Math.round(scaled)) < 1e-6 * Math.max(scaled, 1) && Math.round(scaled) > 0) return digits;
+  }
+  return MOST_DECIMALS;
+}
+
+const fixed = (value: number, digits: number): string =>
+  signed(value.toLocaleString("en-GB", { minimumFractionDigits: digits, maximumFractionDigits: digits }));
+
+const powerOfTen = (exponent: number): string =>
+  `10${[...String(exponent)].map((digit) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(digit)]).join("")}`;
+
+const signed = (text: string): string => (text === "-0" ? "0" : text.replace("-", "−"));

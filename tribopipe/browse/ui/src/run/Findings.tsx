@@ -1,0 +1,33 @@
+import type { Run } from "../api";
+import { Chip } from "../components/Chip";
+
+type Finding = Run["findings"][number];
+
+const SIGNS = { error: "✕", warning: "!", note: "i" } as const;
+const TONES = { error: "bad", warning: "warn", note: "plain" } as const;
+
+/** What a person should know of a run before trusting it, the gravest first. */
+export function Findings({ findings }: { findings: Finding[] }) {
+  if (findings.length === 0) return <p className="soft">The checks found nothing to remark.</p>;
+  const grave = Object.keys(SIGNS);
+  const ordered = [...findings].sort((a, b) => grave.indexOf(a.severity) - grave.indexOf(b.severity));
+  return (
+    <ul className="findings" aria-label="Findings of the checks">
+      {ordered.map(({ severity, text }, place) => (
+        <li key={place}>
+          <Severity name={severity} />
+          <span>{text}</span>
+        </li>
+      ))}
+    </ul>
+  );
+}
+
+function Severity({ name }: { name: string }) {
+  const known = Object.hasOwn(SIGNS, name) ? (name as keyof typeof SIGNS) : "note";
+  return (
+    <Chip tone={TONES[known]}>
+      <span aria-hidden="true">{SIGNS[known]}</span> {name}
+    </Chip>
+  );
+}

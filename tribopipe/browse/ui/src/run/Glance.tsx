@@ -1,0 +1,56 @@
+import type { Run } from "../api";
+import { Card } from "../components/Card";
+import { Chip } from "../components/Chip";
+import PlotSection from "../plot/PlotSection";
+import { apiOf, stageId } from "./places";
+import { isFitted, tiles, type Tile } from "./glance";
+
+/** The results of a run, and the curve that they are about. */
+export function Glance({ run }: { run: Run }) {
+  const results = tiles(run.stages);
+  const wear = run.plots.find(isWear);
+  return (
+    <Card title="Result" id="result">
+      {!isFitted(run.stages) && <Unfitted run={run} />}
+      {results.length > 0 && (
+        <ul className="tiles">
+          {results.map((result, place) => (
+            <Result key={place} tile={result} />
+          ))}
+        </ul>
+      )}
+      {wear && <PlotSection base={apiOf(run.id)} file={run.file} offer={wear} />}
+    </Card>
+  );
+}
+
+/** The wear curve stands beside the results, not beside its stage. */
+export const isWear = ({ name }: { name: string }): boolean => name === "wear";
+
+function Result({ tile }: { tile: Tile }) {
+  return (
+    <li className="tile">
+      <a className="tile-label" href={`#${stageId(tile.stage)}`}>
+        {tile.label}
+      </a>
+      <span className="tile-value">{tile.value}</span>
+      {tile.more && <span className="tile-more">{tile.more}</span>}
+      {tile.doubtful && <Chip tone="warn">! look at the drift correction</Chip>}
+    </li>
+  );
+}
+
+function Unfitted({ run }: { run: Run }) {
+  return (
+    <p className="notice notice-warn">
+      <strong>No wear coefficient was identified in this run.</strong>{" "}
+      {run.stages.length === 0 ? (
+        <>
+          It was taken in and not evaluated; <code>tribopipe process</code> with its run folder does that.
+        </>
+      ) : (
+        <>What stands in the way is said by the stages below, and by the findings.</>
+      )}
+    </p>
+  );
+}

@@ -1,0 +1,46 @@
+import type { PlotOffer, Run, Stage } from "../api";
+import { Card } from "../components/Card";
+import { Facts } from "../components/Facts";
+import PlotSection from "../plot/PlotSection";
+import { fileHref, Link } from "../shell/router";
+import { isWear } from "./Glance";
+import { Notes } from "./Notes";
+import { apiOf, stageId } from "./places";
+import { StageTable } from "./StageTable";
+
+/** One step of the evaluation: what it found, its plots, its numbers. */
+export function StageSection({ run, stage }: { run: Run; stage: Stage }) {
+  const offers = run.plots.filter((offer) => offer.stage === stage.name);
+  return (
+    <Card
+      title={stage.title}
+      id={stageId(stage.name)}
+      actions={
+        <Link className="small" href={fileHref(run.file, stage.path)} aria-label={`${stage.title}, in viewer`}>
+          In viewer
+        </Link>
+      }
+    >
+      {stage.sentence && <p className="sentence">{stage.sentence}</p>}
+      <Notes notes={stage.notes} />
+      {offers.map((offer) => (
+        <StagePlot key={offer.name} run={run} offer={offer} />
+      ))}
+      {stage.facts.length > 0 && <Facts facts={stage.facts} />}
+      {stage.tables.map((table, place) => (
+        <StageTable key={place} table={table} />
+      ))}
+    </Card>
+  );
+}
+
+function StagePlot({ run, offer }: { run: Run; offer: PlotOffer }) {
+  if (isWear(offer)) {
+    return (
+      <p className="soft">
+        Its curve stands <a href="#result">beside the result</a>.
+      </p>
+    );
+  }
+  return <PlotSection base={apiOf(run.id)} file={run.file} offer={offer} />;
+}

@@ -1,0 +1,87 @@
+import type { Fact, Stage } from "../api";
+
+/** One result in large letters. */
+export interface Tile {
+  label: string;
+  value: string;
+  /** In small letters below: its interval, what it is made of. */
+  more: string;
+  /** Whether it is to be looked at before it is trusted. */
+  doubtful: boolean;
+  stage: string;
+}
+
+type Said = Omit<Tile, "stage">;
+
+const tile = (label: string, value: string, more = "", doubtful = false): Said => ({ label, value, more, doubtful });
+
+/** What each kind of stage tells first, in the order in which it is looked for. */
+const TOLD: [stage: string, tell: (stage: Stage) => Said[]][] = [
+  ["wear_fit_", coefficients],
+  ["drift_correction", depth],
+  ["friction_fit", friction],
+  ["specific_wear", rates],
+  ["drift_correction", drift],
+];
+
+/** The results of a run: k_D, end depth, friction, specific wear rate, drift. */
+export function tiles(stages: Stage[]): Tile[] {
+  return TOLD.flatMap(([name, tell]) =>
+    stages.filter((stage) => stage.name.startsWith(name)).flatMap((stage) => placed(tell(stage), stage)),
+  );
+}
+
+const placed = (said: Said[], { name }: Stage): Tile[] => said.map((one) => ({ ...one, stage: name }));
+
+/** Whether any law was fitted. */
+export const isFitted = (stages: Stage[]): boolean => stages.some(({ name }) => name.startsWith("wear_fit_"));
+
+const valueOf = (stage: Stage, name: string): string | undefined =>
+  stage.facts.find((fact) => fact.name === name)?.value;
+
+/** Each k_D with the interval that is told right after it. */
+function coefficients(stage: Stage): Said[] {
+  const law = stage.title.split(" by ").at(-1) ?? "";
+  return stage.facts.flatMap(({ name, value }, place) => {
+    if (!name.startsWith("k_D")) return [];
+    const label = name.includes(law) ? name : `${name}, ${law}`;
+    return [tile(label, value, interval(stage.facts[place + 1]))];
+  });
+}
+
+const interval = (next: Fact | undefined): string =>
+  next?.name.startsWith("95 % interval") ? `95 % interval ${next.value}` : "";
+
+function depth(stage: Stage): Said[] {
+  const value = valueOf(stage, "wear depth at the end");
+  if (value === undefined) return [];
+  const parts = ["pin", "disc"].map((body) => [body, valueOf(stage, `of that, ${body}`)]);
+  const known = parts.filter(([, part]) => part !== undefined);
+  return [tile("Wear depth at the end", value, known.map((part) => part.join(" ")).join(", "))];
+}
+
+function friction(stage: Stage): Said[] {
+  const steady = valueOf(stage, "b, steady state");
+  const mean = valueOf(stage, "mean of μ over the run");
+  if (steady !== undefined) return [tile("Steady friction μ", steady, mean && `mean over the run ${mean}`)];
+  return mean === undefined ? [] : [tile("Mean friction μ", mean)];
+}
+
+function rates(stage: Stage): Said[] {
+  return stage.facts
+    .filter(({ name }) => name.startsWith("rate of "))
+    .map(({ name, value }) => {
+      const body = name.slice("rate of ".length);
+      const volume = valueOf(stage, `volume of ${body}`);
+      return tile(`Specific wear rate of ${body}`, value, volume && `volume ${volume}`);
+    });
+}
+
+function drift(stage: Stage): Said[] {
+  const rate = valueOf(stage, "drift rate");
+  if (rate === undefined) return [];
+  const discrepancy = valueOf(stage, "discrepancy at the end");
+  const beyond = valueOf(stage, "within its limit") === "no";
+  const limit = beyond ? "beyond its limit" : "within its limit";
+  return [tile("Drift rate", rate, discrepancy && `discrepancy ${discrepancy}, ${limit}`, beyond)];
+}

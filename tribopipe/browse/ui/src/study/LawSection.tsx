@@ -1,0 +1,61 @@
+import type { PlotOffer, Study, VerdictLine } from "../api";
+import { Card } from "../components/Card";
+import { TextTable } from "../components/TextTable";
+import PlotSection from "../plot/PlotSection";
+import { Disclosure } from "../run/Disclosure";
+import { Notes } from "../run/Notes";
+import { Link, runHref } from "../shell/router";
+import { lawId, lawName } from "./laws";
+import { Outcome } from "./Outcome";
+import { studyApi } from "./places";
+import { Sentences } from "./Sentences";
+
+type Law = Study["laws"][number];
+
+/** One law in a study: k_D, its curves, what is said of each run, tables. */
+export function LawSection({ study, law }: { study: Study; law: Law }) {
+  const together = study.plots.find(({ name }) => name === `wear-${law.model}`);
+  return (
+    <Card title={lawName(law.model)} id={lawId(law.model)}>
+      <p className="sentence">
+        <strong>{law.title}</strong>
+      </p>
+      {together && <PlotSection base={studyApi(study.id)} file={study.file} offer={together} />}
+      <ul className="judged">
+        {law.verdicts.map((verdict) => (
+          <Judged key={verdict.run_id} study={study} verdict={verdict} offer={offerOf(study, law, verdict)} />
+        ))}
+      </ul>
+      <Sentences sentences={law.sentences} />
+      {law.tables.map((table, place) => table.rows.length > 0 && <TextTable key={place} table={table} />)}
+    </Card>
+  );
+}
+
+const offerOf = (study: Study, law: Law, { run_id }: VerdictLine): PlotOffer | undefined =>
+  study.plots.find(({ name }) => name === `wear-${law.model}-${run_id}`);
+
+interface Props {
+  study: Study;
+  verdict: VerdictLine;
+  offer: PlotOffer | undefined;
+}
+
+function Judged({ study, verdict, offer }: Props) {
+  return (
+    <li>
+      <p className="judged-head">
+        <Outcome name={verdict.outcome} />
+        <Link href={runHref(verdict.run_id)}>{verdict.run_id}</Link>
+        <span className="soft">{verdict.role}</span>
+      </p>
+      <p className="sentence">{verdict.sentence}</p>
+      <Notes notes={verdict.notes} />
+      {offer && (
+        <Disclosure title={`Wear curve of ${verdict.run_id}`}>
+          {() => <PlotSection base={studyApi(study.id)} file={study.file} offer={offer} />}
+        </Disclosure>
+      )}
+    </li>
+  );
+}

@@ -1,0 +1,75 @@
+import "../run/run.css";
+import "./study.css";
+
+import type { StudyLine } from "../api";
+import { Empty } from "../components/Empty";
+import { Failure } from "../components/Failure";
+import { Loading } from "../components/Loading";
+import { useArchive } from "../shell/archive";
+import { Link, studyHref } from "../shell/router";
+import { useAnswer } from "../shell/useAnswer";
+import { useTitle } from "../shell/useTitle";
+
+/** All studies of the archive, each in a line. */
+export default function StudiesPage() {
+  useTitle("Studies");
+  const { answer: studies, error } = useAnswer<StudyLine[]>("studies");
+  return (
+    <div className="page">
+      <div className="page-head">
+        <h1>Studies</h1>
+      </div>
+      {error && <Failure error={error} />}
+      {studies === null && error === null && <Loading what="the studies" />}
+      {studies && (studies.length === 0 ? <NoStudies /> : <Listed studies={studies} />)}
+    </div>
+  );
+}
+
+function Listed({ studies }: { studies: StudyLine[] }) {
+  return (
+    <ul className="studies">
+      {studies.map((study) => (
+        <li key={study.id} className="card">
+          <h2>
+            <Link href={studyHref(study.id)}>{study.title}</Link>
+          </h2>
+          {study.title !== study.id && <code>{study.id}</code>}
+          <dl className="origin">
+            <Runs said="Fitted" ids={study.fitted} />
+            <Runs said="Predicted" ids={study.predicted} />
+            <dt>Verdicts</dt>
+            <dd>
+              {study.verdicts.split("; ").map((law, place) => (
+                <div key={place}>{law}</div>
+              ))}
+            </dd>
+          </dl>
+        </li>
+      ))}
+    </ul>
+  );
+}
+
+function Runs({ said, ids }: { said: string; ids: string[] }) {
+  if (ids.length === 0) return null;
+  return (
+    <>
+      <dt>{said}</dt>
+      <dd>{ids.join(", ")}</dd>
+    </>
+  );
+}
+
+function NoStudies() {
+  const { answer: archive } = useArchive();
+  return (
+    <Empty title="This archive holds no study yet.">
+      <p>
+        A study fits k_D on some runs, predicts others, and says where a wear law does not hold. Draft one with{" "}
+        <code>tribopipe study new --archive {archive?.folder ?? "…"}</code>, then evaluate it with{" "}
+        <code>tribopipe study run</code>.
+      </p>
+    </Empty>
+  );
+}

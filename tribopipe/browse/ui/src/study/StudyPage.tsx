@@ -1,0 +1,74 @@
+import "../run/run.css";
+import "./study.css";
+
+import type { PlotOffer, Study } from "../api";
+import { Card } from "../components/Card";
+import { Failure } from "../components/Failure";
+import PlotSection from "../plot/PlotSection";
+import { Contents, type Section } from "../run/Contents";
+import { NotThere } from "../run/NotThere";
+import { Skeleton } from "../run/Skeleton";
+import { useAnchor } from "../run/useAnchor";
+import { useAnswer } from "../shell/useAnswer";
+import { useTitle } from "../shell/useTitle";
+import { lawId, lawName } from "./laws";
+import { LawSection } from "./LawSection";
+import { studyApi } from "./places";
+import { Sentences } from "./Sentences";
+import { StudyHead } from "./StudyHead";
+import { StudyOrigin } from "./StudyOrigin";
+import { Verdicts } from "./Verdicts";
+
+/** One study: the verdicts, then each law with its curves, tables and sentences. */
+export default function StudyPage({ id }: { id: string }) {
+  useTitle(id);
+  const { answer: study, error } = useAnswer<Study>(studyApi(id));
+  useAnchor(study !== null);
+  if (study === null) {
+    if (error === null) return <Skeleton what="the study" />;
+    return <NotThere title={id} error={error} back={{ href: "/studies", label: "All studies" }} />;
+  }
+  return (
+    <div className="page">
+      {error && <Failure error={error} />}
+      <StudyHead study={study} />
+      <div className="with-contents">
+        <Contents sections={sections(study)} />
+        <div className="parts">
+          <Verdicts study={study} />
+          <Said study={study} />
+          {study.laws.map((law) => (
+            <LawSection key={law.model} study={study} law={law} />
+          ))}
+          <StudyOrigin study={study} />
+        </div>
+      </div>
+    </div>
+  );
+}
+
+/** What is said of the study as a whole, and the plots that belong to no single law. */
+function Said({ study }: { study: Study }) {
+  const offers = ofAllLaws(study);
+  if (study.sentences.length + offers.length === 0) return null;
+  return (
+    <Card title="Laws beside each other" id="laws">
+      <Sentences sentences={study.sentences} />
+      {offers.map((offer) => (
+        <PlotSection key={offer.name} base={studyApi(study.id)} file={study.file} offer={offer} />
+      ))}
+    </Card>
+  );
+}
+
+const ofAllLaws = ({ plots }: Study): PlotOffer[] => plots.filter(({ name }) => !name.startsWith("wear-"));
+
+function sections(study: Study): Section[] {
+  const said = study.sentences.length + ofAllLaws(study).length > 0;
+  return [
+    { id: "verdicts", title: "Verdicts" },
+    ...(said ? [{ id: "laws", title: "Laws beside each other" }] : []),
+    ...study.laws.map(({ model }) => ({ id: lawId(model), title: lawName(model) })),
+    { id: "provenance", title: "Provenance" },
+  ];
+}

@@ -1,0 +1,55 @@
+import type { Study } from "../api";
+import { Card } from "../components/Card";
+import { Link, runHref } from "../shell/router";
+import { lawId, lawName } from "./laws";
+import { Outcome } from "./Outcome";
+
+/** What each law was found to be worth on each run, and k_D under each. */
+export function Verdicts({ study }: { study: Study }) {
+  return (
+    <Card title="Verdicts" id="verdicts">
+      <div className="table-box" tabIndex={0} role="region" aria-label="Verdict on each run under each law">
+        <table className="texts verdicts">
+          <thead>
+            <tr>
+              <th scope="col">run</th>
+              <th scope="col">role</th>
+              {study.laws.map(({ model }) => (
+                <th key={model} scope="col">
+                  <a href={`#${lawId(model)}`}>{lawName(model)}</a>
+                </th>
+              ))}
+            </tr>
+          </thead>
+          <tbody>
+            {runsOf(study).map(({ id, role }) => (
+              <tr key={id}>
+                <th scope="row">
+                  <Link href={runHref(id)}>{id}</Link>
+                </th>
+                <td>{role}</td>
+                {study.laws.map((law) => (
+                  <td key={law.model}>
+                    <Given outcome={law.verdicts.find((verdict) => verdict.run_id === id)?.outcome} />
+                  </td>
+                ))}
+              </tr>
+            ))}
+          </tbody>
+        </table>
+      </div>
+      <ul className="coefficients">
+        {study.laws.map(({ model, title }) => (
+          <li key={model}>{title}</li>
+        ))}
+      </ul>
+    </Card>
+  );
+}
+
+/** The runs of a study, those that identified k_D first. */
+function runsOf({ fitted, predicted }: Study): { id: string; role: string }[] {
+  return [...fitted.map((id) => ({ id, role: "fitted" })), ...predicted.map((id) => ({ id, role: "predicted" }))];
+}
+
+const Given = ({ outcome }: { outcome: string | undefined }) => (outcome ? <Outcome name={outcome} /> : <>–</>);

@@ -1,0 +1,110 @@
+import "./table.css";
+
+import { useCallback, useMemo } from "react";
+
+import type { ApiError, Archive, Runs } from "../api";
+import { Failure } from "../components/Failure";
+import { Loading } from "../components/Loading";
+import { useArchive } from "../shell/archive";
+import { addressOf, setQuery, useAddress } from "../shell/router";
+import { useAnswer } from "../shell/useAnswer";
+import { useDraft } from "../shell/useDraft";
+import { useTitle } from "../shell/useTitle";
+import { ColumnMenu } from "./ColumnMenu";
+import { chosenColumns, matching, rowsOf, sorted, sortOf, sortText } from "./listing";
+import { NoRuns } from "./NoRuns";
+import { QueryBox } from "./QueryBox";
+import { RunsTable } from "./RunsTable";
+import { SearchBox } from "./SearchBox";
+import { Selection } from "./Selection";
+import { Unreadable } from "./Unreadable";
+
+/** All runs of the archive in one table. */
+export function RunsPage() {
+  useTitle("Runs");
+  const { query } = useAddress();
+  const { answer: archive, error } = useArchive();
+  const where = query.get("where") ?? "";
+  const runs = useAnswer<Runs>("runs", { where });
+  const [search, setSearch] = useDraft(query.get("q") ?? "", (q) => setQuery({ q }, { replace: true }));
+
+  if (archive === null) return error ? <FailedPage error={error} /> : <Loading what="the archive" />;
+  return (
+    <div className="runs-page">
+      <h1 className="hidden">Runs</h1>
+      <Unreadable files={archive.unreadable} />
+      <div className="runs-asking">
+        <QueryBox columns={archive.columns} where={where} error={runs.error} />
+        <SearchBox text={search} onType={setSearch} />
+      </div>
+      {runs.answer ? (
+        <Listing archive={archive} runs={runs.answer} search={search} stale={runs.stale} failed={runs.error !== null} />
+      ) : (
+        runs.loading && <Loading what="the runs" />
+      )}
+    </div>
+  );
+}
+
+const FailedPage = ({ error }: { error: ApiError }) => (
+  <div className="page">
+    <Failure error={error} />
+  </div>
+);
+
+interface Props {
+  archive: Archive;
+  runs: Runs;
+  search: string;
+  stale: boolean;
+  /** Whether these are the rows from before a question that was not answered. */
+  failed: boolean;
+}
+
+/** What the filter and the search leave, as the address asks for it. */
+function Listing({ archive, runs, search, stale, failed }: Props) {
+  const { query } = useAddress();
+  const all = useMemo(() => rowsOf(runs), [runs]);
+  const named = query.get("columns");
+  const columns = useMemo(() => chosenColumns(archive.columns, named, all), [archive.columns, named, all]);
+  const sort = useMemo(() => sortOf(query.get("sort")), [query]);
+  const rows = useMemo(() => sorted(matching(all, columns, search), sort), [all, columns, search, sort]);
+  const selected = useMemo(() => listed(query.get("selected")), [query]);
+  const toggle = useCallback((id: string) => {
+    const next = listed(new URLSearchParams(location.search).get("selected"));
+    if (!next.delete(id)) next.add(id);
+    setQuery({ selected: [...next].join(",") }, { replace: true });
+  }, []);
+
+  return (
+    <>
+      <div className="runs-tools">
+        <p className="count" role="status">
+          <strong>{rows.length}</strong> of {archive.runs} {archive.runs === 1 ? "run" : "runs"}
+          {failed && ", as they were before"}
+        </p>
+        {archive.runs > 0 && <Selection ids={[...selected]} />}
+        <ColumnMenu columns={archive.columns} chosen={columns} />
+        <a className="button" href={addressOf("/api/runs.csv", { where: query.get("where") ?? "" })} download>
+          Download CSV
+        </a>
+      </div>
+      {rows.length === 0 ? (
+        <NoRuns archive={archive} />
+      ) : (
+        <RunsTable
+          columns={columns}
+          all={all}
+          rows={rows}
+          sort={sort}
+          stale={stale}
+          selected={selected}
+          onSort={(next) => setQuery({ sort: sortText(next) }, { replace: true })}
+          onSelect={toggle}
+        />
+      )}
+    </>
+  );
+}
+
+const listed = (text: string | null): Set<string> => new Set(text?.split(",").filter(Boolean));

@@ -1,0 +1,12 @@
+import type { Cell } from "../api";
+import { Chip } from "../components/Chip";
+import { textOf } from "./cells";
+
+/** A cell as it is shown: tags and bad marks as chips, all else as it is written. */
+export function Shown({ column, cell }: { column: string; cell: Cell }) {
+  const text = textOf(cell);
+  if (text === "") return null;
+  if (column === "mark") return <Chip tone="bad">{text}</Chip>;
+  if (column === "tags") return text.split(", ").map((tag) => <Chip key={tag}>{tag}</Chip>);
+  return <span title={text}>{text}</span>;
+}
