@@ -59,8 +59,16 @@ def browser() -> Iterator[Browser]:
 
 
 def complaints(page: Page) -> list[str]:
-    """Return a list that fills with what the console warns of, and with errors that nobody caught."""
+    """Return a list that fills with what the console warns of, and with errors that nobody caught.
+
+    What a graphics driver made of software says of its own speed is no complaint about the page.
+    """
     heard: list[str] = []
-    page.on("console", lambda said: heard.append(said.text) if said.type in ("error", "warning") else None)
+
+    def hear(kind: str, text: str) -> None:
+        if kind in ("error", "warning") and "GL Driver Message" not in text:
+            heard.append(text)
+
+    page.on("console", lambda said: hear(said.type, said.text))
     page.on("pageerror", lambda error: heard.append(str(error)))
     return heard

@@ -164,3 +164,19 @@ def test_what_no_friction_looks_like_is_said_to_be_so(bare_run, mu, reason):
     fit = fit_friction(with_friction(bare_run, mu))
     assert fit.outcome == "steady-only"
     assert reason in " ".join(fit.notes)
+
+
+def test_a_clock_coarser_than_the_sampling_rate_still_identifies_running_in(bare_run):
+    """Three samples in four share their place with the one before, so that half of the steps and more are nothing."""
+    place = np.repeat(np.linspace(0, 500, 1251), 4)
+    distance = np.linspace(0, 500, len(place))
+    fit = fit_friction(with_friction(bare_run, exponential(distance, 0.226, 0.496, 32.877), place))
+    found = [fit.amplitude.value, fit.steady_state.value, fit.running_in_distance.value]
+    np.testing.assert_allclose(found, [0.226, 0.496, 32.877], rtol=0.01)
+
+
+def test_a_distance_that_never_grows_gives_the_steady_value(bare_run):
+    mu = 0.5 + 0.01 * np.sin(np.arange(500))
+    fit = fit_friction(with_friction(bare_run, mu, np.zeros(500)))
+    assert fit.outcome == "steady-only"
+    assert "distance" in fit.notes[0]

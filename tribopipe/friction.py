@@ -130,6 +130,8 @@ def _fit_window(distance: Column, mu: Column) -> FrictionFit:
     window = (_metres(float(distance[0])), _metres(float(distance[-1])))
     if np.median(mu) < 0:
         return _steady_only(mu, ("friction is negative: check the sign of the friction force",), window)
+    if window[0].value == window[1].value:
+        return _steady_only(mu, ("the sliding distance never grows: check speed or clock",), window)
     if np.ptp(mu) == 0:
         return _steady_only(mu, ("friction never changes: check whether the channel was on",), window)
     fit = _fit_exponential(distance, mu)
@@ -197,7 +199,8 @@ def _slopes(distance: Column, p: Column) -> Column:
 
 
 def _running_in_bounds(distance: Column) -> tuple[float, float]:
-    spacing = float(np.median(np.diff(distance)))
+    steps = np.diff(distance)
+    spacing = float(np.median(steps[steps > 0]))
     length = float(distance[-1] - distance[0])
     return min(_SHORTEST_RUNNING_IN * spacing, length / 4), _LONGEST_RUNNING_IN * length
 

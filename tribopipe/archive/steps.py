@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import reduce
+from functools import cache, reduce
 from operator import or_
 from typing import Literal, NamedTuple
 
@@ -40,8 +40,12 @@ class StepKind(NamedTuple):
 
     def parse(self, text: str) -> Record:
         """Read a result back from its JSON; the records of different tribometers have different keys."""
-        adapter: TypeAdapter[Record] = TypeAdapter(reduce(or_, self.records))
-        return adapter.validate_json(text)
+        return _parser(self.records).validate_json(text)
+
+
+@cache
+def _parser(records: tuple[type[Record], ...]) -> TypeAdapter[Record]:
+    return TypeAdapter(reduce(or_, records))
 
 
 _FITS, _PREDICTIONS = (WearFit, TwinDiscFit), (WearPrediction, TwinDiscPrediction)
