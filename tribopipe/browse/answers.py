@@ -7,7 +7,7 @@ from typing import Any
 
 from tribopipe.archive.catalogue.catalogue import Catalogue
 from tribopipe.archive.catalogue.columns import COLUMNS, ListedColumn
-from tribopipe.archive.catalogue.listed import ListedRun
+from tribopipe.archive.catalogue.listed import ListedRun, texts_of
 from tribopipe.archive.store import STUDIES, SUFFIX, Archive
 from tribopipe.browse.plots import PlotOffer, axis_label
 from tribopipe.report.csv_files import CSV_KINDS
@@ -25,7 +25,7 @@ def archive_answer(archive: Archive, catalogue: Catalogue) -> dict[str, Any]:
         "folder": str(archive.folder.resolve()),
         "version": VERSION,
         "revision": catalogue.revision,
-        "runs": len(catalogue.runs()),
+        "runs": catalogue.count,
         "studies": len(archive.study_ids()),
         "columns": [_column(column) for column in COLUMNS.values()],
         "unreadable": [{"file": file, "error": error} for file, error in unreadable],
@@ -44,16 +44,15 @@ def runs_answer(catalogue: Catalogue, where: str) -> dict[str, Any]:
         "revision": revision,
         "ids": [run.id for run in runs],
         "columns": list(COLUMNS),
-        "rows": [[_cell(run, column) for column in COLUMNS.values()] for run in runs],
+        "rows": list(zip(*(_cells(runs, column) for column in COLUMNS.values()), strict=True)),
     }
 
 
-def _cell(run: ListedRun, column: ListedColumn) -> Cell:
-    text = run.text(column.name)
-    if not text:
-        return None
-    number = run.number(column.name) if column.kind == "number" else None
-    return text if number is None else (number, text)
+def _cells(runs: list[ListedRun], column: ListedColumn) -> list[Cell]:
+    texts = texts_of(runs, column)
+    if column.kind != "number":
+        return [text or None for text in texts]
+    return [(run[column.name], text) if text else None for run, text in zip(runs, texts, strict=True)]
 
 
 def run_answer(run_id: str, page: RunPage, plots: Iterable[PlotOffer], tables: Iterable[str]) -> dict[str, Any]:

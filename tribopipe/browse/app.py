@@ -19,7 +19,8 @@ from tribopipe.errors import QueryError, TribopipeError
 def create_app(archive_folder: Path) -> FastAPI:
     """Return the application for an archive folder; it reads the archive and writes nothing but its catalogue."""
     app = FastAPI(openapi_url=None, docs_url=None, redoc_url=None, redirect_slashes=False)
-    app.include_router(api_router(Library(archive_folder)))
+    app.state.library = Library(archive_folder)
+    app.include_router(api_router(app.state.library))
     app.include_router(h5_router(archive_folder))
     app.include_router(bundle_router())
     app.add_middleware(Guard)

@@ -1,11 +1,13 @@
 """The addresses under /api."""
 
+from contextlib import suppress
 from math import isfinite
 from typing import Annotated, Literal
 
 import h5py
 import numpy as np
 from fastapi import APIRouter, Depends, Query
+from starlette.background import BackgroundTask
 from starlette.exceptions import HTTPException
 from starlette.responses import HTMLResponse, Response
 
@@ -20,6 +22,7 @@ from tribopipe.browse.json_answer import JsonAnswer
 from tribopipe.browse.library import Library
 from tribopipe.browse.plots import PlotOffer, run_plots
 from tribopipe.browse.study_plots import study_plots
+from tribopipe.errors import TribopipeError
 from tribopipe.files import read_file
 from tribopipe.report.csv_files import csv_kinds, csv_parts
 from tribopipe.report.run_page import run_page
@@ -96,7 +99,9 @@ def _add_run(router: APIRouter, library: Library) -> None:
     def run(run_id: str) -> Response:
         found = library.run(run_id)
         plots, tables = run_plots(found), csv_kinds(library.archive, run_id)
-        return JsonAnswer(run_answer(run_id, run_page(library.archive, run_id), plots, tables))
+        told = run_answer(run_id, run_page(library.archive, run_id), plots, tables)
+        # The page asks for its first plot next, and the samples can be read until then.
+        return JsonAnswer(told, background=BackgroundTask(_read_ahead, plots))
 
     @router.get("/runs/{run_id}/plots/{name}")
     def run_plot(run_id: str, name: str, window: Looked, x: str | None = None) -> Response:
@@ -110,6 +115,12 @@ def _drawing(offers: list[PlotOffer], name: str, against: str | None) -> Drawing
         known = ", ".join(offer.name for offer in offers) or "none"
         raise HTTPException(404, f"found no plot {name!r}; expected one of these: {known}; go back to the page")
     return offer.drawing(against)
+
+
+def _read_ahead(plots: list[PlotOffer]) -> None:
+    with suppress(HTTPException, TribopipeError, OSError):  # told when the plot is asked for
+        for first in plots[:1]:
+            first.drawing()
 
 
 def _add_downloads(router: APIRouter, library: Library) -> None:

@@ -3,6 +3,7 @@
 import socket
 import webbrowser
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Thread
@@ -50,8 +51,11 @@ def running(archive: Path) -> Iterator[int]:
 
 
 def _server(archive: Path) -> uvicorn.Server:
+    app = create_app(archive)
+    # The table of all runs is what is asked for first, and a browser takes its time to open.
+    ThreadPoolExecutor(1).submit(app.state.library.runs, "")
     config = uvicorn.Config(
-        create_app(archive),
+        app,
         log_level="critical",
         lifespan="off",
         ws="none",

@@ -52,6 +52,11 @@ class Catalogue:
         rows = self._asked("SELECT name, error FROM files WHERE error IS NOT NULL ORDER BY name")
         return [(name, f"{self.folder / name}: {error}") for name, error in rows]
 
+    @property
+    def count(self) -> int:
+        """Number of runs that can be read."""
+        return int(self._asked("SELECT count(*) FROM listed")[0][0])
+
     def runs(self, where: str = "", sort: str = "id") -> list[ListedRun]:
         """Return the runs that a query chooses, in the order of columns such as "material,-k_d".
 
@@ -59,7 +64,8 @@ class Catalogue:
         """
         condition, values = where_clause(parse_where(where))
         rows = self._asked(f"SELECT * FROM listed WHERE {condition}", values)  # noqa: S608, of names of columns alone
-        return in_order(map(ListedRun, rows), sort)
+        places = {name: place for place, name in enumerate(rows[0].keys())} if rows else {}
+        return in_order((ListedRun(row, places) for row in rows), sort)
 
     def _asked(self, question: str, values: Sequence[float | str] = ()) -> list[sqlite3.Row]:
         with self._lock:

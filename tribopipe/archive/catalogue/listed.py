@@ -1,8 +1,9 @@
 """One run as a list tells it, and the order of several."""
 
 import sqlite3
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
+from typing import Any
 
 from tribopipe.archive.catalogue.columns import COLUMNS, ITEM, ListedColumn, column_named
 from tribopipe.files import natural_order
@@ -11,8 +12,12 @@ from tribopipe.files import natural_order
 class ListedRun:
     """One run: what is known of it in each column."""
 
-    def __init__(self, row: sqlite3.Row) -> None:
-        self._row = row
+    def __init__(self, row: sqlite3.Row, places: Mapping[str, int]) -> None:
+        self._row, self._places = row, places
+
+    def __getitem__(self, name: str) -> Any:
+        """Return what the catalogue holds under a name; a row looks names up one by one, which takes long."""
+        return self._row[self._places[name]]
 
     def __repr__(self) -> str:
         return f"ListedRun({self.id!r})"
@@ -20,20 +25,15 @@ class ListedRun:
     @property
     def id(self) -> str:
         """Name of the run."""
-        return str(self._row["id"])
+        return str(self["id"])
 
     def text(self, name: str) -> str:
         """Return what is shown in a column, numbers without their unit; empty where nothing is known."""
-        column = COLUMNS[name]
-        if column.kind == "number":
-            return self._row[f"{name}_shown"] or ""
-        if column.kind == "date":
-            return (self._row[name] or "")[:16].replace("T", " ")
-        return (column.joint or " ").join(self.texts(name))
+        return _shown_text(COLUMNS[name])(self)
 
     def texts(self, name: str) -> list[str]:
         """Return the texts in a column that may hold several, such as the tags."""
-        held = self._row[name]
+        held = self[name]
         return held.split(ITEM) if held else []
 
     def number(self, name: str) -> float | None:
@@ -46,15 +46,33 @@ class ListedRun:
 
     def value(self, name: str) -> float | None:
         """Return a number in SI; none where nothing is known."""
-        return self._row[name]  # type: ignore[no-any-return]
+        return self[name]  # type: ignore[no-any-return]
 
     def uncertainty(self, name: str) -> float | None:
         """Return the standard uncertainty of a number in SI; none where nothing is known."""
-        return self._row[f"{name}_uncertainty"]  # type: ignore[no-any-return]
+        return self[f"{name}_uncertainty"]  # type: ignore[no-any-return]
 
     def date(self, name: str) -> str | None:
         """Return a date as run.toml has it, ISO 8601; none where nothing is known."""
-        return self._row[name]  # type: ignore[no-any-return]
+        return self[name]  # type: ignore[no-any-return]
+
+
+def texts_of(runs: Iterable[ListedRun], column: ListedColumn) -> list[str]:
+    """Return what is shown of several runs in one column, sooner than run by run."""
+    shown = _shown_text(column)
+    return [shown(run) for run in runs]
+
+
+@cache
+def _shown_text(column: ListedColumn) -> Callable[[ListedRun], str]:
+    """Return what reads the text of a column out of a run."""
+    name, joint = column.name, column.joint or " "
+    if column.kind == "number":
+        shown = f"{name}_shown"
+        return lambda run: run[shown] or ""
+    if column.kind == "date":
+        return lambda run: (run[name] or "")[:16].replace("T", " ")
+    return lambda run: (run[name] or "").replace(ITEM, joint)
 
 
 @cache

@@ -39,7 +39,7 @@ export interface Archive {
   unreadable: { file: string; error: string }[];
 }
 
-/** A text; or a number in the column's unit beside how it is written, with its uncertainty; or nothing known. */
+/** A text; or a number in SI to sort by, beside how it is written in the column's unit with its uncertainty; or nothing known. */
 export type Cell = string | [number, string] | null;
 
 export interface Runs {

@@ -1,5 +1,5 @@
-import { Sample } from "./Sample";
 import type { Entry, Group } from "./entries";
+import { Sample } from "./Sample";
 
 interface Props {
   label: string;
@@ -26,7 +26,8 @@ export function Legend({ label, groups, onToggle }: Props) {
 }
 
 /** A press hides the line or shows it again. */
-function Item({ entry: { key, name, stroke, kind, value, shown }, onToggle }: { entry: Entry; onToggle(key: string): void }) {
+function Item({ entry, onToggle }: { entry: Entry; onToggle(key: string): void }) {
+  const { key, name, stroke, kind, value, shown } = entry;
   return (
     <li>
       <button type="button" aria-pressed={shown} onClick={() => onToggle(key)}>

@@ -12,6 +12,7 @@ import { styledPanel, type StyledPanel } from "./styled";
 import { panelSummary } from "./summary";
 import { useAxes } from "./useAxes";
 import { useColours } from "./useColours";
+import { useTallest } from "./useTallest";
 import type { View } from "./view";
 
 interface Props {
@@ -44,11 +45,12 @@ export function PanelView({ panel, x, view, height, numbered, colouring, hidden,
     return { lines, marks, view, range, exponent: axisExponent(range), height, numbered, colours };
   }, [panel, styled, hidden, colour, view, height, numbered]);
 
+  const head = useTallest(panel);
   const groups = groupsOf(styled, colouring, hidden, { at, view, unit: 10 ** drawn.exponent });
 
   return (
     <div className="plot-panel">
-      <div className="plot-panel-head">
+      <div className="plot-panel-head" ref={head}>
         <p className="plot-label">{axisLabel(panel.label, drawn.exponent)}</p>
         <Legend label={panel.label} groups={groups} onToggle={onToggle} />
       </div>
@@ -57,10 +59,17 @@ export function PanelView({ panel, x, view, height, numbered, colouring, hidden,
   );
 }
 
+interface AxesProps {
+  drawn: Drawn;
+  pointed: Pointed;
+  sync: string;
+  label: string;
+}
+
 /** Kept as it is while only the pointer moves. */
-const Axes = memo(function Axes(props: { drawn: Drawn; pointed: Pointed; sync: string; label: string }) {
-  const box = useAxes(props.drawn, props.pointed, props.sync);
-  return <div ref={box} className="plot-axes" role="img" aria-label={props.label} style={{ height: props.drawn.height }} />;
+const Axes = memo(function Axes({ drawn, pointed, sync, label }: AxesProps) {
+  const box = useAxes(drawn, pointed, sync);
+  return <div ref={box} className="plot-axes" role="img" aria-label={label} style={{ height: drawn.height }} />;
 });
 
 const isShown =

@@ -31,12 +31,13 @@ export default function PlotSection({ base, file, offer, height = HEIGHT }: Prop
   const range = rangeFor(offer, query);
   const path = seen && width > 0 ? `${base}/plots/${encodeURIComponent(offer.name)}` : null;
   const { answer, error, stale } = useAnswer<Plot>(path, { ...range, width });
+  const waiting = path !== null && stale && error === null;
 
   const zoom = (from: number | null, to: number | null) =>
     setQuery({ x: range.x, from: text(from), to: text(to) }, { replace: true });
 
   return (
-    <section className="plot-section" ref={section} aria-labelledby={heading} aria-busy={path !== null && stale && !error}>
+    <figure className="plot-section" ref={section} aria-labelledby={heading} aria-busy={waiting}>
       <header className="plot-head">
         <h3 id={heading}>{offer.title}</h3>
         <AxisChoice offer={offer} chosen={range.x} />
@@ -46,14 +47,14 @@ export default function PlotSection({ base, file, offer, height = HEIGHT }: Prop
       </header>
       {error && <Failure error={error} />}
       {answer ? (
-        <div className={stale && !error ? "is-stale" : undefined}>
+        <div className={waiting ? "is-stale" : undefined}>
           <PlotView plot={answer} onZoom={zoom} height={height} />
           {answer.words && <p className="plot-words">{answer.words}</p>}
         </div>
       ) : (
         error === null && <div className="plot-skeleton" style={{ height: `calc(${height}px + 8.2rem)` }} />
       )}
-    </section>
+    </figure>
   );
 }
 

@@ -56,10 +56,17 @@ export default function PlotView({ plot, onZoom, height = HEIGHT, colourBy, runs
         <span className="soft">{sizeText(plot)}</span>
         <ZoomTools title={plot.title} onStep={step} />
       </div>
-      <div className="plot-panels" role="group" aria-label={plot.title} aria-describedby={help} tabIndex={0} onKeyDown={stepByKey}>
+      <div
+        className="plot-panels"
+        role="group"
+        aria-label={plot.title}
+        aria-describedby={help}
+        tabIndex={0}
+        onKeyDown={stepByKey}
+      >
         {panels.map((panel, place) => (
           <PanelView
-            key={panel.label}
+            key={`${place} ${panel.label}`}
             panel={panel}
             x={plot.x}
             view={view}
@@ -78,7 +85,8 @@ export default function PlotView({ plot, onZoom, height = HEIGHT, colourBy, runs
         <p className="plot-x">{plot.x.label}</p>
         <p className="plot-value">{at === null ? "" : read(at)}</p>
         <p id={help} className="plot-help">
-          Drag to zoom, double-click for the whole. Keys: <kbd>+</kbd> <kbd>−</kbd> <kbd>←</kbd> <kbd>→</kbd> <kbd>0</kbd>
+          Drag to zoom, double-click for the whole. Keys: <kbd>+</kbd> <kbd>−</kbd> <kbd>←</kbd> <kbd>→</kbd>{" "}
+          <kbd>0</kbd>
         </p>
       </div>
     </div>

@@ -19,6 +19,7 @@ export function Sample({ stroke, kind }: { stroke: Stroke; kind: "line" | "band"
         <path
           d={`M1 ${y}H${WIDTH - 1}`}
           strokeWidth={Math.max(stroke.width, 1.25)}
+          strokeOpacity={stroke.alpha}
           strokeDasharray={stroke.dash.join(" ") || undefined}
         />
       )}

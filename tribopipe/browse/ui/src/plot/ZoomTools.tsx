@@ -12,7 +12,14 @@ export function ZoomTools({ title, onStep }: { title: string; onStep(step: Step)
   return (
     <div className="plot-tools" role="group" aria-label={`Zoom of ${title}`}>
       {STEPS.map(({ step, sign, label }) => (
-        <button key={step} type="button" className="button button-small" aria-label={label} title={label} onClick={() => onStep(step)}>
+        <button
+          key={step}
+          type="button"
+          className="button button-small"
+          aria-label={label}
+          title={label}
+          onClick={() => onStep(step)}
+        >
           {sign}
         </button>
       ))}

@@ -32,17 +32,21 @@ export interface Pointed {
 
 const FONT = '12px system-ui, "Segoe UI", Roboto, "Noto Sans", "Liberation Sans", Arial, sans-serif';
 const LEFT = 58;
+/** Half of "2,000,000". */
+const RIGHT = 32;
 const BOTTOM = 24;
 /** Panels below this height have ticks closer together. */
 const LOW = 180;
 /** A drag of fewer pixels is a click. */
 const LEAST_DRAG = 6;
 
-/** uPlot keeps axes, pointer and selection; lines are drawn over it at their own places, which may go back and forth. */
+/** uPlot keeps axes, pointer and selection; lines are drawn over it, each at its own places, which may go back. */
 export const NO_SERIES: uPlot.AlignedData = [[0, 1], [null, null]];
 
+type Options = Omit<uPlot.Options, "width" | "height">;
+
 /** Options of a plot that always shows what it is given last. */
-export function axesOptions(drawn: () => Drawn, pointed: () => Pointed, sync: string): Omit<uPlot.Options, "width" | "height"> {
+export function axesOptions(drawn: () => Drawn, pointed: () => Pointed, sync: string): Options {
   const given = (_: uPlot, low: number, high: number): uPlot.Range.MinMax => [low, high];
   const axis = {
     font: FONT,
@@ -59,10 +63,16 @@ export function axesOptions(drawn: () => Drawn, pointed: () => Pointed, sync: st
         gap: 3,
         values: (_, splits, __, ___, step) => (drawn().numbered ? ticks(splits, step, 0) : splits.map(() => "")),
       },
-      { ...axis, size: LEFT, gap: 3, space: () => (drawn().height < LOW ? 20 : 32), values: (_, splits, __, ___, step) => ticks(splits, step, drawn().exponent) },
+      {
+        ...axis,
+        size: LEFT,
+        gap: 3,
+        space: () => (drawn().height < LOW ? 20 : 32),
+        values: (_, splits, __, ___, step) => ticks(splits, step, drawn().exponent),
+      },
     ],
     series: [{}, { scale: "y", points: { show: false } }],
-    padding: [8, 16, 0, 0],
+    padding: [8, RIGHT, 0, 0],
     legend: { show: false },
     select: { show: true, left: 0, top: 0, width: 0, height: 0 },
     cursor: {

@@ -55,5 +55,6 @@ export function lineEntry({ key, thing, stroke }: Styled<Line>, shown: boolean, 
 
 /** A mark with its value and 95 % interval. */
 export function markEntry({ key, thing, stroke }: Styled<Mark>, shown: boolean, { unit }: Reading): Entry {
-  return { key, name: thing.name, stroke, kind: "mark", value: readWithin(thing.y / unit, thing.half_width / unit), shown };
+  const value = readWithin(thing.y / unit, thing.half_width / unit);
+  return { key, name: thing.name, stroke, kind: "mark", value, shown };
 }

@@ -1,3 +1,5 @@
+import type { KeyboardEvent } from "react";
+
 import type { Step } from "./view";
 
 const STEPS: Record<string, Step> = {
@@ -12,6 +14,6 @@ const STEPS: Record<string, Step> = {
 };
 
 /** The step that a key asks for; none with a modifier, which belongs to the browser. */
-export function stepOf({ key, ctrlKey, metaKey, altKey }: { key: string; ctrlKey: boolean; metaKey: boolean; altKey: boolean }): Step | null {
+export function stepOf({ key, ctrlKey, metaKey, altKey }: KeyboardEvent): Step | null {
   return ctrlKey || metaKey || altKey ? null : (STEPS[key] ?? null);
 }

@@ -11,4 +11,5 @@ export function heights(panels: Panel[], height: number): number[] {
   return weights.map((weight) => Math.round((all * weight) / sum));
 }
 
-export const isResidual = ({ lines }: Panel): boolean => lines.length > 0 && lines.every(({ role }) => role === "residual");
+export const isResidual = ({ lines }: Panel): boolean =>
+  lines.length > 0 && lines.every(({ role }) => role === "residual");

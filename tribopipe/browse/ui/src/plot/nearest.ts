@@ -1,7 +1,7 @@
 import type { Line } from "../api";
 import type { View } from "./view";
 
-/** As far from a sample, in parts of the view, as nothing was recorded there. */
+/** How far beyond its ends a line is still read, in parts of the view. */
 const REACH = 0.02;
 
 /** Place of the sample of a line that is nearest to a place on the axis; -1 where there is none near it. */
@@ -14,4 +14,7 @@ export function nearest({ x, y }: Line, place: number, view: View): number {
   return isWithin(x, place) || distance < REACH * (view.to - view.from) ? found : -1;
 }
 
-const isWithin = (x: number[], place: number): boolean => Math.min(x[0]!, x.at(-1)!) <= place && place <= Math.max(x[0]!, x.at(-1)!);
+function isWithin(x: number[], place: number): boolean {
+  const ends = [x[0]!, x.at(-1)!];
+  return Math.min(...ends) <= place && place <= Math.max(...ends);
+}

@@ -35,7 +35,8 @@ export function axisExponent([low, high]: readonly [number, number]): number {
 export function axisLabel(label: string, exponent: number): string {
   if (exponent === 0) return label;
   const at = label.indexOf(" / ");
-  return at < 0 ? `${label} / ${powerOfTen(exponent)}` : `${label.slice(0, at)} / ${powerOfTen(exponent)} ${label.slice(at + 3)}`;
+  const [name, unit] = at < 0 ? [label, ""] : [label.slice(0, at), ` ${label.slice(at + 3)}`];
+  return `${name} / ${powerOfTen(exponent)}${unit}`;
 }
 
 /** Numbers at the ticks of an axis, all with the digits that their distance asks for. */
@@ -52,8 +53,18 @@ function decimals(step: number): number {
   return MOST_DECIMALS;
 }
 
-const fixed = (value: number, digits: number): string =>
-  signed(value.toLocaleString("en-GB", { minimumFractionDigits: digits, maximumFractionDigits: digits }));
+const fixed = (value: number, digits: number): string => signed(formatOf(digits).format(value));
+
+/** Made once for each number of digits, as making one takes long. */
+const formats = new Map<number, Intl.NumberFormat>();
+
+function formatOf(digits: number): Intl.NumberFormat {
+  const known = formats.get(digits);
+  if (known) return known;
+  const made = new Intl.NumberFormat("en-GB", { minimumFractionDigits: digits, maximumFractionDigits: digits });
+  formats.set(digits, made);
+  return made;
+}
 
 const powerOfTen = (exponent: number): string =>
   `10${[...String(exponent)].map((digit) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(digit)]).join("")}`;

@@ -34,7 +34,9 @@ export function paint(plot: uPlot, lines: Styled<Line>[], marks: Styled<Mark>[],
   for (const line of lines) paintLine(ctx, places, line);
   lines.forEach((line, place) => paintShapes(plot, places, line, (place * STAGGER) % 1));
   ctx.restore();
-  for (const mark of marks) paintMark(ctx, places, mark);
+  const { min, max } = plot.scales.x!;
+  const isSeen = ({ thing: { x } }: Styled<Mark>): boolean => x >= min! && x <= max!;
+  for (const mark of marks.filter(isSeen)) paintMark(ctx, places, mark);
   ctx.restore();
 }
 
@@ -84,24 +86,30 @@ function paintBand(ctx: CanvasRenderingContext2D, places: Places, { thing, colou
   ctx.globalAlpha = BAND;
   ctx.fillStyle = colour;
   ctx.fill();
-  ctx.globalAlpha = 1;
 }
 
 /** The figure of a line here and there along it; of measurements that stand wide apart, each sample. */
 function paintShapes(plot: uPlot, places: Places, { thing, stroke, colour }: Styled<Line>, offset: number): void {
   const { ctx, bbox } = plot;
   const apart = bbox.width / uPlot.pxRatio / Math.max(thing.x.length - 1, 1);
-  const everySample = thing.role === "measured" && apart > SAMPLES_EVERY;
-  if (stroke.shape === null && !everySample) return;
-  const every = everySample ? 0 : SHAPES_EVERY * uPlot.pxRatio;
-  dress(ctx, { ...stroke, width: 1.5, dash: [] }, colour);
-  let next = bbox.left + offset * every;
-  for (let at = 0; at < thing.x.length; at++) {
-    const [x, value] = [places.x(thing.x[at]!), thing.y[at]];
-    if (value == null || (!everySample && x < next)) continue;
-    const radius = (stroke.shape === null ? SHAPE_RADIUS / 2 : SHAPE_RADIUS) * uPlot.pxRatio;
-    paintShape(ctx, new Path2D(shapePath(stroke.shape ?? "circle", x, places.y(value), radius)), colour);
-    next = bbox.left + every * (Math.floor((x - bbox.left) / (every || 1) - offset) + 1 + offset);
+  const isEach = thing.role === "measured" && apart > SAMPLES_EVERY;
+  if (stroke.shape === null && !isEach) return;
+  const every = isEach ? 0 : SHAPES_EVERY * uPlot.pxRatio;
+  const radius = (stroke.shape === null ? SHAPE_RADIUS / 2 : SHAPE_RADIUS) * uPlot.pxRatio;
+  dress(ctx, { ...stroke, width: 1.5, dash: [], alpha: 1 }, colour);
+  for (const [x, y] of spaced(thing, places, bbox.left + offset * every, every)) {
+    paintShape(ctx, new Path2D(shapePath(stroke.shape ?? "circle", x, y, radius)), colour);
+  }
+}
+
+/** Samples on the canvas so far apart, from a start on; each of them where they need not be apart. */
+function* spaced({ x, y }: Line, places: Places, start: number, every: number): Generator<[number, number]> {
+  let next = every === 0 ? -Infinity : start;
+  for (let at = 0; at < x.length; at++) {
+    const [here, value] = [places.x(x[at]!), y[at]];
+    if (value == null || here < next) continue;
+    yield [here, places.y(value)];
+    if (every > 0) next = start + every * (Math.floor((here - start) / every) + 1);
   }
 }
 
@@ -113,7 +121,8 @@ function paintShape(ctx: CanvasRenderingContext2D, path: Path2D, colour: string)
 
 /** A measured value with its error bar. */
 function paintMark(ctx: CanvasRenderingContext2D, places: Places, { thing, stroke, colour }: Styled<Mark>): void {
-  const [x, low, high] = [places.x(thing.x), places.y(thing.y - thing.half_width), places.y(thing.y + thing.half_width)];
+  const x = places.x(thing.x);
+  const [low, high] = [places.y(thing.y - thing.half_width), places.y(thing.y + thing.half_width)];
   const cap = SHAPE_RADIUS * uPlot.pxRatio;
   dress(ctx, stroke, colour);
   ctx.beginPath();
@@ -127,7 +136,8 @@ function paintMark(ctx: CanvasRenderingContext2D, places: Places, { thing, strok
   paintShape(ctx, new Path2D(shapePath(stroke.shape ?? "circle", x, places.y(thing.y), cap)), colour);
 }
 
-function dress(ctx: CanvasRenderingContext2D, { width, dash }: Stroke, colour: string): void {
+function dress(ctx: CanvasRenderingContext2D, { width, dash, alpha }: Stroke, colour: string): void {
+  ctx.globalAlpha = alpha;
   ctx.strokeStyle = colour;
   ctx.lineWidth = width * uPlot.pxRatio;
   ctx.setLineDash(dash.map((part) => part * uPlot.pxRatio));

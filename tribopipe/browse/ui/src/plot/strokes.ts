@@ -10,6 +10,8 @@ export interface Stroke {
   /** In CSS pixels. */
   width: number;
   dash: number[];
+  /** Below 1 where what lies over it, in the same colour, is to be seen. */
+  alpha: number;
   /** What tells it from others of its kind where colours do not. */
   shape: Shape | null;
 }
@@ -20,9 +22,10 @@ export type Colouring = "role" | { runs: string[] };
 const LAWS = { archard: "--series-1", sarkar: "--series-5" } as const;
 const MEASURED = ["--plot-measured", "--series-1", "--series-3", "--series-4", "--series-6"];
 const MODELLED = ["--series-1", "--series-2", "--series-3", "--series-4", "--series-6"];
+const FAINT = 0.55;
 const WIDTHS = { measured: 1, fit: 2, prediction: 2, drift: 1.75, residual: 1 };
 /** Where colours tell runs apart, dashes tell laws apart, too. */
-const SARKAR_DASHES = { fit: [16, 3], prediction: [9, 4, 2, 4] };
+const SARKAR_DASHES = { fit: [12, 3], prediction: [9, 4, 2, 4] };
 const DASHES = { measured: [], fit: [], prediction: [8, 5], drift: [6, 4], residual: [] };
 
 /** Runs tell lines apart as soon as there are several. */
@@ -37,8 +40,11 @@ export function lineStrokes({ lines }: Panel, colouring: Colouring): Stroke[] {
   return lines.map((line, place) => {
     const before = lines.slice(0, place);
     const width = WIDTHS[line.role];
-    if (colouring === "role" || line.run === "") return { width, dash: DASHES[line.role], ...byRole(line, before) };
-    return { width, dash: runDash(line), ...byRun(line.run, colouring.runs) };
+    if (colouring === "role" || line.run === "") {
+      return { width, dash: DASHES[line.role], alpha: 1, ...byRole(line, before) };
+    }
+    const alpha = line.role === "measured" ? FAINT : 1;
+    return { width, dash: runDash(line), alpha, ...byRun(line.run, colouring.runs) };
   });
 }
 
@@ -51,6 +57,7 @@ export function markStrokes({ marks }: Panel, colouring: Colouring): Stroke[] {
   return marks.map(({ run }, place) => ({
     width: 1.5,
     dash: [],
+    alpha: 1,
     ...(colouring === "role" ? { colour: "--ink", shape: shapeOf(place + 1) } : byRun(run, colouring.runs)),
   }));
 }

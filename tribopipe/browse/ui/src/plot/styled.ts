@@ -18,13 +18,15 @@ export interface StyledPanel {
 
 /** Say how everything of a panel is drawn, with the colours that the theme's variables stand for. */
 export function styledPanel(panel: Panel, colouring: Colouring, colour: (variable: string) => string): StyledPanel {
-  const styled = <T extends Line | Mark>(things: T[], strokes: Stroke[]): Styled<T>[] =>
+  const styled = <T extends Line | Mark>(kind: string, things: T[], strokes: Stroke[]): Styled<T>[] =>
     things.map((thing, place) => {
       const stroke = strokes[place]!;
-      return { key: JSON.stringify([panel.label, thing.run, thing.name]), thing, stroke, colour: colour(stroke.colour) };
+      const alike = things.slice(0, place).filter(({ run, name }) => run === thing.run && name === thing.name);
+      const key = JSON.stringify([panel.label, kind, thing.run, thing.name, alike.length]);
+      return { key, thing, stroke, colour: colour(stroke.colour) };
     });
   return {
-    lines: styled(panel.lines, lineStrokes(panel, colouring)),
-    marks: styled(panel.marks, markStrokes(panel, colouring)),
+    lines: styled("line", panel.lines, lineStrokes(panel, colouring)),
+    marks: styled("mark", panel.marks, markStrokes(panel, colouring)),
   };
 }

@@ -4,7 +4,7 @@ const STEP = 200;
 /** The server makes no finer plot. */
 const MOST = 4000;
 
-/** How many pixels of the screen an element has side by side, in steps, so that resizing asks for a plot now and then. */
+/** How many pixels of the screen an element has side by side; in steps, so that resizing seldom asks anew. */
 export function useColumns(element: RefObject<HTMLElement>): number {
   const [columns, setColumns] = useState(0);
   useLayoutEffect(() => {

@@ -1,7 +1,7 @@
-import { useCallback, useMemo, useRef, useState } from "react";
+import { useCallback, useRef, useState } from "react";
 
 import type { Plot } from "../api";
-import { extentOf, rounded, stepped, viewOf, type Step, type View } from "./view";
+import { ANYWHERE, learnt, rounded, stepped, viewOf, type Step, type View } from "./view";
 
 interface Viewed {
   view: View;
@@ -9,36 +9,45 @@ interface Viewed {
   step(step: Step): void;
 }
 
+interface Held {
+  plot: Plot;
+  /** What was asked for since that plot came. */
+  asked: View | null;
+  /** Where the axis ends, as far as is known. */
+  ends: View;
+}
+
 /** What is looked at: at once what was asked for, drawn from the points there are, until the finer ones come. */
 export function useView(plot: Plot, onZoom: (from: number | null, to: number | null) => void): Viewed {
-  const answered = `${plot.name} ${plot.x.name} ${plot.x.from} ${plot.x.to}`;
-  const [asked, setAsked] = useState<View | null>(null);
-  const [before, setBefore] = useState(answered);
-  if (answered !== before) {
-    setBefore(answered);
-    setAsked(null);
-  }
-  const whole = useMemo(() => viewOf(plot), [plot]);
-  const view = asked ?? whole;
-  const latest = useRef({ view, plot, onZoom });
-  latest.current = { view, plot, onZoom };
+  const [held, setHeld] = useState<Held>(() => ({ plot, asked: null, ends: learnt(ANYWHERE, plot) }));
+  if (held.plot !== plot) setHeld(taken(plot, held));
+  const view = held.asked ?? viewOf(plot);
+  const latest = useRef({ view, ends: held.ends, onZoom });
+  latest.current = { view, ends: held.ends, onZoom };
 
   const zoom = useCallback((wanted: View) => {
-    const next = rounded(wanted);
-    if (next === null) return;
-    setAsked(next);
-    latest.current.onZoom(next.from, next.to);
+    const asked = rounded(wanted);
+    if (asked === null) return;
+    setHeld((before) => ({ ...before, asked }));
+    latest.current.onZoom(asked.from, asked.to);
   }, []);
 
   const step = useCallback(
     (wanted: Step) => {
-      const { view: now, plot: drawn } = latest.current;
-      const next = stepped(now, wanted, extentOf(drawn));
-      if (next === null) latest.current.onZoom(null, null);
-      else if (next !== now) zoom(next);
+      const now = latest.current;
+      const next = stepped(now.view, wanted, now.ends);
+      if (next === null) now.onZoom(null, null);
+      else if (next !== now.view) zoom(next);
     },
     [zoom],
   );
 
   return { view, zoom, step };
+}
+
+/** Take another plot: what was asked for is there once another range came; another axis ends elsewhere. */
+function taken(plot: Plot, { plot: before, asked, ends }: Held): Held {
+  const isAxis = plot.name === before.name && plot.x.name === before.x.name;
+  const isRange = isAxis && plot.x.from === before.x.from && plot.x.to === before.x.to;
+  return { plot, asked: isRange ? asked : null, ends: learnt(isAxis ? ends : ANYWHERE, plot) };
 }

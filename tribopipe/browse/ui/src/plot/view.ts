@@ -13,8 +13,19 @@ export function viewOf({ x: { from, to } }: Plot): View {
   return to > from ? { from, to } : { from: from - 0.5, to: from + 0.5 };
 }
 
-/** Where the lines begin and end; beyond the view if there is more than it shows. */
-export function extentOf({ panels }: Plot): View {
+/** The ends of an axis of which nothing is known. */
+export const ANYWHERE: View = { from: -Infinity, to: Infinity };
+
+/** The ends of an axis, once a plot tells them: lines go one sample beyond the view where there is more. */
+export function learnt(ends: View, plot: Plot): View {
+  const [view, extent] = [viewOf(plot), extentOf(plot)];
+  return {
+    from: extent.from >= view.from ? extent.from : ends.from,
+    to: extent.to <= view.to ? extent.to : ends.to,
+  };
+}
+
+function extentOf({ panels }: Plot): View {
   let [from, to] = [Infinity, -Infinity];
   for (const { lines } of panels) {
     for (const { x } of lines) {
@@ -27,8 +38,8 @@ export function extentOf({ panels }: Plot): View {
   return { from, to };
 }
 
-/** What is looked at after a step; null for all of it. */
-export function stepped(view: View, step: Step, extent: View): View | null {
+/** What is looked at after a step; null for all of it, the same view where there is nowhere to go. */
+export function stepped(view: View, step: Step, ends: View): View | null {
   const span = view.to - view.from;
   switch (step) {
     case "whole":
@@ -36,21 +47,20 @@ export function stepped(view: View, step: Step, extent: View): View | null {
     case "in":
       return { from: view.from + span / 4, to: view.to - span / 4 };
     case "out":
-      return wider(view, span / 2, extent);
+      return wider(view, span / 2, ends);
     case "left":
-      return extent.from < view.from ? moved(view, -span / 4) : view;
+      return moved(view, Math.max(-span / 4, Math.min(ends.from - view.from, 0)));
     case "right":
-      return extent.to > view.to ? moved(view, span / 4) : view;
+      return moved(view, Math.min(span / 4, Math.max(ends.to - view.to, 0)));
   }
 }
 
-const moved = ({ from, to }: View, by: number): View => ({ from: from + by, to: to + by });
+const moved = (view: View, by: number): View => (by === 0 ? view : { from: view.from + by, to: view.to + by });
 
-/** Wider on the sides where there is more; all of it where there is none. */
-function wider(view: View, by: number, extent: View): View | null {
-  const [before, after] = [extent.from < view.from, extent.to > view.to];
-  if (!before && !after) return null;
-  return { from: before ? view.from - by : view.from, to: after ? view.to + by : view.to };
+function wider({ from, to }: View, by: number, ends: View): View | null {
+  const [before, after] = [from - by, to + by];
+  if (before <= ends.from && after >= ends.to) return null;
+  return { from: Math.max(before, Math.min(ends.from, from)), to: Math.min(after, Math.max(ends.to, to)) };
 }
 
 const DIGITS_OF_SPAN = 5;

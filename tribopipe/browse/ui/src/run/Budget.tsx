@@ -25,13 +25,16 @@ export function Budget({ table }: { table: Table }) {
                 <td key={column}>{text}</td>
               ))}
               <td>
-                <span className="share">{row.at(-1)}</span>
-                <Bar part={share(row) / largest} />
+                <div className="share">
+                  <span>{row.at(-1)}</span>
+                  <Bar part={share(row) / largest} />
+                </div>
               </td>
             </tr>
           ))}
         </tbody>
       </table>
+      <p className="soft small">Bars to the right: the result grows with the input; to the left: it falls.</p>
     </div>
   );
 }

@@ -33,7 +33,7 @@ function useInSight(ids: string): string | null {
         for (const { target, isIntersecting } of entries) seen[isIntersecting ? "add" : "delete"](target.id);
         setCurrent((before) => ids.split(" ").find((id) => seen.has(id)) ?? before);
       },
-      { rootMargin: "0px 0px -65% 0px" },
+      { rootMargin: "-12% 0px -65% 0px" },
     );
     for (const id of ids.split(" ")) {
       const part = document.getElementById(id);

@@ -19,7 +19,11 @@ export function Glance({ run }: { run: Run }) {
           ))}
         </ul>
       )}
-      {wear && <PlotSection base={apiOf(run.id)} file={run.file} offer={wear} />}
+      {wear && (
+        <div className="told">
+          <PlotSection base={apiOf(run.id)} file={run.file} offer={wear} />
+        </div>
+      )}
     </Card>
   );
 }

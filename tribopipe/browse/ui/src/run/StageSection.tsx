@@ -42,5 +42,12 @@ function StagePlot({ run, offer }: { run: Run; offer: PlotOffer }) {
       </p>
     );
   }
-  return <PlotSection base={apiOf(run.id)} file={run.file} offer={offer} />;
+  return (
+    <div className={TOLD.has(offer.name) ? "told" : undefined}>
+      <PlotSection base={apiOf(run.id)} file={run.file} offer={offer} />
+    </div>
+  );
 }
+
+/** Plots that repeat the sentence of their stage. */
+const TOLD = new Set(["depth", "friction", "contact"]);

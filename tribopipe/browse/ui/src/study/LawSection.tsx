@@ -53,7 +53,11 @@ function Judged({ study, verdict, offer }: Props) {
       <Notes notes={verdict.notes} />
       {offer && (
         <Disclosure title={`Wear curve of ${verdict.run_id}`}>
-          {() => <PlotSection base={studyApi(study.id)} file={study.file} offer={offer} />}
+          {() => (
+            <div className="told">
+              <PlotSection base={studyApi(study.id)} file={study.file} offer={offer} />
+            </div>
+          )}
         </Disclosure>
       )}
     </li>

@@ -6,7 +6,7 @@ import { Empty } from "../components/Empty";
 import { Failure } from "../components/Failure";
 import { Loading } from "../components/Loading";
 import { useArchive } from "../shell/archive";
-import { Link, studyHref } from "../shell/router";
+import { Link, runHref, studyHref } from "../shell/router";
 import { useAnswer } from "../shell/useAnswer";
 import { useTitle } from "../shell/useTitle";
 
@@ -56,7 +56,13 @@ function Runs({ said, ids }: { said: string; ids: string[] }) {
   return (
     <>
       <dt>{said}</dt>
-      <dd>{ids.join(", ")}</dd>
+      <dd className="members">
+        {ids.map((id) => (
+          <Link key={id} href={runHref(id)}>
+            {id}
+          </Link>
+        ))}
+      </dd>
     </>
   );
 }
@@ -65,10 +71,12 @@ function NoStudies() {
   const { answer: archive } = useArchive();
   return (
     <Empty title="This archive holds no study yet.">
+      <p>A study fits k_D on some runs, predicts others, and says where a wear law does not hold.</p>
       <p>
-        A study fits k_D on some runs, predicts others, and says where a wear law does not hold. Draft one with{" "}
-        <code>tribopipe study new --archive {archive?.folder ?? "…"}</code>, then evaluate it with{" "}
-        <code>tribopipe study run</code>.
+        Draft one with <code>tribopipe study new --archive {archive?.folder ?? "…"}</code>
+      </p>
+      <p>
+        and evaluate what it writes with <code>tribopipe study run study.toml</code>
       </p>
     </Empty>
   );

@@ -29,19 +29,23 @@ export class View {
   }
 
   get(...place: number[]): unknown {
-    return this.data[place.reduce((sum, step, axis) => sum + step * this.stride[axis]!, this.offset)];
+    return this.data[this.index(place)];
   }
 
   /** What is left when some axes are held at a place; null keeps an axis. */
   pick(...held: (number | null)[]): View {
     const kept = this.shape.map((_, axis) => axis).filter((axis) => typeof held[axis] !== "number");
-    const offset = held.reduce<number>((sum, step, axis) => sum + (step ?? 0) * this.stride[axis]!, this.offset);
-    return this.ordered(kept, offset);
+    return this.ordered(kept, this.index(this.shape.map((_, axis) => held[axis] ?? 0)));
   }
 
   /** The same values with the axes in another order. */
   transpose(...axes: number[]): View {
     return this.ordered(axes, this.offset);
+  }
+
+  /** Where a value stands among all; places beyond the last axis count for nothing. */
+  private index(place: number[]): number {
+    return this.stride.reduce((sum, stride, axis) => sum + stride * place[axis]!, this.offset);
   }
 
   private ordered(axes: number[], offset: number): View {
