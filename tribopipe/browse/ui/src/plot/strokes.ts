@@ -24,7 +24,7 @@ const MEASURED = ["--plot-measured", "--series-1", "--series-3", "--series-4", "
 const MODELLED = ["--series-1", "--series-2", "--series-3", "--series-4", "--series-6"];
 const FAINT = 0.55;
 const WIDTHS = { measured: 1, fit: 2, prediction: 2, drift: 1.75, residual: 1 };
-/** Where colours tell runs apart, dashes tell laws apart, too. */
+/** Dashes tell laws apart, too. */
 const SARKAR_DASHES = { fit: [12, 3], prediction: [9, 4, 2, 4] };
 const DASHES = { measured: [], fit: [], prediction: [8, 5], drift: [6, 4], residual: [] };
 
@@ -40,15 +40,14 @@ export function lineStrokes({ lines }: Panel, colouring: Colouring): Stroke[] {
   return lines.map((line, place) => {
     const before = lines.slice(0, place);
     const width = WIDTHS[line.role];
-    if (colouring === "role" || line.run === "") {
-      return { width, dash: DASHES[line.role], alpha: 1, ...byRole(line, before) };
-    }
+    const dash = dashOf(line);
+    if (colouring === "role" || line.run === "") return { width, dash, alpha: 1, ...byRole(line, before) };
     const alpha = line.role === "measured" ? FAINT : 1;
-    return { width, dash: runDash(line), alpha, ...byRun(line.run, colouring.runs) };
+    return { width, dash, alpha, ...byRun(line.run, colouring.runs) };
   });
 }
 
-function runDash({ role, law }: Line): number[] {
+function dashOf({ role, law }: Line): number[] {
   return law === "sarkar" && (role === "fit" || role === "prediction") ? SARKAR_DASHES[role] : DASHES[role];
 }
 
@@ -67,11 +66,14 @@ function byRun(run: string, runs: string[]): Pick<Stroke, "colour" | "shape"> {
   return { colour: seriesVariable(place), shape: shapeOf(place) };
 }
 
-/** A law has its colour; others take the next of their kind. Lines of one kind differ in shape, too. */
+/**
+ * A law has its colour; others take the next of their kind. From the third of a kind on lines have figures, too; not the
+ * second, as figures on a curve look like points that were measured.
+ */
 function byRole(line: Line, before: Line[]): Pick<Stroke, "colour" | "shape"> {
   const alike = before.filter(({ role, run }) => role === line.role && run === line.run).length;
   const unlawful = before.filter(({ role, law }) => role !== "measured" && role !== "drift" && law === null).length;
-  return { colour: roleColour(line, alike, unlawful), shape: shapeOf(alike) };
+  return { colour: roleColour(line, alike, unlawful), shape: shapeOf(Math.max(alike - 1, 0)) };
 }
 
 function roleColour({ role, law }: Line, alike: number, unlawful: number): string {
