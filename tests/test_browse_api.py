@@ -66,8 +66,8 @@ def test_the_list_has_every_column_of_every_run(reader):
     assert runs["ids"] == [RUN]
     row = dict(zip(runs["columns"], runs["rows"][0], strict=True))
     assert row["id"] == RUN
-    assert row["load"][0] == 200.0
-    assert row["k_d"][0] == pytest.approx(13.5e-9, rel=0.2)
+    assert row["load"] == [0.2, "200.0 ± 2.0"]
+    assert row["k_d"][0] == pytest.approx(13.5e-15, rel=0.2)
     assert "±" in row["k_d"][1]
     assert None in row.values()
 

@@ -52,6 +52,7 @@ FLAGS = {
     "export csv": COMMON | {"--what", "--output", "--force"},
     "export runs": {"--archive", "--where", "--sort", "--columns", "--output"},
     "report": {"--output", "--run", "--archive", "--force"},
+    "browse": {"--archive", "--port", "--no-browser"},
     "schema export": set(),
 }
 K_D = "13.5e-9 mm^3/(N*mm)"

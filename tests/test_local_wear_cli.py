@@ -197,7 +197,8 @@ def test_show_and_ls_tell_it(run_cli, archive):
     shown = run_cli("show", PIN, "--archive", archive).stderr
     assert "local_wear_sarkar" in shown
     assert "sarkar, rings, implicit: k_D = " in shown
-    assert "local wear by Sarkar" in run_cli("ls", "--archive", archive).stderr
+    assert "local wear" in run_cli("ls", "--archive", archive).stderr
+    assert "local wear by Sarkar" in run_cli("ls", "--columns", "id,steps", "--archive", archive).stderr
     document = json.loads(run_cli("show", PIN, "--archive", archive, "--json").stdout)
     assert document["local_wear"]["archard"] is None
     assert document["local_wear"]["sarkar"]["model"] == "sarkar"
