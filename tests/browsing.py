@@ -1,12 +1,8 @@
-"""A server started as a user starts it, and Chromium to look at it, for tests and benchmarks of `tribopipe browse`."""
+"""Chromium, to look at the pages of `tribopipe browse`."""
 
-import re
 import shutil
-import subprocess
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 from playwright.sync_api import Browser, Page, sync_playwright
 
@@ -25,28 +21,6 @@ _QUIET = (
 def chromium() -> str | None:
     """Return where this machine's Chromium is; none where it has none."""
     return next((found for name in _NAMES if (found := shutil.which(name))), None)
-
-
-@contextmanager
-def served(archive: Path) -> Iterator[str]:
-    """Run `tribopipe browse` on an archive, and say where it listens."""
-    command = [sys.executable, "-m", "tribopipe.cli.app", "browse", "--archive", str(archive), "--no-browser"]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, encoding="utf-8")
-    try:
-        yield _address(process)
-    finally:
-        process.terminate()
-        process.wait(10)
-        assert process.stderr is not None
-        process.stderr.close()
-
-
-def _address(process: "subprocess.Popen[str]") -> str:
-    assert process.stderr is not None
-    for line in process.stderr:
-        if found := re.search(r"http://127\.0\.0\.1:\d+", line):
-            return found.group()
-    raise AssertionError("the server ended without saying where it listens")
 
 
 @contextmanager

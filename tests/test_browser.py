@@ -10,6 +10,7 @@ from urllib.parse import quote
 
 import pytest
 from folders import SAMPLES
+from serving import served
 
 from tribopipe.archive.store import Archive
 from tribopipe.records.recipe import Recipe
@@ -18,7 +19,7 @@ from tribopipe.studies import find_studies, load_studies, process_studies
 pytest.importorskip("playwright.sync_api")
 
 from axe_playwright_python.sync_playwright import Axe
-from browsing import browser, chromium, complaints, served
+from browsing import browser, chromium, complaints
 from playwright.sync_api import Browser, Page, expect
 
 pytestmark = [

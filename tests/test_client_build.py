@@ -8,10 +8,12 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from urllib.request import urlopen
 from zipfile import ZipFile
 
 import pytest
 from folders import ROOT
+from serving import served
 
 BROWSE = ROOT / "tribopipe" / "browse"
 UI, STATIC = BROWSE / "ui", BROWSE / "static"
@@ -243,21 +245,54 @@ def test_licences_of_all_that_is_bundled_are_in_the_bundle():
     assert "Permission is hereby granted" in text
 
 
+def build_wheel(folder: Path, *options: str, **env: str) -> tuple[str, Path]:
+    """Build a wheel of a copy of the sources, and return what was said and the wheel."""
+    source = folder / "source"
+    unbuilt = shutil.ignore_patterns("node_modules", "static", "__pycache__")
+    shutil.copytree(ROOT / "tribopipe", source / "tribopipe", ignore=unbuilt)
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, source)
+    command = [sys.executable, "-m", "pip", "wheel", "-v", "--no-deps", *options, "-w", folder, source]
+    done = subprocess.run(command, capture_output=True, encoding="utf-8", env={**os.environ, **env}, timeout=600)
+    assert done.returncode == 0, done.stderr
+    (wheel,) = folder.glob("tribopipe-*.whl")
+    return done.stdout + done.stderr, wheel
+
+
 @pytest.mark.slow
 def test_package_installs_where_the_npm_registry_is_out_of_reach(tmp_path):
-    pytest.importorskip("hatchling")
-    source = tmp_path / "source"
-    shutil.copytree(
-        ROOT, source, ignore=shutil.ignore_patterns(".git", ".venv", "node_modules", "static", "sample_runs", "archive")
-    )
-    (source / "sample_runs").mkdir()
-    command = [sys.executable, "-m", "pip", "wheel", "-v", "--no-deps", "--no-build-isolation", "-w", tmp_path, source]
-    env = {**os.environ, "npm_config_registry": "http://127.0.0.1:9", "npm_config_cache": str(tmp_path / "cache")}
-    done = subprocess.run(command, capture_output=True, text=True, env=env, timeout=300)
-    assert done.returncode == 0, done.stderr
-    assert "the web client was not built" in done.stdout + done.stderr
-    (wheel,) = tmp_path.glob("tribopipe-*.whl")
+    out_of_reach = {"npm_config_registry": "http://127.0.0.1:9", "npm_config_cache": str(tmp_path / "cache")}
+    said, wheel = build_wheel(tmp_path, "--no-build-isolation", **out_of_reach)
+    assert "the web client was not built" in said
     with ZipFile(wheel) as archive:
         names = archive.namelist()
     assert "tribopipe/browse/__init__.py" in names
     assert not [name for name in names if name.startswith(("tribopipe/browse/ui", "tribopipe/browse/static"))]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="PATH is taken apart by symbolic links")
+def test_package_brings_its_pages_where_there_is_no_node(sample_archive, tmp_path):
+    """Node comes as a build requirement then; what is installed shows its pages, and none of their sources."""
+    tools = tmp_path / "tools"
+    tools.mkdir()
+    for folder in map(Path, os.environ["PATH"].split(os.pathsep)):
+        for tool in folder.iterdir() if folder.is_dir() else ():
+            if tool.name not in ("node", "npm", "npx") and not (tools / tool.name).exists():
+                (tools / tool.name).symlink_to(tool)
+    _, wheel = build_wheel(tmp_path, PATH=str(tools))
+    with ZipFile(wheel) as archive:
+        names = archive.namelist()
+        licences = archive.read("tribopipe/browse/static/LICENCES.md").decode()
+        archive.extractall(tmp_path / "site")
+    assert "tribopipe/browse/static/index.html" in names
+    assert [package for package in ("@h5web/app", "react", "three", "uplot") if f"## {package} " not in licences] == []
+    assert not [name for name in names if name.startswith("tribopipe/browse/ui")]
+    installed = {"PYTHONPATH": str(tmp_path / "site"), "PATH": str(tools)}
+    where = [sys.executable, "-c", "import tribopipe; print(tribopipe.__file__)"]
+    found = subprocess.run(where, cwd=tmp_path, env={**os.environ, **installed}, capture_output=True, encoding="utf-8")
+    assert Path(found.stdout.strip()).is_relative_to(tmp_path / "site")
+    with served(sample_archive.folder, **installed) as address:
+        page = urlopen(address).read().decode()
+        (script,) = re.findall(r'src="(/assets/[^"]+\.js)"', page)
+        assert len(urlopen(address + script).read()) > 10_000

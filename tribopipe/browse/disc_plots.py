@@ -26,7 +26,7 @@ class _Drawn(NamedTuple):
     name: str
 
 
-def draw_disc_wear(run: RunFile, x: Column) -> tuple[tuple[Panel, ...], str]:
+def draw_disc_wear(run: RunFile, x: Column) -> tuple[Panel, ...]:
     """Draw the wear of each disc with the laws, predictions, and what was measured.
 
     What is drawn is the volume; the depth, or the track width, where that alone was measured.
@@ -34,7 +34,7 @@ def draw_disc_wear(run: RunFile, x: Column) -> tuple[tuple[Panel, ...], str]:
     points = _points(run)
     shown = next((QUANTITIES[kind] for kind in QUANTITIES if any(p.what == kind for p in points)), None)
     shown = shown or QUANTITIES["wear_volume"]
-    return tuple(_disc_panel(run, x, disc, shown, points) for disc in DISCS), _words(run)
+    return tuple(_disc_panel(run, x, disc, shown, points) for disc in DISCS)
 
 
 def _points(run: RunFile) -> list[MeasuredPoint]:
@@ -80,7 +80,7 @@ _CONTACT: tuple[tuple[Outcome, str, str], ...] = (
 )
 
 
-def draw_contact(run: RunFile, x: Column) -> tuple[tuple[Panel, ...], str]:
+def draw_contact(run: RunFile, x: Column) -> tuple[Panel, ...]:
     """Draw wear depth, mean pressure, a_x and a_z by the fitted laws along a run (paper, Fig. 9)."""
     fitted = [drawn for drawn in _steps(run) if drawn.role == "fit"]
     panels = []
@@ -90,9 +90,4 @@ def draw_contact(run: RunFile, x: Column) -> tuple[tuple[Panel, ...], str]:
         if signal is not None:
             curves.insert(0, Curve("depth signal, corrected", "measured", x, signal, MICRONS, run.id, path=CORRECTED))
         panels.append(Panel(axis(label, unit), tuple(curves)))
-    return tuple(panels), _words(run)
-
-
-def _words(run: RunFile) -> str:
-    fits = (run.result(name, TwinDiscFit) for name in WEAR_FITS.values())
-    return "; ".join(str(fit) for fit in fits if fit is not None)
+    return tuple(panels)

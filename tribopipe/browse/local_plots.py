@@ -35,7 +35,7 @@ def course_axis(run: RunFile, step: StepName) -> str | None:
     return next((name for name in names if f"/entry/{step}/course/{name}" in run.datasets), None)
 
 
-def draw_course(run: RunFile, x: Column, step: StepName) -> tuple[tuple[Panel, ...], str]:
+def draw_course(run: RunFile, x: Column, step: StepName) -> tuple[Panel, ...]:
     """Draw wear depth, pressure and width of the contact by local wear, beside the model with even pressure."""
     panels = []
     for label, unit, columns in _COURSE:
@@ -46,7 +46,7 @@ def draw_course(run: RunFile, x: Column, step: StepName) -> tuple[tuple[Panel, .
             if path in run.datasets
         )
         panels.append(Panel(axis(label, unit.shown), curves))
-    return tuple(panels), str(run.outline.steps[step].result).partition("\n")[0]
+    return tuple(panels)
 
 
 def effective(run: RunFile) -> EffectiveCoefficient | None:
@@ -61,7 +61,7 @@ def _effective(run: RunFile, recipe: Recipe) -> EffectiveCoefficient | None:
     return effective_coefficient(member.pose("sarkar", recipe))
 
 
-def draw_coefficient(run: RunFile) -> tuple[tuple[Panel, ...], str]:
+def draw_coefficient(run: RunFile) -> tuple[Panel, ...]:
     """Draw effective k_D against the friction coefficient, beside what the fitted laws say of it (paper, Fig. 5)."""
     found = effective(run)
     measured = [] if found is None else [found]
@@ -72,8 +72,7 @@ def draw_coefficient(run: RunFile) -> tuple[tuple[Panel, ...], str]:
         if fit.wear_coefficient is not None and fit.interval is not None
         for curve in law_curves(measured, fit.model, fit.wear_coefficient, fit.interval)
     ]
-    words = "Worn volume over load and distance in windows along the run; Sarkar's law expects k_D·√(1 + 3µ²)."
-    return (Panel(COEFFICIENT_LABEL, (*map(measured_curve, measured), *laws)),), words
+    return (Panel(COEFFICIENT_LABEL, (*map(measured_curve, measured), *laws)),)
 
 
 def measured_curve(found: EffectiveCoefficient) -> Curve:

@@ -8,7 +8,7 @@ from tribopipe.archive.steps import PREDICTIONS, WEAR_FITS, StepName
 from tribopipe.browse.drawing import MICRONS, RATIO, Curve, Mark, Panel, Role, mark
 from tribopipe.browse.samples import RunFile
 from tribopipe.records.recipe import LawName
-from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
+from tribopipe.records.results import DriftCorrection, FrictionFit, WearPrediction
 from tribopipe.report.figures import LAW_NAMES
 from tribopipe.run import Column
 from tribopipe.units import axis
@@ -17,7 +17,7 @@ CORRECTED, PIN_WEAR = "/entry/drift_correction/data/wear_depth", "/entry/drift_c
 FITTED_FRICTION = "/entry/friction_fit/data/friction_coefficient"
 
 
-def draw_depth(run: RunFile, x: Column) -> tuple[tuple[Panel, ...], str]:
+def draw_depth(run: RunFile, x: Column) -> tuple[Panel, ...]:
     """Draw the depth reading, what drift adds to it, and the corrected wear with the end value."""
     reading, wear, correction = (
         run.signal("depth"),
@@ -35,11 +35,10 @@ def draw_depth(run: RunFile, x: Column) -> tuple[tuple[Panel, ...], str]:
     if correction is not None:
         anchor = (correction.anchor or "end value").replace("_", " ")
         marks = mark(f"measured after the test: {anchor}", run.id, x, correction.end_wear_depth, MICRONS)
-    words = "" if correction is None else str(correction)
-    return (Panel(axis("depth", "um"), tuple(curves), marks),), words
+    return (Panel(axis("depth", "um"), tuple(curves), marks),)
 
 
-def draw_friction(run: RunFile, x: Column) -> tuple[tuple[Panel, ...], str]:
+def draw_friction(run: RunFile, x: Column) -> tuple[Panel, ...]:
     """Draw the friction coefficient with Eq. 7 as fitted, and the residuals below."""
     measured, fit = run.signal("friction_coefficient"), run.result("friction_fit", FrictionFit)
     path, fitted = run.signal_path("friction_coefficient"), _fitted_friction(run, fit)
@@ -51,8 +50,7 @@ def draw_friction(run: RunFile, x: Column) -> tuple[tuple[Panel, ...], str]:
         curves.append(Curve(name, "fit", x, fitted, RATIO, run.id, path=FITTED_FRICTION))
         residuals.append(Curve("measured less fitted", "residual", x, measured - fitted, RATIO, run.id))
     above = Panel("friction coefficient µ", tuple(curves))
-    panels = (above, Panel("residual of µ", tuple(residuals))) if residuals else (above,)
-    return panels, "" if fit is None else str(fit)
+    return (above, Panel("residual of µ", tuple(residuals))) if residuals else (above,)
 
 
 def _fitted_friction(run: RunFile, fit: FrictionFit | None) -> Column | None:
@@ -63,7 +61,7 @@ def _fitted_friction(run: RunFile, fit: FrictionFit | None) -> Column | None:
     return np.where((slid >= fit.window[0].value) & (slid <= fit.window[1].value), fitted, np.nan)
 
 
-def draw_pin_wear(run: RunFile, x: Column) -> tuple[tuple[Panel, ...], str]:
+def draw_pin_wear(run: RunFile, x: Column) -> tuple[Panel, ...]:
     """Draw the pin's wear with the laws and their 95 % bands, predictions, and the residuals of fitted laws below."""
     wear, laws = run.curve(PIN_WEAR), list(_laws(run, x))
     measured = (
@@ -78,9 +76,7 @@ def draw_pin_wear(run: RunFile, x: Column) -> tuple[tuple[Panel, ...], str]:
     ended = None if correction is None else correction.pin_wear_depth
     marks = mark("pin wear measured after the test", run.id, x, ended, MICRONS)
     above = Panel(axis("pin wear depth", "um"), (*measured, *laws), marks)
-    panels = (above, Panel(axis("residual", "um"), residuals)) if residuals else (above,)
-    fits = (run.result(name, WearFit) for name in WEAR_FITS.values())
-    return panels, "; ".join(str(fit) for fit in fits if fit is not None)
+    return (above, Panel(axis("residual", "um"), residuals)) if residuals else (above,)
 
 
 def _laws(run: RunFile, x: Column) -> Iterator[Curve]:

@@ -26,8 +26,8 @@ from tribopipe.report.figures import LAW_NAMES
 from tribopipe.run import Column
 from tribopipe.units import axis
 
-Drawn = tuple[tuple[Panel, ...], str]
-"""Panels from the top, and the words beside them."""
+Draw = Callable[[str], tuple[Panel, ...]]
+"""Draws a plot against an axis: its panels from the top."""
 RAW = "raw"
 """Where plots stand that belong to no step."""
 _LABELS: dict[str, str] = {
@@ -51,14 +51,20 @@ class PlotOffer:
     """What a viewer of HDF5 opens for it."""
     axes: tuple[str, ...]
     """Names of the axes it can be drawn against, the usual one first."""
-    draw: Callable[[str], Drawn] = field(repr=False)
-    """Draws it against one of them."""
+    draw: Draw = field(repr=False)
+    words: str = ""
+    """What a reader has to be told of it, which its page does not say anyway."""
 
     def drawing(self, against: str | None = None) -> Drawing:
         """Draw it against an axis, or the usual one."""
         chosen = against if against in self.axes else self.axes[0]
-        panels, words = self.draw(chosen)
-        return Drawing(self.title, words, chosen, axis_label(chosen), panels)
+        return Drawing(self.title, self.words, chosen, axis_label(chosen), self.draw(chosen))
+
+
+def coefficient_offer(stage: str, path: str, draw: Draw) -> PlotOffer:
+    """Offer a plot of k_D against the friction coefficient."""
+    words = "Worn volume over load and distance in windows along each run; Sarkar's law expects k_D·√(1 + 3µ²)."
+    return PlotOffer("coefficient", "Wear coefficient against friction", stage, path, ("friction",), draw, words)
 
 
 def axis_label(name: str) -> str:
@@ -87,7 +93,7 @@ def _place(run: RunFile, name: str) -> Column:
 
 
 def _sampled(
-    run: RunFile, name: str, title: str, stage: str, path: str, draw: Callable[[RunFile, Column], Drawn]
+    run: RunFile, name: str, title: str, stage: str, path: str, draw: Callable[[RunFile, Column], tuple[Panel, ...]]
 ) -> PlotOffer:
     """Offer a plot of samples."""
     return PlotOffer(name, title, stage, path, run_axes(run), lambda against: draw(run, _place(run, against)))
@@ -130,8 +136,7 @@ def _from_signals(run: RunFile) -> Iterator[PlotOffer]:
 def _over_own_axes(run: RunFile) -> Iterator[PlotOffer]:
     if CORRECTED in run.datasets and "wear_fit_sarkar" in run.outline.steps and not run.outline.manifest.rolls:
         path = _group(run, "wear_fit_sarkar")
-        title = "Wear coefficient against friction"
-        yield PlotOffer("coefficient", title, "wear_fit_sarkar", path, ("friction",), lambda _: draw_coefficient(run))
+        yield coefficient_offer("wear_fit_sarkar", path, lambda _: draw_coefficient(run))
     for law, step in LOCAL_WEAR.items():
         along = course_axis(run, step)
         if along is not None:
@@ -141,7 +146,7 @@ def _over_own_axes(run: RunFile) -> Iterator[PlotOffer]:
             yield PlotOffer(f"local-wear-{law}", title, step, path, (along,), draw)
 
 
-def _course(run: RunFile, step: StepName, axis_path: str, _: str) -> Drawn:
+def _course(run: RunFile, step: StepName, axis_path: str, _: str) -> tuple[Panel, ...]:
     return draw_course(run, run.column(axis_path), step)
 
 

@@ -20,9 +20,9 @@ def recorded(run: RunFile) -> list[SignalName]:
     return [name for name in run.outline.origins if name not in _SHOWN_ELSEWHERE]
 
 
-def draw_signals(run: RunFile, x: Column) -> tuple[tuple[Panel, ...], str]:
+def draw_signals(run: RunFile, x: Column) -> tuple[Panel, ...]:
     """Draw forces, speed, temperature and humidity as recorded, each in a panel."""
-    return tuple(_panel(run, x, name, {"recorded": RAW + name}) for name in recorded(run)), ""
+    return tuple(_panel(run, x, name, {"recorded": RAW + name}) for name in recorded(run))
 
 
 def changed(run: RunFile) -> list[SignalName]:
@@ -30,12 +30,9 @@ def changed(run: RunFile) -> list[SignalName]:
     return [name for name in run.outline.origins if name not in AXES and CLEANED + name in run.datasets]
 
 
-def draw_clean_up(run: RunFile, x: Column) -> tuple[tuple[Panel, ...], str]:
+def draw_clean_up(run: RunFile, x: Column) -> tuple[Panel, ...]:
     """Draw each signal that clean-up changed, before and after."""
-    panels = tuple(
-        _panel(run, x, name, {"recorded": RAW + name, "cleaned up": CLEANED + name}) for name in changed(run)
-    )
-    return panels, ""
+    return tuple(_panel(run, x, name, {"recorded": RAW + name, "cleaned up": CLEANED + name}) for name in changed(run))
 
 
 def _panel(run: RunFile, x: Column, name: SignalName, paths: Mapping[str, str]) -> Panel:
@@ -63,7 +60,7 @@ def extras(run: RunFile) -> dict[str, str]:
         return {f"{column.attrs['column_name']}": path for path, column in numbers.items()}
 
 
-def draw_extra(run: RunFile, x: Column, name: str, path: str) -> tuple[tuple[Panel, ...], str]:
+def draw_extra(run: RunFile, x: Column, name: str, path: str) -> tuple[Panel, ...]:
     """Draw a column as it was found."""
     curve = Curve(name, "measured", x, run.sampled(path), Unit("1", "1"), run.id, path=path)
-    return (Panel(name, (curve,)),), "A column that tribopipe gives no meaning to, as the file has it."
+    return (Panel(name, (curve,)),)

@@ -2,9 +2,9 @@
 
 from collections.abc import Callable, Iterator, Sequence
 
-from tribopipe.browse.drawing import MICRONS, VOLUME, Curve, Mark, Panel, mark
+from tribopipe.browse.drawing import MICRONS, VOLUME, Curve, Mark, Panel, Role, Unit, mark
 from tribopipe.browse.local_plots import COEFFICIENT_LABEL, law_curves, measured_curve
-from tribopipe.browse.plots import Drawn, PlotOffer
+from tribopipe.browse.plots import PlotOffer, coefficient_offer
 from tribopipe.browse.samples import StudyFile
 from tribopipe.pipeline import archived_correction, archived_friction
 from tribopipe.records.disc_results import spoken
@@ -13,6 +13,7 @@ from tribopipe.records.manifest import DISCS, DiscName
 from tribopipe.records.recipe import Recipe
 from tribopipe.records.verdict import LawResult, StudyResult
 from tribopipe.report.figures import LAW_NAMES
+from tribopipe.run import Column
 from tribopipe.study.discs import DiscStudyCurve
 from tribopipe.study.effective import EffectiveCoefficient, effective_coefficient
 from tribopipe.study.evaluate import StudyCurve
@@ -51,10 +52,8 @@ def _offer(
     study: StudyFile, name: str, title: str, panels: Panels, law: LawResult | TwinDiscLawResult, runs: list[str]
 ) -> PlotOffer:
     along = "rotations" if isinstance(law, TwinDiscLawResult) else "sliding_distance"
-    words = "" if len(runs) > 1 else next(run.sentence for run in law.runs if run.id == runs[0])
-    return PlotOffer(
-        name, title, _STAGE, _path(study, law.model, runs), (along,), lambda _: (panels(study, law.model, runs), words)
-    )
+    path = _path(study, law.model, runs)
+    return PlotOffer(name, title, _STAGE, path, (along,), lambda _: panels(study, law.model, runs))
 
 
 def _path(study: StudyFile, law: str, runs: Sequence[str]) -> str:
@@ -73,23 +72,16 @@ def _pin_panels(study: StudyFile, law: str, runs: Sequence[str]) -> tuple[Panel,
 
 
 def _pin_curves(curve: StudyCurve, path: str) -> Iterator[Curve]:
-    measured = (curve.measured, curve.measurement_lower, curve.measurement_upper)
-    x, run, law = curve.sliding_distance, curve.run_id, curve.model
-    yield Curve(f"{run}, measured", "measured", x, measured[0], MICRONS, run, None, *measured[1:], f"{path}/measured")
-    role, said = ("fit", "fitted") if curve.role == "fitted" else ("prediction", "predicted")
-    name = f"{run}, {LAW_NAMES[law]}, {said}"
-    yield Curve(
-        name,
-        "fit" if role == "fit" else "prediction",
-        x,
-        curve.predicted,
-        MICRONS,
-        run,
-        law,
-        curve.lower,
-        curve.upper,
-        f"{path}/predicted",
-    )
+    x, run, low, high = curve.sliding_distance, curve.run_id, curve.measurement_lower, curve.measurement_upper
+    yield Curve(f"{run}, measured", "measured", x, curve.measured, MICRONS, run, None, low, high, f"{path}/measured")
+    yield _law_curve(curve, x, MICRONS, f"{path}/predicted")
+
+
+def _law_curve(curve: StudyCurve | DiscStudyCurve, x: Column, unit: Unit, path: str) -> Curve:
+    """Draw what a law says of a run, with its 95 % band."""
+    role: Role = "fit" if curve.role == "fitted" else "prediction"
+    name = f"{curve.run_id}, {LAW_NAMES[curve.model]}, {curve.role}"
+    return Curve(name, role, x, curve.predicted, unit, curve.run_id, curve.model, curve.lower, curve.upper, path)
 
 
 def _disc_panels(study: StudyFile, law: str, runs: Sequence[str]) -> tuple[Panel, ...]:
@@ -100,25 +92,9 @@ def _disc_panel(study: StudyFile, law: str, runs: Sequence[str], disc: DiscName)
     curves = []
     for number, curve in enumerate(study.stored.curves):
         if isinstance(curve, DiscStudyCurve) and (curve.model, curve.disc) == (law, disc) and curve.run_id in runs:
-            curves.append(_disc_curve(curve, f"/entry/curve_{number:03}/predicted"))
+            curves.append(_law_curve(curve, curve.rotations, VOLUME, f"/entry/curve_{number:03}/predicted"))
     marks = tuple(_disc_marks(study, law, runs, disc))
     return Panel(axis(f"{spoken(disc)}, volume worn off", "mm^3"), tuple(curves), marks)
-
-
-def _disc_curve(curve: DiscStudyCurve, path: str) -> Curve:
-    fitted = curve.role == "fitted"
-    return Curve(
-        name=f"{curve.run_id}, {LAW_NAMES[curve.model]}, {curve.role}",
-        role="fit" if fitted else "prediction",
-        x=curve.rotations,
-        y=curve.predicted,
-        unit=VOLUME,
-        run=curve.run_id,
-        law=curve.model,
-        lower=curve.lower,
-        upper=curve.upper,
-        path=path,
-    )
 
 
 def _disc_marks(study: StudyFile, law: str, runs: Sequence[str], disc: DiscName) -> Iterator[Mark]:
@@ -137,19 +113,17 @@ def _disc_marks(study: StudyFile, law: str, runs: Sequence[str], disc: DiscName)
 
 def _coefficient(study: StudyFile, result: StudyResult) -> Iterator[PlotOffer]:
     if any(law.model == "sarkar" for law in result.laws):
-        title = "Wear coefficient against friction"
         path = _path(study, "sarkar", [run.id for run in result.laws[0].runs])
-        yield PlotOffer("coefficient", title, _STAGE, path, ("friction",), lambda _: _draw_coefficient(study, result))
+        yield coefficient_offer(_STAGE, path, lambda _: _draw_coefficient(study, result))
 
 
-def _draw_coefficient(study: StudyFile, result: StudyResult) -> Drawn:
+def _draw_coefficient(study: StudyFile, result: StudyResult) -> tuple[Panel, ...]:
     runs = [run.id for run in result.laws[0].runs]
     measured = study.keep("effective k_D", lambda: _effective(study, runs))
     curves = [measured_curve(one) for one in measured]
     for law in result.laws:
         curves += law_curves(measured, law.model, law.wear_coefficient, law.interval)
-    words = "Worn volume over load and distance in windows along each run; Sarkar's law expects k_D·√(1 + 3µ²)."
-    return (Panel(COEFFICIENT_LABEL, tuple(curves)),), words
+    return (Panel(COEFFICIENT_LABEL, tuple(curves)),)
 
 
 def _effective(study: StudyFile, runs: Sequence[str]) -> list[EffectiveCoefficient]:

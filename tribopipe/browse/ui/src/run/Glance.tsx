@@ -19,11 +19,7 @@ export function Glance({ run }: { run: Run }) {
           ))}
         </ul>
       )}
-      {wear && (
-        <div className="told">
-          <PlotSection base={apiOf(run.id)} file={run.file} offer={wear} />
-        </div>
-      )}
+      {wear && <PlotSection base={apiOf(run.id)} file={run.file} offer={wear} />}
     </Card>
   );
 }

@@ -23,7 +23,9 @@ export function Recorded({ run, offers }: { run: Run; offers: PlotOffer[] }) {
     <Card title="As recorded" id="recorded">
       {offers.filter((offer) => !isOther(offer)).map(plot)}
       {others.length > 0 && (
-        <Disclosure title={`Other columns (${others.length})`}>{() => others.map(plot)}</Disclosure>
+        <Disclosure title={`Columns that tribopipe gives no meaning to (${others.length})`}>
+          {() => others.map(plot)}
+        </Disclosure>
       )}
     </Card>
   );

@@ -42,12 +42,5 @@ function StagePlot({ run, offer }: { run: Run; offer: PlotOffer }) {
       </p>
     );
   }
-  return (
-    <div className={TOLD.has(offer.name) ? "told" : undefined}>
-      <PlotSection base={apiOf(run.id)} file={run.file} offer={offer} />
-    </div>
-  );
+  return <PlotSection base={apiOf(run.id)} file={run.file} offer={offer} />;
 }
-
-/** Plots that repeat the sentence of their stage. */
-const TOLD = new Set(["depth", "friction", "contact"]);

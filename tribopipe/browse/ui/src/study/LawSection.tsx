@@ -53,11 +53,7 @@ function Judged({ study, verdict, offer }: Props) {
       <Notes notes={verdict.notes} />
       {offer && (
         <Disclosure title={`Wear curve of ${verdict.run_id}`}>
-          {() => (
-            <div className="told">
-              <PlotSection base={studyApi(study.id)} file={study.file} offer={offer} />
-            </div>
-          )}
+          {() => <PlotSection base={studyApi(study.id)} file={study.file} offer={offer} />}
         </Disclosure>
       )}
     </li>

@@ -1,0 +1,42 @@
+"""`tribopipe browse` started as a user starts it."""
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+
+@contextmanager
+def served(archive: Path, **env: str) -> Iterator[str]:
+    """Run `tribopipe browse` on an archive, and say where it listens."""
+    command = [
+        sys.executable,
+        "-m",
+        "tribopipe.cli.app",
+        "browse",
+        "--archive",
+        str(archive.absolute()),
+        "--no-browser",
+    ]
+    told = {"stderr": subprocess.PIPE, "encoding": "utf-8", "env": {**os.environ, **env}}
+    process = subprocess.Popen(command, cwd=archive, **told)  # not where a module of the sources would be found first
+    try:
+        yield _address(process)
+    finally:
+        process.terminate()
+        process.wait(10)
+        assert process.stderr is not None
+        process.stderr.close()
+
+
+def _address(process: "subprocess.Popen[str]") -> str:
+    assert process.stderr is not None
+    said = []
+    for line in process.stderr:
+        if found := re.search(r"http://127\.0\.0\.1:\d+", line):
+            return found.group()
+        said.append(line)
+    raise AssertionError(f"the server ended without saying where it listens: {''.join(said)}")
