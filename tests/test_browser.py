@@ -34,6 +34,8 @@ PAGES = {
     "compare": f"/compare?runs={RUN},{OTHER}",
     "study": f"/studies/{STUDY}",
     "viewer": f"/file?file={RUN}.h5",
+    "studies": "/studies",
+    "report": f"/api/studies/{STUDY}/report",
 }
 PICTURES = Path(os.environ["SCREENSHOTS"]) if "SCREENSHOTS" in os.environ else None
 """Where CI keeps what the pages look like."""
