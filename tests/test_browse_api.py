@@ -8,12 +8,10 @@ import shutil
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import h5py
 import pytest
 from browse_client import serving
-from folders import DISC_IDS
 from study_runs import HEAVY, LIGHT
 
 from tribopipe.archive.store import Archive
@@ -253,18 +251,24 @@ def test_without_the_bundle_a_page_says_how_to_build_it(reader, tmp_path, monkey
 @pytest.fixture
 def pin_study(filled, tmp_path):
     """An archive with a study of two pins."""
-    store = Archive(Path(shutil.copytree(filled, tmp_path / "pins")))
-    list(run_study(store, Study(id="pair", fit=(LIGHT,), predict=(HEAVY,)), Recipe()))
-    return store.folder
+    folder = tmp_path / "pins"
+    folder.mkdir()
+    for run_id in (LIGHT, HEAVY):
+        shutil.copy(filled / f"{run_id}.h5", folder)
+    list(run_study(Archive(folder), Study(id="pair", fit=(LIGHT,), predict=(HEAVY,)), Recipe()))
+    return folder
 
 
 @pytest.fixture
 def disc_study(disc_archive, tmp_path):
     """An archive with a study of two runs of discs."""
-    store = Archive(Path(shutil.copytree(disc_archive.folder, tmp_path / "discs")))
-    fit, predict = (run_id for run_id in DISC_IDS if run_id.endswith(("-1000k", "-a")))
-    list(run_study(store, Study(id="discs", fit=(predict,), predict=(fit,), laws=("archard",)), Recipe()))
-    return store.folder
+    folder = tmp_path / "discs"
+    folder.mkdir()
+    shorter, longer = "si3n4-twin-disc-4pct-100k", "si3n4-twin-disc-4pct-250k"
+    for run_id in (shorter, longer):
+        shutil.copy(disc_archive.path(run_id), folder)
+    list(run_study(Archive(folder), Study(id="discs", fit=(shorter,), predict=(longer,), laws=("archard",)), Recipe()))
+    return folder
 
 
 @pytest.mark.parametrize("kind", ["pin_study", "disc_study"])

@@ -300,6 +300,7 @@ def test_wear_fit_tells_budget_draws_and_both_ways_of_correction():
     budget = (
         Contribution(name="normal load", value=q(0.2, "N", 0.002), shown_in="mN", source="manifest", relative=-0.01),
         Contribution(name="noise of the depth signal", source="fit", relative=0.0008),
+        Contribution(name="disc modulus", value=q(304e9, "Pa"), shown_in="GPa", source="default", relative=-4e-5),
     )
     fit = WearFit(
         model="archard", outcome="fitted", wear_coefficient=K, interval=ENDS, budget=budget, monte_carlo=drawn,
@@ -312,8 +313,9 @@ def test_wear_fit_tells_budget_draws_and_both_ways_of_correction():
     assert told["95 % interval"] == "1.3×10⁻⁸ to 1.4×10⁻⁸ mm³/(N·mm)"
     assert page.notes == ("beware",)
     assert table(page, "budget of k_D") == (
-        ("normal load", "200.0 ± 2.0 mN", "manifest", "-1.00%"),
+        ("normal load", "200.0 ± 2.0 mN", "run.toml", "-1.00%"),
         ("noise of the depth signal", "–", "fit", "+0.08%"),
+        ("disc modulus", "304 GPa", "default", "0.00%"),
     )
     first, second = table(page, "k_D by draws and to first order")
     assert (first[0], first[3], second[3]) == ("Monte Carlo, 20,000 draws, not yet stable", "they do not agree", "")

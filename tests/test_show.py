@@ -61,7 +61,7 @@ def test_page_has_headings_facts_and_tables(show, archive):
     assert re.search(r"(?m)^  k_D by Archard's law +\(", shown.stderr)
     assert re.search(r"(?m)^Wear coefficient by Archard's law \(wear_fit_archard, tribopipe \S+, \S+\)$", shown.stderr)
     assert "  budget of k_D" in lines
-    assert re.search(r"(?m)^ normal load +200\.0 ± 2\.0 mN +manifest +", shown.stderr)
+    assert re.search(r"(?m)^ normal load +200\.0 ± 2\.0 mN +run\.toml +", shown.stderr)
     assert lines[-1] == str(archive / f"{RUN}.h5")
     assert STEERING.search(shown.stderr) is None
 
@@ -236,6 +236,9 @@ def odd(archive, tmp_path):
         group["type"] = np.dtype("f8")
         group["pairs"] = np.array([(1, 2.5)], dtype=[("n", "i4"), ("x", "f8")])
         group["itself"] = group
+        plot = group.create_group("plot")
+        plot.attrs.update(NX_class="NXdata", signal="virtual", axes=["out/secret"])
+        plot["virtual"] = group["virtual"]
         group.attrs["\x1bname"] = "\x1b[2J"
     return archive
 
@@ -247,13 +250,27 @@ def test_links_lead_nowhere_else(show, part):
     refused(show("--path", part, "--json"), "expected a part of this file")
 
 
+def test_links_that_multiply_come_to_an_end(show, archive):
+    with h5py.File(archive / f"{RUN}.h5", "a") as file:
+        file["link_0"] = h5py.SoftLink("/")
+        for number in range(60):
+            file[f"link_{number + 1}"] = h5py.SoftLink(f"link_{number}/link_{number}")
+    assert show("--path", "link_3").exit_code == 0
+    refused(show("--path", "link_60"), "found more than 16 links one after another", "expected a part of this file")
+
+
 @pytest.mark.usefixtures("odd")
-@pytest.mark.parametrize("part", ["odd/virtual", "odd/away"])
-def test_values_of_other_files_are_not_read(show, part):
+@pytest.mark.parametrize(
+    ("part", "found"),
+    [
+        ("odd/virtual", "a virtual dataset"),
+        ("odd/away", "a dataset stored in another file"),
+        ("odd/plot", "a virtual dataset"),
+    ],
+)
+def test_values_of_other_files_are_not_read(show, part, found):
     for more in ([], ["--json"]):
-        result = show("--path", part, *more)
-        assert (result.exit_code, result.stdout) == (1, "")
-        assert "found values that are kept in other files" in result.stderr
+        refused(show("--path", part, *more), f"found {found}, at ", "expected a part of this file")
 
 
 @pytest.mark.usefixtures("odd")

@@ -3,41 +3,63 @@
 from collections.abc import Iterator
 from difflib import get_close_matches
 from pathlib import PurePath
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import h5py
 
 from tribopipe.archive.own_content import storage_elsewhere
 from tribopipe.errors import ArchiveError
 
-Part: TypeAlias = "h5py.Group | h5py.Dataset"
+Part: TypeAlias = h5py.Group | h5py.Dataset | h5py.Datatype
+Link: TypeAlias = h5py.HardLink | h5py.SoftLink | h5py.ExternalLink
 _MOST_LINKS = 16
-"""Soft links that may lead on to each other."""
+"""Soft links on one way: they may lead round in circles, or multiply."""
 
 
-def find_part(file: h5py.File, path: str) -> Part:
-    """Return a group or dataset. Soft links are followed, which stay within the file, and external ones are not.
+class NoPart(NamedTuple):
+    """Why a path leads to no part of its file."""
+
+    beyond: str = ""
+    """What it leads to instead, which is not followed; empty where there is nothing."""
+
+
+def find_part(file: h5py.File, path: str) -> h5py.Group | h5py.Dataset:
+    """Return a group or dataset.
 
     Raises ``ArchiveError`` where there is no such part, or it lies in another file.
     """
-    part: Part = file
-    steps, followed = _steps(path), 0
-    while steps:
-        name = steps.pop()
-        if not isinstance(part, h5py.Group) or name not in part.keys():  # noqa: SIM118, `in` would follow links
-            raise _no_part(file, path)
-        target = link_target(part, name)
-        if target is None:
-            part = part[name]
-            continue
-        followed += 1
-        if followed > _MOST_LINKS or isinstance(target, h5py.ExternalLink):
-            raise _led_away(file, path, target)
-        part = file if target.startswith("/") else part
-        steps += _steps(target)
-    if isinstance(part, h5py.Datatype):
+    part = part_at(file, path)
+    if isinstance(part, NoPart) and part.beyond:
+        raise ArchiveError(
+            f"{_name(file)}: found {part.beyond}, at {path!r}; expected a part of this file; open it elsewhere if you "
+            "trust it"
+        )
+    if isinstance(part, NoPart | h5py.Datatype):
         raise _no_part(file, path)
     return part
+
+
+def part_at(start: h5py.Group, path: str) -> Part | NoPart:
+    """Follow a path from a group. Soft links are followed; what lies, or keeps its values, in other files is not."""
+    part: Part = _start(start, path)
+    steps, followed = _steps(path), 0
+    while steps:
+        found = _member(part, steps.pop())
+        if isinstance(found, NoPart):
+            return found
+        if isinstance(found, h5py.SoftLink):
+            followed += 1
+            if followed > _MOST_LINKS:
+                return NoPart(f"more than {_MOST_LINKS} links one after another")
+            steps += _steps(found.path)
+            found = _start(part, found.path)
+        part = found
+    return part
+
+
+def _start(group: h5py.Group, path: str) -> h5py.Group:
+    """Return the group that a path starts from."""
+    return group.file["/"] if path.startswith("/") else group
 
 
 def _steps(path: str) -> list[str]:
@@ -45,32 +67,29 @@ def _steps(path: str) -> list[str]:
     return [name for name in reversed(path.split("/")) if name not in ("", ".")]
 
 
-def link_target(group: h5py.Group, name: str) -> str | h5py.ExternalLink | None:
-    """Return the path a soft link leads to, or an external link as it is; none for a member of the group's own."""
-    link = group.get(name, getlink=True)
-    if isinstance(link, h5py.SoftLink):
-        return str(link.path)
-    return link if isinstance(link, h5py.ExternalLink) else None
+def _member(part: Part, name: str) -> Part | h5py.SoftLink | NoPart:
+    """Return a member of a group, or the soft link that stands for one."""
+    link = link_at(part, name) if isinstance(part, h5py.Group) else None
+    if isinstance(link, h5py.ExternalLink):
+        return NoPart(f"a link to another file, {link.filename!r}")
+    if not isinstance(link, h5py.HardLink):
+        return link or NoPart()
+    member: Part = part[name]
+    elsewhere = storage_elsewhere(member.id) if isinstance(member, h5py.Dataset) else None
+    return member if elsewhere is None else NoPart(elsewhere)
+
+
+def link_at(group: h5py.Group, name: str) -> Link | None:
+    """Return a link without following it; none where there is none, or it is of a kind that HDF5 does not define."""
+    try:
+        return group.get(name, getlink=True)
+    except TypeError:
+        return None
 
 
 def lies_elsewhere(dataset: h5py.Dataset) -> bool:
     """Tell whether the values of a dataset are kept in other files."""
     return storage_elsewhere(dataset.id) is not None
-
-
-def kept_elsewhere(dataset: h5py.Dataset) -> ArchiveError:
-    """Return what is said where they are."""
-    return ArchiveError(
-        f"{_name(dataset.file)}: found values that are kept in other files, at {dataset.name!r}; expected them in this "
-        "one; open it elsewhere if you trust it"
-    )
-
-
-def _led_away(file: h5py.File, path: str, link: str | h5py.ExternalLink) -> ArchiveError:
-    found = "links that lead to each other" if isinstance(link, str) else f"a link to another file, {link.filename!r}"
-    return ArchiveError(
-        f"{_name(file)}: found {found}, at {path!r}; expected a part of this file; open it elsewhere if you trust it"
-    )
 
 
 def _name(file: h5py.File) -> str:

@@ -28,8 +28,6 @@ _HEADERS = {
     "Cross-Origin-Resource-Policy": "same-origin",
     "Cross-Origin-Opener-Policy": "same-origin",
 }
-
-
 _MISTAKE = "found a {0} ({1}); expected an answer; please report it with what you looked at"
 
 

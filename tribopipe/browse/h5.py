@@ -1,7 +1,7 @@
 """What h5web asks of an HDF5 file: attributes, data, metadata, statistics and paths, by h5grove's encoders.
 
-h5grove follows links wherever they lead. Here a path is walked link by link within the file; external links, virtual
-datasets and datasets stored in another file are never opened, nor what leads to them.
+h5grove follows links wherever they lead. Here it is handed only what ``part_at`` finds within the file: external links,
+virtual datasets and datasets stored in another file are never opened, nor what leads to them.
 """
 
 from collections.abc import Iterator
@@ -18,12 +18,10 @@ from h5grove.utils import parse_slice
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
-from tribopipe.archive.own_content import storage_elsewhere
+from tribopipe.archive.part import NoPart, Part, link_at, part_at
 from tribopipe.archive.store import SUFFIX
 from tribopipe.browse.guard import inside
 
-Entity: TypeAlias = Any
-"""A group, dataset or datatype of h5py's, which is untyped."""
 Content: TypeAlias = Any
 """What h5grove makes of it."""
 Format = Literal["json", "bin", "csv", "npy", "tiff"]
@@ -32,10 +30,6 @@ LARGEST = 20_000_000
 _LARGEST_CHUNK = 1 << 28
 """Bytes that have to be unpacked for the least of its values."""
 _MOST_PATHS = 100_000
-_MOST_LINKS = 16
-"""Soft links that are followed one after another."""
-_NOTHING = "there is nothing"
-_OUT = "it leads out of the file"
 
 
 def h5_router(folder: Path) -> APIRouter:
@@ -99,58 +93,25 @@ def _encoded(content: object, encoding: Format = "json") -> Response:
     return Response(answer.content, headers=answer.headers)
 
 
-def _content(path: str, found: Entity) -> Content:
+def _content(path: str, found: Part) -> Content:
     if isinstance(found, h5py.Group):
         return GroupContent(path, found, found.file)
     return (DatasetContent if isinstance(found, h5py.Dataset) else DatatypeContent)(path, found)
 
 
-def _entity(file: h5py.File, path: str) -> Entity:
+def _entity(file: h5py.File, path: str) -> Part:
     """Return what stands at a path. Raises ``HTTPException`` where that is nothing, or lies in another file."""
-    found = _walk(file["/"], path, _MOST_LINKS)
-    if isinstance(found, str):
+    found = part_at(file, path)
+    if isinstance(found, NoPart):
         raise HTTPException(
-            404 if found == _NOTHING else 403,
-            f"{path} is not a valid path in this file: {found}; expected one that the file holds itself; go back to /",
+            403 if found.beyond else 404,
+            f"{path} is not a valid path in this file: found {found.beyond or 'nothing'}; expected one that the file "
+            "holds itself; go back to /",
         )
     return found
 
 
-def _walk(start: h5py.Group, path: str, links: int) -> Entity | str:
-    """Follow a path from a group; return what stands there, or why that is not shown."""
-    found: Entity = start.file["/"] if path.startswith("/") else start
-    for name in path.split("/"):
-        if name in ("", "."):
-            continue
-        found = _follow(found, name, links) if isinstance(found, h5py.Group) else _NOTHING
-        if isinstance(found, str):
-            break
-    return found
-
-
-def _follow(group: h5py.Group, name: str, links: int) -> Entity | str:
-    """Follow one link of a group within its file."""
-    link = _link(group, name)
-    if link is None:
-        return _NOTHING
-    if isinstance(link, h5py.SoftLink):
-        return _walk(group, link.path, links - 1) if links else "its links go round in circles"
-    if not isinstance(link, h5py.HardLink):
-        return _OUT
-    found: Entity = group[name]
-    elsewhere = storage_elsewhere(found.id) if isinstance(found, h5py.Dataset) else None
-    return found if elsewhere is None else f"it is {elsewhere}"
-
-
-def _link(group: h5py.Group, name: str) -> Any:
-    """Return a link without following it; nothing where there is none, a text where it is of nobody knows what kind."""
-    try:
-        return group.get(name, getlink=True)
-    except TypeError:
-        return _OUT
-
-
-def _metadata(path: str, found: Entity) -> dict[str, Any]:
+def _metadata(path: str, found: Part) -> dict[str, Any]:
     """Return the metadata of an entity, and those of a group's children; links that are not followed as links."""
     known: dict[str, Any] = dict(_content(path, found).metadata(depth=0))
     if isinstance(found, h5py.Group):
@@ -159,10 +120,10 @@ def _metadata(path: str, found: Entity) -> dict[str, Any]:
 
 
 def _child(group: h5py.Group, name: str) -> dict[str, Any]:
-    found = _follow(group, name, _MOST_LINKS)
-    if not isinstance(found, str):
+    found = part_at(group, name)
+    if not isinstance(found, NoPart):
         return dict(_content(name, found).metadata(depth=0))
-    link = _link(group, name)
+    link = link_at(group, name)
     if isinstance(link, h5py.ExternalLink):
         return {"name": name, "kind": "external_link", "target_file": link.filename, "target_path": link.path}
     if isinstance(link, h5py.SoftLink):
@@ -202,7 +163,7 @@ def _too_large(found: str) -> HTTPException:
     return HTTPException(413, f"found {found}; expected at most {LARGEST:,} bytes in one answer; ask for a part of it")
 
 
-def _paths(path: str, found: Entity) -> list[str]:
+def _paths(path: str, found: Part) -> list[str]:
     """Return the paths of all links below a group; none is followed but those that hold what they name."""
     if not isinstance(found, h5py.Group):
         raise HTTPException(422, f"found no group at {path}; expected one; ask for that above it")

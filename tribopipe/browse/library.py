@@ -63,8 +63,7 @@ class Library:
     def _pages(self) -> Iterator[StudyPage]:
         for study_id in self.archive.study_ids():
             try:
-                study = self.study(study_id)
-                _ = study.datasets
+                self.study(study_id).refuse_foreign()
                 yield study_page(self.archive, study_id)
             except ArchiveError:
                 continue

@@ -19,11 +19,8 @@ FITTED_FRICTION = "/entry/friction_fit/data/friction_coefficient"
 
 def draw_depth(run: RunFile, x: Column) -> tuple[Panel, ...]:
     """Draw the depth reading, what drift adds to it, and the corrected wear with the end value."""
-    reading, wear, correction = (
-        run.signal("depth"),
-        run.curve(CORRECTED),
-        run.result("drift_correction", DriftCorrection),
-    )
+    reading, wear = run.signal("depth"), run.curve(CORRECTED)
+    correction = run.result("drift_correction", DriftCorrection)
     both = "both discs" if run.outline.manifest.rolls else "pin and disc"
     curves = []
     if reading is not None:

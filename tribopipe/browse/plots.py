@@ -88,7 +88,7 @@ def _place(run: RunFile, name: str) -> Column:
     """Return the place of each sample on an axis; all axes are shown in SI."""
     if name == "sample":
         return run.keep("sample", lambda: np.arange(run.outline.samples, dtype=np.float64))
-    column = run.signal(name)  # type: ignore[arg-type]
+    column = next((run.signal(known) for known in AXES if known == name), None)
     return np.full(run.outline.samples, np.nan) if column is None else column
 
 

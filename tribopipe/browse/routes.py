@@ -53,6 +53,7 @@ def api_router(library: Library) -> APIRouter:
     """Return the routes of the JSON answers and the downloads."""
     router = APIRouter(prefix="/api")
     _add_lists(router, library)
+    _add_comparison(router, library)
     _add_run(router, library)
     _add_downloads(router, library)
     _add_studies(router, library)
@@ -77,6 +78,8 @@ def _add_lists(router: APIRouter, library: Library) -> None:
         library.revision()
         return download([runs_csv(library.catalogue.runs(where), list(COLUMNS.values()))], "runs.csv", CSV)
 
+
+def _add_comparison(router: APIRouter, library: Library) -> None:
     @router.get("/compare/{what}")
     def compared(
         what: Literal["wear", "friction", "depth"],
@@ -142,14 +145,14 @@ def _add_downloads(router: APIRouter, library: Library) -> None:
 
     @router.get("/runs/{run_id}/csv/{what}")
     def csv(run_id: str, what: str) -> Response:
-        _ = library.run(run_id).datasets
+        library.run(run_id).refuse_foreign()
         return download(csv_parts(library.archive, run_id, what), f"{run_id}-{what}.csv", CSV)
 
     @router.get("/runs/{run_id}/report")
     def run_report(run_id: str) -> Response:
         from tribopipe.report.html.document import run_report
 
-        _ = library.run(run_id).datasets
+        library.run(run_id).refuse_foreign()
         return _report(run_report(library.archive, [run_id]))
 
 
@@ -180,5 +183,5 @@ def _add_studies(router: APIRouter, library: Library) -> None:
     def study_report(study_id: str) -> Response:
         from tribopipe.report.html.document import study_report
 
-        _ = library.study(study_id).datasets
+        library.study(study_id).refuse_foreign()
         return _report(study_report(library.archive, study_id))

@@ -5,11 +5,12 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from pathlib import Path
 from threading import Lock
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 import h5py
 import numpy as np
 
+from tribopipe.archive.catalogue.stamps import stamp_of
 from tribopipe.archive.outline import RunOutline
 from tribopipe.archive.own_content import own_datasets
 from tribopipe.archive.steps import StepName
@@ -28,20 +29,6 @@ _LARGEST = 1 << 30
 """Bytes of a column that is read at all: 130 million samples."""
 _SMALL = 1 << 16
 """Bytes that anything but an array is taken to fill."""
-
-
-class Stamp(NamedTuple):
-    """By which a file is told from what replaces it."""
-
-    modified: int
-    size: int
-    inode: int
-
-
-def stamp(path: Path) -> Stamp:
-    """Return the stamp of a file. Raises ``OSError`` where there is none."""
-    known = path.stat()
-    return Stamp(known.st_mtime_ns, known.st_size, known.st_ino)
 
 
 class Kept:
@@ -63,7 +50,8 @@ class Kept:
             else:
                 self._found.move_to_end(key)
         if there is not None:
-            return there.result()  # type: ignore[no-any-return]
+            found: T = there.result()
+            return found
         try:
             value = read()
         except BaseException as error:
@@ -94,14 +82,18 @@ def _bytes(value: object) -> int:
 
 
 class ArchivedFile:
-    """One file of the archive."""
+    """One file of the archive. Raises ``OSError`` where there is none."""
 
     def __init__(self, path: Path, kept: Kept) -> None:
-        self.path, self.stamp, self._kept = path, stamp(path), kept
+        self.path, self.stamp, self._kept = path, stamp_of(path.stat()), kept
 
     def keep(self, what: str, read: Callable[[], T]) -> T:
         """Return something made of this file, made now or earlier."""
         return self._kept.get((self.path, self.stamp, what), read)
+
+    def refuse_foreign(self) -> None:
+        """Raise ``ArchiveError`` where any of it lies outside the file; who reads it by other ways asks this first."""
+        _ = self.datasets
 
     @property
     def datasets(self) -> Mapping[str, tuple[int, ...]]:
@@ -124,7 +116,7 @@ class StudyFile(ArchivedFile):
     @property
     def stored(self) -> StoredStudy:
         """The study with its curves."""
-        _ = self.datasets
+        self.refuse_foreign()
         return self.keep("study", lambda: self.archive.study(self.id))
 
 
@@ -138,7 +130,7 @@ class RunFile(ArchivedFile):
     @property
     def outline(self) -> RunOutline:
         """All that is known of the run but its columns and curves."""
-        _ = self.datasets
+        self.refuse_foreign()
         return self.keep("outline", lambda: self.archive.outline(self.id))
 
     def result(self, name: StepName, record: type[R]) -> R | None:
@@ -176,7 +168,7 @@ class RunFile(ArchivedFile):
 
     def _read(self, path: str) -> Column:
         with self.archive.open(self.id) as file:
-            if stamp(self.path) != self.stamp:
+            if stamp_of(self.path.stat()) != self.stamp:
                 raise ArchiveError(f"{self.path}: was replaced while it was read; expected it to stay; ask again")
             dataset: h5py.Dataset = file[path]
             if dataset.ndim != 1 or dataset.size * 8 > _LARGEST:

@@ -1,12 +1,12 @@
 """The command that shows an archive in the web browser: browse."""
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, load_archive
-from tribopipe.cli.output import progress, say
+from tribopipe.cli.listing import up_to_date
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, require_archive
+from tribopipe.cli.output import say
 
 
 def browse(
@@ -22,20 +22,11 @@ def browse(
     from tribopipe.browse.server import serve
     from tribopipe.errors import ArchiveError
 
-    folder = load_archive(archive).folder
+    require_archive(archive)
     if not is_built():
         raise ArchiveError(NOT_BUILT)
-    _list(folder)
-    serve(folder, port, lambda address: say(f"{address} shows {folder}; Ctrl-C ends it"), show=not no_browser)
-
-
-def _list(folder: Path) -> None:
-    """Bring the catalogue up to date."""
-    from tribopipe.archive.catalogue.catalogue import Catalogue
-
-    catalogue = Catalogue(folder)
-    with progress("reading", len(catalogue.waiting())) as advance:
-        catalogue.refresh(advance)
+    up_to_date(archive)
+    serve(archive, port, lambda address: say(f"{address} shows {archive}; Ctrl-C ends it"), show=not no_browser)
 
 
 COMMANDS = {"browse": browse}

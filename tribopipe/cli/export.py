@@ -18,6 +18,7 @@ from tribopipe.cli.options import (
     friction_path,
     load_archive,
     quantity,
+    refuse_to_replace,
 )
 from tribopipe.cli.output import print_json, record_json, say
 
@@ -231,13 +232,11 @@ def _end(manifest: "RunManifest", given: str | None, own: float | None) -> float
 
 def _write(texts: dict[str, str], folder: Path, *, force: bool) -> list[Path]:
     """Write every file. Raises ``ManifestError``, and writes none, where one is there and must not be replaced."""
-    from tribopipe.errors import ManifestError
     from tribopipe.files import write_file
 
     paths = {folder / name: text for name, text in texts.items()}
-    for path in paths if not force else ():
-        if path.exists():
-            raise ManifestError(f"{path}: found it there already; expected no such file; --force replaces it")
+    if not force:
+        refuse_to_replace(paths)
     for path, text in paths.items():
         path.parent.mkdir(parents=True, exist_ok=True)
         write_file(path, text.encode("ascii"))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archived_ids, load_archive
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archived_ids, load_archive, refuse_to_replace
 from tribopipe.cli.output import exit_with, print_json, progress, say
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def export_csv(
         jobs += found
         errors += lacking
     if not force:
-        _refuse_to_replace([path for _, _, path in jobs])
+        refuse_to_replace(path for _, _, path in jobs)
     written = _written(store, jobs, output, errors)
     if as_json:
         print_json({"files": [{"id": run_id, "what": kind, "file": str(path)} for run_id, kind, path in written]})
@@ -99,14 +99,6 @@ def _jobs(
     found = dict.fromkeys(kind for kinds in asked for kind in kinds if kind in there)
     missing: list[TribopipeError] = [lacking(run_id, kinds[0], there) for kinds in asked if not set(kinds) & set(there)]
     return [(run_id, kind, folder / f"{run_id}-{kind}.csv") for kind in found], missing
-
-
-def _refuse_to_replace(paths: Sequence[Path]) -> None:
-    from tribopipe.errors import ArchiveError
-
-    there = next((path for path in paths if path.exists()), None)
-    if there is not None:
-        raise ArchiveError(f"{there}: found it there already; expected no such file; --force replaces it")
 
 
 def _write(store: "Archive", run_id: str, kind: str, path: Path) -> None:

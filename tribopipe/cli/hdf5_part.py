@@ -87,7 +87,7 @@ def _lines(part: "Part", rows: int) -> Iterator[str]:
         yield from _value_lines(part, rows)
         return
     yield from _tree(part, 1)
-    if _text(part.attrs.get("NX_class", "")) == "NXnote" and "data" in part.keys():  # noqa: SIM118, `in` follows links
+    if _text(part.attrs.get("NX_class", "")) == "NXnote" and "data" in part:
         data = find_part(part.file, f"{part.name}/data")
         yield from _value_lines(data, rows) if isinstance(data, h5py.Dataset) else ()
 
@@ -118,12 +118,14 @@ def _tree(group: "h5py.Group", depth: int) -> Iterator[str]:
 
 def _link(group: "h5py.Group", name: str) -> str | None:
     """Say where a link leads; nothing of a member of the group's own."""
-    from tribopipe.archive.part import link_target
+    import h5py
 
-    target = link_target(group, name)
-    if target is None or isinstance(target, str):
-        return target
-    return f"{target.path} in another file, {target.filename}, not followed"
+    from tribopipe.archive.part import link_at
+
+    link = link_at(group, name)
+    if isinstance(link, h5py.ExternalLink):
+        return f"{link.path} in another file, {link.filename}, not followed"
+    return str(link.path) if isinstance(link, h5py.SoftLink) else None
 
 
 def _described(part: "Part") -> str:
@@ -161,7 +163,8 @@ def _plotted(group: "h5py.Group") -> "dict[str, h5py.Dataset]":
     if _text(group.attrs.get("NX_class", "")) != "NXdata":
         return {}
     named = [*_names(group, "axes"), *_names(group, "signal"), *_names(group, "auxiliary_signals")]
-    parts = {name: find_part(group.file, f"{group.name}/{name}") for name in named if name in group.keys()}  # noqa: SIM118
+    members = set(group)  # a name with slashes would be looked for wherever it leads
+    parts = {name: find_part(group.file, f"{group.name}/{name}") for name in named if name in members}
     return {name: part for name, part in parts.items() if isinstance(part, h5py.Dataset)}
 
 
@@ -224,13 +227,9 @@ def _head(name: str, dataset: "h5py.Dataset") -> str:
 
 
 def _read(dataset: "h5py.Dataset", number: int | tuple[()] = ()) -> Any:
-    """Return values, all or of one row. Raises ``ArchiveError`` where they are kept in other files."""
+    """Return values, all or of one row."""
     import h5py
 
-    from tribopipe.archive.part import kept_elsewhere, lies_elsewhere
-
-    if lies_elsewhere(dataset):
-        raise kept_elsewhere(dataset)
     if h5py.check_string_dtype(dataset.dtype):
         return dataset.asstr(errors="backslashreplace")[number]
     return dataset[number]

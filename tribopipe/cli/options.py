@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from tribopipe.archive.store import Archive
     from tribopipe.records.quantity import Quantity
     from tribopipe.records.recipe import Recipe
@@ -62,6 +64,15 @@ def require_archive(folder: Path) -> None:
             f"{folder}: found no archive there; expected a folder of archived runs; run `tribopipe ingest` "
             "first, or name the archive with --archive"
         )
+
+
+def refuse_to_replace(paths: "Iterable[Path]") -> None:
+    """Raise ``ManifestError`` where one of the files to be written is there already."""
+    from tribopipe.errors import ManifestError
+
+    there = next((path for path in paths if path.exists()), None)
+    if there is not None:
+        raise ManifestError(f"{there}: found it there already; expected no such file; --force replaces it")
 
 
 def load_recipe(path: Path | None, engine: WearEngine | None = None) -> "Recipe":

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, archived_ids, load_archive
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, archived_ids, load_archive, refuse_to_replace
 from tribopipe.cli.output import say
 from tribopipe.cli.studies import archived_studies
 
@@ -76,8 +76,8 @@ def _refuse_existing(path: Path, *, force: bool) -> None:
 
     if path.is_dir():
         raise ManifestError(f"{path}: found a folder; expected a file to write; add its name, such as report.html")
-    if path.exists() and not force:
-        raise ManifestError(f"{path}: found it there already; expected no such file; --force replaces it")
+    if not force:
+        refuse_to_replace([path])
 
 
 def _document(store: "Archive", ids: "Sequence[str]", *, study: bool) -> str:

@@ -120,6 +120,12 @@ def yes_or_no(answer: bool | None) -> str | None:
     return None if answer is None else "yes" if answer else "no"
 
 
+def signed_share(share: float) -> str:
+    """Write a share with its sign, "+1.50%"; one that rounds to nothing without."""
+    written = f"{share:+.2%}"
+    return "0.00%" if written[1:] == "0.00%" else written
+
+
 def listed(words: Iterable[str]) -> str | None:
     """Write words in a row; nothing where there is none."""
     return ", ".join(words) or None

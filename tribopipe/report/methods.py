@@ -71,7 +71,7 @@ class Evidence:
     """Of every step of every run."""
     study: StudyResult | TwinDiscStudyResult | None = None
 
-    def any(self, kind: type[Record], holds: "Callable[[object], object]" = lambda _: True) -> bool:
+    def any(self, kind: type[Record], holds: Callable[[object], object] = lambda _: True) -> bool:
         """Tell whether there is a result of a kind of which something holds."""
         return any(isinstance(result, kind) and holds(result) for result in self.results)
 

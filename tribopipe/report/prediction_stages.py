@@ -6,7 +6,7 @@ from tribopipe.records.disc_results import DiscPoint, TwinDiscPrediction
 from tribopipe.records.local_wear import LocalDiscPoint, LocalPinPoint, LocalWearResult
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.results import PredictedPoint, WearPrediction
-from tribopipe.report.facts import K_D, NOTHING, duration, facts, shown
+from tribopipe.report.facts import K_D, NOTHING, duration, facts, shown, signed_share
 from tribopipe.report.page import TextTable
 from tribopipe.report.told import Steps, Told, cells
 
@@ -33,7 +33,7 @@ def prediction_told(result: WearPrediction, _: Steps) -> Told:
 def _scheme(prediction: WearPrediction | TwinDiscPrediction) -> Iterator[tuple[str, str | None]]:
     yield "scheme", prediction.scheme
     yield "steps of the scheme", None if prediction.steps is None else f"{prediction.steps:,}"
-    yield "relative error by its steps", None if prediction.step_error is None else f"{prediction.step_error:+.2%}"
+    yield "relative error by its steps", None if prediction.step_error is None else signed_share(prediction.step_error)
 
 
 def _pin_points(title: str, points: Sequence[PredictedPoint]) -> TextTable:
@@ -134,7 +134,7 @@ _LOCAL = ("wear depth", "by the GIWM", "difference", "peak pressure", "in the mi
 
 def _local_cells(one: LocalPinPoint | LocalDiscPoint) -> tuple[str, ...]:
     depths = cells((one.wear_depth, "um"), (one.giwm_depth, "um"))
-    more = NOTHING if one.difference is None else f"{one.difference:+.2%}"
+    more = NOTHING if one.difference is None else signed_share(one.difference)
     pressures = ((one.peak_pressure, "MPa"), (one.middle_pressure, "MPa"), (one.mean_pressure, "MPa"))
     return (*depths, more, *cells(*pressures))
 

@@ -13,10 +13,11 @@ from tribopipe.archive.store import Archive
 from tribopipe.motion import slip
 from tribopipe.records.disc_results import spoken
 from tribopipe.records.manifest import CurvedDisc, FlatDisc, Pin, PinOnDisc, RunManifest, Specimen
-from tribopipe.records.quantity import EndValue, Quantity
+from tribopipe.records.quantity import EndValue
 from tribopipe.records.results import FrictionFit
 from tribopipe.records.signals import SIGNALS, SignalName
 from tribopipe.records.specific_wear import BodyWearRate, SpecificWear
+from tribopipe.report.facts import shown
 from tribopipe.run import RawRun
 from tribopipe.units import KINDS, show, show_force
 
@@ -90,7 +91,7 @@ def _told(body: Specimen | None) -> dict[str, str | None]:
     return {
         "material": body.material,
         "form": _form(body),
-        "surface_roughness": _shown(body.surface_roughness, "um"),
+        "surface_roughness": shown(body.surface_roughness, "um"),
         "vickers_hardness": None if hardness is None else f"{hardness:g} HV",
     }
 
@@ -110,7 +111,7 @@ def _sliding(run: RawRun) -> Iterator[ReportingItem]:
     conditions = run.manifest.conditions
     track, stroke = conditions.track_radius, conditions.stroke
     load = show_force(conditions.normal_load.value, conditions.normal_load.standard_uncertainty)
-    speed = _shown(conditions.nominal_speed, "mm/s") or _mean(run, "sliding_speed")
+    speed = shown(conditions.nominal_speed, "mm/s") or _mean(run, "sliding_speed")
     path = f"stroke {stroke.shown('mm')}" if stroke else f"track radius {track.shown('mm')}" if track else None
     yield ReportingItem("test", "normal load", load, "conditions.normal_load")
     yield ReportingItem("test", "sliding speed", speed, "conditions.sliding_speed")
@@ -121,7 +122,7 @@ def _sliding(run: RawRun) -> Iterator[ReportingItem]:
 def _rolling(run: RawRun) -> Iterator[ReportingItem]:
     conditions = run.manifest.conditions
     load = show_force(conditions.normal_load.value, conditions.normal_load.standard_uncertainty)
-    speed = _shown(conditions.curved_disc_speed, "mm/s")
+    speed = shown(conditions.curved_disc_speed, "mm/s")
     turned = f"{np.nanmax(run.columns['rotations']):,.0f}"
     yield ReportingItem("test", "normal load", load, "conditions.normal_load")
     yield ReportingItem("test", "speed of the curved disc", speed, "conditions.curved_disc_speed")
@@ -132,8 +133,8 @@ def _rolling(run: RawRun) -> Iterator[ReportingItem]:
 
 def _surroundings(run: RawRun) -> Iterator[ReportingItem]:
     conditions = run.manifest.conditions
-    temperature = _shown(conditions.temperature, "degC") or _mean(run, "temperature")
-    humidity = _shown(conditions.relative_humidity, "%") or _mean(run, "relative_humidity")
+    temperature = shown(conditions.temperature, "degC") or _mean(run, "temperature")
+    humidity = shown(conditions.relative_humidity, "%") or _mean(run, "relative_humidity")
     yield ReportingItem("test", "medium, or lubricant", conditions.medium, "conditions.medium")
     yield ReportingItem("test", "temperature", temperature, "conditions.temperature")
     yield ReportingItem("test", "relative humidity", humidity, "conditions.relative_humidity")
@@ -170,7 +171,7 @@ def _volume_key(manifest: RunManifest, name: str) -> str:
 
 
 def _friction(fit: FrictionFit | None) -> Iterator[ReportingItem]:
-    steady = None if fit is None else _shown(fit.steady_state, "1")
+    steady = None if fit is None else shown(fit.steady_state, "1")
     yield ReportingItem("result", "friction coefficient at the start", _start(fit), "signals.columns.friction_force")
     yield ReportingItem("result", "friction coefficient, steady", steady, "signals.columns.friction_force")
 
@@ -191,10 +192,6 @@ def _circumstances(manifest: RunManifest) -> Iterator[ReportingItem]:
     yield ReportingItem("record", "date of the test", started, "started")
     yield ReportingItem("record", "operator", manifest.operator, "operator")
     yield ReportingItem("record", "composition, processing and cleaning", manifest.comment, "comment")
-
-
-def _shown(quantity: Quantity | None, unit: str) -> str | None:
-    return None if quantity is None else quantity.shown(unit)
 
 
 def _mean(run: RawRun, name: SignalName) -> str | None:

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from tribopipe.archive.outline import RunOutline
 from tribopipe.archive.store import Archive
 from tribopipe.motion import slip
+from tribopipe.records.disc_results import spoken
 from tribopipe.records.manifest import Conditions, RunManifest
 from tribopipe.records.quantity import Quantity
-from tribopipe.records.signals import SignalName
 from tribopipe.report.facts import duration, facts, listed, record_facts, shown
 from tribopipe.report.page import Fact, FactGroup, Remark, RunPage, SourceEntry
 from tribopipe.report.stages import stage_pages
@@ -45,11 +45,11 @@ def _remarks(archive: Archive, run_id: str, run: RunOutline) -> tuple[Remark, ..
 def _groups(run: RunOutline) -> Iterator[FactGroup]:
     manifest = run.manifest
     for name, body in manifest.bodies.items():
-        yield FactGroup(_spoken(name).capitalize(), record_facts(body))
+        yield FactGroup(spoken(name).capitalize(), record_facts(body))
     yield FactGroup("Conditions", (*record_facts(manifest.conditions), *_followed(manifest)))
     yield FactGroup("Instrument", _instrument(manifest))
     yield FactGroup("Recorded", _recorded(run))
-    yield FactGroup("Signals", facts(*((_spoken(name), origin) for name, origin in run.origins.items())))
+    yield FactGroup("Signals", facts(*((spoken(name), origin) for name, origin in run.origins.items())))
     yield FactGroup("End values", record_facts(manifest.end_values))
     for stop in manifest.interruptions:
         yield FactGroup(f"Interruption after {_place(stop.place, rolls=manifest.rolls)}", record_facts(stop))
@@ -91,7 +91,3 @@ def _recorded(run: RunOutline) -> tuple[Fact, ...]:
 
 def _place(place: float, *, rolls: bool) -> str:
     return f"{place:,.0f} rotations" if rolls else f"{place:.4g} m"
-
-
-def _spoken(name: SignalName | str) -> str:
-    return name.replace("_", " ")

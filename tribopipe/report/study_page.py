@@ -4,10 +4,10 @@ from collections.abc import Iterator, Sequence
 
 from tribopipe.archive.store import Archive
 from tribopipe.records.disc_results import spoken
-from tribopipe.records.disc_verdict import TwinDiscLawResult, TwinDiscStudyResult, TwinDiscVerdict
+from tribopipe.records.disc_verdict import RotationsToDepth, TwinDiscLawResult, TwinDiscStudyResult, TwinDiscVerdict
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.results import by
-from tribopipe.records.verdict import BetweenRuns, LawResult, RunVerdict, StudyResult
+from tribopipe.records.verdict import BetweenRuns, EndOfLife, LawResult, RunVerdict, StudyResult
 from tribopipe.report.facts import K_D, NOTHING, bare, interval, shown
 from tribopipe.report.page import LawPage, StudyPage, TextTable, VerdictLine
 from tribopipe.version import VERSION
@@ -84,14 +84,20 @@ def _scatter(what: str, between: BetweenRuns | None) -> Iterator[str]:
         yield f'{run_id}: outlier; `tribopipe mark-bad {run_id} --reason "…"` would leave it out'
 
 
-def _lives(law: LawResult) -> Iterator[str]:
+def _lives(law: LawResult | TwinDiscLawResult) -> Iterator[str]:
     for verdict in law.runs:
         life = verdict.end_of_life
         if life is not None:
-            yield (
-                f"{verdict.id}: reaches {life.wear_depth.shown('um')} at {life.sliding_distance.shown('m')} "
-                f"(95 % interval {interval(life.interval, 'm')})"
-            )
+            reached, place, unit = _end(life)
+            ends = interval(life.interval, unit)
+            yield f"{verdict.id}: {reached} {life.wear_depth.shown('um')} {place} (95 % interval {ends})"
+
+
+def _end(life: EndOfLife | RotationsToDepth) -> tuple[str, str, str]:
+    """Say what reaches the wanted depth and where, and the unit that is counted in."""
+    if isinstance(life, EndOfLife):
+        return "reaches", f"at {life.sliding_distance.shown('m')}", "m"
+    return "its curved disc reaches", f"after {life.rotations} rotations", "1"
 
 
 def _verdicts(law: LawResult) -> TextTable:
@@ -167,19 +173,9 @@ def _disc_law(law: TwinDiscLawResult) -> LawPage:
         model=law.model,
         title=f"{law.model.capitalize()}'s law, {law.distance_per_rotation}: {found}",
         tables=(TextTable("verdict on each run", _DISC_COLUMNS, rows),),
-        sentences=(*scatter, *_disc_lives(law)),
+        sentences=(*scatter, *_lives(law)),
         verdicts=tuple(map(_verdict_line, law.runs)),
     )
-
-
-def _disc_lives(law: TwinDiscLawResult) -> Iterator[str]:
-    for verdict in law.runs:
-        life = verdict.end_of_life
-        if life is not None:
-            yield (
-                f"{verdict.id}: its curved disc reaches {life.wear_depth.shown('um')} after {life.rotations} rotations "
-                f"(95 % interval {interval(life.interval, '1')})"
-            )
 
 
 def _disc_rows(verdict: TwinDiscVerdict) -> Iterator[tuple[str, ...]]:

@@ -6,7 +6,7 @@ from tribopipe.archive.outline import StepOutline
 from tribopipe.records.disc_results import DiscCoefficient, TwinDiscFit, spoken
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.results import Contribution, DriftCorrection, MonteCarlo, WearFit
-from tribopipe.report.facts import K_D, NOTHING, facts, interval, shown
+from tribopipe.report.facts import K_D, NOTHING, facts, interval, shown, signed_share
 from tribopipe.report.page import TextTable
 from tribopipe.report.told import Steps, Told, cells
 
@@ -45,8 +45,8 @@ def _budget(what: str, budget: Sequence[Contribution]) -> TextTable:
             (
                 line.name,
                 line.value.shown(line.shown_in) if line.value else NOTHING,
-                line.source,
-                f"{line.relative:+.2%}",
+                "run.toml" if line.source == "manifest" else line.source,
+                signed_share(line.relative),
             )
             for line in budget
         ),

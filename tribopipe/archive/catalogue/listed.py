@@ -46,15 +46,18 @@ class ListedRun:
 
     def value(self, name: str) -> float | None:
         """Return a number in SI; none where nothing is known."""
-        return self[name]  # type: ignore[no-any-return]
+        found: float | None = self[name]
+        return found
 
     def uncertainty(self, name: str) -> float | None:
         """Return the standard uncertainty of a number in SI; none where nothing is known."""
-        return self[f"{name}_uncertainty"]  # type: ignore[no-any-return]
+        found: float | None = self[f"{name}_uncertainty"]
+        return found
 
     def date(self, name: str) -> str | None:
         """Return a date as run.toml has it, ISO 8601; none where nothing is known."""
-        return self[name]  # type: ignore[no-any-return]
+        found: str | None = self[name]
+        return found
 
 
 def texts_of(runs: Iterable[ListedRun], column: ListedColumn) -> list[str]:
@@ -97,11 +100,11 @@ def in_order(runs: Iterable[ListedRun], sort: str) -> list[ListedRun]:
 
 
 def _by(runs: list[ListedRun], column: ListedColumn, *, descending: bool) -> list[ListedRun]:
-    key: Callable[[ListedRun], object] = (
+    key: Callable[[ListedRun], Any] = (
         (lambda run: run.value(column.name))
         if column.kind == "number"
         else (lambda run: natural_order(run.text(column.name).casefold()))
     )
     known = [run for run in runs if run.text(column.name)]
     unknown = [run for run in runs if not run.text(column.name)]
-    return [*sorted(known, key=key, reverse=descending), *unknown]  # type: ignore[arg-type]
+    return [*sorted(known, key=key, reverse=descending), *unknown]

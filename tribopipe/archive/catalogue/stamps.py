@@ -51,4 +51,9 @@ def _stamp(entry: "os.DirEntry[str]") -> Stamp | None:
         seen = entry.stat() if entry.is_file() else None
     except FileNotFoundError:
         return None
-    return seen and Stamp(seen.st_size, seen.st_mtime_ns, seen.st_ctime_ns, seen.st_ino)
+    return seen and stamp_of(seen)
+
+
+def stamp_of(seen: os.stat_result) -> Stamp:
+    """Return the stamp of a file by what the platform tells of it."""
+    return Stamp(seen.st_size, seen.st_mtime_ns, seen.st_ctime_ns, seen.st_ino)

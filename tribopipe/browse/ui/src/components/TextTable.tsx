@@ -1,7 +1,17 @@
+import type { ReactNode } from "react";
+
 import type { TextTable as Table } from "../api";
 
+interface Props {
+  table: Table;
+  /** How the last cell of a row is shown, where not as it is. */
+  last?: (text: string) => ReactNode;
+}
+
+const asItIs = (text: string): ReactNode => text;
+
 /** A table of texts, scrolled sideways where it does not fit. */
-export function TextTable({ table }: { table: Table }) {
+export function TextTable({ table, last = asItIs }: Props) {
   return (
     <div className="table-box" tabIndex={0} role="region" aria-label={table.title}>
       <table className="texts">
@@ -19,7 +29,7 @@ export function TextTable({ table }: { table: Table }) {
           {table.rows.map((row, index) => (
             <tr key={index}>
               {row.map((text, place) => (
-                <td key={place}>{text}</td>
+                <td key={place}>{place === row.length - 1 ? last(text) : text}</td>
               ))}
             </tr>
           ))}

@@ -1,40 +1,24 @@
 import type { TextTable as Table } from "../api";
+import { TextTable } from "../components/TextTable";
 
-const share = (row: string[]): number => Number.parseFloat(row.at(-1) ?? "") || 0;
+const numberOf = (share: string | undefined): number => Number.parseFloat(share ?? "") || 0;
 
 /** How much each input adds to the uncertainty of a result: the last column as numbers, and as bars from zero. */
 export function Budget({ table }: { table: Table }) {
-  const largest = Math.max(...table.rows.map((row) => Math.abs(share(row)))) || 1;
+  const largest = Math.max(...table.rows.map((row) => Math.abs(numberOf(row.at(-1))))) || 1;
   return (
-    <div className="table-box" tabIndex={0} role="region" aria-label={table.title}>
-      <table className="texts budget">
-        <caption>{table.title}</caption>
-        <thead>
-          <tr>
-            {table.columns.map((name, place) => (
-              <th key={place} scope="col">
-                {name}
-              </th>
-            ))}
-          </tr>
-        </thead>
-        <tbody>
-          {table.rows.map((row, place) => (
-            <tr key={place}>
-              {row.slice(0, -1).map((text, column) => (
-                <td key={column}>{text}</td>
-              ))}
-              <td>
-                <div className="share">
-                  <span>{row.at(-1)}</span>
-                  <Bar part={share(row) / largest} />
-                </div>
-              </td>
-            </tr>
-          ))}
-        </tbody>
-      </table>
+    <>
+      <TextTable table={table} last={(share) => <Share text={share} part={numberOf(share) / largest} />} />
       <p className="soft small">Bars to the right: the result grows with the input; to the left: it falls.</p>
+    </>
+  );
+}
+
+function Share({ text, part }: { text: string; part: number }) {
+  return (
+    <div className="share">
+      <span>{text}</span>
+      <Bar part={part} />
     </div>
   );
 }

@@ -2,7 +2,7 @@ import type { Run, Stage } from "../api";
 import { Card } from "../components/Card";
 import { Disclosure } from "./Disclosure";
 import { Fingerprint } from "./Fingerprint";
-import { moment } from "./words";
+import { Origin } from "./Origin";
 
 /** Which program made each result, when, of what, and how it was told to. */
 export function Provenance({ run }: { run: Run }) {
@@ -27,22 +27,7 @@ function StageOrigin({ stage }: { stage: Stage }) {
   return (
     <li>
       <h3>{stage.title}</h3>
-      <dl className="origin">
-        <dt>Program</dt>
-        <dd>tribopipe {stage.program_version}</dd>
-        <dt>Made</dt>
-        <dd>
-          <time dateTime={stage.date}>{moment(stage.date)}</time>
-        </dd>
-        <dt>Inputs</dt>
-        <dd>
-          <Fingerprint sha256={stage.inputs_sha256} of={`the inputs of ${stage.title}`} />
-        </dd>
-        <dt>Result</dt>
-        <dd>
-          <Fingerprint sha256={stage.result_sha256} of={`the result of ${stage.title}`} />
-        </dd>
-      </dl>
+      <Origin made={stage} of={stage.title} />
       <Disclosure title="Options">
         {() => (
           <pre className="options" tabIndex={0} aria-label={`Options of ${stage.title}`} role="region">

@@ -4,9 +4,9 @@ import { Facts } from "../components/Facts";
 import PlotSection from "../plot/PlotSection";
 import { fileHref, Link } from "../shell/router";
 import { isWear } from "./Glance";
-import { Notes } from "./Notes";
 import { apiOf, stageId } from "./places";
 import { StageTable } from "./StageTable";
+import { TextList } from "./TextList";
 
 /** One step of the evaluation: what it found, its plots, its numbers. */
 export function StageSection({ run, stage }: { run: Run; stage: Stage }) {
@@ -22,7 +22,7 @@ export function StageSection({ run, stage }: { run: Run; stage: Stage }) {
       }
     >
       {stage.sentence && <p className="sentence">{stage.sentence}</p>}
-      <Notes notes={stage.notes} />
+      <TextList texts={stage.notes} kind="notes" />
       {offers.map((offer) => (
         <StagePlot key={offer.name} run={run} offer={offer} />
       ))}

@@ -3,12 +3,11 @@ import { Card } from "../components/Card";
 import { TextTable } from "../components/TextTable";
 import PlotSection from "../plot/PlotSection";
 import { Disclosure } from "../run/Disclosure";
-import { Notes } from "../run/Notes";
+import { TextList } from "../run/TextList";
 import { Link, runHref } from "../shell/router";
 import { lawId, lawName } from "./laws";
 import { Outcome } from "./Outcome";
 import { studyApi } from "./places";
-import { Sentences } from "./Sentences";
 
 type Law = Study["laws"][number];
 
@@ -26,7 +25,7 @@ export function LawSection({ study, law }: { study: Study; law: Law }) {
           <Judged key={verdict.run_id} study={study} verdict={verdict} offer={offerOf(study, law, verdict)} />
         ))}
       </ul>
-      <Sentences sentences={law.sentences} />
+      <TextList texts={law.sentences} kind="sentences" />
       {law.tables.map((table, place) => table.rows.length > 0 && <TextTable key={place} table={table} />)}
     </Card>
   );
@@ -50,7 +49,7 @@ function Judged({ study, verdict, offer }: Props) {
         <span className="soft">{verdict.role}</span>
       </p>
       <p className="sentence">{verdict.sentence}</p>
-      <Notes notes={verdict.notes} />
+      <TextList texts={verdict.notes} kind="notes" />
       {offer && (
         <Disclosure title={`Wear curve of ${verdict.run_id}`}>
           {() => <PlotSection base={studyApi(study.id)} file={study.file} offer={offer} />}

@@ -8,13 +8,13 @@ import PlotSection from "../plot/PlotSection";
 import { Contents, type Section } from "../run/Contents";
 import { NotThere } from "../run/NotThere";
 import { Skeleton } from "../run/Skeleton";
+import { TextList } from "../run/TextList";
 import { useAnchor } from "../run/useAnchor";
 import { useAnswer } from "../shell/useAnswer";
 import { useTitle } from "../shell/useTitle";
 import { lawId, lawName } from "./laws";
 import { LawSection } from "./LawSection";
 import { studyApi } from "./places";
-import { Sentences } from "./Sentences";
 import { StudyHead } from "./StudyHead";
 import { StudyOrigin } from "./StudyOrigin";
 import { Verdicts } from "./Verdicts";
@@ -53,7 +53,7 @@ function Said({ study }: { study: Study }) {
   if (study.sentences.length + offers.length === 0) return null;
   return (
     <Card title="Laws beside each other" id="laws">
-      <Sentences sentences={study.sentences} />
+      <TextList texts={study.sentences} kind="sentences" />
       {offers.map((offer) => (
         <PlotSection key={offer.name} base={studyApi(study.id)} file={study.file} offer={offer} />
       ))}
