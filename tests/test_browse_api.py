@@ -279,6 +279,7 @@ def test_a_study_is_a_page_with_plots(kind, request):
         assert line["verdicts"].startswith("Archard: ")
         study = client.get("api", "studies", line["id"]).json
         assert study["file"] == f"studies/{line['id']}.h5"
+        assert client.get("api", "studies", line["id"], "file").body == (archive / study["file"]).read_bytes()
         assert (study["fitted"], study["predicted"]) == (line["fitted"], line["predicted"])
         for offer in study["plots"]:
             plot = client.get("api", "studies", line["id"], "plots", offer["name"]).json

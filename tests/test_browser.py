@@ -10,6 +10,7 @@ from urllib.parse import quote
 
 import pytest
 from folders import SAMPLES
+from hostile_runs import hostile_archive
 from serving import served
 
 from tribopipe.archive.store import Archive
@@ -231,3 +232,26 @@ def test_a_run_that_is_not_there_is_told(chrome, site, run_id):
     expect(page.get_by_role("link", name="Runs").first).to_be_visible()
     expect(page.get_by_role("main")).not_to_be_empty()
     page.close()
+
+
+@pytest.mark.parametrize(
+    "path", ["/", "/runs/{run}", "/compare?runs={run}", "/studies", "/studies/x", "/file?file={run}.h5"]
+)
+def test_what_a_lab_wrote_is_shown_and_never_run(chrome, hostile, path):
+    with chrome.new_context() as context:
+        page = context.new_page()
+        heard, foreign = complaints(page), []
+        page.on("dialog", lambda dialog: heard.append(f"a script ran: {dialog.message}"))
+        page.on("request", lambda asked: foreign.append(asked.url) if not asked.url.startswith(hostile) else None)
+        page.goto(hostile + path.format(run=RUN))
+        settle(page)
+        assert page.locator("#root script, #root iframe, #root img").count() == 0
+        assert heard == []
+        assert [url for url in foreign if not url.startswith(("data:", "blob:"))] == []
+
+
+@pytest.fixture(scope="module")
+def hostile(short_runs, tmp_path_factory) -> Iterator[str]:
+    archive = hostile_archive(short_runs / RUN, tmp_path_factory.mktemp("hostile") / "archive")
+    with served(archive.folder) as address:
+        yield address

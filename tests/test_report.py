@@ -3,7 +3,7 @@
 import re
 import shutil
 from collections import Counter
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from html.parser import HTMLParser
 from itertools import pairwise
 from pathlib import Path
@@ -11,17 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from folders import SAMPLES, replace_in
+from hostile_runs import HOSTILE, QUICK, SCRIPT, hostile_archive
 from study_runs import AGAIN, HEAVY, LIGHT, NO_END
 
-from tribopipe import read_run
 from tribopipe.archive.store import Archive
 from tribopipe.errors import ArchiveError
 from tribopipe.pipeline import evaluate_archived_wear, fit_archived_wear, ingest
-from tribopipe.records.annotation import Annotation
-from tribopipe.records.finding import Finding
 from tribopipe.records.manifest import read_manifest
-from tribopipe.records.mark import Mark
-from tribopipe.records.recipe import MonteCarloRecipe, Recipe, WearRecipe
+from tribopipe.records.recipe import Recipe, WearRecipe
 from tribopipe.records.study import Study
 from tribopipe.report.canvas import ShownFigure
 from tribopipe.report.html.document import run_report, study_report
@@ -32,13 +29,11 @@ from tribopipe.report.html.svg import inline_svg
 from tribopipe.report.reporting import reporting_items
 from tribopipe.report.run_page import run_page
 from tribopipe.report.study_page import study_page
-from tribopipe.run import ExtraColumn, SourceFile
 from tribopipe.studies import run_study
 
 pytestmark = pytest.mark.usefixtures("few_draws")
 VOID = {"meta", "br"}
 LOADING = {"script", "iframe", "object", "embed", "link", "base", "form", "img", "foreignobject", "animate", "set"}
-QUICK = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
 
 
 @dataclass
@@ -301,43 +296,10 @@ def test_every_missing_item_names_a_key_that_run_toml_has(run_id, tmp_path):
 
 # --- what a lab wrote ---
 
-SCRIPT = "<script>alert(1)</script>"
-HOSTILE = (
-    f'{SCRIPT}"><img src=x onerror=alert(1)></style></svg></title>javascript:alert(1) $x_$ {{{{ 7*7 }}}} &lt;b&gt;'
-)
-STEERING = "a\x00b\x1b[31m\u202eturned"
-
 
 @pytest.fixture
 def hostile(short_runs, tmp_path) -> Archive:
-    """An archive of one run and a study, with markup in every text."""
-    run = read_run(short_runs / "si3n4-air-200mN")
-    bodies = {name: body.model_copy(update={"material": HOSTILE}) for name, body in run.manifest.bodies.items()}
-    scar = run.manifest.end_values.pin_scar_diameter.model_copy(update={"method": HOSTILE})
-    manifest = run.manifest.model_copy(
-        update={
-            **dict.fromkeys(("title", "operator", "instrument"), HOSTILE),
-            "comment": STEERING,
-            "contact": run.manifest.pin_on_disc.model_copy(update=bodies),
-            "conditions": run.manifest.conditions.model_copy(update={"medium": HOSTILE}),
-            "end_values": run.manifest.end_values.model_copy(update={"pin_scar_diameter": scar}),
-        }
-    )
-    spoiled = replace(
-        run,
-        manifest=manifest,
-        sources=(SourceFile(HOSTILE, b"1"),),
-        extras={HOSTILE: ExtraColumn(np.zeros(len(run)), HOSTILE)},
-    )
-    archive = Archive(tmp_path / "archive")
-    archive.add(spoiled, [Finding(severity="warning", check="x", where=HOSTILE, message=HOSTILE, remedy=HOSTILE)])
-    archive.mark(run.id, Mark(kind="bad", reason=HOSTILE, date=HOSTILE, operator=HOSTILE))
-    archive.mark(run.id, Mark(kind="good", reason=HOSTILE, date=HOSTILE, operator=HOSTILE))
-    archive.annotate(run.id, Annotation(kind="tag", text=SCRIPT, date=HOSTILE))
-    archive.annotate(run.id, Annotation(kind="note", text=HOSTILE, date=HOSTILE, operator=HOSTILE))
-    assert [one for one in run_study(archive, Study(id="x", title=HOSTILE, fit=(run.id,)), QUICK) if one.error] == []
-    archive.mark(run.id, Mark(kind="bad", reason=HOSTILE, date=HOSTILE, operator=HOSTILE))
-    return archive
+    return hostile_archive(short_runs / "si3n4-air-200mN", tmp_path / "archive")
 
 
 def test_what_a_lab_wrote_stays_text(hostile):

@@ -21,6 +21,7 @@ from tribopipe.browse.guard import REPORT_POLICY
 from tribopipe.browse.json_answer import JsonAnswer
 from tribopipe.browse.library import Library
 from tribopipe.browse.plots import PlotOffer, run_plots
+from tribopipe.browse.samples import ArchivedFile
 from tribopipe.browse.study_plots import study_plots
 from tribopipe.errors import TribopipeError
 from tribopipe.files import read_file
@@ -129,8 +130,7 @@ def _read_ahead(plots: list[PlotOffer]) -> None:
 def _add_downloads(router: APIRouter, library: Library) -> None:
     @router.get("/runs/{run_id}/file")
     def file(run_id: str) -> Response:
-        found = library.run(run_id)
-        return download([read_file(found.path)], found.path.name, "application/x-hdf5")
+        return _hdf5(library.run(run_id))
 
     @router.get("/runs/{run_id}/sources/{number}")
     def source(run_id: str, number: int) -> Response:
@@ -160,6 +160,10 @@ def _bytes(note: h5py.Group) -> bytes:
     return np.asarray(note["data"][()], dtype=np.uint8).tobytes()
 
 
+def _hdf5(found: ArchivedFile) -> Response:
+    return download([read_file(found.path)], found.path.name, "application/x-hdf5")
+
+
 def _report(text: str) -> Response:
     return HTMLResponse(text, headers={"Content-Security-Policy": REPORT_POLICY})
 
@@ -178,6 +182,10 @@ def _add_studies(router: APIRouter, library: Library) -> None:
     @router.get("/studies/{study_id}/plots/{name}")
     def study_plot(study_id: str, name: str, window: Looked) -> Response:
         return JsonAnswer(plot_answer(name, _drawing(study_plots(library.study(study_id)), name, None), window))
+
+    @router.get("/studies/{study_id}/file")
+    def study_file(study_id: str) -> Response:
+        return _hdf5(library.study(study_id))
 
     @router.get("/studies/{study_id}/report")
     def study_report(study_id: str) -> Response:

@@ -27,6 +27,9 @@ export function StudyHead({ study }: { study: Study }) {
         <Link className="button" href={fileHref(study.file, "")}>
           Open in viewer
         </Link>
+        <a className="button" href={`/api/${studyApi(study.id)}/file`} download>
+          Download HDF5
+        </a>
       </div>
     </div>
   );

@@ -1,0 +1,55 @@
+"""An archive in which every text that a lab can write is an attack on whoever shows it."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from tribopipe import read_run
+from tribopipe.archive.store import Archive
+from tribopipe.records.annotation import Annotation
+from tribopipe.records.finding import Finding
+from tribopipe.records.mark import Mark
+from tribopipe.records.recipe import MonteCarloRecipe, Recipe
+from tribopipe.records.study import Study
+from tribopipe.run import ExtraColumn, SourceFile
+from tribopipe.studies import run_study
+
+QUICK = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
+
+SCRIPT = "<script>alert(1)</script>"
+HOSTILE = (
+    f'{SCRIPT}"><img src=x onerror=alert(1)></style></svg></title>javascript:alert(1) $x_$ {{{{ 7*7 }}}} &lt;b&gt;'
+)
+STEERING = "a\x00b\x1b[31m\u202eturned"
+
+
+def hostile_archive(folder: Path, into: Path) -> Archive:
+    """Archive the run of a folder and a study of it, with markup in every text."""
+    run = read_run(folder)
+    bodies = {name: body.model_copy(update={"material": HOSTILE}) for name, body in run.manifest.bodies.items()}
+    scar = run.manifest.end_values.pin_scar_diameter.model_copy(update={"method": HOSTILE})
+    manifest = run.manifest.model_copy(
+        update={
+            **dict.fromkeys(("title", "operator", "instrument"), HOSTILE),
+            "comment": STEERING,
+            "contact": run.manifest.pin_on_disc.model_copy(update=bodies),
+            "conditions": run.manifest.conditions.model_copy(update={"medium": HOSTILE}),
+            "end_values": run.manifest.end_values.model_copy(update={"pin_scar_diameter": scar}),
+        }
+    )
+    spoiled = replace(
+        run,
+        manifest=manifest,
+        sources=(SourceFile(HOSTILE, b"1"),),
+        extras={HOSTILE: ExtraColumn(np.zeros(len(run)), HOSTILE)},
+    )
+    archive = Archive(into)
+    archive.add(spoiled, [Finding(severity="warning", check="x", where=HOSTILE, message=HOSTILE, remedy=HOSTILE)])
+    archive.mark(run.id, Mark(kind="bad", reason=HOSTILE, date=HOSTILE, operator=HOSTILE))
+    archive.mark(run.id, Mark(kind="good", reason=HOSTILE, date=HOSTILE, operator=HOSTILE))
+    archive.annotate(run.id, Annotation(kind="tag", text=SCRIPT, date=HOSTILE))
+    archive.annotate(run.id, Annotation(kind="note", text=HOSTILE, date=HOSTILE, operator=HOSTILE))
+    assert [one for one in run_study(archive, Study(id="x", title=HOSTILE, fit=(run.id,)), QUICK) if one.error] == []
+    archive.mark(run.id, Mark(kind="bad", reason=HOSTILE, date=HOSTILE, operator=HOSTILE))
+    return archive
