@@ -4,12 +4,11 @@ from dataclasses import dataclass
 
 from tribopipe.errors import FitError
 from tribopipe.records.disc_results import TwinDiscFit
-from tribopipe.records.quantity import Quantity, wear_coefficient
-from tribopipe.records.recipe import DistanceConvention
+from tribopipe.records.quantity import Quantity
 from tribopipe.records.results import WearFit
+from tribopipe.wear.local import ARCHARDS, archards_discs
+from tribopipe.wear.twin_disc.predict import known_discs
 
-_EQ_9: DistanceConvention = "volume-conserving"
-"""The way of counting the distance slid that Eq. 9 has: what a point slides while it is in contact."""
 _MEASURED = "k_D was identified with friction as measured; the subroutine takes the fit of Eq. 7."
 _FLAT_DISC = "in the test the flat disc wore too, which this leaves out: it wears the curved disc alone."
 _PRESSURES = {"giwm": "even pressure (the Global Incremental Wear Model)", "local": "local pressure"}
@@ -39,26 +38,24 @@ def fitted_wear(run_id: str, fit: WearFit | TwinDiscFit) -> KnownWear:
     notes = (_MEASURED,) if fit.friction == "measured" else ()
     if isinstance(fit, TwinDiscFit) and fit.curved_disc is not None:
         flat_wears = fit.flat_disc is not None and fit.flat_disc.wear_coefficient.value > 0
-        coefficient, how = _of_eq_9(run_id, fit, fit.curved_disc.wear_coefficient)
+        coefficient, how = _of_eq_9(run_id, fit)
         return KnownWear(run_id, coefficient, f"{origin} {how}", (*notes, _FLAT_DISC) if flat_wears else notes)
     if isinstance(fit, WearFit) and fit.wear_coefficient is not None:
         return KnownWear(run_id, fit.wear_coefficient, f"{origin} with {_PRESSURES[fit.engine]}.", notes)
     raise FitError(f"{run_id}: found no k_D; the run lacks {' and '.join(fit.lacks)}; give one with --wear-coefficient")
 
 
-def _of_eq_9(run_id: str, fit: TwinDiscFit, own: Quantity) -> tuple[Quantity, str]:
-    """Return the curved disc's k_D as Eq. 9 has it, and how it was had."""
-    if fit.distance_per_rotation == _EQ_9:
-        return own, f"with {_EQ_9}, as Eq. 9 has it."
-    same = next((other for other in fit.equivalents if other.distance_per_rotation == _EQ_9), None)
-    if same is None:
+def _of_eq_9(run_id: str, fit: TwinDiscFit) -> tuple[Quantity, str]:
+    """Return the curved disc's k_D as Eq. 9 has it, which counts distance as Archard's law does, and how it was had."""
+    own, same = known_discs(fit), archards_discs(fit)
+    if own is None or same is None:
         raise FitError(
-            f"{run_id}: found a k_D that was fitted with {fit.distance_per_rotation}; expected {_EQ_9}, as Eq. 9 has "
-            f'it; fit again with a recipe that says distance_per_rotation = "{_EQ_9}" under [wear]'
+            f"{run_id}: found a k_D that was fitted with {fit.distance_per_rotation}; expected {ARCHARDS}, as Eq. 9 "
+            f'has it; fit again with a recipe that says distance_per_rotation = "{ARCHARDS}" under [wear]'
         )
-    value = same.curved_disc.value
-    share = (own.standard_uncertainty or 0.0) / own.value if own.value else 0.0
-    return wear_coefficient(value, share * value or None), (
-        f"with {fit.distance_per_rotation}, as {own.value * 1e6:.4g} mm^3/(N mm), and turned into {_EQ_9}, as Eq. 9 "
+    if own.distance == ARCHARDS:
+        return same.curved, f"with {ARCHARDS}, as Eq. 9 has it."
+    return same.curved, (
+        f"with {own.distance}, as {own.curved.value * 1e6:.4g} mm^3/(N mm), and turned into {ARCHARDS}, as Eq. 9 "
         "has it: with either the curved disc loses the same volume in the run."
     )
