@@ -2,7 +2,8 @@
 
 const COUNT = new Intl.NumberFormat("en-GB");
 const MOST_DECIMALS = 12;
-const READ = new Intl.NumberFormat("en-GB", { maximumSignificantDigits: 5 });
+const READ_DIGITS = 5;
+const READ = new Intl.NumberFormat("en-GB", { maximumSignificantDigits: READ_DIGITS, signDisplay: "negative" });
 
 /** "2,000,000" */
 export const counted = (count: number): string => COUNT.format(count);
@@ -11,7 +12,8 @@ export const counted = (count: number): string => COUNT.format(count);
 export function read(value: number): string {
   const size = Math.abs(value);
   if (size === 0 || (size >= 1e-3 && size < 1e7)) return signed(READ.format(value));
-  const exponent = Math.floor(Math.log10(size));
+  // That of the rounded value: 9.99999 × 10⁻⁴ reads as 1 × 10⁻³.
+  const exponent = Number(value.toExponential(READ_DIGITS - 1).split("e")[1]);
   return `${signed(READ.format(value / 10 ** exponent))}×${powerOfTen(exponent)}`;
 }
 
@@ -61,7 +63,8 @@ const formats = new Map<number, Intl.NumberFormat>();
 function formatOf(digits: number): Intl.NumberFormat {
   const known = formats.get(digits);
   if (known) return known;
-  const made = new Intl.NumberFormat("en-GB", { minimumFractionDigits: digits, maximumFractionDigits: digits });
+  const fraction = { minimumFractionDigits: digits, maximumFractionDigits: digits };
+  const made = new Intl.NumberFormat("en-GB", { ...fraction, signDisplay: "negative" });
   formats.set(digits, made);
   return made;
 }
@@ -69,4 +72,4 @@ function formatOf(digits: number): Intl.NumberFormat {
 const powerOfTen = (exponent: number): string =>
   `10${[...String(exponent)].map((digit) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(digit)]).join("")}`;
 
-const signed = (text: string): string => (text === "-0" ? "0" : text.replace("-", "−"));
+const signed = (text: string): string => text.replace("-", "−");

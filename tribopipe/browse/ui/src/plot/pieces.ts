@@ -20,12 +20,14 @@ export function pieces(...columns: (number | null)[][]): Piece[] {
 /** The parts of a piece along which x does not turn back. */
 export function strides(x: number[], [first, last]: Piece): Piece[] {
   const found: Piece[] = [];
-  let start = first;
-  for (let at = first + 2; at <= last; at++) {
-    if ((x[at]! - x[at - 1]!) * (x[at - 1]! - x[at - 2]!) < 0) {
+  let [start, way] = [first, 0];
+  for (let at = first + 1; at <= last; at++) {
+    const next = Math.sign(x[at]! - x[at - 1]!);
+    if (next * way < 0) {
       found.push([start, at - 1]);
       start = at - 1;
     }
+    way = next || way;
   }
   return [...found, [start, last]];
 }

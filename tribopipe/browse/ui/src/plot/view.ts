@@ -65,11 +65,13 @@ function wider({ from, to }: View, by: number, ends: View): View | null {
 
 const DIGITS_OF_SPAN = 5;
 const FINEST = 1e-9;
+/** As many as `toFixed` takes. */
+const MOST_DIGITS = 100;
 
 /** The view in round numbers, for the address; null where it is too narrow to tell its ends apart. */
 export function rounded({ from, to }: View): View | null {
   const span = to - from;
   if (!(span > FINEST * Math.max(Math.abs(from), Math.abs(to)))) return null;
-  const digits = Math.min(Math.max(DIGITS_OF_SPAN - 1 - Math.floor(Math.log10(span)), 0), 20);
+  const digits = Math.min(Math.max(DIGITS_OF_SPAN - 1 - Math.floor(Math.log10(span)), 0), MOST_DIGITS);
   return { from: Number(from.toFixed(digits)), to: Number(to.toFixed(digits)) };
 }

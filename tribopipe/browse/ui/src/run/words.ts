@@ -10,7 +10,8 @@ const UNITS = ["B", "kB", "MB", "GB"];
 
 /** Bytes in the unit that suits them. */
 export function size(bytes: number): string {
-  const place = Math.min(Math.floor(Math.log10(Math.max(bytes, 1)) / 3), UNITS.length - 1);
+  const rounded = Number(bytes.toPrecision(3));
+  const place = Math.min(Math.floor(Math.log10(Math.max(rounded, 1)) / 3), UNITS.length - 1);
   const value = bytes / 1000 ** place;
   return `${place === 0 || value >= 100 ? value.toFixed(0) : value.toPrecision(3)} ${UNITS[place]}`;
 }

@@ -1,7 +1,8 @@
 import { createContext, useContext, type ReactNode } from "react";
 
 import type { Archive } from "../api";
-import { useAnswer, type Answered } from "./useAnswer";
+import type { Answered } from "./held";
+import { useAnswer } from "./useAnswer";
 
 const Held = createContext<Answered<Archive>>({ answer: null, error: null, loading: true, stale: false });
 

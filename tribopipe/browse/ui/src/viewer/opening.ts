@@ -22,7 +22,7 @@ async function attributes(file: string, path: string, signal: AbortSignal): Prom
 }
 
 /** Follow NeXus's @default from the root to what the file wants to be seen first. */
-async function preferred(file: string, signal: AbortSignal): Promise<string> {
+export async function preferred(file: string, signal: AbortSignal): Promise<string> {
   let path = "/";
   for (let depth = 0; depth < DEEPEST; depth++) {
     const { default: next } = await attributes(file, path, signal);

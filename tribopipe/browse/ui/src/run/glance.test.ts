@@ -1,0 +1,94 @@
+import { describe, expect, it } from "vitest";
+
+import type { Stage } from "../api";
+import { isFitted, tiles } from "./glance";
+
+function stageOf(name: string, title: string, facts: Record<string, string>): Stage {
+  const rest = {
+    sentence: "",
+    notes: [],
+    tables: [],
+    path: "",
+    program_version: "",
+    date: "",
+    options: {},
+    inputs_sha256: "",
+    result_sha256: "",
+  };
+  return { ...rest, name, title, facts: Object.entries(facts).map(([fact, value]) => ({ name: fact, value })) };
+}
+
+const fit = stageOf("wear_fit_archard", "Wear coefficient by Archard's law", {
+  "k_D by Archard's law": "(2.0 ± 0.1)×10⁻⁹ mm³/(N·mm)",
+  "95 % interval": "1.8 to 2.2",
+});
+const drift = stageOf("drift_correction", "Drift correction", {
+  "drift rate": "12 nm/min",
+  "discrepancy at the end": "0.3 µm",
+  "within its limit": "no",
+  "wear depth at the end": "25 µm",
+  "of that, pin": "20 µm",
+  "of that, disc": "5 µm",
+});
+const friction = stageOf("friction_fit", "Friction", { "b, steady state": "0.61", "mean of μ over the run": "0.58" });
+const rates = stageOf("specific_wear", "Specific wear rate", {
+  "rate of the pin": "3",
+  "rate of both": "4",
+  "volume of the pin": "0.1 mm³, by profile",
+});
+
+describe("tiles", () => {
+  it("tell coefficient, depth, friction, rate and drift in this order, whatever that of the stages", () => {
+    const expected = [
+      "k_D by Archard's law",
+      "Wear depth at the end",
+      "Steady friction μ",
+      "Specific wear rate of the pin",
+      "Specific wear rate of both",
+      "Drift rate",
+    ];
+    expect(tiles([drift, rates, friction, fit]).map(({ label }) => label)).toEqual(expected);
+  });
+
+  it("tell what belongs to a result in small letters", () => {
+    const more = new Map(tiles([fit, drift, friction, rates]).map(({ label, more }) => [label, more]));
+    expect(more.get("k_D by Archard's law")).toBe("95 % interval 1.8 to 2.2");
+    expect(more.get("Wear depth at the end")).toBe("pin 20 µm, disc 5 µm");
+    expect(more.get("Steady friction μ")).toBe("mean over the run 0.58");
+    expect(more.get("Specific wear rate of the pin")).toBe("volume 0.1 mm³");
+    expect(more.get("Specific wear rate of both")).toBe("");
+  });
+
+  it("give each disc's coefficient its own interval, and the law to names without one", () => {
+    const discs = stageOf("wear_fit_sarkar", "Wear coefficient by Sarkar's law", {
+      "k_D of the curved disc": "1",
+      "95 % interval, curved disc": "0.9 to 1.1",
+      "k_D of the flat disc": "2",
+      pressure: "even",
+    });
+    expect(tiles([discs]).map(({ label, more }) => [label, more])).toEqual([
+      ["k_D of the curved disc, Sarkar's law", "95 % interval 0.9 to 1.1"],
+      ["k_D of the flat disc, Sarkar's law", ""],
+    ]);
+  });
+
+  it("doubt a drift beyond its limit, and nothing else", () => {
+    expect(
+      tiles([fit, drift, friction, rates])
+        .filter(({ doubtful }) => doubtful)
+        .map(({ label }) => label),
+    ).toEqual(["Drift rate"]);
+  });
+
+  it("say nothing of what was not found", () => {
+    expect(
+      tiles([stageOf("drift_correction", "Drift correction", {}), stageOf("friction_fit", "Friction", {})]),
+    ).toEqual([]);
+  });
+});
+
+describe("isFitted", () => {
+  it("asks for any law", () => {
+    expect([isFitted([drift, fit]), isFitted([drift]), isFitted([])]).toEqual([true, false, false]);
+  });
+});
