@@ -1,6 +1,7 @@
 """The archive as the server looks at it: its list, its files, and what was read of them lately."""
 
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from threading import Lock
 
@@ -24,6 +25,8 @@ class Library:
         self._kept = Kept()
         self._seen = ""
         self._lock = Lock()
+        self.aside = ThreadPoolExecutor(1)
+        """For what will be asked for next."""
 
     def revision(self) -> str:
         """Return the revision of the archive, with the catalogue brought up to it."""

@@ -1,13 +1,11 @@
 """The addresses under /api."""
 
-from contextlib import suppress
 from math import isfinite
 from typing import Annotated, Literal
 
 import h5py
 import numpy as np
 from fastapi import APIRouter, Depends, Query
-from starlette.background import BackgroundTask
 from starlette.exceptions import HTTPException
 from starlette.responses import HTMLResponse, Response
 
@@ -23,7 +21,6 @@ from tribopipe.browse.library import Library
 from tribopipe.browse.plots import PlotOffer, run_plots
 from tribopipe.browse.samples import ArchivedFile
 from tribopipe.browse.study_plots import study_plots
-from tribopipe.errors import TribopipeError
 from tribopipe.files import read_file
 from tribopipe.report.csv_files import csv_kinds, csv_parts
 from tribopipe.report.run_page import run_page
@@ -104,8 +101,9 @@ def _add_run(router: APIRouter, library: Library) -> None:
         found = library.run(run_id)
         plots, tables = run_plots(found), csv_kinds(library.archive, run_id)
         told = run_answer(run_id, run_page(library.archive, run_id), plots, tables)
-        # The page asks for its first plot next, and the samples can be read until then.
-        return JsonAnswer(told, background=BackgroundTask(_read_ahead, plots))
+        # The page asks for its first plot next. Its samples are read meanwhile, not before: HDF5 reads one at a time.
+        library.aside.submit(_read_ahead, plots)
+        return JsonAnswer(told)
 
     @router.get("/runs/{run_id}/plots/{name}")
     def run_plot(run_id: str, name: str, window: Looked, x: str | None = None) -> Response:
@@ -122,9 +120,9 @@ def _drawing(offers: list[PlotOffer], name: str, against: str | None) -> Drawing
 
 
 def _read_ahead(plots: list[PlotOffer]) -> None:
-    with suppress(HTTPException, TribopipeError, OSError):  # told when the plot is asked for
-        for first in plots[:1]:
-            first.drawing()
+    """Read what the first plot is drawn from; what stands in its way is told when it is asked for."""
+    for first in plots[:1]:
+        first.drawing()
 
 
 def _add_downloads(router: APIRouter, library: Library) -> None:

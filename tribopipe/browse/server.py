@@ -3,7 +3,6 @@
 import socket
 import webbrowser
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Thread
@@ -12,14 +11,16 @@ from threading import enumerate as enumerate_threads
 import uvicorn
 
 from tribopipe.browse.app import create_app
+from tribopipe.browse.library import Library
 from tribopipe.errors import ArchiveError
+from tribopipe.units import show
 
 HOST = "127.0.0.1"
 _PATIENCE = 2
 """How long answers under way may take after Ctrl-C, s."""
 
 
-def serve(archive: Path, port: int, tell: Callable[[str], None], *, show: bool) -> None:
+def serve(archive: Path, port: int, tell: Callable[[str], None], *, open_browser: bool) -> None:
     """Serve an archive until Ctrl-C, at a free port where ``port`` is 0; tell the address, and show it in the browser.
 
     Raises ``ArchiveError`` where the port is taken.
@@ -27,7 +28,7 @@ def serve(archive: Path, port: int, tell: Callable[[str], None], *, show: bool) 
     with listening(port) as listener:
         address = f"http://{HOST}:{listener.getsockname()[1]}/"
         tell(address)
-        if show:
+        if open_browser:
             Thread(target=webbrowser.open, args=[address], daemon=True).start()
         others = set(enumerate_threads())
         with suppress(KeyboardInterrupt):
@@ -52,8 +53,7 @@ def running(archive: Path) -> Iterator[int]:
 
 def _server(archive: Path) -> uvicorn.Server:
     app = create_app(archive)
-    # The table of all runs is what is asked for first, and a browser takes its time to open.
-    ThreadPoolExecutor(1).submit(app.state.library.runs, "")
+    app.state.library.aside.submit(_get_ready, app.state.library)
     config = uvicorn.Config(
         app,
         log_level="critical",
@@ -63,6 +63,12 @@ def _server(archive: Path) -> uvicorn.Server:
         timeout_graceful_shutdown=_PATIENCE,
     )
     return uvicorn.Server(config)
+
+
+def _get_ready(library: Library) -> None:
+    """Read while the browser opens what is asked for first: the table of all runs, and the units of measurement."""
+    show(1.0, None, "m", "um")
+    library.runs("")
 
 
 def listening(port: int) -> socket.socket:

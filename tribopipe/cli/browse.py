@@ -26,7 +26,7 @@ def browse(
     if not is_built():
         raise ArchiveError(NOT_BUILT)
     up_to_date(archive)
-    serve(archive, port, lambda address: say(f"{address} shows {archive}; Ctrl-C ends it"), show=not no_browser)
+    serve(archive, port, lambda address: say(f"{address} shows {archive}; Ctrl-C ends it"), open_browser=not no_browser)
 
 
 COMMANDS = {"browse": browse}
