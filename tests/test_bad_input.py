@@ -377,6 +377,7 @@ def test_damaged_file_does_not_stop_the_other_runs(run_cli, archive, command):
     assert "si3n4-air-200mN" in result.stderr
 
 
+@pytest.mark.slow
 def test_new_run_is_archived_and_fitted_beside_a_damaged_file(run_cli, sample_run, archive):
     not_hdf5(archive / "broken.h5")
     result = run_cli("process", sample_run, "--archive", archive, "--no-figures")

@@ -271,7 +271,7 @@ def disc_study(disc_archive, tmp_path):
     return folder
 
 
-@pytest.mark.parametrize("kind", ["pin_study", "disc_study"])
+@pytest.mark.parametrize("kind", ["pin_study", pytest.param("disc_study", marks=pytest.mark.slow)])
 def test_a_study_is_a_page_with_plots(kind, request):
     archive = request.getfixturevalue(kind)
     with serving(archive) as client:
@@ -302,6 +302,7 @@ def test_the_command_needs_an_archive_and_the_bundle(run_cli, archive, tmp_path,
     assert "npm ci && npm run build" in unbuilt.stderr
 
 
+@pytest.mark.slow
 def test_the_command_lists_serves_and_says_where(run_cli, archive, tmp_path, monkeypatch):
     (tmp_path / "index.html").write_text("page", encoding="utf-8")
     monkeypatch.setattr(bundle, "BUNDLE", tmp_path)

@@ -229,6 +229,7 @@ def test_json_is_one_document_of_quantities_with_units(run_cli, archive, short_p
     ] == []
 
 
+@pytest.mark.slow
 def test_json_is_the_same_on_every_console(run_cli, sample_run, archive):
     set_key(sample_run, "title", '"Größe ≥ 3 µm"')
     run_cli("ingest", sample_run, "--archive", archive)

@@ -313,6 +313,7 @@ def test_model_is_drawn_beside_the_papers_steps():
         assert ax.get_yscale() == "linear"
 
 
+@pytest.mark.slow
 def test_scenarios_that_wear_at_different_rates_share_logarithmic_axes():
     cases = {distance: scenario(distance) for distance in ("full-slip", "contact-width", "volume-conserving")}
     figure = plot_disc_model(cases, 2e6)

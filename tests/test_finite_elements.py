@@ -105,6 +105,7 @@ def close_to_hertz_s_ellipse(surface: QuarterDisc, share: float) -> None:
     assert np.sum(surface.areas * contact.pressure) == pytest.approx(DISC_LOAD, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_hertz_s_ellipse():
     close_to_hertz_s_ellipse(FEW_CELLS, 0.03)
 

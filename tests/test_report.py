@@ -215,6 +215,7 @@ def test_reporting_items_are_reported_or_missing_with_their_key(studied, study_h
     assert "2 runs, between which k_D scatters by" in told
 
 
+@pytest.mark.slow
 def test_the_same_archive_gives_the_same_report(studied, study_text):
     assert study_report(studied, "air") == study_text
 
@@ -240,6 +241,7 @@ def test_run_report_says_what_each_step_found(studied):
     assert {f"figure-{number}-0" for number in (1, 2, 3)} < {element.attributes.get("id") for element in page.elements}
 
 
+@pytest.mark.slow
 def test_report_of_several_runs_has_each_in_its_contents(studied):
     page = Page(run_report(studied, [LIGHT, NO_END, LIGHT]))
     assert_inert(page)

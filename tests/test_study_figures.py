@@ -306,6 +306,7 @@ def test_figures_are_fit_to_print(studied, members, effective, study):
         assert_printable(figure)
 
 
+@pytest.mark.slow
 def test_runs_left_out_are_not_drawn_and_archard_alone_needs_no_coefficient(studied, tmp_path):
     archive = Archive(tmp_path / "archive")
     shutil.copytree(studied.folder, archive.folder)
