@@ -31,8 +31,8 @@ def serve(archive: Path, port: int, tell: Callable[[str], None], *, open_browser
         if open_browser:
             Thread(target=webbrowser.open, args=[address], daemon=True).start()
         others = set(enumerate_threads())
-        with suppress(KeyboardInterrupt):
-            _server(archive).run(sockets=[listener])
+        with suppress(KeyboardInterrupt), _ready(archive) as server:
+            server.run(sockets=[listener])
         for worker in set(enumerate_threads()) - others:
             worker.join(_PATIENCE)  # Python cannot end while another thread is inside the HDF5 library
 
@@ -40,8 +40,7 @@ def serve(archive: Path, port: int, tell: Callable[[str], None], *, open_browser
 @contextmanager
 def running(archive: Path) -> Iterator[int]:
     """Serve an archive in a thread meanwhile; give the port."""
-    with listening(0) as listener:
-        server = _server(archive)
+    with listening(0) as listener, _ready(archive) as server:
         thread = Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
         thread.start()
         try:
@@ -51,7 +50,9 @@ def running(archive: Path) -> Iterator[int]:
             thread.join()
 
 
-def _server(archive: Path) -> uvicorn.Server:
+@contextmanager
+def _ready(archive: Path) -> Iterator[uvicorn.Server]:
+    """Give a server whose library reads ahead for as long as it runs."""
     app = create_app(archive)
     app.state.library.aside.submit(_get_ready, app.state.library)
     config = uvicorn.Config(
@@ -62,7 +63,10 @@ def _server(archive: Path) -> uvicorn.Server:
         server_header=False,
         timeout_graceful_shutdown=_PATIENCE,
     )
-    return uvicorn.Server(config)
+    try:
+        yield uvicorn.Server(config)
+    finally:
+        app.state.library.aside.shutdown(wait=False, cancel_futures=True)
 
 
 def _get_ready(library: Library) -> None:
