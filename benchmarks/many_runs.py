@@ -24,6 +24,7 @@ import h5py
 from tribopipe.archive import nexus
 from tribopipe.archive.digest import raw_digest
 from tribopipe.archive.runfile import write_annotations, write_marks
+from tribopipe.archive.seal import seal_file
 from tribopipe.archive.steps import WEAR_FITS, Step, StepName
 from tribopipe.archive.store import Archive
 from tribopipe.pipeline import process
@@ -93,6 +94,7 @@ def _vary(template: _Template, folder: Path, number: int, chance: random.Random)
         for name, step in template.fits.items():
             _put_result(entry[name], replace(step, result=_scaled(step.result, wear)))
         _remark(entry, chance)
+    seal_file(path)
 
 
 def _document(manifest: RunManifest, number: int, load: float, chance: random.Random) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from functools import partial
 
 import h5py
 import pytest
+from archived_files import edited
 from folders import edit_rows, replace_in, set_key, tree_bytes
 
 HEADER = "Time [s],Depth [um],Ff [mN],Fn [mN]"
@@ -323,7 +324,7 @@ def no_run(path):
 
 
 def hollow(path):
-    with h5py.File(path, "a") as file:
+    with edited(path) as file:
         del file["entry/manifest"]
         del file["entry/raw"]
 
@@ -338,7 +339,11 @@ def rotten(path):
     path.write_bytes(content)
 
 
-SHALLOW = {not_hdf5: "not HDF5", cut_short: "not HDF5", no_run: "no tribopipe run"}
+SHALLOW = {
+    not_hdf5: ("not HDF5", "move it out of the archive"),
+    cut_short: ("checksum", "restore it from a copy"),
+    no_run: ("no tribopipe run", "move it out of the archive"),
+}
 
 
 @pytest.mark.parametrize("damage", SHALLOW, ids=lambda damage: damage.__name__)
@@ -347,7 +352,7 @@ def test_file_that_is_no_archived_run_is_named(run_cli, other_run, archive, dama
     damage(archive / "si3n4-air-200mN.h5")
     before = tree_bytes(archive)
     result = run_cli(*command.split(), "--archive", archive, cwd=other_run.parent)
-    assert_refused(result, "si3n4-air-200mN.h5", SHALLOW[damage], "expected", "move it out of the archive")
+    assert_refused(result, "si3n4-air-200mN.h5", *SHALLOW[damage], "expected")
     assert tree_bytes(archive) == before
 
 

@@ -6,6 +6,7 @@ import shutil
 import h5py
 import numpy as np
 import pytest
+from archived_files import edited
 from browse_client import serving
 from folders import DISC_IDS
 from hypothesis import given
@@ -208,7 +209,7 @@ def spoilt(archive):
     """A run file to change, and how its plots are then answered."""
 
     def change(how):
-        with h5py.File(archive / f"{RUN}.h5", "r+") as file:
+        with edited(archive / f"{RUN}.h5") as file:
             how(file["entry"])
         return RunFile(Archive(archive), RUN, Kept())
 
@@ -300,7 +301,7 @@ def test_what_was_read_is_kept_until_the_file_changes(archive):
     kept = Kept()
     before = RunFile(Archive(archive), RUN, kept).signal("depth")
     assert RunFile(Archive(archive), RUN, kept).signal("depth") is before
-    with h5py.File(archive / f"{RUN}.h5", "r+") as file:
+    with edited(archive / f"{RUN}.h5") as file:
         file["entry/raw/depth"][...] = 1.0
     assert np.all(RunFile(Archive(archive), RUN, kept).signal("depth") == 1.0)
 

@@ -6,6 +6,7 @@ import shutil
 import h5py
 import numpy as np
 import pytest
+from archived_files import edited
 from browse_client import Client, serving
 
 from tribopipe.browse import bundle
@@ -47,7 +48,7 @@ def place(_processed, tmp_path_factory):
     _write_greedy(folder / "greedy.h5")
     for name, spoil in {"linked": _link_depth, "stored": _store_source, "virtual": _make_virtual}.items():
         shutil.copy(folder / f"{RUN}.h5", folder / f"{name}.h5")
-        with h5py.File(folder / f"{name}.h5", "r+") as file:
+        with edited(folder / f"{name}.h5") as file:
             spoil(file["entry"])
     return folder
 
@@ -436,7 +437,7 @@ SCRIPT = '"><script>alert(1)</script>'
 @pytest.fixture
 def scripted(archive):
     """An archive whose run has a script in every text that anybody may write."""
-    with h5py.File(archive / f"{RUN}.h5", "r+") as file:
+    with edited(archive / f"{RUN}.h5") as file:
         manifest = json.loads(file["entry/manifest/data"].asstr()[()])
         manifest |= {"title": SCRIPT, "operator": SCRIPT, "instrument": SCRIPT, "comment": SCRIPT}
         manifest["contact"]["pin"]["material"] = SCRIPT

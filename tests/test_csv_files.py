@@ -8,6 +8,7 @@ import shutil
 import h5py
 import numpy as np
 import pytest
+from archived_files import edited
 from folders import replace_in
 from hypothesis import given
 from hypothesis import strategies as st
@@ -132,7 +133,7 @@ def test_what_a_run_lacks_is_one_sentence(archive, what):
 def test_nothing_of_another_file_is_written(archive, tmp_path, how):
     with h5py.File(tmp_path / "other.h5", "w") as other:
         other["secret"] = np.arange(1251.0)
-    with h5py.File(archive / f"{RUN}.h5", "a") as file:
+    with edited(archive / f"{RUN}.h5") as file:
         raw = file["entry/raw"]
         attributes = dict(raw["depth"].attrs)
         del raw["depth"]

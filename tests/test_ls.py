@@ -8,8 +8,8 @@ import shutil
 import subprocess
 import sys
 
-import h5py
 import pytest
+from archived_files import edited
 from folders import set_key
 
 from tribopipe.archive.catalogue.columns import COLUMNS
@@ -178,7 +178,7 @@ def test_csv_is_written_to_a_file(run_cli, archive, tmp_path):
 
 
 def test_formulas_in_texts_stay_texts(archive, run_cli):
-    with h5py.File(archive / f"{RUN}.h5", "r+") as file:
+    with edited(archive / f"{RUN}.h5") as file:
         note = file["entry/manifest/data"]
         note[()] = note.asstr()[()].replace('"comment":null', '"comment":"=1+1"')
     told = run_cli("export", "runs", "--archive", archive, "--columns", "comment")

@@ -6,6 +6,7 @@ import re
 import h5py
 import numpy as np
 import pytest
+from archived_files import edited
 from folders import replace_in, set_key
 
 from tribopipe.archive.part import find_part
@@ -199,7 +200,7 @@ def test_wrong_path_names_the_nearest(show, path, nearest):
 
 
 def test_plot_over_two_axes_is_a_tree_with_all_values_in_json(show, archive):
-    with h5py.File(archive / f"{RUN}.h5", "a") as file:
+    with edited(archive / f"{RUN}.h5") as file:
         data = file.create_group("map")
         data.attrs.update(NX_class="NXdata", signal="wear", axes=["s", "r"], auxiliary_signals=["gone"])
         data["s"], data["r"], data["wear"] = np.arange(2.0), np.arange(3.0), np.ones((2, 3))
@@ -218,7 +219,7 @@ def odd(archive, tmp_path):
     """The archive with all that a hostile or odd file may hold."""
     with h5py.File(tmp_path / "other.h5", "w") as other:
         other["secret"] = np.arange(3.0)
-    with h5py.File(archive / f"{RUN}.h5", "a") as file:
+    with edited(archive / f"{RUN}.h5") as file:
         group = file.create_group("odd", track_order=True)
         group["out"] = h5py.ExternalLink(str(tmp_path / "other.h5"), "/secret")
         group["soft"] = h5py.SoftLink("out")
@@ -251,7 +252,7 @@ def test_links_lead_nowhere_else(show, part):
 
 
 def test_links_that_multiply_come_to_an_end(show, archive):
-    with h5py.File(archive / f"{RUN}.h5", "a") as file:
+    with edited(archive / f"{RUN}.h5") as file:
         file["link_0"] = h5py.SoftLink("/")
         for number in range(60):
             file[f"link_{number + 1}"] = h5py.SoftLink(f"link_{number}/link_{number}")

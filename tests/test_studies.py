@@ -7,6 +7,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from archived_files import edited
 from folders import DISC_IDS, SAMPLE_IDS, SAMPLES, tree_bytes
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -298,7 +299,7 @@ def test_run_corrected_by_another_recipe_meanwhile_is_corrected_again(quick, ran
 
 def test_lost_prediction_is_put_back_though_the_study_is_unchanged(done):
     lost = done.result(HEAVY, "prediction_archard", WearPrediction)
-    with h5py.File(done.path(HEAVY), "a") as file:
+    with edited(done.path(HEAVY)) as file:
         del file["entry/prediction_archard"]
     assert [status for *_, status in statuses(list(run_study(done, STUDY, Recipe())))] == [
         "unchanged",
@@ -422,7 +423,7 @@ def test_failed_write_leaves_the_earlier_study(done, monkeypatch):
         raise OSError(28, "No space left on device")
 
     before = tree_bytes(done.folder)
-    monkeypatch.setattr("tribopipe.archive.store.write_study", fail)
+    monkeypatch.setattr("tribopipe.files.os.fsync", fail)
     said = refusal(list(run_study(done, QUICK, Recipe())))
     assert_says(said, "No space left on device", "--archive")
     assert tree_bytes(done.folder) == before
@@ -452,25 +453,25 @@ def a_run(path: Path) -> None:
 
 
 def later_format(path: Path) -> None:
-    with h5py.File(path, "r+") as file:
+    with edited(path) as file:
         file["entry/archived/format"][()] = "tribopipe.archive.study/99"
 
 
 def hollow(path: Path) -> None:
-    with h5py.File(path, "r+") as file:
+    with edited(path) as file:
         del file["entry/result"]
 
 
 def other_document(path: Path) -> None:
-    with h5py.File(path, "r+") as file:
+    with edited(path) as file:
         file["entry/result/data"][()] = json.dumps({"id": "air"})
 
 
 DAMAGE = {
     not_hdf5: "not HDF5",
-    cut_short: "not HDF5",
-    a_run: "no study of the format",
-    later_format: "no study of the format",
+    cut_short: "checksum",
+    a_run: "no tribopipe study",
+    later_format: "study/99",
     hollow: "damaged",
     other_document: "damaged",
 }

@@ -1,24 +1,39 @@
 """Files read fast, files written whole or not at all, and names in the order people expect."""
 
+import errno
 import os
 import re
+import stat
 import tempfile
+import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from functools import partial
 from io import BytesIO
+from itertools import islice
 from pathlib import Path
+
+from tribopipe.interrupts import undone_by
 
 _LARGE = 8 << 20
 _THREADS = 2
+_MOST_NAMED = 1000
+_PART = ".part"
+_IS_WINDOWS = os.name == "nt"
+_WAITS = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2)
+"""How long to wait for readers on Windows, s."""
 
 
 def read_file(path: Path) -> bytes:
     """Return a file's bytes; the halves of a large one are read at once, as taking the memory is what takes time.
 
-    Raises ``OSError`` where the file cannot be read, or became shorter meanwhile.
+    Raises ``OSError`` where the file cannot be read, is a pipe or a device, or became shorter meanwhile.
     """
-    size = path.stat().st_size
+    seen = path.stat()
+    if not stat.S_ISREG(seen.st_mode):  # opening a pipe may wait for ever, and a device may have no end
+        raise OSError(errno.EINVAL, "no file, but a pipe or a device")
+    size = seen.st_size
     if size < _LARGE:
         return path.read_bytes()
     buffer = BytesIO(bytes(size))  # of memory not touched yet
@@ -35,27 +50,71 @@ def _fill(path: Path, start: int, part: memoryview) -> None:
             raise OSError(0, "the file became shorter while it was read")
 
 
+def beside(path: Path) -> list[str]:
+    """Name what stands in the folder of a path, up to a thousand entries; nothing where there is no such folder."""
+    try:
+        return [entry.name for entry in islice(path.parent.iterdir(), _MOST_NAMED)]
+    except OSError:
+        return []
+
+
+def leads_out(path: Path, folder: Path) -> bool:
+    """Tell whether a path ends outside a folder once links are followed."""
+    return not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
+
+
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """Give the name of a temporary file beside ``path`` that takes its place on success and vanishes on failure.
 
-    The content is on the disk before it is given its name, so that a crash leaves the old file or the new one.
+    The content is on the disk before it is given its name, and the name before this returns, so that a crash leaves
+    the old file or the new one, and what was said to be written is.
     """
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=_PART, dir=path.parent)
     os.close(handle)
     part = Path(name)
-    try:
+    with undone_by(partial(part.unlink, missing_ok=True)):
         yield part
         with part.open("rb+") as written:
             os.fsync(written.fileno())
         part.chmod(0o666 & ~_umask())
-        part.replace(path)
-    except BaseException:
-        part.unlink(missing_ok=True)
-        raise
+        _take_place(part, path)
+        _sync_folder(path.parent)
 
 
-def write_file(path: Path, content: bytes) -> None:
+def _take_place(part: Path, path: Path) -> None:
+    """Give a temporary file its name; Windows refuses that while a reader has the old file open, so try for a while."""
+    for wait in (*_WAITS, None):
+        try:
+            part.replace(path)
+        except PermissionError:
+            if wait is None or not _IS_WINDOWS:
+                raise
+            time.sleep(wait)
+        else:
+            return
+
+
+def _sync_folder(folder: Path) -> None:
+    """Put the names in a folder on the disk. Windows opens no folders, and NTFS keeps a journal of names itself."""
+    if _IS_WINDOWS:
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    except OSError as error:
+        if error.errno not in (errno.EINVAL, errno.ENOTSUP):  # what network shares say that sync by themselves
+            raise
+    finally:
+        os.close(handle)
+
+
+def leftovers(folder: Path) -> list[Path]:
+    """Return the temporary files that writers left in a folder who could not end: they were killed, or still write."""
+    return sorted(path for path in folder.glob(f".*{_PART}") if path.is_file())
+
+
+def write_file(path: Path, content: bytes | memoryview) -> None:
     """Write a file whole or not at all."""
     with replacing(path) as part:
         part.write_bytes(content)

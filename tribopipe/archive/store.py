@@ -1,17 +1,19 @@
 """An archive folder: runs by id, each a file that is only ever replaced whole."""
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from io import BytesIO
 from pathlib import Path
-from typing import Literal, TypeVar
+from typing import Literal, NoReturn, TypeVar
 
 import h5py
 
 from tribopipe.archive.digest import raw_digest
+from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT, check_format, format_of
+from tribopipe.archive.lock import writers_lock
 from tribopipe.archive.nexus import text
 from tribopipe.archive.outline import RunOutline, read_outline
 from tribopipe.archive.runfile import (
-    check_format,
     copy_additions,
     copy_except,
     read_annotations,
@@ -29,6 +31,7 @@ from tribopipe.archive.runfile import (
     write_step,
     write_wear_plot,
 )
+from tribopipe.archive.seal import SEAL_SIZE, check_seal, is_sealed, seal
 from tribopipe.archive.steps import STEPS, Fingerprints, Step, StepName, downstream
 from tribopipe.archive.studyfile import (
     StoredStudy,
@@ -39,7 +42,7 @@ from tribopipe.archive.studyfile import (
     write_study,
 )
 from tribopipe.errors import ArchiveError, did_you_mean
-from tribopipe.files import natural_order, replacing
+from tribopipe.files import natural_order, write_file
 from tribopipe.records.annotation import Annotation, tags_after
 from tribopipe.records.base import Record
 from tribopipe.records.finding import Finding
@@ -78,21 +81,26 @@ class Archive:
         steps and marks. Raises ``ArchiveError`` where the id is taken by other content: what is raw is never replaced.
         """
         path = self.path(run.id)
-        there = path.exists()
-        if there and self.raw_sha256(run.id) != raw_digest(run):
-            raise ArchiveError(
-                f"{path}: found a run of the id {run.id!r} with other content; expected the same run or "
-                "another id; change id in run.toml, or move the old file away if this run replaces it"
-            )
-        if there and not force:
-            return "unchanged"
-        with self._writing(path) as part, h5py.File(part, "w", track_order=True) as file:
+        if path.exists():
+            self._refuse_other_content(run)
+            if not force:
+                return "unchanged"
+        with self._writing(path) as file:
+            there = path.exists()  # now that no other process can put it there
             write_raw(file, run, findings)
             if there:
+                self._refuse_other_content(run)
                 with self.open(run.id) as old:
                     copy_additions(old, file["entry"])
                 write_wear_plot(file["entry"])
         return "rewritten" if there else "added"
+
+    def _refuse_other_content(self, run: RawRun) -> None:
+        if self.raw_sha256(run.id) != raw_digest(run):
+            raise ArchiveError(
+                f"{self.path(run.id)}: found a run of the id {run.id!r} with other content; expected the same run or "
+                "another id; change id in run.toml, or move the old file away if this run replaces it"
+            )
 
     def raw_sha256(self, run_id: str) -> str:
         """Return the fingerprint of a run's raw content."""
@@ -171,11 +179,14 @@ class Archive:
 
     def put_step(self, run_id: str, step: Step) -> None:
         """Add a step or replace it; steps that stood on another result of it are dropped with it."""
-        before = self.fingerprints(run_id, step.name)
-        dropped: set[str] = {step.name}
-        if bool(step.curves) if before is None else before.result != step.result_sha256:
-            dropped |= downstream(step.name)
-        self._rewrite(run_id, dropped, lambda entry: write_step(entry, step))
+        with self._rewriting(run_id) as (old, new):
+            before = read_fingerprints(old["entry"], step.name)
+            dropped: set[str] = {step.name}
+            if bool(step.curves) if before is None else before.result != step.result_sha256:
+                dropped |= downstream(step.name)
+            entry = copy_except(old, new, dropped)
+            write_step(entry, step)
+            write_wear_plot(entry)
 
     @property
     def study_folder(self) -> Path:
@@ -188,19 +199,18 @@ class Archive:
 
     def put_study(self, stored: StoredStudy) -> None:
         """Archive a study, in the place of an earlier one of its id."""
-        path = self.study_folder / f"{stored.study.id}{SUFFIX}"
-        with self._writing(path) as part, h5py.File(part, "w", track_order=True) as file:
+        with self._writing(self.study_folder / f"{stored.study.id}{SUFFIX}") as file:
             write_study(file, stored)
 
     def study(self, study_id: str) -> StoredStudy:
         """Return an archived study. Raises ``ArchiveError`` where there is none, or its file is damaged."""
         with self._open_study(study_id) as file:
-            return read_study(file, file.filename)
+            return read_study(file)
 
     def study_outline(self, study_id: str) -> StudyOutline:
         """Return an archived study without its curves. Raises ``ArchiveError`` as ``study`` does."""
         with self._open_study(study_id) as file:
-            return read_study_outline(file, file.filename)
+            return read_study_outline(file)
 
     @contextmanager
     def _open_study(self, study_id: str) -> Iterator[h5py.File]:
@@ -211,6 +221,7 @@ class Archive:
                 f"{did_you_mean(study_id, self.study_ids())}"
             )
         with opened(path) as file:
+            check_format(file, path, STUDY_FORMAT)
             yield file
 
     def studies_of(self, run_id: str) -> list[str]:
@@ -240,13 +251,16 @@ class Archive:
 
         Raises ``ArchiveError`` for a mark that takes back what was not said: good, on a run not marked bad.
         """
-        if mark.kind == "good" and self.bad(run_id) is None:
-            raise ArchiveError(
-                f"{self.path(run_id)}: found no bad mark to take back; expected a run that is marked bad; "
-                "`tribopipe ls` shows which are"
-            )
-        marks = [*self.marks(run_id), mark]
-        self._rewrite(run_id, {"marks"}, lambda entry: write_marks(entry, marks))
+        with self._rewriting(run_id) as (old, new):
+            marks = read_marks(old["entry"])
+            if mark.kind == "good" and (not marks or marks[-1].kind != "bad"):
+                raise ArchiveError(
+                    f"{self.path(run_id)}: found no bad mark to take back; expected a run that is marked bad; "
+                    "`tribopipe ls` shows which are"
+                )
+            entry = copy_except(old, new, {"marks"})
+            write_marks(entry, [*marks, mark])
+            write_wear_plot(entry)
 
     def annotations(self, run_id: str) -> list[Annotation]:
         """Return the history of a run's tags and notes, oldest first."""
@@ -262,16 +276,21 @@ class Archive:
 
         Raises ``ArchiveError`` where a tag is taken back that the run has not.
         """
-        history = self.annotations(run_id)
-        for annotation in added:
-            tags = tags_after(history)
-            if annotation.kind == "untag" and annotation.text not in tags:
-                raise ArchiveError(
-                    f"{self.path(run_id)}: found no tag {annotation.text!r} to take back; expected one that the run "
-                    f"has; {did_you_mean(annotation.text, tags)}"
-                )
-            history.append(annotation)
-        self._rewrite(run_id, {"annotations"}, lambda entry: write_annotations(entry, history))
+        with self._rewriting(run_id) as (old, new):
+            history = read_annotations(old["entry"])
+            for annotation in added:
+                self._refuse_to_take_back(run_id, annotation, tags_after(history))
+                history.append(annotation)
+            entry = copy_except(old, new, {"annotations"})
+            write_annotations(entry, history)
+            write_wear_plot(entry)
+
+    def _refuse_to_take_back(self, run_id: str, annotation: Annotation, tags: Sequence[str]) -> None:
+        if annotation.kind == "untag" and annotation.text not in tags:
+            raise ArchiveError(
+                f"{self.path(run_id)}: found no tag {annotation.text!r} to take back; expected one that the run "
+                f"has; {did_you_mean(annotation.text, tags)}"
+            )
 
     @contextmanager
     def open(self, run_id: str) -> Iterator[h5py.File]:
@@ -286,29 +305,48 @@ class Archive:
                 f"{did_you_mean(run_id, self.ids())}"
             )
         with opened(path) as file:
-            check_format(file, path)
+            check_format(file, path, RUN_FORMAT)
             yield file
 
-    def _rewrite(self, run_id: str, dropped: set[str], write: Callable[[h5py.Group], None]) -> None:
-        """Replace a run's file by a copy without some members of its entry, and with what is written instead."""
-        with self.open(run_id) as old, self._writing(self.path(run_id)) as part:
-            with h5py.File(part, "w", track_order=True) as new:
-                entry = copy_except(old, new, dropped)
-                write(entry)
-                write_wear_plot(entry)
-            old.close()  # Windows replaces no open file
+    @contextmanager
+    def _rewriting(self, run_id: str) -> Iterator[tuple[h5py.File, h5py.File]]:
+        """Give a run's file as it is, and the one that takes its place; no other writer comes in between."""
+        with self._writing(self.path(run_id)) as new, self.open(run_id) as old:
+            yield old, new
 
     @contextmanager
-    def _writing(self, path: Path) -> Iterator[Path]:
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            with replacing(path) as part:
-                yield part
-        except OSError as error:
-            raise ArchiveError(
-                f"{self.folder}: cannot be written ({error.strerror or error}); expected a folder with "
-                "room and write permission; choose another with --archive"
-            ) from None
+    def _writing(self, path: Path) -> Iterator[h5py.File]:
+        """Give an empty file that takes the place of one of the archive, alone among writers until it has.
+
+        It is made in memory: HDF5 ends the process where the disk is full (seen with 2.0), plain writing does not.
+        """
+        with self._held(path):
+            image = BytesIO()
+            with h5py.File(image, "w", track_order=True, userblock_size=SEAL_SIZE) as file:
+                yield file
+            with image.getbuffer() as content:
+                seal(content)
+                try:
+                    write_file(path, content)
+                except OSError as error:
+                    self._refuse(error)
+
+    @contextmanager
+    def _held(self, path: Path) -> Iterator[None]:
+        """Hold the lock of a file's writers; its folder is made where there is none."""
+        with ExitStack() as held:
+            try:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                held.enter_context(writers_lock(self.folder, path.stem))
+            except OSError as error:
+                self._refuse(error)
+            yield
+
+    def _refuse(self, error: OSError) -> NoReturn:
+        raise ArchiveError(
+            f"{self.folder}: cannot be written ({error.strerror or error}); expected a folder with "
+            "room and write permission; choose another with --archive"
+        ) from None
 
 
 def _ids(folder: Path) -> list[str]:
@@ -320,8 +358,14 @@ def _ids(folder: Path) -> list[str]:
 
 @contextmanager
 def opened(path: Path) -> Iterator[h5py.File]:
-    """Open a file for reading; ``ArchiveError`` where it, or what is read from it, is damaged."""
+    """Open a file of the archive for reading.
+
+    Raises ``ArchiveError`` where a byte of it is not as it was written, it has no seal, or it cannot be read.
+    """
     try:
+        sealed = is_sealed(path)
+        if sealed:
+            check_seal(path)
         file = h5py.File(path, "r", locking=False)
     except OSError:
         raise ArchiveError(
@@ -330,12 +374,24 @@ def opened(path: Path) -> Iterator[h5py.File]:
         ) from None
     with file:
         try:
+            if not sealed:
+                _refuse_unsealed(file, path)
             yield file
         except (KeyError, OSError, RuntimeError, ValueError) as error:
             why = str(error).splitlines()[0]
             raise ArchiveError(
                 f"{path}: found a damaged file ({why}); expected what tribopipe wrote; restore it from a copy"
             ) from error
+
+
+def _refuse_unsealed(file: h5py.File, path: Path) -> NoReturn:
+    """Say what a file without a seal is: one of an older format, one that lost it, or none of ours."""
+    found = format_of(file)
+    check_format(file, path, STUDY_FORMAT if found is not None and found.kind == STUDY_FORMAT.kind else RUN_FORMAT)
+    raise ArchiveError(
+        f"{path}: found no seal in front of it, as if another program had written it anew; expected the file as "
+        "tribopipe wrote it; restore it from a copy, or save what is whole in it with `tribopipe rescue`"
+    )
 
 
 def open_archive(folder: Path | str = "archive") -> Archive:

@@ -2,15 +2,16 @@
 
 /entry                NXentry, opens on its first curve
   archived            NXcollection: format of this file, fingerprint of all the study was made from
-  process             NXprocess: program, version, date
+  process             NXprocess: program, version, date, environment (JSON)
   study, result       NXnote: JSON, from which the records come back to the last digit
-  options             NXnote: JSON of the recipe's parts that were used
+  options             NXnote: JSON of the recipe that was used
+  stands_on           NXnote: JSON of the fingerprint of each run, as ingested
   curve_000 …         NXdata: one run under one law, measured wear beside the law with both 95 % bands
 """
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import h5py
@@ -18,7 +19,7 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from tribopipe.archive import nexus
-from tribopipe.errors import ArchiveError
+from tribopipe.archive.formats import STUDY_FORMAT
 from tribopipe.records.disc_verdict import TwinDiscStudyResult
 from tribopipe.records.study import Study
 from tribopipe.records.verdict import StudyResult
@@ -27,7 +28,6 @@ from tribopipe.study.evaluate import StudyCurve
 from tribopipe.units import from_si, to_si
 from tribopipe.version import VERSION
 
-STUDY_FORMAT = "tribopipe.archive.study/1"
 _RESULT: TypeAdapter[StudyResult | TwinDiscStudyResult] = TypeAdapter(StudyResult | TwinDiscStudyResult)
 _DISC_TOLD = ("run_id", "model", "role", "disc")
 _DISC_LINES = ("predicted", "lower", "upper")
@@ -45,6 +45,10 @@ class StudyOutline:
     options: Mapping[str, Any]
     program_version: str
     date: str
+    stands_on: Mapping[str, str] = field(default_factory=dict, kw_only=True)
+    """Its runs, each with the SHA-256 of what was ingested. Nothing where the file does not say."""
+    environment: Mapping[str, str] = field(default_factory=dict, kw_only=True)
+    """What it was computed with, as ``tribopipe.environment`` tells it. Nothing where the file does not say."""
 
 
 @dataclass(frozen=True)
@@ -61,17 +65,17 @@ def write_study(file: h5py.File, stored: StoredStudy) -> None:
     nexus.field(entry, "title", stored.study.title or stored.study.id)
     nexus.field(entry, "identifier_study", stored.study.id)
     archived = nexus.group(entry, "archived", "NXcollection")
-    nexus.field(archived, "format", STUDY_FORMAT)
+    nexus.field(archived, "format", str(STUDY_FORMAT))
     nexus.field(archived, "inputs_sha256", stored.inputs_sha256)
     process = nexus.group(entry, "process", "NXprocess")
     nexus.field(process, "program", "tribopipe")
     nexus.field(process, "version", stored.program_version)
     nexus.field(process, "date", stored.date)
+    nexus.document(process, "environment", dict(stored.environment))
     nexus.document(entry, "study", stored.study)
     nexus.document(entry, "result", stored.result)
-    options = nexus.group(entry, "options", "NXnote")
-    nexus.field(options, "type", "application/json")
-    nexus.field(options, "data", json.dumps(dict(stored.options), sort_keys=True))
+    nexus.document(entry, "options", dict(stored.options))
+    nexus.document(entry, "stands_on", dict(stored.stands_on))
     for number, curve in enumerate(stored.curves):
         if isinstance(curve, DiscStudyCurve):
             _write_disc_curve(entry, f"curve_{number:03}", curve)
@@ -106,20 +110,15 @@ def _write_disc_curve(entry: h5py.Group, name: str, curve: DiscStudyCurve) -> No
         nexus.field(data, line, np.asarray(from_si(getattr(curve, line), "m^3", "mm^3")), "mm^3")
 
 
-def read_study(file: h5py.File, path: object) -> StoredStudy:
-    """Read a study. Raises ``ArchiveError`` where the file is none of ours, or of a format to come."""
-    outline, entry = read_study_outline(file, path), file["entry"]
+def read_study(file: h5py.File) -> StoredStudy:
+    """Read a study."""
+    outline, entry = read_study_outline(file), file["entry"]
     curves = tuple(_read_curve(entry[name]) for name in sorted(entry) if name.startswith("curve_"))
     return StoredStudy(**vars(outline), curves=curves)
 
 
-def read_study_outline(file: h5py.File, path: object) -> StudyOutline:
-    """Read a study without its curves. Raises ``ArchiveError`` as ``read_study`` does."""
-    if "entry/archived/format" not in file or nexus.text(file, "entry/archived/format") != STUDY_FORMAT:
-        raise ArchiveError(
-            f"{path}: found an HDF5 file that is no study of the format {STUDY_FORMAT}; expected one written by "
-            "tribopipe; move it away and run the study again"
-        )
+def read_study_outline(file: h5py.File) -> StudyOutline:
+    """Read a study without its curves."""
     entry = file["entry"]
     return StudyOutline(
         study=read_study_document(file),
@@ -128,6 +127,8 @@ def read_study_outline(file: h5py.File, path: object) -> StudyOutline:
         options=json.loads(nexus.text(entry, "options/data")),
         program_version=nexus.text(entry, "process/version"),
         date=nexus.text(entry, "process/date"),
+        stands_on=nexus.told(entry, "stands_on"),
+        environment=nexus.told(entry["process"], "environment"),
     )
 
 

@@ -10,9 +10,9 @@ from typing import Any, TypeVar
 import h5py
 import numpy as np
 
-from tribopipe.archive.catalogue.stamps import stamp_of
 from tribopipe.archive.outline import RunOutline
 from tribopipe.archive.own_content import own_datasets
+from tribopipe.archive.stamps import stamp_of
 from tribopipe.archive.steps import StepName
 from tribopipe.archive.store import SUFFIX, Archive, opened
 from tribopipe.archive.studyfile import StoredStudy

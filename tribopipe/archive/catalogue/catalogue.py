@@ -11,7 +11,7 @@ from tribopipe.archive.catalogue.database import Database, transaction
 from tribopipe.archive.catalogue.listed import ListedRun, in_order
 from tribopipe.archive.catalogue.notes import forget, keep, noted, take_note
 from tribopipe.archive.catalogue.query import parse_where, where_clause
-from tribopipe.archive.catalogue.stamps import Stamp, stamps
+from tribopipe.archive.stamps import Stamp, stamps
 
 Advance = Callable[[str], None]
 _BATCH = 100

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from tribopipe.archive.catalogue.columns import COLUMNS, Cell
 from tribopipe.archive.catalogue.database import NOTED, sum_of
-from tribopipe.archive.catalogue.stamps import STUDIES, Stamp
+from tribopipe.archive.stamps import STUDIES, Stamp
 from tribopipe.errors import TribopipeError
 
 

@@ -1,6 +1,6 @@
 """Run archived by tribopipe (.h5): HDF5, laid out by NeXus.
 
-    /entry/archived/format             "tribopipe.archive/1"
+    /entry/archived/format             "tribopipe.archive/2", or 1
     /entry/raw/<signal>                numbers in SI; attributes units, origin ("measured", "derived from …")
     /entry/extra_columns/column_<n>    numbers or texts; attributes column_name, column_unit
     /entry/source_files/file_<n>       description: what stood above the numbers of that file
@@ -28,7 +28,9 @@ from tribopipe.units import is_unit
 _MAGIC = b"\x89HDF\r\n\x1a\n"
 _SUPERBLOCK = 48
 _HEAD_BYTES = 1 << 16
-_FORMAT = "tribopipe.archive/1"
+_FORMATS = ("tribopipe.archive/1", "tribopipe.archive/2")
+_USER_BLOCKS = (0, 512)
+"""Where HDF5 begins: in format 2, after a user block."""
 _REMEDY = "copy the file again from the archive"
 _FACTS = ("started", "title", "operator", "instrument", "comment", "contact", "conditions")
 
@@ -42,7 +44,7 @@ class NexusReader:
 
     def match(self, source: SourceFile) -> Match:
         """Judge by the magic of HDF5 and the creator, which stands near the start."""
-        if not source.content.startswith(_MAGIC):
+        if _start(source) is None:
             return Match(0.0, "the file does not start as HDF5 does")
         if b"tribopipe" not in source.content[:_HEAD_BYTES]:
             return Match(0.2, "an HDF5 file that tribopipe did not write")
@@ -54,8 +56,8 @@ class NexusReader:
         answer = answer_of("nexus_fields.py", source, remedy=_REMEDY)
         line, _, numbers = answer.partition(b"\n")
         said = json.loads(line)
-        if said["format"] != _FORMAT:
-            raise _refused(source, f"the format {said['format']!r} where {_FORMAT!r} is known")
+        if said["format"] not in _FORMATS:
+            raise _refused(source, f"the format {said['format']!r} where {' and '.join(_FORMATS)} are known")
         columns = tuple(_columns(said["columns"], np.frombuffer(numbers, "<f8")))
         _check(source, columns)
         return ReadTable(columns, "".join(said["headers"]), (), dict(_facts("", said["manifest"])))
@@ -65,11 +67,17 @@ def _refused(source: SourceFile, found: str) -> ReaderError:
     return ReaderError(f"{source.name}: found {found}; expected a run as tribopipe archives it; {_REMEDY}")
 
 
+def _start(source: SourceFile) -> int | None:
+    """Return where HDF5 begins in a file; none where it does not."""
+    return next((start for start in _USER_BLOCKS if source.content.startswith(_MAGIC, start)), None)
+
+
 def _refuse_cut(source: SourceFile) -> None:
     """Refuse what is no HDF5, or shorter than the end of file that its superblock names."""
-    if not source.content.startswith(_MAGIC) or len(source.content) < _SUPERBLOCK:
+    start = _start(source)
+    if start is None or len(source.content) < start + _SUPERBLOCK:
         raise _refused(source, "no HDF5 file, or only its first bytes")
-    (end,) = struct.unpack_from("<Q", source.content, 40 if source.content[8] < 2 else 28)
+    (end,) = struct.unpack_from("<Q", source.content, start + (40 if source.content[start + 8] < 2 else 28))
     if end > len(source.content):
         raise _refused(source, f"{len(source.content)} bytes of an HDF5 file of {end}")
 

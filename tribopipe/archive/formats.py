@@ -1,0 +1,52 @@
+"""The formats of archived files: the present ones, and what is said of files of another."""
+
+import re
+from typing import NamedTuple
+
+import h5py
+
+from tribopipe.archive import nexus
+from tribopipe.errors import ArchiveError
+
+_FORMAT = re.compile(r"(tribopipe\.archive(?:\.study)?)/(\d{1,6})")
+
+
+class Format(NamedTuple):
+    """What a file holds, and in which version of its layout."""
+
+    kind: str
+    version: int
+
+    def __str__(self) -> str:
+        return f"{self.kind}/{self.version}"
+
+
+RUN_FORMAT = Format("tribopipe.archive", 2)
+STUDY_FORMAT = Format("tribopipe.archive.study", 2)
+
+
+def format_of(file: h5py.File) -> Format | None:
+    """Return the format that a file says it has; none where it is not one of ours."""
+    if "entry/archived/format" not in file:
+        return None
+    said = _FORMAT.fullmatch(nexus.text(file, "entry/archived/format"))
+    return None if said is None else Format(said[1], int(said[2]))
+
+
+def check_format(file: h5py.File, path: object, expected: Format) -> None:
+    """Raise ``ArchiveError`` where a file is of another format, saying what to do."""
+    found = format_of(file)
+    if found == expected:
+        return
+    if found is None or found.kind != expected.kind:
+        holds = "run" if expected.kind == RUN_FORMAT.kind else "study"
+        raise ArchiveError(
+            f"{path}: found an HDF5 file that is no tribopipe {holds}; expected one written by tribopipe; move it out "
+            "of the archive folder"
+        )
+    mend = (
+        "`tribopipe migrate` brings it up to date"
+        if found.version < expected.version
+        else "use the tribopipe version that wrote it, or a later one"
+    )
+    raise ArchiveError(f"{path}: found the format '{found}'; expected '{expected}'; {mend}")

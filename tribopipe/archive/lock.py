@@ -1,0 +1,42 @@
+"""One writer at a time for each file of an archive, among all processes and machines that share the folder.
+
+The lock is the operating system's (flock, or its like on Windows), so that it ends with its holder, however that ends.
+Where a file system has none, the library falls back to marker files, which it takes away when their holder is gone.
+Readers take no lock: files are only ever replaced whole.
+"""
+
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from tribopipe.errors import ArchiveError
+
+LOCKS = ".locks"
+_SHARES = 64
+"""Files in the folder of locks: the archived files share them, so that there are not as many again."""
+_WAIT = 300.0
+"""How long another may write, s: the longest runs take some seconds."""
+_LOOK_EVERY = 0.01
+
+
+@contextmanager
+def writers_lock(folder: Path, name: str) -> Iterator[None]:
+    """Hold the lock of all writers of the file of a name.
+
+    Raises ``ArchiveError`` where another holds it for minutes, ``OSError`` where the folder cannot be written.
+    """
+    from filelock import FileLock, Timeout
+
+    locks = folder / LOCKS
+    locks.mkdir(parents=True, exist_ok=True)
+    # Names that differ in case alone may be one file.
+    path = locks / f"{zlib.crc32(name.casefold().encode()) % _SHARES:02}.lock"
+    try:
+        with FileLock(path, timeout=_WAIT, poll_interval=_LOOK_EVERY, mode=0o666):
+            yield
+    except Timeout:
+        raise ArchiveError(
+            f"{folder}: found another tribopipe that has been writing {name} for more than {_WAIT:.0f} s; expected it "
+            "to end; see whether it was suspended, and run this again"
+        ) from None
