@@ -4,10 +4,11 @@ import subprocess
 import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_archive import run_with
+from test_archive import run_with, step
 
 from tribopipe.archive import lock
 from tribopipe.archive.lock import LOCKS, writers_lock
@@ -15,6 +16,7 @@ from tribopipe.archive.store import Archive
 from tribopipe.errors import ArchiveError
 from tribopipe.records.annotation import Annotation
 from tribopipe.records.mark import Mark
+from tribopipe.records.results import DriftCorrection, WearFit
 
 _HOLDER = """
 import sys, time
@@ -37,7 +39,8 @@ def holder(tmp_path):
     process.stdout.close()
 
 
-def test_another_process_is_waited_for_and_named(holder, tmp_path, monkeypatch):
+@pytest.mark.usefixtures("holder")
+def test_another_process_is_waited_for_and_named(tmp_path, monkeypatch):
     monkeypatch.setattr(lock, "_WAIT", 0.05)
     with (
         pytest.raises(ArchiveError, match="another tribopipe that has been writing bare"),
@@ -80,3 +83,17 @@ def test_nothing_that_many_say_at_once_is_lost(bare_run, tmp_path):
         list(pool.map(say, range(8)))
     assert {one.text for one in archive.annotations("bare")} == {f"note {number}" for number in range(8)}
     assert {mark.reason for mark in archive.marks("bare")} == {f"reason {number}" for number in range(8)}
+
+
+def test_a_step_made_from_what_another_has_replaced_meanwhile_is_refused(bare_run, tmp_path):
+    archive = Archive(tmp_path)
+    archive.add(run_with(bare_run, np.arange(10.0)))
+    first = step("drift_correction", DriftCorrection(outcome="uncorrected", lacks=("an end value",)))
+    fit = step("wear_fit_archard", WearFit(model="archard", outcome="not fitted"))
+    stands_on = {"raw": archive.raw_sha256("bare"), "clean_up": "", "drift_correction": first.result_sha256}
+    archive.put_step("bare", first)
+    archive.put_step("bare", replace(fit, stands_on=stands_on))
+    archive.put_step("bare", step("drift_correction", DriftCorrection(outcome="uncorrected", lacks=("a depth",))))
+    with pytest.raises(ArchiveError, match="another drift correction than the wear fit archard was made from"):
+        archive.put_step("bare", replace(fit, stands_on=stands_on))
+    assert archive.step_names("bare") == ["drift_correction"]

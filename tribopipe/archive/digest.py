@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 from tribopipe.records.base import Record
 from tribopipe.run import RawRun
 
+Part: TypeAlias = Record | NDArray[Any] | Mapping[str, Any] | str
 
-def digest(*parts: Record | NDArray[Any] | Mapping[str, Any] | str) -> str:
+
+def digest(*parts: Part) -> str:
     """Return the SHA-256 of records, arrays, mappings and texts, in this order."""
     hashed = hashlib.sha256()
     for part in parts:
@@ -32,10 +34,14 @@ def digest(*parts: Record | NDArray[Any] | Mapping[str, Any] | str) -> str:
 
 def raw_digest(run: RawRun) -> str:
     """Return the fingerprint of a run as ingested: manifest, columns, and the bytes they came from."""
-    parts: list[Record | NDArray[Any] | Mapping[str, Any] | str] = [run.manifest]
+    return digest(run.manifest, *columns_and_sources(run))
+
+
+def columns_and_sources(run: RawRun) -> list[Part]:
+    """Return what a fingerprint of a run as ingested tells beside its manifest."""
+    parts: list[Part] = []
     for name, values in run.columns.items():
         parts += [name, run.origins[name], values]
     for label, extra in run.extras.items():
         parts += [label, extra.unit or "", extra.values]
-    parts += [f"{source.name} {source.sha256}" for source in run.sources]
-    return digest(*parts)
+    return [*parts, *(f"{source.name} {source.sha256}" for source in run.sources)]

@@ -49,13 +49,18 @@ def quantity(parent: h5py.Group, name: str, value: Quantity) -> None:
         field(parent, f"{name}_errors", value.standard_uncertainty, value.unit)
 
 
-def document(parent: h5py.Group, name: str, record: Record | list[Any]) -> h5py.Group:
-    """Add a record as JSON in an NXnote, from which ``read_document`` gets it back to the last digit."""
-    text = record.model_dump_json(by_alias=True) if isinstance(record, Record) else json.dumps(record)
+def document(parent: h5py.Group, name: str, content: Record | list[Any] | dict[str, Any]) -> h5py.Group:
+    """Add a record, or what is JSON already, in an NXnote, from which it comes back to the last digit."""
+    text = content.model_dump_json(by_alias=True) if isinstance(content, Record) else json.dumps(content)
     note = group(parent, name, "NXnote")
     field(note, "type", "application/json")
     field(note, "data", text)
     return note
+
+
+def told(parent: h5py.Group, name: str) -> dict[str, str]:
+    """Read texts by name; none where there is no such document, as in files of the first format."""
+    return json.loads(text(parent, f"{name}/data")) if name in parent else {}
 
 
 def text(parent: h5py.Group, path: str) -> str:

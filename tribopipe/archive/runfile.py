@@ -1,7 +1,7 @@
 """One run as a NeXus HDF5 file.
 
 /entry                   NXentry, opens on ``wear``
-  archived               NXcollection: format of this file, fingerprint of the raw content
+  archived               NXcollection: format of this file, fingerprint of the raw content, what it was ingested with
   pin, disc              NXsample; or curved_disc, flat_disc
   conditions, end_values NXcollection: as run.toml states them, in SI
   instrument             NXinstrument with an NXsensor for each recorded signal
@@ -12,7 +12,8 @@
   profiles               NXcollection of NXdata: height against position across wear tracks
   clean_up               NXprocess as those below; data are the columns that differ from the raw ones
   drift_correction, friction_fit, specific_wear, wear_fit_<law>, prediction_<law>
-                         NXprocess: program, version, date, parameters, result (JSON) and data
+                         NXprocess: program, version, date, parameters and data; result, options, what the step
+                         stands on and the environment it was computed in (JSON)
   local_wear_<law>       NXprocess as those above; course and fields are NXdata over sliding distance or rotations,
                          fields over the places of the surface besides
   wear                   NXdata: the corrected wear of the pin beside the fitted laws, for viewers
@@ -29,9 +30,10 @@ import numpy as np
 
 from tribopipe.archive import nexus
 from tribopipe.archive.digest import raw_digest
+from tribopipe.archive.formats import RUN_FORMAT
 from tribopipe.archive.steps import STEPS, WEAR_FITS, Fingerprints, Step, StepName, Table
 from tribopipe.clean_up.cleaning import with_cleaned
-from tribopipe.errors import ArchiveError
+from tribopipe.environment import environment
 from tribopipe.records.annotation import Annotation
 from tribopipe.records.base import Record
 from tribopipe.records.clean_up import CleanUp
@@ -43,7 +45,6 @@ from tribopipe.run import Column, ExtraColumn, Profile, RawRun, SourceFile
 from tribopipe.units import from_si
 from tribopipe.version import VERSION
 
-FORMAT = "tribopipe.archive/1"
 _A_DEPTH = re.compile("(wear_)?depth(_lower|_upper)?")
 """Curves of a fit that are depths of the pin, or of both discs together."""
 _SENSED: tuple[SignalName, ...] = ("depth", "normal_force", "friction_force", "temperature", "relative_humidity")
@@ -59,8 +60,9 @@ def write_raw(file: h5py.File, run: RawRun, findings: Sequence[Finding]) -> None
         nexus.field(entry, "start_time", manifest.started.isoformat())
     nexus.field(entry, "identifier_run", manifest.id)
     archived = nexus.group(entry, "archived", "NXcollection")
-    nexus.field(archived, "format", FORMAT)
+    nexus.field(archived, "format", str(RUN_FORMAT))
     nexus.field(archived, "raw_sha256", raw_digest(run))
+    nexus.document(archived, "environment", environment())
     _write_people_and_things(entry, run)
     _write_sources(entry, run)
     nexus.document(entry, "manifest", manifest)
@@ -198,9 +200,9 @@ def write_step(entry: h5py.Group, step: Step) -> None:
     nexus.field(fingerprints, "inputs_sha256", step.inputs_sha256)
     nexus.field(fingerprints, "result_sha256", step.result_sha256)
     nexus.document(process, "result", step.result)
-    options = nexus.group(process, "options", "NXnote")
-    nexus.field(options, "type", "application/json")
-    nexus.field(options, "data", json.dumps(dict(step.options), sort_keys=True))
+    nexus.document(process, "options", dict(step.options))
+    nexus.document(process, "stands_on", dict(step.stands_on))
+    nexus.document(process, "environment", dict(step.environment))
     nexus.summary(nexus.group(process, "parameters", "NXparameters"), step.result)
     if step.curves:
         _write_curves(process, step)
@@ -288,7 +290,14 @@ def read_step(entry: h5py.Group, name: StepName) -> Step | None:
         date=nexus.text(process, "date"),
         curves=_read_arrays(process["data"], _signals(process["data"])) if "data" in process else {},
         tables=dict(_read_tables(process)),
+        stands_on=nexus.told(process, "stands_on"),
+        environment=nexus.told(process, "environment"),
     )
+
+
+def read_environment(entry: h5py.Group) -> dict[str, str]:
+    """Read what the run was ingested with; empty where the file does not say."""
+    return nexus.told(entry["archived"], "environment")
 
 
 def write_marks(entry: h5py.Group, marks: Sequence[Mark]) -> None:
@@ -368,17 +377,3 @@ def copy_additions(source: h5py.File, entry: h5py.Group) -> None:
     for name in (*STEPS, "marks", "annotations"):
         if name in source["entry"]:
             source.copy(f"entry/{name}", entry, name=name)
-
-
-def check_format(file: h5py.File, path: object) -> None:
-    """Refuse a file that is no run of ours, or of a format to come."""
-    if "entry/archived/format" not in file:
-        raise ArchiveError(
-            f"{path}: found an HDF5 file that is no tribopipe run; expected one written by tribopipe; move it out of "
-            "the archive folder"
-        )
-    found = nexus.text(file, "entry/archived/format")
-    if found != FORMAT:
-        raise ArchiveError(
-            f"{path}: found the format {found!r}; expected {FORMAT!r}; use the tribopipe version that wrote it"
-        )

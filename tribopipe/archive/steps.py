@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 
 from pydantic import TypeAdapter
 
-from tribopipe.archive.digest import digest
+from tribopipe.archive.digest import Part, digest
 from tribopipe.records.base import Record
 from tribopipe.records.clean_up import CleanUp
 from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction
@@ -89,7 +89,7 @@ class Step:
     name: StepName
     result: Record
     inputs_sha256: str
-    """Fingerprint of version, options, and the results this one stands on."""
+    """Fingerprint of version, options, and all this one stands on: see ``inputs_digest``."""
     options: Mapping[str, object]
     """What the step was told, as JSON types."""
     program_version: str
@@ -99,13 +99,27 @@ class Step:
     """Arrays over the samples of the run, with their SI unit."""
     tables: Mapping[str, Table] = field(default_factory=dict)
     """Arrays over other axes."""
+    stands_on: Mapping[str, str] = field(default_factory=dict)
+    """What it was made from, each with its SHA-256: "raw", the steps before it, empty where the run lacked one, and
+    what was told besides, such as "wear_coefficient". Nothing where the file does not say."""
+    environment: Mapping[str, str] = field(default_factory=dict)
+    """What it was computed with, as ``tribopipe.environment`` tells it. Nothing where the file does not say."""
 
     @property
     def result_sha256(self) -> str:
         """Fingerprint of what the step found."""
+        return digest(self.result, *self.arrays)
+
+    @property
+    def arrays(self) -> list[Part]:
+        """What a fingerprint of the step tells beside its result: curves and tables by name, with unit and values."""
         kept = [self.curves, *(arrays for table in self.tables.values() for arrays in table)]
-        parts = [part for arrays in kept for name, (values, unit) in arrays.items() for part in (name, unit, values)]
-        return digest(self.result, *parts)
+        return [part for arrays in kept for name, (values, unit) in arrays.items() for part in (name, unit, values)]
+
+
+def inputs_digest(version: str, name: StepName, options: Mapping[str, object], stands_on: Mapping[str, str]) -> str:
+    """Return the fingerprint of all that a step is made from; ``stands_on`` in its order."""
+    return digest(version, name, options, *stands_on.values())
 
 
 def downstream(name: StepName) -> set[StepName]:

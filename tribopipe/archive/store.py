@@ -178,8 +178,12 @@ class Archive:
             return read_findings(file["entry"])
 
     def put_step(self, run_id: str, step: Step) -> None:
-        """Add a step or replace it; steps that stood on another result of it are dropped with it."""
+        """Add a step or replace it; steps that stood on another result of it are dropped with it.
+
+        Raises ``ArchiveError`` where the step was made from a result that is another one by now.
+        """
         with self._rewriting(run_id) as (old, new):
+            self._refuse_stale(run_id, step, old["entry"])
             before = read_fingerprints(old["entry"], step.name)
             dropped: set[str] = {step.name}
             if bool(step.curves) if before is None else before.result != step.result_sha256:
@@ -187,6 +191,16 @@ class Archive:
             entry = copy_except(old, new, dropped)
             write_step(entry, step)
             write_wear_plot(entry)
+
+    def _refuse_stale(self, run_id: str, step: Step, entry: h5py.Group) -> None:
+        for base in STEPS[step.name].stands_on:
+            there = read_fingerprints(entry, base)
+            if base in step.stands_on and step.stands_on[base] != ("" if there is None else there.result):
+                made, other = step.name.replace("_", " "), base.replace("_", " ")
+                raise ArchiveError(
+                    f"{self.path(run_id)}: found another {other} than the {made} was made from, since another tribopipe "
+                    "has worked on the run meanwhile; expected one at a time; run this again"
+                )
 
     @property
     def study_folder(self) -> Path:
@@ -362,9 +376,20 @@ def opened(path: Path) -> Iterator[h5py.File]:
 
     Raises ``ArchiveError`` where a byte of it is not as it was written, it has no seal, or it cannot be read.
     """
+    with of_any_format(path) as file:
+        if not is_sealed(path):
+            _refuse_unsealed(file, path)
+        yield file
+
+
+@contextmanager
+def of_any_format(path: Path) -> Iterator[h5py.File]:
+    """Open a file for reading that may be of a format without a seal.
+
+    Raises ``ArchiveError`` where a byte of a sealed file is not as it was written, or it cannot be read.
+    """
     try:
-        sealed = is_sealed(path)
-        if sealed:
+        if is_sealed(path):
             check_seal(path)
         file = h5py.File(path, "r", locking=False)
     except OSError:
@@ -374,8 +399,6 @@ def opened(path: Path) -> Iterator[h5py.File]:
         ) from None
     with file:
         try:
-            if not sealed:
-                _refuse_unsealed(file, path)
             yield file
         except (KeyError, OSError, RuntimeError, ValueError) as error:
             why = str(error).splitlines()[0]
