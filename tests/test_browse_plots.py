@@ -12,13 +12,13 @@ from folders import DISC_IDS
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tribopipe.archive.results import archived_correction
 from tribopipe.archive.store import Archive
 from tribopipe.browse.decimate import Window, shown
 from tribopipe.browse.drawing import Curve, Drawing, Panel, Unit, plot_answer
 from tribopipe.browse.json_answer import encoded
 from tribopipe.browse.plots import run_axes, run_plots
 from tribopipe.browse.samples import Kept, RunFile
-from tribopipe.pipeline import archived_correction
 from tribopipe.records.results import COVERAGE_FACTOR, FrictionFit, WearFit
 
 RUN = "si3n4-air-200mN"
@@ -282,7 +282,7 @@ def test_a_column_of_absurd_length_is_refused(spoilt):
         endless.attrs["origin"] = "measured"
 
     run = spoilt(stretch)
-    with pytest.raises(Exception, match=r"found 1,000,000,000,000 values in /entry/raw/depth; expected a column"):
+    with pytest.raises(Exception, match=r"found values .* at /entry/raw/depth; expected a file that holds"):
         answer(run, "depth")
 
 

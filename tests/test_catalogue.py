@@ -378,7 +378,7 @@ def test_folder_that_cannot_be_written_is_listed_in_memory(two, monkeypatch, rea
     def read_only(name: str, **options):
         if name == ":memory:":
             return connect(name, **options)
-        return connect(f"file:{name}?mode=ro", uri=True, **options)
+        return connect(f"file:{name}?mode=ro", **options | {"uri": True})
 
     monkeypatch.setattr(sqlite3, "connect", read_only)
     del reads[:]

@@ -51,6 +51,10 @@ FLAGS = {
     | {"--output", "--force"},
     "export csv": COMMON | {"--what", "--output", "--force"},
     "export runs": {"--archive", "--where", "--sort", "--columns", "--output"},
+    "reproduce": COMMON,
+    "migrate": COMMON,
+    "rescue": {"--to", "--json"},
+    "verify": COMMON | {"--run", "--recompute"},
     "report": {"--output", "--run", "--archive", "--force"},
     "browse": {"--archive", "--port", "--no-browser"},
     "schema export": set(),
@@ -121,6 +125,8 @@ def test_flags_are_these_and_help_tells_them(run_cli, command):
         "study figures --format gif",
         "plan some-id",
         "plan --interval 5%",
+        "rescue archive/some-id.h5",
+        "verify one --archive another",
         "schema import",
     ],
 )
@@ -333,7 +339,7 @@ def test_second_process_does_nothing_and_says_so(run_cli, sample_run, archive):
     first = run_cli("process", sample_run, "--archive", archive, "--no-figures")
     assert "9 steps done, 0 unchanged" in first.stderr
     before = tree_bytes(archive)
-    second = run_cli("process", sample_run, "--archive", archive)
+    second = run_cli("process", sample_run, "--archive", archive, "--no-figures")
     assert second.exit_code == 0
     assert "Nothing to do: all 9 steps are unchanged; --force redoes them." in second.stderr
     assert tree_bytes(archive) == before

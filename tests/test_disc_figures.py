@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from folders import SAMPLES, replace_in
 
+from tribopipe.archive.results import archived_correction
 from tribopipe.archive.store import Archive
 from tribopipe.drift import correct_drift
 from tribopipe.friction import fit_friction
 from tribopipe.ingest.harmonise import read_run
-from tribopipe.pipeline import archived_correction, ingest, process
+from tribopipe.pipeline import ingest, process
 from tribopipe.records.manifest import CurvedDisc, FlatDisc, RunManifest, TwinDisc
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import Recipe

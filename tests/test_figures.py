@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from folders import SAMPLE_IDS
 
+from tribopipe.archive.results import archived_correction, archived_friction
 from tribopipe.archive.store import Archive
 from tribopipe.clean_up.cleaning import clean_run
 from tribopipe.drift import correct_drift
 from tribopipe.friction import fit_friction
-from tribopipe.pipeline import archived_correction, archived_friction, clean_archived, correct_archived_drift
+from tribopipe.pipeline import clean_archived, correct_archived_drift
 from tribopipe.records.clean_up import AUTOMATIC, Change, CleanUp, TurnOver
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import Recipe

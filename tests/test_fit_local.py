@@ -10,12 +10,13 @@ from test_identify import CASES, quiet, record
 from test_verdict import SLOW, member_of, study
 from test_verdict import edited as with_manifest
 
+from tribopipe.archive.results import archived_fit
 from tribopipe.archive.store import Archive
 from tribopipe.drift import correct_drift
 from tribopipe.errors import ContactError, FitError
 from tribopipe.friction import fit_friction
 from tribopipe.ingest.harmonise import read_run
-from tribopipe.pipeline import archived_fit, fit_archived_wear, predict_archived
+from tribopipe.pipeline import fit_archived_wear, predict_archived
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import MonteCarloRecipe, Recipe, WearRecipe
 from tribopipe.run import RawRun

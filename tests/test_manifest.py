@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from tribopipe.errors import ManifestError
-from tribopipe.records.base import load_toml, parse_toml, read_document
+from tribopipe.records.base import load_toml, read_document
+from tribopipe.records.document import parse_toml
 from tribopipe.records.export import SCHEMAS, schema_text
 from tribopipe.records.manifest import RunManifest, read_manifest
 from tribopipe.records.plan import Plan

@@ -2,7 +2,9 @@
 
 from dataclasses import asdict
 
+import numpy as np
 import pytest
+from archived_files import edited
 from folders import replace_in, set_key
 
 from tribopipe.archive import nexus
@@ -113,7 +115,7 @@ def table(page: StagePage, title: str) -> tuple[tuple[str, ...], ...]:
 def test_page_has_what_was_tested_and_how(archive):
     page = run_page(Archive(archive), RUN)
     assert [group.title for group in page.facts] == [
-        *("Pin", "Disc", "Conditions", "Instrument", "Recorded", "Signals", "End values")
+        *("Pin", "Disc", "Conditions", "Instrument", "Recorded", "Signals", "End values", "Computed with")
     ]
     assert facts_of(page, "Pin")["radius"] == "0.7940 ± 0.0016 mm"
     assert facts_of(page, "Pin")["Young's modulus"] == "304.0 ± 6.1 GPa"
@@ -123,6 +125,19 @@ def test_page_has_what_was_tested_and_how(archive):
     assert facts_of(page, "Signals")["sliding distance"] == "derived from nominal speed"
     assert facts_of(page, "End values")["pin scar diameter"].endswith("µm, white-light")
     assert (page.id, page.tribometer, page.bad, page.tags, page.studies) == (RUN, "pin-on-disc", None, (), ())
+
+
+def test_environment_is_told_once_or_for_the_steps_that_had_another(archive):
+    store = Archive(archive)
+    (told,) = facts_of(run_page(store, RUN), "Computed with").items()
+    assert told[0] == "every step"
+    assert f"numpy {np.__version__}" in told[1]
+    with edited(store.path(RUN)) as file:
+        file["entry/friction_fit/environment/data"][()] = '{"numpy": "1.0"}'
+        del file["entry/archived/environment"]
+    *_, friction = facts = facts_of(run_page(store, RUN), "Computed with")
+    assert facts[friction] == "numpy 1.0"
+    assert (friction, len(facts)) == ("friction fit", 2)
 
 
 def test_page_has_every_step_and_every_source(archive):
@@ -185,7 +200,8 @@ def test_page_without_contact_tells_the_rest(sample_run, tmp_path):
     assert outcome.error is None
     page = run_page(store, outcome.run_id)
     assert page.tribometer is None
-    assert [group.title for group in page.facts] == ["Conditions", "Instrument", "Recorded", "Signals"]
+    titles = [group.title for group in page.facts]
+    assert titles == ["Conditions", "Instrument", "Recorded", "Signals", "Computed with"]
 
 
 def test_texts_come_as_the_lab_wrote_them(sample_run, tmp_path):

@@ -5,7 +5,7 @@ import json
 import pytest
 from folders import SAMPLE_IDS, SAMPLES
 
-from tribopipe.pipeline import archived_fit, archived_friction
+from tribopipe.archive.results import archived_fit, archived_friction
 from tribopipe.records.plan import Truth
 from tribopipe.records.results import WearPrediction
 

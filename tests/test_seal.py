@@ -1,5 +1,7 @@
 """The seal of archived files: whatever byte is another one is known before HDF5 looks, and viewers never see it."""
 
+from pathlib import Path
+
 import h5py
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ from hypothesis import strategies as st
 from test_archive import run_with, step
 
 from tribopipe.archive import seal
-from tribopipe.archive.seal import SEAL_SIZE, check_seal, is_sealed, seal_file
+from tribopipe.archive.seal import SEAL_SIZE, check_every_byte, check_seal, is_sealed, seal_file
 from tribopipe.archive.store import Archive
 from tribopipe.errors import ArchiveError
 from tribopipe.records.results import FrictionFit
@@ -88,3 +90,20 @@ def test_a_file_found_whole_is_not_read_twice(archive, monkeypatch):
     check_seal(archive.path("bare"))
     monkeypatch.setattr(seal.hashlib, "file_digest", None)
     check_seal(archive.path("bare"))
+
+
+def test_a_file_that_is_replaced_while_it_is_looked_at_is_not_called_damaged(archive, monkeypatch):
+    path, other = archive.path(archive.ids()[0]), archive.folder / "other"
+    with h5py.File(other, "w", userblock_size=SEAL_SIZE) as file:
+        file["longer"] = np.zeros(path.stat().st_size)
+    seal_file(other)
+    plain = Path.open
+
+    def replaced_first(self, *how, **more):
+        if other.exists():
+            other.replace(path)
+        return plain(self, *how, **more)
+
+    monkeypatch.setattr(Path, "open", replaced_first)
+    check_every_byte(path)
+    assert not other.exists()

@@ -163,6 +163,14 @@ def test_a_change_of_k_d_goes_by_the_law_s_own_distance():
     assert shape_of(raw, "sarkar").change_point().rate_ratio == pytest.approx(0.5, rel=0.3)
 
 
+def test_a_change_is_held_against_noise_of_the_seed_that_is_told():
+    shape = shape_of(seeded(LIGHT, 27))
+    first, again, other = (shape.change_point(seed).p_value for seed in (1, 1, 2))
+    assert first == again == shape.change_point().p_value
+    assert other != first
+    assert other == pytest.approx(first, abs=0.05)
+
+
 def test_a_run_of_few_samples_has_no_change_point():
     raw = seeded(LIGHT, 26)
     # Samples in seven clumps: as many stretches.

@@ -185,7 +185,7 @@ def test_run_puts_its_predictions_into_the_runs(run_cli, home):
 
 def test_second_run_says_unchanged_and_writes_nothing(run_cli, evaluated):
     before = tree_bytes(evaluated)
-    result = run_cli("study", "run", "study.toml", cwd=evaluated)
+    result = run_cli("study", "run", "study.toml", "--no-figures", cwd=evaluated)
     assert result.exit_code == 0
     assert result.stderr.startswith("air: unchanged, nothing to do\n")
     assert "air, Archard's law: k_D = " in result.stderr
@@ -249,7 +249,7 @@ def test_study_on_other_laws_compares_them(run_cli, home):
 
 
 def test_show_repeats_what_run_said(run_cli, evaluated):
-    said = run_cli("study", "run", "study.toml", cwd=evaluated).stderr
+    said = run_cli("study", "run", "study.toml", "--no-figures", cwd=evaluated).stderr
     shown = run_cli("study", "show", "air", cwd=evaluated)
     assert (shown.exit_code, shown.stdout) == (0, "")
     assert said == f"air: unchanged, nothing to do\n{shown.stderr}"
@@ -533,8 +533,8 @@ def test_process_refuses_two_studies_of_one_id_before_it_begins(run_cli, lab):
 @pytest.mark.slow
 def test_process_draws_run_and_study_of_one_name(run_cli, lab, monkeypatch):
     drawn = []
-    monkeypatch.setattr("tribopipe.report.archived.save_run_figures", lambda _, run_id: drawn.append(("run", run_id)))
-    monkeypatch.setattr("tribopipe.report.studies.save_study_figures", lambda _, name: drawn.append(("study", name)))
+    monkeypatch.setattr("tribopipe.report.drawn.save_run_figures", lambda _, run_id: drawn.append(("run", run_id)))
+    monkeypatch.setattr("tribopipe.report.drawn.save_study_figures", lambda _, name: drawn.append(("study", name)))
     write_study(lab / "runs", id=HEAVY, fit=[LIGHT])
     assert run_cli("process", "runs", "--recipe", "recipe.toml", cwd=lab).exit_code == 0
     assert sorted(drawn) == [("run", LIGHT), ("run", HEAVY), ("study", HEAVY)]

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tribopipe.archive.results import archived_correction, archived_friction
 from tribopipe.archive.store import Archive
 from tribopipe.errors import ArchiveError
-from tribopipe.pipeline import archived_correction, archived_friction
 from tribopipe.records.mark import Mark
 from tribopipe.records.recipe import Recipe, WearRecipe
 from tribopipe.records.results import COVERAGE_FACTOR

@@ -7,9 +7,21 @@ Nothing outside this module derives from ``Exception``.
 from collections.abc import Iterable
 from difflib import get_close_matches
 
+_HALF = 600
+
 
 class TribopipeError(Exception):
     """Root of everything tribopipe raises on purpose; its text is shown to people as it stands."""
+
+    def __str__(self) -> str:
+        """Return the sentence in one line; what a file makes of it for a terminal is written out, or cut in the middle.
+
+        Texts of a file stand in many sentences, and may hold line ends, signs that steer a terminal, or a megabyte.
+        """
+        said = super().__str__()
+        if not said.isprintable():
+            said = "".join(sign if sign.isprintable() else repr(sign)[1:-1] for sign in said)
+        return said if len(said) <= 2 * _HALF else f"{said[:_HALF]} … {said[-_HALF:]}"
 
 
 class UnitError(TribopipeError):
@@ -42,6 +54,10 @@ class ArchiveError(TribopipeError):
 
 class QueryError(TribopipeError):
     """A choice of runs, or of what is listed of them, that cannot be understood."""
+
+
+class InternalError(TribopipeError):
+    """What nobody foresaw: a mistake in tribopipe, not in what it was given."""
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

@@ -8,7 +8,8 @@ import tempfile
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from fnmatch import fnmatch
 from functools import partial
 from io import BytesIO
 from itertools import islice
@@ -58,6 +59,23 @@ def beside(path: Path) -> list[str]:
         return []
 
 
+def found_below(folder: Path, *patterns: str) -> list[Path]:
+    """Give what lies in a folder and below it whose name matches one of the patterns, however deep folders lie.
+
+    Folders that links lead to are not looked into, nor are those that cannot be read.
+    """
+    found: list[Path] = []
+    left = [folder]
+    while left:
+        with suppress(OSError), os.scandir(left.pop()) as entries:
+            for entry in entries:
+                if any(fnmatch(entry.name, pattern) for pattern in patterns):
+                    found.append(Path(entry.path))
+                if entry.is_dir(follow_symlinks=False):
+                    left.append(Path(entry.path))
+    return found
+
+
 def leads_out(path: Path, folder: Path) -> bool:
     """Tell whether a path ends outside a folder once links are followed."""
     return not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
@@ -70,16 +88,28 @@ def replacing(path: Path) -> Iterator[Path]:
     The content is on the disk before it is given its name, and the name before this returns, so that a crash leaves
     the old file or the new one, and what was said to be written is.
     """
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=_PART, dir=path.parent)
-    os.close(handle)
-    part = Path(name)
-    with undone_by(partial(part.unlink, missing_ok=True)):
-        yield part
-        with part.open("rb+") as written:
-            os.fsync(written.fileno())
-        part.chmod(0o666 & ~_umask())
-        _take_place(part, path)
-        _sync_folder(path.parent)
+    with _blamed_on(path):
+        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=_PART, dir=path.parent)
+        os.close(handle)
+        part = Path(name)
+        with undone_by(partial(part.unlink, missing_ok=True)):
+            yield part
+            with part.open("rb+") as written:
+                os.fsync(written.fileno())
+            part.chmod(0o666 & ~_umask())
+            _take_place(part, path)
+            _sync_folder(path.parent)
+
+
+@contextmanager
+def _blamed_on(path: Path) -> Iterator[None]:
+    """Let errors name the file that was to be written: people know nothing of temporary ones."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename is None or str(error.filename).endswith(_PART):
+            error.filename = str(path)
+        raise
 
 
 def _take_place(part: Path, path: Path) -> None:
@@ -107,6 +137,14 @@ def _sync_folder(folder: Path) -> None:
             raise
     finally:
         os.close(handle)
+
+
+def drive_of(folder: Path) -> int | None:
+    """Return the number of the drive or share that a folder is on; none where there is no such folder."""
+    try:
+        return folder.stat().st_dev
+    except OSError:
+        return None
 
 
 def leftovers(folder: Path) -> list[Path]:

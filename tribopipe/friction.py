@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tribopipe.noise import effective_samples, inflation
 from tribopipe.records.quantity import Quantity
@@ -30,6 +31,10 @@ _DECISIVE = 6.0
 _LARGEST_RELATIVE_UNCERTAINTY = 0.5
 _CLEARLY = 3.0
 """Standard uncertainties by which friction must start below zero to be called negative."""
+_NEARLY_SETTLED = 1e-3
+"""Relative change of the parameters within which the search has found its minimum."""
+_SMALL = 1e-6
+"""Friction and the like below which a change counts in itself."""
 _RAMP_SHARE = 0.05
 """A loading ramp takes at most this share of a run."""
 
@@ -175,7 +180,7 @@ def _fit_exponential(distance: Column, mu: Column) -> _Exponential:
     start = _best_start(distance, mu, shortest, longest)
     bounds = ([-largest, 0.0, math.log(shortest)], [largest, largest, math.log(longest)])
     found = least_squares(
-        lambda p: p[0] * np.exp(-distance / math.exp(p[2])) + p[1] - mu,
+        lambda p: _residuals(distance, mu, p),
         np.clip(start, [-largest, 1e-12, bounds[0][2] + 1e-9], [largest, largest, bounds[1][2] - 1e-9]),
         jac=lambda p: _slopes(distance, p),
         bounds=bounds,
@@ -184,11 +189,33 @@ def _fit_exponential(distance: Column, mu: Column) -> _Exponential:
         ftol=1e-12,
         gtol=1e-12,
     )
-    c = math.exp(found.x[2])
+    settled = _settled(distance, mu, found.x, found.active_mask == 0)
+    residuals, slopes, c = _residuals(distance, mu, settled), _slopes(distance, settled), math.exp(settled[2])
     scale = np.diag([1.0, 1.0, c])
-    normal = np.linalg.pinv(found.jac.T @ found.jac)
-    covariance = scale @ normal @ scale * inflation(found.fun, 3)
-    return _Exponential(np.array([found.x[0], found.x[1], c]), covariance, found.fun)
+    normal = np.linalg.pinv(slopes.T @ slopes)
+    covariance = scale @ normal @ scale * inflation(residuals, 3)
+    return _Exponential(np.array([settled[0], settled[1], c]), covariance, residuals)
+
+
+def _settled(distance: Column, mu: Column, found: Column, free: NDArray[np.bool_]) -> Column:
+    """Take Gauss–Newton steps in the free parameters for as long as they get shorter.
+
+    A search that stops where the sum of squares no longer falls knows its minimum to half of the digits only: which
+    others it ends on depends on the order in which the processor adds.
+    """
+    p, longest = found.copy(), _NEARLY_SETTLED
+    while True:
+        step = np.linalg.lstsq(_slopes(distance, p)[:, free], _residuals(distance, mu, p), rcond=None)[0]
+        size = float(np.linalg.norm(step / np.maximum(np.abs(p[free]), _SMALL)))
+        if not size < longest:
+            return p
+        p[free] -= step
+        longest = size
+
+
+def _residuals(distance: Column, mu: Column, p: Column) -> Column:
+    """Return A·exp(−s/c) + b less what was measured."""
+    return np.asarray(p[0] * np.exp(-distance / math.exp(p[2])) + p[1] - mu)
 
 
 def _slopes(distance: Column, p: Column) -> Column:

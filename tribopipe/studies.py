@@ -1,20 +1,27 @@
 """Studies on archived runs: found beside run folders, evaluated, archived, and their predictions put into the runs."""
 
+import os
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from itertools import count
 from pathlib import Path
+from typing import Any
 
 from tribopipe.archive.digest import digest
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
 from tribopipe.clean_up.cleaning import clean_run
 from tribopipe.drift import correct_drift
+from tribopipe.environment import environment
 from tribopipe.errors import ArchiveError, FitError, ManifestError, TribopipeError, did_you_mean
+from tribopipe.files import found_below
 from tribopipe.friction import fit_friction
 from tribopipe.pipeline import (
     Outcome,
+    attempted,
     correct_archived_drift,
     fit_archived_friction,
     predict_with,
@@ -43,13 +50,13 @@ def find_studies(path: Path) -> list[Path]:
     """Return the study documents in a folder or below it: study.toml, and all whose names end in .study.toml."""
     if not path.is_dir():
         return []
-    return sorted({*path.rglob(STUDY_NAME), *path.rglob(f"*{STUDY_SUFFIX}")})
+    return sorted(found_below(path, STUDY_NAME, f"*{STUDY_SUFFIX}"))
 
 
 def load_studies(paths: Sequence[Path]) -> list[Study]:
     """Read studies, each document once. Raises ``ManifestError`` where one is wrong, or two have the same id."""
     studies: dict[str, tuple[Path, Study]] = {}
-    for path in {path.resolve(): path for path in paths}.values():
+    for path in {os.path.realpath(path): path for path in paths}.values():
         study = load_toml(path, Study)
         if study.id in studies:
             raise ManifestError(
@@ -77,25 +84,60 @@ def members(archive: Archive, run_ids: Sequence[str], recipe: Recipe) -> tuple[d
     return found, left_out
 
 
-def _members_of(archive: Archive, study: Study, recipe: Recipe) -> tuple[dict[str, Member], list[LeftOut]]:
+@dataclass(frozen=True)
+class PlannedStudy:
+    """A study of archived runs, ready to be evaluated."""
+
+    study: Study
+    recipe: Recipe
+    runs: Mapping[str, Member]
+    left_out: Sequence[LeftOut]
+    stands_on: Mapping[str, str]
+    """Its runs, each with the SHA-256 of what was ingested."""
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """What it is told, as JSON types."""
+        return self.recipe.model_dump(mode="json", by_alias=True)
+
+    @property
+    def inputs_sha256(self) -> str:
+        """Fingerprint of all it is made from."""
+        return digest(VERSION, self.study, self.options, *self.left_out, *self.stands_on.values())
+
+    def evaluate(self) -> Evaluation | DiscEvaluation:
+        """Evaluate it on the tribometer its runs are from; runs of different ones are refused by either."""
+        discs = any(run.corrected.run.manifest.rolls for run in self.runs.values())
+        return (evaluate_discs if discs else evaluate)(self.study, self.runs, self.recipe, self.left_out)
+
+    def take(self) -> StoredStudy:
+        """Evaluate it, and return it as it is archived."""
+        found = self.evaluate()
+        return StoredStudy(
+            study=self.study,
+            result=found.result,
+            inputs_sha256=self.inputs_sha256,
+            options=self.options,
+            program_version=VERSION,
+            date=datetime.now(UTC).isoformat(timespec="seconds"),
+            curves=found.curves,
+            stands_on=self.stands_on,
+            environment=environment(),
+        )
+
+
+def planned_study(archive: Archive, study: Study, recipe: Recipe) -> PlannedStudy:
+    """Plan a study on archived runs. Raises ``ArchiveError`` for a run that is not in the archive."""
     try:
-        return members(archive, (*study.fit, *study.predict), recipe)
+        runs, left_out = members(archive, (*study.fit, *study.predict), recipe)
     except TribopipeError as error:
         raise type(error)(f"study {study.id}: {error}") from None
+    return PlannedStudy(study, recipe, runs, left_out, {run_id: archive.raw_sha256(run_id) for run_id in runs})
 
 
 def evaluate_archived(archive: Archive, study: Study, recipe: Recipe) -> Evaluation | DiscEvaluation:
     """Evaluate a study on archived runs; nothing of it is kept."""
-    runs, left_out = _members_of(archive, study, recipe)
-    return _evaluate(study, runs, recipe, left_out)
-
-
-def _evaluate(
-    study: Study, runs: Mapping[str, Member], recipe: Recipe, left_out: Sequence[LeftOut]
-) -> Evaluation | DiscEvaluation:
-    """Evaluate a study on the tribometer its runs are from; runs of different ones are refused by either."""
-    discs = any(run.corrected.run.manifest.rolls for run in runs.values())
-    return (evaluate_discs if discs else evaluate)(study, runs, recipe, left_out)
+    return planned_study(archive, study, recipe).evaluate()
 
 
 def run_study(archive: Archive, study: Study, recipe: Recipe, *, force: bool = False) -> Iterator[Outcome]:
@@ -103,11 +145,7 @@ def run_study(archive: Archive, study: Study, recipe: Recipe, *, force: bool = F
 
     A study whose runs, options and version are unchanged is skipped.
     """
-    try:
-        outcome = _keep(archive, study, recipe, force=force)
-    except TribopipeError as error:
-        yield Outcome(study.id, "study", "failed", error=error)
-        return
+    outcome = attempted(study.id, "study", partial(_keep, archive, study, recipe, force=force))
     yield outcome
     if not isinstance(outcome.result, StudyResult | TwinDiscStudyResult):
         return
@@ -116,14 +154,17 @@ def run_study(archive: Archive, study: Study, recipe: Recipe, *, force: bool = F
         yield from _complete(archive, run_id, recipe)
     for law in outcome.result.laws:
         for run_id in (run_id for run_id in study.predict if run_id not in left_out):
-            try:
-                reference = study.fit[0] if len(study.fit) == 1 else f"study {study.id}"
-                yield predict_with(archive, run_id, reference, law.model, _known(law), recipe, force=force)
-            except TribopipeError as error:
-                yield Outcome(run_id, "prediction", "failed", error=error)
+            reference = study_reference(study)
+            predict = partial(predict_with, archive, run_id, reference, law.model, known_by(law), recipe, force=force)
+            yield attempted(run_id, "prediction", predict)
 
 
-def _known(law: LawResult | TwinDiscLawResult) -> KnownPin | KnownDiscs:
+def study_reference(study: Study) -> str:
+    """Return what predictions with a study's k_D call it: the run that alone identified it, or the study."""
+    return study.fit[0] if len(study.fit) == 1 else f"study {study.id}"
+
+
+def known_by(law: LawResult | TwinDiscLawResult) -> KnownPin | KnownDiscs:
     """Return the wear coefficients a study found under a law."""
     if isinstance(law, LawResult):
         return KnownPin(law.wear_coefficient, law.engine)
@@ -146,21 +187,21 @@ def process_studies(
 ) -> Iterator[Outcome]:
     """Run studies one after the other; one that fails does not stop the others."""
     for study in studies:
-        yield from run_study(archive, study, recipe, force=force)
+        try:
+            yield from run_study(archive, study, recipe, force=force)
+        except Exception as error:  # noqa: BLE001 - as in ``attempted``
+            yield Outcome.failed(study.id, "study", error)
 
 
 def _keep(archive: Archive, study: Study, recipe: Recipe, *, force: bool) -> Outcome:
-    runs, left_out = _members_of(archive, study, recipe)
-    options = recipe.model_dump(mode="json", by_alias=True)
-    inputs = digest(VERSION, study, options, *left_out, *(archive.raw_sha256(run_id) for run_id in runs))
+    planned = planned_study(archive, study, recipe)
     if study.id in archive.study_ids() and not force:
-        stored = archive.study(study.id)
-        if stored.inputs_sha256 == inputs:
+        stored = archive.study_outline(study.id)
+        if stored.inputs_sha256 == planned.inputs_sha256:
             return Outcome(study.id, "study", "unchanged", stored.result)
-    found = _evaluate(study, runs, recipe, left_out)
-    date = datetime.now(UTC).isoformat(timespec="seconds")
-    archive.put_study(StoredStudy(study, found.result, inputs, options, VERSION, date, found.curves))
-    return Outcome(study.id, "study", "done", found.result)
+    taken = planned.take()
+    archive.put_study(taken)
+    return Outcome(study.id, "study", "done", taken.result)
 
 
 def plan_archived(archive: Archive, name: str, law: LawName, wanted: float, recipe: Recipe) -> tuple[Design, ...]:

@@ -48,7 +48,7 @@ KINDS: dict[str, Kind] = {
 }
 
 _NUMBER_THEN_UNIT = re.compile(
-    r"\s*(?P<number>[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)\s*(?P<unit>.*?)\s*\Z", re.DOTALL
+    r"\s*(?P<number>[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)\s*(?P<unit>.*)\Z", re.DOTALL
 )
 _LONGEST_UNIT = 40
 _SPELLINGS = str.maketrans(
@@ -128,7 +128,7 @@ def parse(text: str, kind: str) -> float:
     Raises ``UnitError`` where the text is no number with a unit of that kind, or not finite in SI.
     """
     wanted = KINDS[kind]
-    matched = _NUMBER_THEN_UNIT.match(text)
+    matched = _NUMBER_THEN_UNIT.match(text.rstrip())
     if matched is None or matched["unit"].startswith(","):
         hint = "; write the decimal sign as a point" if re.search(r"\d,\d", text) else ""
         raise UnitError(
@@ -152,7 +152,7 @@ def parse_interval(text: str, kind: str, *, of: float) -> float:
 
     A difference, so offsets (°C) do not count.
     """
-    matched = _NUMBER_THEN_UNIT.match(text)
+    matched = _NUMBER_THEN_UNIT.match(text.rstrip())
     if matched is not None and matched["unit"] == "%" and KINDS[kind].si != "1":
         return abs(of) * float(matched["number"]) / 100
     if kind == "temperature" and matched is not None and matched["unit"]:

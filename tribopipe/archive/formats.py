@@ -8,6 +8,8 @@ import h5py
 from tribopipe.archive import nexus
 from tribopipe.errors import ArchiveError
 
+FORMAT_TEXT = "entry/archived/format"
+"""Where a file says of which format it is."""
 _FORMAT = re.compile(r"(tribopipe\.archive(?:\.study)?)/(\d{1,6})")
 
 
@@ -27,9 +29,9 @@ STUDY_FORMAT = Format("tribopipe.archive.study", 2)
 
 def format_of(file: h5py.File) -> Format | None:
     """Return the format that a file says it has; none where it is not one of ours."""
-    if "entry/archived/format" not in file:
+    if FORMAT_TEXT not in file:
         return None
-    said = _FORMAT.fullmatch(nexus.text(file, "entry/archived/format"))
+    said = _FORMAT.fullmatch(nexus.text(file, FORMAT_TEXT))
     return None if said is None else Format(said[1], int(said[2]))
 
 

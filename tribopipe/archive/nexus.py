@@ -1,12 +1,15 @@
 """Small writers and readers of NeXus groups and fields, so that units, compression and text are the same everywhere."""
 
 import json
+from collections.abc import Iterator
 from typing import Any
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from tribopipe.archive.unpack import unpacked
+from tribopipe.errors import ArchiveError
 from tribopipe.records.base import Record
 from tribopipe.records.quantity import Quantity
 
@@ -42,13 +45,6 @@ def field(parent: h5py.Group, name: str, value: Any, unit: str | None = None, **
     return made
 
 
-def quantity(parent: h5py.Group, name: str, value: Quantity) -> None:
-    """Add a quantity as a field with its unit, and its standard uncertainty as NeXus' <name>_errors."""
-    field(parent, name, value.value, value.unit)
-    if value.standard_uncertainty is not None:
-        field(parent, f"{name}_errors", value.standard_uncertainty, value.unit)
-
-
 def document(parent: h5py.Group, name: str, content: Record | list[Any] | dict[str, Any]) -> h5py.Group:
     """Add a record, or what is JSON already, in an NXnote, from which it comes back to the last digit."""
     text = content.model_dump_json(by_alias=True) if isinstance(content, Record) else json.dumps(content)
@@ -64,34 +60,63 @@ def told(parent: h5py.Group, name: str) -> dict[str, str]:
 
 
 def text(parent: h5py.Group, path: str) -> str:
-    """Read a text field."""
-    return str(parent[path].asstr()[()])
-
-
-def summary(parent: h5py.Group, record: Record, prefix: str = "") -> None:
-    """Add the fields of a result one by one, for people and viewers; those of a record in it with its name before."""
-    for name in type(record).model_fields:
-        value = getattr(record, name)
-        if isinstance(value, Record) and not isinstance(value, Quantity):
-            summary(parent, value, f"{prefix}{name}_")
-        else:
-            _summarised(parent, f"{prefix}{name}", value)
-
-
-def _summarised(parent: h5py.Group, name: str, value: Any) -> None:
-    if isinstance(value, Quantity):
-        quantity(parent, name, value)
-    elif isinstance(value, bool):
-        field(parent, name, int(value))
-    elif isinstance(value, str | int | float):
-        field(parent, name, value)
-    elif isinstance(value, tuple) and len(value) == 2 and all(isinstance(end, Quantity) for end in value):
-        for suffix, end in zip(("lower", "upper"), value, strict=True):
-            quantity(parent, f"{name}_{suffix}", end)
-    elif isinstance(value, tuple) and value and all(isinstance(item, str) for item in value):
-        field(parent, name, "; ".join(value))
+    """Read a text field. Raises ``ArchiveError`` where something else stands there."""
+    found = _dataset(parent, path)
+    if found.rank or found.get_type().get_class() != h5py.h5t.STRING:
+        raise _refused(parent, path, f"an array of {found.dtype} of the shape {found.shape}")
+    into = np.empty((), found.dtype)
+    found.read(h5py.h5s.ALL, h5py.h5s.ALL, into)
+    return bytes(into[()]).decode()
 
 
 def floats(parent: h5py.Group, name: str) -> NDArray[np.float64]:
-    """Read a numeric field."""
-    return np.asarray(parent[name][()], dtype=np.float64)
+    """Read a numeric field. Raises ``ArchiveError`` where something else stands there."""
+    found = h5py.Dataset(_dataset(parent, name))
+    if found.dtype.kind not in "fiu":
+        raise _refused(parent, name, "texts")
+    return np.asarray(unpacked(found), dtype=np.float64)
+
+
+def _dataset(parent: h5py.Group, path: str) -> h5py.h5d.DatasetID:
+    try:
+        found = h5py.h5o.open(parent.id, path.encode())
+    except KeyError:
+        raise _refused(parent, path, "nothing") from None
+    if not isinstance(found, h5py.h5d.DatasetID):
+        raise _refused(parent, path, "no field")
+    return found
+
+
+def _refused(parent: h5py.Group, path: str, found: str) -> ArchiveError:
+    return ArchiveError(
+        f"{parent.file.filename}: found a damaged file ({found} at {str(parent.name).rstrip('/')}/{path}); expected "
+        "what tribopipe wrote; restore it from a copy"
+    )
+
+
+def summary(parent: h5py.Group, record: Record) -> None:
+    """Add the fields of a result one by one, for people and viewers."""
+    for shown in summarised(record):
+        field(parent, *shown)
+
+
+def summarised(record: Record, prefix: str = "") -> Iterator[tuple[str, float | str, str | None]]:
+    """Return what a summary shows, with its unit; fields of a record within the record with its name before theirs."""
+    for name in type(record).model_fields:
+        yield from _shown(f"{prefix}{name}", getattr(record, name))
+
+
+def _shown(name: str, value: Any) -> Iterator[tuple[str, float | str, str | None]]:
+    if isinstance(value, Quantity):
+        yield name, value.value, value.unit
+        if value.standard_uncertainty is not None:
+            yield f"{name}_errors", value.standard_uncertainty, value.unit  # as NeXus calls it
+    elif isinstance(value, Record):
+        yield from summarised(value, f"{name}_")
+    elif isinstance(value, str | int | float):
+        yield name, int(value) if isinstance(value, bool) else value, None
+    elif isinstance(value, tuple) and len(value) == 2 and all(isinstance(end, Quantity) for end in value):
+        for suffix, end in zip(("lower", "upper"), value, strict=True):
+            yield from _shown(f"{name}_{suffix}", end)
+    elif isinstance(value, tuple) and value and all(isinstance(item, str) for item in value):
+        yield name, "; ".join(value), None

@@ -2,14 +2,15 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import h5py
 import numpy as np
 
 from tribopipe.archive import nexus
-from tribopipe.archive.runfile import read_fingerprints, read_manifest, read_marks, read_result
+from tribopipe.archive.runfile import read_environment, read_fingerprints, read_manifest, read_marks, read_result
 from tribopipe.archive.steps import STEPS, StepName
+from tribopipe.archive.unpack import unpacked
 from tribopipe.records.base import Record
 from tribopipe.records.finding import Finding
 from tribopipe.records.manifest import RunManifest
@@ -43,6 +44,8 @@ class StepOutline:
     program_version: str
     date: str
     """When it was done, ISO 8601."""
+    environment: Mapping[str, str] = field(default_factory=dict)
+    """What it was computed with; nothing where the file does not say."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +62,8 @@ class RunOutline:
     """Names of columns that no signal was made of."""
     sources: tuple[SourceOutline, ...]
     raw_sha256: str
+    environment: Mapping[str, str]
+    """What it was ingested with; nothing where the file does not say."""
     findings: tuple[Finding, ...]
     marks: tuple[Mark, ...]
     """Oldest first; the last one counts."""
@@ -79,6 +84,7 @@ def read_outline(file: h5py.File) -> RunOutline:
         extras=tuple(str(column.attrs["column_name"]) for column in extras),
         sources=tuple(_source(note) for note in entry["source_files"].values()),
         raw_sha256=nexus.text(entry, "archived/raw_sha256"),
+        environment=read_environment(entry),
         findings=tuple(Finding(**found) for found in json.loads(nexus.text(entry, "findings/data"))),
         marks=tuple(read_marks(entry)),
         steps={name: step for name in STEPS if (step := _step(entry, name)) is not None},
@@ -101,6 +107,7 @@ def _step(entry: h5py.Group, name: StepName) -> StepOutline | None:
         options=json.loads(nexus.text(entry[name], "options/data")),
         program_version=nexus.text(entry[name], "version"),
         date=nexus.text(entry[name], "date"),
+        environment=nexus.told(entry[name], "environment"),
     )
 
 
@@ -113,6 +120,6 @@ def _ends(entry: h5py.Group, names: list[SignalName]) -> dict[SignalName, float]
 def _last(entry: h5py.Group, name: SignalName) -> float | None:
     """Return the last known value of an axis, cleaned up or else raw; none where its end is missing."""
     cleaned = isinstance(entry.get(f"clean_up/data/{name}", getlink=True), h5py.HardLink)
-    tail = np.asarray(entry["clean_up/data" if cleaned else "raw"][name][-_TAIL:], dtype=np.float64)
+    tail = unpacked(entry["clean_up/data" if cleaned else "raw"][name], last=_TAIL).astype(np.float64)
     known = tail[np.isfinite(tail)]
     return float(known[-1]) if known.size else None

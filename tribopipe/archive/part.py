@@ -8,6 +8,7 @@ from typing import NamedTuple, TypeAlias
 import h5py
 
 from tribopipe.archive.own_content import storage_elsewhere
+from tribopipe.archive.unpack import check_packed
 from tribopipe.errors import ArchiveError
 
 Part: TypeAlias = h5py.Group | h5py.Dataset | h5py.Datatype
@@ -26,7 +27,7 @@ class NoPart(NamedTuple):
 def find_part(file: h5py.File, path: str) -> h5py.Group | h5py.Dataset:
     """Return a group or dataset.
 
-    Raises ``ArchiveError`` where there is no such part, or it lies in another file.
+    Raises ``ArchiveError`` where there is no such part, it lies in another file, or it unpacks to more than it says.
     """
     part = part_at(file, path)
     if isinstance(part, NoPart) and part.beyond:
@@ -36,6 +37,8 @@ def find_part(file: h5py.File, path: str) -> h5py.Group | h5py.Dataset:
         )
     if isinstance(part, NoPart | h5py.Datatype):
         raise _no_part(file, path)
+    if isinstance(part, h5py.Dataset):
+        check_packed(part)
     return part
 
 
@@ -85,11 +88,6 @@ def link_at(group: h5py.Group, name: str) -> Link | None:
         return group.get(name, getlink=True)
     except TypeError:
         return None
-
-
-def lies_elsewhere(dataset: h5py.Dataset) -> bool:
-    """Tell whether the values of a dataset are kept in other files."""
-    return storage_elsewhere(dataset.id) is not None
 
 
 def _name(file: h5py.File) -> str:

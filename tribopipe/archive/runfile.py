@@ -23,7 +23,7 @@
 
 import json
 import re
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 import h5py
 import numpy as np
@@ -32,6 +32,7 @@ from tribopipe.archive import nexus
 from tribopipe.archive.digest import raw_digest
 from tribopipe.archive.formats import RUN_FORMAT
 from tribopipe.archive.steps import STEPS, WEAR_FITS, Fingerprints, Step, StepName, Table
+from tribopipe.archive.unpack import unpacked
 from tribopipe.clean_up.cleaning import with_cleaned
 from tribopipe.environment import environment
 from tribopipe.records.annotation import Annotation
@@ -145,23 +146,31 @@ def read_raw(file: h5py.File) -> RawRun:
     """Read a run as it was ingested."""
     entry = file["entry"]
     raw = entry["raw"]
-    names = [name for name in SIGNALS if name in raw]
+    columns = _read_signals(raw)
     headers: dict[str, str] = {}
     sources = []
     for note in entry["source_files"].values():
         file_name = nexus.text(note, "file_name")
-        sources.append(SourceFile(file_name, np.asarray(note["data"][()], dtype=np.uint8).tobytes()))
+        sources.append(SourceFile(file_name, unpacked(note["data"]).astype(np.uint8).tobytes()))
         if "description" in note:
             headers[file_name] = nexus.text(note, "description")
     return RawRun(
         manifest=read_manifest(file),
-        columns={name: nexus.floats(raw, name) for name in names},
-        origins={name: raw[name].attrs["origin"] for name in names},
+        columns=columns,
+        origins={name: raw[name].attrs["origin"] for name in columns},
         extras=dict(_read_extras(entry)),
         headers=headers,
         sources=tuple(sources),
         profiles=_read_profiles(entry),
     )
+
+
+def _read_signals(raw: h5py.Group) -> dict[SignalName, Column]:
+    """Read the signals of a run. Raises ``ValueError`` where they are not columns of one length."""
+    columns = {name: nexus.floats(raw, name) for name in SIGNALS if name in raw}
+    if len({values.shape for values in columns.values()}) != 1 or next(iter(columns.values())).ndim != 1:
+        raise ValueError(f"signals of different lengths in {raw.name}")
+    return columns
 
 
 def read_cleaned(file: h5py.File) -> RawRun:
@@ -185,7 +194,7 @@ def _read_extras(entry: h5py.Group) -> Iterator[tuple[str, ExtraColumn]]:
     if "extra_columns" not in entry:
         return
     for column in entry["extra_columns"].values():
-        values = column.asstr()[()] if h5py.check_string_dtype(column.dtype) else column[()]
+        values = column.asstr()[()] if h5py.check_string_dtype(column.dtype) else unpacked(column)
         yield column.attrs["column_name"], ExtraColumn(np.asarray(values), column.attrs["column_unit"] or None)
 
 
@@ -334,12 +343,8 @@ def write_wear_plot(entry: h5py.Group) -> None:
 
     Wear of the pin, or of both discs together; of two discs without a depth signal, the laws alone.
     """
-    curves = _corrected_curve(entry)
-    for law, step_name in WEAR_FITS.items():
-        fit = read_step(entry, step_name)
-        for name, (values, _) in fit.curves.items() if fit is not None else ():
-            if _A_DEPTH.fullmatch(name):
-                curves[law + name.removeprefix("wear_").removeprefix("depth")] = values
+    names: tuple[StepName, ...] = ("drift_correction", *WEAR_FITS.values())
+    curves = wear_curves({name: step for name in names if (step := read_step(entry, name)) is not None})
     if not curves:
         return
     wear = _against_axis(entry, "wear", next(iter(curves)))
@@ -348,17 +353,20 @@ def write_wear_plot(entry: h5py.Group) -> None:
     worn = "pin" if "pin" in entry else "two discs"
     nexus.field(wear, "title", f"Wear of the {worn}, run {nexus.text(entry, 'identifier_run')}")
     for name, values in curves.items():
-        nexus.field(wear, name, np.asarray(from_si(values, "m", "um")), "um")
+        nexus.field(wear, name, values, "um")
     entry.attrs["default"] = "wear"
 
 
-def _corrected_curve(entry: h5py.Group) -> dict[str, Column]:
-    """Return the corrected wear of the pin, or of two discs together, by its name; nothing where there is none."""
-    correction = read_step(entry, "drift_correction")
-    if correction is None:
-        return {}
-    names = [name for name in ("pin_wear_depth", "wear_depth") if name in correction.curves]
-    return {name: correction.curves[name][0] for name in names[:1]}
+def wear_curves(steps: Mapping[StepName, Step]) -> dict[str, Column]:
+    """Return what that group plots by name, µm: the corrected wear first, then the laws that were fitted."""
+    correction = steps["drift_correction"].curves if "drift_correction" in steps else {}
+    wanted = [name for name in ("pin_wear_depth", "wear_depth") if name in correction]
+    curves = {name: correction[name][0] for name in wanted[:1]}
+    for law, step_name in WEAR_FITS.items():
+        for name, (values, _) in steps[step_name].curves.items() if step_name in steps else ():
+            if _A_DEPTH.fullmatch(name):
+                curves[law + name.removeprefix("wear_").removeprefix("depth")] = values
+    return {name: np.asarray(from_si(values, "m", "um")) for name, values in curves.items()}
 
 
 def copy_except(source: h5py.File, target: h5py.File, dropped: set[str]) -> h5py.Group:

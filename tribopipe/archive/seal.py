@@ -6,6 +6,7 @@ after it. The seal tells accidents; it is no signature, since anybody can comput
 """
 
 import hashlib
+import os
 import time
 from pathlib import Path
 
@@ -15,6 +16,9 @@ from tribopipe.errors import ArchiveError
 SEAL_SIZE = 512
 """The least user block that HDF5 has, bytes."""
 _FIRST = b"tribopipe archive file, sealed. HDF5 begins at byte 512; SHA-256 of all bytes from there:\n"
+_SIGNATURE, _SUPERBLOCK = b"\x89HDF\r\n\x1a\n", 48
+_PLACES_OF_LENGTH = {0: 40, 2: 28, 3: 28}
+"""Where HDF5 says how long the file is, by the version that follows its signature."""
 _MOST_KNOWN = 10_000
 _whole: dict[Path, Stamp] = {}
 """Files that were found whole by this process, as they looked then."""
@@ -45,22 +49,42 @@ def check_seal(path: Path) -> None:
 
     A file that was found whole is known again by its stamp, and not read a second time.
     """
+    if _whole.get(path) != stamp_of(path.stat()):
+        check_every_byte(path)
+
+
+def check_every_byte(path: Path) -> None:
+    """Read a file whole, whatever is known of it. Raises as ``check_seal`` does."""
     stamp = stamp_of(path.stat())
-    if _whole.get(path) == stamp:
-        return
     settled = stamp.settled(time.time_ns())
     with path.open("rb") as file:
         written = file.read(SEAL_SIZE)
+        size = os.fstat(file.fileno()).st_size  # of the file opened, for another may have taken its place meanwhile
+        if _length_said(file.read(_SUPERBLOCK)) != size:  # a terabyte of nothing takes an hour to read
+            raise _damaged(path, "it is not as long as when its checksum was taken")
+        file.seek(SEAL_SIZE)
         found = _seal_of(hashlib.file_digest(file, "sha256").hexdigest())
     if written != found:
-        raise ArchiveError(
-            f"{path}: found a damaged file (its checksum is not the one it was sealed with); expected every byte as "
-            "tribopipe wrote it; restore it from a copy, or save what is whole in it with `tribopipe rescue`"
-        )
+        raise _damaged(path, "its checksum is not the one it was sealed with")
     if settled:
         if len(_whole) >= _MOST_KNOWN:
             _whole.clear()
         _whole[path] = stamp
+
+
+def _length_said(superblock: bytes) -> int | None:
+    """Return how long a file is by what HDF5 begins with, bytes; none where that is not HDF5."""
+    if superblock[: len(_SIGNATURE)] != _SIGNATURE or len(superblock) < _SUPERBLOCK:
+        return None
+    place = _PLACES_OF_LENGTH.get(superblock[len(_SIGNATURE)])
+    return None if place is None else int.from_bytes(superblock[place : place + 8], "little")
+
+
+def _damaged(path: Path, why: str) -> ArchiveError:
+    return ArchiveError(
+        f"{path}: found a damaged file ({why}); expected every byte as tribopipe wrote it; restore it from a copy, or "
+        "save what is whole in it with `tribopipe rescue`"
+    )
 
 
 def _seal_of(digest: str) -> bytes:

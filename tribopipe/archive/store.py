@@ -1,5 +1,6 @@
 """An archive folder: runs by id, each a file that is only ever replaced whole."""
 
+import os
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from io import BytesIO
@@ -7,17 +8,20 @@ from pathlib import Path
 from typing import Literal, NoReturn, TypeVar
 
 import h5py
+from pydantic import ValidationError
 
 from tribopipe.archive.digest import raw_digest
-from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT, check_format, format_of
+from tribopipe.archive.formats import FORMAT_TEXT, RUN_FORMAT, STUDY_FORMAT, check_format, format_of
 from tribopipe.archive.lock import writers_lock
 from tribopipe.archive.nexus import text
 from tribopipe.archive.outline import RunOutline, read_outline
+from tribopipe.archive.own_content import check_parts, own_datasets
 from tribopipe.archive.runfile import (
     copy_additions,
     copy_except,
     read_annotations,
     read_cleaned,
+    read_environment,
     read_findings,
     read_fingerprints,
     read_manifest,
@@ -42,7 +46,7 @@ from tribopipe.archive.studyfile import (
     write_study,
 )
 from tribopipe.errors import ArchiveError, did_you_mean
-from tribopipe.files import natural_order, write_file
+from tribopipe.files import drive_of, natural_order, write_file
 from tribopipe.records.annotation import Annotation, tags_after
 from tribopipe.records.base import Record
 from tribopipe.records.finding import Finding
@@ -51,15 +55,20 @@ from tribopipe.records.mark import Mark
 from tribopipe.run import RawRun
 
 R = TypeVar("R", bound=Record)
+_DAMAGED = (ArithmeticError, AttributeError, LookupError, MemoryError, OSError, RuntimeError, TypeError, ValueError)
+"""What reading raises where a file holds something else than tribopipe writes."""
+_LONGEST = 300
+"""Characters of what is said of it."""
 SUFFIX = ".h5"
 STUDIES = "studies"
 
 
 class Archive:
-    """The runs in a folder. Nothing is kept in memory: every call reads what is there."""
+    """The runs in a folder. Nothing of them is kept in memory: every call reads what is there."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+        self._drive = drive_of(folder)
 
     def __repr__(self) -> str:
         return f"Archive({str(self.folder)!r}, {len(self.ids())} runs)"
@@ -106,6 +115,11 @@ class Archive:
         """Return the fingerprint of a run's raw content."""
         with self.open(run_id) as file:
             return text(file, "entry/archived/raw_sha256")
+
+    def environment(self, run_id: str) -> dict[str, str]:
+        """Return what a run was ingested with; empty where its file does not say."""
+        with self.open(run_id) as file:
+            return read_environment(file["entry"])
 
     def raw(self, run_id: str) -> RawRun:
         """Return a run as ingested."""
@@ -156,6 +170,13 @@ class Archive:
         with self.open(run_id) as file:
             return read_fingerprints(file["entry"], name)
 
+    def stands_on(self, run_id: str, name: StepName) -> dict[str, str]:
+        """Return fingerprints of what a step is made from: "raw", and the steps before it, empty for one not done."""
+        with self.open(run_id) as file:
+            before = {base: read_fingerprints(file["entry"], base) for base in STEPS[name].stands_on}
+            raw = text(file, "entry/archived/raw_sha256")
+        return {"raw": raw, **{base: "" if there is None else there.result for base, there in before.items()}}
+
     def step(self, run_id: str, name: StepName) -> Step | None:
         """Return a step of a run; none where the run has not been through it."""
         with self.open(run_id) as file:
@@ -198,7 +219,7 @@ class Archive:
             if base in step.stands_on and step.stands_on[base] != ("" if there is None else there.result):
                 made, other = step.name.replace("_", " "), base.replace("_", " ")
                 raise ArchiveError(
-                    f"{self.path(run_id)}: found another {other} than the {made} was made from, since another tribopipe "
+                    f"{self.path(run_id)}: found another {other} than the {made} was made from, as another tribopipe "
                     "has worked on the run meanwhile; expected one at a time; run this again"
                 )
 
@@ -230,6 +251,7 @@ class Archive:
     def _open_study(self, study_id: str) -> Iterator[h5py.File]:
         path = self.study_folder / f"{study_id}{SUFFIX}"
         if not path.is_file():
+            _refuse_odd(path)
             raise ArchiveError(
                 f"{self.folder}: found no study {study_id!r}; expected one of the archive's; "
                 f"{did_you_mean(study_id, self.study_ids())}"
@@ -307,18 +329,19 @@ class Archive:
             )
 
     @contextmanager
-    def open(self, run_id: str) -> Iterator[h5py.File]:
-        """Open a run's file for reading.
+    def open(self, run_id: str, parts: Sequence[str] | None = None) -> Iterator[h5py.File]:
+        """Open a run's file for reading, all of it or some datasets alone.
 
         Raises ``ArchiveError`` where there is none, it is no run, or what is read from it is damaged.
         """
         path = self.path(run_id)
         if not path.is_file():
+            _refuse_odd(path)
             raise ArchiveError(
                 f"{self.folder}: found no run {run_id!r}; expected one of the archive's; "
                 f"{did_you_mean(run_id, self.ids())}"
             )
-        with opened(path) as file:
+        with opened(path, parts) as file:
             check_format(file, path, RUN_FORMAT)
             yield file
 
@@ -350,11 +373,21 @@ class Archive:
         """Hold the lock of a file's writers; its folder is made where there is none."""
         with ExitStack() as held:
             try:
-                path.parent.mkdir(parents=True, exist_ok=True)
+                self._make_folder(path.parent)
                 held.enter_context(writers_lock(self.folder, path.stem))
             except OSError as error:
                 self._refuse(error)
             yield
+
+    def _make_folder(self, folder: Path) -> None:
+        """Make a folder where there is none; one that has gone meanwhile is not begun anew on another drive."""
+        if self._drive is not None and drive_of(self.folder) != self._drive:
+            raise ArchiveError(
+                f"{self.folder}: found the archive gone, which was there before; expected it to stay while it is "
+                "written to; see whether its drive or share is connected, or who moved it"
+            )
+        folder.mkdir(parents=True, exist_ok=True)
+        self._drive = drive_of(self.folder)
 
     def _refuse(self, error: OSError) -> NoReturn:
         raise ArchiveError(
@@ -366,45 +399,86 @@ class Archive:
 def _ids(folder: Path) -> list[str]:
     if not folder.is_dir():
         return []
-    found = (path.name for path in folder.glob(f"*{SUFFIX}") if not path.name.startswith("."))
-    return sorted((name.removesuffix(SUFFIX) for name in found), key=natural_order)
+    try:
+        with os.scandir(folder) as entries:
+            found = [entry.name for entry in entries if entry.name.endswith(SUFFIX) and entry.is_file()]
+    except OSError as error:
+        raise ArchiveError(
+            f"{folder}: cannot be read ({error.strerror or error}); expected an archive folder; check its permissions"
+        ) from None
+    return sorted((name.removesuffix(SUFFIX) for name in found if not name.startswith(".")), key=natural_order)
+
+
+def _refuse_odd(path: Path) -> None:
+    """Refuse what has the name of a file and is none: to open a pipe may take for ever, a device may have no end.
+
+    A link to a file is followed, wherever that is: a lab may keep large runs on another drive. A writer puts a file
+    in the place of the link, and leaves the other one as it is.
+    """
+    if os.path.lexists(path):
+        raise ArchiveError(
+            f"{path}: found a folder, a pipe, a device or a link to nothing; expected a file that tribopipe wrote; "
+            "move it out of the archive"
+        )
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[h5py.File]:
-    """Open a file of the archive for reading.
+def opened(path: Path, parts: Sequence[str] | None = None) -> Iterator[h5py.File]:
+    """Open a file of the archive for reading, all of it or some datasets alone.
 
     Raises ``ArchiveError`` where a byte of it is not as it was written, it has no seal, or it cannot be read.
     """
-    with of_any_format(path) as file:
+    with of_any_format(path, parts) as file:
         if not is_sealed(path):
             _refuse_unsealed(file, path)
         yield file
 
 
 @contextmanager
-def of_any_format(path: Path) -> Iterator[h5py.File]:
+def of_any_format(path: Path, parts: Sequence[str] | None = None) -> Iterator[h5py.File]:
     """Open a file for reading that may be of a format without a seal.
 
-    Raises ``ArchiveError`` where a byte of a sealed file is not as it was written, or it cannot be read.
+    One of ours is looked through before; where no more than some datasets are wanted, these alone are looked at.
+
+    Raises ``ArchiveError`` where a byte of a sealed file is not as it was written, it holds what tribopipe never
+    writes, or it cannot be read.
     """
     try:
         if is_sealed(path):
             check_seal(path)
         file = h5py.File(path, "r", locking=False)
-    except OSError:
-        raise ArchiveError(
-            f"{path}: found a file that is not HDF5, or is damaged; expected one archived by tribopipe; "
-            "restore it from a copy, or move it out of the archive"
-        ) from None
+    except OSError as error:
+        raise ArchiveError(f"{path}: {_why_not_opened(error)}") from None
     with file:
         try:
+            check_parts(file, [FORMAT_TEXT, *(parts or ())])
+            if parts is None and format_of(file) is not None:
+                own_datasets(file)
             yield file
-        except (KeyError, OSError, RuntimeError, ValueError) as error:
-            why = str(error).splitlines()[0]
+        except _DAMAGED as error:
             raise ArchiveError(
-                f"{path}: found a damaged file ({why}); expected what tribopipe wrote; restore it from a copy"
+                f"{path}: found a damaged file ({_why(error)}); expected what tribopipe wrote; restore it from a copy"
             ) from error
+
+
+def _why(error: Exception) -> str:
+    """Say in a line what could not be read, and of a record which of its fields."""
+    if isinstance(error, ValidationError):
+        first = error.errors(include_url=False)[0]
+        return f"{'.'.join(map(str, first['loc']))}: {first['msg']}".removeprefix(": ")[:_LONGEST]
+    return (str(error).splitlines() or [type(error).__name__])[0][:_LONGEST]
+
+
+def _why_not_opened(error: OSError) -> str:
+    if error.errno:  # of the system, not of HDF5
+        return (
+            f"cannot be read ({os.strerror(error.errno)}); expected a file that can be; see to its permissions, or "
+            "whether its drive is there"
+        )
+    return (
+        "found a file that is not HDF5, or is damaged; expected one archived by tribopipe; restore it from a copy, or "
+        "move it out of the archive"
+    )
 
 
 def _refuse_unsealed(file: h5py.File, path: Path) -> NoReturn:

@@ -15,11 +15,15 @@ from fastapi import APIRouter, Query
 from h5grove.content import DatasetContent, DatatypeContent, GroupContent
 from h5grove.encoders import encode
 from h5grove.utils import parse_slice
+from h5py import h5g, h5l, h5o
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
+from tribopipe.archive.own_content import check_attributes
 from tribopipe.archive.part import NoPart, Part, link_at, part_at
+from tribopipe.archive.raw_bytes import RawFile
 from tribopipe.archive.store import SUFFIX
+from tribopipe.archive.unpack import check_packed
 from tribopipe.browse.guard import inside
 
 Content: TypeAlias = Any
@@ -29,7 +33,7 @@ LARGEST = 20_000_000
 """Bytes of values in an answer: two million samples and some."""
 _LARGEST_CHUNK = 1 << 28
 """Bytes that have to be unpacked for the least of its values."""
-_MOST_PATHS = 100_000
+_MOST_PATHS, _MOST_MEMBERS, _MOST_LEVELS = 100_000, 10_000, 64
 
 
 def h5_router(folder: Path) -> APIRouter:
@@ -39,7 +43,9 @@ def h5_router(folder: Path) -> APIRouter:
     @router.get("/attr")
     def attributes(file: str, path: str = "/", attr_keys: Annotated[list[str] | None, Query()] = None) -> Response:
         with _opened(folder, file) as opened:
-            return _encoded(_content(path, _entity(opened, path)).attributes(attr_keys))
+            part = _entity(opened, path)
+            check_attributes(part)
+            return _encoded(_content(path, part).attributes(attr_keys))
 
     @router.get("/data")
     def data(
@@ -113,8 +119,11 @@ def _entity(file: h5py.File, path: str) -> Part:
 
 def _metadata(path: str, found: Part) -> dict[str, Any]:
     """Return the metadata of an entity, and those of a group's children; links that are not followed as links."""
+    check_attributes(found)
     known: dict[str, Any] = dict(_content(path, found).metadata(depth=0))
     if isinstance(found, h5py.Group):
+        if len(found) > _MOST_MEMBERS:
+            raise _too_large(f"{len(found):,} members")
         known["children"] = [_child(found, name) for name in found]
     return known
 
@@ -122,6 +131,7 @@ def _metadata(path: str, found: Part) -> dict[str, Any]:
 def _child(group: h5py.Group, name: str) -> dict[str, Any]:
     found = part_at(group, name)
     if not isinstance(found, NoPart):
+        check_attributes(found)
         return dict(_content(name, found).metadata(depth=0))
     link = link_at(group, name)
     if isinstance(link, h5py.ExternalLink):
@@ -137,6 +147,7 @@ def _values(file: h5py.File, path: str, selection: str | None, kinds: str | None
     Raises ``HTTPException``: 413 where it is too much.
     """
     dataset = _entity(file, path)
+    check_attributes(dataset)
     if not isinstance(dataset, h5py.Dataset):
         raise HTTPException(
             422, f"found no dataset at {path}; expected one that holds values; ask for one of its members"
@@ -148,6 +159,10 @@ def _values(file: h5py.File, path: str, selection: str | None, kinds: str | None
         raise _too_large(f"{count:,} values")
     if prod(dataset.chunks or ()) * size > _LARGEST_CHUNK:
         raise _too_large("chunks too large to be unpacked")
+    if h5py.check_string_dtype(dataset.dtype) is None:
+        check_packed(dataset)
+    elif int(RawFile(file).text_lengths(dataset.id).sum()) > LARGEST:
+        raise _too_large("longer texts")
     return DatasetContent(path, dataset)
 
 
@@ -167,12 +182,24 @@ def _paths(path: str, found: Part) -> list[str]:
     """Return the paths of all links below a group; none is followed but those that hold what they name."""
     if not isinstance(found, h5py.Group):
         raise HTTPException(422, f"found no group at {path}; expected one; ask for that above it")
-    names = [path]
-
-    def add(name: bytes) -> bool | None:
-        names.append(f"{path.rstrip('/')}/{name.decode(errors='replace')}")
-        return True if len(names) > _MOST_PATHS else None
-
-    if found.id.links.visit(add):
-        raise _too_large(f"more than {_MOST_PATHS:,} paths")
+    names, waiting, seen = [path], [(path.rstrip("/"), found.id)], {h5o.get_info(found.id).addr}
+    while waiting:
+        above, group = waiting.pop()
+        if len(names) + group.get_num_objs() > _MOST_PATHS or above.count("/") > _MOST_LEVELS:
+            raise _too_large(f"more than {_MOST_PATHS:,} paths, or {_MOST_LEVELS} groups in each other")
+        for name, address in _links(group):
+            names.append(f"{above}/{name.decode(errors='replace')}")
+            if address is not None and address not in seen:
+                seen.add(address)
+                below = h5o.open(group, name)
+                waiting += [(names[-1], below)] if isinstance(below, h5g.GroupID) else []
     return names
+
+
+def _links(group: h5g.GroupID) -> list[tuple[bytes, int | None]]:
+    """Return the names in a group, and where in the file each has what it names; none of what it does not hold."""
+    links: list[tuple[bytes, int | None]] = []
+    group.links.iterate(
+        lambda name, link: links.append((name, link.u if link.type == h5l.TYPE_HARD else None)), info=True
+    )
+    return links

@@ -4,10 +4,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from tribopipe.archive.results import archived_correction, archived_friction
 from tribopipe.archive.steps import WEAR_FITS, StepName
+from tribopipe.archived_steps import recipe_of
 from tribopipe.browse.drawing import Curve, Panel, Unit
 from tribopipe.browse.samples import RunFile
-from tribopipe.pipeline import archived_correction, archived_friction
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.results import COVERAGE_FACTOR, WearFit
@@ -52,13 +53,13 @@ def draw_course(run: RunFile, x: Column, step: StepName) -> tuple[Panel, ...]:
 def effective(run: RunFile) -> EffectiveCoefficient | None:
     """Return k_D by the measured curve in windows along a run, as Sarkar's law was fitted; none without friction."""
     step = run.outline.steps.get("wear_fit_sarkar")
-    recipe = Recipe() if step is None else Recipe.model_validate({"schema": "tribopipe.recipe/1", **step.options})
+    recipe = Recipe() if step is None else recipe_of(step.options)
     return run.keep("effective k_D", lambda: _effective(run, recipe))
 
 
 def _effective(run: RunFile, recipe: Recipe) -> EffectiveCoefficient | None:
     member = Member(archived_correction(run.archive, run.id), archived_friction(run.archive, run.id))
-    return effective_coefficient(member.pose("sarkar", recipe))
+    return effective_coefficient(member.pose("sarkar", recipe), recipe.monte_carlo.seed)
 
 
 def draw_coefficient(run: RunFile) -> tuple[Panel, ...]:

@@ -4,12 +4,12 @@ from math import isfinite
 from typing import Annotated, Literal
 
 import h5py
-import numpy as np
 from fastapi import APIRouter, Depends, Query
 from starlette.exceptions import HTTPException
 from starlette.responses import HTMLResponse, Response
 
 from tribopipe.archive.catalogue.columns import COLUMNS
+from tribopipe.archive.unpack import unpacked
 from tribopipe.browse.answers import run_answer, study_answer
 from tribopipe.browse.compare import compare
 from tribopipe.browse.decimate import Window
@@ -155,7 +155,7 @@ def _add_downloads(router: APIRouter, library: Library) -> None:
 
 
 def _bytes(note: h5py.Group) -> bytes:
-    return np.asarray(note["data"][()], dtype=np.uint8).tobytes()
+    return unpacked(note["data"]).astype("u1").tobytes()
 
 
 def _hdf5(found: ArchivedFile) -> Response:

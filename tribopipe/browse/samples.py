@@ -16,6 +16,7 @@ from tribopipe.archive.stamps import stamp_of
 from tribopipe.archive.steps import StepName
 from tribopipe.archive.store import SUFFIX, Archive, opened
 from tribopipe.archive.studyfile import StoredStudy
+from tribopipe.archive.unpack import unpacked
 from tribopipe.errors import ArchiveError
 from tribopipe.records.base import Record
 from tribopipe.records.signals import SignalName
@@ -176,4 +177,4 @@ class RunFile(ArchivedFile):
                     f"{self.path}: found {dataset.size:,} values in {path}; expected a column of at most "
                     f"{_LARGEST // 8:,}; open it with another viewer"
                 )
-            return np.asarray(dataset[()], dtype=np.float64)
+            return np.asarray(unpacked(dataset), dtype=np.float64)

@@ -2,11 +2,11 @@
 
 from collections.abc import Callable, Iterator, Sequence
 
+from tribopipe.archive.results import archived_correction, archived_friction
 from tribopipe.browse.drawing import MICRONS, VOLUME, Curve, Mark, Panel, Role, Unit, mark
 from tribopipe.browse.local_plots import COEFFICIENT_LABEL, law_curves, measured_curve
 from tribopipe.browse.plots import PlotOffer, coefficient_offer
 from tribopipe.browse.samples import StudyFile
-from tribopipe.pipeline import archived_correction, archived_friction
 from tribopipe.records.disc_results import spoken
 from tribopipe.records.disc_verdict import TwinDiscLawResult, TwinDiscStudyResult
 from tribopipe.records.manifest import DISCS, DiscName
@@ -129,5 +129,5 @@ def _draw_coefficient(study: StudyFile, result: StudyResult) -> tuple[Panel, ...
 def _effective(study: StudyFile, runs: Sequence[str]) -> list[EffectiveCoefficient]:
     recipe = Recipe.model_validate(study.stored.options)
     members = [Member(archived_correction(study.archive, run), archived_friction(study.archive, run)) for run in runs]
-    found = [effective_coefficient(member.pose("sarkar", recipe)) for member in members]
+    found = [effective_coefficient(member.pose("sarkar", recipe), recipe.monte_carlo.seed) for member in members]
     return [one for one in found if one is not None]

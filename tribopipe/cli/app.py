@@ -14,12 +14,16 @@ from tribopipe.cli import (
     listing,
     local_wear,
     marks,
+    migrate,
     new,
     predict,
     report,
+    reproduce,
+    rescue,
     runs,
     steps,
     studies,
+    verify,
 )
 
 app = typer.Typer(
@@ -39,7 +43,23 @@ def _tribopipe(version: bool = typer.Option(False, "--version", help="Show the v
         raise typer.Exit
 
 
-for _module in (new, runs, steps, predict, local_wear, listing, inspect, marks, studies, report, browse):
+for _module in (
+    new,
+    runs,
+    steps,
+    predict,
+    local_wear,
+    listing,
+    inspect,
+    marks,
+    studies,
+    report,
+    rescue,
+    verify,
+    reproduce,
+    migrate,
+    browse,
+):
     for _name, _command in _module.COMMANDS.items():
         app.command(_name)(_command)
 app.add_typer(export.export_app, name="export")
@@ -64,20 +84,16 @@ codecs.register_error("tribopipe-plain", _plainly)
 
 
 def main() -> None:
-    """Run the command; what went wrong on purpose is one sentence on stderr and exit code 1."""
-    from tribopipe.errors import TribopipeError
-
+    """Run the command; whatever went wrong is one sentence on stderr and exit code 1."""
     for stream in (sys.stdout, sys.stderr):
         # A console that lacks μ or ⁻ shows a plain substitute rather than failing.
         getattr(stream, "reconfigure", lambda **_: None)(errors="tribopipe-plain")
     try:
         app()
-    except TribopipeError as error:
-        typer.echo(f"error: {error}", err=True)
-        sys.exit(1)
-    except OSError as error:
-        where = f"{error.filename}: " if error.filename else ""
-        typer.echo(f"error: {where}cannot be read or written ({error.strerror or error}); check it", err=True)
+    except Exception as error:  # noqa: BLE001 - nobody should see a traceback
+        from tribopipe.faults import in_a_sentence
+
+        typer.echo(f"error: {in_a_sentence(error)}", err=True)
         sys.exit(1)
 
 

@@ -1,5 +1,6 @@
 """The command that shows an archive in the web browser: browse."""
 
+import signal
 from typing import Annotated
 
 import typer
@@ -26,6 +27,7 @@ def browse(
     if not is_built():
         raise ArchiveError(NOT_BUILT)
     up_to_date(archive)
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # the server ends by itself, with nothing to resume
     serve(archive, port, lambda address: say(f"{address} shows {archive}; Ctrl-C ends it"), open_browser=not no_browser)
 
 

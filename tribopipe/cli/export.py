@@ -125,7 +125,7 @@ def _of_folder(folder: Path, law: Law, coefficient: str | None, friction: str | 
 
 def _of_archive(store: "Archive", run_id: str, law: Law, coefficient: str | None, friction: str | None) -> _Subject:
     """Take an archived run with its own fit, unless a k_D is given."""
-    from tribopipe.pipeline import archived_friction
+    from tribopipe.archive.results import archived_friction
     from tribopipe.wear.friction_path import fitted_path
 
     run = store.cleaned(run_id)

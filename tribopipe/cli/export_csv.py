@@ -52,7 +52,7 @@ def export_csv(
 
 def _written(store: "Archive", jobs: Sequence[_Job], folder: Path, errors: "list[TribopipeError]") -> list[_Job]:
     """Write files, and return those that could be; what stood in the way of others is added to the errors."""
-    from tribopipe.errors import TribopipeError
+    from tribopipe.faults import in_a_sentence
 
     folder.mkdir(parents=True, exist_ok=True)
     done = []
@@ -60,8 +60,8 @@ def _written(store: "Archive", jobs: Sequence[_Job], folder: Path, errors: "list
         for run_id, kind, path in jobs:
             try:
                 _write(store, run_id, kind, path)
-            except TribopipeError as error:
-                errors.append(error)
+            except Exception as error:  # noqa: BLE001 - a fault in one file is no reason to leave the others
+                errors.append(in_a_sentence(error, str(path)))
             else:
                 done.append((run_id, kind, path))
             advance(path.name)

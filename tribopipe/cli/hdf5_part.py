@@ -61,14 +61,12 @@ def _document(part: "Part", depth: int) -> dict[str, Any]:
     """Return what is said of a part but columns of values, and of the members of a group."""
     import h5py
 
-    from tribopipe.archive.part import lies_elsewhere
-
     told: dict[str, Any] = {"attributes": {name: _json(value) for name, value in part.attrs.items()}}
     if isinstance(part, h5py.Dataset):
-        told |= {"value": _json(_read(part))} if part.shape == () and not lies_elsewhere(part) else {}
+        told |= {"value": _json(_read(part))} if part.shape == () else {}
         return {"kind": "dataset", "shape": list(part.shape or ()), "type": str(part.dtype)} | told
-    if depth > _DEPTH or isinstance(part, h5py.Datatype):
-        return {"kind": "type" if isinstance(part, h5py.Datatype) else "group"} | told
+    if depth > _DEPTH:
+        return {"kind": "group"} | told
     return {"kind": "group"} | told | {"members": {name: _member_document(part, name, depth) for name in part}}
 
 
@@ -120,11 +118,7 @@ def _link(group: "h5py.Group", name: str) -> str | None:
     """Say where a link leads; nothing of a member of the group's own."""
     import h5py
 
-    from tribopipe.archive.part import link_at
-
-    link = link_at(group, name)
-    if isinstance(link, h5py.ExternalLink):
-        return f"{link.path} in another file, {link.filename}, not followed"
+    link = group.get(name, getlink=True)
     return str(link.path) if isinstance(link, h5py.SoftLink) else None
 
 
@@ -132,18 +126,13 @@ def _described(part: "Part") -> str:
     """Say what a part is: the class of a group; shape, type and unit of a dataset, or its value where it has one."""
     import h5py
 
-    from tribopipe.archive.part import lies_elsewhere
-
-    if isinstance(part, h5py.Datatype):
-        return "(type)"
     if isinstance(part, h5py.Group):
         members = "1 member" if len(part) == 1 else f"{len(part)} members"
         return f"({_text(part.attrs.get('NX_class', 'group'))}, {members})"
     unit = f" [{_text(part.attrs['units'])}]" if "units" in part.attrs else ""
-    if part.shape != () or lies_elsewhere(part):
-        size = " × ".join(f"{length:,}" for length in part.shape or ()) or "nothing"
-        where = ", kept in other files" if lies_elsewhere(part) else ""
-        return f"({size}, {'text' if h5py.check_string_dtype(part.dtype) else part.dtype}{where}){unit}"
+    if part.shape != ():
+        size = " × ".join(f"{length:,}" for length in part.shape)
+        return f"({size}, {'text' if h5py.check_string_dtype(part.dtype) else part.dtype}){unit}"
     value = _text(_read(part))
     return f"= {value if len(value) <= _LONGEST else f'{value[: _LONGEST - 1]}…'}{unit}"
 

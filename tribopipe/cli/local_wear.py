@@ -147,18 +147,14 @@ def _is_folder(run: str, archive: Path) -> bool:
 
 def _worn(folders: list[Path], store: "Archive | None", ids: list[str], asked: _Asked) -> "Iterator[Outcome]":
     """Wear each run; one that fails does not stop the others."""
-    from tribopipe.errors import TribopipeError
-    from tribopipe.pipeline import Outcome
+    from tribopipe.pipeline import attempted
 
     steps: list[tuple[str, Callable[[], Outcome]]]
     steps = [(str(run), partial(_wear_folder, run, asked)) for run in folders]
     if store is not None:
         steps += [(run, partial(_wear_archived, store, run, asked)) for run in ids]
     for run, step in steps:
-        try:
-            yield step()
-        except TribopipeError as error:
-            yield Outcome(run, "local_wear", "failed", error=error)
+        yield attempted(run, "local_wear", step)
 
 
 def _wear_folder(folder: Path, asked: _Asked) -> "Outcome":

@@ -5,12 +5,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archived_ids, load_archive
-from tribopipe.cli.output import print_json, record_json, say
+from tribopipe.cli.output import exit_with, print_json, record_json, say
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from tribopipe.archive.store import Archive
+    from tribopipe.errors import TribopipeError
     from tribopipe.records.annotation import Annotation
     from tribopipe.records.mark import Mark
 
@@ -65,14 +66,18 @@ def tag(
     given = {text: _annotation("tag", text, by) for text in add or ()}
     taken = {text: _annotation("untag", text, by) for text in remove or ()}
     _refuse_what_none_has(taken, there)
-    for run_id, tags in there.items():
-        new = [one for text, one in given.items() if text not in tags]
-        old = [one for text, one in taken.items() if text in tags]
+
+    def retag(run_id: str) -> str:
+        new = [one for text, one in given.items() if text not in there[run_id]]
+        old = [one for text, one in taken.items() if text in there[run_id]]
         if new or old:
             store.annotate(run_id, *new, *old)
-        say(f"{run_id}: {', '.join(store.tags(run_id)) or 'no tags'}")
+        return ", ".join(store.tags(run_id)) or "no tags"
+
+    errors = _each(there, retag)
     if as_json:
         print_json({"runs": [{"id": run_id, "tags": list(store.tags(run_id))} for run_id in there]})
+    exit_with(errors, some_done=len(errors) < len(there))
 
 
 def _refuse_what_none_has(taken: "Iterable[str]", there: "Mapping[str, Sequence[str]]") -> None:
@@ -99,12 +104,29 @@ def note(
     store, written = load_archive(archive), _annotation("note", text, by)
     for run_id in dict.fromkeys(run_ids):
         store.annotations(run_id)  # all are there before any is changed
-    for run_id in dict.fromkeys(run_ids):
+
+    def write(run_id: str) -> str:
         store.annotate(run_id, written)
-        say(f"{run_id}: {written}")
+        return str(written)
+
+    errors = _each(dict.fromkeys(run_ids), write)
     if as_json:
         runs = [{"id": run_id, "notes": _notes(store, run_id)} for run_id in dict.fromkeys(run_ids)]
         print_json({"runs": runs})
+    exit_with(errors, some_done=len(errors) < len(set(run_ids)))
+
+
+def _each(run_ids: "Iterable[str]", change: "Callable[[str], str]") -> "list[TribopipeError]":
+    """Change runs and say what each has then; return what stood in the way of some."""
+    from tribopipe.faults import in_a_sentence
+
+    errors = []
+    for run_id in run_ids:
+        try:
+            say(f"{run_id}: {change(run_id)}")
+        except Exception as error:  # noqa: BLE001 - the others can still be changed
+            errors.append(in_a_sentence(error, run_id))
+    return errors
 
 
 def _notes(store: "Archive", run_id: str) -> list[Any]:

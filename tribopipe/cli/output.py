@@ -117,14 +117,21 @@ def progress(what: str, total: int | None) -> Iterator[Callable[[str], None]]:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+    from tribopipe.interrupts import undone_by
+
     layout = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*layout, console=Console(stderr=True), transient=True) as bar:
+    with undone_by(_clear_line), Progress(*layout, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(what, total=total)
 
         def advance(name: str) -> None:
             bar.update(task, advance=1, description=f"{what} {name}")
 
         yield advance
+
+
+def _clear_line() -> None:
+    """Take a bar off a terminal, and show the cursor that it hid; by no stream, for one may be half-way through."""
+    os.write(sys.stderr.fileno(), b"\r\x1b[K\x1b[?25h")
 
 
 def located(path: Path, error: "TribopipeError") -> "TribopipeError":

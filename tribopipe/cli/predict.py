@@ -267,8 +267,8 @@ def _measured_friction(run: Path, recipe: "Recipe") -> "FrictionPath | None":
 
 def _archived(store: "Archive", run_id: str, asked: _Asked) -> _Subject:
     """Take an archived run, with its own fit unless wear coefficients are given."""
+    from tribopipe.archive.results import archived_fit, archived_friction
     from tribopipe.errors import FitError
-    from tribopipe.pipeline import archived_fit, archived_friction
     from tribopipe.wear.friction_path import run_path
 
     run, fit, path = store.cleaned(run_id), None, None

@@ -1,5 +1,6 @@
 """Commands that take run folders: check, ingest, process, simulate."""
 
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,6 +12,7 @@ from tribopipe.cli.output import FAILED, finish, print_json, progress, record_js
 from tribopipe.cli.steps import say_clean_up
 
 if TYPE_CHECKING:
+    from tribopipe.archive.store import Archive
     from tribopipe.pipeline import Outcome
     from tribopipe.records.plan import TwinDiscTruth
 
@@ -29,32 +31,29 @@ def _run_folders(paths: list[Path]) -> "tuple[list[Path], list[Outcome]]":
         try:
             folders += find_runs(path)
         except ManifestError as error:
-            failures.append(Outcome(str(path), "ingest", "failed", error=error))
+            failures.append(Outcome.failed(str(path), "ingest", error))
     return folders, failures
 
 
 def check(paths: RunPaths, as_json: AsJson = False) -> None:
     """Look a run over: schema, units, order of time, gaps, signs, magnitudes. Exit code 1 on errors and warnings."""
-    from tribopipe.checks.registry import check_run
-    from tribopipe.errors import TribopipeError
-    from tribopipe.ingest.harmonise import read_run
-    from tribopipe.pipeline import Outcome
+    from tribopipe.pipeline import attempted
 
     folders, failures = _run_folders(paths)
     documents, sound = [], True
     for path in folders:
-        try:
-            run = read_run(path)
-        except TribopipeError as error:
-            failures.append(Outcome(str(path), "ingest", "failed", error=error))
+        looked = attempted(str(path), "ingest", partial(_looked_over, path))
+        if looked.error is not None:
+            failures.append(looked)
             continue
-        findings = check_run(run)
+        findings = looked.findings
         sound = sound and all(finding.severity == "note" for finding in findings)
-        documents.append({"path": str(path), "id": run.id, "findings": [record_json(finding) for finding in findings]})
+        told = [record_json(finding) for finding in findings]
+        documents.append({"path": str(path), "id": looked.run_id, "findings": told})
         for finding in findings:
-            say(f"{run.id}: {finding.severity}: {finding}")
+            say(f"{looked.run_id}: {finding.severity}: {finding}")
         if not findings:
-            say(f"{run.id}: nothing to complain about")
+            say(f"{looked.run_id}: nothing to complain about")
     for failure in failures:
         say(f"error: {failure.error}")
     if as_json:
@@ -64,23 +63,29 @@ def check(paths: RunPaths, as_json: AsJson = False) -> None:
         raise typer.Exit(FAILED)
 
 
+def _looked_over(path: Path) -> "Outcome":
+    from tribopipe.checks.registry import check_run
+    from tribopipe.ingest.harmonise import read_run
+    from tribopipe.pipeline import Outcome
+
+    run = read_run(path)
+    return Outcome(run.id, "ingest", "unchanged", findings=tuple(check_run(run)))
+
+
 def ingest(
     paths: RunPaths, archive: ArchiveFolder = DEFAULT_ARCHIVE, force: Force = False, as_json: AsJson = False
 ) -> None:
     """Read, check and archive run folders."""
     from tribopipe import pipeline
-    from tribopipe.errors import TribopipeError
 
     store = load_archive(archive, must_exist=False)
     folders, outcomes = _run_folders(paths)
     with progress("ingest", len(folders)) as advance:
         for folder in folders:
-            try:
-                outcome = pipeline.ingest(folder, store, force=force)
+            outcome = pipeline.attempted(str(folder), "ingest", partial(pipeline.ingest, folder, store, force=force))
+            if outcome.error is None:
                 say(f"{outcome.run_id}: {'archived' if outcome.status == 'done' else 'unchanged, nothing to do'}")
-                _say_warnings(outcome)
-            except TribopipeError as error:
-                outcome = pipeline.Outcome(str(folder), "ingest", "failed", error=error)
+            _say_warnings(outcome)
             outcomes.append(outcome)
             advance(outcome.run_id)
     if as_json:
@@ -103,12 +108,10 @@ def process(
     from tribopipe import pipeline
     from tribopipe.cli.pages import show_study_page
     from tribopipe.cli.summary import run_summary, show_summaries
-    from tribopipe.report.archived import save_run_figures
-    from tribopipe.report.studies import save_study_figures
     from tribopipe.report.study_page import study_page
     from tribopipe.studies import find_studies, load_studies, process_studies
 
-    store, changed, how = load_archive(archive, must_exist=False), set(), load_recipe(recipe)
+    store, how = load_archive(archive, must_exist=False), load_recipe(recipe)
     folders, outcomes = _run_folders(paths)
     studies = load_studies([document for path in paths for document in find_studies(path)])
     studied = {run_id for study in studies for run_id in (*study.fit, *study.predict)}
@@ -119,22 +122,15 @@ def process(
         ):
             outcomes.append(outcome)
             advance(f"{outcome.run_id}: {outcome.stage.replace('_', ' ')}")
-            if outcome.status == "done" and outcome.stage != "study":
-                changed.add(outcome.run_id)
             _say_warnings(outcome)
             say_clean_up(outcome)
             _say_doubts(outcome)
     archived = (outcome for outcome in outcomes if outcome.stage == "ingest" and outcome.status != "failed")
     ids = list(dict.fromkeys(outcome.run_id for outcome in archived))
     evaluated = [outcome for outcome in outcomes if outcome.stage == "study" and outcome.error is None]
-    redrawn = {outcome.run_id for outcome in evaluated if outcome.status == "done"}
-    with progress("figures", len(changed) + len(redrawn)) as advance:
-        for run_id in sorted(changed if figures else ()):
-            save_run_figures(store, run_id)
-            advance(run_id)
-        for study_id in sorted(redrawn if figures else ()):
-            save_study_figures(store, study_id)
-            advance(study_id)
+    drawn = _draw(store, outcomes) if figures else []
+    outcomes += [outcome for outcome in drawn if outcome.error is not None]
+    ids = [run_id for run_id in ids if store.path(run_id).exists()]  # as the folder may have gone meanwhile
     if as_json:
         documents = [run_summary(store, run_id) for run_id in ids]
         results = [record_json(outcome.result) for outcome in evaluated]
@@ -143,8 +139,21 @@ def process(
         show_summaries(store, ids)
         for outcome in evaluated:
             show_study_page(study_page(store, outcome.run_id))
-    _say_what_was_done(outcomes, archive, drawn=bool(figures and changed))
+    _say_what_was_done(outcomes, archive, drawn=any(outcome.status == "done" for outcome in drawn))
     finish(outcomes)
+
+
+def _draw(store: "Archive", outcomes: "list[Outcome]") -> "list[Outcome]":
+    """Save figures that are not up to date; one that cannot be saved does not stop the others."""
+    from tribopipe.pipeline import attempted
+    from tribopipe.report.drawn import figure_steps
+
+    steps, drawn = figure_steps(store, outcomes), []
+    with progress("figures", len(steps)) as advance:
+        for name, step in steps:
+            drawn.append(attempted(name, "figures", step))
+            advance(name)
+    return drawn
 
 
 def _say_warnings(outcome: "Outcome") -> None:
@@ -169,11 +178,11 @@ def _say_doubts(outcome: "Outcome") -> None:
 def _say_what_was_done(outcomes: "list[Outcome]", archive: Path, *, drawn: bool) -> None:
     done = sum(outcome.status == "done" for outcome in outcomes)
     skipped = sum(outcome.status == "unchanged" for outcome in outcomes)
-    if skipped and not done:
-        say(f"Nothing to do: all {skipped} steps are unchanged; --force redoes them.")
-    elif done:
-        where = f"; figures in {archive / 'figures'}" if drawn else ""
+    where = f"; figures in {archive / 'figures'}" if drawn else ""
+    if done or drawn:
         say(f"{done} steps done, {skipped} unchanged, in {archive}{where}")
+    elif skipped:
+        say(f"Nothing to do: all {skipped} steps are unchanged; --force redoes them.")
 
 
 def simulate(

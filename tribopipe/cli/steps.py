@@ -99,7 +99,6 @@ def _each(
     advance: "Callable[[str], Iterable[Outcome]]",
 ) -> "list[Outcome]":
     """Take each run further; one that fails does not stop the others."""
-    from tribopipe.errors import TribopipeError
     from tribopipe.pipeline import Outcome
 
     outcomes: list[Outcome] = []
@@ -109,8 +108,8 @@ def _each(
                 for outcome in advance(run_id):
                     outcomes.append(outcome)
                     tell(outcome)
-            except TribopipeError as error:
-                outcomes.append(Outcome(run_id, stage, "failed", error=error))
+            except Exception as error:  # noqa: BLE001 - a fault in one run is no reason to leave the others
+                outcomes.append(Outcome.failed(run_id, stage, error))
             moved(run_id)
     return outcomes
 

@@ -84,7 +84,7 @@ def run(
     figures: Annotated[bool, typer.Option(help="Save figures beside the archive.")] = True,
 ) -> None:
     """Evaluate a study on archived runs, and archive it."""
-    from tribopipe.report.studies import save_study_figures
+    from tribopipe.report.studies import save_study_figures, study_is_drawn
     from tribopipe.report.study_page import study_page
     from tribopipe.studies import load_studies, run_study
 
@@ -99,7 +99,7 @@ def run(
         if outcomes[0].status == "unchanged":
             say(f"{study.id}: unchanged, nothing to do")
         show_study_page(study_page(store, study.id))
-        if figures and outcomes[0].status == "done":
+        if figures and not (outcomes[0].status == "unchanged" and study_is_drawn(store, study.id)):
             say(f"figures in {save_study_figures(store, study.id)[0].parent}")
         if as_json:
             print_json(record_json(store.study_outline(study.id).result))

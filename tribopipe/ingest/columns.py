@@ -5,28 +5,34 @@ from pathlib import Path
 import numpy as np
 
 from tribopipe.errors import ReaderError, UnitError, did_you_mean
-from tribopipe.files import read_file
+from tribopipe.files import beside, leads_out, read_file
 from tribopipe.ingest.names import bare_name
 from tribopipe.ingest.reader import ReadColumn, ReadTable
 from tribopipe.records.manifest import ColumnSource
 from tribopipe.run import Column, SourceFile
 from tribopipe.units import KINDS, is_unit_of, to_si
 
+_MOST = 1e60
+
 
 def read_source(folder: Path, name: str, key: str = "signals.file", what: str = "signal file") -> SourceFile:
     """Read a file that a key of run.toml names. Raises ``ReaderError`` where that cannot be done."""
     path = folder / name
-    if path.is_dir():
-        raise ReaderError(f"{name}: found a folder; expected a {what}; name the file in run.toml, {key}")
+    if leads_out(path, folder):
+        raise ReaderError(
+            f"{name}: found a link out of the run folder; expected a {what} in it, since a run carries all its files; "
+            "copy the file in the place of the link"
+        )
     try:
+        if path.is_dir():
+            raise ReaderError(f"{name}: found a folder; expected a {what}; name the file in run.toml, {key}")
         return SourceFile(name, read_file(path))
     except FileNotFoundError:
-        there = [entry.name for entry in path.parent.iterdir()] if path.parent.is_dir() else []
         raise ReaderError(
-            f"{name}: no such file; expected the {what} that run.toml names; {did_you_mean(name, there)}"
+            f"{name}: no such file; expected the {what} that run.toml names; {did_you_mean(name, beside(path))}"
         ) from None
     except OSError as error:
-        raise ReaderError(f"{name}: cannot be read ({error.strerror}); check its permissions") from None
+        raise ReaderError(f"{name}: cannot be read ({error.strerror}); check it and its permissions") from None
 
 
 def find_column(table: ReadTable, wanted: str, meaning: str, file: str) -> ReadColumn:
@@ -81,7 +87,19 @@ def column_in_si(column: ReadColumn, source: ColumnSource | None, meaning: str, 
         )
     if is_a_weight(column, source, kind):
         unit = f"({unit})*g_0"
+    values = np.asarray(column.values, dtype=float)
+    _refuse_absurd(values, f"{file}, column {column.name!r}", meaning)
     try:
-        return np.asarray(to_si(np.asarray(column.values, dtype=float), unit or "1", kind), dtype=float)
+        return np.asarray(to_si(values, unit or "1", kind), dtype=float)
     except UnitError as error:
         raise ReaderError(f"{file}, column {column.name!r} for {meaning}: {error}") from None
+
+
+def _refuse_absurd(values: Column, where: str, meaning: str) -> None:
+    """Refuse numbers whose sums and squares would be none any more."""
+    absurd = np.flatnonzero(np.abs(values) > _MOST)
+    if len(absurd):
+        raise ReaderError(
+            f"{where}: found {values[absurd[0]]:g} in row {absurd[0] + 1} of the table; expected a number that an "
+            f"instrument gives for {meaning}; mend that row, or leave the field empty"
+        )

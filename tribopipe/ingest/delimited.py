@@ -43,6 +43,8 @@ _NO_TABLE = re.compile(r"[{<]|\[(?:[\[{\"]|$)")
 """How JSON and XML begin."""
 _WORDS = re.compile(r"[^\W\d_]{3}")
 _MOST_CLOSING_LINES = 5
+_WIDEST = 1 << 13
+"""Columns of the widest map; a table has far fewer."""
 _THREADS = min(4, os.cpu_count() or 1)
 _LEAST_BYTES = 1 << 20
 """Size of the part of a file for which a thread of its own is worth it."""
@@ -122,6 +124,11 @@ def read_table(text: Text, layout: Layout) -> ReadTable:
     """
     if layout.doubt is not None:
         raise ReaderError(layout.doubt)
+    if layout.width > _WIDEST:
+        raise ReaderError(
+            f"{text.name}, line {layout.line}: found {layout.width} columns; expected at most {_WIDEST}; check that "
+            "the file has kept its line ends"
+        )
     parsed = _parsed(text, layout)
     _refuse_short_rows(text, layout, parsed[-1])
     if not all(column.missing.all() for column in parsed[len(layout.names) :]):
@@ -142,18 +149,17 @@ def read_table(text: Text, layout: Layout) -> ReadTable:
 
 def _unique_names(written: tuple[str, ...]) -> tuple[list[str], list[str]]:
     """Make names unique, and say where that took a change."""
-    names: list[str] = []
+    names: dict[str, int] = {}
     notes = []
     for number, name in enumerate(written, 1):
         wanted = unique = name or f"column {number}"
-        times = 1
         while unique in names:
-            times += 1
-            unique = f"{wanted} ({times})"
-        if times > 1:
+            names[wanted] += 1
+            unique = f"{wanted} ({names[wanted]})"
+        if unique != wanted:
             notes.append(f"column {number} is called {unique!r}, since another is {wanted!r} already")
-        names.append(unique)
-    return names, notes
+        names[unique] = 1
+    return list(names), notes
 
 
 def _unit(layout: Layout, column: int) -> str | None:

@@ -13,6 +13,7 @@ from tribopipe.ingest.columns import find_column
 from tribopipe.ingest.delimited import read_table
 from tribopipe.ingest.headed import cells_of, head_lines, layout_below, refused, without_cut_row
 from tribopipe.ingest.layout import Decimal, Layout, find_layout
+from tribopipe.ingest.patterns import search
 from tribopipe.ingest.reader import Hints, Match, ReadColumn, ReadTable
 from tribopipe.ingest.tables import is_number
 from tribopipe.ingest.text import Text, decode, sample_lines, trimmed
@@ -47,12 +48,12 @@ class DescribedReader:
             return Match(0.0, "the profile has no pattern 'detect' to know its files by")
         try:
             lines = head_lines(source, self.profile.encoding)
+            found = search(wanted, list(map(_bare_line, lines)), source.name)
         except ReaderError as error:
             return refused(source, error)
-        found = next((number for number, line in enumerate(lines, 1) if re.search(wanted, _bare_line(line))), None)
         if found is None:
             return Match(0.0, f"no line among the first {len(lines)} matches {wanted!r}")
-        return Match(0.95, f"line {found} matches {wanted!r}")
+        return Match(0.95, f"line {found[0] + 1} matches {wanted!r}")
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:
         """Parse the file; ``ReaderError`` with file and line where it is not as described."""
@@ -109,9 +110,9 @@ def _first_line(profile: ReaderProfile, text: Text, lines: list[str]) -> int:
             f"{text.name}: found {len(lines)} lines; expected a table below the first {top}, as the profile "
             f"{profile.name!r} says; correct header_lines, or export the file again with its data"
         )
-    for top, line in enumerate(lines):
-        if re.search(profile.starts_at, _bare_line(line)):
-            return top
+    found = search(profile.starts_at, list(map(_bare_line, lines)), text.name)
+    if found is not None:
+        return found[0]
     raise ReaderError(
         f"{text.name}: found no line that matches {profile.starts_at!r} among the first {len(lines)}; expected the "
         f"table to begin there, as the profile {profile.name!r} says; correct starts_at, or name another reader"
@@ -221,7 +222,8 @@ def _range(calibration: Calibration) -> tuple[float, float]:
 
 def _value(calibration: Calibration, readings: Column) -> Column:
     if calibration.polynomial:
-        return np.asarray(np.polynomial.polynomial.polyval(readings, calibration.polynomial), dtype=np.float64)
+        with np.errstate(over="ignore", invalid="ignore"):
+            return np.asarray(np.polynomial.polynomial.polyval(readings, calibration.polynomial), dtype=np.float64)
     known, values = np.array(sorted(calibration.points)).T
     return np.asarray(np.interp(readings, known, values), dtype=np.float64)
 
@@ -234,8 +236,8 @@ def _facts(profile: ReaderProfile, layout: Layout, file: str) -> dict[str, str]:
 
 def _fact(fact: Fact, layout: Layout, where: str) -> str | None:
     header = layout.header.replace("\r\n", "\n").replace("\r", "\n")
-    found = re.search(fact.pattern, header, re.MULTILINE)
-    value = ((found[1] if found.re.groups else found[0]) or "").strip() if found else ""
+    found = search(fact.pattern, [header], where)
+    value = found[1].strip() if found else ""
     if not value:
         return None
     if fact.date is not None:
@@ -248,7 +250,7 @@ def _fact(fact: Fact, layout: Layout, where: str) -> str | None:
 def _date(value: str, written: str, where: str) -> str:
     try:
         return datetime.strptime(value, written).isoformat()  # noqa: DTZ007 - a rig's clock knows no time zone
-    except ValueError:
+    except (ValueError, re.error):
         raise ReaderError(
             f"{where}: found {value!r}; expected a date as {written!r} says it is written; correct date or pattern"
         ) from None

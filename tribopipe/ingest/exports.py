@@ -9,10 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from tribopipe.errors import ReaderError, did_you_mean
-from tribopipe.files import read_file
+from tribopipe.files import beside, read_file
 from tribopipe.ingest.meanings import Meaning, meanings_of
 from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, Reader, ReadTable
 from tribopipe.ingest.registry import Judged, candidates, chosen, reader_named
+from tribopipe.records.manifest import is_described
 from tribopipe.run import SourceFile
 
 
@@ -78,17 +79,16 @@ def read_export(
 
 def open_export(path: Path) -> SourceFile:
     """Read the bytes of a file. Raises ``ReaderError`` where that cannot be done."""
-    if path.is_dir():
-        raise ReaderError(f"{path}: found a folder; expected a file that an instrument wrote; name its files")
     try:
+        if path.is_dir():
+            raise ReaderError(f"{path}: found a folder; expected a file that an instrument wrote; name its files")
         return SourceFile(path.name, read_file(path))
     except FileNotFoundError:
-        there = [entry.name for entry in path.parent.iterdir()] if path.parent.is_dir() else []
         raise ReaderError(
-            f"{path}: no such file; expected one that an instrument wrote; {did_you_mean(path.name, there)}"
+            f"{path}: no such file; expected one that an instrument wrote; {did_you_mean(path.name, beside(path))}"
         ) from None
     except OSError as error:
-        raise ReaderError(f"{path}: cannot be read ({error.strerror}); check its permissions") from None
+        raise ReaderError(f"{path}: cannot be read ({error.strerror}); check it and its permissions") from None
 
 
 def chosen_reader(named: str, folder: Path = Path()) -> Reader:
@@ -96,13 +96,8 @@ def chosen_reader(named: str, folder: Path = Path()) -> Reader:
 
     Raises ``ReaderError`` or ``ManifestError`` where there is no such reader.
     """
-    if not is_profile_file(named):
+    if not is_described(named):
         return reader_named(named)
     from tribopipe.ingest.described import described_reader, load_reader_profile
 
     return described_reader(load_reader_profile(folder / named))
-
-
-def is_profile_file(named: str) -> bool:
-    """Tell whether a reader is named by the file that describes it."""
-    return named.lower().endswith(".toml")

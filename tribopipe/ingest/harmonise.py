@@ -14,7 +14,14 @@ from tribopipe.ingest.names import bare_name
 from tribopipe.ingest.profiles import read_profiles
 from tribopipe.ingest.reader import Hints, ReadColumn, Reader, ReadTable
 from tribopipe.ingest.registry import detect, reader_named
-from tribopipe.records.manifest import ColumnSource, RunManifest, SignalFile, manifest_path, read_manifest
+from tribopipe.records.manifest import (
+    ColumnSource,
+    RunManifest,
+    SignalFile,
+    is_described,
+    manifest_path,
+    read_manifest,
+)
 from tribopipe.records.signals import SIGNALS, SignalName
 from tribopipe.run import Column, ExtraColumn, Origin, RawRun, SourceFile
 
@@ -84,7 +91,7 @@ def _named_reader(signals: SignalFile, folder: Path, sources: list[SourceFile]) 
     """
     if signals.reader is None:
         return None if signals.separator is None else reader_named("delimited")
-    if signals.reader.lower().endswith(".toml"):
+    if is_described(signals.reader):
         from tribopipe.ingest.described import described_reader, load_reader_profile
 
         if all(source.name != signals.reader for source in sources):

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from tribopipe.units import is_unit
 
 INTEGER = re.compile(r"[+-]?\d+", re.ASCII)
+_COUNT = re.compile(r"\d{1,18}", re.ASCII)
 _UNIT_IN_WORD = re.compile(r"(?P<bare>[^\s/]+)/(?P<unit>\S+)")
 _UNITS_IN_NAMES = (
     re.compile(r"(?P<bare>.+?)\s*\[(?P<unit>[^\[\]]*)\]"),
@@ -13,11 +14,15 @@ _UNITS_IN_NAMES = (
     re.compile(r"(?P<bare>.+)\s+/\s+(?P<unit>\S+)"),
     _UNIT_IN_WORD,
 )
+_LONGEST_NAME = 1000
+"""The time that these patterns take may grow with the square of it."""
 _UNIT_ROW_LABELS = ("unit", "units", "einheit", "einheiten", "単位", "单位")
 
 
 def split_name(name: str) -> tuple[str, str | None]:
-    """Split a column's name as a header writes it into name and unit."""
+    """Split a column's name as a header writes it into name and unit; what is longer than any name has none."""
+    if len(name) > _LONGEST_NAME:
+        return name, None
     for pattern in _UNITS_IN_NAMES:
         matched = pattern.fullmatch(name)
         if matched is None:
@@ -27,6 +32,11 @@ def split_name(name: str) -> tuple[str, str | None]:
         if bare and is_unit(unit) and not (pattern is _UNIT_IN_WORD and is_unit(bare)):
             return bare, unit or None
     return name, None
+
+
+def count_in(text: str) -> int | None:
+    """Read a number of samples or steps; none where the text is no such number, or of more digits than a count has."""
+    return int(text) if _COUNT.fullmatch(text) else None
 
 
 def bare_name(name: str) -> str:

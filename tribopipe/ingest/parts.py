@@ -67,8 +67,13 @@ def _joined(tables: Sequence[ReadTable]) -> tuple[ReadColumn, ...]:
 def _one_after_the_other(columns: Sequence[ReadColumn]) -> ReadColumn:
     first = columns[0]
     bad = next((column.first_bad for column in columns if column.first_bad), None)
-    values = [_as_texts(column.values) if bad else column.values for column in columns]
-    return ReadColumn(first.name, np.concatenate(values), first.unit, first.signal, first.axis, bad)
+    values = below_each_other([column.values for column in columns], texts=bad is not None)
+    return ReadColumn(first.name, values, first.unit, first.signal, first.axis, bad)
+
+
+def below_each_other(parts: Sequence[NDArray[Any]], *, texts: bool) -> NDArray[Any]:
+    """Put the parts of a column together; numbers are texts again where another part holds ``texts``."""
+    return np.concatenate([_as_texts(part) for part in parts] if texts else parts)
 
 
 def _as_texts(values: NDArray[Any]) -> NDArray[Any]:

@@ -12,7 +12,7 @@ Each profile has a key by its place in run.toml: "end_values.disc_profile" where
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path, PurePath
 
 import numpy as np
@@ -40,6 +40,15 @@ class _Read:
     sources: list[SourceFile]
     headers: dict[str, str]
     notes: list[str]
+    tables: dict[tuple[str, str | None], ReadTable] = field(default_factory=dict)
+    """What files hold, by name and reader, however many profiles are taken from each."""
+
+    def table(self, source: SourceFile, named: ProfileSource, key: str) -> ReadTable:
+        """Read a file, once."""
+        known = source.name, named.reader
+        if known not in self.tables:
+            self.tables[known] = _table(source, named, key)
+        return self.tables[known]
 
     def source(self, key: str, file: str) -> SourceFile:
         """Return a file, which may be a source already."""
@@ -69,7 +78,8 @@ def read_profiles(
         for number, named in enumerate(files):
             at = key if len(files) == 1 else f"{key}[{number}]"
             source = read.source(at, named.file)
-            table, lines, said = profiles_in(source, named, at)
+            table = read.table(source, named, at)
+            lines, said = _profiles_of(table, named, at, Units.of(named))
             read.keep(source, table, said)
             found += lines
         profiles |= dict(zip(_keys(key, len(found)), found, strict=True))
@@ -111,8 +121,15 @@ def profiles_in(
 
     ``key`` is where run.toml names the file, for errors. Raises ``ReaderError``.
     """
-    units = units or Units.of(named)
-    table = _reader_for(source, named, key).read(source, Hints())
+    table = _table(source, named, key)
+    return table, *_profiles_of(table, named, key, units or Units.of(named))
+
+
+def _table(source: SourceFile, named: ProfileSource, key: str) -> ReadTable:
+    return _reader_for(source, named, key).read(source, Hints())
+
+
+def _profiles_of(table: ReadTable, named: ProfileSource, key: str, units: Units) -> tuple[list[Profile], list[str]]:
     columns = _columns(table, named, key)
     position = _in_si(columns.position, units.position, "position", named.file)
     lines = _scan_lines(columns.across, len(position), named.file)
@@ -127,7 +144,7 @@ def profiles_in(
                 profiles.append(_profile(position[seen], height[seen], columns.position.name, named.file, notes))
             fewest = min(fewest, len(seen))
     _account(len(columns.heights) * len(lines), profiles, fewest, named.file, key, notes)
-    return table, profiles, list(dict.fromkeys(notes))
+    return profiles, list(dict.fromkeys(notes))
 
 
 def _account(lines: int, profiles: list[Profile], fewest: int, file: str, key: str, notes: list[str]) -> None:

@@ -21,7 +21,7 @@ _NUMBER = {
         ".,": r"\d+(?:[.,]\d*)?|\.\d+",
     }.items()
 }
-_NAME_AMONG_BLANKS = re.compile(r"\S+(?:[ \t]*(?:\[[^\]]*\]|\([^)]*\))|[ \t]+/[ \t]+\S+)?")
+_NAME_AMONG_BLANKS = re.compile(r"\S+(?:[ \t]*(?:\[[^\[\]]*\]|\([^()]*\))|[ \t]+/[ \t]+\S+)?")
 
 
 @dataclass(frozen=True)
@@ -103,9 +103,10 @@ def find_table(text: Text, hints: Hints) -> tuple[Table, list[str]]:
     if table is None:
         raise ReaderError(_why_none(text, hints, lines, tables))
     if max(len(table.names), table.width) > MOST_COLUMNS:
+        found = max(len(row.cells) for row in sampled_rows(lines, table.separator))
         raise ReaderError(
-            f"{text.name}, line {table.rows[table.top].line}: found {max(len(table.names), table.width)} columns; "
-            f"expected at most {MOST_COLUMNS}; check that the file is a table of one row a sample"
+            f"{text.name}, line {table.rows[table.top].line}: found {found} columns; expected at most {MOST_COLUMNS}; "
+            "check that the file is a table of one row a sample"
         )
     return table, lines
 
@@ -139,7 +140,7 @@ def _signs(separator: str, hints: Hints) -> str:
 
 def _table(lines: list[str], separator: str, signs: str) -> Table | None:
     """Find the table that a separator makes of the sample, where it makes one."""
-    rows = sampled_rows(lines, separator)
+    rows = [Row(row.line, row.cells[: MOST_COLUMNS + 1]) for row in sampled_rows(lines, separator)]
     counts = [count_numbers(row, signs) for row in rows]
     last = max((index for index, count in enumerate(counts) if count), default=-1)
     named = [index for index in range(last) if not counts[index] and _looks_like_names(rows[index])]
@@ -223,7 +224,7 @@ def _header_cells(table: Table, lines: list[str], index: int) -> list[str]:
     """Split a header row; between blanks, a unit belongs to the name before it."""
     row = table.rows[index]
     if table.separator != BLANKS:
-        cells = [re.sub(r"\s*[\r\n]+\s*", " ", cell) for cell in row.cells]
+        cells = [" ".join(filter(None, map(str.strip, re.split(r"[\r\n]+", cell)))) for cell in row.cells]
         return [cells[0].removeprefix("#").strip() or cells[0], *cells[1:]]
     line = lines[row.line - 1].strip(" \t\r\n")
     for text in (line, line.removeprefix("#").strip(" \t")):

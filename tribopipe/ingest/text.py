@@ -18,6 +18,8 @@ SAMPLE_BYTES = 1 << 19
 SAMPLE_LINES = 300
 LONGEST_LINE = 1 << 17
 _CONTROLS = bytes(set(range(32)) - set(b"\t\n\v\f\r\x1a\x1b"))
+_NO_CHARSETS = ("unicode-escape", "raw-unicode-escape", "idna", "punycode")
+"""Of Python, for texts in ASCII; they warn, or take a time that grows with the square of a text."""
 LINE_END = re.compile(rb"\r\n?|\n")
 _LINE = re.compile(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+")
 
@@ -95,6 +97,8 @@ def _western(source: SourceFile, partial: bool) -> Text:
 
 def _as_named(source: SourceFile, encoding: str, partial: bool) -> Text:
     try:
+        if codecs.lookup(encoding).name in _NO_CHARSETS:
+            raise LookupError
         "".encode(encoding)
     except (LookupError, ValueError):
         raise ReaderError(

@@ -2,7 +2,6 @@
 
 import json
 import re
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from types import UnionType
@@ -12,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic.fields import FieldInfo
 
 from tribopipe.errors import ManifestError, did_you_mean
+from tribopipe.records.document import parse_toml, read_bytes, shortened, written_key
 
 
 class Record(BaseModel):
@@ -43,34 +43,6 @@ def quoted(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
-def read_bytes(path: Path) -> bytes:
-    """Read a document's bytes; ``ManifestError`` where there is no such file."""
-    if path.is_dir():
-        raise ManifestError(f"{path}: found a folder; expected a TOML file; name the file itself")
-    try:
-        return path.read_bytes()
-    except FileNotFoundError:
-        raise ManifestError(f"{path}: no such file; expected a TOML file there; check the path") from None
-    except OSError as error:
-        raise ManifestError(f"{path}: cannot be read ({error.strerror}); check its permissions") from None
-
-
-def parse_toml(path: Path, content: bytes) -> dict[str, Any]:
-    """Parse TOML; ``ManifestError`` with the line where it is none."""
-    try:
-        return tomllib.loads(content.decode("utf-8-sig").replace("\r\n", "\n"))
-    except UnicodeDecodeError as error:
-        raise ManifestError(
-            f"{path}: byte {error.start} is not UTF-8; expected TOML in UTF-8; save the file as UTF-8"
-        ) from None
-    except tomllib.TOMLDecodeError as error:
-        raise ManifestError(f"{path}: no valid TOML: {error}; mend that line (texts need quotes)") from None
-    except (ValueError, RecursionError):
-        raise ManifestError(
-            f"{path}: no valid TOML: nested too deeply, or with a number of thousands of digits; mend that line"
-        ) from None
-
-
 def read_document(document: Mapping[str, Any], record: type[R], *, where: str) -> R:
     """Validate a document; ``ManifestError`` names the first thing wrong and counts the rest."""
     try:
@@ -95,13 +67,8 @@ def first_problem(error: ValidationError, record: type[Record]) -> str:
 def _dotted(location: tuple[int | str, ...]) -> str:
     text = ""
     for step in location:
-        text += f"[{step}]" if isinstance(step, int) else f".{_key(step)}" if text else _key(step)
+        text += f"[{step}]" if isinstance(step, int) else f".{written_key(step)}" if text else written_key(step)
     return text
-
-
-def _key(name: str) -> str:
-    """Write a key as TOML does: in quotes where it is not of letters, digits, _ and - alone."""
-    return name if re.fullmatch(r"[\w-]+", name, re.ASCII) else _cut(json.dumps(name))
 
 
 def _sentence(problem: Any, location: tuple[int | str, ...], record: type[Record]) -> str:
@@ -127,11 +94,7 @@ def _sentence(problem: Any, location: tuple[int | str, ...], record: type[Record
 
 
 def _brief(found: object) -> str:
-    return _cut(repr(found))
-
-
-def _cut(text: str) -> str:
-    return text if len(text) <= 60 else text[:57] + "…"
+    return shortened(repr(found))
 
 
 def _models(annotation: Any) -> list[type[BaseModel]]:

@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections import Counter
 from collections.abc import Mapping
 from datetime import datetime
 from itertools import pairwise
@@ -10,8 +11,10 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
 
-from tribopipe.errors import ContactError
-from tribopipe.records.base import Record, parse_toml, read_bytes, read_document
+from tribopipe.errors import ContactError, ManifestError
+from tribopipe.files import leads_out
+from tribopipe.records.base import Record, read_document
+from tribopipe.records.document import parse_toml, read_bytes
 from tribopipe.records.quantity import (
     Density,
     Distance,
@@ -167,12 +170,18 @@ DISCS: tuple[DiscName, DiscName] = ("curved_disc", "flat_disc")
 """In the order of k₁ and k₂."""
 
 
+_MOST_ROTATIONS = 1e15
+"""A year at a million rotations a second is a thirtieth of it, and float64 still tells each rotation from the next."""
+
+
 def _a_count(written: Any) -> Any:
     number = isinstance(written, int | float) and not isinstance(written, bool)
     if not number or not math.isfinite(written) or written < 1 or written != math.floor(written):
         raise ValueError(
             f"found {written!r}; expected a number of rotations, whole and at least 1, such as 1000000 or 1e6"
         )
+    if written > _MOST_ROTATIONS:
+        raise ValueError(f"found {written!r}; expected at most {_MOST_ROTATIONS:g} rotations; correct it")
     return float(written)
 
 
@@ -281,6 +290,16 @@ def _inside_run_folder(name: str) -> str:
 FileName = Annotated[str, AfterValidator(_inside_run_folder), Field(min_length=1)]
 
 
+def _named_or_described(reader: str) -> str:
+    """Let a reader be described by a file of the run folder alone."""
+    return _inside_run_folder(reader) if is_described(reader) else reader
+
+
+def is_described(reader: str) -> bool:
+    """Tell whether a reader is named by the file that describes it."""
+    return reader.lower().endswith(".toml")
+
+
 class SignalFile(Record):
     """One file of the instrument and what its columns mean."""
 
@@ -288,7 +307,7 @@ class SignalFile(Record):
     """Name of the file, relative to run.toml."""
     files: tuple[FileName, ...] = ()
     """Files that continue each other, in the order of the test, in the place of file: one for each stroke or step."""
-    reader: str | None = None
+    reader: Annotated[str, AfterValidator(_named_or_described)] | None = None
     """Format, where it should not be detected: "delimited", "ducom-winducom"…, or a reader described in a file of the
     run folder: "our-rig.toml"."""
     encoding: str | None = None
@@ -396,6 +415,18 @@ class EndValues(Record):
                 )
         return self
 
+    @model_validator(mode="after")
+    def _each_profile_is_given_once(self) -> Self:
+        for body in ("pin", "disc", "curved_disc", "flat_disc"):
+            named: tuple[ProfileSource, ...] = getattr(self, f"{body}_profile")
+            twice = next((one.file for one, count in Counter(named).items() if count > 1), None)
+            if twice is not None:
+                raise ValueError(
+                    f"{body}_profile: found the same profile of {twice!r} twice; expected each once, or it would count "
+                    "as a second measurement; take one out"
+                )
+        return self
+
 
 class Interruption(EndValues):
     """What was measured on the specimens where the test was interrupted."""
@@ -457,7 +488,7 @@ class RunManifest(Record):
     """The two bodies; left out, friction alone is evaluated."""
     conditions: Conditions
     """How the test was run."""
-    signals: tuple[SignalFile, ...] = Field(min_length=1)
+    signals: tuple[SignalFile, ...] = Field(min_length=1, max_length=100)
     """The instrument's files."""
     end_values: EndValues = EndValues()
     """What was measured on the specimens afterwards."""
@@ -482,6 +513,14 @@ class RunManifest(Record):
                 )
         if self.rolls:
             _refuse_no_slip(self.conditions)
+        return self
+
+    @model_validator(mode="after")
+    def _each_file_is_read_once(self) -> Self:
+        named = Counter(name for part in self.signals for name in part.names)
+        twice = next((name for name, count in named.items() if count > 1), None)
+        if twice is not None:
+            raise ValueError(f"signals: found the file {twice!r} twice; expected each once; take one out")
         return self
 
     @model_validator(mode="after")
@@ -640,5 +679,10 @@ def read_manifest(path: Path) -> tuple[RunManifest, bytes]:
 
     Raises ``ManifestError`` with file, key (or line), what was found and what was expected.
     """
+    if leads_out(path, path.parent):
+        raise ManifestError(
+            f"{path}: found a link out of the run folder; expected run.toml itself, since a run carries all its files; "
+            "copy it in the place of the link"
+        )
     content = read_bytes(path)
     return read_document(parse_toml(path, content), RunManifest, where=str(path)), content

@@ -1,5 +1,6 @@
 """plan.toml: what a virtual tribometer is to record, for sample runs and ground truth."""
 
+import math
 from collections import Counter
 from datetime import datetime
 from typing import Annotated, Literal, Self
@@ -28,6 +29,18 @@ from tribopipe.records.recipe import DistanceConvention, LawName
 
 def _of(value: float, unit: str) -> Quantity:
     return Quantity(value=value, unit=unit)
+
+
+_MOST_SAMPLES = 10_000_000
+
+
+def _refuse_endless(seconds: float, sensors: "RecordingSensors") -> None:
+    samples = seconds * sensors.sampling_rate.value
+    if samples > _MOST_SAMPLES:
+        raise ValueError(
+            f"sensors.sampling_rate: found {samples:.3g} samples a run; expected at most {_MOST_SAMPLES}; lower "
+            "the rate, or let runs be shorter"
+        )
 
 
 class RecordingSensors(Record):
@@ -107,6 +120,11 @@ class Series(Record):
     """The instrument."""
     runs: tuple[VirtualRun, ...] = Field(min_length=1)
     """The runs."""
+
+    @model_validator(mode="after")
+    def _runs_end(self) -> Self:
+        _refuse_endless(self.sliding_distance.value / self.sliding_speed.value, self.sensors)
+        return self
 
 
 DiscEndValue = Literal["wear_depth", "track_width", "wear_volume"]
@@ -231,6 +249,13 @@ class TwinDiscSeries(Record):
                     f'runs[{number}].normal_load: missing; add this key, such as normal_load = "250 mN", to the run '
                     "or to its series"
                 )
+        return self
+
+    @model_validator(mode="after")
+    def _runs_end(self) -> Self:
+        circumference = 2 * math.pi * self.contact.curved_disc.rolling_radius.value
+        most = max(run.rotations for run in self.runs)
+        _refuse_endless(most * circumference / self.curved_disc_speed.value, self.sensors)
         return self
 
     def load_of(self, run: TwinDiscVirtualRun) -> Quantity:

@@ -14,6 +14,8 @@ from tribopipe.records.base import Record
 _FEWEST_READINGS = 2
 _FEWEST_FOR_T = 4
 """Readings from which the variance of Student's t exists."""
+_LEAST, _MOST = 1e-40, 1e40
+"""In SI: products of seven numbers in between are numbers still."""
 _ROUNDING = 1e-14
 """Share of a mean by which equal readings may differ in binary."""
 
@@ -141,6 +143,12 @@ def _of_kind(quantity: Quantity, *, kind: str, positive: bool) -> Quantity:
             f"a text such as {units.KINDS[kind].example!r}"
         )
     readings = quantity.readings if isinstance(quantity, EndValue) and quantity.readings else ()
+    for number in (quantity.value, quantity.standard_uncertainty or 0.0, *readings):
+        if number and not _LEAST < abs(number) < _MOST:
+            raise ValueError(
+                f"found {number:g} {si}, which nobody can have measured; expected a {kind} such as "
+                f"{units.KINDS[kind].example!r}; check number and unit"
+            )
     if positive and any(not value > 0 for value in (quantity.value, *readings)):
         least = min(quantity.value, *readings) if readings else quantity.value
         found = units.show(least, None if readings else quantity.standard_uncertainty, quantity.unit)

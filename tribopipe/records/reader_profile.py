@@ -1,6 +1,7 @@
 """A reader described in TOML: how a lab's own export is laid out, and what its columns mean."""
 
 import re
+import warnings
 from itertools import pairwise
 from typing import Annotated, Any, Literal, Self
 
@@ -27,8 +28,10 @@ def _a_short_name(written: str) -> str:
 
 def _a_pattern(written: str) -> str:
     try:
-        re.compile(written)
-    except re.error as error:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            re.compile(written)
+    except (re.error, OverflowError, RecursionError, Warning) as error:
         raise ValueError(
             f"found {written!r}, which is no regular expression ({error}); expected one such as '^Time'; put a "
             "backslash before signs such as [ and ( that stand for themselves"
@@ -54,7 +57,7 @@ def _a_pattern_alone(written: Any) -> Any:
     return {"pattern": written} if isinstance(written, str) else written
 
 
-Pattern = Annotated[str, AfterValidator(_a_pattern), Field(min_length=1)]
+Pattern = Annotated[str, AfterValidator(_a_pattern), Field(min_length=1, max_length=500)]
 """A regular expression, searched for in each line."""
 Unit = Annotated[str, AfterValidator(_a_unit)]
 Point = tuple[float, float]
@@ -69,7 +72,7 @@ class Calibration(Record):
     """Unit of what it stands for, such as "N"."""
     points: tuple[Point, ...] = ()
     """Pairs of reading and value, in any order; a straight line in between."""
-    polynomial: tuple[float, ...] = ()
+    polynomial: tuple[float, ...] = Field(default=(), max_length=20)
     """In the place of points: c₀, c₁, c₂… of c₀ + c₁x + c₂x² + … for the reading x."""
     range: Point | None = None
     """Lowest and highest reading for which the polynomial holds."""
@@ -161,11 +164,11 @@ class ReaderProfile(Record):
     """Names of the columns, where the file has none."""
     units_row: Literal["above", "below"] | None = None
     """Where a row of units stands beside the row of names."""
-    columns: dict[str, DescribedColumn] = Field(min_length=1)
+    columns: dict[str, DescribedColumn] = Field(min_length=1, max_length=1000)
     """Name of a column, as the file writes it with or without its unit → what it means."""
-    calibrations: dict[str, Calibration] = Field(default_factory=dict)
+    calibrations: dict[str, Calibration] = Field(default_factory=dict, max_length=100)
     """Calibrations by name."""
-    facts: dict[str, WrittenFact] = Field(default_factory=dict)
+    facts: dict[str, WrittenFact] = Field(default_factory=dict, max_length=100)
     """Key of run.toml → pattern that finds its value above the table: "conditions.normal_load" → 'Load: (.*)'."""
 
     @property

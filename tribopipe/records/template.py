@@ -7,7 +7,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, create_model
 from pydantic.fields import FieldInfo
 
-from tribopipe.records.base import Record, parse_toml, read_bytes, read_document
+from tribopipe.records.base import Record, read_document
+from tribopipe.records.document import parse_toml, read_bytes
 from tribopipe.records.manifest import (
     Conditions,
     CurvedDisc,

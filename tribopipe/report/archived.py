@@ -1,19 +1,20 @@
 """Figures of archived runs, drawn, and saved beside the archive."""
 
 from collections.abc import Mapping
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tribopipe.archive.local_wear import archived_local_wear
+from tribopipe.archive.results import archived_correction, archived_friction
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, Step, StepName
 from tribopipe.archive.store import Archive
-from tribopipe.pipeline import archived_correction, archived_friction
 from tribopipe.records.clean_up import CleanUp
 from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction
 from tribopipe.records.results import WearFit, WearPrediction
 from tribopipe.report.clean_up_figures import changed_signals, plot_clean_up
 from tribopipe.report.disc_figures import plot_disc_contact, plot_disc_wear
-from tribopipe.report.figures import plot_depth, plot_friction, plot_wear, save_figure
+from tribopipe.report.figures import plot_depth, plot_friction, plot_wear, save_figures
 from tribopipe.report.local_wear_figures import local_wear_figures
 from tribopipe.run import CorrectedRun, RawRun
 from tribopipe.wear.curves import LawCurve
@@ -50,16 +51,34 @@ def run_figures(archive: Archive, run_id: str) -> "dict[str, Figure]":
 def save_run_figures(archive: Archive, run_id: str, suffix: str = ".png") -> list[Path]:
     """Draw what a run has. Return the files written, <archive>/figures/<id>-<what>.png.
 
-    A figure that was drawn before of what the run no longer has is deleted.
+    A figure that was drawn before of what the run no longer has is deleted. Raises ``ArchiveError`` where the run is
+    not in the archive, or figures cannot be written.
     """
     figures = run_figures(archive, run_id)
-    paths = {what: archive.folder / FOLDER / f"{run_id}-{what}{suffix}" for what in _DRAWN}
-    for what, path in paths.items():
-        if what in figures:
-            save_figure(figures[what], path)
-        else:
-            path.unlink(missing_ok=True)
+    paths = _paths(archive, run_id, suffix)
+    save_figures(archive.folder / FOLDER, {paths[what].name: figure for what, figure in figures.items()})
+    for what in paths.keys() - figures.keys():
+        paths[what].unlink(missing_ok=True)
     return [paths[what] for what in figures]
+
+
+def run_is_drawn(archive: Archive, run_id: str) -> bool:
+    """Tell whether all figures of a run were saved after its last step, whichever command was interrupted since."""
+    run = archive.outline(run_id)
+    if "drift_correction" not in run.steps:
+        return True
+    saved = [path for path in _paths(archive, run_id, ".png").values() if path.exists()]
+    complete = saved and ("depth" not in run.origins or saved[0].stem.endswith("-depth"))  # the first is written last
+    return bool(complete) and is_since(saved[0], max(step.date for step in run.steps.values()))
+
+
+def is_since(path: Path, date: str) -> bool:
+    """Tell whether a file was written at a date, ISO 8601, or later."""
+    return path.stat().st_mtime >= datetime.fromisoformat(date).timestamp()
+
+
+def _paths(archive: Archive, run_id: str, suffix: str) -> dict[str, Path]:
+    return {what: archive.folder / FOLDER / f"{run_id}-{what}{suffix}" for what in _DRAWN}
 
 
 def _clean_up_figures(archive: Archive, cleaned: RawRun, clean_up: CleanUp) -> "dict[str, Figure]":

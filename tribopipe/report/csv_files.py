@@ -10,9 +10,9 @@ import numpy as np
 import orjson
 from numpy.typing import NDArray
 
-from tribopipe.archive.own_content import own_datasets
 from tribopipe.archive.runfile import read_cleaned
 from tribopipe.archive.store import Archive
+from tribopipe.archive.unpack import unpacked
 from tribopipe.errors import ArchiveError
 from tribopipe.records.signals import SIGNALS, SignalName
 
@@ -54,7 +54,6 @@ def csv_parts(archive: Archive, run_id: str, what: str) -> Iterator[bytes]:
     if what not in there:
         raise lacking(run_id, what, there)
     with archive.open(run_id) as file:
-        own_datasets(file)
         columns = _KINDS[what].read(file)
     return _written(columns)
 
@@ -119,7 +118,7 @@ def _other_columns(file: h5py.File) -> Columns:
     found: Columns = {}
     for column in file["entry/extra_columns"].values():
         textual = h5py.check_string_dtype(column.dtype)
-        found[_unused(_extra_head(column), found)] = column.asstr()[()] if textual else column[()]
+        found[_unused(_extra_head(column), found)] = column.asstr()[()] if textual else unpacked(column)
     return found
 
 
@@ -141,7 +140,7 @@ def _friction(file: h5py.File) -> Columns:
     run, fit = read_cleaned(file), file["entry/friction_fit/data"]
     names: list[SignalName] = ["time", "rotations", "sliding_distance", "friction_coefficient"]
     columns = {_head(name, SIGNALS[name].unit): run.columns[name] for name in names if name in run.columns}
-    return columns | {"fitted_friction_coefficient [1]": np.asarray(fit["friction_coefficient"][()])}
+    return columns | {"fitted_friction_coefficient [1]": unpacked(fit["friction_coefficient"])}
 
 
 def _over_samples(path: str) -> Callable[[h5py.File], Columns]:
@@ -150,7 +149,7 @@ def _over_samples(path: str) -> Callable[[h5py.File], Columns]:
     def read(file: h5py.File) -> Columns:
         entry = file["entry"]
         times = [entry[f"{data}/time"] for data in ("clean_up/data", "raw") if f"{data}/time" in entry]
-        return ({"time [s]": np.asarray(times[0][()])} if times else {}) | _plotted(entry[path])
+        return ({"time [s]": unpacked(times[0])} if times else {}) | _plotted(entry[path])
 
     return read
 
@@ -167,7 +166,7 @@ def _plotted(data: h5py.Group) -> Columns:
 
 
 def _column(group: h5py.Group, name: str) -> tuple[str, NDArray[Any]]:
-    return _head(name, str(group[name].attrs["units"])), np.asarray(group[name][()])
+    return _head(name, str(group[name].attrs["units"])), unpacked(group[name])
 
 
 def _head(name: str, unit: str) -> str:

@@ -4,14 +4,17 @@ Colours are from the Okabe–Ito palette, which people with any colour vision ca
 pyplot, so that they need no display and leave no state behind; in a notebook they show themselves.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from functools import wraps
+from io import BytesIO
 from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, ParamSpec
 
 import numpy as np
 
+from tribopipe.errors import ArchiveError
 from tribopipe.files import replacing
 from tribopipe.records.clean_up import CleanUp
 from tribopipe.records.quantity import Quantity
@@ -257,10 +260,36 @@ def in_lines(sentence: str) -> str:
 
 
 def save_figure(figure: "Figure", path: Path) -> None:
-    """Write a figure in the format of the file's suffix, whole or not at all, and the same each time."""
+    """Write a figure in the format of the file's suffix, whole or not at all, and the same each time.
+
+    Raises ``ArchiveError`` where the folder cannot be written.
+    """
+    save_figures(path.parent, {path.name: figure})
+
+
+def save_figures(folder: Path, figures: "Mapping[str, Figure]") -> None:
+    """Write figures under these names as ``save_figure`` does.
+
+    None takes its place before all are written, and the first takes it last.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with ExitStack() as written:
+            for name, figure in figures.items():
+                path = folder / name
+                written.enter_context(replacing(path)).write_bytes(_picture(figure, path.suffix))
+    except OSError as error:
+        raise ArchiveError(
+            f"{folder}: figures cannot be written ({error.strerror or error}); expected a folder with room and write "
+            "permission; see to that, and give the same command again"
+        ) from None
+
+
+def _picture(figure: "Figure", suffix: str) -> bytes:
     from matplotlib import rc_context
 
-    path.parent.mkdir(parents=True, exist_ok=True)
-    dated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(path.suffix, {})
-    with rc_context(STYLE), replacing(path) as part:
-        figure.savefig(part, format=path.suffix.removeprefix("."), metadata=dated)
+    picture = BytesIO()
+    dated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(suffix, {})
+    with rc_context(STYLE):
+        figure.savefig(picture, format=suffix.removeprefix("."), metadata=dated)
+    return picture.getvalue()

@@ -53,6 +53,7 @@ def _groups(run: RunOutline) -> Iterator[FactGroup]:
     yield FactGroup("End values", record_facts(manifest.end_values))
     for stop in manifest.interruptions:
         yield FactGroup(f"Interruption after {_place(stop.place, rolls=manifest.rolls)}", record_facts(stop))
+    yield FactGroup("Computed with", _computed_with(run))
 
 
 def _followed(manifest: RunManifest) -> tuple[Fact, ...]:
@@ -87,6 +88,16 @@ def _recorded(run: RunOutline) -> tuple[Fact, ...]:
         (slid, f"{ends['sliding_distance']:.4g} m" if "sliding_distance" in ends else None),
         ("other columns", listed(run.extras)),
     )
+
+
+def _computed_with(run: RunOutline) -> tuple[Fact, ...]:
+    """Return versions and machine: once, where they were the same for every step."""
+    environments = {"ingest": run.environment} | {name: step.environment for name, step in run.steps.items()}
+    steps: dict[str, list[str]] = {}
+    for name, environment in environments.items():
+        steps.setdefault(", ".join(map(" ".join, environment.items())), []).append(spoken(name))
+    every = "every step" if len(steps) == 1 else None
+    return facts(*((every or ", ".join(names), told or None) for told, names in steps.items()))
 
 
 def _place(place: float, *, rolls: bool) -> str:

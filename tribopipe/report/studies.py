@@ -4,15 +4,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tribopipe.archive.results import archived_correction, archived_friction
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
-from tribopipe.pipeline import archived_correction, archived_friction
 from tribopipe.records.disc_verdict import TwinDiscStudyResult
 from tribopipe.records.recipe import Recipe
 from tribopipe.records.verdict import StudyResult
-from tribopipe.report.archived import FOLDER
+from tribopipe.report.archived import FOLDER, is_since
 from tribopipe.report.disc_study_figures import plot_disc_study
-from tribopipe.report.figures import save_figure
+from tribopipe.report.figures import save_figures
 from tribopipe.report.study_figures import plot_study_coefficient, plot_study_friction, plot_study_wear
 from tribopipe.run import Column
 from tribopipe.study.discs import DiscStudyCurve
@@ -46,12 +46,18 @@ def save_study_figures(
 
     ``into`` is the archive's own figures/ unless named. Raises as ``study_figures`` does.
     """
-    written = []
-    for what, figure in study_figures(archive, study_id).items():
-        for suffix in suffixes:
-            written.append((into or archive.folder / FOLDER) / f"{study_id}-{what}{suffix}")
-            save_figure(figure, written[-1])
-    return written
+    figures = study_figures(archive, study_id)
+    named = {f"{study_id}-{what}{suffix}": figure for what, figure in figures.items() for suffix in suffixes}
+    folder = into or archive.folder / FOLDER
+    save_figures(folder, named)
+    return [folder / name for name in named]
+
+
+def study_is_drawn(archive: Archive, study_id: str) -> bool:
+    """Tell whether all figures of a study were saved after it was evaluated."""
+    study = archive.study_outline(study_id)
+    first = archive.folder / FOLDER / f"{study_id}-wear-{study.result.laws[0].model}.svg"  # which is written last
+    return first.exists() and is_since(first, study.date)
 
 
 def _figures(stored: StoredStudy, runs: Sequence[Member], recipe: Recipe) -> "dict[str, Figure]":
@@ -60,7 +66,7 @@ def _figures(stored: StoredStudy, runs: Sequence[Member], recipe: Recipe) -> "di
     if any(run.friction is not None and run.friction.outcome != "none" for run in runs):
         figures["friction"] = plot_study_friction(runs)
     if isinstance(result, StudyResult) and any(law.model == "sarkar" for law in result.laws):
-        found = [effective_coefficient(run.pose("sarkar", recipe)) for run in runs]
+        found = [effective_coefficient(run.pose("sarkar", recipe), recipe.monte_carlo.seed) for run in runs]
         effective = [one for one in found if one is not None]
         if effective:
             figures["coefficient"] = plot_study_coefficient(result, effective)

@@ -183,7 +183,7 @@ class _Law:
             coefficient_ratio=ratio(run.coefficient, draws.coefficient, best, coefficients),
             trend=shape.trend(),
             exponent=exponent(draws, comparison, run.predicted(run.coefficient)),
-            change_point=shape.change_point(),
+            change_point=shape.change_point(self.recipe.monte_carlo.seed),
             engines=engines,
             end_of_life=self._end_of_life(draws, coefficients),
         )

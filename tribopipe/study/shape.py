@@ -63,8 +63,11 @@ class Shape:
         amplitude = math.sqrt(float(np.average((left @ amount / self.root) ** 2, weights=self.problem.weights)))
         return Trend(p_value=float(chi2.sf(gain, 2)), amplitude=Quantity(value=amplitude, unit="m"))
 
-    def change_point(self) -> ChangePoint | None:
-        """Look for the place after which another k_D holds; none where the run has too few stretches."""
+    def change_point(self, seed: int = 1) -> ChangePoint | None:
+        """Look for the place after which another k_D holds; none where the run has too few stretches.
+
+        ``seed`` is that of the noise which the gain is held against.
+        """
         problem = self.problem
         effective = problem.effective_distance(problem.values)
         places = np.arange(_EDGE, len(effective) - _EDGE)
@@ -77,7 +80,7 @@ class Shape:
         gains = (left.T @ self.residual) ** 2
         best = int(np.argmax(gains))
         # The columns are orthogonal to what was projected out, so plain noise is as good as projected noise.
-        noise = np.random.Generator(np.random.PCG64(1)).standard_normal((_PLAYED, len(effective)))
+        noise = np.random.Generator(np.random.PCG64(seed)).standard_normal((_PLAYED, len(effective)))
         played = np.max((noise @ left) ** 2, axis=1)
         at = float(problem.distance[places[best]])
         return ChangePoint(

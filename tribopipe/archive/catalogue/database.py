@@ -18,7 +18,7 @@ from tribopipe.version import VERSION
 T = TypeVar("T")
 Work = Callable[[sqlite3.Connection], T]
 FILE_NAME = "catalogue.sqlite"
-_EDITION = 1
+_EDITION = 2
 """Goes up when the same run is noted in another way."""
 _WAIT = 20.0
 """How long another process may write, s."""
@@ -106,12 +106,35 @@ class Database:
         return memory
 
 
+def read_only(archive: Path) -> sqlite3.Connection:
+    """Open the catalogue of an archive as it was kept; nothing is changed, whatever is wrong with it.
+
+    Raises ``DatabaseError`` where it cannot be read, is damaged, or of another version.
+    """
+    connection = _connected(f"{(archive / FILE_NAME).absolute().as_uri()}?mode=ro", uri=True)
+    try:
+        if not _is_this_version(connection):
+            raise sqlite3.DatabaseError("written by another version")
+        _refuse_damaged(connection)
+    except BaseException:
+        connection.close()
+        raise
+    return connection
+
+
+def in_memory() -> sqlite3.Connection:
+    """Return an empty catalogue that is kept nowhere."""
+    connection = _connected(":memory:")
+    _make_tables(connection)
+    return connection
+
+
 def _is_damage(error: Exception) -> bool:
     return getattr(error, "sqlite_errorcode", sqlite3.SQLITE_CORRUPT) & 0xFF in _DAMAGED
 
 
-def _connected(name: str) -> sqlite3.Connection:
-    connection = sqlite3.connect(name, timeout=_WAIT, isolation_level=None, check_same_thread=False)
+def _connected(name: str, *, uri: bool = False) -> sqlite3.Connection:
+    connection = sqlite3.connect(name, timeout=_WAIT, isolation_level=None, check_same_thread=False, uri=uri)
     connection.row_factory = sqlite3.Row
     connection.create_function("matches", 2, matches, deterministic=True)
     connection.create_function("holds", 2, holds, deterministic=True)
@@ -127,6 +150,10 @@ def _make_tables(connection: sqlite3.Connection) -> None:
                 for statement in _STATEMENTS:
                     connection.execute(statement)
                 connection.execute(f"PRAGMA user_version = {_THIS}")
+    _refuse_damaged(connection)
+
+
+def _refuse_damaged(connection: sqlite3.Connection) -> None:
     if connection.execute("PRAGMA quick_check(1)").fetchone()[0] != "ok" or not _adds_up(connection):
         raise sqlite3.DatabaseError("damaged")
 

@@ -10,6 +10,7 @@ from tribopipe.archive.catalogue.columns import COLUMNS, ITEM, STEP_WORDS, Cell,
 from tribopipe.archive.runfile import read_annotations, read_findings, read_manifest, read_marks, read_result
 from tribopipe.archive.steps import STEPS, StepName
 from tribopipe.archive.store import Archive
+from tribopipe.archive.unpack import unpacked
 from tribopipe.motion import slip
 from tribopipe.records.annotation import Annotation, tags_after
 from tribopipe.records.base import Record
@@ -33,6 +34,14 @@ _STAGES: Mapping[str, str] = {
 """How far a run is by the steps it has been through, the furthest first."""
 
 
+_READ = [
+    *(f"entry/{name}/data" for name in ("manifest", "findings", "marks", "annotations")),
+    *(f"entry/{name}/result/data" for name in STEPS),
+    *(f"entry/raw/{name}" for name in ("rotations", "sliding_distance")),
+]
+"""All that is read of a run, so that a first listing need not look through everything."""
+
+
 class _Held(NamedTuple):
     """What is read of a run."""
 
@@ -51,12 +60,11 @@ class _Held(NamedTuple):
 
 def read_cells(archive: Archive, run_id: str) -> dict[str, Cell]:
     """Return what a run has in each column. Raises ``ArchiveError`` where its file is damaged or no run."""
-    with archive.open(run_id) as file:
+    with archive.open(run_id, _READ) as file:
         entry = file["entry"]
-        there = set(entry)
         manifest = read_manifest(file)
-        results = {name: result for name in STEPS if name in there and (result := read_result(entry, name))}
-        held = _Held(manifest, results, _ends(entry, manifest, evaluated="specific_wear" in there))
+        results = {name: result for name in STEPS if (result := read_result(entry, name))}
+        held = _Held(manifest, results, _ends(entry, manifest, evaluated="specific_wear" in results))
         said = {
             "findings": sum(found.severity != "note" for found in read_findings(entry)),
             "marked_bad": next((mark.reason for mark in read_marks(entry)[-1:] if mark.kind == "bad"), None),
@@ -86,7 +94,7 @@ def _verdicts(study_id: str, result: StudyResult | TwinDiscStudyResult) -> Itera
 def _ends(entry: h5py.Group, manifest: RunManifest, *, evaluated: bool) -> dict[str, float]:
     """Return how far a run went by its signals; a distance only where no evaluation tells it."""
     wanted = [*(["rotations"] if manifest.rolls else []), *([] if evaluated else ["sliding_distance"])]
-    ends = {name: float(entry["raw"][name][-1]) for name in wanted if name in entry["raw"]}
+    ends = {name: float(unpacked(entry["raw"][name], last=1)[-1]) for name in wanted if name in entry["raw"]}
     return {name: end for name, end in ends.items() if np.isfinite(end)}
 
 

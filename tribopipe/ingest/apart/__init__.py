@@ -11,9 +11,12 @@ import sys
 from pathlib import Path
 
 from tribopipe.errors import ReaderError
+from tribopipe.interrupts import undone_by
 from tribopipe.run import SourceFile
 
 _LEAST_SECONDS = 20.0
+"""By the clock, which runs on while other programs compute."""
+_LEAST_SECONDS_OF_WORK = 3
 _BYTES_A_SECOND = 1_000_000
 _LEAST_MEMORY = 1 << 30
 _MEMORY_A_BYTE = 100
@@ -26,23 +29,25 @@ def answer_of(program: str, source: SourceFile, *arguments: str, remedy: str) ->
     """
     script = str(Path(__file__).with_name(program))
     memory = str(_LEAST_MEMORY + _MEMORY_A_BYTE * len(source.content))
-    seconds = _LEAST_SECONDS + len(source.content) / _BYTES_A_SECOND
-    try:
-        done = subprocess.run(  # noqa: S603 - a program of our own
-            [sys.executable, "-P", script, memory, *arguments],
-            input=source.content,
-            capture_output=True,
-            timeout=seconds,
-            check=False,
-            env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},  # each thread would reserve memory
-        )
-    except subprocess.TimeoutExpired:
-        raise _damaged(source, f"reading it takes more than {seconds:.0f} s", remedy) from None
-    if done.returncode:
-        said = done.stderr.decode(errors="replace").strip().splitlines()
-        known = done.returncode == 1 and said
-        raise _damaged(source, said[-1] if known else "reading it takes too much memory, or fails", remedy)
-    return done.stdout
+    more = len(source.content) // _BYTES_A_SECOND
+    seconds, of_work = _LEAST_SECONDS + more, str(_LEAST_SECONDS_OF_WORK + more)
+    started = subprocess.Popen(  # noqa: S603 - a program of our own
+        [sys.executable, "-P", script, memory, of_work, *arguments],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},  # each thread would reserve memory
+    )
+    with started as reader, undone_by(reader.kill):
+        try:
+            answer, errors = reader.communicate(source.content, timeout=seconds)
+        except subprocess.TimeoutExpired:
+            raise _damaged(source, f"reading it takes more than {seconds:.0f} s", remedy) from None
+    if reader.returncode:
+        said = errors.decode(errors="replace").strip().splitlines()
+        known = reader.returncode == 1 and said
+        raise _damaged(source, said[-1] if known else "reading it takes too much time or memory, or fails", remedy)
+    return answer
 
 
 def _damaged(source: SourceFile, why: str, remedy: str) -> ReaderError:

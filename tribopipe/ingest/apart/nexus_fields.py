@@ -1,4 +1,4 @@
-"""What was recorded in a run that tribopipe archived. Argument: bytes of memory.
+"""What was recorded in a run that tribopipe archived. Arguments: bytes of memory, seconds of work.
 
 The answer is a line of JSON (format, manifest, headers, columns), then the numbers of the columns as float64. Links to
 other files, virtual datasets and external storage are refused; so are arrays larger than the file could hold.
@@ -19,7 +19,7 @@ _MOST_COMPRESSED = 1100
 
 def main() -> None:
     """Answer with the run, or end with what is wrong."""
-    _bound_memory(int(sys.argv[1]))
+    _bound(int(sys.argv[1]), int(sys.argv[2]))
     content = sys.stdin.buffer.read()
     try:
         with h5py.File(io.BytesIO(content), "r") as file:
@@ -31,11 +31,12 @@ def main() -> None:
         sys.stdout.buffer.write(values.tobytes())
 
 
-def _bound_memory(size: int) -> None:
+def _bound(memory: int, seconds: int) -> None:
     if sys.platform != "win32":
         import resource
 
-        resource.setrlimit(resource.RLIMIT_AS, (size, size))
+        resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+        resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
 
 
 class _File:

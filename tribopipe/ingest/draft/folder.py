@@ -7,6 +7,7 @@ import unicodedata
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,11 +24,12 @@ from tribopipe.ingest.draft.profiles import (
 )
 from tribopipe.ingest.draft.questions import Ask, Say, ask_for_missing
 from tribopipe.ingest.draft.writing import Draft, manifest_text
-from tribopipe.ingest.exports import Export, chosen_reader, is_profile_file, open_export, read_export
+from tribopipe.ingest.exports import Export, chosen_reader, open_export, read_export
 from tribopipe.ingest.harmonise import read_run
 from tribopipe.ingest.reader import Hints
+from tribopipe.interrupts import undone_by
 from tribopipe.records.base import read_document
-from tribopipe.records.manifest import MANIFEST_NAME, MANIFEST_SCHEMA, RunManifest
+from tribopipe.records.manifest import MANIFEST_NAME, MANIFEST_SCHEMA, RunManifest, is_described
 from tribopipe.records.template import read_template
 from tribopipe.run import SourceFile
 
@@ -131,7 +133,7 @@ def _defaults(wanted: Wanted) -> _Defaults:
     name = wanted.template.name if wanted.template else ""
     told = template.get("signals", {}).get("reader")
     reader = wanted.reader or told
-    if reader is None or not is_profile_file(reader):
+    if reader is None or not is_described(reader):
         return _Defaults(template, name, reader, None)
     beside = wanted.template.parent if wanted.template and not wanted.reader else Path()
     return _Defaults(template, name, Path(reader).name, beside / reader)
@@ -165,7 +167,7 @@ def _refuse_names(run_id: str, sources: Sequence[SourceFile]) -> None:
     """Refuse an id or names of files that run.toml cannot hold."""
     names = [source.name for source in sources]
     frame = {"schema": MANIFEST_SCHEMA, "id": run_id, "conditions": {"normal_load": "1 N"}}
-    read_document(frame | {"signals": [{"files": names}]}, RunManifest, where=f"run {run_id}")
+    read_document(frame | {"signals": [{"files": list(dict.fromkeys(names))}]}, RunManifest, where=f"run {run_id}")
     taken = {MANIFEST_NAME: "the manifest of the run"}
     for name in names:
         if name.lower() in taken:
@@ -188,14 +190,11 @@ def _refuse_taken(target: Path) -> None:
 def _building(target: Path) -> Iterator[Path]:
     """Give a temporary folder beside ``target`` that takes its place on success and vanishes on failure."""
     part = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
-    part.mkdir()
-    try:
+    with undone_by(partial(shutil.rmtree, part, ignore_errors=True)):
+        part.mkdir()
         yield part
         _refuse_taken(target)
         part.rename(target)
-    except BaseException:
-        shutil.rmtree(part, ignore_errors=True)
-        raise
 
 
 def _fill(part: Path, draft: Draft, sources: Sequence[SourceFile]) -> str | None:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from tribopipe.errors import ReaderError, UnitError
 from tribopipe.ingest.delimited import read_table
 from tribopipe.ingest.layout import Decimal, Layout
-from tribopipe.ingest.parts import SEGMENT
+from tribopipe.ingest.parts import SEGMENT, below_each_other
 from tribopipe.ingest.reader import ReadColumn, ReadTable
 from tribopipe.ingest.text import LINE_END, LONGEST_LINE, Text, sampled_rows
 from tribopipe.records.signals import SIGNALS, SignalName
@@ -221,7 +221,7 @@ def _one_column(text: Text, name: str, named: Sequence[Mapping[str, ReadColumn]]
         for each, length in zip(named, lengths, strict=True)
     ]
     bad = next((column.first_bad for column in found if column.first_bad), None)
-    return replace(found[0], values=np.concatenate(values), first_bad=bad)
+    return replace(found[0], values=below_each_other(values, texts=bad is not None), first_bad=bad)
 
 
 def _broken_claims(segments: Sequence[Segment], counts: Sequence[int]) -> list[str]:

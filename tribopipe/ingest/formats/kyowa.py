@@ -30,7 +30,7 @@ from dataclasses import dataclass, replace
 from tribopipe.errors import ReaderError
 from tribopipe.ingest.delimited import read_table
 from tribopipe.ingest.headed import cells_of, head_lines, layout_below, moment, refused, without_cut_row
-from tribopipe.ingest.names import bare_name, without_brackets
+from tribopipe.ingest.names import bare_name, count_in, without_brackets
 from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.ingest.tables import is_number
 from tribopipe.ingest.text import decode, sample_lines, trimmed
@@ -152,9 +152,9 @@ def _notes(head: _Head, table: ReadTable, columns: tuple[ReadColumn, ...]) -> li
     ]
     if forces:
         notes.append(f"g and kg of {', '.join(forces)} are taken as gram-force and kilogram-force")
-    claimed = "".join(head.said.get("samples", [])[:1])
+    claimed = count_in("".join(head.said.get("samples", [])[:1]))
     present = len(table.columns[0].values)
-    if claimed.isdecimal() and int(claimed) != present:
+    if claimed not in (None, present):
         notes.append(f"the header claims {claimed} samples; {present} are there")
     return notes
 

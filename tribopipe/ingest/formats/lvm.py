@@ -57,6 +57,7 @@ from tribopipe.ingest.formats.blocks import (
 )
 from tribopipe.ingest.headed import head_lines, moment, refused
 from tribopipe.ingest.layout import Decimal, Layout
+from tribopipe.ingest.names import count_in
 from tribopipe.ingest.parts import SEGMENT
 from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.ingest.text import Text, decode, trimmed
@@ -105,8 +106,8 @@ class _Heading:
     @property
     def samples(self) -> int | None:
         """Number of samples that the longest channel claims."""
-        claims = [int(field) for field in self.own.get("Samples", [])[1:] if field.isdecimal()]
-        return max(claims, default=None)
+        claims = map(count_in, self.own.get("Samples", [])[1:])
+        return max((claim for claim in claims if claim is not None), default=None)
 
 
 class LvmReader:

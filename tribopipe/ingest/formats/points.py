@@ -24,7 +24,7 @@ from tribopipe.errors import ReaderError, UnitError
 from tribopipe.ingest.delimited import read_table
 from tribopipe.ingest.doubts import find_doubt
 from tribopipe.ingest.layout import Decimal, Layout
-from tribopipe.ingest.names import INTEGER, without_brackets
+from tribopipe.ingest.names import INTEGER, count_in, without_brackets
 from tribopipe.ingest.reader import Axis, Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.ingest.tables import MISSING, Table, count_numbers, is_number
 from tribopipe.ingest.text import BLANKS, SAMPLE_BYTES, Row, Text, decode, sample_lines, sampled_rows, trimmed
@@ -145,8 +145,8 @@ def _with_header(text: Text, lines: list[str], rows: list[Row], body: int, separ
         cells = [without_brackets(cell) for cell in " ".join(trimmed(row.cells)).split()]
         if not units and len(cells) == width and all(map(_is_length, cells)):
             units = cells
-        elif count is None and len(cells) == 1 and INTEGER.fullmatch(cells[0]):
-            count = int(cells[0])
+        elif count is None and len(cells) == 1 and (claimed := count_in(cells[0])) is not None:
+            count = claimed
         else:
             raise ReaderError(
                 f"{text.name}, line {row.line}: found {' '.join(cells)[:40]!r} above bare columns of numbers; expected "

@@ -22,6 +22,7 @@ What a channel measures is not in the file. Reading takes the package npTDMS: pi
 
 import logging
 import math
+import re
 import struct
 from collections.abc import Iterator
 from importlib import import_module
@@ -61,6 +62,7 @@ _NI_UNITS = {
 }
 """Units as National Instruments' drivers spell them out."""
 _TIMES = ("s", "ms", "us", "ns", "min", "h")
+_CLASS = re.compile(r"<class '(?:\w+\.)*(\w+)'>")
 _EARLIEST = np.datetime64("1990-01-01")
 """Before this, a start is LabVIEW's zero of 1904 or an unset clock."""
 
@@ -88,7 +90,8 @@ class TdmsReader:
         except ReaderError:
             raise
         except Exception as error:  # noqa: BLE001 - npTDMS raises whatever a damaged file makes it stumble on
-            raise _damaged(source, f"npTDMS cannot read it ({type(error).__name__}: {error})") from None
+            said = _CLASS.sub(r"\1", str(error))
+            raise _damaged(source, f"npTDMS cannot read it ({type(error).__name__}: {said})") from None
         joined = join_parts(source.name, "group", tables)
         facts = dict(_facts(properties)) | dict(joined.facts)
         notes = joined.notes if chain.note is None else (chain.note, *joined.notes)
@@ -205,14 +208,14 @@ class _Group:
 
     def _column(self, channel: Any, notes: list[str]) -> ReadColumn | None:
         values = np.asarray(channel[:])[: self.rows]
-        name = channel.name.strip()
+        name = _plain(channel.name)
         if values.dtype.kind in "fiub":
             return ReadColumn(name, values.astype(np.float64), _unit(channel, notes))
         if values.dtype.kind == "M":
             notes.append(f"channel {name!r} holds dates; given are seconds since {_iso(values[0])} UTC")
             return ReadColumn(name, seconds_since_first(values), "s", "time")
         if values.dtype.kind in "OU":
-            texts = np.array([str(value) for value in values], dtype=object)
+            texts = np.array([_plain(value) for value in values], dtype=object)
             return ReadColumn(name, texts, first_bad=(1, texts[0]))
         notes.append(f"channel {name!r} holds neither numbers nor texts and is left out")
         return None
@@ -241,20 +244,25 @@ class _Group:
 def _track(channel: Any) -> tuple[float, float, str, str]:
     """Give increment, start, name and unit of what a waveform runs along."""
     said = channel.properties
-    name, unit = str(said.get("wf_xname") or "Time"), str(said.get("wf_xunit_string") or "s")
+    name, unit = _plain(said.get("wf_xname")) or "Time", _plain(said.get("wf_xunit_string")) or "s"
     return float(said["wf_increment"]), float(said.get("wf_start_offset", 0)), name, _NI_UNITS.get(unit, unit)
 
 
 def _unit(channel: Any, notes: list[str]) -> str | None:
     """Give the unit of a channel by its properties, or by its name; note one that is unknown."""
-    written = next((str(said).strip() for key in _UNIT_KEYS if (said := channel.properties.get(key))), "")
+    written = next((said for key in _UNIT_KEYS if (said := _plain(channel.properties.get(key)))), "")
     if not written:
-        return split_name(channel.name)[1]
+        return split_name(_plain(channel.name))[1]
     unit = _NI_UNITS.get(written, written)
     if is_unit(unit):
         return unit
-    notes.append(f"channel {channel.name.strip()!r} has the unknown unit {written!r}; name its unit in run.toml")
+    notes.append(f"channel {_plain(channel.name)!r} has the unknown unit {written!r}; name its unit in run.toml")
     return None
+
+
+def _plain(said: Any) -> str:
+    """Write a name or value without the zero bytes that pad it, and blanks around it; "" for none."""
+    return "" if said is None else str(said).replace("\0", "").strip()
 
 
 def _iso(stamp: np.datetime64) -> str:
@@ -263,11 +271,11 @@ def _iso(stamp: np.datetime64) -> str:
 
 def _facts(properties: dict[str, Any]) -> Iterator[tuple[str, str]]:
     for key, name in (("operator", "author"), ("title", "title"), ("comment", "description")):
-        said = str(properties.get(name) or "").strip()
+        said = _plain(properties.get(name))
         if said:
             yield key, said
 
 
 def _listed(path: str, properties: dict[str, Any]) -> str:
     """Write the properties of an object as lines: a TDMS file has no text of its own above the numbers."""
-    return "".join(f"{path} {key} = {value}\n" for key, value in properties.items())
+    return "".join(f"{path} {key} = {value}\n" for key, value in properties.items()).replace("\0", "")

@@ -50,7 +50,7 @@ from tribopipe.ingest.formats.blocks import (
 )
 from tribopipe.ingest.headed import head_lines, refused
 from tribopipe.ingest.layout import Layout
-from tribopipe.ingest.names import bare_name, is_unit_row, without_brackets
+from tribopipe.ingest.names import bare_name, count_in, is_unit_row, without_brackets
 from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.ingest.text import BLANKS, LINE_END, Text, decode, split_rows, trimmed
 from tribopipe.records.signals import SignalName
@@ -59,7 +59,7 @@ from tribopipe.run import SourceFile
 _CREATOR = re.compile(r"\s*Created by (?:CETR|Bruker|UMT)\b.*|\s*Created by .*\bData Viewer\b.*", re.IGNORECASE)
 _INSTRUMENT = re.compile(r"Created by ((?:CETR |Bruker )?UMT\b.*?)(?: +ver\b.*)?$", re.IGNORECASE)
 _STEP = re.compile(r"Step No\. *\d+\s*", re.IGNORECASE)
-_SETTING = re.compile(r"(?P<key>[A-Za-z][\w #.]*?) *[=-] *(?P<value>[+-]?\d+(?:[.,]\d+)?)", re.ASCII)
+_SETTING = re.compile(r"(?P<key>[A-Za-z][\w #.]*+)[=-] *(?P<value>[+-]?\d+(?:[.,]\d+)?)", re.ASCII)
 _STARTED = re.compile(
     r"(?:Started at:|Run date) *(?:(?P<early>\d{1,2}:\d\d:\d\d)\S* +)?"
     r"(?P<day>\d{1,2}) +(?P<month>[A-Za-z]{3})[a-z]*\.? +(?P<year>\d{4})(?: +(?P<late>\d{1,2}:\d\d:\d\d))?"
@@ -118,7 +118,7 @@ def _separator(line: str) -> str:
 def _cells(line: str, separator: str) -> list[str]:
     """Split a row of names or units; between blanks, a unit in brackets belongs to the name before it."""
     if separator == BLANKS:
-        return re.findall(r"[^\s\[(]\S*(?:[ \t]*(?:\[[^\]]*\]|\([^)]*\)))?|\[[^\]]*\]|\([^)]*\)", line)
+        return re.findall(r"[^\s\[(]\S*(?:[ \t]*(?:\[[^\[\]]*\]|\([^()]*\)))?|\[[^\[\]]*\]|\([^()]*\)", line)
     return [cell for row in split_rows([line], separator) for cell in row.cells]
 
 
@@ -195,8 +195,10 @@ def _placed(units: list[str], names: Sequence[str], separator: str) -> tuple[str
 
 def _setting(head: Sequence[str], key: str) -> int | None:
     """Give the last whole number that a head gives for a key."""
-    found = [setting for line in head if (setting := _SETTING.match(line)) and setting["key"].lower() == key.lower()]
-    return int(found[-1]["value"]) if found and found[-1]["value"].isdigit() else None
+    found = [
+        setting for line in head if (setting := _SETTING.match(line)) and setting["key"].strip().lower() == key.lower()
+    ]
+    return count_in(found[-1]["value"]) if found else None
 
 
 def _with_meaning(column: ReadColumn, has_friction: bool) -> ReadColumn:
@@ -253,7 +255,11 @@ def _started(line: str) -> str | None:
 
 def _load(lines: Sequence[str], columns: Sequence[ReadColumn]) -> str | None:
     """Give the set force where all steps have the same one and Fz bears it out, its unit with it."""
-    found = {setting["value"] for line in lines if (setting := _SETTING.match(line)) and setting["key"] == "Set Force"}
+    found = {
+        setting["value"]
+        for line in lines
+        if (setting := _SETTING.match(line)) and setting["key"].strip() == "Set Force"
+    }
     force = next((column for column in columns if column.signal == "normal_force"), None)
     if len(found) != 1 or force is None or force.unit is None:
         return None

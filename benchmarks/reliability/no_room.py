@@ -1,0 +1,46 @@
+"""The calls of the system through which files are written, of which one, or all from it on, find the disk full."""
+
+import os
+from collections.abc import Callable
+from errno import ENOSPC
+from pathlib import Path
+from typing import Any
+
+
+class Layer:
+    """The calls of the system through which files are written; the disk is full from some call on, or for one."""
+
+    def __init__(self, fails_at: int, *, for_good: bool, told: Path | None = None) -> None:
+        self.fails_at, self.for_good, self.told, self.calls = fails_at, for_good, told, 0
+
+    def __call__(self) -> None:
+        """Put the layer below this process."""
+        for name in ("fsync", "replace"):
+            setattr(os, name, self._over(getattr(os, name)))
+        os.mkdir = self._over(os.mkdir, only=lambda path, *_, **__: not Path(path).exists())
+        os.open = self._over(os.open, only=lambda path, flags, *_, **__: flags & os.O_CREAT and not Path(path).exists())
+        plain = Path.write_bytes
+
+        def write_bytes(path: Path, content: bytes) -> int:
+            if self._is_full():
+                plain(path, content[: len(content) // 2])
+                raise OSError(ENOSPC, os.strerror(ENOSPC))
+            return plain(path, content)
+
+        Path.write_bytes = write_bytes  # type: ignore[assignment,method-assign]
+
+    def _over(
+        self, call: Callable[..., Any], only: Callable[..., object] = lambda *_, **__: True
+    ) -> Callable[..., Any]:
+        def over(*given: Any, **named: Any) -> Any:
+            if only(*given, **named) and self._is_full():
+                raise OSError(ENOSPC, os.strerror(ENOSPC))
+            return call(*given, **named)
+
+        return over
+
+    def _is_full(self) -> bool:
+        self.calls += 1
+        if self.told is not None:
+            self.told.write_text(str(self.calls), encoding="utf-8")
+        return self.calls == self.fails_at or (self.for_good and self.calls > self.fails_at > 0)

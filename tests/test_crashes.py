@@ -1,0 +1,337 @@
+"""Interrupts, full disks, archives that go away and mistakes of our own: a sentence, nothing half-written, and the rest
+of a batch is done. What kills processes at random moments stands in benchmarks/reliability."""
+
+import errno
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from folders import ROOT
+
+from tribopipe import faults, interrupts
+from tribopipe.archive.store import Archive
+from tribopipe.errors import ArchiveError, InternalError, ReaderError, TribopipeError
+from tribopipe.files import leftovers, write_file
+from tribopipe.ingest.apart import answer_of
+from tribopipe.records.annotation import Annotation
+from tribopipe.report.archived import run_is_drawn
+from tribopipe.report.figures import save_figures
+from tribopipe.run import SourceFile
+
+RUN = "si3n4-air-200mN"
+NOTE = Annotation(kind="note", text="dry", date="2026-01-05T08:00:00+00:00", operator="anna")
+posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows sends no signals to a process")
+
+
+def no_room(*_, **__):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+# --- interrupts ---
+
+
+def interrupted(code: str, number: int = signal.SIGINT, said: str = "begun", **how) -> subprocess.CompletedProcess:
+    """Start the command with some code as its module `tribopipe.cli.app`, and send it a signal once it says so."""
+    script = (
+        "import sys, types\n"
+        "app = types.ModuleType('tribopipe.cli.app')\n"
+        f"exec({code!r}, app.__dict__)\n"
+        "sys.modules['tribopipe.cli.app'] = app\n"
+        "from tribopipe.cli.start import main\n"
+        "main()\n"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **how
+    )
+    assert process.stdout.readline().strip() == said
+    process.send_signal(number)
+    out, err = process.communicate(timeout=30)
+    return subprocess.CompletedProcess(script, process.returncode, out, err)
+
+
+WAITS = "import time\ndef main():\n    print('begun', flush=True)\n    time.sleep(20)\n"
+
+
+@posix
+@pytest.mark.parametrize(
+    ("number", "how"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated"), (1, "ended with its terminal")]
+)
+def test_a_signal_ends_the_command_with_one_sentence(number, how):
+    done = interrupted(WAITS, number)
+    assert done.returncode == 128 + number
+    assert done.stderr == f"{how}; what was archived is kept, and the same command goes on from there\n"
+
+
+@posix
+def test_an_exception_that_is_swallowed_hides_no_interrupt():
+    swallows = (
+        "import time\n"
+        "class Late:\n"
+        "    def __del__(self):\n"
+        "        print('begun', flush=True)\n"
+        "        time.sleep(20)\n"
+        "def main():\n"
+        "    Late()\n"
+    )
+    done = interrupted(swallows)
+    assert done.returncode == 130
+    assert done.stderr.startswith("interrupted;")
+    assert len(done.stderr.splitlines()) == 1
+
+
+@posix
+def test_ctrl_c_while_modules_are_imported():
+    script = (
+        "import os, signal, sys\n"
+        "class Slow:\n"
+        "    def find_spec(self, name, path=None, target=None):\n"
+        "        if name == 'typer':\n"
+        "            os.kill(os.getpid(), signal.SIGINT)\n"
+        "sys.meta_path.insert(0, Slow())\n"
+        "from tribopipe.cli.start import main\n"
+        "main()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert (done.returncode, done.stderr.partition(";")[0]) == (130, "interrupted")
+
+
+@posix
+def test_what_nohup_has_ignored_stays_ignored():
+    code = "import time\ndef main():\n    print('begun', flush=True)\n    time.sleep(0.3)\n    print('done')\n"
+    done = interrupted(code, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_IGN))
+    assert (done.returncode, done.stdout.strip(), done.stderr) == (0, "done", "")
+
+
+@posix
+def test_an_interrupted_write_leaves_nothing(tmp_path):
+    code = (
+        "import time\n"
+        "from pathlib import Path\n"
+        "from tribopipe.files import replacing\n"
+        "def main():\n"
+        f"    with replacing(Path({str(tmp_path / 'run.h5')!r})) as part:\n"
+        "        part.write_text('half')\n"
+        "        print('begun', flush=True)\n"
+        "        time.sleep(20)\n"
+    )
+    assert interrupted(code).returncode == 130
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_was_begun_is_undone_in_turn_and_no_more_once_it_is_done():
+    undone = []
+    with interrupts.undone_by(lambda: undone.append("outer")):
+        with interrupts.undone_by(lambda: undone.append("done")):
+            pass
+        with interrupts.undone_by(lambda: undone.append("inner")):
+            interrupts.undo_all()
+    assert undone == ["inner", "outer"]
+    interrupts.undo_all()
+    assert undone == ["inner", "outer"]
+
+
+def test_a_reader_of_its_own_process_ends_with_the_command(monkeypatch):
+    plain = subprocess.Popen.communicate
+
+    def interrupted_meanwhile(process, *given, **named):
+        interrupts.undo_all()
+        return plain(process, *given, **named)
+
+    monkeypatch.setattr(subprocess.Popen, "communicate", interrupted_meanwhile)
+    with pytest.raises(ReaderError, match="memory, or fails"):
+        answer_of("nexus_fields.py", SourceFile("run.h5", b""), remedy="none")
+
+
+# --- no room ---
+
+
+@pytest.fixture
+def store(archive) -> Archive:
+    return Archive(archive)
+
+
+@pytest.mark.parametrize("call", ["os.open", "os.fsync", "os.replace", "pathlib.Path.write_bytes"])
+def test_without_room_a_file_stays_as_it_was(store, monkeypatch, call):
+    before = store.path(RUN).read_bytes()
+    with monkeypatch.context() as patch:
+        patch.setattr(call, no_room)
+        with pytest.raises(ArchiveError, match=r"cannot be written \(No space left on device\)"):
+            store.annotate(RUN, NOTE)
+    assert store.path(RUN).read_bytes() == before
+    assert leftovers(store.folder) == []
+    store.annotate(RUN, NOTE)
+    assert store.annotations(RUN) == [NOTE]
+
+
+def test_without_room_an_error_names_the_file_that_was_wanted(tmp_path, monkeypatch):
+    monkeypatch.setattr("os.fsync", no_room)
+    with pytest.raises(OSError, match="No space left") as raised:
+        write_file(tmp_path / "report.html", b"<p>")
+    assert raised.value.filename == str(tmp_path / "report.html")
+
+
+def test_without_room_no_figure_takes_its_place(tmp_path, monkeypatch):
+    from matplotlib.figure import Figure
+
+    (tmp_path / "a.png").write_bytes(b"old")
+    monkeypatch.setattr("os.fsync", no_room)
+    with pytest.raises(ArchiveError, match="figures cannot be written"):
+        save_figures(tmp_path, {"a.png": Figure(), "b.png": Figure()})
+    assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("a.png", b"old")]
+
+
+def test_a_batch_goes_on_where_figures_have_no_room(run_cli, archive, short_runs, monkeypatch):
+    (archive / "figures").mkdir()
+    monkeypatch.setattr("tribopipe.report.drawn.save_run_figures", no_room)
+    monkeypatch.setattr("tribopipe.report.drawn.run_is_drawn", lambda *_: False)
+    done = run_cli("process", short_runs / RUN, "--archive", archive)
+    assert done.exit_code == 1
+    assert "Specific wear rate" in done.stderr
+    assert done.stderr.splitlines()[-1].startswith(f"error: {RUN}: cannot be read or written (No space left on device)")
+
+
+def test_figures_that_an_interrupt_prevented_are_drawn_next_time(store):
+    assert not run_is_drawn(store, RUN)
+    figures = store.folder / "figures"
+    write_file_in(figures, f"{RUN}-friction.png")
+    assert not run_is_drawn(store, RUN)
+    first = write_file_in(figures, f"{RUN}-depth.png")
+    assert run_is_drawn(store, RUN)
+    os.utime(first, (0, 0))
+    assert not run_is_drawn(store, RUN)
+
+
+def write_file_in(folder: Path, name: str) -> Path:
+    folder.mkdir(exist_ok=True)
+    write_file(folder / name, b"picture")
+    return folder / name
+
+
+def test_where_one_run_cannot_be_written_the_others_are(run_cli, archive, monkeypatch):
+    plain = Archive.annotate
+    shutil.copyfile(archive / f"{RUN}.h5", archive / "again.h5")
+
+    def annotate(store, run_id, *added):
+        return no_room() if run_id == RUN else plain(store, run_id, *added)
+
+    monkeypatch.setattr(Archive, "annotate", annotate)
+    for command in (["note", RUN, "again", "dry"], ["tag", RUN, "again", "--add", "dry"]):
+        done = run_cli(*command, "--archive", archive)
+        assert done.exit_code == 3
+        assert done.stderr.splitlines()[0].startswith("again: ")
+        assert done.stderr.splitlines()[-1].startswith(f"error: {RUN}: cannot be read or written (No space left")
+
+
+# --- an archive that goes away, or may not be read ---
+
+
+def test_an_archive_that_has_gone_is_not_begun_anew(store, tmp_path):
+    run = store.raw(RUN)
+    shutil.move(store.folder, tmp_path / "elsewhere")
+    with pytest.raises(ArchiveError, match="found the archive gone, which was there before"):
+        store.add(run)
+    assert not store.folder.exists()
+
+
+def test_a_file_that_may_not_be_read_is_not_called_damaged(store, monkeypatch):
+    def refuse(path):
+        raise PermissionError(errno.EACCES, "Permission denied", str(path))
+
+    monkeypatch.setattr("tribopipe.archive.store.is_sealed", refuse)
+    with pytest.raises(ArchiveError, match=r"si3n4-air-200mN\.h5: cannot be read \(Permission denied\)"):
+        store.manifest(RUN)
+
+
+# --- mistakes of our own ---
+
+
+@pytest.fixture
+def fresh_faults(tmp_path, monkeypatch):
+    """Have tracebacks kept here, in a file not begun yet."""
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    faults._file.cache_clear()
+    yield tmp_path
+    faults._file.cache_clear()
+
+
+def test_a_mistake_in_one_run_does_not_end_the_batch(run_cli, short_runs, tmp_path, monkeypatch, fresh_faults):
+    from tribopipe.checks import registry
+
+    def stumble(run):
+        return 1 // 0 if run.id == RUN else registry.check_run(run)
+
+    monkeypatch.setattr("tribopipe.pipeline.check_run", stumble)
+    done = run_cli("ingest", short_runs, "--archive", tmp_path / "archive")
+    (kept,) = fresh_faults.glob("tribopipe-fault-*.txt")
+    assert done.exit_code == 3
+    assert Archive(tmp_path / "archive").ids() == ["si3n4-air-400mN"]
+    assert "Traceback" not in done.stderr
+    assert f"{RUN}: found a fault of tribopipe itself (ZeroDivisionError: " in done.stderr
+    assert str(kept) in done.stderr
+    assert "in stumble" in kept.read_text(encoding="utf-8")
+
+
+@pytest.mark.usefixtures("fresh_faults")
+def test_a_mistake_anywhere_is_one_sentence(run_cli, archive, monkeypatch):
+    monkeypatch.setattr("tribopipe.archive.store.Archive.outline", lambda *_: {}["depth"])
+    done = run_cli("show", RUN, "--archive", archive)
+    assert done.exit_code == 1
+    assert len(done.stderr.splitlines()) == 1
+    assert done.stderr.startswith("error: found a fault of tribopipe itself (KeyError: ")
+
+
+def test_tracebacks_of_a_process_are_kept_in_one_file(fresh_faults):
+    told = {str(faults.in_a_sentence(KeyError(name), "run")) for name in ("a", "b")}
+    (kept,) = fresh_faults.glob("tribopipe-fault-*.txt")
+    assert all(str(kept) in sentence for sentence in told)
+    assert kept.read_text(encoding="utf-8").count("KeyError") == 2
+
+
+@pytest.mark.usefixtures("fresh_faults")
+def test_a_traceback_that_cannot_be_kept_is_told(monkeypatch):
+    monkeypatch.setattr("tempfile.NamedTemporaryFile", no_room)
+    told = faults.in_a_sentence(KeyError("a"), "run")
+    assert isinstance(told, InternalError)
+    assert str(told).endswith("please report it; its traceback could not be kept (No space left on device)")
+
+
+@pytest.mark.parametrize(
+    ("error", "told"),
+    [
+        (OSError(errno.ENOSPC, "No space left on device", "a.csv"), "a.csv: cannot be read or written (No space left"),
+        (OSError(errno.EACCES, "Permission denied"), "run: cannot be read or written (Permission denied)"),
+        (OSError("odd"), "run: cannot be read or written (odd)"),
+        (MemoryError(), "run: found too little memory"),
+        (ArchiveError("as it stands"), "as it stands"),
+    ],
+)
+def test_what_goes_wrong_outside_is_told_as_such(error, told):
+    found = faults.in_a_sentence(error, "run")
+    assert isinstance(found, TribopipeError)
+    assert not isinstance(found, InternalError)
+    assert str(found).startswith(told)
+
+
+# --- few points of what the benchmarks try at many ---
+
+
+@pytest.mark.slow
+@posix
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["kills.py", "--points", "8"],
+        ["interrupts.py", "--points", "4", "--runs", "2"],
+        ["many_writers.py", "--points", "16"],
+        ["full_disk.py", "--points", "4"],
+    ],
+    ids=lambda words: words[0],
+)
+def test_few_points(words):
+    script = ROOT / "benchmarks" / "reliability" / words[0]
+    done = subprocess.run([sys.executable, str(script), *words[1:]], capture_output=True, text=True, encoding="utf-8")
+    assert done.returncode == 0, done.stdout + done.stderr

@@ -1,0 +1,53 @@
+"""Where the `tribopipe` command begins: it looks after Ctrl-C before it loads anything else.
+
+An archive outlives a process that is killed at any moment, so an interrupted command simply ends: what it was writing
+is taken away, one sentence is said, and nothing more of it runs.
+"""
+
+import os
+import signal
+from collections.abc import Callable
+from contextlib import suppress
+from types import FrameType
+
+from tribopipe.interrupts import undo_all
+
+_ENDINGS = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "ended with its terminal"}
+"""Signals that ask a process to end, as far as the system has them, and what is said then."""
+_STDERR = 2
+_Handler = Callable[[int, FrameType | None], object] | signal.Handlers
+
+
+def main() -> None:
+    """Run the command."""
+    _look_after(_end)
+    from tribopipe.cli.app import main as run
+
+    try:
+        run()
+    finally:
+        _look_after(signal.SIG_IGN)  # what is asked for is done, or its failure told
+
+
+def _look_after(handler: _Handler) -> None:
+    """Have the signals handled that ask a process to end, but for those that nohup or a script has it ignore."""
+    for name in _ENDINGS:
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, handler)
+
+
+def _end(number: int, _: FrameType | None) -> None:
+    """End the process, with the exit code by which shells tell a signal."""
+    signal.signal(number, signal.SIG_IGN)
+    undo_all()
+    said = (
+        f"{_ENDINGS[signal.Signals(number).name]}; what was archived is kept, and the same command goes on from there"
+    )
+    with suppress(OSError):
+        os.write(_STDERR, f"{said}{os.linesep}".encode("ascii"))
+    os._exit(128 + number)
+
+
+if __name__ == "__main__":
+    main()

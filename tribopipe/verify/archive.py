@@ -1,0 +1,130 @@
+"""Every file of an archive looked at, what they say of each other, and what lies around them."""
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import Any, NamedTuple
+
+from tribopipe.archive.stamps import STUDIES, SUFFIX, Stamp, stamps
+from tribopipe.archive.store import Archive
+from tribopipe.errors import ArchiveError, did_you_mean
+from tribopipe.files import natural_order
+from tribopipe.records.finding import Finding
+from tribopipe.verify.agreement import check_agreement
+from tribopipe.verify.catalogue import look_into_catalogue
+from tribopipe.verify.files import look_at
+from tribopipe.verify.folder import look_around
+from tribopipe.verify.look import Look
+from tribopipe.verify.recompute import recompute
+from tribopipe.verify.runs import SeenRun
+from tribopipe.verify.studies import SeenStudy
+
+Advance = Callable[[str], None]
+_ROUNDS = 5
+"""How often what was replaced meanwhile is looked at again."""
+
+
+@dataclass(frozen=True)
+class Verified:
+    """What became of it."""
+
+    runs: int
+    studies: int
+    size: int
+    """Of all files looked at, bytes."""
+    recomputed: bool
+    findings: tuple[Finding, ...]
+
+    @property
+    def sound(self) -> bool:
+        """Whether nothing was found but notes."""
+        return all(finding.severity == "note" for finding in self.findings)
+
+    def __str__(self) -> str:
+        files = f"{_counted(self.runs, 'run')} and {_counted(self.studies, 'study', 'studies')}"
+        errors, warnings = (sum(one.severity == kind for one in self.findings) for kind in ("error", "warning"))
+        verdict = "sound" if self.sound else f"{_counted(errors, 'error')}, {_counted(warnings, 'warning')}"
+        done = "verified and computed again" if self.recomputed else "verified"
+        return f"{files}, {self.size / 1e6:.3g} MB, {done}: {verdict}"
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it as JSON types."""
+        told = {name: getattr(self, name) for name in ("sound", "runs", "studies", "size", "recomputed")}
+        return told | {"findings": [finding.model_dump(mode="json") for finding in self.findings]}
+
+
+class _Looked(NamedTuple):
+    """How a file looked, and what was found in it."""
+
+    stamp: Stamp
+    look: Look
+    seen: SeenRun | SeenStudy | None
+
+
+def verify(
+    archive: Archive, run_ids: Collection[str] = (), *, again: bool = False, advance: Advance = lambda _: None
+) -> Verified:
+    """Verify an archive, or some of its runs alone; nothing in it is changed.
+
+    With ``again``, every step is computed again from what was ingested. ``advance`` is told each file looked at.
+    """
+    looked = _look_at_all(archive.folder, run_ids, advance)
+    sound = {name: one.seen for name, one in looked.items() if one.seen is not None}
+    looks = [one.look for one in looked.values()]
+    if not run_ids:
+        by_id = {_called(name): seen for name, seen in sound.items()}
+        for name, seen in sound.items():
+            check_agreement(looked[name].look, seen, by_id)
+        looks += [*look_around(archive.folder), *look_into_catalogue(archive.folder, sound.keys())]
+    for name in sound if again else ():
+        recompute(archive, looked[name].look, PurePosixPath(name).stem, study=_is_study(name))
+        advance(name)
+    return Verified(
+        runs=sum(not _is_study(name) for name in looked),
+        studies=sum(map(_is_study, looked)),
+        size=sum(one.stamp.size for one in looked.values()),
+        recomputed=again,
+        findings=tuple(finding for look in looks for finding in look.findings),
+    )
+
+
+def files_of(archive: Path, run_ids: Collection[str] = ()) -> dict[str, Stamp]:
+    """Return the files to be looked at, by their path in the archive, in natural order; runs before studies.
+
+    Raises ``ArchiveError`` where one of the runs asked for is not there.
+    """
+    there = stamps(archive)
+    chosen = [f"{run_id}{SUFFIX}" for run_id in run_ids] or list(there)
+    for name in chosen:
+        if name not in there:
+            known = did_you_mean(_called(name), map(_called, there))
+            raise ArchiveError(f"{archive}: found no run {_called(name)!r}; expected one of the archive's; {known}")
+    return {name: there[name] for name in sorted(chosen, key=lambda name: (_is_study(name), natural_order(name)))}
+
+
+def _look_at_all(archive: Path, run_ids: Collection[str], advance: Advance) -> dict[str, _Looked]:
+    """Look at files until none was replaced since it was looked at."""
+    looked: dict[str, _Looked] = {}
+    for _ in range(_ROUNDS):
+        there = files_of(archive, run_ids)
+        changed = {name: stamp for name, stamp in there.items() if name not in looked or looked[name].stamp != stamp}
+        looked = {name: looked[name] for name in looked if name in there}
+        if not changed:
+            break
+        for name, stamp in changed.items():
+            looked[name] = _Looked(stamp, *look_at(archive, name))
+            advance(name)
+    return looked
+
+
+def _is_study(name: str) -> bool:
+    return name.startswith(f"{STUDIES}/")
+
+
+def _called(name: str) -> str:
+    stem = PurePosixPath(name).stem
+    return f"study {stem}" if _is_study(name) else stem
+
+
+def _counted(count: int, one: str, many: str = "") -> str:
+    return f"{count} {one if count == 1 else many or f'{one}s'}"

@@ -1,0 +1,45 @@
+"""One file of the archive: its bytes, its format, and all that it holds."""
+
+from pathlib import Path
+
+from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT, check_format
+from tribopipe.archive.seal import check_every_byte, is_sealed
+from tribopipe.archive.stamps import STUDIES
+from tribopipe.archive.store import opened
+from tribopipe.errors import ArchiveError
+from tribopipe.verify.look import Look
+from tribopipe.verify.nexus import check_nexus
+from tribopipe.verify.runs import SeenRun, look_into_run
+from tribopipe.verify.studies import SeenStudy, look_into_study
+from tribopipe.verify.tree import read_tree
+
+
+def look_at(archive: Path, name: str) -> tuple[Look, SeenRun | SeenStudy | None]:
+    """Look at a file of the archive by its path in it; return what was found, and what other files have to agree with.
+
+    Damage of one file is told in what was found, never raised.
+    """
+    look, path = Look(name), archive / name
+    if path.is_symlink():
+        look.note("file", "found a link; expected the file itself", "see that what it leads to is kept as long", "")
+    try:
+        return look, _look_inside(path, look)
+    except ArchiveError as error:
+        look.refused("content", error)
+    except OSError as error:
+        look.error("file", f"found a file that cannot be read ({error.strerror or error}); expected one that can")
+    return look, None
+
+
+def _look_inside(path: Path, look: Look) -> SeenRun | SeenStudy | None:
+    if is_sealed(path):
+        try:
+            check_every_byte(path)
+        except ArchiveError as error:
+            look.refused("seal", error)
+            return None
+    is_study = look.name.startswith(f"{STUDIES}/")
+    with opened(path) as file:
+        check_format(file, path, STUDY_FORMAT if is_study else RUN_FORMAT)
+        check_nexus(read_tree(file, look), look)
+        return (look_into_study if is_study else look_into_run)(file, look, path.stem)

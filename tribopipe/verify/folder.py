@@ -1,0 +1,89 @@
+"""What lies in an archive's folder beside its runs and studies."""
+
+import time
+from collections import defaultdict
+from collections.abc import Iterator, Set
+from contextlib import suppress
+from pathlib import Path
+
+from tribopipe.archive.catalogue.database import FILE_NAME
+from tribopipe.archive.lock import writers_lock
+from tribopipe.archive.stamps import STUDIES, SUFFIX, stamps
+from tribopipe.errors import ArchiveError
+from tribopipe.files import leftovers
+from tribopipe.verify.look import Look
+
+_FIGURES = "figures"
+"""Folder of what is drawn of the archive, which may hold anything."""
+_FIGURE_TAKES = 600.0
+"""How long a figure may take to be written, s; that needs no lock."""
+_BEFORE = "before-format-"
+"""How the folders are called in which migration keeps what was there."""
+_OURS = {FILE_NAME, f"{FILE_NAME}-journal", STUDIES, _FIGURES}
+
+
+def look_around(archive: Path) -> list[Look]:
+    """Look at everything in the archive's folder that is no run and no study."""
+    return [*_left_over(archive), *_others(archive), *_colliding(archive)]
+
+
+def _left_over(archive: Path) -> Iterator[Look]:
+    """Find temporary files whose writer has ended."""
+    for folder in (archive, archive / STUDIES, archive / _FIGURES):
+        for part in leftovers(folder):
+            if _is_abandoned(archive, part):
+                look = Look(_inside(archive, part))
+                message = "found what a writer left that was killed; expected none"
+                look.warning("folder", message, "remove it: the file it was to replace is as it was")
+                yield look
+
+
+def _is_abandoned(archive: Path, part: Path) -> bool:
+    """Tell whether nobody writes a temporary file any more: whoever writes a run or a study holds its lock."""
+    with suppress(OSError):  # where nobody can write, nobody does
+        if part.parent.name == _FIGURES:
+            return time.time() - part.stat().st_mtime > _FIGURE_TAKES
+        try:
+            with writers_lock(archive, part.name[1:].partition(SUFFIX)[0]):
+                return part.exists()
+        except ArchiveError:
+            return False
+    return part.exists()
+
+
+def _others(archive: Path) -> Iterator[Look]:
+    """Find what tribopipe has not put there, and what is called as a run or study but is no file."""
+    for path in _entries(archive, stamps(archive).keys() | _OURS):
+        look = Look(_inside(archive, path))
+        if path.is_symlink() and not path.exists():
+            look.error("folder", "found a link that leads nowhere; expected the file", "restore what it leads to")
+        elif look.name.startswith(_BEFORE):
+            look.note(
+                "folder", "found files as they were before `tribopipe migrate`", "remove them once it is all right"
+            )
+        else:
+            look.note("folder", "found what is none of tribopipe's; expected runs and studies", "move it elsewhere")
+        yield look
+
+
+def _entries(archive: Path, known: Set[str]) -> list[Path]:
+    """Return what is there beside what is known, but for what is hidden."""
+    folders = [folder for folder in (archive, archive / STUDIES) if folder.is_dir()]
+    there = sorted(path for folder in folders for path in folder.iterdir())
+    return [path for path in there if not path.name.startswith(".") and _inside(archive, path) not in known]
+
+
+def _inside(archive: Path, path: Path) -> str:
+    return path.relative_to(archive).as_posix()
+
+
+def _colliding(archive: Path) -> Iterator[Look]:
+    """Find names that are one and the same where a file system does not tell capitals."""
+    alike = defaultdict(list)
+    for name in stamps(archive):
+        alike[name.casefold()].append(name)
+    for names in (sorted(names) for names in alike.values() if len(names) > 1):
+        look = Look(names[0])
+        message = f"found {', '.join(names[1:])} beside it, which differs in capitals alone; expected other ids"
+        look.warning("folder", message, "keep one of them elsewhere: on Windows and macOS one would replace the other")
+        yield look

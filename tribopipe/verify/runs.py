@@ -1,0 +1,119 @@
+"""One run of the archive: what was ingested, the steps it has been through, and what these stand on."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from hashlib import sha256
+from typing import NamedTuple
+
+import h5py
+import numpy as np
+
+from tribopipe.archive import nexus
+from tribopipe.archive.digest import digest, raw_digest
+from tribopipe.archive.runfile import (
+    read_annotations,
+    read_environment,
+    read_findings,
+    read_marks,
+    read_raw,
+    read_step,
+)
+from tribopipe.archive.steps import PREDICTIONS, STEPS, WEAR_FITS, Step, StepName, inputs_digest
+from tribopipe.archive.unpack import unpacked
+from tribopipe.records.disc_results import TwinDiscFit
+from tribopipe.records.recipe import LawName
+from tribopipe.records.results import WearFit
+from tribopipe.verify.look import Look
+from tribopipe.verify.shown import check_shown
+from tribopipe.wear.predict import known_pin
+from tribopipe.wear.twin_disc.predict import known_discs
+
+_AGAIN = "process the run again"
+
+
+class Borrowed(NamedTuple):
+    """The k_D that a prediction was made with: from where, and which, as its SHA-256."""
+
+    step: StepName
+    law: LawName
+    reference: str
+    sha256: str
+
+
+@dataclass
+class SeenRun:
+    """What other files of the archive have to agree with."""
+
+    raw_sha256: str = ""
+    found: dict[LawName, str] = field(default_factory=dict)
+    """SHA-256 of the k_D that its fit under each law found."""
+    borrowed: list[Borrowed] = field(default_factory=list)
+
+
+def look_into_run(file: h5py.File, look: Look, run_id: str) -> SeenRun:
+    """Hold all that a run's file says against each other."""
+    entry, seen, steps = file["entry"], SeenRun(), dict(_read_steps(file["entry"], look))
+    with look.reading("/entry/raw"):
+        seen.raw_sha256 = nexus.text(entry, "archived/raw_sha256")
+        run = read_raw(file)
+        look.named(run_id, nexus.text(entry, "identifier_run"), run.id)
+        if raw_digest(run) != seen.raw_sha256:
+            look.error("raw", "found other content than was ingested; expected that of its SHA-256", part="/entry/raw")
+        check_shown(entry, look, run.manifest, steps)
+    with look.reading("/entry/source_files"):
+        _check_sources(entry["source_files"], look)
+    for read in (read_marks, read_annotations, read_findings, read_environment):
+        with look.reading("/entry"):
+            read(entry)
+    there = {"raw": seen.raw_sha256} | {name: "" for name in STEPS if name not in entry}
+    there |= {name: step.result_sha256 for name, step in steps.items()}
+    for step in steps.values():
+        _check_step(entry, look, step, there)
+    _put_aside(steps, seen)
+    return seen
+
+
+def _check_sources(sources: h5py.Group, look: Look) -> None:
+    for note in sources.values():
+        content = unpacked(note["data"]).astype(np.uint8).tobytes()
+        if sha256(content).hexdigest() != nexus.text(note, "checksum"):
+            came = nexus.text(note, "file_name")
+            look.error("source", f"found other bytes than {came} had; expected those of its SHA-256", part=note.name)
+
+
+def _read_steps(entry: h5py.Group, look: Look) -> Iterator[tuple[StepName, Step]]:
+    for name in STEPS:
+        with look.reading(f"/entry/{name}"):
+            step = read_step(entry, name)
+            if step is not None:
+                yield name, step
+
+
+def _check_step(entry: h5py.Group, look: Look, step: Step, there: Mapping[str, str]) -> None:
+    """Hold a step against the results ``there`` are: empty of steps that were not done, none of unreadable ones."""
+    part = f"/entry/{step.name}"
+    with look.reading(part):
+        if nexus.text(entry[step.name], "fingerprints/result_sha256") != there[step.name]:
+            look.error("result", "found another result than the step had; expected the one of its SHA-256", part=part)
+    if not step.stands_on:
+        return
+    if inputs_digest(step.program_version, step.name, step.options, step.stands_on) != step.inputs_sha256:
+        message = "found other inputs than the step was made from; expected those of its SHA-256"
+        look.error("inputs", message, part=part)
+    for base in ("raw", *STEPS[step.name].stands_on):
+        if base in there and step.stands_on.get(base) != there[base]:
+            message = f"found that it stands on another {base} than the file holds; expected that one"
+            look.warning("inputs", message, _AGAIN, part)
+
+
+def _put_aside(steps: Mapping[StepName, Step], seen: SeenRun) -> None:
+    for law, name in WEAR_FITS.items():
+        fit = steps[name].result if name in steps else None
+        if isinstance(fit, WearFit | TwinDiscFit):
+            known = known_discs(fit) if isinstance(fit, TwinDiscFit) else known_pin(fit)
+            if known is not None:
+                seen.found[law] = digest(*known.parts)
+    for law, name in PREDICTIONS.items():
+        told = steps[name].stands_on.get("wear_coefficient") if name in steps else None
+        if told is not None:
+            seen.borrowed.append(Borrowed(name, law, str(steps[name].options.get("reference")), told))
