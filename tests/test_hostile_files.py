@@ -2,6 +2,7 @@
 
 import os
 import time
+from dataclasses import replace
 
 import h5py
 import hostile_files
@@ -12,6 +13,7 @@ from archived_files import edited
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from test_archive import run_with
 
 from tribopipe.archive import nexus, own_content
 from tribopipe.archive.catalogue.reading import read_cells
@@ -208,3 +210,16 @@ def test_a_chunk_that_lies_is_refused():
         for read in (unpacked, check_packed):
             with pytest.raises(ArchiveError, match="a chunk that cannot be unpacked"):
                 read(file["x"])
+
+
+def test_what_could_not_be_read_again_is_not_archived(bare_run, tmp_path, monkeypatch):
+    archive, run = Archive(tmp_path), run_with(bare_run, np.zeros(200_000))
+    archive.add(run_with(bare_run, np.arange(10.0)))
+    before = archive.path("bare").read_bytes()
+    monkeypatch.setattr(own_content, "_ROOM", 0)
+    monkeypatch.setattr(own_content, "_ROOM_A_BYTE", 1)
+    other = replace(run, manifest=run.manifest.model_copy(update={"id": "constant"}))
+    with pytest.raises(ArchiveError, match=r"constant\.h5: cannot be archived, for it could not be read again \(found"):
+        archive.add(other)
+    assert archive.ids() == ["bare"]
+    assert archive.path("bare").read_bytes() == before

@@ -145,9 +145,10 @@ def test_show_a_run(run_cli, archive):
 
 
 def test_show_a_run_with_profiles(run_cli, sample_run, track):
-    (sample_run / "track.txt").write_bytes((track / "track.txt").read_bytes())
+    for name in ("track.txt", "track-2.txt"):
+        (sample_run / name).write_bytes((track / "track.txt").read_bytes())
     manifest = (sample_run / "run.toml").read_text(encoding="utf-8")
-    twice = 'disc_profile = [{ file = "track.txt" }, { file = "track.txt" }]'
+    twice = 'disc_profile = [{ file = "track.txt" }, { file = "track-2.txt" }]'
     manifest = manifest.replace("[end_values]", f"[end_values]\n{twice}", 1)
     (sample_run / "run.toml").write_text(manifest, encoding="utf-8")
     assert run_cli("ingest", sample_run, "--archive", track / "kept").exit_code == 0

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, TypeVar
 
 import h5py
 import numpy as np
@@ -13,6 +13,7 @@ from tribopipe.errors import ArchiveError
 from tribopipe.records.base import Record
 from tribopipe.records.quantity import Quantity
 
+R = TypeVar("R", bound=Record)
 _CHUNK = 65_536
 _COMPRESSED_FROM = 256
 
@@ -57,6 +58,12 @@ def document(parent: h5py.Group, name: str, content: Record | list[Any] | dict[s
 def told(parent: h5py.Group, name: str) -> dict[str, str]:
     """Read texts by name; none where there is no such document, as in files of the first format."""
     return json.loads(text(parent, f"{name}/data")) if name in parent else {}
+
+
+def listed(parent: h5py.Group, name: str, record: type[R]) -> list[R]:
+    """Read a list of records; none where there is no such document. Raises ``ValueError`` where it holds others."""
+    items = json.loads(text(parent, f"{name}/data")) if name in parent else []
+    return [record.model_validate(item) for item in items]
 
 
 def text(parent: h5py.Group, path: str) -> str:

@@ -8,7 +8,14 @@ import h5py
 import numpy as np
 
 from tribopipe.archive import nexus
-from tribopipe.archive.runfile import read_environment, read_fingerprints, read_manifest, read_marks, read_result
+from tribopipe.archive.runfile import (
+    read_environment,
+    read_findings,
+    read_fingerprints,
+    read_manifest,
+    read_marks,
+    read_result,
+)
 from tribopipe.archive.steps import STEPS, StepName
 from tribopipe.archive.unpack import unpacked
 from tribopipe.records.base import Record
@@ -85,7 +92,7 @@ def read_outline(file: h5py.File) -> RunOutline:
         sources=tuple(_source(note) for note in entry["source_files"].values()),
         raw_sha256=nexus.text(entry, "archived/raw_sha256"),
         environment=read_environment(entry),
-        findings=tuple(Finding(**found) for found in json.loads(nexus.text(entry, "findings/data"))),
+        findings=tuple(read_findings(entry)),
         marks=tuple(read_marks(entry)),
         steps={name: step for name in STEPS if (step := _step(entry, name)) is not None},
     )

@@ -9,6 +9,7 @@ see ``unpack``.
 import struct
 from collections.abc import Iterable, Mapping
 from math import prod
+from pathlib import Path
 from typing import NoReturn
 
 import h5py
@@ -16,7 +17,7 @@ import numpy as np
 from h5py import h5d, h5g, h5l, h5o, h5p, h5t, h5z
 
 from tribopipe.archive.raw_bytes import RawFile, attributes
-from tribopipe.archive.stamps import Stamp
+from tribopipe.archive.stamps import Stamp, stamp_of
 from tribopipe.errors import ArchiveError
 
 Shapes = Mapping[str, tuple[int, ...]]
@@ -51,6 +52,12 @@ def own_datasets(file: h5py.File) -> Shapes:
             _known.clear()
         known = _known[file.filename] = stamp, _Look(file).through()
     return known[1]
+
+
+def renamed(part: Path, path: Path) -> None:
+    """Keep what was found in a file, now that it has another name and so another stamp."""
+    _, shapes = _known.pop(str(part))
+    _known[str(path)] = stamp_of(path.stat()), shapes
 
 
 def check_attributes(part: h5py.Group | h5py.Dataset | h5py.Datatype) -> None:

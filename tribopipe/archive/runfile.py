@@ -316,9 +316,7 @@ def write_marks(entry: h5py.Group, marks: Sequence[Mark]) -> None:
 
 def read_marks(entry: h5py.Group) -> list[Mark]:
     """Read the history of marks, oldest first; empty where the run was never marked."""
-    if "marks" not in entry:
-        return []
-    return [Mark(**mark) for mark in json.loads(nexus.text(entry, "marks/data"))]
+    return nexus.listed(entry, "marks", Mark)
 
 
 def write_annotations(entry: h5py.Group, annotations: Sequence[Annotation]) -> None:
@@ -328,14 +326,12 @@ def write_annotations(entry: h5py.Group, annotations: Sequence[Annotation]) -> N
 
 def read_annotations(entry: h5py.Group) -> list[Annotation]:
     """Read the history of tags and notes, oldest first; empty where there is none."""
-    if "annotations" not in entry:
-        return []
-    return [Annotation(**annotation) for annotation in json.loads(nexus.text(entry, "annotations/data"))]
+    return nexus.listed(entry, "annotations", Annotation)
 
 
 def read_findings(entry: h5py.Group) -> list[Finding]:
     """Read what the checks found when the run was ingested."""
-    return [Finding(**found) for found in json.loads(nexus.text(entry, "findings/data"))]
+    return nexus.listed(entry, "findings", Finding)
 
 
 def write_wear_plot(entry: h5py.Group) -> None:

@@ -15,7 +15,7 @@ from tribopipe.archive.formats import FORMAT_TEXT, RUN_FORMAT, STUDY_FORMAT, che
 from tribopipe.archive.lock import writers_lock
 from tribopipe.archive.nexus import text
 from tribopipe.archive.outline import RunOutline, read_outline
-from tribopipe.archive.own_content import check_parts, own_datasets
+from tribopipe.archive.own_content import check_parts, own_datasets, renamed
 from tribopipe.archive.runfile import (
     copy_additions,
     copy_except,
@@ -46,7 +46,7 @@ from tribopipe.archive.studyfile import (
     write_study,
 )
 from tribopipe.errors import ArchiveError, did_you_mean
-from tribopipe.files import drive_of, natural_order, write_file
+from tribopipe.files import drive_of, natural_order, replacing
 from tribopipe.records.annotation import Annotation, tags_after
 from tribopipe.records.base import Record
 from tribopipe.records.finding import Finding
@@ -364,7 +364,7 @@ class Archive:
             with image.getbuffer() as content:
                 seal(content)
                 try:
-                    write_file(path, content)
+                    _put(content, path)
                 except OSError as error:
                     self._refuse(error)
 
@@ -394,6 +394,27 @@ class Archive:
             f"{self.folder}: cannot be written ({error.strerror or error}); expected a folder with "
             "room and write permission; choose another with --archive"
         ) from None
+
+
+def _put(content: memoryview, path: Path) -> None:
+    """Write a file of the archive, once it was read back and found to be one that can be read again."""
+    with replacing(path) as part:
+        part.write_bytes(content)
+        try:
+            with opened(part):
+                pass
+        except ArchiveError as error:
+            raise ArchiveError(
+                f"{path}: cannot be archived, for it could not be read again ({_found_in(error)}); expected less of "
+                "that; the archive is as it was"
+            ) from None
+    renamed(part, path)
+
+
+def _found_in(error: ArchiveError) -> str:
+    """Return what an error found, without the name of the file and what to do about it."""
+    sentence = str(error)
+    return sentence[max(sentence.find("found "), 0) :].partition(";")[0]
 
 
 def _ids(folder: Path) -> list[str]:

@@ -1,4 +1,6 @@
-"""The source files inside an archived run, as far as a damaged file still gives them. Argument: bytes of memory.
+"""The source files inside an archived run, as far as a damaged file still gives them.
+
+Arguments: bytes of memory, seconds of work.
 
 The answer is a line of JSON: whether the list of sources could be read, or they had to be looked for all over the file,
 so that some may be lacking; and for each source its name, its checksum as it was written, its size, and what went wrong
@@ -32,7 +34,7 @@ _MOST_COMPRESSED = 1100
 
 def main() -> None:
     """Answer with the sources, or end with what is wrong."""
-    _bound_memory(int(sys.argv[1]))
+    _bound(int(sys.argv[1]), int(sys.argv[2]))
     content = sys.stdin.buffer.read()
     try:
         with h5py.File(_as_long_as_it_was(content), "r") as file:
@@ -46,11 +48,12 @@ def main() -> None:
         sys.stdout.buffer.write(source)
 
 
-def _bound_memory(size: int) -> None:
+def _bound(memory: int, seconds: int) -> None:
     if sys.platform != "win32":
         import resource
 
-        resource.setrlimit(resource.RLIMIT_AS, (size, size))
+        resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+        resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
 
 
 def _told(error: Exception) -> str:
