@@ -18,6 +18,7 @@ SUBJECTS = {"documents": fuzz_manifests, "signal files": fuzz_signals}
 PROGRAM = Path(__file__).with_name("fuzz_documents.py")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("subject", SUBJECTS.values(), ids=SUBJECTS)
 def test_what_cases_are_made_of_is_sound(tmp_path, subject):
     trial = Trial(tmp_path, subject.sound())

@@ -252,6 +252,7 @@ def test_patterns_that_cannot_be_are_refused(pattern):
         read_document({**RIG, "detect": pattern}, ReaderProfile, where="rig")
 
 
+@pytest.mark.slow
 def test_a_pattern_that_never_ends_is_ended(monkeypatch):
     monkeypatch.setattr("tribopipe.ingest.apart._LEAST_SECONDS_OF_WORK", 1)
     profile = read_document(

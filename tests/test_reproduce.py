@@ -253,6 +253,7 @@ def why(reproduction, name: str) -> str:
     return step.why
 
 
+@pytest.mark.slow
 def test_prediction_from_a_k_d_that_has_changed_is_not_compared(done):
     fit_archived_wear(done, LIGHT, "sarkar", Recipe())
     assert "made from another wear_coefficient" in why(reproduce(done, HEAVY), "prediction_sarkar")
@@ -379,6 +380,7 @@ def test_nested_values_are_compared_by_their_keys():
 # --- the command ---
 
 
+@pytest.mark.slow
 def test_command_tells_people_and_programs(done, run_cli):
     finished = run_cli("reproduce", "--archive", done.folder)
     assert finished.exit_code == 0, finished.stderr

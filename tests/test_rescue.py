@@ -168,6 +168,7 @@ def test_file_that_hdf5_cannot_open_is_told(damaged, say_rescue, tmp_path):
     assert not (tmp_path / "saved").exists()
 
 
+@pytest.mark.slow
 def test_reading_that_does_not_end_is_ended(damaged, tmp_path, monkeypatch):
     """A heap of texts that is all zeros leads HDF5 2.0 in circles."""
     content = damaged.read_bytes()

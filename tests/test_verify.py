@@ -301,6 +301,7 @@ def test_run_under_another_name_is_told(small):
     assert ("another.h5", "error", "identity") in [(one.where, one.severity, one.check) for one in findings]
 
 
+@pytest.mark.slow
 def test_study_of_another_run_is_stale(copied):
     with edited(copied / "studies" / "si3n4-air.h5") as file:
         data = file["entry/stands_on/data"]
@@ -309,6 +310,7 @@ def test_study_of_another_run_is_stale(copied):
     assert {("warning", "study"), ("error", "inputs")} <= set(found(verify(Archive(copied))))
 
 
+@pytest.mark.slow
 def test_prediction_from_another_coefficient_is_stale(copied):
     """The run that k_D came from is replaced by one of another k_D, whose study is gone."""
     archive = Archive(copied)
@@ -385,6 +387,7 @@ def test_catalogue_that_tells_a_run_wrong_is_told(small):
     assert (finding.severity, finding.check, finding.where) == ("warning", "catalogue", f"{DISC}.h5")
 
 
+@pytest.mark.slow
 def test_file_replaced_while_it_is_looked_at_is_looked_at_again(small, monkeypatch):
     """A writer puts another result in the place of the one that a look began with, twice."""
     archive, looks = Archive(small), []
@@ -402,6 +405,7 @@ def test_file_replaced_while_it_is_looked_at_is_looked_at_again(small, monkeypat
     assert looks.count(f"{DISC}.h5") == 3
 
 
+@pytest.mark.slow
 def test_number_that_agrees_with_its_checksum_is_found_by_computing_it_again(small):
     archive = Archive(small)
     step = archive.step(DISC, "specific_wear")
