@@ -1,6 +1,7 @@
 """Run folders made to hang, fill or fool a computer: refused in one sentence, at once, the archive as it was."""
 
 import os
+import re
 import socket
 import sys
 import time
@@ -295,6 +296,14 @@ def test_a_line_that_repeats_one_sign_is_judged_at_once(token):
     timed(DelimitedReader(), b"Time [s];Dep" + line + b"th [um]\n0,5;1\n1,0;2\n")
     timed(UmtReader(), UMT.replace(b"Created", line + b"Created", 1))
     timed(UmtReader(), UMT.replace(b"Step No", b"Radius" + line + b"\nStep No", 1))
+
+
+def test_the_load_is_looked_for_among_forces_beyond_all_use():
+    """With warnings as errors: the mean of the two in the middle would overflow."""
+    (example, *_) = EXAMPLES["bruker-umt"]
+    content = re.sub(rb",-19[89]\.963455,", b",1e308,", example.content)
+    assert content.count(b"1e308") == 4
+    timed(UmtReader(), content)
 
 
 def test_a_thousand_columns_of_one_name():

@@ -44,6 +44,17 @@ def read_file(path: Path) -> bytes:
     return buffer.getvalue()
 
 
+def stored_size(path: Path) -> int:
+    """Return the bytes of a file that are in use: holes, which take no room on the disk, do not count.
+
+    Raises ``OSError`` where there is no such file.
+    """
+    seen = path.stat()
+    if not stat.S_ISREG(seen.st_mode):
+        raise OSError(0, "no regular file")
+    return min(seen.st_size, 512 * getattr(seen, "st_blocks", seen.st_size))
+
+
 def _fill(path: Path, start: int, part: memoryview) -> None:
     with part, path.open("rb") as file:
         file.seek(start)

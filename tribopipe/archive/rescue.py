@@ -11,8 +11,8 @@ from typing import NamedTuple
 from pydantic import TypeAdapter, ValidationError
 
 from tribopipe.errors import ArchiveError
-from tribopipe.files import read_file, write_file
-from tribopipe.ingest.apart import answer_of
+from tribopipe.files import stored_size, write_file
+from tribopipe.ingest.apart import answer_about
 from tribopipe.interrupts import undone_by
 from tribopipe.records.manifest import FileName
 from tribopipe.run import SourceFile
@@ -75,13 +75,13 @@ def _write(sources: Sequence[SourceFile], folder: Path) -> None:
 def _sources(path: Path) -> tuple[list[SourceFile], tuple[str, ...], bool]:
     """Return the source files that are whole, the names of the others, and whether these are all."""
     try:
-        archived = SourceFile(str(path), read_file(path))
+        size = stored_size(path)
     except OSError as error:
         raise ArchiveError(
             f"{path}: cannot be read ({error.strerror or error}); expected the file of an archived run; check its name "
             "and permissions"
         ) from None
-    line, _, contents = answer_of("archived_sources.py", archived, remedy=_REMEDY).partition(b"\n")
+    line, _, contents = answer_about("archived_sources.py", path, size, remedy=_REMEDY).partition(b"\n")
     found = json.loads(line)
     whole: dict[str, SourceFile] = {}
     damaged: list[str] = []

@@ -55,6 +55,8 @@ def csv_parts(archive: Archive, run_id: str, what: str) -> Iterator[bytes]:
         raise lacking(run_id, what, there)
     with archive.open(run_id) as file:
         columns = _KINDS[what].read(file)
+        if len({len(values) for values in columns.values()}) != 1:
+            raise ValueError(f"columns of different lengths for the table {what!r}")
     return _written(columns)
 
 

@@ -2,12 +2,13 @@
 
 A damaged workbook can make python-calamine end its process, a flipped bit can make HDF5 ask for all memory. The
 programs are started as scripts, so that they load nothing but the library they need: they know nothing of tribopipe.
-Each gets the file by standard input and answers by standard output.
+Each gets the file by standard input, or its path, and answers by standard output.
 """
 
 import os
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from tribopipe.errors import ReaderError
@@ -27,9 +28,18 @@ def answer_of(program: str, source: SourceFile, *arguments: str, remedy: str) ->
 
     Raises ``ReaderError`` with the remedy where the program ends without an answer, or takes too much of either.
     """
+    return _answer(program, source.name, len(source.content), arguments, remedy, source.content)
+
+
+def answer_about(program: str, path: Path, size: int, *, remedy: str) -> bytes:
+    """Let a program beside this file read what it wants of a file, whose bytes in use are counted. As ``answer_of``."""
+    return _answer(program, str(path), size, [str(path)], remedy)
+
+
+def _answer(program: str, name: str, size: int, arguments: Sequence[str], remedy: str, content: bytes = b"") -> bytes:
     script = str(Path(__file__).with_name(program))
-    memory = str(_LEAST_MEMORY + _MEMORY_A_BYTE * len(source.content))
-    more = len(source.content) // _BYTES_A_SECOND
+    memory = str(_LEAST_MEMORY + _MEMORY_A_BYTE * size)
+    more = size // _BYTES_A_SECOND
     seconds, of_work = _LEAST_SECONDS + more, str(_LEAST_SECONDS_OF_WORK + more)
     started = subprocess.Popen(  # noqa: S603 - a program of our own
         [sys.executable, "-P", script, memory, of_work, *arguments],
@@ -40,15 +50,15 @@ def answer_of(program: str, source: SourceFile, *arguments: str, remedy: str) ->
     )
     with started as reader, undone_by(reader.kill):
         try:
-            answer, errors = reader.communicate(source.content, timeout=seconds)
+            answer, errors = reader.communicate(content, timeout=seconds)
         except subprocess.TimeoutExpired:
-            raise _damaged(source, f"reading it takes more than {seconds:.0f} s", remedy) from None
+            raise _damaged(name, f"reading it takes more than {seconds:.0f} s", remedy) from None
     if reader.returncode:
         said = errors.decode(errors="replace").strip().splitlines()
         known = reader.returncode == 1 and said
-        raise _damaged(source, said[-1] if known else "reading it takes too much time or memory, or fails", remedy)
+        raise _damaged(name, said[-1] if known else "reading it takes too much time or memory, or fails", remedy)
     return answer
 
 
-def _damaged(source: SourceFile, why: str, remedy: str) -> ReaderError:
-    return ReaderError(f"{source.name}: found a file that cannot be read ({why}); expected a whole one; {remedy}")
+def _damaged(name: str, why: str, remedy: str) -> ReaderError:
+    return ReaderError(f"{name}: found a file that cannot be read ({why}); expected a whole one; {remedy}")

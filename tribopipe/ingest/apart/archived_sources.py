@@ -1,6 +1,6 @@
 """The source files inside an archived run, as far as a damaged file still gives them.
 
-Arguments: bytes of memory, seconds of work.
+Arguments: bytes of memory, seconds of work, path.
 
 The answer is a line of JSON: whether the list of sources could be read, or they had to be looked for all over the file,
 so that some may be lacking; and for each source its name, its checksum as it was written, its size, and what went wrong
@@ -10,12 +10,14 @@ Links to other files, virtual datasets and external storage are not followed.
 
 import io
 import json
+import mmap
 import re
 import struct
 import sys
 from collections.abc import Callable, Iterator
 from functools import partial
 from operator import getitem
+from pathlib import Path
 from typing import Any
 
 import h5py
@@ -35,9 +37,10 @@ _MOST_COMPRESSED = 1100
 def main() -> None:
     """Answer with the sources, or end with what is wrong."""
     _bound(int(sys.argv[1]), int(sys.argv[2]))
-    content = sys.stdin.buffer.read()
     try:
-        with h5py.File(_as_long_as_it_was(content), "r") as file:
+        with Path(sys.argv[3]).open("rb") as there:
+            content = mmap.mmap(there.fileno(), 0, access=mmap.ACCESS_READ)
+        with h5py.File(_as_long_as_it_was(content), "r", locking=False) as file:
             listed, notes = _notes(file, content)
             found = list(_sources(notes, room=_MOST_COMPRESSED * len(content)))
     except Exception as error:  # noqa: BLE001 - HDF5 raises whatever a damaged file makes it stumble on
@@ -60,25 +63,27 @@ def _told(error: Exception) -> str:
     return f"{type(error).__name__}: {error}".replace("\n", " ")
 
 
-def _start(content: bytes) -> int:
+def _start(content: mmap.mmap) -> int:
     """Return where HDF5 begins."""
     for start in _USER_BLOCKS:
-        if content.startswith(_MAGIC, start):
+        if content[start : start + len(_MAGIC)] == _MAGIC:
             return start
     raise ValueError("no head of an HDF5 file")
 
 
-def _as_long_as_it_was(content: bytes) -> io.BytesIO:
+def _as_long_as_it_was(content: mmap.mmap) -> str | io.BytesIO:
     """Return a file with zeros where its tail was cut off, since HDF5 opens none that is shorter than its head says."""
-    start, image = _start(content), io.BytesIO(content)
+    start = _start(content)
     (end,) = struct.unpack_from("<Q", content, start + (40 if content[start + len(_MAGIC)] < 2 else 28))
-    if end > len(content):
-        image.seek(end - 1)
-        image.write(b"\0")
+    if end <= len(content):
+        return sys.argv[3]
+    image = io.BytesIO(content)
+    image.seek(end - 1)
+    image.write(b"\0")
     return image
 
 
-def _notes(file: Any, content: bytes) -> tuple[bool, list[tuple[str, Opener]]]:
+def _notes(file: Any, content: mmap.mmap) -> tuple[bool, list[tuple[str, Opener]]]:
     """Tell whether the sources are listed, and give each one's name in the list and what opens it."""
     try:
         notes = _member(file, "entry/source_files")
@@ -90,7 +95,7 @@ def _notes(file: Any, content: bytes) -> tuple[bool, list[tuple[str, Opener]]]:
         return False, [(_NAMELESS, partial(getitem, file, reference)) for reference in found]
 
 
-def _scattered(file: Any, content: bytes) -> Iterator[Any]:
+def _scattered(file: Any, content: mmap.mmap) -> Iterator[Any]:
     """Give references to the groups of sources, found by their headers, since what leads to them is damaged."""
     places = [header.start() - _start(content) for header in re.finditer(_HEADER, content)]
     with h5py.File("references", "w", driver="core", backing_store=False) as scratch:

@@ -264,5 +264,5 @@ def _load(lines: Sequence[str], columns: Sequence[ReadColumn]) -> str | None:
     if len(found) != 1 or force is None or force.unit is None:
         return None
     load = found.pop().lstrip("+-").replace(",", ".")
-    held = float(np.nanmedian(np.abs(force.values)))
+    held = float(np.nanquantile(np.abs(force.values), 0.5, method="lower"))  # no mean, which may overflow
     return f"{load} {force.unit}" if abs(held - float(load)) <= _CLOSE * float(load) else None
