@@ -34,8 +34,15 @@ def no_room(*_, **__):
 # --- interrupts ---
 
 
+def listening() -> None:
+    """Heed signals in a new process, also where the tests run in the background, which ignores some."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
+
+
 def interrupted(code: str, number: int = signal.SIGINT, said: str = "begun", **how) -> subprocess.CompletedProcess:
     """Start the command with some code as its module `tribopipe.cli.app`, and send it a signal once it says so."""
+    how = {"preexec_fn": listening, **how}
     script = (
         "import sys, types\n"
         "app = types.ModuleType('tribopipe.cli.app')\n"
@@ -95,7 +102,7 @@ def test_ctrl_c_while_modules_are_imported():
         "from tribopipe.cli.start import main\n"
         "main()\n"
     )
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, preexec_fn=listening)
     assert (done.returncode, done.stderr.partition(";")[0]) == (130, "interrupted")
 
 

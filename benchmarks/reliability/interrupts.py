@@ -79,6 +79,8 @@ def batch(folder: Path, runs: int) -> Batch:
 
 def interrupt(one: Batch, points: int, chance: Random) -> Interrupted:
     """Process with interrupts until there were so many."""
+    # Who is started in the background ignores Ctrl-C, and so does what it starts.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     found, archive = Interrupted(), one.folder / "archive"
     while len(found.moments) < points:
         if _ends(one, archive, found, chance.uniform(0.0, one.seconds / PART)):
