@@ -31,7 +31,7 @@ from tribopipe.wear.twin_disc.curves import fitted_discs
 from tribopipe.wear.twin_disc.identify import fit_discs
 from tribopipe.wear.twin_disc.predict import DiscScenario, KnownDiscs, published_discs
 
-pytestmark = pytest.mark.usefixtures("few_draws")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("few_draws")]
 
 SHORT, MIDDLE, LONG = (f"si3n4-twin-disc-4pct-{end}" for end in ("100k", "1000k", "2000k"))
 FAST = ("si3n4-twin-disc-10pct-1000k-a", "si3n4-twin-disc-10pct-1000k-b")

@@ -24,7 +24,7 @@ from tribopipe.studies import run_study
 from tribopipe.study.discs import evaluate_discs
 from tribopipe.study.member import Member
 
-pytestmark = pytest.mark.usefixtures("few_draws")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("few_draws")]
 
 FITTED, SLIPPING, LONG = ("4pct-100k", "4pct-250k", "4pct-500k", "4pct-1000k"), "10pct-1000k-a", "4pct-2000k"
 FALSE = ("over-predicts", "under-predicts")

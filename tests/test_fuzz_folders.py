@@ -14,6 +14,8 @@ import fuzz_signals
 import pytest
 from fuzzing import Case, Trial, drawn_for, rows_of, try_all
 
+pytestmark = pytest.mark.slow
+
 SUBJECTS = {"documents": fuzz_manifests, "signal files": fuzz_signals}
 PROGRAM = Path(__file__).with_name("fuzz_documents.py")
 

@@ -23,6 +23,8 @@ from tribopipe.archive.store import Archive
 from tribopipe.archive.unpack import check_packed, unpacked
 from tribopipe.errors import ArchiveError
 
+pytestmark = pytest.mark.slow
+
 RUN, STUDY = hostile_files.RUN, hostile_files.STUDY_ID
 LARGE = {"text of 64 MB", "20 000 attributes", "100 000 members", "600 000 lists", "1 GB of holes at the end"}
 LARGE |= {"1 GB of holes in front", "study with a text of 64 MB"}

@@ -12,7 +12,10 @@ from tribopipe.pipeline import process
 RUNS = Path(__file__).resolve().parents[2] / "shared" / "realdata" / "winducom-dwf-al10cu"
 FILES = sorted(path.relative_to(RUNS).as_posix() for path in RUNS.glob("*/*.dwf"))
 
-pytestmark = pytest.mark.skipif(not FILES, reason="the real WINDUCOM runs are not beside this checkout")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not FILES, reason="the real WINDUCOM runs are not beside this checkout"),
+]
 
 # Mean and standard deviation of µ as the vendor's software shows them, by series and first figure of the file name.
 VENDOR = {

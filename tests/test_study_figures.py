@@ -20,6 +20,8 @@ from tribopipe.studies import run_study
 from tribopipe.study.effective import effective_coefficient
 from tribopipe.study.member import Member
 
+pytestmark = pytest.mark.slow
+
 SI3N4 = Study(id="si3n4", fit=("si3n4-air-200mN",), predict=("si3n4-air-400mN", "si3n4-air-800mN"))
 WC_CO = Study(
     id="wc-co",

@@ -23,6 +23,8 @@ from tribopipe.study.life import end_of_life
 from tribopipe.study.member import Member, RunDraws
 from tribopipe.study.verdict import Comparison, compare, decide
 
+pytestmark = pytest.mark.slow
+
 LIGHT, MIDDLE, HEAVY = "si3n4-air-200mN", "si3n4-air-400mN", "si3n4-air-800mN"
 CARBIDE = tuple(f"wc-co-water-{load}mN" for load in (400, 800, 1200, 1600))
 LAWS = ("archard", "sarkar")
