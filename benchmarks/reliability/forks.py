@@ -22,6 +22,9 @@ def forked(work: Callable[[], object], said: Path) -> int:
         handle = os.open(said, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
         os.dup2(handle, 1)
         os.dup2(handle, 2)
+        # What stood there before may lead elsewhere: whoever called may be catching what is said.
+        sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115
+        sys.stderr = open(2, "w", encoding="utf-8", closefd=False)  # noqa: SIM115
         work()
         code = 0
     except SystemExit as ending:
