@@ -21,7 +21,7 @@ from tribopipe.contact.twin_disc import disc_pair, nominal_values
 from tribopipe.end_values.pin_on_disc import EndWear, end_wear
 from tribopipe.end_values.twin_disc import DiscEndWear, disc_end_wear
 from tribopipe.errors import FitError
-from tribopipe.noise import inflation
+from tribopipe.noise import inflation, left_of
 from tribopipe.records.manifest import TwinDisc
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import Recipe
@@ -104,7 +104,7 @@ def _disc_wear(run: RawRun, end: DiscEndWear, share: Column, recipe: Recipe) -> 
 
 def _ends(s: Column, y: Column, wear: Column, slid: float, share: float) -> tuple[Quantity, Quantity]:
     """Return the reading at the start of sliding and after the whole distance ``slid``, m."""
-    noise = _noise(np.column_stack([np.ones_like(s), wear, s]), y)
+    noise = _noise(np.stack([np.ones_like(s), wear, s]), y)
     window = share * (s[-1] - s[0])
     first = max(_FEWEST_IN_WINDOW, int(np.searchsorted(s, s[0] + window, side="right")))
     last = min(len(s) - _FEWEST_IN_WINDOW, int(np.searchsorted(s, s[-1] - window)))
@@ -116,8 +116,8 @@ def _noise(smooth: Column, reading: Column) -> float:
 
     From the whole run: a window at its end holds too few independent samples to tell.
     """
-    parameters, *_ = np.linalg.lstsq(smooth, reading, rcond=None)
-    return inflation(reading - smooth @ parameters, smooth.shape[1])
+    left, _ = left_of(reading, smooth)
+    return inflation(left, len(smooth))
 
 
 def _intercept(x: Column, y: Column, noise: float) -> Quantity:

@@ -9,7 +9,7 @@ alone is reported, and why.
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,9 @@ from tribopipe.records.results import FrictionFit
 from tribopipe.run import Column, RawRun
 
 _FEWEST_SAMPLES = 20
+_STRETCHES = 240
 _STARTS = 40
+_LADDERS = 3
 _LONGEST_RUNNING_IN = 10.0
 """Upper bound of c in lengths of the fitted window: beyond, the curve is a straight line."""
 _SHORTEST_RUNNING_IN = 5.0
@@ -31,8 +33,10 @@ _DECISIVE = 6.0
 _LARGEST_RELATIVE_UNCERTAINTY = 0.5
 _CLEARLY = 3.0
 """Standard uncertainties by which friction must start below zero to be called negative."""
-_NEARLY_SETTLED = 1e-3
-"""Relative change of the parameters within which the search has found its minimum."""
+_NEARLY_SETTLED = 1e-2
+"""Change of ln c, and of A and b relative to the larger one, within which the search is close to its minimum."""
+_SETTLED = 1e-9
+"""Such a change with which it has found it."""
 _SMALL = 1e-6
 """Friction and the like below which a change counts in itself."""
 _RAMP_SHARE = 0.05
@@ -44,6 +48,11 @@ class _Exponential:
     parameters: Column
     covariance: Column
     residuals: Column
+    independent: float
+    """Number of independent residuals."""
+    shortest: float
+    """Bounds of the running-in distance, m."""
+    longest: float
 
     @property
     def running_in(self) -> float:
@@ -153,7 +162,7 @@ def _fit_window(distance: Column, mu: Column) -> FrictionFit:
         covariance=tuple(tuple(row) for row in fit.covariance.tolist()),
         window=window,
         residual_deviation=_ratio(float(np.std(fit.residuals, ddof=3))),
-        effective_samples=effective_samples(fit.residuals),
+        effective_samples=fit.independent,
     )
 
 
@@ -172,57 +181,92 @@ def _steady_only(mu: Column, reasons: tuple[str, ...], window: tuple[Quantity, Q
 
 
 def _fit_exponential(distance: Column, mu: Column) -> _Exponential:
-    """Fit (A, b, c) by bounded least squares, started at the best of a ladder of running-in distances."""
-    from scipy.optimize import least_squares
+    """Fit (A, b, c) by bounded least squares: nearly, to means over stretches of samples, then to all of them."""
+    bounds = _bounds(distance, mu)
+    start = _best_start(distance, mu, bounds)
+    found = _settled(distance, mu, start, np.full(3, True))
+    if not (found.last_step < _SETTLED and np.all((bounds[0] < found.parameters) & (found.parameters < bounds[1]))):
+        found = _within(bounds, distance, mu, start)
+    amplitude, steady, log_c = found.parameters.tolist()
+    scale, independent = np.diag([1.0, 1.0, math.exp(log_c)]), effective_samples(found.residuals)
+    covariance = scale @ np.linalg.pinv(found.normal) @ scale * inflation(found.residuals, 3, independent)
+    return _Exponential(
+        parameters=np.array([amplitude, steady, math.exp(log_c)]),
+        covariance=covariance,
+        residuals=found.residuals,
+        independent=independent,
+        shortest=math.exp(bounds[0, 2]),
+        longest=math.exp(bounds[1, 2]),
+    )
 
+
+def _bounds(distance: Column, mu: Column) -> Column:
+    """Return the least and the largest A, b and ln c."""
     shortest, longest = _running_in_bounds(distance)
     largest = 10 * float(np.ptp(mu)) + float(np.max(np.abs(mu)))
-    start = _best_start(distance, mu, shortest, longest)
-    bounds = ([-largest, 0.0, math.log(shortest)], [largest, largest, math.log(longest)])
+    return np.array([[-largest, 0.0, math.log(shortest)], [largest, largest, math.log(longest)]])
+
+
+class _Minimum(NamedTuple):
+    """Where the sum of squares is least: A, b and ln c, and what the curve leaves there."""
+
+    parameters: Column
+    residuals: Column
+    normal: Column
+    """JᵀJ of the derivatives of the curve by the parameters."""
+    last_step: float
+
+
+def _within(bounds: Column, distance: Column, mu: Column, start: Column) -> _Minimum:
+    """Search for the least sum of squares where it lies on the bounds or far from where the search starts."""
+    from scipy.optimize import least_squares
+
+    largest = bounds[1, 1]
     found = least_squares(
-        lambda p: _residuals(distance, mu, p),
-        np.clip(start, [-largest, 1e-12, bounds[0][2] + 1e-9], [largest, largest, bounds[1][2] - 1e-9]),
-        jac=lambda p: _slopes(distance, p),
+        lambda p: p[:2] @ _decays(distance, p[2])[:2] - mu,
+        np.clip(start, [-largest, 1e-12, bounds[0, 2] + 1e-9], [largest, largest, bounds[1, 2] - 1e-9]),
+        jac=lambda p: (_decays(distance, p[2])[:3] * [[1.0], [1.0], [p[0]]]).T,
         bounds=bounds,
         x_scale=[max(abs(start[0]), 1e-6), max(abs(start[1]), 1e-6), 1.0],
         xtol=1e-12,
         ftol=1e-12,
         gtol=1e-12,
     )
-    settled = _settled(distance, mu, found.x, found.active_mask == 0)
-    residuals, slopes, c = _residuals(distance, mu, settled), _slopes(distance, settled), math.exp(settled[2])
-    scale = np.diag([1.0, 1.0, c])
-    normal = np.linalg.pinv(slopes.T @ slopes)
-    covariance = scale @ normal @ scale * inflation(residuals, 3)
-    return _Exponential(np.array([settled[0], settled[1], c]), covariance, residuals)
+    return _settled(distance, mu, found.x, found.active_mask == 0)
 
 
-def _settled(distance: Column, mu: Column, found: Column, free: NDArray[np.bool_]) -> Column:
-    """Take Gauss–Newton steps in the free parameters for as long as they get shorter.
+def _settled(distance: Column, mu: Column, start: Column, free: NDArray[np.bool_]) -> _Minimum:
+    """Take Newton's steps in the free parameters for as long as they get shorter.
 
     A search that stops where the sum of squares no longer falls knows its minimum to half of the digits only: which
     others it ends on depends on the order in which the processor adds.
     """
-    p, longest = found.copy(), _NEARLY_SETTLED
+    p, longest = start.copy(), _NEARLY_SETTLED
     while True:
-        step = np.linalg.lstsq(_slopes(distance, p)[:, free], _residuals(distance, mu, p), rcond=None)[0]
-        size = float(np.linalg.norm(step / np.maximum(np.abs(p[free]), _SMALL)))
+        decays, scale = _decays(distance, p[2]), np.array([1.0, 1.0, p[0]])
+        residuals = p[:2] @ decays[:2] - mu
+        normal = np.vecdot(decays[:3, None], decays[:3]) * np.outer(scale, scale)
+        gradient, (twist, bend) = scale * (decays[:3] @ residuals), decays[2:] @ residuals
+        curvature = normal + np.array([[0.0, 0.0, twist], [0.0, 0.0, 0.0], [twist, 0.0, p[0] * (bend - twist)]])
+        step = np.linalg.lstsq(curvature[np.ix_(free, free)], gradient[free], rcond=None)[0]
+        largest = max(abs(p[0]), abs(p[1]), _SMALL)
+        size = float(np.linalg.norm(step / np.array([largest, largest, 1.0])[free]))
         if not size < longest:
-            return p
+            return _Minimum(p, residuals, normal, longest)
         p[free] -= step
         longest = size
 
 
-def _residuals(distance: Column, mu: Column, p: Column) -> Column:
-    """Return A·exp(−s/c) + b less what was measured."""
-    return np.asarray(p[0] * np.exp(-distance / math.exp(p[2])) + p[1] - mu)
+def _decays(distance: Column, log_c: float) -> Column:
+    """Return exp(−x), 1, x·exp(−x) and x²·exp(−x) with x = s/c, one row each.
 
-
-def _slopes(distance: Column, p: Column) -> Column:
-    """Return the derivatives of A·exp(−s/c) + b by A, b and ln c."""
-    x = distance / math.exp(p[2])
+    The derivatives of A·exp(−x) + b by A, b and ln c are the first three, the third times A; that of x·exp(−x) by ln c
+    is the fourth less the third.
+    """
+    x = distance / math.exp(log_c)
     decay = np.exp(-x)
-    return np.column_stack([decay, np.ones_like(decay), p[0] * x * decay])
+    slope = x * decay
+    return np.stack([decay, np.ones_like(decay), slope, x * slope])
 
 
 def _running_in_bounds(distance: Column) -> tuple[float, float]:
@@ -232,36 +276,52 @@ def _running_in_bounds(distance: Column) -> tuple[float, float]:
     return min(_SHORTEST_RUNNING_IN * spacing, length / 4), _LONGEST_RUNNING_IN * length
 
 
-def _best_start(distance: Column, mu: Column, shortest: float, longest: float) -> Column:
-    """Try a ladder of c; for each, A and b follow by linear least squares."""
-    best, best_power = np.array([0.0, float(np.mean(mu)), math.log(longest)]), np.inf
-    for c in np.geomspace(shortest, longest, _STARTS):
-        design = np.column_stack([np.exp(-distance / c), np.ones_like(distance)])
-        (amplitude, steady), *_ = np.linalg.lstsq(design, mu, rcond=None)
-        residuals = design @ (amplitude, steady) - mu
-        power = float(residuals @ residuals)
-        if power < best_power and steady >= 0:
-            best, best_power = np.array([amplitude, steady, math.log(c)]), power
+def _best_start(distance: Column, mu: Column, bounds: Column) -> Column:
+    """Try a ladder of c, and finer ones between the neighbours of the best; for each, A and b follow in closed form.
+
+    On means over stretches of samples, each short beside its distance from the first: where a decay is as short as
+    that, nothing is left of it.
+    """
+    first = np.unique(np.geomspace(1, len(mu), _STRETCHES).astype(int)) - 1
+    first = first[first < len(mu)]
+    counts = np.diff(np.append(first, len(mu)))
+    place, mean = np.add.reduceat(distance, first) / counts, np.add.reduceat(mu, first) / counts
+    best = np.array([0.0, float(np.mean(mu)), bounds[1, 2]])
+    ladder = np.linspace(bounds[0, 2], bounds[1, 2], _STARTS)
+    for _ in range(_LADDERS):
+        powers, amplitudes, steadies = _linear_fits(np.exp(-place / np.exp(ladder)[:, None]), mean, counts / len(mu))
+        powers[steadies < 0] = np.inf
+        rung = int(np.argmin(powers))
+        if np.isfinite(powers[rung]):
+            best = np.array([amplitudes[rung], steadies[rung], ladder[rung]])
+        ladder = np.linspace(ladder[max(rung - 1, 0)], ladder[min(rung + 1, len(ladder) - 1)], _STARTS)
     return best
+
+
+def _linear_fits(decays: Column, mu: Column, weights: Column) -> tuple[Column, Column, Column]:
+    """Return for each decay, a row, the mean square left by A·decay + b fitted to μ, less one of μ, and A and b."""
+    middle, steady = decays @ weights, float(mu @ weights)
+    centred = decays - middle[:, None]
+    variance, covariance = np.square(centred) @ weights, centred @ (weights * (mu - steady))
+    amplitude = np.divide(covariance, variance, out=np.zeros_like(variance), where=variance > 0)
+    return -amplitude * covariance, amplitude, steady - amplitude * middle
 
 
 def _reasons_against(fit: _Exponential, distance: Column, mu: Column) -> tuple[str, ...]:
     """Say why the exponential cannot be told from the data; nothing where it can."""
-    independent = effective_samples(fit.residuals)
     power = float(fit.residuals @ fit.residuals)
-    constant = float(np.sum((mu - np.mean(mu)) ** 2))
-    line = np.polynomial.Polynomial.fit(distance, mu, 1)
-    straight = float(np.sum((mu - line(distance)) ** 2))
-    shortest, longest = _running_in_bounds(distance)
+    place, level = distance - np.mean(distance), mu - np.mean(mu)
+    slope = float(place @ level) / float(place @ place)
+    constant, straight = float(level @ level), float(np.sum((level - slope * place) ** 2))
     c, spread = fit.running_in, math.sqrt(fit.covariance[2, 2])
-    if _evidence(power, constant, independent, 2) < _DECISIVE:
+    if _evidence(power, constant, fit.independent, 2) < _DECISIVE:
         return ("no running-in to be told from a constant",)
-    if _evidence(power, straight, independent, 1) < _DECISIVE or c > 0.99 * longest:
-        change = line(distance[-1]) - line(distance[0])
+    if _evidence(power, straight, fit.independent, 1) < _DECISIVE or c > 0.99 * fit.longest:
+        change = slope * float(distance[-1] - distance[0])
         return (f"friction changes in a straight line, by {change:+.3f} over the fitted distance, not exponentially",)
     if fit.parameters[0] + fit.parameters[1] < -_CLEARLY * math.sqrt(fit.covariance[:2, :2].sum()):
         return ("the exponential would start at a negative friction",)
-    if c < 1.01 * shortest:
+    if c < 1.01 * fit.shortest:
         return (f"the decay is shorter than {_SHORTEST_RUNNING_IN:.0f} samples",)
     if spread > _LARGEST_RELATIVE_UNCERTAINTY * c:
         return (f"the running-in distance is undetermined ({c:.3g} ± {spread:.2g} m)",)

@@ -5,7 +5,7 @@ the worn volume v = k_D·F_N·S, where S is the law's effective distance. Each p
 master curve h(v), in closed form one way and inverted by Newton's method the other.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Protocol
 
@@ -22,6 +22,10 @@ from tribopipe.units import show
 _MOST_ITERATIONS = 60
 _CONVERGED = 1e-9
 """Relative Newton step after which the next one, by quadratic convergence, is below the last digit."""
+_BLOCK = 16_384
+"""Places solved at a time, so that they stay in the processor's cache."""
+_CUBICALLY_CONVERGED = 1e-5
+"""Relative step of Halley's method after which the next one is."""
 
 
 @dataclass(frozen=True)
@@ -150,20 +154,11 @@ class SphericalPin:
                 break
         return np.asarray(e * radius)
 
-    @cached_property
-    def _start_height(self) -> Column:
-        """Cap height without wear: what is missing and what is pressed in, m."""
-        return np.asarray(self._missing_height + self._start_approach)
-
-    @cached_property
-    def _start_radius(self) -> Column:
-        return cap_radius(height=self._start_height, sphere_radius=self.radius)
-
     @property
     def most_volume(self) -> Column:
         """Volume, m³, at which the contact reaches the full radius of the sphere."""
-        _, radius, _ = self._inputs
-        return self._volume_of_growth(radius - self._start_height)
+        _, _, centre = self._start
+        return self._volume_of_growth(centre)
 
     def worn(self, volume: ArrayLike) -> WornState:
         """Return depth and contact radius after wearing off a volume, m³.
@@ -177,74 +172,79 @@ class SphericalPin:
                 f"({show(np.min(self.most_volume), None, 'm^3', 'mm^3')}); expected wear within the tip; check "
                 "wear coefficient, load and distance"
             )
-        growth = self._growth_of_volume(v)
-        return _evenly_worn(self._depth_of_growth(growth), self._radius_of_growth(growth))
+        if v.ndim != 1 or v.size <= _BLOCK:
+            return self._worn_by(self._growth_of_volume(v))
+        blocks = [self.worn(v[first : first + _BLOCK]) for first in range(0, v.size, _BLOCK)]
+        return WornState(*(np.concatenate([getattr(one, f.name) for one in blocks]) for f in fields(WornState)))
 
     def volume(self, depth: ArrayLike) -> Column:
         """Return the volume, m³, worn off at a depth, m."""
         return self._volume_of_growth(self._growth_of_depth(np.asarray(depth, dtype=float)))
 
-    def _radius_of_growth(self, growth: Column) -> Column:
-        return cap_radius(height=self._start_height + growth, sphere_radius=self.radius)
-
-    def _relative_radius_growth(self, growth: Column) -> Column:
-        """Return a/a* − 1."""
+    @cached_property
+    def _start(self) -> tuple[Column, Column, Column]:
+        """Contact radius a* without wear, elastic approach e, and height R − cap(a*) of the sphere's centre, m."""
         _, radius, _ = self._inputs
-        y = growth * (2 * radius - 2 * self._start_height - growth) / self._start_radius**2
-        return np.asarray(y / (1 + np.sqrt(1 + y)))
+        height = self._missing_height + self._start_approach
+        return cap_radius(height=height, sphere_radius=radius), self._start_approach, radius - height
 
-    def _depth_of_growth(self, growth: Column) -> Column:
-        """Return h = d + (elastic approach at a*) − (elastic approach at a)."""
-        grown = self._relative_radius_growth(growth)
-        return growth + self._start_approach * grown / (1 + grown)
+    def _widening(self, growth: Column) -> tuple[Column, Column]:
+        """Return (a/a*)² − 1, in which nothing cancels, and a/a*."""
+        start, _, centre = self._start
+        widening = growth * (2 * centre - growth) / start**2
+        return widening, np.sqrt(1 + widening)
+
+    def _worn_by(self, growth: Column) -> WornState:
+        """Return the pin at a growth, with h = d + (elastic approach at a*) − (elastic approach at a)."""
+        start, approach, _ = self._start
+        widening, ratio = self._widening(growth)
+        return _evenly_worn(growth + approach * widening / (ratio * (1 + ratio)), start * ratio)
 
     def _volume_of_growth(self, growth: Column) -> Column:
-        load, radius, modulus = self._inputs
-        c = self._start_height
-        cap = np.pi * growth * (radius * (2 * c + growth) - (c**2 + c * growth + growth**2 / 3))
-        grown = self._relative_radius_growth(growth)
-        return np.asarray(cap + np.pi * load / (2 * modulus) * self._start_radius * grown)
+        return np.asarray(np.pi * self._volume(growth, *self._widening(growth)))
 
-    def _depth_slope(self, growth: Column) -> Column:
-        """Return dh/dd = 1 + F_N/(2 E_c a²)·da/dd with da/dd = (R − c)/a."""
-        load, radius, modulus = self._inputs
-        c = self._start_height + growth
-        a_squared = c * (2 * radius - c)
-        return np.asarray(1 + load / (2 * modulus) * (radius - c) / (a_squared * np.sqrt(a_squared)))
+    def _volume(self, growth: Column, widening: Column, ratio: Column) -> Column:
+        """Return v/π: that of the cap, and of what the elastic approach gives back as the contact widens."""
+        start, approach, centre = self._start
+        cap = growth * (start**2 + growth * (centre - growth / 3))
+        return np.asarray(cap + approach * start**2 * widening / (1 + ratio))
 
     def _growth_of_volume(self, volume: Column) -> Column:
-        """Invert v(d) by Newton on ln v against ln d, whose slope stays between 1 and 2."""
-        _, radius, _ = self._inputs
-        slope = np.pi * self._start_radius**2 * self._depth_slope(np.asarray(0.0))
-        positive = volume > 0
-        # Any small volume will do where there is none: it is set aside again below.
-        target = np.where(positive, volume, 1e-9 * slope * radius)
-        growth = 2 * target / (slope + np.sqrt(slope**2 + 4 * np.pi * radius * target))
-        most = radius - self._start_height
-        growth = np.minimum(growth, most)
+        """Invert v(d) by Halley's method, from the root of a quadratic that is a few percent off at most.
+
+        dv/dd = π(a² + e·(R − c)/(a/a*)) with the cap's height c, and the second derivative follows from a² = c(2R − c).
+        """
+        (start, approach, centre), (_, radius, _) = self._start, self._inputs
+        area = start**2
+        target = np.where(volume > 0, volume, 0.0) / np.pi
+        linear = area + approach * centre
+        growth = np.minimum(2 * target / (linear + np.sqrt(linear**2 + 4 * radius * target)), centre)
         for _ in range(_MOST_ITERATIONS):
-            reached = self._volume_of_growth(growth)
-            rate = np.pi * self._radius_of_growth(growth) ** 2 * self._depth_slope(growth)
-            step = np.log1p((reached - target) / target) * reached / (rate * growth)
-            growth = np.minimum(growth * np.exp(-step), most)
-            if np.all(np.abs(step) <= _CONVERGED):
+            widening, ratio = self._widening(growth)
+            above, elastic = centre - growth, approach / ratio
+            excess = self._volume(growth, widening, ratio) - target
+            slope = area * (1 + widening) + elastic * above
+            bend = 2 * above - elastic * (1 + above**2 / (area * (1 + widening)))
+            step = 2 * excess * slope / (2 * slope**2 - excess * bend)
+            growth = np.minimum(growth - step, centre)
+            if np.all(np.abs(step) <= _CUBICALLY_CONVERGED * growth):
                 break
-        return np.asarray(np.where(positive, growth, 0.0))
+        return growth
 
     def _growth_of_depth(self, depth: Column) -> Column:
         """Invert h(d), which is concave, by Newton from below."""
-        _, radius, _ = self._inputs
-        growth = np.asarray(depth / self._depth_slope(np.asarray(0.0)))
-        most = radius - self._start_height
-        if np.any(depth < 0) or np.any(depth > self._depth_of_growth(most)):
+        (start, approach, centre), (_, radius, _) = self._start, self._inputs
+        if np.any(depth < 0) or np.any(depth > self._worn_by(centre).depth):
             raise ContactError(
                 f"contact: found a wear depth of {show(np.max(np.abs(depth)), None, 'm', 'um')}; expected one between "
                 f"0 and the tip's height of {show(np.min(radius - self._missing_height), None, 'm', 'um')}; check the "
                 "depth and its unit"
             )
+        growth = np.asarray(depth / (1 + approach * centre / start**2))
         for _ in range(_MOST_ITERATIONS):
-            step = (depth - self._depth_of_growth(growth)) / self._depth_slope(growth)
-            growth = np.minimum(growth + step, most)
+            state = self._worn_by(growth)
+            step = (depth - state.depth) / (1 + approach * (centre - growth) * start / state.radius**3)
+            growth = np.minimum(growth + step, centre)
             if np.all(np.abs(step) <= _CONVERGED * growth):
                 break
         return np.asarray(growth)

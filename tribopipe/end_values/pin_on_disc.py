@@ -1,6 +1,7 @@
 """What was measured on a pin and its disc, at the end of a run or in between, turned into the wear of each."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from numpy.typing import ArrayLike
 
@@ -22,7 +23,7 @@ class EndWear:
     disc: EndValueUsed | None
     tip: PinTip
 
-    @property
+    @cached_property
     def pin_depth(self) -> Quantity:
         """Wear depth of the pin, m: as measured, or as it follows from a scar, a volume, a mass or a profile.
 

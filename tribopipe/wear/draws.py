@@ -13,9 +13,9 @@ from tribopipe.run import Column, Values
 from tribopipe.wear.inputs import draw_values
 from tribopipe.wear.problem import WearProblem
 
-_SLICE = 2_000
+_SLICE = 1_000
 """Draws solved at a time, so that their rows stay in the processor's cache."""
-_TOLERANCE = 1e-5
+_TOLERANCE = 1e-7
 """Of ln k_D in a draw: far below any uncertainty of k_D."""
 
 

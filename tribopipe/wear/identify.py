@@ -9,6 +9,7 @@ with y the corrected depth (JCGM 100:2008, 5.1.3): that is the budget. The inter
 """
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,7 @@ from tribopipe.wear.monte_carlo import drawn
 from tribopipe.wear.problem import WearProblem, wear_problem
 
 _FEWEST_SAMPLES = 10
+_NOISE = "noise of the depth signal"
 _WIDEST = 100.0
 """Half width of ln k_D beyond which an interval says nothing and would overflow."""
 
@@ -114,8 +116,9 @@ def _assess(problem: WearProblem, model: LawName) -> WearFit:
 
 def _first_order(problem: WearProblem, coefficient: float) -> dict[str, Any]:
     """Return k_D with its uncertainty, interval, budget and end depth, to first order."""
-    lines = budget(problem, coefficient)
+    lines = budget(problem.condensed(), coefficient)
     relative = math.hypot(*(line.relative for line in lines))
+    (random,) = (line.relative for line in lines if line.name == _NOISE)
     factor = math.exp(min(COVERAGE_FACTOR * relative, _WIDEST))
     end = np.asarray([problem.trace.slid])
     volume = coefficient * problem.unit_volume(problem.values, end)
@@ -124,7 +127,7 @@ def _first_order(problem: WearProblem, coefficient: float) -> dict[str, Any]:
     return {
         "wear_coefficient": Quantity(value=coefficient, unit="m^2/N", standard_uncertainty=coefficient * relative),
         "interval": (wear_coefficient(coefficient / factor), wear_coefficient(coefficient * factor)),
-        "random_uncertainty": wear_coefficient(coefficient * problem.random_uncertainty(coefficient)),
+        "random_uncertainty": wear_coefficient(coefficient * random),
         "budget": lines,
         "fitted_end_depth": Quantity(value=float(state.depth[0]), unit="m", standard_uncertainty=slope * relative),
     }
@@ -132,16 +135,16 @@ def _first_order(problem: WearProblem, coefficient: float) -> dict[str, Any]:
 
 def budget(problem: WearProblem, coefficient: float) -> tuple[Contribution, ...]:
     """Return what the uncertainty of k_D is made of, to first order, the largest part first."""
-    random = problem.random_uncertainty(coefficient)
-    lines = [Contribution(name="noise of the depth signal", source="fit", relative=random)]
-    lines += _friction_line(problem, coefficient)
+    random, moved = problem.random_uncertainty(coefficient), problem.sensitivities(coefficient, [*problem.inputs])
+    lines = [Contribution(name=_NOISE, source="fit", relative=random)]
+    lines += _friction_line(problem, moved)
     lines += [
         Contribution(
             name=name.replace("_", " "),
             value=given.quantity,
             shown_in=shown_unit(name, given.quantity),
             source=given.source,
-            relative=problem.sensitivity(name, coefficient) * given.spread,
+            relative=moved[name] * given.spread,
         )
         for name, given in problem.inputs.items()
         if name not in FRICTION_INPUTS
@@ -149,11 +152,11 @@ def budget(problem: WearProblem, coefficient: float) -> tuple[Contribution, ...]
     return tuple(sorted(lines, key=lambda line: -abs(line.relative)))
 
 
-def _friction_line(problem: WearProblem, coefficient: float) -> list[Contribution]:
+def _friction_line(problem: WearProblem, sensitivities: Mapping[str, float]) -> list[Contribution]:
     """Combine A, b and c by their covariance: they are far from independent (JCGM 100:2008, 5.2.2)."""
     if problem.friction_covariance is None:
         return []
-    slopes = np.array([problem.sensitivity(name, coefficient) for name in FRICTION_INPUTS])
+    slopes = np.array([sensitivities[name] for name in FRICTION_INPUTS])
     variance = float(slopes @ np.array(problem.friction_covariance) @ slopes)
     return [Contribution(name="friction fit", source="fit", relative=math.sqrt(max(0.0, variance)))]
 

@@ -9,12 +9,14 @@ another; and where the specimens were taken out, a new zero offset begins. The f
 from drift, which correction in two steps does not.
 """
 
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Self
 
 import numpy as np
 from numpy.random import Generator
+from numpy.typing import NDArray
 
 from tribopipe.end_values.pin_on_disc import EndWear, end_wear
 from tribopipe.errors import FitError
@@ -23,7 +25,7 @@ from tribopipe.records.recipe import Recipe
 from tribopipe.records.results import JointFit
 from tribopipe.run import Column, CorrectedRun, Numbers, Values
 from tribopipe.wear.inputs import FRICTION_INPUTS, Input
-from tribopipe.wear.problem import WearProblem, remountings
+from tribopipe.wear.problem import NODES, WearProblem, remountings
 
 _LEAST_SPREAD = 1e-12
 """Standard uncertainty, m, of an end value stated as exact: it cannot be weighted without bound."""
@@ -55,13 +57,23 @@ class JointProblem(WearProblem):
         draws = reading.shape[:-1]
         return np.concatenate([reading, *(np.broadcast_to(depth, (*draws, 1)) for depth in measured)], axis=-1)
 
-    def model(self, log_coefficient: Column, values: Values) -> tuple[Column, Column]:
+    def modelled(self, values: Values) -> Callable[[Column], tuple[Column, Column]]:
         """Return wear of pin and disc at each sample and of the pin at each anchor, and slopes against ln k_D, m."""
-        volume = np.exp(log_coefficient)[..., None] * self.unit_volume(values, self._row_distance)
-        state = self.pin(values).worn(volume)
-        depth = state.depth.copy()
-        depth[..., : len(self.distance)] += self.disc_wear(state.radius, values)
-        return depth, volume / state.area
+        pin, unit = self.pin(values), self.unit_volume(values, self._row_distance)
+
+        def model(log_coefficient: Column) -> tuple[Column, Column]:
+            volume = np.exp(log_coefficient)[..., None] * unit
+            state = pin.worn(volume)
+            depth = state.depth.copy()
+            depth[..., : len(self.distance)] += self.disc_wear(state.radius, values)
+            return depth, volume / state.area
+
+        return model
+
+    @property
+    def measured_inputs(self) -> Collection[str]:
+        """Names of inputs that what is measured depends on, but not what the model says."""
+        return ("depth_scale", *(anchor.name for anchor in self.anchors))
 
     @cached_property
     def _row_distance(self) -> Column:
@@ -107,19 +119,19 @@ class JointProblem(WearProblem):
         """Draw the noise of the reading, m; what is uncertain of an anchor is among the inputs."""
         return np.hstack([super().draw_noise(rng, count), np.zeros((count, len(self.anchors)))])
 
-    def stretches(self) -> Column:
+    def stretches(self, nodes: int) -> NDArray[np.intp]:
         """Return the numbers of the stretches into which samples are pooled, none across a remounting."""
-        within = super().stretches()
-        return np.asarray(within + (within.max() + 1) * self.segments)
+        within: NDArray[np.intp] = super().stretches(nodes)
+        return within + nodes * self.segments.astype(np.intp)
 
     def pooled(self) -> Self:
         """Return the problem itself: it is posed on pooled samples."""
         return self
 
-    def reduced(self) -> Self:
+    def reduced(self, nodes: int = NODES) -> Self:
         """Return the same problem on means over stretches of samples."""
-        _, first = np.unique(self.stretches(), return_index=True)
-        return replace(super().reduced(), segments=self.segments[first])
+        filled = np.flatnonzero(np.bincount(self.stretches(nodes)))
+        return replace(super().reduced(nodes), segments=(filled // nodes).astype(float))
 
     def offsets_and_drift(self, coefficient: Column, values: Values, noise: Numbers = 0.0) -> Column:
         """Return the zero offsets and what drift adds over the run, m, for a k_D; one row a draw."""
@@ -177,7 +189,7 @@ def fit_joint(problem: JointProblem) -> JointFit:
     values = problem.values
     best = problem.coefficient()
     covariance = _statistical_covariance(problem, best) + _systematic_covariance(problem)
-    _, *offsets, drift = _parameters(problem, values)
+    *offsets, drift = problem.offsets_and_drift(np.asarray(best), values)
     variances = np.diag(covariance)
     if not np.all(np.isfinite(variances) & (variances >= 0)):
         raise FitError(
@@ -201,8 +213,9 @@ def fit_joint(problem: JointProblem) -> JointFit:
 
 
 def _parameters(problem: JointProblem, values: Values) -> Column:
+    """Return ln k_D, zero offsets and drift, one row a draw."""
     coefficient = problem.solve(values)
-    return np.concatenate([[np.log(coefficient)], problem.offsets_and_drift(coefficient, values)])
+    return np.concatenate([np.log(coefficient)[..., None], problem.offsets_and_drift(coefficient, values)], axis=-1)
 
 
 def _statistical_covariance(problem: JointProblem, coefficient: float) -> Column:
@@ -219,11 +232,9 @@ def _systematic_covariance(problem: JointProblem) -> Column:
     """Return what the inputs add, friction by its covariance; anchors are among the rows and their weights."""
     anchors = {anchor.name for anchor in problem.anchors}
     friction = FRICTION_INPUTS if problem.friction_covariance is not None else ()
-    moved = {
-        name: _shift(problem, name, given.spread)
-        for name, given in problem.inputs.items()
-        if given.spread and name not in anchors
-    }
+    names = [name for name, given in problem.inputs.items() if given.spread and name not in anchors]
+    low, high = np.split(_parameters(problem, problem.moved(names)), 2)
+    moved = dict(zip(names, (high - low) / 2, strict=True))
     alone = [shift for name, shift in moved.items() if name not in friction]
     covariance = np.sum([np.outer(shift, shift) for shift in alone], axis=0)
     if problem.friction_covariance is not None:
@@ -231,10 +242,3 @@ def _systematic_covariance(problem: JointProblem) -> Column:
         slopes = np.column_stack([moved[name] for name in friction]) / spreads
         covariance = covariance + slopes @ np.asarray(problem.friction_covariance) @ slopes.T
     return np.asarray(covariance)
-
-
-def _shift(problem: JointProblem, name: str, spread: float) -> Column:
-    """Return how far one standard uncertainty of an input moves ln k_D, zero offsets and drift."""
-    best = problem.values
-    low, high = (_parameters(problem, {**best, name: best[name] + sign * spread}) for sign in (-1, 1))
-    return (high - low) / 2

@@ -7,20 +7,21 @@ all rows.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Self
 
 import numpy as np
 from numpy.random import Generator
+from numpy.typing import NDArray
 
 from tribopipe.contact.pin_on_disc import PinContact
 from tribopipe.drift import SensorTrace, read_trace
 from tribopipe.end_values.pin_on_disc import EndWear, end_wear
 from tribopipe.errors import FitError
 from tribopipe.local_wear.pin_curve import pin_curve
-from tribopipe.noise import inflation
+from tribopipe.noise import inflation, left_of
 from tribopipe.records.manifest import PinOnDisc, RunManifest
 from tribopipe.records.recipe import LawName, Recipe, WearEngine
 from tribopipe.records.results import FrictionFit
@@ -31,9 +32,11 @@ from tribopipe.wear.laws import LAWS, WearLaw
 
 _MOST_ITERATIONS = 60
 _CONVERGED = 1e-12
+_LEAST_STEP = 1e-300
 _LEAST_LOG_K = 14.0
 """A k_D this many e-folds below where the search starts is no wear at all."""
 NODES = 40
+_FINE_NODES = 1000
 _SMOOTH_TERMS = 8
 """Powers of √s that, beside drift, take the wear out of a reading so that its noise is left."""
 _LEAST_NOISE = 1e-12
@@ -111,9 +114,23 @@ class WearProblem:
 
     def model(self, log_coefficient: Column, values: Values) -> tuple[Column, Column]:
         """Return what the model says each row is, and its slope against ln k_D, m."""
-        volume = np.exp(log_coefficient)[..., None] * self.unit_volume(values)
-        state = self.pin(values).worn(volume)
-        return state.depth, volume / state.area
+        return self.modelled(values)(log_coefficient)
+
+    def modelled(self, values: Values) -> Callable[[Column], tuple[Column, Column]]:
+        """Return the model as a function of ln k_D, with all that does not depend on k_D computed once."""
+        pin, unit = self.pin(values), self.unit_volume(values)
+
+        def model(log_coefficient: Column) -> tuple[Column, Column]:
+            volume = np.exp(log_coefficient)[..., None] * unit
+            state = pin.worn(volume)
+            return state.depth, volume / state.area
+
+        return model
+
+    @property
+    def measured_inputs(self) -> Collection[str]:
+        """Names of inputs that what is measured depends on, but not what the model says."""
+        return ("pin_end_value", "disc_end_value", "zero_offset", "end_reading", "depth_scale")
 
     @cached_property
     def root_weights(self) -> Column:
@@ -135,20 +152,22 @@ class WearProblem:
         Values of shape (draws, 1), and ``noise`` on each row of them, give as many solutions at once. The search
         starts at the k_D that meets the end value.
         """
-        root, free = self.root_weights, self.free
+        root, free, model = self.root_weights, self.free, self.modelled(values)
         measured = self.rows(values) + noise
         log_k, lowest, highest = self._search_range(values)
-        change = np.full_like(log_k, np.inf)
+        change = left = np.full_like(log_k, np.inf)
         for _ in range(_MOST_ITERATIONS):
-            depth, slope = self.model(log_k, values)
+            depth, slope = model(log_k)
             residual, slope = _projected((measured - depth) * root, free), _projected(slope * root, free)
             step = np.clip(np.vecdot(residual, slope) / np.vecdot(slope, slope), -1.0, 1.0)
             moved = np.clip(log_k + step, lowest, highest)
-            change, log_k = np.abs(moved - log_k), moved
-            if np.all(change < tolerance):
+            before, change, log_k = change, np.abs(moved - log_k), moved
+            # Steps shrink at least as fast from now on as they just did.
+            left = change * np.where(before < np.inf, np.minimum(change / np.maximum(before, _LEAST_STEP), 1.0), 1.0)
+            if np.all(left < tolerance):
                 break
         found = np.where(log_k <= lowest, 0.0, np.exp(log_k))
-        return np.where(change < tolerance, found, np.nan)
+        return np.where(left < tolerance, found, np.nan)
 
     def _search_range(self, values: Values) -> tuple[Column, Column, Column]:
         pin, unit = self.pin(values), self.unit_volume(values)[..., -1]
@@ -176,15 +195,29 @@ class WearProblem:
         return found
 
     def sensitivity(self, name: str, coefficient: float) -> float:
-        """Return ∂ln k_D/∂x for one input, by central differences over its standard uncertainty."""
-        spread = self.inputs[name].spread
-        if not spread:
-            return 0.0
-        low, high = ({**self.values, name: self.values[name] + sign * spread} for sign in (-1, 1))
+        """Return ∂ln k_D/∂x for one input."""
+        return self.sensitivities(coefficient, (name,))[name]
+
+    def sensitivities(self, coefficient: float, names: Sequence[str]) -> dict[str, float]:
+        """Return ∂ln k_D/∂x for inputs, by central differences over their standard uncertainties."""
+        uncertain = [name for name in names if self.inputs[name].spread]
+        modelled = [name for name in uncertain if name not in self.measured_inputs]
         log_k, root = np.asarray(np.log(coefficient)), self.root_weights
-        change = self.rows(high) - self.rows(low) - (self.model(log_k, high)[0] - self.model(log_k, low)[0])
+        low, high = np.split(self.rows(self.moved(uncertain)), 2)
+        change = high - low
+        low, high = np.split(self.model(np.full(2 * len(modelled), log_k), self.moved(modelled))[0], 2)
+        change[[uncertain.index(name) for name in modelled]] -= high - low
         slope = _projected(self.model(log_k, self.values)[1] * root, self.free)
-        return float(np.vecdot(slope, change * root) / np.vecdot(slope, slope)) / (2 * spread)
+        by_spread = (change * root) @ slope / np.vecdot(slope, slope) / 2
+        found = {name: float(by) / self.inputs[name].spread for name, by in zip(uncertain, by_spread, strict=True)}
+        return dict.fromkeys(names, 0.0) | found
+
+    def moved(self, names: Sequence[str]) -> dict[str, Column]:
+        """Return the inputs as columns: in a row for each name it is one standard uncertainty low, and then high."""
+        values = {name: np.full((2 * len(names), 1), value) for name, value in self.values.items()}
+        for row, name in enumerate(names):
+            values[name][[row, row + len(names)], 0] += np.array([-1.0, 1.0]) * self.inputs[name].spread
+        return values
 
     def random_uncertainty(self, coefficient: float) -> float:
         """Return the standard uncertainty of ln k_D by the noise of the curve alone."""
@@ -193,10 +226,10 @@ class WearProblem:
         weighted = (slope * self.root_weights)[: len(self.distance)] * np.sqrt(self.noise / self.weights)
         return math.sqrt(float(weighted @ weighted)) / float(slope @ slope)
 
-    def stretches(self) -> Column:
+    def stretches(self, nodes: int) -> NDArray[np.intp]:
         """Return the numbers of the stretches into which samples are pooled, evenly spaced in the wear to come."""
         wear = self._to_come
-        return np.asarray(np.minimum((wear / wear[-1] * NODES).astype(int), NODES - 1))
+        return np.asarray(np.minimum((wear / wear[-1] * nodes).astype(int), nodes - 1))
 
     @property
     def _power(self) -> float:
@@ -214,16 +247,22 @@ class WearProblem:
         excess = np.average(missed**2 - reduced.noise / reduced.weights, weights=reduced.weights)
         return replace(reduced, missed=math.sqrt(max(0.0, float(excess))))
 
-    def reduced(self) -> Self:
+    def condensed(self) -> Self:
+        """Return the problem for what is smooth along it: on stretches so short that it hardly changes."""
+        return self.reduced(_FINE_NODES) if len(self.distance) > 2 * _FINE_NODES else self
+
+    def reduced(self, nodes: int = NODES) -> Self:
         """Return the same problem on means over stretches of samples; each stands at the mean of √s, or of s."""
-        _, place, counts = np.unique(self.stretches(), return_inverse=True, return_counts=True)
+        place = self.stretches(nodes)
+        counts = np.bincount(place)
+        filled = counts > 0
 
         def mean(column: Column) -> Column:
-            return np.bincount(place, column) / counts
+            return np.bincount(place, column)[filled] / counts[filled]
 
         trace = replace(self.trace, reading=mean(self.trace.reading), ramp=mean(self.trace.ramp))
         return replace(
-            self, distance=mean(self._to_come) ** (1 / self._power), trace=trace, weights=counts.astype(float)
+            self, distance=mean(self._to_come) ** (1 / self._power), trace=trace, weights=counts[filled].astype(float)
         )
 
 
@@ -274,16 +313,25 @@ def remountings(manifest: RunManifest, distance: Column) -> Column:
 
 
 def _sensor_noise(trace: SensorTrace, distance: Column, segments: Column) -> float:
-    """Return the variance of the reading times its autocorrelation time about a smooth curve, m².
+    """Return the variance of the reading times its autocorrelation time about a smooth curve, m²."""
+    return max(inflation(*about_smooth(trace, distance, segments)), _LEAST_NOISE**2)
 
-    Not about the law: what a law or a wrong end value misses is smooth, no noise, and counted by itself.
+
+def about_smooth(
+    trace: SensorTrace, distance: Column, segments: Column, terms: int = _SMOOTH_TERMS
+) -> tuple[Column, int]:
+    """Return what a reading differs from a smooth curve by, m, and how many parameters the curve has.
+
+    Not from the law: what a law or a wrong end value misses is smooth, no noise, and counted by itself.
     """
-    share = np.maximum(distance, 0.0) / distance[-1]
-    smooth = [share ** (power / 2) for power in range(1, _SMOOTH_TERMS + 1)]
-    offsets = [(segments == segment).astype(float) for segment in np.unique(segments)]
-    design = np.column_stack([*offsets, trace.ramp, *smooth])
-    parameters, _, rank, _ = np.linalg.lstsq(design, trace.reading)
-    return max(inflation(trace.reading - design @ parameters, int(rank)), _LEAST_NOISE**2)
+    root = np.sqrt(np.maximum(distance, 0.0) / distance[-1])
+    # Chebyshev's polynomials of √s rather than its powers, which are nearly alike; the first of them is an offset.
+    curves = np.polynomial.chebyshev.chebvander(2 * root - 1, terms + 1).T
+    curves[-1] = trace.ramp
+    further = np.unique(segments)[1:]
+    if len(further):
+        curves = np.vstack([curves, np.equal.outer(further, segments)])
+    return left_of(trace.reading, curves)
 
 
 def _seen(trace: SensorTrace, seen: Column) -> SensorTrace:
