@@ -11,7 +11,7 @@ from tribopipe.checks.registry import CHECKS, check_run, refuse_errors
 from tribopipe.errors import CheckError
 from tribopipe.ingest.harmonise import read_run
 from tribopipe.records.manifest import RunManifest
-from tribopipe.run import Profile
+from tribopipe.run import Profile, Recording
 
 
 @pytest.fixture(scope="module")
@@ -109,6 +109,12 @@ def straight(depth):
 NAN = float("nan")
 AS_IT_IS = both()
 
+
+def folded(run):
+    """The run as means of five samples each."""
+    return replace(run, recording=Recording(5 * len(run), 5, 5 * np.arange(len(run)), lambda: iter(())))
+
+
 # For each check: its severity, what it must find, where, and what it must leave alone.
 CASES = {
     "there_are_samples": ("error", first(1), "signals", first(2)),
@@ -127,6 +133,7 @@ CASES = {
         samples_set("sliding_distance", slice(-1), 3.0),
     ),
     "distance_is_known": ("warning", nowhere, "conditions", AS_IT_IS),
+    "every_sample_counts_by_itself": ("note", folded, "signals", AS_IT_IS),
     "signals_need_no_clean_up": ("note", column("normal_force", np.negative), "normal_force", AS_IT_IS),
     "load_presses": (
         "warning",

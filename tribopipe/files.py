@@ -32,8 +32,7 @@ def read_file(path: Path) -> bytes:
     Raises ``OSError`` where the file cannot be read, is a pipe or a device, or became shorter meanwhile.
     """
     seen = path.stat()
-    if not stat.S_ISREG(seen.st_mode):  # opening a pipe may wait for ever, and a device may have no end
-        raise OSError(errno.EINVAL, "no file, but a pipe or a device")
+    _refuse_endless(seen)
     size = seen.st_size
     if size < _LARGE:
         return path.read_bytes()
@@ -42,6 +41,20 @@ def read_file(path: Path) -> bytes:
     with buffer.getbuffer() as view, ThreadPoolExecutor(_THREADS) as pool:
         list(pool.map(lambda start, end: _fill(path, start, view[start:end]), ends[:-1], ends[1:]))
     return buffer.getvalue()
+
+
+def pieces_of(path: Path, size: int) -> Iterator[bytes]:
+    """Give the bytes of a file in pieces of so many, the last shorter. Raises ``OSError`` as ``read_file`` does."""
+    _refuse_endless(path.stat())
+    with path.open("rb") as file:
+        while piece := file.read(size):
+            yield piece
+
+
+def _refuse_endless(seen: os.stat_result) -> None:
+    """Refuse what is no file: opening a pipe may wait for ever, and a device may have no end."""
+    if not stat.S_ISREG(seen.st_mode):
+        raise OSError(errno.EINVAL, "no file, but a pipe or a device")
 
 
 def stored_size(path: Path) -> int:

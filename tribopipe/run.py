@@ -1,7 +1,7 @@
 """A run in memory: its manifest, its columns in SI, and where each of them came from."""
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Literal
@@ -44,6 +44,32 @@ class SourceFile:
         """Checksum of the bytes."""
         return hashlib.sha256(self.content).hexdigest()
 
+    @cached_property
+    def size(self) -> int:
+        """Number of bytes."""
+        return len(self.content)
+
+    def pieces(self) -> Iterator[bytes]:
+        """Give the bytes one piece after the other. Raises ``TribopipeError`` where they are not there any more."""
+        yield self.content
+
+
+class UnheldSource(SourceFile):
+    """A file whose bytes are not held in memory: they are read each time that they are asked for."""
+
+    def __init__(self, name: str, size: int, sha256: str, read: Callable[[], Iterable[bytes]]) -> None:
+        """Name a file; ``read`` gives its bytes in pieces, and raises ``TribopipeError`` where they are others."""
+        self.__dict__.update(name=name, size=size, sha256=sha256, _read=read)
+
+    @property
+    def content(self) -> bytes:
+        """The bytes, all at once."""
+        return b"".join(self.pieces())
+
+    def pieces(self) -> Iterator[bytes]:
+        """Give the bytes one piece after the other. Raises ``TribopipeError`` where they are not there any more."""
+        yield from self.__dict__["_read"]()
+
 
 @dataclass(frozen=True)
 class ExtraColumn:
@@ -62,8 +88,25 @@ class Profile:
 
 
 @dataclass(frozen=True)
+class Recording:
+    """What was recorded in a run that is too long to be held; the run itself holds means of it."""
+
+    rows: int
+    """Samples that were recorded."""
+    samples: int
+    """Samples of which a mean was taken; of fewer beside a restart and at both ends."""
+    starts: NDArray[np.int64] = field(repr=False)
+    """Number of the first sample of each mean, from 0."""
+    blocks: Callable[[], Iterator[Mapping[SignalName, Column]]] = field(repr=False)
+    """Gives the measured signals in SI block by block, each as often as it is asked; signals of one file together."""
+
+
+@dataclass(frozen=True)
 class RawRun:
-    """One run as ingested. Columns are float64, in SI, of one length; NaN marks a missing sample."""
+    """One run as ingested. Columns are float64, in SI, of one length; NaN marks a missing sample.
+
+    Where more was recorded than memory should hold, they are means, and ``recording`` is what they are means of.
+    """
 
     manifest: RunManifest
     columns: Mapping[SignalName, Column]
@@ -80,6 +123,8 @@ class RawRun:
     """What readers had to say about their files; kept in an archive among the findings."""
     profiles: Mapping[str, Profile] = field(default_factory=dict)
     """Profiles across wear tracks by where run.toml names them: "end_values.curved_disc_profile"."""
+    recording: Recording | None = None
+    """What the columns are means of; none where they are what was recorded."""
 
     @property
     def id(self) -> str:
@@ -90,6 +135,19 @@ class RawRun:
     def sliding_distance(self) -> Column:
         """Sliding distance of each sample, m."""
         return self.columns["sliding_distance"]
+
+    def numbered(self, index: int) -> str:
+        """Name what a row stands for by the numbers of samples, from 1: "sample 36", or "samples 701 to 720"."""
+        if self.recording is None:
+            return f"sample {index + 1}"
+        first, last = np.append(self.recording.starts, self.recording.rows)[index : index + 2]
+        return f"sample {last}" if last == first + 1 else f"samples {first + 1} to {last}"
+
+    @property
+    def samples(self) -> str:
+        """How many samples there are, for people: "12501 samples", or "1000001 means of 20000000 samples"."""
+        of = "" if self.recording is None else f"means of {self.recording.rows} "
+        return f"{len(self)} {of}samples"
 
     def __len__(self) -> int:
         return len(self.sliding_distance)
@@ -102,7 +160,7 @@ class RawRun:
         far = f"{np.max(known):.4g} m" if len(known) else "an unknown distance"
         if self.manifest.rolls:
             far = f"{np.nanmax(self.columns['rotations']):,.0f} rotations"
-        return f"run {self.id}: {load}, {far}, {len(self)} samples of {signals}"
+        return f"run {self.id}: {load}, {far}, {self.samples} of {signals}"
 
 
 @dataclass(frozen=True)

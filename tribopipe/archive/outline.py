@@ -8,6 +8,7 @@ import h5py
 import numpy as np
 
 from tribopipe.archive import nexus
+from tribopipe.archive.recorded import recorded_samples
 from tribopipe.archive.runfile import (
     read_environment,
     read_findings,
@@ -61,6 +62,9 @@ class RunOutline:
 
     manifest: RunManifest
     samples: int
+    """By which it is evaluated."""
+    recorded: int | None
+    """Samples of which these are means; none where they are what was recorded."""
     origins: Mapping[SignalName, Origin]
     """The signals it has, and whether each was measured or derived."""
     ends: Mapping[SignalName, float]
@@ -86,6 +90,7 @@ def read_outline(file: h5py.File) -> RunOutline:
     return RunOutline(
         manifest=read_manifest(file),
         samples=len(raw[names[0]]),
+        recorded=recorded_samples(entry),
         origins={name: raw[name].attrs["origin"] for name in names},
         ends=_ends(entry, names),
         extras=tuple(str(column.attrs["column_name"]) for column in extras),

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
+from tribopipe.clean_up.cleaning import CleanedRun, clean_run
 from tribopipe.errors import CheckError
 from tribopipe.records.finding import Finding, Severity
 from tribopipe.run import RawRun
@@ -17,13 +18,24 @@ class Trouble(NamedTuple):
 
 
 Check = Callable[[RawRun], Iterator[Trouble]]
-CHECKS: dict[str, tuple[Severity, Check]] = {}
+CleanedCheck = Callable[[RawRun, CleanedRun], Iterator[Trouble]]
+CHECKS: dict[str, tuple[Severity, CleanedCheck]] = {}
 
 
 def check(severity: Severity) -> Callable[[Check], Check]:
     """Register a function as a check of a severity; its name is the check's name."""
 
     def register(function: Check) -> Check:
+        CHECKS[function.__name__] = (severity, lambda run, _: function(run))
+        return function
+
+    return register
+
+
+def check_cleaned(severity: Severity) -> Callable[[CleanedCheck], CleanedCheck]:
+    """Register a function as a check that looks at a run and at what clean-up makes of it."""
+
+    def register(function: CleanedCheck) -> CleanedCheck:
         CHECKS[function.__name__] = (severity, function)
         return function
 
@@ -34,10 +46,11 @@ def check_run(run: RawRun) -> list[Finding]:
     """Run every check on a run and return what they found, errors first."""
     from tribopipe.checks import documents, end_values, samples  # noqa: F401 - importing registers their checks
 
+    cleaned = clean_run(run)
     found = [
         Finding(severity=severity, check=name, where=trouble.where, message=trouble.message, remedy=trouble.remedy)
         for name, (severity, function) in CHECKS.items()
-        for trouble in function(run)
+        for trouble in function(run, cleaned)
     ]
     order: list[Severity] = ["error", "warning", "note"]
     return sorted(found, key=lambda finding: order.index(finding.severity))

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tribopipe.checks.registry import Trouble, check
-from tribopipe.clean_up.cleaning import clean_run
+from tribopipe.checks.registry import Trouble, check, check_cleaned
+from tribopipe.clean_up.cleaning import CleanedRun, clean_run
 from tribopipe.clean_up.strokes import whole_strokes
 from tribopipe.end_values.measured import stated_or_default
 from tribopipe.end_values.pin_on_disc import end_wear
@@ -80,7 +80,8 @@ def axis_is_complete(run: RawRun) -> Iterator[Trouble]:
             source = "" if run.origins[name] == "measured" else f", {run.origins[name]}"
             yield Trouble(
                 name,
-                f"found {len(missing)} missing{source}, the first at sample {missing[0] + 1}; expected one at each",
+                f"found {len(missing)} missing{source}, the first at {run.numbered(int(missing[0]))}; "
+                "expected one at each",
                 "mend or delete those rows, or export again",
             )
 
@@ -97,15 +98,15 @@ def axis_runs_forward(run: RawRun) -> Iterator[Trouble]:
             before = values[:back][np.isfinite(values[:back])][-1]
             yield Trouble(
                 name,
-                f"found {_shown(name, values[back])} at sample {back + 1} after {_shown(name, before)}{verdict}; "
+                f"found {_shown(name, values[back])} at {run.numbered(back)} after {_shown(name, before)}{verdict}; "
                 "expected it to grow, or to begin anew",
                 "delete rows that are out of order, or export again",
             )
         elif verdict and len(below):
             yield Trouble(
                 name,
-                f"found {_shown(name, values[below[0]])} at sample {below[0] + 1}{verdict}; expected rotations from 0 "
-                "upwards",
+                f"found {_shown(name, values[below[0]])} at {run.numbered(below[0])}{verdict}; expected rotations "
+                "from 0 upwards",
                 "map the column that counts them",
             )
 
@@ -136,9 +137,21 @@ def distance_is_known(run: RawRun) -> Iterator[Trouble]:
 
 
 @check("note")
-def signals_need_no_clean_up(run: RawRun) -> Iterator[Trouble]:
+def every_sample_counts_by_itself(run: RawRun) -> Iterator[Trouble]:
+    """Say that means stand for samples where there are more than memory should hold."""
+    if run.recording is not None:
+        yield Trouble(
+            "signals",
+            f"found {run.recording.rows:,} samples, for which means of {run.recording.samples} stand; expected fewer "
+            "where each is to count by itself",
+            "every one is kept as it was recorded under /entry/recorded",
+        )
+
+
+@check_cleaned("note")
+def signals_need_no_clean_up(_: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     """Say what clean-up will do to the signals, unless a recipe says otherwise."""
-    for change in clean_run(run).record.changes:
+    for change in cleaned.record.changes:
         yield Trouble(
             change.signal,
             f"found signals to clean up: {change.what} ({change.why}); expected none",
@@ -146,12 +159,12 @@ def signals_need_no_clean_up(run: RawRun) -> Iterator[Trouble]:
         )
 
 
-@check("warning")
-def load_presses(run: RawRun) -> Iterator[Trouble]:
+@check_cleaned("warning")
+def load_presses(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     """Find a measured load that pulls: its sign is the sensor's, not the contact's."""
     apart = ", at which the discs do not touch" if run.manifest.rolls else ""
     load = run.columns.get("normal_force")
-    if load is None or not np.any(np.isfinite(load)) or "normal_force" in clean_run(run).record.left_out:
+    if load is None or not np.any(np.isfinite(load)) or "normal_force" in cleaned.record.left_out:
         return
     median = float(np.nanmedian(load[np.abs(load) >= np.nanpercentile(np.abs(load), 95) / 2]))
     if median <= 0:
@@ -162,10 +175,10 @@ def load_presses(run: RawRun) -> Iterator[Trouble]:
         )
 
 
-@check("warning")
-def load_is_the_nominal_one(run: RawRun) -> Iterator[Trouble]:
+@check_cleaned("warning")
+def load_is_the_nominal_one(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     """Compare measured and nominal load: a factor of 1000 or 9.81 between them is a unit."""
-    load, stated = _load_where_it_is_on(run), run.manifest.conditions.normal_load
+    load, stated = _load_where_it_is_on(run, cleaned.run), run.manifest.conditions.normal_load
     if not len(load):
         return
     nominal, _ = stated_or_default(stated, DefaultUncertainty().normal_load * stated.value)
@@ -179,9 +192,9 @@ def load_is_the_nominal_one(run: RawRun) -> Iterator[Trouble]:
         )
 
 
-def _load_where_it_is_on(run: RawRun) -> Column:
+def _load_where_it_is_on(run: RawRun, mended: RawRun) -> Column:
     """Return the load after clean-up, or a channel that clean-up leaves out as it is, by the samples under load."""
-    cleaned, recorded = clean_run(run).run.columns.get("normal_force"), run.columns.get("normal_force")
+    cleaned, recorded = mended.columns.get("normal_force"), run.columns.get("normal_force")
     load = recorded if cleaned is None else cleaned
     if load is None or not np.any(np.isfinite(load)):
         return np.empty(0)
@@ -208,7 +221,7 @@ def samples_are_not_repeated(run: RawRun) -> Iterator[Trouble]:
     if len(repeated):
         yield Trouble(
             "time",
-            f"found {len(repeated)} times repeated, the first at sample {repeated[0] + 2}; expected each once",
+            f"found {len(repeated)} times repeated, the first at {run.numbered(repeated[0] + 1)}; expected each once",
             "check for rows exported twice",
         )
 
@@ -223,7 +236,7 @@ def sampling_has_no_gaps(run: RawRun) -> Iterator[Trouble]:
     if usual and len(gaps):
         yield Trouble(
             "time",
-            f"found {len(gaps)} gaps, the first of {steps[gaps[0]]:.3g} s after sample {gaps[0] + 1}; "
+            f"found {len(gaps)} gaps, the first of {steps[gaps[0]]:.3g} s after {run.numbered(gaps[0])}; "
             f"expected steps of {usual:.3g} s",
             "check whether the test was stopped there",
         )
@@ -242,10 +255,9 @@ def signal_is_alive(run: RawRun) -> Iterator[Trouble]:
             )
 
 
-@check("warning")
-def friction_has_one_sign(run: RawRun) -> Iterator[Trouble]:
+@check_cleaned("warning")
+def friction_has_one_sign(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     """Find friction there and back that is not told stroke by stroke, so that its mean says nothing."""
-    cleaned = clean_run(run)
     mu = cleaned.run.columns.get("friction_coefficient", np.empty(0))
     rubbing = mu[np.isfinite(mu) & (mu != 0)]
     strokes = any(change.step == "stroke-wise-friction" for change in cleaned.record.changes)
@@ -263,10 +275,10 @@ def friction_has_one_sign(run: RawRun) -> Iterator[Trouble]:
         )
 
 
-@check("warning")
-def friction_is_plausible(run: RawRun) -> Iterator[Trouble]:
+@check_cleaned("warning")
+def friction_is_plausible(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     """Catch a flipped sign or a wrong unit of friction."""
-    mu = _friction(run)
+    mu = _friction(run, cleaned.run)
     if mu is None or not np.any(np.isfinite(mu)):
         return
     median = float(np.nanmedian(mu))
@@ -278,11 +290,10 @@ def friction_is_plausible(run: RawRun) -> Iterator[Trouble]:
         )
 
 
-def _friction(run: RawRun) -> Column | None:
+def _friction(run: RawRun, mended: RawRun) -> Column | None:
     """Return the friction coefficient as recorded in one direction; else after clean-up, on which signs depend."""
-    cleaned = clean_run(run).run
-    one_way = run.manifest.conditions.stroke is None and cleaned.origins.get("friction_coefficient") == "measured"
-    return (run if one_way else cleaned).columns.get("friction_coefficient")
+    one_way = run.manifest.conditions.stroke is None and mended.origins.get("friction_coefficient") == "measured"
+    return (run if one_way else mended).columns.get("friction_coefficient")
 
 
 class _Course(NamedTuple):

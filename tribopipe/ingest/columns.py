@@ -1,6 +1,8 @@
 """Files that run.toml names, the columns in them, and columns in SI: with the errors that all of that can have."""
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -12,11 +14,19 @@ from tribopipe.records.manifest import ColumnSource
 from tribopipe.run import Column, SourceFile
 from tribopipe.units import KINDS, is_unit_of, to_si
 
+T = TypeVar("T")
 _MOST = 1e60
 
 
 def read_source(folder: Path, name: str, key: str = "signals.file", what: str = "signal file") -> SourceFile:
     """Read a file that a key of run.toml names. Raises ``ReaderError`` where that cannot be done."""
+    return with_file(folder, name, lambda path: SourceFile(name, read_file(path)), key, what)
+
+
+def with_file(
+    folder: Path, name: str, read: Callable[[Path], T], key: str = "signals.file", what: str = "signal file"
+) -> T:
+    """Return what is read of a file that a key of run.toml names. Raises ``ReaderError`` where that cannot be done."""
     path = folder / name
     if leads_out(path, folder):
         raise ReaderError(
@@ -26,7 +36,7 @@ def read_source(folder: Path, name: str, key: str = "signals.file", what: str = 
     try:
         if path.is_dir():
             raise ReaderError(f"{name}: found a folder; expected a {what}; name the file in run.toml, {key}")
-        return SourceFile(name, read_file(path))
+        return read(path)
     except FileNotFoundError:
         raise ReaderError(
             f"{name}: no such file; expected the {what} that run.toml names; {did_you_mean(name, beside(path))}"
@@ -68,8 +78,10 @@ def is_a_weight(column: ReadColumn, source: ColumnSource | None, kind: str) -> b
     return kind == "force" and unit is not None and is_unit_of(unit, "mass")
 
 
-def column_in_si(column: ReadColumn, source: ColumnSource | None, meaning: str, kind: str, file: str) -> Column:
-    """Return a column in SI, by the manifest's unit or the file's own.
+def column_in_si(
+    column: ReadColumn, source: ColumnSource | None, meaning: str, kind: str, file: str, before: int = 0
+) -> Column:
+    """Return a column in SI, by the manifest's unit or the file's own; so many rows were read ``before`` it.
 
     Raises ``ReaderError`` where not all of it are numbers, or the unit is missing or of another kind.
     """
@@ -88,18 +100,18 @@ def column_in_si(column: ReadColumn, source: ColumnSource | None, meaning: str, 
     if is_a_weight(column, source, kind):
         unit = f"({unit})*g_0"
     values = np.asarray(column.values, dtype=float)
-    _refuse_absurd(values, f"{file}, column {column.name!r}", meaning)
+    _refuse_absurd(values, f"{file}, column {column.name!r}", meaning, before)
     try:
         return np.asarray(to_si(values, unit or "1", kind), dtype=float)
     except UnitError as error:
         raise ReaderError(f"{file}, column {column.name!r} for {meaning}: {error}") from None
 
 
-def _refuse_absurd(values: Column, where: str, meaning: str) -> None:
+def _refuse_absurd(values: Column, where: str, meaning: str, before: int) -> None:
     """Refuse numbers whose sums and squares would be none any more."""
     absurd = np.flatnonzero(np.abs(values) > _MOST)
     if len(absurd):
         raise ReaderError(
-            f"{where}: found {values[absurd[0]]:g} in row {absurd[0] + 1} of the table; expected a number that an "
-            f"instrument gives for {meaning}; mend that row, or leave the field empty"
+            f"{where}: found {values[absurd[0]]:g} in row {before + absurd[0] + 1} of the table; expected a number "
+            f"that an instrument gives for {meaning}; mend that row, or leave the field empty"
         )

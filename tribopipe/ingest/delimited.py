@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribopipe.errors import ReaderError
-from tribopipe.ingest.layout import Decimal, Layout, find_layout
+from tribopipe.ingest.layout import Layout, find_layout
 from tribopipe.ingest.names import split_name, without_brackets
 from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.ingest.tables import MISSING, find_table, is_number
@@ -82,12 +82,12 @@ class DelimitedReader:
         """Parse the file; ``ReaderError`` with file and line where it is no whole, unambiguous table."""
         text = decode(source, hints.encoding)
         layout = find_layout(text, hints)
-        text, left_out = _without_closing_words(text, layout)
+        text, left_out = without_closing_words(text, layout)
         table = read_table(text, layout)
         return replace(table, notes=(*table.notes, *left_out))
 
 
-def _without_closing_words(text: Text, layout: Layout) -> tuple[Text, list[str]]:
+def without_closing_words(text: Text, layout: Layout) -> tuple[Text, list[str]]:
     """Leave out what software writes below a table: lines of words without a separator; and say so."""
     left_out: list[str] = []
     # The end alone is looked at: a copy of a long file costs as much as reading it.
@@ -113,11 +113,11 @@ class _Parsed(NamedTuple):
     @property
     def missing(self) -> NDArray[np.bool_]:
         """Whether each field is empty."""
-        return np.isnan(self.values) if self.bad is None else np.asarray(self.values == "", dtype=bool)
+        return np.isnan(self.values) if self.values.dtype != object else np.asarray(self.values == "", dtype=bool)
 
 
-def read_table(text: Text, layout: Layout) -> ReadTable:
-    """Read the body of a table whose layout is known.
+def read_table(text: Text, layout: Layout, *, keep_empty: bool = False) -> ReadTable:
+    """Read the body of a table whose layout is known; columns without a name that are empty are left out, or kept.
 
     Raises ``ReaderError`` where the layout is in doubt, and with the line where a row has too many fields,
     or too few, or is cut.
@@ -140,7 +140,7 @@ def read_table(text: Text, layout: Layout) -> ReadTable:
             name, column.values, _unit(layout, number), first_bad=column.bad and (lines[column.bad[0]], column.bad[1])
         )
         for number, (name, column) in enumerate(zip(names, parsed, strict=False))
-        if layout.names[number] or not column.missing.all()
+        if keep_empty or layout.names[number] or not column.missing.all()
     )
     if text.unterminated and layout.width == layout.least:
         notes.append("the last line has no line end; its last number may have been cut short")
@@ -171,6 +171,11 @@ def _body_start(text: Text, layout: Layout) -> int:
     return text.start + len(layout.header.encode())
 
 
+def has_rows(text: Text, layout: Layout) -> bool:
+    """Tell whether the body of a table has a row."""
+    return next(_body_rows(text, layout), None) is not None
+
+
 def _body_rows(text: Text, layout: Layout, start: int | None = None) -> Iterator[Row]:
     """Go through the body row by row: slow, for finding the line of what is known to be wrong."""
     stream = BytesIO(text.content)
@@ -187,14 +192,14 @@ def _body_rows(text: Text, layout: Layout, start: int | None = None) -> Iterator
 def _parsed(text: Text, layout: Layout) -> list[_Parsed]:
     columns, textual = _columns(text, layout)
     return [
-        _from_texts([str(field).strip() for field in values], layout.decimal) if number in textual else _Parsed(values)
+        _from_texts([str(field).strip() for field in values], layout, number) if number in textual else _Parsed(values)
         for number, values in enumerate(columns)
     ]
 
 
 def _columns(text: Text, layout: Layout) -> tuple[list[NDArray[Any]], set[int]]:
     """Parse the body, and name the columns that had to be read as text."""
-    textual = set(layout.textual)
+    textual = set(layout.textual | layout.words)
     try:
         columns = _read_columns(text, layout, textual)
     except ValueError:
@@ -331,8 +336,9 @@ def _read_csv(text: Text, layout: Layout, part: memoryview, options: dict[str, A
         raise _too_wide(text, layout) from None
 
 
-def _from_texts(fields: list[str], decimal: Decimal) -> _Parsed:
-    """Turn fields into numbers, or leave all as they are where one is none."""
+def _from_texts(fields: list[str], layout: Layout, column: int) -> _Parsed:
+    """Turn the fields of a column into numbers, or leave all as they are where one is none."""
+    decimal = layout.decimal
     numbers = np.full(len(fields), math.nan)
     for row, field in enumerate(fields):
         if field in MISSING:
@@ -340,7 +346,7 @@ def _from_texts(fields: list[str], decimal: Decimal) -> _Parsed:
         if not is_number(field, decimal) or not math.isfinite(number := float(field.replace(decimal, "."))):
             return _Parsed(np.array(fields, dtype=object), (row, field))
         numbers[row] = number
-    return _Parsed(numbers)
+    return _Parsed(np.array(fields, dtype=object) if column in layout.words else numbers)
 
 
 def _line_numbers(text: Text, layout: Layout, wanted: set[int]) -> dict[int, int]:
@@ -354,14 +360,15 @@ def _refuse_short_rows(text: Text, layout: Layout, last: _Parsed) -> None:
     if not last.missing.any() or _is_even(text, layout, len(last.values)):
         return
     final: Row | None = None
+    amend = "complete or delete that line"
     for row in _body_rows(text, layout):
         if final is not None and len(final.cells) < layout.least:
-            raise _too_short(text, final, layout.least, "complete or delete that line")
+            raise _too_short(text, final, layout.least, amend)
         final = row
     whole = layout.width if text.unterminated else layout.least
     if final is not None and len(final.cells) < whole:
-        remedy = "the file ends in the middle of a row: copy it again from the instrument, or delete that line"
-        raise _too_short(text, final, whole, remedy)
+        cut = "the file ends in the middle of a row: copy it again from the instrument, or delete that line"
+        raise _too_short(text, final, whole, amend if text.partial else cut)
 
 
 def _is_even(text: Text, layout: Layout, rows: int) -> bool:

@@ -1,20 +1,24 @@
 """A file as the instrument wrote it: which format it is of, and what stands in it."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from tribopipe.errors import ReaderError, did_you_mean
-from tribopipe.files import beside, read_file
+from tribopipe.files import beside, pieces_of, read_file
+from tribopipe.ingest import long_text
+from tribopipe.ingest.long_text import LongText
 from tribopipe.ingest.meanings import Meaning, meanings_of
 from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, Reader, ReadTable
 from tribopipe.ingest.registry import Judged, candidates, chosen, reader_named
 from tribopipe.records.manifest import is_described
 from tribopipe.run import SourceFile
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -27,6 +31,9 @@ class Export:
     others: tuple[Judged, ...]
     """Further readers that claim the file, the surest first."""
     table: ReadTable
+    """What it holds; the first rows of a file that is too long to be held."""
+    most_rows: int | None = None
+    """Rows of such a file, or more where lines are blank."""
 
     @property
     def name(self) -> str:
@@ -36,6 +43,8 @@ class Export:
     @property
     def rows(self) -> int:
         """Number of rows."""
+        if self.most_rows is not None:
+            return self.most_rows
         return max((len(column.values) for column in self.table.columns), default=0)
 
     @cached_property
@@ -68,21 +77,56 @@ def read_export(
 
     Raises ``ReaderError`` where there is no such file, no reader or several for it, or where it is broken.
     """
+    hints = hints or Hints()
+    if _opened(path, _size) > long_text.LARGE:
+        long = _long_export(path, reader, hints, holds)
+        if long is not None:
+            return long
     source = open_export(path)
-    if reader is None:
-        best, *others = chosen(source, candidates(source, holds))
-    else:
-        best, others = Judged(reader, Match(1.0, "it was named")), []
-    table = best.reader.read(source, hints or Hints())
-    return Export(source, best.reader, best.match, tuple(others), table)
+    best, *others = _judged(source, reader, holds)
+    return Export(source, best.reader, best.match, tuple(others), best.reader.read(source, hints))
+
+
+def _long_export(path: Path, reader: Reader | None, hints: Hints, holds: Holds | None) -> Export | None:
+    """Read the beginning of a file that is too long to be held; none where it has to be read whole."""
+    head = _opened(path, lambda path: SourceFile(path.name, next(pieces_of(path, long_text.HEAD))))
+    best, *others = _judged(head, reader, holds)
+    if best.reader.name != long_text.READER:
+        return None
+    text = _opened(path, lambda path: long_text.long_text(path, path.name, hints))
+    if text is None:
+        return None
+    return Export(text.source, best.reader, best.match, tuple(others), _first_rows(text), text.most_rows)
+
+
+def _size(path: Path) -> int:
+    return path.stat().st_size
+
+
+def _judged(source: SourceFile, reader: Reader | None, holds: Holds | None) -> list[Judged]:
+    """Give the reader named, or those that claim a file. Raises ``ReaderError`` where none does."""
+    if reader is not None:
+        return [Judged(reader, Match(1.0, "it was named"))]
+    return chosen(source, candidates(source, holds))
+
+
+def _first_rows(text: LongText) -> ReadTable:
+    table = next(text.tables({}))
+    rows = len(table.columns[0].values)
+    note = f"too long to be read at once: looked at the first {rows:,} of about {text.most_rows:,} rows"
+    return replace(table, notes=(*table.notes, note))
 
 
 def open_export(path: Path) -> SourceFile:
     """Read the bytes of a file. Raises ``ReaderError`` where that cannot be done."""
+    return _opened(path, lambda path: SourceFile(path.name, read_file(path)))
+
+
+def _opened(path: Path, read: Callable[[Path], T]) -> T:
     try:
         if path.is_dir():
             raise ReaderError(f"{path}: found a folder; expected a file that an instrument wrote; name its files")
-        return SourceFile(path.name, read_file(path))
+        return read(path)
     except FileNotFoundError:
         raise ReaderError(
             f"{path}: no such file; expected one that an instrument wrote; {did_you_mean(path.name, beside(path))}"

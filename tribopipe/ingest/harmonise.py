@@ -3,27 +3,21 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from tribopipe.derived import derive_missing
 from tribopipe.errors import ReaderError
-from tribopipe.ingest.columns import column_in_si, find_column, is_a_weight, needs_unit, read_source, unit_of
-from tribopipe.ingest.names import bare_name
+from tribopipe.ingest.columns import read_source
 from tribopipe.ingest.profiles import read_profiles
-from tribopipe.ingest.reader import Hints, ReadColumn, Reader, ReadTable
+from tribopipe.ingest.reader import Reader
 from tribopipe.ingest.registry import detect, reader_named
-from tribopipe.records.manifest import (
-    ColumnSource,
-    RunManifest,
-    SignalFile,
-    is_described,
-    manifest_path,
-    read_manifest,
-)
+from tribopipe.ingest.stream import Condensed, LongRun, long_run
+from tribopipe.ingest.understood import Part, hints_of, meanings_in, notes_on, part_of, spoken
+from tribopipe.records.manifest import RunManifest, SignalFile, is_described, manifest_path, read_manifest
 from tribopipe.records.signals import SIGNALS, SignalName
-from tribopipe.run import Column, ExtraColumn, Origin, RawRun, SourceFile
+from tribopipe.run import Column, ExtraColumn, Origin, RawRun, Recording, SourceFile
 
 
 @dataclass
@@ -39,13 +33,6 @@ class _Gathered:
     def length(self) -> int | None:
         """Number of samples; none before the first file."""
         return next((len(values) for values in self.columns.values()), None)
-
-
-class _Part(NamedTuple):
-    """Columns of one file, or of several that continue each other."""
-
-    columns: dict[SignalName, Column]
-    extras: dict[str, ExtraColumn]
 
 
 def read_run(path: Path | str) -> RawRun:
@@ -66,6 +53,29 @@ def read_run(path: Path | str) -> RawRun:
 
 def _read_files(manifest: RunManifest, folder: Path, written: SourceFile) -> RawRun:
     sources, gathered = [written], _Gathered()
+    long, recording = long_run(manifest, folder), None
+    if long is None:
+        _read_whole(manifest, folder, sources, gathered)
+    else:
+        recording = _read_long(long, manifest, sources, gathered)
+    origins: dict[SignalName, Origin] = dict.fromkeys(gathered.columns, "measured")
+    derive_missing(gathered.columns, origins, manifest)
+    ordered = {name: gathered.columns[name] for name in SIGNALS if name in gathered.columns}
+    profiles = read_profiles(manifest, folder, sources, gathered.headers, gathered.notes)
+    return RawRun(
+        manifest=manifest,
+        columns=ordered,
+        origins=origins,
+        extras=gathered.extras,
+        headers=gathered.headers,
+        sources=tuple(sources),
+        notes=tuple(gathered.notes),
+        profiles=profiles,
+        recording=recording,
+    )
+
+
+def _read_whole(manifest: RunManifest, folder: Path, sources: list[SourceFile], gathered: _Gathered) -> None:
     for signals in manifest.signals:
         reader = _named_reader(signals, folder, sources)
         parts = []
@@ -74,14 +84,21 @@ def _read_files(manifest: RunManifest, folder: Path, written: SourceFile) -> Raw
             # Files that continue each other are of one format, which the first may show better than a short one.
             reader = reader or detect(sources[-1], holds="signals")
             parts.append(_read_part(gathered, sources[-1], reader, signals))
-        _add(gathered, _joined(signals.names, parts, gathered.notes), _spoken(signals.names))
-    origins: dict[SignalName, Origin] = dict.fromkeys(gathered.columns, "measured")
-    derive_missing(gathered.columns, origins, manifest)
-    ordered = {name: gathered.columns[name] for name in SIGNALS if name in gathered.columns}
-    profiles = read_profiles(manifest, folder, sources, gathered.headers, gathered.notes)
-    return RawRun(
-        manifest, ordered, origins, gathered.extras, gathered.headers, tuple(sources), tuple(gathered.notes), profiles
-    )
+        _add(gathered, _joined(signals.names, parts, gathered.notes), spoken(signals.names))
+
+
+def _read_long(run: LongRun, manifest: RunManifest, sources: list[SourceFile], gathered: _Gathered) -> Recording | None:
+    """Read signal files that are too long to be held; return what was recorded where they come to means."""
+    condensed: list[list[Condensed]] = []
+    for number, signals in enumerate(manifest.signals):
+        condensed.append(run.condensed(number))
+        for one in condensed[-1]:
+            sources.append(one.source)
+            gathered.headers[one.source.name] = one.header
+            gathered.notes += one.notes
+        parts = [one.part for one in condensed[-1]]
+        _add(gathered, _joined(signals.names, parts, gathered.notes), spoken(signals.names))
+    return run.recording(condensed[0])
 
 
 def _named_reader(signals: SignalFile, folder: Path, sources: list[SourceFile]) -> Reader | None:
@@ -103,32 +120,16 @@ def _named_reader(signals: SignalFile, folder: Path, sources: list[SourceFile]) 
         raise ReaderError(f"run.toml: signals.reader of {signals.names[0]}: {error}") from None
 
 
-def _read_part(gathered: _Gathered, source: SourceFile, reader: Reader, signals: SignalFile) -> _Part:
+def _read_part(gathered: _Gathered, source: SourceFile, reader: Reader, signals: SignalFile) -> Part:
     """Read one file: its signals in SI, and what no signal is made of."""
-    hints = Hints(encoding=signals.encoding, separator=signals.separator, decimal=signals.decimal)
-    table = reader.read(source, hints)
+    table = reader.read(source, hints_of(signals))
+    meanings = meanings_in(table, signals, source.name)
     gathered.headers[source.name] = table.header
-    gathered.notes += [f"{source.name}: {note}" for note in table.notes]
-    meanings = _meanings(table, signals, source.name)
-    part = _Part({}, {})
-    for column in table.columns:
-        for name, told in meanings.get(column.name, []):
-            kind = SIGNALS[name].kind
-            part.columns[name] = column_in_si(column, told, name, kind, source.name)
-            if is_a_weight(column, told, kind):
-                gathered.notes.append(
-                    f"{source.name}: {name} in {unit_of(column, told)} is taken as the weight of that mass"
-                )
-        if column.name not in meanings:
-            part.extras[column.name] = ExtraColumn(column.values, column.unit)
-    return part
+    gathered.notes += notes_on(table, meanings, source.name)
+    return part_of(table, meanings, source.name)
 
 
-def _spoken(names: Sequence[str]) -> str:
-    return names[0] if len(names) == 1 else f"{names[0]} … {names[-1]}"
-
-
-def _joined(names: Sequence[str], parts: Sequence[_Part], notes: list[str]) -> _Part:
+def _joined(names: Sequence[str], parts: Sequence[Part], notes: list[str]) -> Part:
     """Put the rows of files that continue each other one after the other, and say from which file each row came."""
     first = parts[0]
     if len(parts) == 1:
@@ -147,18 +148,18 @@ def _joined(names: Sequence[str], parts: Sequence[_Part], notes: list[str]) -> _
     }
     others = dict.fromkeys(label for part in parts for label in part.extras if label not in extras)
     if others:
-        spoken = ", ".join(map(repr, others))
-        notes.append(f"{_spoken(names)}: left out {spoken}, which not every file has, or not in the same unit")
+        labels = ", ".join(map(repr, others))
+        notes.append(f"{spoken(names)}: left out {labels}, which not every file has, or not in the same unit")
     rows = [len(next(iter(part.columns.values()))) for part in parts]
     extras[_free_name("file", extras)] = ExtraColumn(np.repeat(np.arange(1.0, len(parts) + 1), rows), "1")
-    return _Part({name: np.concatenate([part.columns[name] for part in parts]) for name in first.columns}, extras)
+    return Part({name: np.concatenate([part.columns[name] for part in parts]) for name in first.columns}, extras)
 
 
 def _alike(one: ExtraColumn | None, other: ExtraColumn) -> bool:
     return one is not None and one.unit == other.unit and one.values.dtype == other.values.dtype
 
 
-def _add(gathered: _Gathered, part: _Part, file: str) -> None:
+def _add(gathered: _Gathered, part: Part, file: str) -> None:
     """Add the columns of a file, or several, to those before, sample by sample."""
     found, length = len(next(iter(part.columns.values()))), gathered.length
     if length is not None and found != length:
@@ -186,37 +187,3 @@ def _refuse_difference(name: SignalName, before: Column, values: Column, file: s
 
 def _free_name(name: str, taken: Mapping[str, Any]) -> str:
     return name if name not in taken else _free_name(f"{name} (again)", taken)
-
-
-Meanings = dict[str, list[tuple[SignalName, ColumnSource | None]]]
-
-
-def _meanings(table: ReadTable, signals: SignalFile, file: str) -> Meanings:
-    """Say for each column by name which signals it is: by the manifest's word, else by the format's or its own name."""
-    meanings: Meanings = {}
-    for name, source in signals.columns.items():
-        meanings.setdefault(find_column(table, source.column, name, file).name, []).append((name, source))
-    taken = set(signals.columns)
-    for column in table.columns:
-        known = column.signal or _by_own_name(column.name)
-        if known is None or known in taken or column.name in meanings or not _usable(column, known):
-            continue
-        meanings[column.name] = [(known, None)]
-        taken.add(known)
-    if not meanings:
-        names = ", ".join(repr(column.name) for column in table.columns[:8])
-        raise ReaderError(
-            f"{file}: found the columns {names}, none with a known meaning; expected to be told; "
-            "map signals to columns under [signals.columns] in run.toml"
-        )
-    return meanings
-
-
-def _usable(column: ReadColumn, signal: SignalName) -> bool:
-    """Tell whether a column may be taken by its name alone: numbers, with a unit where one is needed."""
-    return column.first_bad is None and (column.unit is not None or not needs_unit(SIGNALS[signal].kind))
-
-
-def _by_own_name(name: str) -> SignalName | None:
-    wanted = bare_name(name).lower().replace(" ", "_")
-    return next((signal for signal in SIGNALS if signal == wanted), None)

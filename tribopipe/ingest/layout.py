@@ -34,6 +34,8 @@ class Layout:
     """The row of units, where there is one."""
     textual: frozenset[int] = frozenset()
     """Columns known to hold something other than numbers."""
+    words: frozenset[int] = frozenset()
+    """Columns that stay texts even where all of these are numbers, as another part of the file has words there."""
     doubt: str | None = None
     """Why the numbers might be read in another way than meant."""
 

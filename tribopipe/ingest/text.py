@@ -91,8 +91,12 @@ def _western(source: SourceFile, partial: bool) -> Text:
         encoding, text = "cp1252", _strictly(source.content, "cp1252", partial)
     except UnicodeDecodeError:
         encoding, text = "latin-1", _strictly(source.content, "latin-1", partial)
-    note = f"read as {encoding}, since it is no UTF-8; name the encoding in run.toml if letters are wrong"
-    return Text(source.name, text.encode(), 0, partial, (note,))
+    return Text(source.name, text.encode(), 0, partial, (western_note(encoding),))
+
+
+def western_note(encoding: str) -> str:
+    """Say that a file was taken to be in an encoding of western Europe."""
+    return f"read as {encoding}, since it is no UTF-8; name the encoding in run.toml if letters are wrong"
 
 
 def _as_named(source: SourceFile, encoding: str, partial: bool) -> Text:

@@ -82,12 +82,16 @@ def _recorded(run: RunOutline) -> tuple[Fact, ...]:
     ends = run.ends
     slid = "slip distance" if run.manifest.rolls else "distance slid"
     return facts(
-        ("samples", f"{run.samples:,}"),
+        ("samples", _samples(run)),
         ("duration", duration(Quantity(value=ends["time"], unit="s")) if "time" in ends else None),
         ("rotations", f"{ends['rotations']:,.0f}" if "rotations" in ends else None),
         (slid, f"{ends['sliding_distance']:.4g} m" if "sliding_distance" in ends else None),
         ("other columns", listed(run.extras)),
     )
+
+
+def _samples(run: RunOutline) -> str:
+    return f"{run.samples:,}" if run.recorded is None else f"{run.recorded:,}, evaluated by {run.samples:,} means"
 
 
 def _computed_with(run: RunOutline) -> tuple[Fact, ...]:

@@ -200,7 +200,8 @@ def _building(target: Path) -> Iterator[Path]:
 def _fill(part: Path, draft: Draft, sources: Sequence[SourceFile]) -> str | None:
     """Write files and run.toml; say what is in the way of reading the run, once what it lacks is filled in."""
     for source in sources:
-        (part / source.name).write_bytes(source.content)
+        with (part / source.name).open("wb") as file:
+            file.writelines(source.pieces())
     manifest = part / MANIFEST_NAME
     manifest.write_bytes(manifest_text(replace(draft, known=draft.known.completed())).encode())
     problem = _problem(part)

@@ -59,7 +59,10 @@ def _refuse_another_base(first: Group, other: Group) -> None:
             "rows; make a run of each test"
         )
     before, found = _time(first), _time(other)
-    if before is None or found is None or np.allclose(before, found, rtol=1e-9, atol=0, equal_nan=True):
+    if before is None or found is None:
+        return
+    seen = min(len(before), len(found))  # of long files the beginnings, which need not be as long
+    if np.allclose(before[:seen], found[:seen], rtol=1e-9, atol=0, equal_nan=True):
         return
     raise ReaderError(
         f"{other}: found other times than in {first}; expected channels over the same time base; make a run of each "

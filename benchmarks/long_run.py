@@ -1,0 +1,248 @@
+"""A run larger than memory should hold: ingested and processed within bounds, with the k_D of every sample.
+
+    python benchmarks/long_run.py --write docs/results/long_run.md
+    python benchmarks/long_run.py --rows 300000 --held 200000 --threshold 1000000 --means 20000    # in seconds
+
+A run of 500 m with drift, running-in friction and correlated noise, of which the truth is known, is written row by row.
+`tribopipe ingest` and `tribopipe process` take it in processes of their own, whose peak resident memory the system
+tells (ru_maxrss). A shorter run that can be held is evaluated twice: by every sample, and by means of 20.
+
+Ends with exit code 1 where a process took 1 GB or more, or where k_D by means is 1 % of its uncertainty or more away
+from that by every sample.
+"""
+
+import argparse
+import json
+import math
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from labs import SAMPLES, Report, arguments
+from scipy.signal import lfilter
+
+from tribopipe.archive.store import Archive
+from tribopipe.drift import correct_drift
+from tribopipe.files import pieces_of
+from tribopipe.friction import fit_friction
+from tribopipe.ingest import long_text, means
+from tribopipe.ingest.harmonise import read_run
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.recipe import LawName
+from tribopipe.run import Column, RawRun
+from tribopipe.simulate import VirtualTest
+from tribopipe.simulate.pin_on_disc import simulate_run
+from tribopipe.wear.identify import fit_wear
+
+SERIES, SAMPLE = SAMPLES["si3n4-air-200mN"]
+LAWS: tuple[LawName, ...] = ("archard", "sarkar")
+_AT_ONCE = 100_000
+_ROW = "%.6f,%.3f,%.3f,%.3f\n"
+_GIGABYTE = 1e9
+_SHARE = 0.01
+"""Of its uncertainty, by which k_D may differ."""
+_FOLDED = 20
+"""Samples in a mean of the run that can be held."""
+
+
+class _Noise:
+    """First-order autoregressive noise of unit variance that comes piece by piece."""
+
+    def __init__(self, rng: np.random.Generator, length: float) -> None:
+        self._rng, self._memory = rng, float(np.exp(-1 / length))
+        self._state = rng.standard_normal(1) * self._memory
+
+    def draw(self, count: int) -> Column:
+        """Draw the next values."""
+        gain = [float(np.sqrt(1 - self._memory**2))]
+        values, self._state = lfilter(gain, [1.0, -self._memory], self._rng.standard_normal(count), zi=self._state)
+        return np.asarray(values)
+
+
+def write_run(folder: Path, rows: int) -> None:
+    """Write a run folder of so many rows, few of which are in memory at once."""
+    simulate_run(SERIES, SAMPLE, folder)
+    with (folder / "signals.csv").open("w", encoding="ascii", newline="\n") as file:
+        file.write("Time [s],Depth [um],Ff [mN],Fn [mN]\n")
+        for block in _samples(rows):
+            file.write(_ROW * len(block) % tuple(block.ravel().tolist()))
+
+
+def _samples(rows: int) -> Iterator[Column]:
+    test, sensors = VirtualTest(SERIES, SAMPLE), SERIES.sensors
+    rate = (rows - 1) / test.time[-1]
+    rng = np.random.default_rng(SAMPLE.seed)
+    depth_noise = _Noise(rng, sensors.depth_correlation_time.value * rate)
+    friction_noise = _Noise(rng, sensors.friction_correlation_time.value * rate)
+    for start in range(0, rows, _AT_ONCE):
+        clock = np.arange(start, min(start + _AT_ONCE, rows)) / rate
+        distance = clock * (test.distance[-1] / test.time[-1])
+        # Depth is nearly straight over the root of the distance.
+        worn = np.interp(np.sqrt(distance), np.sqrt(test.distance), test.pin_wear + test.disc_wear)
+        noise = sensors.depth_noise.value * depth_noise.draw(len(clock))
+        depth = SAMPLE.zero_offset.value + worn + SAMPLE.drift_rate.value * clock + noise
+        mu = test.friction.coefficient(distance) + sensors.friction_noise.value * friction_noise.draw(len(clock))
+        load = SAMPLE.normal_load.value * (1 + sensors.load_noise.value * rng.standard_normal(len(clock)))
+        yield np.column_stack([clock, 1e6 * depth, 1e3 * mu * load, 1e3 * load])
+
+
+class Taken(NamedTuple):
+    """What a command took."""
+
+    seconds: float
+    peak: float
+    """Resident memory, bytes; the larger of those of its processes."""
+
+
+_RUN = """
+import json, resource, subprocess, sys, time
+begun = time.perf_counter()
+subprocess.run(sys.argv[1:], check=True, stdout=subprocess.DEVNULL)
+print(json.dumps([time.perf_counter() - begun, 1024 * resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss]))
+"""
+_COMMAND = """
+from tribopipe.ingest import long_text, means
+long_text.LARGE, means.MOST = {large}, {most}
+from tribopipe.cli.start import main
+main()
+"""
+
+
+def taken(command: str, folder: Path, archive: Path, options: argparse.Namespace) -> Taken:
+    """Run a command of tribopipe in a process of its own, started by one that holds next to nothing itself."""
+    script = _COMMAND.format(large=options.threshold, most=options.means)
+    words = [sys.executable, "-c", script, command, str(folder), "--archive", str(archive)]
+    said = subprocess.run([sys.executable, "-ISc", _RUN, *words], check=True, capture_output=True, text=True)
+    return Taken(*json.loads(said.stdout.splitlines()[-1]))
+
+
+def counted(path: Path) -> None:
+    """Read a file and count its lines, as `wc -l` does."""
+    sum(piece.count(b"\n") for piece in pieces_of(path, 1 << 20))
+
+
+def parsed(path: Path) -> None:
+    """Parse a file by pandas in chunks, told all that is to know."""
+    with pd.read_csv(path, dtype=np.float64, chunksize=_AT_ONCE) as chunks:
+        for _ in chunks:
+            pass
+
+
+def clocked(work: Callable[[Path], None], path: Path) -> float:
+    """Return how long it took, s."""
+    begun = time.perf_counter()
+    work(path)
+    return time.perf_counter() - begun
+
+
+def take_long_run(folder: Path, options: argparse.Namespace, report: Report) -> bool:
+    """Write, ingest and process the long run; tell time and memory, and whether that stayed in its bound."""
+    write_run(folder, options.rows)
+    signals = folder / "signals.csv"
+    report.say(f"{options.rows:,} rows by 4 columns, {signals.stat().st_size / 1e6:.0f} MB of text.")
+    plain, pandas = clocked(counted, signals), clocked(parsed, signals)
+    archive = folder.parent / "archive"
+    ingested, done = (taken(command, folder, archive, options) for command in ("ingest", "process"))
+    rows = {
+        "counting its lines": Taken(plain, 0.0),
+        "`pandas.read_csv` in chunks": Taken(pandas, 0.0),
+        "`tribopipe ingest`": ingested,
+        "`tribopipe process`, once ingested": done,
+    }
+    head = ["", "clock", "rows a second", "over pandas", "peak memory"]
+    report.table(head, [[name, *_shown(one, pandas, options.rows)] for name, one in rows.items()])
+    report.say(_kept(Archive(archive), options.rows))
+    return max(ingested.peak, done.peak) < _GIGABYTE
+
+
+def _shown(one: Taken, pandas: float, rows: int) -> list[str]:
+    memory = f"{one.peak / 1e6:.0f} MB" if one.peak else "–"
+    return [f"{one.seconds:.1f} s", f"{rows / one.seconds:,.0f}", f"{one.seconds / pandas:.2f}", memory]
+
+
+def _kept(archive: Archive, rows: int) -> str:
+    run = archive.raw(SAMPLE.id)
+    size = archive.path(SAMPLE.id).stat().st_size
+    seen = 0 if run.recording is None else sum(len(block.get("depth", ())) for block in run.recording.blocks())
+    kept = f"{seen:,} of {rows:,} samples as recorded, evaluated by {run.samples}"
+    return f"The archived file has {size / 1e6:.0f} MB: {kept}."
+
+
+class Evaluated(NamedTuple):
+    """What a run comes to."""
+
+    friction: Quantity
+    coefficients: dict[LawName, Quantity]
+
+
+def evaluated(run: RawRun) -> Evaluated:
+    """Take a run through the line."""
+    corrected, friction = correct_drift(run), fit_friction(run)
+    fits = {law: fit_wear(corrected, law, friction).wear_coefficient for law in LAWS}
+    return Evaluated(needed(friction.steady_state), {law: needed(found) for law, found in fits.items()})
+
+
+def needed(found: Quantity | None) -> Quantity:
+    """Return what was found. Raises ``SystemExit`` where nothing was."""
+    if found is None:
+        raise SystemExit("long_run: found a run without a result; expected one that can be fitted")
+    return found
+
+
+def compare(folder: Path, options: argparse.Namespace, report: Report) -> bool:
+    """Evaluate a run by every sample and by means; tell whether k_D is the same within a share of its uncertainty."""
+    write_run(folder, options.held)
+    long_text.LARGE = 1 << 62
+    every = evaluated(read_run(folder))
+    long_text.LARGE, means.MOST = 0, -(-options.held // _FOLDED)
+    folded = read_run(folder)
+    by_means = evaluated(folded)
+    pairs = {"friction, steady state": (every.friction, by_means.friction)}
+    pairs |= {f"k_D, {law}": (every.coefficients[law], by_means.coefficients[law]) for law in LAWS}
+    report.say(f"A run of {options.held:,} rows by every sample, and by {folded.samples}:")
+    rows = [
+        [name, str(one), str(other), f"{apart(one, other):.4f}", f"{ratio(one, other):.4f}"]
+        for name, (one, other) in pairs.items()
+    ]
+    report.table(["", "every sample", "means", "apart, of u", "u of means over u"], rows)
+    return all(apart(every.coefficients[law], by_means.coefficients[law]) < _SHARE for law in LAWS)
+
+
+def apart(one: Quantity, other: Quantity) -> float:
+    """Return how far two results are apart, as a share of the first one's standard uncertainty."""
+    return abs(other.value - one.value) / (one.standard_uncertainty or math.nan)
+
+
+def ratio(one: Quantity, other: Quantity) -> float:
+    """Return the second standard uncertainty over the first."""
+    return (other.standard_uncertainty or math.nan) / (one.standard_uncertainty or math.nan)
+
+
+def main() -> None:
+    """Take both runs, and print what came of it."""
+    parser = arguments(__doc__ or "")
+    parser.add_argument("--rows", type=int, default=20_000_000, help="rows of the long run (%(default)s)")
+    parser.add_argument("--held", type=int, default=2_000_000, help="rows of the run that can be held (%(default)s)")
+    parser.add_argument("--threshold", type=int, default=long_text.LARGE, help="bytes of a long file (%(default)s)")
+    parser.add_argument("--means", type=int, default=means.MOST, help="means that are evaluated (%(default)s)")
+    options = parser.parse_args()
+    report = Report("Runs larger than memory", options)
+    with tempfile.TemporaryDirectory(prefix="tribopipe-") as made:
+        within = take_long_run(Path(made) / "long", options, report)
+    with tempfile.TemporaryDirectory(prefix="tribopipe-") as made:
+        same = compare(Path(made) / "held", options, report)
+    report.say(
+        f"Under 1 GB: {'yes' if within else 'no'}. k_D within 1 % of its uncertainty: {'yes' if same else 'no'}."
+    )
+    report.finish()
+    sys.exit(0 if within and same else 1)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,88 @@
+"""What the columns of a table mean by the manifest's word, or else by the file's, and the signals among them in SI."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from tribopipe.errors import ReaderError
+from tribopipe.ingest.columns import column_in_si, find_column, is_a_weight, needs_unit, unit_of
+from tribopipe.ingest.names import bare_name
+from tribopipe.ingest.reader import Hints, ReadColumn, ReadTable
+from tribopipe.records.manifest import ColumnSource, SignalFile
+from tribopipe.records.signals import SIGNALS, SignalName
+from tribopipe.run import Column, ExtraColumn
+
+
+class Part(NamedTuple):
+    """Columns of one file, of several that continue each other, or of some rows."""
+
+    columns: dict[SignalName, Column]
+    extras: dict[str, ExtraColumn]
+
+
+def hints_of(signals: SignalFile) -> Hints:
+    """Return what the manifest says of how files are written."""
+    return Hints(encoding=signals.encoding, separator=signals.separator, decimal=signals.decimal)
+
+
+Meanings = dict[str, list[tuple[SignalName, ColumnSource | None]]]
+
+
+def meanings_in(table: ReadTable, signals: SignalFile, file: str) -> Meanings:
+    """Say for each column by name which signals it is: by the manifest's word, else by the format's or its own name."""
+    meanings: Meanings = {}
+    for name, source in signals.columns.items():
+        meanings.setdefault(find_column(table, source.column, name, file).name, []).append((name, source))
+    taken = set(signals.columns)
+    for column in table.columns:
+        known = column.signal or _by_own_name(column.name)
+        if known is None or known in taken or column.name in meanings or not _usable(column, known):
+            continue
+        meanings[column.name] = [(known, None)]
+        taken.add(known)
+    if not meanings:
+        names = ", ".join(repr(column.name) for column in table.columns[:8])
+        raise ReaderError(
+            f"{file}: found the columns {names}, none with a known meaning; expected to be told; "
+            "map signals to columns under [signals.columns] in run.toml"
+        )
+    return meanings
+
+
+def _usable(column: ReadColumn, signal: SignalName) -> bool:
+    """Tell whether a column may be taken by its name alone: numbers, with a unit where one is needed."""
+    return column.first_bad is None and (column.unit is not None or not needs_unit(SIGNALS[signal].kind))
+
+
+def _by_own_name(name: str) -> SignalName | None:
+    wanted = bare_name(name).lower().replace(" ", "_")
+    return next((signal for signal in SIGNALS if signal == wanted), None)
+
+
+def part_of(table: ReadTable, meanings: Meanings, file: str, before: int = 0) -> Part:
+    """Return the signals of a table in SI, and what no signal is made of; so many rows were read ``before`` it.
+
+    Raises ``ReaderError`` where a column does not hold what it should.
+    """
+    part = Part({}, {})
+    for column in table.columns:
+        for name, told in meanings.get(column.name, []):
+            part.columns[name] = column_in_si(column, told, name, SIGNALS[name].kind, file, before)
+        if column.name not in meanings:
+            part.extras[column.name] = ExtraColumn(column.values, column.unit)
+    return part
+
+
+def notes_on(table: ReadTable, meanings: Meanings, file: str) -> list[str]:
+    """Return what a person should know of how a file was read and understood."""
+    weights = [
+        f"{name} in {unit_of(column, told)} is taken as the weight of that mass"
+        for column in table.columns
+        for name, told in meanings.get(column.name, [])
+        if is_a_weight(column, told, SIGNALS[name].kind)
+    ]
+    return [f"{file}: {note}" for note in (*table.notes, *weights)]
+
+
+def spoken(names: Sequence[str]) -> str:
+    """Name files that continue each other."""
+    return names[0] if len(names) == 1 else f"{names[0]} … {names[-1]}"
