@@ -5,8 +5,8 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
-import h5py
 import numpy as np
 import pytest
 from archived_files import edited
@@ -16,7 +16,6 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
 from tribopipe.archive.lock import LOCKS
-from tribopipe.archive.runfile import read_raw, write_raw
 from tribopipe.archive.steps import STEPS, Step, downstream
 from tribopipe.archive.store import Archive
 from tribopipe.errors import ArchiveError
@@ -66,9 +65,10 @@ def test_raw_run_comes_back_bit_for_bit(bare_run, values, texts):
         "words": ExtraColumn(np.array(texts, dtype=object)),
     }
     run = run_with(bare_run, values, extras=extras, headers={"signals.csv": "Test №1; µ"})
-    with h5py.File("memory", "w", driver="core", backing_store=False, track_order=True) as file:
-        write_raw(file, run, ())
-        same(run, read_raw(file))
+    with TemporaryDirectory() as folder:
+        archive = Archive(Path(folder))
+        archive.add(run)
+        same(run, archive.raw("bare"))
 
 
 def test_findings_are_kept(bare_run, tmp_path):

@@ -23,6 +23,7 @@ from tribopipe.report.figures import save_figures
 from tribopipe.run import SourceFile
 
 RUN = "si3n4-air-200mN"
+WRITING = "tribopipe.archive.late_errors.LateErrors"
 NOTE = Annotation(kind="note", text="dry", date="2026-01-05T08:00:00+00:00", operator="anna")
 posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows sends no signals to a process")
 
@@ -161,7 +162,9 @@ def store(archive) -> Archive:
     return Archive(archive)
 
 
-@pytest.mark.parametrize("call", ["os.open", "os.fsync", "os.replace", "pathlib.Path.write_bytes"])
+@pytest.mark.parametrize(
+    "call", ["os.open", "os.fsync", "os.replace", "tribopipe.archive.late_errors.LateErrors.write_all"]
+)
 def test_without_room_a_file_stays_as_it_was(store, monkeypatch, call):
     before = store.path(RUN).read_bytes()
     with monkeypatch.context() as patch:
@@ -248,7 +251,7 @@ def test_a_file_that_may_not_be_read_is_not_called_damaged(store, monkeypatch):
     def refuse(path):
         raise PermissionError(errno.EACCES, "Permission denied", str(path))
 
-    monkeypatch.setattr("tribopipe.archive.store.is_sealed", refuse)
+    monkeypatch.setattr("tribopipe.archive.opening.is_sealed", refuse)
     with pytest.raises(ArchiveError, match=r"si3n4-air-200mN\.h5: cannot be read \(Permission denied\)"):
         store.manifest(RUN)
 

@@ -19,8 +19,9 @@ from tribopipe.archive.digest import columns_and_sources, digest, raw_digest
 from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT, Format
 from tribopipe.archive.lock import writers_lock
 from tribopipe.archive.migrate import content_of, files_of, migrate
+from tribopipe.archive.opening import of_any_format
 from tribopipe.archive.seal import is_sealed
-from tribopipe.archive.store import Archive, of_any_format
+from tribopipe.archive.store import Archive
 from tribopipe.errors import ArchiveError
 from tribopipe.pipeline import process
 from tribopipe.records.annotation import Annotation

@@ -175,7 +175,7 @@ DAMAGE = {
         ("warning", "shown"),
         ("warning", "nexus"),
     },
-    change_source: {("error", "source"), ("error", "raw")},
+    change_source: {("error", "source")},
     change_column: {("error", "raw")},
     change_result: {("error", "result"), ("warning", "shown")},
     change_curve: {("error", "result")},

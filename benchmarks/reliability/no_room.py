@@ -6,6 +6,8 @@ from errno import ENOSPC
 from pathlib import Path
 from typing import Any
 
+from tribopipe.archive.late_errors import LateErrors
+
 
 class Layer:
     """The calls of the system through which files are written; the disk is full from some call on, or for one."""
@@ -19,15 +21,19 @@ class Layer:
             setattr(os, name, self._over(getattr(os, name)))
         os.mkdir = self._over(os.mkdir, only=lambda path, *_, **__: not Path(path).exists())
         os.open = self._over(os.open, only=lambda path, flags, *_, **__: flags & os.O_CREAT and not Path(path).exists())
-        plain = Path.write_bytes
+        Path.write_bytes = self._half_of(Path.write_bytes)  # type: ignore[assignment,method-assign]
+        LateErrors.write_all = self._half_of(LateErrors.write_all)  # type: ignore[assignment,method-assign]
 
-        def write_bytes(path: Path, content: bytes) -> int:
+    def _half_of(self, plain: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
+        """Return a way to write of which half is done where the disk is full."""
+
+        def write(file: Any, content: Any) -> Any:
             if self._is_full():
-                plain(path, content[: len(content) // 2])
+                plain(file, content[: len(content) // 2])
                 raise OSError(ENOSPC, os.strerror(ENOSPC))
-            return plain(path, content)
+            return plain(file, content)
 
-        Path.write_bytes = write_bytes  # type: ignore[assignment,method-assign]
+        return write
 
     def _over(
         self, call: Callable[..., Any], only: Callable[..., object] = lambda *_, **__: True

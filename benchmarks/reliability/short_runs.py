@@ -14,10 +14,13 @@ _LENGTH = 5.0
 """Sliding distance, m."""
 
 
-def short_runs(folder: Path, count: int) -> list[Path]:
-    """Write so many run folders, run-000 and on: one virtual test at each of three loads, and copies of those."""
+def short_runs(folder: Path, count: int, times: int = 1) -> list[Path]:
+    """Write so many run folders, run-000 and on: one virtual test at each of three loads, and copies of those.
+
+    They are so many times as long.
+    """
     series = load_toml(_PLAN, Plan).series[0]
-    series = series.model_copy(update={"sliding_distance": Quantity(value=_LENGTH, unit="m")})
+    series = series.model_copy(update={"sliding_distance": Quantity(value=times * _LENGTH, unit="m")})
     simulate_plan(Plan(schema="tribopipe.plan/1", series=(series,)), folder / "recorded")
     recorded = sorted((folder / "recorded").iterdir())
     runs = [_copy(recorded[number % len(recorded)], folder / f"run-{number:03}") for number in range(count)]

@@ -15,8 +15,9 @@ import numpy as np
 from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT, Format, check_format, format_of
 from tribopipe.archive.lock import writers_lock
 from tribopipe.archive.migrations import MIGRATIONS
+from tribopipe.archive.opening import of_any_format, opened
 from tribopipe.archive.seal import SEAL_SIZE, seal
-from tribopipe.archive.store import SUFFIX, Archive, of_any_format, opened
+from tribopipe.archive.store import SUFFIX, Archive
 from tribopipe.archive.unpack import unpacked
 from tribopipe.errors import ArchiveError, did_you_mean
 from tribopipe.files import replacing

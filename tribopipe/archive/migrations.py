@@ -12,7 +12,7 @@ import h5py
 from tribopipe.archive import nexus
 from tribopipe.archive.digest import Part, columns_and_sources, digest
 from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT
-from tribopipe.archive.runfile import read_raw, read_step
+from tribopipe.archive.runfile import read_raw, read_step, source_sha256
 from tribopipe.archive.steps import STEPS, StepName, inputs_digest
 from tribopipe.records.base import Record
 
@@ -25,7 +25,7 @@ def _run_to_2(old: h5py.File, new: h5py.File) -> set[str]:
     """Write a run of format 1 as one of format 2: steps say what they stand on where that is certain."""
     changed = _copied(old, new, "tribopipe.archive/2")
     entry, run = new["entry"], read_raw(old)
-    changed |= _with_checksums(entry, [source.sha256 for source in run.sources])
+    changed |= _with_checksums(entry)
     changed |= _recounted(entry, "archived/raw_sha256", run.manifest, "manifest/data", columns_and_sources(run))
     steps = {name: step for name in STEPS if (step := read_step(old["entry"], name)) is not None}
     for name, step in steps.items():
@@ -52,13 +52,14 @@ def _copied(old: h5py.File, new: h5py.File, written_as: str) -> set[str]:
     return {"entry/archived/format"}
 
 
-def _with_checksums(entry: h5py.Group, found: Sequence[str]) -> set[str]:
+def _with_checksums(entry: h5py.Group) -> set[str]:
     """Give the sources checksums where they have none, as in the first files of format 1; return the paths of those.
 
     Raises ``ValueError`` where a source is not what was read.
     """
     added = set()
-    for number, (note, sha256) in enumerate(zip(entry["source_files"].values(), found, strict=True)):
+    for number, note in enumerate(entry["source_files"].values()):
+        sha256 = source_sha256(note["data"])
         if "checksum" not in note:
             nexus.field(note, "checksum", sha256)
             nexus.field(note, "algorithm", "sha256")

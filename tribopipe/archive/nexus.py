@@ -1,20 +1,21 @@
 """Small writers and readers of NeXus groups and fields, so that units, compression and text are the same everywhere."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, TypeVar
 
 import h5py
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
+from tribopipe.archive.pack import FILTERS, chunk_shape, write_packed, write_together
 from tribopipe.archive.unpack import unpacked
 from tribopipe.errors import ArchiveError
 from tribopipe.records.base import Record
 from tribopipe.records.quantity import Quantity
 
 R = TypeVar("R", bound=Record)
-_CHUNK = 65_536
+Name = TypeVar("Name", bound=str)
 _COMPRESSED_FROM = 256
 
 
@@ -28,18 +29,65 @@ def group(parent: h5py.Group, name: str, nx_class: str, **attributes: Any) -> h5
 
 def field(parent: h5py.Group, name: str, value: Any, unit: str | None = None, **attributes: Any) -> h5py.Dataset:
     """Add a field: a number, a text, or an array, which is compressed and checksummed."""
-    options: dict[str, Any] = {}
     if isinstance(value, np.ndarray) and value.dtype != object and value.size >= _COMPRESSED_FROM:
-        options = {
-            "chunks": (min(len(value), max(1, _CHUNK * len(value) // value.size)), *value.shape[1:]),
-            "compression": "gzip",
-            "compression_opts": 4,
-            "shuffle": True,
-            "fletcher32": True,
-        }
-    if isinstance(value, np.ndarray) and value.dtype == object:
-        options["dtype"] = h5py.string_dtype()
-    made = parent.create_dataset(name, data=value, **options)
+        made = _packed(parent, name, [value], value.shape, value.dtype)
+    else:
+        texts = isinstance(value, np.ndarray) and value.dtype == object
+        made = parent.create_dataset(name, data=value, dtype=h5py.string_dtype() if texts else None)
+    return _told_of(made, unit, attributes)
+
+
+def long_field(
+    parent: h5py.Group,
+    name: str,
+    pieces: Iterable[NDArray[Any]],
+    rows: int,
+    dtype: DTypeLike,
+    unit: str | None = None,
+    **attributes: Any,
+) -> h5py.Dataset:
+    """Add a column of so many rows that come in pieces of any length, of which few are in memory at once.
+
+    Raises ``ValueError`` where more or fewer rows come.
+    """
+    if rows < _COMPRESSED_FROM:
+        return field(parent, name, _short(pieces, rows, dtype), unit, **attributes)
+    return _told_of(_packed(parent, name, pieces, (rows,), np.dtype(dtype)), unit, attributes)
+
+
+def long_fields(
+    parent: h5py.Group, units: Mapping[Name, str], rows: int, blocks: Iterable[Mapping[Name, NDArray[Any]]]
+) -> None:
+    """Add columns of so many numbers, by their names with their units, that come together in blocks of any length.
+
+    Raises ``ValueError`` where more or fewer rows come.
+    """
+    kind = np.dtype(float)
+    made = {
+        name: parent.create_dataset(name, (rows,), kind, chunks=chunk_shape((rows,), kind), **FILTERS) for name in units
+    }
+    write_together(made, blocks)
+    for name, unit in units.items():
+        made[name].attrs["units"] = unit
+
+
+def _short(pieces: Iterable[NDArray[Any]], rows: int, dtype: DTypeLike) -> NDArray[Any]:
+    whole = np.concatenate([np.empty(0, dtype), *pieces], dtype=dtype)
+    if len(whole) != rows:
+        raise ValueError(f"{len(whole):,} rows where {rows:,} were said to come")
+    return whole
+
+
+def _packed(
+    parent: h5py.Group, name: str, pieces: Iterable[NDArray[Any]], shape: tuple[int, ...], kind: np.dtype[Any]
+) -> h5py.Dataset:
+    made = parent.create_dataset(name, shape, kind, chunks=chunk_shape(shape, kind), **FILTERS)
+    write_packed(made, pieces)
+    return made
+
+
+def _told_of(made: h5py.Dataset, unit: str | None, attributes: Mapping[str, Any]) -> h5py.Dataset:
+    """Give a field its unit and what else is said of it."""
     if unit is not None:
         made.attrs["units"] = unit
     made.attrs.update(attributes)

@@ -17,7 +17,7 @@ import numpy as np
 from h5py import h5d, h5g, h5l, h5o, h5p, h5t, h5z
 
 from tribopipe.archive.raw_bytes import RawFile, attributes
-from tribopipe.archive.stamps import Stamp, stamp_of
+from tribopipe.archive.stamps import Stamp
 from tribopipe.errors import ArchiveError
 
 Shapes = Mapping[str, tuple[int, ...]]
@@ -54,10 +54,16 @@ def own_datasets(file: h5py.File) -> Shapes:
     return known[1]
 
 
-def renamed(part: Path, path: Path) -> None:
+def was_looked_through(file: h5py.File) -> bool:
+    """Tell whether a file is one that was looked through, and has not changed since."""
+    known = _known.get(file.filename)
+    return known is not None and known[0] == RawFile(file).stamp()
+
+
+def renamed(part: Path, path: Path, stamp: Stamp) -> None:
     """Keep what was found in a file, now that it has another name and so another stamp."""
     _, shapes = _known.pop(str(part))
-    _known[str(path)] = stamp_of(path.stat()), shapes
+    _known[str(path)] = stamp, shapes
 
 
 def check_attributes(part: h5py.Group | h5py.Dataset | h5py.Datatype) -> None:

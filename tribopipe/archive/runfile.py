@@ -8,6 +8,7 @@
   source_files           NXcollection of NXnote: the bytes as they came, with their SHA-256
   manifest, findings     NXnote: JSON
   raw                    NXdata: the signals in SI; each says whether it was measured or derived
+  recorded               NXdata: every sample of the measured signals, where those in raw are means; see ``recorded``
   extra_columns          NXcollection: what the files held besides
   profiles               NXcollection of NXdata: height against position across wear tracks
   clean_up               NXprocess as those below; data are the columns that differ from the raw ones
@@ -24,6 +25,9 @@
 import json
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from functools import partial
+from hashlib import sha256
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -31,10 +35,13 @@ import numpy as np
 from tribopipe.archive import nexus
 from tribopipe.archive.digest import raw_digest
 from tribopipe.archive.formats import RUN_FORMAT
+from tribopipe.archive.opening import opened
+from tribopipe.archive.recorded import read_recording, write_recorded
 from tribopipe.archive.steps import STEPS, WEAR_FITS, Fingerprints, Step, StepName, Table
-from tribopipe.archive.unpack import unpacked
+from tribopipe.archive.unpack import unpacked, unpacked_pieces
 from tribopipe.clean_up.cleaning import with_cleaned
 from tribopipe.environment import environment
+from tribopipe.errors import ArchiveError
 from tribopipe.records.annotation import Annotation
 from tribopipe.records.base import Record
 from tribopipe.records.clean_up import CleanUp
@@ -42,12 +49,15 @@ from tribopipe.records.finding import Finding
 from tribopipe.records.manifest import RunManifest, Specimen
 from tribopipe.records.mark import Mark
 from tribopipe.records.signals import SIGNALS, SignalName
-from tribopipe.run import Column, ExtraColumn, Profile, RawRun, SourceFile
+from tribopipe.run import Column, ExtraColumn, Profile, RawRun, SourceFile, UnheldSource
 from tribopipe.units import from_si
 from tribopipe.version import VERSION
 
 _A_DEPTH = re.compile("(wear_)?depth(_lower|_upper)?")
 """Curves of a fit that are depths of the pin, or of both discs together."""
+_DRAWN: tuple[StepName, ...] = ("drift_correction", *WEAR_FITS.values())
+_PLOTTED = {"clean_up", *_DRAWN}
+"""Steps that the group for viewers shows; clean-up makes the axis."""
 _SENSED: tuple[SignalName, ...] = ("depth", "normal_force", "friction_force", "temperature", "relative_humidity")
 
 
@@ -69,6 +79,7 @@ def write_raw(file: h5py.File, run: RawRun, findings: Sequence[Finding]) -> None
     nexus.document(entry, "manifest", manifest)
     nexus.document(entry, "findings", [finding.model_dump(mode="json") for finding in findings])
     _write_columns(entry, run)
+    write_recorded(entry, run)
     _write_profiles(entry, run)
 
 
@@ -101,11 +112,23 @@ def _write_sources(entry: h5py.Group, run: RawRun) -> None:
         note = nexus.group(sources, f"file_{number}", "NXnote")
         nexus.field(note, "file_name", source.name)
         nexus.field(note, "type", "application/octet-stream")
-        nexus.field(note, "data", np.frombuffer(source.content, dtype=np.uint8))
+        _write_bytes(note, source)
         nexus.field(note, "checksum", source.sha256)
         nexus.field(note, "algorithm", "sha256")
         if source.name in run.headers:
             nexus.field(note, "description", run.headers[source.name])
+
+
+def _write_bytes(note: h5py.Group, source: SourceFile) -> None:
+    """Write the bytes of a file as they come. Raises ``TribopipeError`` where they are not those that were read."""
+    try:
+        pieces = (np.frombuffer(piece, np.uint8) for piece in source.pieces())
+        nexus.long_field(note, "data", pieces, source.size, np.uint8)
+    except ValueError:
+        raise ArchiveError(
+            f"{source.name}: found more or fewer bytes than the {source.size:,} that were read; expected a file that "
+            "nothing is written into meanwhile; try again once the test has ended"
+        ) from None
 
 
 def _write_columns(entry: h5py.Group, run: RawRun) -> None:
@@ -143,17 +166,16 @@ def read_manifest(file: h5py.File) -> RunManifest:
 
 
 def read_raw(file: h5py.File) -> RawRun:
-    """Read a run as it was ingested."""
+    """Read a run as it was ingested; the bytes of its source files stay where they are until they are asked for."""
     entry = file["entry"]
     raw = entry["raw"]
     columns = _read_signals(raw)
     headers: dict[str, str] = {}
     sources = []
     for note in entry["source_files"].values():
-        file_name = nexus.text(note, "file_name")
-        sources.append(SourceFile(file_name, unpacked(note["data"]).astype(np.uint8).tobytes()))
+        sources.append(_read_source(note))
         if "description" in note:
-            headers[file_name] = nexus.text(note, "description")
+            headers[sources[-1].name] = nexus.text(note, "description")
     return RawRun(
         manifest=read_manifest(file),
         columns=columns,
@@ -162,7 +184,41 @@ def read_raw(file: h5py.File) -> RawRun:
         headers=headers,
         sources=tuple(sources),
         profiles=_read_profiles(entry),
+        recording=read_recording(entry),
     )
+
+
+def _read_source(note: h5py.Group) -> SourceFile:
+    """Read what a source file is; the first files of format 1 have no checksum of it."""
+    data = note["data"]
+    checksum = nexus.text(note, "checksum") if "checksum" in note else source_sha256(data)
+    read = partial(_source_again, Path(note.file.filename), note.name, checksum)
+    return UnheldSource(nexus.text(note, "file_name"), int(data.size), checksum, read)
+
+
+def _source_again(path: Path, part: str, checksum: str) -> Iterator[bytes]:
+    """Read the bytes of a source file. Raises ``ArchiveError`` where the archived file is another one by now."""
+    with opened(path) as file:
+        if nexus.text(file, f"{part}/checksum") != checksum:
+            raise ArchiveError(
+                f"{path}: found another file at {part} than a moment before; expected the run as it was read; run this "
+                "again"
+            )
+        yield from source_pieces(file[part]["data"])
+
+
+def source_pieces(data: h5py.Dataset) -> Iterator[bytes]:
+    """Give the bytes of a source file, of which few are in memory at once."""
+    for piece in unpacked_pieces(data):
+        yield piece.astype(np.uint8).tobytes()
+
+
+def source_sha256(data: h5py.Dataset) -> str:
+    """Return the checksum of the bytes of a source file."""
+    found = sha256()
+    for piece in source_pieces(data):
+        found.update(piece)
+    return found.hexdigest()
 
 
 def _read_signals(raw: h5py.Group) -> dict[SignalName, Column]:
@@ -339,8 +395,7 @@ def write_wear_plot(entry: h5py.Group) -> None:
 
     Wear of the pin, or of both discs together; of two discs without a depth signal, the laws alone.
     """
-    names: tuple[StepName, ...] = ("drift_correction", *WEAR_FITS.values())
-    curves = wear_curves({name: step for name in names if (step := read_step(entry, name)) is not None})
+    curves = wear_curves({name: step for name in _DRAWN if (step := read_step(entry, name)) is not None})
     if not curves:
         return
     wear = _against_axis(entry, "wear", next(iter(curves)))
@@ -366,12 +421,13 @@ def wear_curves(steps: Mapping[StepName, Step]) -> dict[str, Column]:
 
 
 def copy_except(source: h5py.File, target: h5py.File, dropped: set[str]) -> h5py.Group:
-    """Copy a run file but for some members of its entry; what is copied keeps its bytes."""
+    """Copy a run file but for some members of its entry, and the plot of them; what is copied keeps its bytes."""
+    left_out = dropped | {"wear"} if dropped & _PLOTTED else dropped
     target.attrs.update(source.attrs)
     entry = nexus.group(target, "entry", "NXentry")
     entry.attrs.update(source["entry"].attrs)
     for name in source["entry"]:
-        if name not in dropped | {"wear"}:
+        if name not in left_out:
             source.copy(f"entry/{name}", entry, name=name)
     return entry
 

@@ -67,9 +67,14 @@ def check_every_byte(path: Path) -> None:
     if written != found:
         raise _damaged(path, "its checksum is not the one it was sealed with")
     if settled:
-        if len(_whole) >= _MOST_KNOWN:
-            _whole.clear()
-        _whole[path] = stamp
+        know(path, stamp)
+
+
+def know(path: Path, stamp: Stamp) -> None:
+    """Take a file for whole as long as it bears a stamp: it was read, or written by this process and read back."""
+    if len(_whole) >= _MOST_KNOWN:
+        _whole.clear()
+    _whole[path] = stamp
 
 
 def _length_said(superblock: bytes) -> int | None:

@@ -2,20 +2,20 @@
 
 import os
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
-from io import BytesIO
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Literal, NoReturn, TypeVar
 
 import h5py
-from pydantic import ValidationError
 
 from tribopipe.archive.digest import raw_digest
-from tribopipe.archive.formats import FORMAT_TEXT, RUN_FORMAT, STUDY_FORMAT, check_format, format_of
+from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT, check_format
+from tribopipe.archive.late_errors import written
 from tribopipe.archive.lock import writers_lock
 from tribopipe.archive.nexus import text
+from tribopipe.archive.opening import opened
 from tribopipe.archive.outline import RunOutline, read_outline
-from tribopipe.archive.own_content import check_parts, own_datasets, renamed
+from tribopipe.archive.own_content import renamed
 from tribopipe.archive.runfile import (
     copy_additions,
     copy_except,
@@ -35,7 +35,8 @@ from tribopipe.archive.runfile import (
     write_step,
     write_wear_plot,
 )
-from tribopipe.archive.seal import SEAL_SIZE, check_seal, is_sealed, seal
+from tribopipe.archive.seal import SEAL_SIZE, know, seal_file
+from tribopipe.archive.stamps import stamp_of
 from tribopipe.archive.steps import STEPS, Fingerprints, Step, StepName, downstream
 from tribopipe.archive.studyfile import (
     StoredStudy,
@@ -46,7 +47,7 @@ from tribopipe.archive.studyfile import (
     write_study,
 )
 from tribopipe.errors import ArchiveError, did_you_mean
-from tribopipe.files import drive_of, natural_order, replacing
+from tribopipe.files import drive_of, leftovers, natural_order, replacing
 from tribopipe.records.annotation import Annotation, tags_after
 from tribopipe.records.base import Record
 from tribopipe.records.finding import Finding
@@ -55,10 +56,7 @@ from tribopipe.records.mark import Mark
 from tribopipe.run import RawRun
 
 R = TypeVar("R", bound=Record)
-_DAMAGED = (ArithmeticError, AttributeError, LookupError, MemoryError, OSError, RuntimeError, TypeError, ValueError)
-"""What reading raises where a file holds something else than tribopipe writes."""
-_LONGEST = 300
-"""Characters of what is said of it."""
+_NO_DRIVE = -1
 SUFFIX = ".h5"
 STUDIES = "studies"
 
@@ -72,6 +70,18 @@ class Archive:
 
     def __repr__(self) -> str:
         return f"Archive({str(self.folder)!r}, {len(self.ids())} runs)"
+
+    def __getstate__(self) -> tuple[Path, bool]:
+        return self.folder, self._drive is not None
+
+    def __setstate__(self, state: tuple[Path, bool]) -> None:
+        """Be the archive as another process has it, or another machine, where its drive has another number.
+
+        One that was there and is not there counts as gone, so that it is not begun anew where the folder is not shared.
+        """
+        self.folder, was_there = state
+        there = drive_of(self.folder)
+        self._drive = _NO_DRIVE if there is None and was_there else there
 
     def ids(self) -> list[str]:
         """Return the ids of all runs, in natural order."""
@@ -211,7 +221,8 @@ class Archive:
                 dropped |= downstream(step.name)
             entry = copy_except(old, new, dropped)
             write_step(entry, step)
-            write_wear_plot(entry)
+            if "wear" not in entry:
+                write_wear_plot(entry)
 
     def _refuse_stale(self, run_id: str, step: Step, entry: h5py.Group) -> None:
         for base in STEPS[step.name].stands_on:
@@ -294,9 +305,7 @@ class Archive:
                     f"{self.path(run_id)}: found no bad mark to take back; expected a run that is marked bad; "
                     "`tribopipe ls` shows which are"
                 )
-            entry = copy_except(old, new, {"marks"})
-            write_marks(entry, [*marks, mark])
-            write_wear_plot(entry)
+            write_marks(copy_except(old, new, {"marks"}), [*marks, mark])
 
     def annotations(self, run_id: str) -> list[Annotation]:
         """Return the history of a run's tags and notes, oldest first."""
@@ -317,9 +326,7 @@ class Archive:
             for annotation in added:
                 self._refuse_to_take_back(run_id, annotation, tags_after(history))
                 history.append(annotation)
-            entry = copy_except(old, new, {"annotations"})
-            write_annotations(entry, history)
-            write_wear_plot(entry)
+            write_annotations(copy_except(old, new, {"annotations"}), history)
 
     def _refuse_to_take_back(self, run_id: str, annotation: Annotation, tags: Sequence[str]) -> None:
         if annotation.kind == "untag" and annotation.text not in tags:
@@ -355,18 +362,20 @@ class Archive:
     def _writing(self, path: Path) -> Iterator[h5py.File]:
         """Give an empty file that takes the place of one of the archive, alone among writers until it has.
 
-        It is made in memory: HDF5 ends the process where the disk is full (seen with 2.0), plain writing does not.
+        It takes no place unless it is found to be one that can be read again.
         """
         with self._held(path):
-            image = BytesIO()
-            with h5py.File(image, "w", track_order=True, userblock_size=SEAL_SIZE) as file:
-                yield file
-            with image.getbuffer() as content:
-                seal(content)
-                try:
-                    _put(content, path)
-                except OSError as error:
-                    self._refuse(error)
+            try:
+                with replacing(path) as part:
+                    with written(part, SEAL_SIZE) as file:
+                        yield file
+                    seal_file(part)
+                    _read_back(part, path)
+                stamp = stamp_of(path.stat())
+                know(path, stamp)
+                renamed(part, path, stamp)
+            except OSError as error:
+                self._refuse(error)
 
     @contextmanager
     def _held(self, path: Path) -> Iterator[None]:
@@ -378,6 +387,19 @@ class Archive:
             except OSError as error:
                 self._refuse(error)
             yield
+
+    def begin(self) -> None:
+        """Make the folder where there is none. Raises ``ArchiveError`` where that cannot be done."""
+        try:
+            self._make_folder(self.folder)
+        except OSError as error:
+            self._refuse(error)
+
+    def tidy(self) -> None:
+        """Take away what was left of runs by writers that were killed; who still writes is waited for."""
+        for part in leftovers(self.folder):
+            with suppress(ArchiveError, OSError), writers_lock(self.folder, part.name[1:].partition(SUFFIX)[0]):
+                part.unlink(missing_ok=True)
 
     def _make_folder(self, folder: Path) -> None:
         """Make a folder where there is none; one that has gone meanwhile is not begun anew on another drive."""
@@ -396,19 +418,16 @@ class Archive:
         ) from None
 
 
-def _put(content: memoryview, path: Path) -> None:
-    """Write a file of the archive, once it was read back and found to be one that can be read again."""
-    with replacing(path) as part:
-        part.write_bytes(content)
-        try:
-            with opened(part):
-                pass
-        except ArchiveError as error:
-            raise ArchiveError(
-                f"{path}: cannot be archived, for it could not be read again ({_found_in(error)}); expected less of "
-                "that; the archive is as it was"
-            ) from None
-    renamed(part, path)
+def _read_back(part: Path, path: Path) -> None:
+    """Raise ``ArchiveError`` where what is to be a file of the archive could not be read again."""
+    try:
+        with opened(part):
+            pass
+    except ArchiveError as error:
+        raise ArchiveError(
+            f"{path}: cannot be archived, for it could not be read again ({_found_in(error)}); expected less of "
+            "that; the archive is as it was"
+        ) from None
 
 
 def _found_in(error: ArchiveError) -> str:
@@ -441,75 +460,6 @@ def _refuse_odd(path: Path) -> None:
             f"{path}: found a folder, a pipe, a device or a link to nothing; expected a file that tribopipe wrote; "
             "move it out of the archive"
         )
-
-
-@contextmanager
-def opened(path: Path, parts: Sequence[str] | None = None) -> Iterator[h5py.File]:
-    """Open a file of the archive for reading, all of it or some datasets alone.
-
-    Raises ``ArchiveError`` where a byte of it is not as it was written, it has no seal, or it cannot be read.
-    """
-    with of_any_format(path, parts) as file:
-        if not is_sealed(path):
-            _refuse_unsealed(file, path)
-        yield file
-
-
-@contextmanager
-def of_any_format(path: Path, parts: Sequence[str] | None = None) -> Iterator[h5py.File]:
-    """Open a file for reading that may be of a format without a seal.
-
-    One of ours is looked through before; where no more than some datasets are wanted, these alone are looked at.
-
-    Raises ``ArchiveError`` where a byte of a sealed file is not as it was written, it holds what tribopipe never
-    writes, or it cannot be read.
-    """
-    try:
-        if is_sealed(path):
-            check_seal(path)
-        file = h5py.File(path, "r", locking=False)
-    except OSError as error:
-        raise ArchiveError(f"{path}: {_why_not_opened(error)}") from None
-    with file:
-        try:
-            check_parts(file, [FORMAT_TEXT, *(parts or ())])
-            if parts is None and format_of(file) is not None:
-                own_datasets(file)
-            yield file
-        except _DAMAGED as error:
-            raise ArchiveError(
-                f"{path}: found a damaged file ({_why(error)}); expected what tribopipe wrote; restore it from a copy"
-            ) from error
-
-
-def _why(error: Exception) -> str:
-    """Say in a line what could not be read, and of a record which of its fields."""
-    if isinstance(error, ValidationError):
-        first = error.errors(include_url=False)[0]
-        return f"{'.'.join(map(str, first['loc']))}: {first['msg']}".removeprefix(": ")[:_LONGEST]
-    return (str(error).splitlines() or [type(error).__name__])[0][:_LONGEST]
-
-
-def _why_not_opened(error: OSError) -> str:
-    if error.errno:  # of the system, not of HDF5
-        return (
-            f"cannot be read ({os.strerror(error.errno)}); expected a file that can be; see to its permissions, or "
-            "whether its drive is there"
-        )
-    return (
-        "found a file that is not HDF5, or is damaged; expected one archived by tribopipe; restore it from a copy, or "
-        "move it out of the archive"
-    )
-
-
-def _refuse_unsealed(file: h5py.File, path: Path) -> NoReturn:
-    """Say what a file without a seal is: one of an older format, one that lost it, or none of ours."""
-    found = format_of(file)
-    check_format(file, path, STUDY_FORMAT if found is not None and found.kind == STUDY_FORMAT.kind else RUN_FORMAT)
-    raise ArchiveError(
-        f"{path}: found no seal in front of it, as if another program had written it anew; expected the file as "
-        "tribopipe wrote it; restore it from a copy, or save what is whole in it with `tribopipe rescue`"
-    )
 
 
 def open_archive(folder: Path | str = "archive") -> Archive:

@@ -4,6 +4,7 @@ HDF5 unpacks a chunk however long it turns out: half a megabyte may become half 
 """
 
 import zlib
+from collections.abc import Iterator, Sequence
 from itertools import product
 from math import prod
 from typing import Any
@@ -13,6 +14,7 @@ import numpy as np
 from h5py import h5z
 from numpy.typing import NDArray
 
+from tribopipe.archive.in_turn import in_turn
 from tribopipe.errors import ArchiveError
 
 
@@ -24,34 +26,58 @@ def unpacked(dataset: h5py.Dataset, last: int | None = None) -> NDArray[Any]:
     first = 0 if last is None else max(len(dataset) - last, 0)
     if not _is_packed(dataset):
         return np.asarray(dataset[first:] if first else dataset[()])
-    found, offsets = np.empty(dataset.shape, dataset.dtype), _offsets(dataset)
-    grid = [range(0, end, length) for end, length in zip(dataset.shape, dataset.chunks, strict=True)]
-    if len(offsets) != prod(map(len, grid)) or offsets != set(product(*grid)):
-        raise _damaged(dataset, f"other chunks, {len(offsets):,} of them")
-    for offset in offsets:
-        if offset[0] + dataset.chunks[0] > first:
-            _put(found, dataset.chunks, offset, _content(dataset, offset))
+    found, length = np.empty(dataset.shape, dataset.dtype), dataset.chunks[0]
+    offsets = [offset for offset in _all_offsets(dataset) if offset[0] + length > first]
+    for offset, values in zip(offsets, _chunks(dataset, offsets), strict=True):
+        _put(found, offset, values)
     return found[first:]
 
 
-def _put(found: NDArray[Any], chunks: tuple[int, ...], offset: tuple[int, ...], content: bytes) -> None:
+def unpacked_pieces(dataset: h5py.Dataset) -> Iterator[NDArray[Any]]:
+    """Give the values of a column in pieces, of which few are in memory at once. Raises as ``unpacked`` does."""
+    if not _is_packed(dataset):
+        yield np.asarray(dataset[()])
+        return
+    offsets, rows = _all_offsets(dataset), len(dataset)
+    for (start, *_), values in zip(offsets, _chunks(dataset, offsets), strict=True):
+        yield values[: rows - start]
+
+
+def _chunks(dataset: h5py.Dataset, offsets: Sequence[tuple[int, ...]]) -> Iterator[NDArray[Any]]:
+    """Give the values of some chunks."""
+    kind, shape = dataset.dtype, dataset.chunks
+    size = prod(shape) * kind.itemsize
+    packed = (dataset.id.read_direct_chunk(offset) for offset in offsets)
+    return in_turn(lambda chunk: _unshuffled(_content(dataset, size, *chunk), kind).reshape(shape), packed)
+
+
+def _put(found: NDArray[Any], offset: tuple[int, ...], values: NDArray[Any]) -> None:
     """Put the values of a chunk in their place; those beyond the ends of the array are left out."""
-    whole = _unshuffled(content, found.dtype).reshape(chunks)
-    wanted = tuple(min(length, end - start) for start, length, end in zip(offset, chunks, found.shape, strict=True))
-    place = tuple(slice(start, start + length) for start, length in zip(offset, wanted, strict=True))
-    found[place] = whole[tuple(map(slice, wanted))]
+    place = tuple(slice(start, start + length) for start, length in zip(offset, values.shape, strict=True))
+    wanted = found[place].shape
+    found[place] = values[tuple(map(slice, wanted))]
 
 
 def check_packed(dataset: h5py.Dataset) -> None:
     """Raise ``ArchiveError`` where an array unpacks to other sizes than it says, for who reads it by other ways."""
     if _is_packed(dataset):
+        size = prod(dataset.chunks) * dataset.dtype.itemsize
         for offset in _offsets(dataset):
-            _content(dataset, offset)
+            _content(dataset, size, *dataset.id.read_direct_chunk(offset))
 
 
 def _is_packed(dataset: h5py.Dataset) -> bool:
     made = dataset.id.get_create_plist()
     return h5z.FILTER_DEFLATE in (made.get_filter(number)[0] for number in range(made.get_nfilters()))
+
+
+def _all_offsets(dataset: h5py.Dataset) -> list[tuple[int, ...]]:
+    """Return where chunks begin, in order. Raises ``ArchiveError`` where some are missing, or others there."""
+    offsets = _offsets(dataset)
+    grid = [range(0, end, length) for end, length in zip(dataset.shape, dataset.chunks, strict=True)]
+    if len(offsets) != prod(map(len, grid)) or offsets != set(product(*grid)):
+        raise _damaged(dataset, f"other chunks, {len(offsets):,} of them")
+    return sorted(offsets)
 
 
 def _offsets(dataset: h5py.Dataset) -> set[tuple[int, ...]]:
@@ -61,10 +87,8 @@ def _offsets(dataset: h5py.Dataset) -> set[tuple[int, ...]]:
     return offsets
 
 
-def _content(dataset: h5py.Dataset, offset: tuple[int, ...]) -> bytes:
+def _content(dataset: h5py.Dataset, size: int, left_out: int, packed: bytes) -> bytes:
     """Return the bytes of a chunk; the checksum after them is left to those who verify."""
-    size = prod(dataset.chunks) * dataset.dtype.itemsize
-    left_out, packed = dataset.id.read_direct_chunk(offset)
     unpacking = zlib.decompressobj()
     try:
         content = unpacking.decompress(packed, size + 1)

@@ -10,11 +10,12 @@ from typing import Any, TypeVar
 import h5py
 import numpy as np
 
+from tribopipe.archive.opening import opened
 from tribopipe.archive.outline import RunOutline
 from tribopipe.archive.own_content import own_datasets
 from tribopipe.archive.stamps import stamp_of
 from tribopipe.archive.steps import StepName
-from tribopipe.archive.store import SUFFIX, Archive, opened
+from tribopipe.archive.store import SUFFIX, Archive
 from tribopipe.archive.studyfile import StoredStudy
 from tribopipe.archive.unpack import unpacked
 from tribopipe.errors import ArchiveError

@@ -44,7 +44,8 @@ def _write(source: SourceFile, folder: Path, run_id: str) -> None:
             "run from a copy"
         )
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(source.content)
+    with path.open("wb") as file:
+        file.writelines(source.pieces())
 
 
 def planned_again(archive: Archive, run_id: str, step: Step) -> PlannedStep:

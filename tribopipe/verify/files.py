@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT, check_format
+from tribopipe.archive.opening import opened
 from tribopipe.archive.seal import check_every_byte, is_sealed
 from tribopipe.archive.stamps import STUDIES
-from tribopipe.archive.store import opened
 from tribopipe.errors import ArchiveError
 from tribopipe.verify.look import Look
 from tribopipe.verify.nexus import check_nexus

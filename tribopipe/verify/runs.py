@@ -2,11 +2,9 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from hashlib import sha256
 from typing import NamedTuple
 
 import h5py
-import numpy as np
 
 from tribopipe.archive import nexus
 from tribopipe.archive.digest import digest, raw_digest
@@ -17,9 +15,9 @@ from tribopipe.archive.runfile import (
     read_marks,
     read_raw,
     read_step,
+    source_sha256,
 )
 from tribopipe.archive.steps import PREDICTIONS, STEPS, WEAR_FITS, Step, StepName, inputs_digest
-from tribopipe.archive.unpack import unpacked
 from tribopipe.records.disc_results import TwinDiscFit
 from tribopipe.records.recipe import LawName
 from tribopipe.records.results import WearFit
@@ -75,8 +73,7 @@ def look_into_run(file: h5py.File, look: Look, run_id: str) -> SeenRun:
 
 def _check_sources(sources: h5py.Group, look: Look) -> None:
     for note in sources.values():
-        content = unpacked(note["data"]).astype(np.uint8).tobytes()
-        if sha256(content).hexdigest() != nexus.text(note, "checksum"):
+        if source_sha256(note["data"]) != nexus.text(note, "checksum"):
             came = nexus.text(note, "file_name")
             look.error("source", f"found other bytes than {came} had; expected those of its SHA-256", part=note.name)
 
