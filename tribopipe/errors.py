@@ -56,6 +56,10 @@ class QueryError(TribopipeError):
     """A choice of runs, or of what is listed of them, that cannot be understood."""
 
 
+class BatchError(TribopipeError):
+    """A batch whose workers cannot be had, or were lost."""
+
+
 class InternalError(TribopipeError):
     """What nobody foresaw: a mistake in tribopipe, not in what it was given."""
 

@@ -3,12 +3,14 @@
 A step is skipped where its version, its options and all that it stands on are unchanged; ``force`` redoes it.
 """
 
-from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
+from tribopipe.archive.one_run import OneRun
 from tribopipe.archive.results import archived_fit
 from tribopipe.archive.steps import WEAR_FITS
 from tribopipe.archive.store import Archive
@@ -23,13 +25,15 @@ from tribopipe.archived_steps import (
     specific_wear_rates,
     wear_fit,
 )
+from tribopipe.batch import ALONE, Crew, as_done, at_work
 from tribopipe.checks.registry import check_run, refuse_errors
-from tribopipe.errors import ManifestError, TribopipeError
+from tribopipe.errors import ArchiveError, ManifestError, TribopipeError
 from tribopipe.faults import in_a_sentence
 from tribopipe.files import found_below, natural_order
 from tribopipe.ingest.harmonise import read_run
 from tribopipe.records.base import Record
 from tribopipe.records.disc_results import TwinDiscFit
+from tribopipe.records.document import parse_toml, read_bytes
 from tribopipe.records.finding import Finding
 from tribopipe.records.manifest import MANIFEST_NAME, manifest_path
 from tribopipe.records.quantity import Quantity
@@ -53,6 +57,7 @@ Stage = Literal[
     "figures",
 ]
 Status = Literal["done", "unchanged", "failed"]
+Answer = TypeVar("Answer")
 
 
 @dataclass(frozen=True)
@@ -66,6 +71,8 @@ class Outcome:
     result: Record | None = None
     findings: tuple[Finding, ...] = ()
     error: TribopipeError | None = None
+    place: int = 0
+    """Place of its run in a batch, by which outcomes are put in order whichever came first."""
 
     @classmethod
     def failed(cls, run_id: str, stage: Stage, error: Exception) -> "Outcome":
@@ -115,6 +122,19 @@ def ingest(path: Path, archive: Archive, *, force: bool = False) -> Outcome:
     refuse_errors(run, findings)
     status = archive.add(run, findings, force=force)
     return Outcome(run.id, "ingest", "unchanged" if status == "unchanged" else "done", findings=tuple(findings))
+
+
+def ingest_each(
+    paths: Sequence[Path], archive: Archive, *, force: bool = False, crew: Crew = ALONE
+) -> Iterator[Outcome]:
+    """Ingest run folders; yield what became of each, with its place. One that fails stops no other."""
+    for place, path, answer in _by_run(partial(_ingest_one, archive=archive, force=force), paths, crew):
+        outcome = Outcome.failed(str(path), "ingest", answer) if isinstance(answer, TribopipeError) else answer
+        yield replace(outcome, place=place)
+
+
+def _ingest_one(path: Path, archive: Archive, *, force: bool) -> Outcome:
+    return attempted(str(path), "ingest", partial(ingest, path, archive, force=force))
 
 
 def clean_archived(archive: Archive, run_id: str, recipe: Recipe, *, force: bool = False) -> Outcome:
@@ -219,24 +239,93 @@ def process(
     *,
     force: bool = False,
     studied: Collection[str] = (),
+    crew: Crew = ALONE,
 ) -> Iterator[Outcome]:
     """Take run folders through the whole line; yield what became of each step as it is done.
 
     Runs of the same bodies in the same medium are predicted from the one under the lightest load, as the paper does,
     but for those that are ``studied``: a study says from which runs they are predicted. A run that fails does not stop
-    the others.
+    the others. A crew takes several runs at once; their outcomes come as runs end, and have the place of their run.
     """
     recipe = recipe or Recipe()
-    done: list[str] = []
-    for path in paths:
-        outcomes = []
-        for outcome in _process_one(path, archive, recipe, force=force):
-            outcomes.append(outcome)
+    with at_work(crew) as at_hand:
+        places: dict[str, int] = {}
+        for outcome in process_each(paths, archive, recipe, force=force, crew=at_hand):
+            if outcome.stage == "ingest" and outcome.error is None:
+                places[outcome.run_id] = outcome.place
+            elif outcome.error is not None:
+                places.pop(outcome.run_id, None)
             yield outcome
-        if all(outcome.status != "failed" for outcome in outcomes):
-            done.append(outcomes[0].run_id)
-    for law in recipe.wear.models:
-        yield from predict_from_lightest(archive, [i for i in done if i not in studied], law, recipe, force=force)
+        left = sorted((run_id for run_id in places if run_id not in studied), key=places.__getitem__)
+        for law in recipe.wear.models:
+            for outcome in predict_from_lightest(archive, left, law, recipe, force=force, crew=at_hand):
+                yield replace(outcome, place=places.get(outcome.run_id, len(paths)))
+    _tidy(archive, crew)
+
+
+def process_each(
+    paths: Sequence[Path], archive: Archive, recipe: Recipe, *, force: bool = False, crew: Crew = ALONE
+) -> Iterator[Outcome]:
+    """Take run folders through all that needs no other run; yield what became of each step, as ``process`` does."""
+    for place, outcomes in _each_run(paths, archive, recipe, force=force, crew=crew):
+        for outcome in outcomes:
+            yield replace(outcome, place=place)
+    _tidy(archive, crew)
+
+
+def _tidy(archive: Archive, crew: Crew) -> None:
+    """Take away what workers left that were killed; what they did was done again by others."""
+    if not crew.is_alone:
+        archive.tidy()
+
+
+def _each_run(
+    paths: Sequence[Path], archive: Archive, recipe: Recipe, *, force: bool, crew: Crew
+) -> Iterator[tuple[int, Iterable[Outcome]]]:
+    """Give the place of each run with its outcomes: step by step, or those of a run together where a crew takes it."""
+    if crew.is_alone:
+        yield from enumerate(_process_one(path, archive, recipe, force=force) for path in paths)
+        return
+    with suppress(ArchiveError):  # which each run will tell
+        archive.begin()
+    take = partial(_process_whole, archive=archive, recipe=recipe, force=force)
+    for place, path, answer in _by_run(take, paths, crew):
+        if isinstance(answer, TribopipeError):
+            yield place, [Outcome.failed(str(path), "ingest", answer)]
+        else:
+            yield place, answer
+
+
+def _by_run(
+    take: Callable[[Path], Answer], paths: Sequence[Path], crew: Crew
+) -> Iterator[tuple[int, Path, Answer | TribopipeError]]:
+    """Take each run folder by a crew; give its place, and what came of it.
+
+    Folders of one id are taken one after the other, so that it is the first of them that is archived.
+    """
+    same: dict[str, list[tuple[int, Path]]] = {}
+    for place, path in enumerate(paths):
+        same.setdefault(_id_said(path), []).append((place, path))
+    for placed, answers in as_done(partial(_take_same, take), same.values(), crew):
+        for number, (place, path) in enumerate(placed):
+            yield place, path, answers if isinstance(answers, TribopipeError) else answers[number]
+
+
+def _take_same(take: Callable[[Path], Answer], same: Sequence[tuple[int, Path]]) -> list[Answer]:
+    return [take(path) for _, path in same]
+
+
+def _id_said(path: Path) -> str:
+    """Return the id in a run.toml; what cannot be read counts as a run of its own."""
+    try:
+        where = manifest_path(path)
+        return str(parse_toml(where, read_bytes(where))["id"])
+    except (TribopipeError, OSError, LookupError):
+        return str(path)
+
+
+def _process_whole(path: Path, archive: Archive, recipe: Recipe, *, force: bool) -> list[Outcome]:
+    return list(_process_one(path, archive, recipe, force=force))
 
 
 def _process_one(path: Path, archive: Archive, recipe: Recipe, *, force: bool) -> Iterator[Outcome]:
@@ -244,7 +333,7 @@ def _process_one(path: Path, archive: Archive, recipe: Recipe, *, force: bool) -
     yield ingested
     if ingested.error is not None:
         return
-    run_id = ingested.run_id
+    run_id, archive = ingested.run_id, OneRun(archive)
     stages: list[tuple[Stage, Callable[[], Outcome]]] = [
         ("clean_up", lambda: clean_archived(archive, run_id, recipe, force=force)),
         ("drift_correction", lambda: correct_archived_drift(archive, run_id, recipe, force=force)),
@@ -260,7 +349,13 @@ def _process_one(path: Path, archive: Archive, recipe: Recipe, *, force: bool) -
 
 
 def predict_from_lightest(
-    archive: Archive, run_ids: Sequence[str], law: LawName, recipe: Recipe, *, force: bool = False
+    archive: Archive,
+    run_ids: Sequence[str],
+    law: LawName,
+    recipe: Recipe,
+    *,
+    force: bool = False,
+    crew: Crew = ALONE,
 ) -> Iterator[Outcome]:
     """Predict each run from the comparable run under the lightest load; nothing for a run that is itself that one.
 
@@ -268,22 +363,41 @@ def predict_from_lightest(
 
     A run marked bad is never the one predicted from.
     """
-    references: dict[tuple[object, ...], tuple[tuple[float, float], str]] = {}
+    references: _References = {}
     for other in archive.ids():
         try:
-            fit = archive.result(other, WEAR_FITS[law], Record)
-            fitted = isinstance(fit, WearFit | TwinDiscFit) and fit.outcome == "fitted"
-            if fitted and archive.bad(other) is None:
-                manifest = archive.manifest(other)
-                candidate = (severity(manifest), other)
-                best = references.get(bodies(manifest), candidate)
-                references[bodies(manifest)] = candidate if candidate[0] < best[0] else best
+            found = _fitted(archive, other, law)
         except TribopipeError as error:
             yield Outcome(other, "prediction", "failed", error=error)
-    for run_id in run_ids:
-        try:
-            _, reference = references.get(bodies(archive.manifest(run_id)), (None, run_id))
-            if reference != run_id:
-                yield predict_archived(archive, run_id, reference, law, recipe, force=force)
-        except Exception as error:  # noqa: BLE001 - as in ``attempted``
-            yield Outcome.failed(run_id, "prediction", error)
+        else:
+            if found is not None:
+                same, candidate = found
+                references[same] = min(references.get(same, candidate), candidate, key=lambda one: one[0])
+    predict = partial(_predict_from, archive=archive, references=references, law=law, recipe=recipe, force=force)
+    for run_id, outcome in as_done(predict, run_ids, crew):
+        if isinstance(outcome, TribopipeError):
+            yield Outcome.failed(run_id, "prediction", outcome)
+        elif outcome is not None:
+            yield outcome
+
+
+_Bodies = tuple[object, ...]
+_References = dict[_Bodies, tuple[tuple[float, float], str]]
+"""Run under the lightest load by the bodies it is of, after how severe it is."""
+
+
+def _fitted(archive: Archive, run_id: str, law: LawName) -> tuple[_Bodies, tuple[tuple[float, float], str]] | None:
+    """Return a run as one to predict from; none where it is marked bad, or nothing was fitted to it."""
+    fit = archive.result(run_id, WEAR_FITS[law], Record)
+    if not isinstance(fit, WearFit | TwinDiscFit) or fit.outcome != "fitted" or archive.bad(run_id) is not None:
+        return None
+    manifest = archive.manifest(run_id)
+    return bodies(manifest), (severity(manifest), run_id)
+
+
+def _predict_from(
+    run_id: str, archive: Archive, references: _References, law: LawName, recipe: Recipe, *, force: bool
+) -> Outcome | None:
+    """Predict a run, unless it is itself the one that others are predicted from."""
+    _, reference = references.get(bodies(archive.manifest(run_id)), (None, run_id))
+    return None if reference == run_id else predict_archived(archive, run_id, reference, law, recipe, force=force)

@@ -6,11 +6,11 @@ import re
 import shutil
 import sys
 import unicodedata
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import typer
 
@@ -108,11 +108,21 @@ def terminal_width() -> int:
     return shutil.get_terminal_size(own).columns
 
 
+class Advance(Protocol):
+    """Moves a bar."""
+
+    def __call__(self, name: str, *, by: int = 1) -> None:
+        """Show the name of the work just done, and move by as much."""
+
+
+def _go_unseen(name: str, *, by: int = 1) -> None: ...
+
+
 @contextmanager
-def progress(what: str, total: int | None) -> Iterator[Callable[[str], None]]:
+def progress(what: str, total: int | None) -> Iterator[Advance]:
     """Show a bar on a terminal, and nothing elsewhere; call what is given with the name of the work just done."""
     if not sys.stderr.isatty():
-        yield lambda _: None
+        yield _go_unseen
         return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -123,8 +133,8 @@ def progress(what: str, total: int | None) -> Iterator[Callable[[str], None]]:
     with undone_by(_clear_line), Progress(*layout, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(what, total=total)
 
-        def advance(name: str) -> None:
-            bar.update(task, advance=1, description=f"{what} {name}")
+        def advance(name: str, *, by: int = 1) -> None:
+            bar.update(task, advance=by, description=f"{what} {name}")
 
         yield advance
 
@@ -138,6 +148,11 @@ def located(path: Path, error: "TribopipeError") -> "TribopipeError":
     """Say in which folder the file is that an error names."""
     inside = str(error).startswith(path.name) and path.parent != Path()
     return type(error)(f"{path.parent}: {error}") if inside else error
+
+
+def in_order(outcomes: "Iterable[Outcome]") -> "list[Outcome]":
+    """Return outcomes of a batch in the order of its runs, whichever came first."""
+    return sorted(outcomes, key=lambda outcome: outcome.place)
 
 
 def finish(outcomes: "Sequence[Outcome]") -> None:

@@ -1,18 +1,17 @@
-"""Commands that take run folders: check, ingest, process, simulate."""
+"""Commands that take or make run folders: check, ingest, simulate."""
 
 from functools import partial
-from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, Force, RecipeFile, load_archive, load_recipe
-from tribopipe.cli.output import FAILED, finish, print_json, progress, record_json, say, table
-from tribopipe.cli.steps import say_clean_up
+from tribopipe.cli.batch_options import Jobs, Part, Scheduler, Shard, crew, seen_by
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, Force, load_archive
+from tribopipe.cli.output import FAILED, finish, in_order, print_json, progress, record_json, say, table
 
 if TYPE_CHECKING:
-    from tribopipe.archive.store import Archive
+    from tribopipe.batch import Crew
     from tribopipe.pipeline import Outcome
     from tribopipe.records.plan import TwinDiscTruth
 
@@ -20,8 +19,13 @@ _K_D = "mm^3/(N*mm)"
 RunPaths = Annotated[list[Path], typer.Argument(help="Run folders, or folders of run folders.", metavar="RUN...")]
 
 
-def _run_folders(paths: list[Path]) -> "tuple[list[Path], list[Outcome]]":
-    """Return the run folders at or below the paths, and a failure for each path that has none."""
+def run_folders(
+    paths: list[Path], shard: Part | None = None, who: "Crew | None" = None
+) -> "tuple[list[Path], list[Outcome]]":
+    """Return the run folders at or below the paths, or those of a shard, as a crew finds them.
+
+    With them, a failure for each path that has none.
+    """
     from tribopipe.errors import ManifestError
     from tribopipe.pipeline import Outcome, find_runs
 
@@ -29,17 +33,17 @@ def _run_folders(paths: list[Path]) -> "tuple[list[Path], list[Outcome]]":
     failures: list[Outcome] = []
     for path in paths:
         try:
-            folders += find_runs(path)
+            folders += find_runs(path if who is None else seen_by(who, path))
         except ManifestError as error:
             failures.append(Outcome.failed(str(path), "ingest", error))
-    return folders, failures
+    return (folders if shard is None else shard.chosen(folders)), failures
 
 
 def check(paths: RunPaths, as_json: AsJson = False) -> None:
     """Look a run over: schema, units, order of time, gaps, signs, magnitudes. Exit code 1 on errors and warnings."""
     from tribopipe.pipeline import attempted
 
-    folders, failures = _run_folders(paths)
+    folders, failures = run_folders(paths)
     documents, sound = [], True
     for path in folders:
         looked = attempted(str(path), "ingest", partial(_looked_over, path))
@@ -73,116 +77,38 @@ def _looked_over(path: Path) -> "Outcome":
 
 
 def ingest(
-    paths: RunPaths, archive: ArchiveFolder = DEFAULT_ARCHIVE, force: Force = False, as_json: AsJson = False
+    paths: RunPaths,
+    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    force: Force = False,
+    as_json: AsJson = False,
+    jobs: Jobs = None,
+    scheduler: Scheduler = None,
+    shard: Shard = None,
 ) -> None:
     """Read, check and archive run folders."""
     from tribopipe import pipeline
 
-    store = load_archive(archive, must_exist=False)
-    folders, outcomes = _run_folders(paths)
+    who = crew(jobs, scheduler)
+    store = load_archive(seen_by(who, archive), must_exist=False)
+    folders, outcomes = run_folders(paths, shard, who)
     with progress("ingest", len(folders)) as advance:
-        for folder in folders:
-            outcome = pipeline.attempted(str(folder), "ingest", partial(pipeline.ingest, folder, store, force=force))
+        for outcome in pipeline.ingest_each(folders, store, force=force, crew=who):
             if outcome.error is None:
                 say(f"{outcome.run_id}: {'archived' if outcome.status == 'done' else 'unchanged, nothing to do'}")
-            _say_warnings(outcome)
+            say_warnings(outcome)
             outcomes.append(outcome)
             advance(outcome.run_id)
+    outcomes = in_order(outcomes)
     if as_json:
         print_json({"runs": [outcome.as_json() for outcome in outcomes]})
     finish(outcomes)
 
 
-def process(
-    paths: RunPaths,
-    archive: ArchiveFolder = DEFAULT_ARCHIVE,
-    recipe: RecipeFile = None,
-    force: Force = False,
-    as_json: AsJson = False,
-    figures: Annotated[bool, typer.Option(help="Save figures beside the archive.")] = True,
-) -> None:
-    """Take run folders through the whole line: ingest, drift, friction, wear under both laws, prediction, figures.
-
-    Studies beside the runs, study.toml or *.study.toml, say which runs are fitted together and which are predicted.
-    """
-    from tribopipe import pipeline
-    from tribopipe.cli.pages import show_study_page
-    from tribopipe.cli.summary import run_summary, show_summaries
-    from tribopipe.report.study_page import study_page
-    from tribopipe.studies import find_studies, load_studies, process_studies
-
-    store, how = load_archive(archive, must_exist=False), load_recipe(recipe)
-    folders, outcomes = _run_folders(paths)
-    studies = load_studies([document for path in paths for document in find_studies(path)])
-    studied = {run_id for study in studies for run_id in (*study.fit, *study.predict)}
-    with progress("process", None) as advance:
-        for outcome in chain(
-            pipeline.process(folders, store, how, force=force, studied=studied),
-            process_studies(store, studies, how, force=force),
-        ):
-            outcomes.append(outcome)
-            advance(f"{outcome.run_id}: {outcome.stage.replace('_', ' ')}")
-            _say_warnings(outcome)
-            say_clean_up(outcome)
-            _say_doubts(outcome)
-    archived = (outcome for outcome in outcomes if outcome.stage == "ingest" and outcome.status != "failed")
-    ids = list(dict.fromkeys(outcome.run_id for outcome in archived))
-    evaluated = [outcome for outcome in outcomes if outcome.stage == "study" and outcome.error is None]
-    drawn = _draw(store, outcomes) if figures else []
-    outcomes += [outcome for outcome in drawn if outcome.error is not None]
-    ids = [run_id for run_id in ids if store.path(run_id).exists()]  # as the folder may have gone meanwhile
-    if as_json:
-        documents = [run_summary(store, run_id) for run_id in ids]
-        results = [record_json(outcome.result) for outcome in evaluated]
-        print_json({"runs": documents, "studies": results, "steps": [outcome.as_json() for outcome in outcomes]})
-    elif ids:
-        show_summaries(store, ids)
-        for outcome in evaluated:
-            show_study_page(study_page(store, outcome.run_id))
-    _say_what_was_done(outcomes, archive, drawn=any(outcome.status == "done" for outcome in drawn))
-    finish(outcomes)
-
-
-def _draw(store: "Archive", outcomes: "list[Outcome]") -> "list[Outcome]":
-    """Save figures that are not up to date; one that cannot be saved does not stop the others."""
-    from tribopipe.pipeline import attempted
-    from tribopipe.report.drawn import figure_steps
-
-    steps, drawn = figure_steps(store, outcomes), []
-    with progress("figures", len(steps)) as advance:
-        for name, step in steps:
-            drawn.append(attempted(name, "figures", step))
-            advance(name)
-    return drawn
-
-
-def _say_warnings(outcome: "Outcome") -> None:
+def say_warnings(outcome: "Outcome") -> None:
+    """Say what the checks warn of."""
     for finding in outcome.findings:
         if finding.severity == "warning":
             say(f"{outcome.run_id}: warning: {finding}")
-
-
-def _say_doubts(outcome: "Outcome") -> None:
-    """Say where the depth contradicts the end value, and what a run lacks for a correction."""
-    from tribopipe.records.results import DriftCorrection
-
-    correction = outcome.result
-    if not isinstance(correction, DriftCorrection):
-        return
-    if correction.within_sensor_resolution is False:
-        say(f"{outcome.run_id}: warning: {correction}")
-    elif correction.lacks:
-        say(f"{outcome.run_id}: {correction}")
-
-
-def _say_what_was_done(outcomes: "list[Outcome]", archive: Path, *, drawn: bool) -> None:
-    done = sum(outcome.status == "done" for outcome in outcomes)
-    skipped = sum(outcome.status == "unchanged" for outcome in outcomes)
-    where = f"; figures in {archive / 'figures'}" if drawn else ""
-    if done or drawn:
-        say(f"{done} steps done, {skipped} unchanged, in {archive}{where}")
-    elif skipped:
-        say(f"Nothing to do: all {skipped} steps are unchanged; --force redoes them.")
 
 
 def simulate(
@@ -229,4 +155,4 @@ def _disc_rows(truth: "TwinDiscTruth") -> list[list[str]]:
     ]
 
 
-COMMANDS = {"check": check, "ingest": ingest, "process": process, "simulate": simulate}
+COMMANDS = {"check": check, "ingest": ingest, "simulate": simulate}

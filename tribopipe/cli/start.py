@@ -21,6 +21,9 @@ _Handler = Callable[[int, FrameType | None], object] | signal.Handlers
 def main() -> None:
     """Run the command."""
     _look_after(_end)
+    from tribopipe.batch.environment import ONE_THREAD
+
+    os.environ.update(ONE_THREAD | os.environ)  # so that results are those of workers, bit for bit
     from tribopipe.cli.app import main as run
 
     try:

@@ -1,10 +1,12 @@
 """Commands that take a run a step further: correct-drift, fit."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from tribopipe.cli.batch_options import Jobs, Scheduler, crew, seen_by
 from tribopipe.cli.options import (
     DEFAULT_ARCHIVE,
     ArchiveFolder,
@@ -23,7 +25,9 @@ from tribopipe.cli.studies import show_together
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
+    from tribopipe.batch import Crew
     from tribopipe.pipeline import Outcome
+    from tribopipe.records.recipe import Recipe
 
 
 def correct_drift(
@@ -32,17 +36,14 @@ def correct_drift(
     recipe: RecipeFile = None,
     force: Force = False,
     as_json: AsJson = False,
+    jobs: Jobs = None,
+    scheduler: Scheduler = None,
 ) -> None:
     """Correct the linear drift of archived runs, anchored on the end value."""
-    from tribopipe import pipeline
-
-    store, how = load_archive(archive), load_recipe(recipe)
-
-    def advance(run_id: str) -> "Iterable[Outcome]":
-        say_clean_up(pipeline.clean_archived(store, run_id, how))
-        yield pipeline.correct_archived_drift(store, run_id, how, force=force)
-
-    outcomes = _each(chosen_ids(store, ids), "drift_correction", advance)
+    who = crew(jobs, scheduler)
+    store, how = load_archive(seen_by(who, archive)), load_recipe(recipe)
+    steps = partial(_corrected, store=store, how=how, force=force)
+    outcomes = _each(chosen_ids(store, ids), "drift_correction", steps, who)
     if as_json:
         print_json(
             {"runs": [{"id": outcome.run_id} | record_json(outcome.result) for outcome in outcomes if outcome.result]}
@@ -61,23 +62,17 @@ def fit(
     recipe: RecipeFile = None,
     force: Force = False,
     as_json: AsJson = False,
+    jobs: Jobs = None,
+    scheduler: Scheduler = None,
 ) -> None:
     """Fit friction and identify the wear coefficient k_D of archived runs under a wear law."""
-    from tribopipe import pipeline
-
-    store, how = load_archive(archive), load_recipe(recipe, engine)
+    who = crew(jobs, scheduler)
+    store, how = load_archive(seen_by(who, archive)), load_recipe(recipe, engine)
     if together:
         show_together(store, chosen_ids(store, ids), (), model, how, as_json=as_json)
         return
-
-    def advance(run_id: str) -> "Iterable[Outcome]":
-        say_clean_up(pipeline.clean_archived(store, run_id, how))
-        yield pipeline.correct_archived_drift(store, run_id, how)
-        yield pipeline.fit_archived_friction(store, run_id, how, force=force)
-        yield pipeline.evaluate_archived_wear(store, run_id, how, force=force)
-        yield pipeline.fit_archived_wear(store, run_id, model, how, force=force)
-
-    outcomes = _each(chosen_ids(store, ids), "wear_fit", advance)
+    steps = partial(_fitted, store=store, how=how, model=model, force=force)
+    outcomes = _each(chosen_ids(store, ids), "wear_fit", steps, who)
     if as_json:
         fitted = [outcome.run_id for outcome in outcomes if outcome.stage == "wear_fit" and outcome.result]
         print_json({"runs": [_fit_json(store, run_id, model) for run_id in fitted]})
@@ -93,24 +88,53 @@ def _fit_json(store: "Archive", run_id: str, law: Law) -> dict[str, Any]:
     return {"id": run_id, **fitted, **numbers, "friction_source": fitted["friction"]}
 
 
-def _each(
-    ids: list[str],
-    stage: Literal["drift_correction", "wear_fit"],
-    advance: "Callable[[str], Iterable[Outcome]]",
-) -> "list[Outcome]":
-    """Take each run further; one that fails does not stop the others."""
+def _corrected(run_id: str, store: "Archive", how: "Recipe", *, force: bool) -> "Iterator[Outcome]":
+    from tribopipe import pipeline
+
+    yield pipeline.clean_archived(store, run_id, how)
+    yield pipeline.correct_archived_drift(store, run_id, how, force=force)
+
+
+def _fitted(run_id: str, store: "Archive", how: "Recipe", model: Law, *, force: bool) -> "Iterator[Outcome]":
+    from tribopipe import pipeline
+
+    yield pipeline.clean_archived(store, run_id, how)
+    yield pipeline.correct_archived_drift(store, run_id, how)
+    yield pipeline.fit_archived_friction(store, run_id, how, force=force)
+    yield pipeline.evaluate_archived_wear(store, run_id, how, force=force)
+    yield pipeline.fit_archived_wear(store, run_id, model, how, force=force)
+
+
+_Stage = Literal["drift_correction", "wear_fit"]
+_Steps = Callable[[str], "Iterator[Outcome]"]
+
+
+def _each(ids: list[str], stage: _Stage, steps: _Steps, who: "Crew") -> "list[Outcome]":
+    """Take each run further, and tell how; one that fails does not stop the others. Clean-ups are told alone."""
+    from tribopipe.batch import as_done
+    from tribopipe.errors import TribopipeError
+    from tribopipe.pipeline import Outcome
+
+    found: dict[str, list[Outcome]] = {}
+    with progress(stage.replace("_", " "), len(ids)) as moved:
+        for run_id, answer in as_done(partial(_taken, stage=stage, steps=steps), ids, who):
+            outcomes = [Outcome.failed(run_id, stage, answer)] if isinstance(answer, TribopipeError) else answer
+            for outcome in outcomes:
+                tell(outcome)
+            found[run_id] = [outcome for outcome in outcomes if outcome.stage != "clean_up"]
+            moved(run_id)
+    return [outcome for run_id in ids for outcome in found[run_id]]
+
+
+def _taken(run_id: str, stage: _Stage, steps: _Steps) -> "list[Outcome]":
+    """Take the steps of a run, up to one that fails."""
     from tribopipe.pipeline import Outcome
 
     outcomes: list[Outcome] = []
-    with progress(stage.replace("_", " "), len(ids)) as moved:
-        for run_id in ids:
-            try:
-                for outcome in advance(run_id):
-                    outcomes.append(outcome)
-                    tell(outcome)
-            except Exception as error:  # noqa: BLE001 - a fault in one run is no reason to leave the others
-                outcomes.append(Outcome.failed(run_id, stage, error))
-            moved(run_id)
+    try:
+        outcomes.extend(steps(run_id))
+    except Exception as error:  # noqa: BLE001 - a fault in one run is no reason to leave the others
+        outcomes.append(Outcome.failed(run_id, stage, error))
     return outcomes
 
 
@@ -124,7 +148,9 @@ def say_clean_up(outcome: "Outcome") -> None:
 
 def tell(outcome: "Outcome") -> None:
     """Say what became of a step."""
-    if outcome.status == "unchanged":
+    if outcome.stage == "clean_up":
+        say_clean_up(outcome)
+    elif outcome.status == "unchanged":
         say(f"{outcome.run_id}: {outcome.stage.replace('_', ' ')} unchanged, nothing to do")
     elif outcome.result is not None:
         say(f"{outcome.run_id}: {outcome.result}")

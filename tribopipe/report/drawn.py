@@ -1,17 +1,22 @@
 """Figures brought up to date after a batch, those too that an earlier one was interrupted before."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 
 from tribopipe.archive.store import Archive
-from tribopipe.pipeline import Outcome
+from tribopipe.batch import ALONE, Crew, as_done
+from tribopipe.errors import TribopipeError
+from tribopipe.pipeline import Outcome, attempted
 from tribopipe.report.archived import run_is_drawn, save_run_figures
 from tribopipe.report.studies import save_study_figures, study_is_drawn
 
 _Call = Callable[[Archive, str], object]
+Step = tuple[str, Callable[[], Outcome]]
+"""A run or study by its id, and how its figures are brought up to date."""
 
 
-def figure_steps(archive: Archive, outcomes: Sequence[Outcome]) -> list[tuple[str, Callable[[], Outcome]]]:
+def figure_steps(archive: Archive, outcomes: Sequence[Outcome]) -> list[Step]:
     """Return what is to be drawn after these steps: each run and study by its id, and how its outcome is reached."""
     sound = [outcome for outcome in outcomes if outcome.error is None]
     runs = _changed([outcome for outcome in sound if outcome.stage != "study"])
@@ -20,6 +25,18 @@ def figure_steps(archive: Archive, outcomes: Sequence[Outcome]) -> list[tuple[st
         *((name, partial(_draw, archive, name, new, run_is_drawn, save_run_figures)) for name, new in runs),
         *((name, partial(_draw, archive, name, new, study_is_drawn, save_study_figures)) for name, new in studies),
     ]
+
+
+def drawn(steps: Sequence[Step], crew: Crew = ALONE) -> Iterator[Outcome]:
+    """Take such steps; yield what became of the figures of each run and study. One that fails stops no other."""
+    for (place, (name, _)), answer in as_done(_taken, enumerate(steps), crew):
+        outcome = Outcome.failed(name, "figures", answer) if isinstance(answer, TribopipeError) else answer
+        yield replace(outcome, place=place)
+
+
+def _taken(placed: tuple[int, Step]) -> Outcome:
+    _, (name, draw) = placed
+    return attempted(name, "figures", draw)
 
 
 def _changed(outcomes: Sequence[Outcome]) -> list[tuple[str, bool]]:

@@ -1,0 +1,175 @@
+"""The command that takes run folders through the whole line: process."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tribopipe.cli.batch_options import Jobs, Part, Scheduler, Shard, crew, seen_by
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, Force, RecipeFile, load_archive, load_recipe
+from tribopipe.cli.output import Advance, finish, in_order, print_json, progress, record_json, say
+from tribopipe.cli.runs import RunPaths, run_folders, say_warnings
+from tribopipe.cli.steps import say_clean_up
+
+if TYPE_CHECKING:
+    from tribopipe.archive.store import Archive
+    from tribopipe.batch import Crew
+    from tribopipe.pipeline import Outcome
+    from tribopipe.records.recipe import Recipe
+    from tribopipe.records.study import Study
+
+
+def process(
+    paths: RunPaths,
+    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    recipe: RecipeFile = None,
+    force: Force = False,
+    as_json: AsJson = False,
+    figures: Annotated[bool, typer.Option(help="Save figures beside the archive.")] = True,
+    jobs: Jobs = None,
+    scheduler: Scheduler = None,
+    shard: Shard = None,
+) -> None:
+    """Take run folders through the whole line: ingest, drift, friction, wear under both laws, prediction, figures.
+
+    Studies beside the runs, study.toml or *.study.toml, say which runs are fitted together and which are predicted.
+    What needs other runs (predictions, studies) is left out with --shard, and so are figures: a last `process` of all
+    runs without --shard finds all else unchanged, and does that.
+    """
+    from tribopipe.batch import at_work
+    from tribopipe.studies import find_studies, load_studies, process_studies
+
+    how = load_recipe(recipe)
+    with at_work(crew(jobs, scheduler)) as who:
+        store = load_archive(seen_by(who, archive), must_exist=False)
+        folders, outcomes = run_folders(paths, shard, who)
+        studies = load_studies([document for path in paths for document in find_studies(path)]) if shard is None else []
+        with progress("process", len(folders)) as advance:
+            taken = _taken(folders, store, how, who, studies=studies, alone=shard is not None, force=force)
+            outcomes += _followed(taken, advance)
+            outcomes += _followed(process_studies(store, studies, how, force=force), advance)
+        drawn = _draw(store, outcomes, who) if figures and shard is None else []
+    outcomes += [outcome for outcome in drawn if outcome.error is not None]
+    outcomes += _unseen(store, outcomes) if who.scheduler else []
+    _show(store, outcomes, as_json=as_json)
+    _say_what_was_done(outcomes, archive, drawn=any(outcome.status == "done" for outcome in drawn))
+    if shard is not None:
+        _say_what_is_left(shard)
+    finish(outcomes)
+
+
+def _taken(
+    folders: "list[Path]",
+    store: "Archive",
+    how: "Recipe",
+    who: "Crew",
+    *,
+    studies: "list[Study]",
+    alone: bool,
+    force: bool,
+) -> "Iterator[Outcome]":
+    """Take runs through all that needs no other run where they are alone, else through the whole line."""
+    from tribopipe import pipeline
+
+    if alone:
+        return pipeline.process_each(folders, store, how, force=force, crew=who)
+    studied = {run_id for study in studies for run_id in (*study.fit, *study.predict)}
+    return pipeline.process(folders, store, how, force=force, studied=studied, crew=who)
+
+
+def _followed(coming: "Iterable[Outcome]", advance: "Advance") -> "list[Outcome]":
+    """Tell what becomes of steps as it comes; return it in the order of the runs, without results but those of studies.
+
+    Results of thousands of runs would fill the memory, and are in the archive.
+    """
+    kept = []
+    for outcome in coming:
+        advance(f"{outcome.run_id}: {outcome.stage.replace('_', ' ')}", by=int(outcome.stage == "ingest"))
+        say_warnings(outcome)
+        say_clean_up(outcome)
+        _say_doubts(outcome)
+        kept.append(outcome if outcome.stage == "study" else replace(outcome, result=None))
+    return in_order(kept)
+
+
+def _draw(store: "Archive", outcomes: "list[Outcome]", who: "Crew") -> "list[Outcome]":
+    """Save figures that are not up to date."""
+    from tribopipe.report.drawn import drawn, figure_steps
+
+    steps = figure_steps(store, outcomes)
+    found = []
+    with progress("figures", len(steps)) as advance:
+        for outcome in drawn(steps, who):
+            found.append(outcome)
+            advance(outcome.run_id)
+    return in_order(found)
+
+
+def _unseen(store: "Archive", outcomes: "list[Outcome]") -> "Iterator[Outcome]":
+    """Return failures of the runs that workers say to have archived where this process sees none."""
+    from tribopipe.errors import ArchiveError
+    from tribopipe.pipeline import Outcome
+
+    for run_id in _archived(outcomes):
+        path = store.path(run_id)
+        if not path.exists():
+            error = ArchiveError(
+                f"{path}: found no file where a worker says to have archived it; expected a folder that all machines "
+                "share; name it with --archive"
+            )
+            yield Outcome.failed(run_id, "ingest", error)
+
+
+def _archived(outcomes: "list[Outcome]") -> list[str]:
+    archived = (outcome for outcome in outcomes if outcome.stage == "ingest" and outcome.status != "failed")
+    return list(dict.fromkeys(outcome.run_id for outcome in archived))
+
+
+def _show(store: "Archive", outcomes: "list[Outcome]", *, as_json: bool) -> None:
+    """Show what the archive holds of the runs now, and what studies found."""
+    from tribopipe.cli.pages import show_study_page
+    from tribopipe.cli.summary import run_summary, show_summaries
+    from tribopipe.report.study_page import study_page
+
+    ids = [run_id for run_id in _archived(outcomes) if store.path(run_id).exists()]  # the folder may have gone
+    evaluated = [outcome for outcome in outcomes if outcome.stage == "study" and outcome.error is None]
+    if as_json:
+        documents = [run_summary(store, run_id) for run_id in ids]
+        results = [record_json(outcome.result) for outcome in evaluated]
+        print_json({"runs": documents, "studies": results, "steps": [outcome.as_json() for outcome in outcomes]})
+    elif ids:
+        show_summaries(store, ids)
+        for outcome in evaluated:
+            show_study_page(study_page(store, outcome.run_id))
+
+
+def _say_doubts(outcome: "Outcome") -> None:
+    """Say where the depth contradicts the end value, and what a run lacks for a correction."""
+    from tribopipe.records.results import DriftCorrection
+
+    correction = outcome.result
+    if not isinstance(correction, DriftCorrection):
+        return
+    if correction.within_sensor_resolution is False:
+        say(f"{outcome.run_id}: warning: {correction}")
+    elif correction.lacks:
+        say(f"{outcome.run_id}: {correction}")
+
+
+def _say_what_was_done(outcomes: "list[Outcome]", archive: Path, *, drawn: bool) -> None:
+    done = sum(outcome.status == "done" for outcome in outcomes)
+    skipped = sum(outcome.status == "unchanged" for outcome in outcomes)
+    where = f"; figures in {archive / 'figures'}" if drawn else ""
+    if done or drawn:
+        say(f"{done} steps done, {skipped} unchanged, in {archive}{where}")
+    elif skipped:
+        say(f"Nothing to do: all {skipped} steps are unchanged; --force redoes them.")
+
+
+def _say_what_is_left(shard: Part) -> None:
+    say(f"Part {shard.number} of {shard.of} is done; `process` without --shard predicts, evaluates studies and draws.")
+
+
+COMMANDS = {"process": process}
