@@ -7,17 +7,17 @@ What the laboratory knows is its manifest, with nominal values, and a sliding di
 """
 
 import argparse
+import math
 import os
 import platform
 import re
 import sys
 import time
-from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from multiprocessing import get_context
+from functools import partial
+from itertools import takewhile
 from pathlib import Path
 from typing import TypeVar
 
@@ -27,15 +27,17 @@ from pydantic import ValidationError
 from scipy.stats import binomtest
 
 from tribopipe import __version__, uncertainty
+from tribopipe.batch import Crew, as_done
 from tribopipe.drift import correct_drift
 from tribopipe.errors import TribopipeError
 from tribopipe.records.base import load_toml
-from tribopipe.records.manifest import PinOnDisc, RunManifest
+from tribopipe.records.manifest import PinOnDisc
 from tribopipe.records.plan import Plan, Series, Truth, VirtualRun
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import Correction, Recipe, WearRecipe
-from tribopipe.run import CorrectedRun, Origin, RawRun
+from tribopipe.run import CorrectedRun
 from tribopipe.simulate import VirtualTest
+from tribopipe.simulate.in_memory import pin_run
 from tribopipe.study.member import Member
 
 PLAN = load_toml(Path(__file__).parents[1] / "sample_runs" / "plan.toml", Plan)
@@ -122,35 +124,7 @@ def _recorded(series: Series, run: VirtualRun, moduli: tuple[float, float]) -> L
     )
     true_contact = series.contact.model_copy(update={"pin": pin, "disc": disc})
     test = VirtualTest(series.model_copy(update={"contact": true_contact}), run)
-    return LabRun(correct_drift(raw_run(series, run, test)), test.truth())
-
-
-def raw_run(series: Series, run: VirtualRun, test: VirtualTest) -> RawRun:
-    """Return a virtual test as if it had been ingested, sliding distance derived from the nominal speed."""
-    columns, ends = test.record()
-    columns["sliding_distance"] = series.sliding_speed.value * test.time
-    columns["friction_coefficient"] = columns["friction_force"] / columns["normal_force"]
-    origins: dict[str, Origin] = dict.fromkeys(columns, "measured")
-    origins |= {
-        "sliding_distance": "derived from nominal speed",
-        "friction_coefficient": "derived from measured load",
-    }
-    manifest = RunManifest.model_validate(
-        {
-            "schema": "tribopipe.run/1",
-            "id": run.id,
-            "started": run.started,
-            "contact": series.contact.model_dump(),
-            "conditions": {
-                "normal_load": run.normal_load.model_dump(),
-                "sliding_speed": series.sliding_speed.model_dump(),
-            },
-            "signals": [{"file": "signals.csv"}],
-            "sensors": {"depth_scale": series.depth_scale.model_dump()},
-            "end_values": {name: value.model_dump() for name, value in ends.items()},
-        }
-    )
-    return RawRun(manifest, columns, origins, {}, {}, ())  # type: ignore[arg-type]
+    return LabRun(correct_drift(pin_run(series, run, test)), test.truth())
 
 
 def reason(error: Exception) -> str:
@@ -171,20 +145,22 @@ def recipe(correction: Correction) -> Recipe:
 
 
 def in_parallel(work: Callable[[Task], Answer], tasks: Iterable[Task], options: argparse.Namespace) -> list[Answer]:
-    """Do tasks in processes of one thread each; return the answers of those that were begun within ``--minutes``."""
-    os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    end = None if options.minutes is None else time.monotonic() + 60 * options.minutes
-    answers: list[Answer] = []
-    with ProcessPoolExecutor(options.jobs, mp_context=get_context("spawn")) as pool:
-        begun: deque[Future[Answer]] = deque()
-        for task in tasks:
-            if end is not None and time.monotonic() > end:
-                break
-            begun.append(pool.submit(work, task))
-            if len(begun) > 2 * options.jobs:
-                answers.append(begun.popleft().result())
-        answers += [one.result() for one in begun]
-    return answers
+    """Do tasks as ``--jobs`` or ``--scheduler`` say; return the answers of those begun within ``--minutes``, in order.
+
+    Raises ``TribopipeError`` where a task fails.
+    """
+    end = math.inf if options.minutes is None else time.monotonic() + 60 * options.minutes
+    begun = takewhile(lambda _: time.monotonic() <= end, enumerate(tasks))
+    answers: dict[int, Answer] = {}
+    for (place, _), answer in as_done(partial(_numbered, work), begun, Crew(options.jobs, options.scheduler, print)):
+        if isinstance(answer, TribopipeError):
+            raise answer
+        answers[place] = answer
+    return [answers[place] for place in sorted(answers)]
+
+
+def _numbered(work: Callable[[Task], Answer], task: tuple[int, Task]) -> Answer:
+    return work(task[1])
 
 
 def draw_blocks_of(count: int) -> None:
@@ -199,6 +175,9 @@ def arguments(description: str, labs: int | None = None) -> argparse.ArgumentPar
     if labs is not None:
         parser.add_argument("--labs", type=int, default=labs, help="number of laboratories (%(default)s)")
         parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes (%(default)s)")
+        parser.add_argument(
+            "--scheduler", metavar="ADDRESS", help='Dask scheduler, or "local"; its workers need PYTHONPATH=benchmarks'
+        )
         parser.add_argument("--first-seed", type=int, default=1, help="seed of the first one (%(default)s)")
         parser.add_argument("--minutes", type=float, help="begin no laboratory after so many minutes")
     return parser

@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-from labs import SAMPLES, LabRun, Report, arguments, raw_run
+from labs import SAMPLES, LabRun, Report, arguments
 from scipy.optimize import least_squares
 
 from tribopipe.contact.mechanics import contact_modulus
@@ -25,6 +25,7 @@ from tribopipe.records.results import FrictionFit
 from tribopipe.records.study import Study
 from tribopipe.run import Column
 from tribopipe.simulate import VirtualTest
+from tribopipe.simulate.in_memory import pin_run
 from tribopipe.study.evaluate import Evaluation, evaluate
 from tribopipe.study.member import Member
 
@@ -35,7 +36,7 @@ def sample(name: str) -> LabRun:
     """Return a sample run in memory."""
     series, run = SAMPLES[name]
     test = VirtualTest(series, run)
-    return LabRun(correct_drift(raw_run(series, run, test)), test.truth())
+    return LabRun(correct_drift(pin_run(series, run, test)), test.truth())
 
 
 def study_of(laws: tuple[LawName, ...], members: dict[str, Member]) -> Evaluation:

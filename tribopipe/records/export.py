@@ -18,6 +18,7 @@ from tribopipe.records.recipe import Recipe
 from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
 from tribopipe.records.specific_wear import SpecificWear
 from tribopipe.records.study import Study
+from tribopipe.records.sweep import Sweep
 from tribopipe.records.template import Template
 from tribopipe.records.verdict import StudyResult
 
@@ -29,6 +30,7 @@ SCHEMAS: dict[str, type[Record]] = {
     "plan": Plan,
     "truth": Truth,
     "study": Study,
+    "sweep": Sweep,
     "clean-up": CleanUp,
     "drift-correction": DriftCorrection,
     "friction-fit": FrictionFit,

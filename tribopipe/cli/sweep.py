@@ -1,0 +1,148 @@
+"""The command that does one computation many times over: sweep."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from tribopipe.cli.batch_options import Jobs, Scheduler, Shard, crew, seen_by
+from tribopipe.cli.options import (
+    DEFAULT_ARCHIVE,
+    ArchiveFolder,
+    AsJson,
+    RecipeFile,
+    load_recipe,
+    require_archive,
+)
+from tribopipe.cli.output import exit_with, print_json, progress, record_json, say
+from tribopipe.cli.sweep_tables import show_rows, show_summaries
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from tribopipe.batch import Crew
+    from tribopipe.errors import TribopipeError
+    from tribopipe.records.sweep import Sweep
+    from tribopipe.sweep.rows import Case, Head, Row
+    from tribopipe.sweep.sweeping import Table
+
+
+_PICTURES = (".svg", ".png", ".pdf")
+
+
+def sweep(
+    document: Annotated[Path, typer.Argument(help="TOML file that says what is varied.", metavar="SWEEP.toml")],
+    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    recipe: RecipeFile = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", "-o", help="CSV file that keeps the rows; what is in it already is not done again.", metavar="FILE"
+        ),
+    ] = None,
+    reuse: Annotated[
+        list[Path] | None,
+        typer.Option("--reuse", help="CSV file of the same sweep, of a shard say; may be repeated.", metavar="FILE"),
+    ] = None,
+    figure: Annotated[
+        Path | None, typer.Option("--figure", help="SVG, PNG or PDF of what was found.", metavar="FILE")
+    ] = None,
+    jobs: Jobs = None,
+    scheduler: Scheduler = None,
+    shard: Shard = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Tell how many cases there are, and do none.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Do all cases again.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Evaluate, predict or simulate in every combination of values, and sum up what comes out.
+
+    The document says which: how much k_D depends on choices of evaluation, wear and life under other conditions, or
+    how well virtual tests find k_D.
+    """
+    from tribopipe.records.base import load_toml
+    from tribopipe.records.sweep import Sweep
+    from tribopipe.sweep.sweeping import Table, ensemble
+
+    if figure is not None and figure.suffix not in _PICTURES:
+        raise typer.BadParameter(f"--figure: found {figure.name}; expected a name that ends in {', '.join(_PICTURES)}")
+    asked = load_toml(document, Sweep)
+    if asked.needs_archive:
+        require_archive(archive)
+    who = crew(jobs, scheduler)
+    whole = ensemble(asked, document, seen_by(who, archive), load_recipe(recipe))
+    table = Table(whole, whole.cases if shard is None else shard.chosen(whole.cases), out)
+    _take_over(table, reuse or [], force=force)
+    if dry_run:
+        _tell_size(table, as_json=as_json)
+        return
+    errors = _fill(table, who)
+    _show(asked, table, as_json=as_json)
+    if figure is not None:
+        _draw(asked, table, figure)
+    exit_with(errors, some_done=table.has_answers)
+
+
+def _take_over(table: "Table", reuse: "Sequence[Path]", *, force: bool) -> None:
+    """Take over the rows that are there already."""
+    there = [table.path] if table.path is not None and table.path.exists() and not force else []
+    for path in (*reuse, *there):
+        others = table.reuse(path)
+        if others:
+            say(f"{path}: left out the rows of {others} cases that are of other inputs, or of another version")
+    kept = len(table.cases) - len(table.missing)
+    if kept:
+        say(f"{kept} of {len(table.cases)} cases are there already; --force does them again.")
+
+
+def _tell_size(table: "Table", *, as_json: bool) -> None:
+    todo = len(table.missing)
+    say(f"{len(table.cases)} cases, {todo} to be done: {', '.join(head.name for head in table.ensemble.labels)}")
+    if as_json:
+        print_json({"cases": len(table.cases), "missing": todo})
+
+
+def _fill(table: "Table", who: "Crew") -> "list[TribopipeError]":
+    """Do what is missing; return what went wrong, cases that failed for the same reason in one sentence."""
+    failed: dict[str, tuple[TribopipeError, list[str]]] = {}
+    with progress("sweep", len(table.missing)) as advance:
+        for case, error in table.fill(who):
+            if error is not None:
+                failed.setdefault(str(error), (error, []))[1].append(case.name)
+            advance(case.name)
+    if table.path is not None:
+        say(f"{table.path}: {sum(map(len, table.rows.values()))} rows")
+    return [type(error)(f"{_named(cases)}: {error}") for error, cases in failed.values()]
+
+
+def _named(cases: list[str]) -> str:
+    return cases[0] if len(cases) == 1 else f"{cases[0]}, and {len(cases) - 1} cases more"
+
+
+def _show(asked: "Sweep", table: "Table", *, as_json: bool) -> None:
+    from tribopipe.sweep.rows import answers
+    from tribopipe.sweep.summary import summarised
+
+    summaries = summarised(asked, table.ensemble, table.rows)
+    if not as_json:
+        show_rows(asked, table.ensemble, table.rows)
+        show_summaries(table.ensemble.labels, summaries)
+        return
+    rows = [_row_json(table.ensemble.labels, *answer) for answer in answers(table.ensemble, table.rows)]
+    print_json({"sweep": record_json(asked), "rows": rows, "summary": [record_json(one) for one in summaries]})
+
+
+def _row_json(labels: "Sequence[Head]", case: "Case", row: "Row") -> dict[str, Any]:
+    told = {head.name: case.labels[head.name] for head in labels}
+    found = {name: record_json(quantity) for name, quantity in row.found.items()}
+    return {"case": told, "body": row.body, "outcome": row.outcome, **found, "why": row.why or None}
+
+
+def _draw(asked: "Sweep", table: "Table", path: Path) -> None:
+    from tribopipe.report.figures import save_figure
+    from tribopipe.sweep.figures import plot_sweep
+
+    save_figure(plot_sweep(asked, table.ensemble, table.rows), path)
+    say(str(path))
+
+
+COMMANDS = {"sweep": sweep}

@@ -1,0 +1,145 @@
+"""What a sweep found, as tables for people."""
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, TypeVar
+
+from tribopipe.cli.output import say, table
+
+if TYPE_CHECKING:
+    from tribopipe.records.quantity import Quantity
+    from tribopipe.records.sweep import Sweep
+    from tribopipe.sweep.rows import Case, Ensemble, Found, Head, Row
+    from tribopipe.sweep.subject import Cell
+    from tribopipe.sweep.summary import ChoiceSpread, Coverage, Scatter, Summary
+
+S = TypeVar("S", bound="Summary")
+_MOST_ROWS = 40
+_K_D = "mm^3/(N*mm)"
+_ENDS = ("interval_lower", "interval_upper")
+"""Of the interval, which stand in one cell."""
+_UNITS = {
+    "wear_coefficient": _K_D,
+    "end_wear_depth": "um",
+    "wear_depth": "um",
+    "wear_volume": "mm^3",
+    "pressure": "MPa",
+}
+"""Units in which people read what is found, where they are not SI."""
+
+
+def show_rows(asked: "Sweep", ensemble: "Ensemble", found: "Found") -> None:
+    """Show the rows, unless they are of draws, which only their summary tells of, or too many."""
+    from tribopipe.sweep.rows import answers
+
+    told = list(answers(ensemble, found))
+    if asked.draws or len(told) > _MOST_ROWS:
+        title = f"{asked.title}: " if asked.title else ""
+        say(f"{title}{len(told)} rows, which --out FILE.csv keeps and --json prints; in short:")
+        return
+    cells = [_cells(ensemble, case, row) for case, row in told]
+    if cells:
+        table(asked.title or "", list(cells[0]), [list(one.values()) for one in cells])
+
+
+def _cells(ensemble: "Ensemble", case: "Case", row: "Row") -> dict[str, str]:
+    """Return a row by the heads of its columns."""
+    numbers = [head.name for head in ensemble.numbers]
+    return {
+        **{_plain(head.name): _cell(head, case.labels[head.name]) for head in ensemble.labels},
+        "body": row.body or "–",
+        "outcome": f"{row.outcome}: {row.why}" if row.why else row.outcome,
+        **{_plain(name): _shown(row.found.get(name), name) for name in numbers if name not in _ENDS},
+        **({"95 % interval": _interval(row)} if set(_ENDS) <= set(numbers) else {}),
+    }
+
+
+def _plain(name: str) -> str:
+    """Name a column as people read it: a key without the document it is in, or words."""
+    return name.partition(".")[2] or name.replace("_", " ")
+
+
+def _cell(head: "Head", cell: "Cell") -> str:
+    if isinstance(cell, str):
+        return cell
+    return head.written.get(cell) or f"{cell:.5g}{'' if head.unit in (None, '1') else f' {head.unit}'}"
+
+
+def _shown(quantity: "Quantity | None", name: str) -> str:
+    return "–" if quantity is None else quantity.shown(_UNITS.get(name))
+
+
+def _interval(row: "Row") -> str:
+    """Write an interval of k_D, whose unit stands beside it."""
+    from tribopipe.units import from_si, show
+
+    ends = [row.found[name] for name in _ENDS if name in row.found]
+    return " to ".join(show(float(from_si(end.value, end.unit, _K_D)), None, "1") for end in ends) or "–"
+
+
+def _percent(share: float | None) -> str:
+    return "–" if share is None else f"{100 * share:.2g} %"
+
+
+def show_summaries(labels: "Sequence[Head]", summaries: "Sequence[Summary]") -> None:
+    """Show what the rows come to."""
+    from tribopipe.sweep.summary import ChoiceSpread, Coverage, Scatter
+
+    for kind, title, cells in (
+        (ChoiceSpread, _SPREADS, _spread_cells),
+        (Scatter, _SCATTERS, _scatter_cells),
+        (Coverage, _COVERAGES, _coverage_cells),
+    ):
+        mine = [one for one in summaries if isinstance(one, kind)]
+        _show(title, labels, mine, cells)  # type: ignore[arg-type]
+
+
+_SPREADS = "k_D in mm³/(N·mm) over all choices; half its range beside the stated uncertainty; what each choice moves"
+_SCATTERS = "What the draws make of it; ± is their standard deviation"
+_COVERAGES = "k_D of virtual tests against the true one; ranges are exact binomial 95 % intervals"
+
+
+def _show(title: str, labels: "Sequence[Head]", some: Sequence[S], cells: "Callable[[S], dict[str, str]]") -> None:
+    if not some:
+        return
+    heads = {head.name: head for head in labels}
+    told = [cells(one) for one in some]
+    rows = [
+        [
+            *(_cell(heads[name], cell) if name in heads else str(cell) for name, cell in one.labels.items()),
+            *found.values(),
+        ]
+        for one, found in zip(some, told, strict=True)
+    ]
+    table(title, [*map(_plain, some[0].labels), *told[0]], rows)
+
+
+def _spread_cells(one: "ChoiceSpread") -> dict[str, str]:
+    return {
+        "fitted": f"{one.fitted} of {one.of}",
+        "least": one.least.shown(_K_D),
+        "greatest": one.greatest.shown(_K_D),
+        "± half range": _percent(one.half_range),
+        "± stated": _percent(one.stated),
+        **{f"by {_plain(path)}": _percent(share) for path, share in one.effects.items()},
+    }
+
+
+def _scatter_cells(one: "Scatter") -> dict[str, str]:
+    low, high = (_shown(end, one.quantity) for end in one.interval)
+    return {
+        "draws": f"{one.predicted} of {one.of}",
+        "of": _plain(one.quantity),
+        "mean": _shown(one.mean, one.quantity),
+        "95 % of the draws": f"{low} to {high}",
+    }
+
+
+def _coverage_cells(one: "Coverage") -> dict[str, str]:
+    return {
+        "k_D found": f"{one.fitted} of {one.held.of}",
+        "intervals that hold": str(one.held),
+        **({} if one.limit is None else {f"within {100 * one.limit:g} %": str(one.within)}),
+        "bias": _percent(one.bias),
+        "scatter": _percent(one.scatter),
+        "± stated": _percent(one.stated),
+    }

@@ -1,0 +1,1 @@
+"""One computation done many times over: choices of evaluation, predictions, virtual tests."""
