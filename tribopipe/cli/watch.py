@@ -1,0 +1,95 @@
+"""The command that makes runs of what instruments drop into a folder: watch."""
+
+import json
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tribopipe.cli.batch_options import Jobs, crew
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, RecipeFile, load_recipe
+from tribopipe.cli.output import FAILED, PARTLY_FAILED, say
+
+if TYPE_CHECKING:
+    from tribopipe.watch.event import Event, Kind
+
+_STDERR = 2
+
+
+def watch(
+    folder: Annotated[Path, typer.Argument(help="Folder that instruments export into; it is only read.")],
+    template: Annotated[
+        Path | None, typer.Option("--template", help="TOML file of what is the same in all runs of the lab.")
+    ] = None,
+    runs: Annotated[
+        Path | None, typer.Option("--runs", help="Folder to make run folders in; by default runs, beside the archive.")
+    ] = None,
+    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    recipe: RecipeFile = None,
+    settle: Annotated[
+        float, typer.Option("--settle", help="How long nobody has written to a complete export, s.", min=0.0)
+    ] = 10.0,
+    together: Annotated[
+        bool, typer.Option("--together", help="The files of a folder within are one test; else each file is one.")
+    ] = False,
+    poll: Annotated[
+        bool, typer.Option("--poll", help="List the folder again and again, as network shares need it.")
+    ] = False,
+    once: Annotated[bool, typer.Option("--once", help="Deal with what is there, and end.")] = False,
+    jobs: Jobs = None,
+    figures: Annotated[bool, typer.Option(help="Save figures beside the archive.")] = True,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON document a line for all that happens.")
+    ] = False,
+) -> None:
+    """Make runs of new exports in a folder and process them, each once, until Ctrl-C.
+
+    An export is copied once nobody has written to it for a while; run.toml is drafted by the template. What was done is
+    remembered with the runs, so that the next watch goes on from there.
+    """
+    from tribopipe.interrupts import undone_by
+    from tribopipe.watch.event import counted
+    from tribopipe.watch.journal import alone
+    from tribopipe.watch.lab import Lab
+    from tribopipe.watch.watcher import look_once, watched
+
+    lab = Lab(
+        folder=_real(folder),
+        runs=_real(archive.parent / "runs" if runs is None else runs),
+        archive=_real(archive),
+        recipe=load_recipe(recipe),
+        template=template,
+        together=together,
+        settle=settle,
+        figures=figures,
+        crew=crew(jobs, None),
+    )
+    lab.refuse_what_cannot_be()
+    kinds: list[Kind] = []
+    with alone(lab.runs), undone_by(lambda: os.write(_STDERR, f"{counted(kinds)}{os.linesep}".encode())):
+        if not once:
+            say(f"watching {folder}: run folders in {lab.runs}, archive {archive}; Ctrl-C ends it")
+        for event in look_once(lab) if once else watched(lab, poll=poll):
+            kinds.append(event.kind)
+            _tell(event, as_json=as_json)
+    if kinds:
+        say(counted(kinds))
+    if {"failed", "left"} & {*kinds}:
+        raise typer.Exit(PARTLY_FAILED if "done" in kinds else FAILED)
+
+
+def _real(path: Path) -> Path:
+    return Path(os.path.realpath(path))
+
+
+def _tell(event: "Event", *, as_json: bool) -> None:
+    """Tell people on stderr, and programs on stdout if they ask."""
+    say(event.text)
+    for line in event.details:
+        say(f"  {line}")
+    if as_json:
+        typer.echo(json.dumps(event.as_json()))
+
+
+COMMANDS = {"watch": watch}
