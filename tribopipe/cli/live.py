@@ -1,0 +1,226 @@
+"""The command that follows a test while it goes on: live."""
+
+import json
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tribopipe.cli.options import Law, RecipeFile, load_archive, load_recipe, parsed
+from tribopipe.cli.output import FAILED, record_json, say
+
+if TYPE_CHECKING:
+    from tribopipe.live.problem import Known
+    from tribopipe.live.session import LiveUpdate, Session
+    from tribopipe.records.manifest import RunManifest
+    from tribopipe.records.quantity import Quantity
+
+_K_D = "mm^3/(N*mm)"
+_NAP = 0.1
+"""How long nothing is looked at while waiting, s."""
+_LONG = 60.0
+"""Time, s, without a new sample after which a test may have stopped."""
+_LONGER = 5.0
+"""Times as long as ever before."""
+Tell = Callable[["LiveUpdate"], None]
+
+
+def live(
+    run: Annotated[Path, typer.Argument(help="Run folder, whose run.toml is written and whose signals still grow.")],
+    law: Annotated[Law, typer.Option("--law", help="Wear law to judge by.")] = "archard",
+    recipe: RecipeFile = None,
+    to: Annotated[
+        str | None, typer.Option("--to", help="Planned end, as in '500 m'; wins over conditions.sliding_distance.")
+    ] = None,
+    drift: Annotated[
+        str | None, typer.Option("--drift", help="What is known of the sensor's drift: '0 +- 5 nm/min'.")
+    ] = None,
+    disc_wear: Annotated[
+        str | None,
+        typer.Option("--disc-wear", help="Wear of the disc expected at the planned end: '0.15 +- 0.1 um'."),
+    ] = None,
+    drift_from: Annotated[
+        Path | None, typer.Option("--drift-from", help="Archive whose runs on this instrument tell its drift.")
+    ] = None,
+    wear_from: Annotated[
+        Path | None, typer.Option("--wear-from", help="Archive whose runs of the same bodies tell k_D beforehand.")
+    ] = None,
+    every: Annotated[float, typer.Option("--every", help="Time between looks, s.", min=0.1)] = 5.0,
+    until_still: Annotated[
+        float | None, typer.Option("--until-still", help="End when nothing was appended for so long, s.", min=0.0)
+    ] = None,
+    once: Annotated[bool, typer.Option("--once", help="Say what is there, and end.")] = False,
+    figure: Annotated[
+        Path | None, typer.Option("--figure", help="Picture to keep up to date, such as live.svg.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document a line for each update.")] = False,
+) -> None:
+    """Follow a test while it goes on: k_D so far, the wear at the planned end, an early word of what is amiss.
+
+    Nothing is archived: the run is processed when it has ended. Exit code 1 where something was amiss.
+    """
+    from tribopipe.live.problem import Asked
+    from tribopipe.live.session import Session
+    from tribopipe.records.manifest import manifest_path, read_manifest
+    from tribopipe.run import RawRun
+
+    where = manifest_path(run)
+    manifest, _ = read_manifest(where)
+    planned = manifest.conditions.sliding_distance
+    end = parsed("--to", to, "distance") if to is not None else None if planned is None else planned.value
+    known = _known(manifest, law, (drift, disc_wear), (drift_from, wear_from))
+    asked = Asked(RawRun(manifest, {}, {}, {}, {}, ()), law, load_recipe(recipe), known, end)
+    session = Session(where.parent, asked)
+    for note in known.notes:
+        say(note)
+    with _until_interrupted() as goes_on, _display(session, as_json=as_json) as tell:
+        for update in [session.look()] if once else _looks(session, every, until_still, goes_on):
+            tell(update)
+            if figure is not None and session.grew:
+                _draw(session, update, figure)
+    say(f"`tribopipe process {run}` evaluates the run once the wear at its end is measured")
+    if session.alarmed:
+        raise typer.Exit(FAILED)
+
+
+def _known(
+    manifest: "RunManifest",
+    law: Law,
+    given: tuple[str | None, str | None],
+    archives: tuple[Path | None, Path | None],
+) -> "Known":
+    """Return what is known of the drift, the disc's wear and k_D, and by which runs. What is given wins."""
+    from tribopipe.live.priors import archived_coefficient, archived_drift, quantity_given
+    from tribopipe.live.problem import Known
+
+    drift, disc = (
+        None if text is None else quantity_given(option, text, kind)
+        for option, text, kind in zip(("--drift", "--disc-wear"), given, ("drift rate", "length"), strict=True)
+    )
+    notes, k = [], None
+    drift_from, wear_from = (None if folder is None else load_archive(folder) for folder in archives)
+    if drift is None and drift_from is not None:
+        found = archived_drift(drift_from, manifest)
+        drift = found.quantity
+        notes.append(f"a drift of {drift.shown('nm/min')} is expected by {', '.join(found.runs)}")
+    if wear_from is not None:
+        found = archived_coefficient(wear_from, manifest, law)
+        k = found.quantity
+        notes.append(f"k_D of {k.shown('mm^3/(N*mm)')} is expected by {', '.join(found.runs)}")
+    return Known(drift, disc, k, tuple(notes))
+
+
+def _looks(
+    session: "Session", every: float, until_still: float | None, goes_on: Callable[[], bool]
+) -> "Iterator[LiveUpdate]":
+    """Look again and again, until nothing has come for so long, or nobody wants to go on."""
+    grown, longest = time.monotonic(), 0.0
+    while goes_on():
+        yield session.look()
+        still = time.monotonic() - grown
+        if session.grew:
+            grown, longest = time.monotonic(), max(longest, still)
+        elif until_still is not None and still >= until_still:
+            yield session.still(still)
+            return
+        elif still > max(_LONG, _LONGER * longest):
+            yield session.still(still)
+        _wait(every, goes_on)
+
+
+def _wait(seconds: float, goes_on: Callable[[], bool]) -> None:
+    end = time.monotonic() + seconds
+    while goes_on() and (left := end - time.monotonic()) > 0:
+        time.sleep(min(_NAP, left))
+
+
+@contextmanager
+def _until_interrupted() -> Iterator[Callable[[], bool]]:
+    """Give what tells whether to go on: Ctrl-C ends what follows after the look that it is in, a second one at once."""
+    interrupts: list[int] = []
+    before = signal.getsignal(signal.SIGINT)
+
+    def note(number: int, _: object) -> None:
+        interrupts.append(number)
+        signal.signal(signal.SIGINT, before)
+
+    if before is not signal.SIG_IGN:  # as nohup has it
+        signal.signal(signal.SIGINT, note)
+    try:
+        yield lambda: not interrupts
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def _display(session: "Session", *, as_json: bool) -> Iterator[Tell]:
+    """Give what tells an update: lines, or on a terminal one display that is refreshed."""
+    if as_json or not sys.stderr.isatty():
+        yield lambda update: _tell_lines(session, update, as_json=as_json)
+        return
+    from rich.console import Console
+    from rich.live import Live
+    from rich.text import Text
+
+    from tribopipe.interrupts import undone_by
+
+    def tell(update: "LiveUpdate") -> None:
+        for alarm in update.alarms:
+            shown.console.print(Text(f"ALARM: {alarm}", style="bold red"))
+        shown.update(Text("\n".join(_lines(update))), refresh=True)
+
+    with undone_by(_show_cursor), Live(console=Console(stderr=True), auto_refresh=False) as shown:
+        yield tell
+
+
+def _show_cursor() -> None:
+    os.write(sys.stderr.fileno(), b"\r\x1b[?25h")
+
+
+def _tell_lines(session: "Session", update: "LiveUpdate", *, as_json: bool) -> None:
+    """Tell an update that says something new."""
+    if as_json and (session.grew or update.alarms):
+        typer.echo(json.dumps(record_json(update)))
+    elif session.grew:
+        say("; ".join(_lines(update)))
+    for alarm in update.alarms:
+        say(f"ALARM: {alarm}")
+
+
+def _lines(update: "LiveUpdate") -> Iterator[str]:
+    """Write an update for people."""
+    far = "no samples yet" if update.sliding_distance is None else update.sliding_distance.shown("m")
+    yield f"{update.id}: {far}"
+    found = update.estimate
+    if found is None:
+        yield update.lacks or ""
+        return
+    yield f"k_D = {found.wear_coefficient.shown(_K_D)}, 95 %: {_between(found.interval, _K_D)}"
+    yield f"worn {found.wear_depth.shown('um')}, 95 %: {_between(found.wear_depth_interval, 'um')}"
+    if found.planned_distance and found.predicted_depth and found.predicted_interval:
+        ahead = f"{found.predicted_depth.shown('um')}, 95 %: {_between(found.predicted_interval, 'um')}"
+        yield f"expected at {found.planned_distance.shown('m')}: {ahead}"
+    yield f"drift {found.drift_rate.shown('nm/min')}"
+
+
+def _between(interval: "tuple[Quantity, Quantity]", unit: str) -> str:
+    low, high = (end.shown(unit) for end in interval)
+    return f"{low.rpartition(' ')[0]} to {high}"
+
+
+def _draw(session: "Session", update: "LiveUpdate", path: Path) -> None:
+    """Keep a picture up to date, once there is something to draw."""
+    from tribopipe.report.figures import save_figure
+    from tribopipe.report.live_figure import plot_live
+
+    if session.posterior is not None and update.estimate is not None:
+        save_figure(plot_live(update.id, session.posterior, update.estimate, session.state.means), path)
+
+
+COMMANDS = {"live": live}
