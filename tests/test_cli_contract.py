@@ -19,16 +19,17 @@ from tribopipe.archive.store import Archive
 
 COMMON = {"--archive", "--json"}
 STEP = COMMON | {"--recipe", "--force"}
+MANY = {"--jobs", "--scheduler"}
 FLAGS = {
     "formats list": {"--json"},
     "formats detect": {"--reader", "--json"},
     "new": {"--into", "--id", "--template", "--reader", "--set", "--profile", "--json"},
     "check": {"--json"},
-    "ingest": COMMON | {"--force"},
-    "process": STEP | {"--figures", "--no-figures"},
+    "ingest": COMMON | MANY | {"--force", "--shard"},
+    "process": STEP | MANY | {"--figures", "--no-figures", "--shard"},
     "simulate": {"--plan", "--json"},
-    "correct-drift": STEP,
-    "fit": STEP | {"--model", "--law", "--together", "--engine"},
+    "correct-drift": STEP | MANY,
+    "fit": STEP | MANY | {"--model", "--law", "--together", "--engine"},
     "predict": STEP
     | {"--run", "--wear-coefficient", "--law", "--model", "--scheme", "--steps", "--friction", "--at", "--depth"}
     | {"--load", "--speed", "--radius", "--from", "--onto", "--slip", "--crown-radius", "--distance-per-rotation"}
@@ -45,6 +46,8 @@ FLAGS = {
     "study run": STEP | {"--figures", "--no-figures"},
     "study show": COMMON,
     "study figures": {"--into", "--format", "--archive"},
+    "sweep": COMMON
+    | {"--recipe", "--force", "--out", "--reuse", "--figure", "--jobs", "--scheduler", "--shard", "--dry-run"},
     "plan": COMMON | {"--interval", "--model", "--law", "--recipe"},
     "export umeshmotion": COMMON
     | {"--law", "--model", "--wear-coefficient", "--friction", "--speed", "--until", "--element-size", "--jtyp"}
@@ -57,6 +60,11 @@ FLAGS = {
     "verify": COMMON | {"--run", "--recompute"},
     "report": {"--output", "--run", "--archive", "--force"},
     "browse": {"--archive", "--port", "--no-browser"},
+    "watch": COMMON
+    | {"--template", "--runs", "--recipe", "--settle", "--together", "--poll", "--once", "--jobs"}
+    | {"--figures", "--no-figures"},
+    "live": {"--law", "--recipe", "--to", "--drift", "--disc-wear", "--drift-from", "--wear-from", "--every", "--json"}
+    | {"--until-still", "--once", "--figure"},
     "schema export": set(),
 }
 K_D = "13.5e-9 mm^3/(N*mm)"

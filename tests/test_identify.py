@@ -131,6 +131,14 @@ def test_first_order_sensitivities_are_those_of_refitting():
         assert problem.sensitivity(name, best) == pytest.approx(refitted, rel=0.05, abs=1e-4 / given.spread)
 
 
+def test_the_budget_is_that_of_all_samples():
+    problem = problem_of(record(*CASES["si3n4-air-200mN"]))
+    best, names = problem.coefficient(), [*problem.inputs]
+    of_all, condensed = problem.sensitivities(best, names), problem.condensed().sensitivities(best, names)
+    assert len(problem.condensed().distance) < 0.1 * len(problem.distance)
+    assert condensed == pytest.approx(of_all, rel=1e-5)
+
+
 def test_combined_uncertainty_is_the_root_sum_of_squares_of_the_budget():
     raw = record(*CASES["wc-co-water-400mN"])
     fit = fit_wear(correct_drift(raw), "archard", recipe=FIRST_ORDER)

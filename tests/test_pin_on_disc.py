@@ -212,3 +212,11 @@ def test_cap_height_and_radius_invert_each_other(share, radius):
     assert float(cap_height(scar_radius=a, sphere_radius=radius)) == pytest.approx(height, rel=1e-6)
     exact = mpmath.mpf(radius) - mpmath.sqrt(mpmath.mpf(radius) ** 2 - mpmath.mpf(float(a)) ** 2)
     assert float(cap_height(scar_radius=a, sphere_radius=radius)) == pytest.approx(float(exact), rel=1e-7)
+
+
+def test_a_long_curve_is_the_same_as_its_parts():
+    pin = SphericalPin(0.2, RADIUS, SI3N4)
+    volumes = np.linspace(0, float(pin.volume(2e-5)), 40_000)
+    whole, part = pin.worn(volumes), pin.worn(volumes[20_000:20_010])
+    for name in ("depth", "radius", "area"):
+        np.testing.assert_array_equal(getattr(whole, name)[20_000:20_010], getattr(part, name))

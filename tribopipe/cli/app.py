@@ -12,18 +12,22 @@ from tribopipe.cli import (
     formats,
     inspect,
     listing,
+    live,
     local_wear,
     marks,
     migrate,
     new,
     predict,
+    process,
     report,
     reproduce,
     rescue,
     runs,
     steps,
     studies,
+    sweep,
     verify,
+    watch,
 )
 
 app = typer.Typer(
@@ -46,19 +50,23 @@ def _tribopipe(version: bool = typer.Option(False, "--version", help="Show the v
 for _module in (
     new,
     runs,
+    process,
     steps,
     predict,
+    live,
     local_wear,
     listing,
     inspect,
     marks,
     studies,
+    sweep,
     report,
     rescue,
     verify,
     reproduce,
     migrate,
     browse,
+    watch,
 ):
     for _name, _command in _module.COMMANDS.items():
         app.command(_name)(_command)

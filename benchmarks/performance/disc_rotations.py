@@ -1,0 +1,25 @@
+"""(e) 10⁸ rotations of two discs beside the published scheme, which takes one step for each rotation."""
+
+import time
+from collections.abc import Iterator
+
+import numpy as np
+from case import Pair, Row, Setting
+from twin_disc import CURVED, FLAT, MANY_ROTATIONS, PUBLISHED, discs
+
+from tribopipe.contact.twin_disc_steps import published_wear
+
+_PLACES = 101
+
+
+def rows(setting: Setting) -> Iterator[Row]:
+    """Yield the pair."""
+    steps = setting.of(100_000, small=1000)
+    yield Pair(
+        f"two discs through 10⁸ rotations, at {_PLACES} places",
+        lambda: discs(PUBLISHED).worn(np.linspace(0.0, MANY_ROTATIONS, _PLACES), CURVED, FLAT),
+        lambda: published_wear(discs(PUBLISHED), np.ones(steps), CURVED, FLAT),
+        f"the published step for each rotation; {steps:,} timed and scaled",
+        scaled=MANY_ROTATIONS / steps,
+        clock=time.process_time,
+    )

@@ -1,0 +1,102 @@
+"""What was measured, as the tables of a page."""
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+from case import Growth, Pair
+from clock import Times
+from weight import Weight
+
+
+class Timed(NamedTuple):
+    """A pair and what it took."""
+
+    pair: Pair
+    ours: Times
+    peer: Times
+    weights: tuple[Weight | None, Weight | None]
+    """Ours and the peer's."""
+
+    @property
+    def holds(self) -> bool:
+        """Say whether the ratio is within its bounds."""
+        ratio = self.ours.median / self.peer.median
+        return ratio <= (self.pair.at_most or ratio) and 1 / ratio >= (self.pair.at_least or 1 / ratio)
+
+    @property
+    def asked(self) -> str:
+        """Say the bound; nothing where there is none."""
+        if self.pair.at_least is not None:
+            return f"≥ {self.pair.at_least:g} times as fast"
+        return "" if self.pair.at_most is None else f"≤ {self.pair.at_most:g}"
+
+    @property
+    def ratio(self) -> str:
+        """Say how both compare, the way that is asked for."""
+        ratio = self.ours.median / self.peer.median
+        return f"{1 / ratio:.3g} times as fast" if self.pair.at_least is not None else f"{ratio:.3g}"
+
+
+class Grown(NamedTuple):
+    """A growth and what its sizes took."""
+
+    growth: Growth
+    times: Sequence[Times]
+    exponent: float
+    weight: Weight | None
+    """Of the largest size."""
+
+    @property
+    def holds(self) -> bool:
+        """Say whether the exponent is within its bound."""
+        return self.exponent <= (self.growth.at_most or self.exponent)
+
+    @property
+    def asked(self) -> str:
+        """Say the bound; nothing where there is none."""
+        return "" if self.growth.at_most is None else f"≤ {self.growth.at_most:g}"
+
+
+CASES = ("case", "ours", "peer", "beside", "ratio", "asked", "holds")
+GROWTH = ("case", "sizes", "times", "exponent", "asked", "holds")
+MEMORY = ("case", "ours", "peer")
+
+
+def of_cases(pairs: Iterable[tuple[str, Timed]]) -> list[Sequence[str]]:
+    """Return the rows of the table of cases."""
+    return [
+        (f"({letter}) {one.pair.what}", str(one.ours), str(one.peer), one.pair.beside, one.ratio, *_held(one))
+        for letter, one in pairs
+    ]
+
+
+def of_growth(grown: Iterable[tuple[str, Grown]]) -> list[Sequence[str]]:
+    """Return the rows of the table of growth."""
+    return [
+        (
+            f"({letter}) {one.growth.what}",
+            " · ".join(f"{size:,}" for size in one.growth.sizes) + f" {one.growth.of}",
+            " · ".join(time.short for time in one.times),
+            f"{one.exponent:.2f}",
+            *_held(one),
+        )
+        for letter, one in grown
+    ]
+
+
+def of_memory(pairs: Iterable[tuple[str, Timed]], grown: Iterable[tuple[str, Grown]]) -> list[Sequence[str]]:
+    """Return the rows of the table of peak memory."""
+    rows: list[Sequence[str]] = [(f"({letter}) {one.pair.what}", *map(_told, one.weights)) for letter, one in pairs]
+    rows += [
+        (f"({letter}) {one.growth.what}, {one.growth.sizes[-1]:,} {one.growth.of}", _told(one.weight), "")
+        for letter, one in grown
+    ]
+    return rows
+
+
+def _told(weight: Weight | None) -> str:
+    return "" if weight is None else str(weight)
+
+
+def _held(one: Timed | Grown) -> tuple[str, str]:
+    return one.asked, ("yes" if one.holds else "NO") if one.asked else ""
