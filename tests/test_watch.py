@@ -16,12 +16,10 @@ from watch_bench import SETTLE, TEMPLATE, Bench, export
 from tribopipe.archive.store import Archive
 from tribopipe.errors import ArchiveError, ManifestError, TribopipeError
 from tribopipe.pipeline import Outcome
-from tribopipe.records.base import Record
 from tribopipe.watch import drafting, processing
 from tribopipe.watch.drops import Drop, drops, is_held, moves
 from tribopipe.watch.event import counted
 from tribopipe.watch.journal import Entry, Journal, alone
-from tribopipe.watch.reference import lightest
 from tribopipe.watch.settling import Settling
 
 
@@ -329,14 +327,6 @@ def test_an_export_goes_through_the_line_and_on(tmp_path):
     bench.put("a.csv", export(1, rows=80))
     assert [(kind, run) for kind, _, run in bench.settled()] == [("made", "a-3"), ("failed", "a-3")]
     assert "a-3" in archive.ids()
-
-
-def test_runs_are_predicted_from_the_one_that_process_predicts_from(sample_archive):
-    """Every sample but the lightest of its bodies has a prediction from that one, as `process` has made it."""
-    for run_id in sample_archive.ids():
-        for law in ("archard", "sarkar"):
-            done = sample_archive.result(run_id, f"prediction_{law}", Record)
-            assert lightest(sample_archive, run_id, law) == (None if done is None else done.reference)
 
 
 # --- restarts ---

@@ -12,7 +12,6 @@ from typing import Any, Literal, TypeVar
 
 from tribopipe.archive.one_run import OneRun
 from tribopipe.archive.results import archived_fit
-from tribopipe.archive.steps import WEAR_FITS
 from tribopipe.archive.store import Archive
 from tribopipe.archived_steps import (
     PlannedStep,
@@ -32,14 +31,12 @@ from tribopipe.faults import in_a_sentence
 from tribopipe.files import found_below, natural_order
 from tribopipe.ingest.harmonise import read_run
 from tribopipe.records.base import Record
-from tribopipe.records.disc_results import TwinDiscFit
 from tribopipe.records.document import parse_toml, read_bytes
 from tribopipe.records.finding import Finding
 from tribopipe.records.manifest import MANIFEST_NAME, manifest_path
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName, Recipe
-from tribopipe.records.results import WearFit
-from tribopipe.study.bodies import bodies, severity
+from tribopipe.references import References
 from tribopipe.wear.local import LocalOptions
 from tribopipe.wear.predict import KnownPin
 from tribopipe.wear.twin_disc.predict import KnownDiscs
@@ -359,45 +356,32 @@ def predict_from_lightest(
 ) -> Iterator[Outcome]:
     """Predict each run from the comparable run under the lightest load; nothing for a run that is itself that one.
 
-    Of twin-disc runs under the same load it is one with the least slip.
-
-    A run marked bad is never the one predicted from.
+    Files that could not be predicted from, since they cannot be read, are failures too.
     """
-    references: _References = {}
-    for other in archive.ids():
+    references = References(archive, law)
+    for name, why in references.unreadable:
+        yield Outcome.failed(Path(name).stem, "prediction", ArchiveError(why))
+    predict = partial(_predict_from, archive=archive, law=law, recipe=recipe, force=force)
+    for (run_id, _), outcome in as_done(predict, _with_reference(run_ids, references), crew):
+        yield Outcome.failed(run_id, "prediction", outcome) if isinstance(outcome, TribopipeError) else outcome
+
+
+def _with_reference(run_ids: Iterable[str], references: References) -> Iterator[tuple[str, str | TribopipeError]]:
+    """Give the runs to be predicted, each with the one to predict it from, or why none can be told."""
+    for run_id in run_ids:
         try:
-            found = _fitted(archive, other, law)
+            reference = references.lightest(run_id)
         except TribopipeError as error:
-            yield Outcome(other, "prediction", "failed", error=error)
+            yield run_id, error
         else:
-            if found is not None:
-                same, candidate = found
-                references[same] = min(references.get(same, candidate), candidate, key=lambda one: one[0])
-    predict = partial(_predict_from, archive=archive, references=references, law=law, recipe=recipe, force=force)
-    for run_id, outcome in as_done(predict, run_ids, crew):
-        if isinstance(outcome, TribopipeError):
-            yield Outcome.failed(run_id, "prediction", outcome)
-        elif outcome is not None:
-            yield outcome
-
-
-_Bodies = tuple[object, ...]
-_References = dict[_Bodies, tuple[tuple[float, float], str]]
-"""Run under the lightest load by the bodies it is of, after how severe it is."""
-
-
-def _fitted(archive: Archive, run_id: str, law: LawName) -> tuple[_Bodies, tuple[tuple[float, float], str]] | None:
-    """Return a run as one to predict from; none where it is marked bad, or nothing was fitted to it."""
-    fit = archive.result(run_id, WEAR_FITS[law], Record)
-    if not isinstance(fit, WearFit | TwinDiscFit) or fit.outcome != "fitted" or archive.bad(run_id) is not None:
-        return None
-    manifest = archive.manifest(run_id)
-    return bodies(manifest), (severity(manifest), run_id)
+            if reference is not None:
+                yield run_id, reference
 
 
 def _predict_from(
-    run_id: str, archive: Archive, references: _References, law: LawName, recipe: Recipe, *, force: bool
-) -> Outcome | None:
-    """Predict a run, unless it is itself the one that others are predicted from."""
-    _, reference = references.get(bodies(archive.manifest(run_id)), (None, run_id))
-    return None if reference == run_id else predict_archived(archive, run_id, reference, law, recipe, force=force)
+    known: tuple[str, str | TribopipeError], archive: Archive, law: LawName, recipe: Recipe, *, force: bool
+) -> Outcome:
+    run_id, reference = known
+    if isinstance(reference, TribopipeError):
+        raise reference
+    return predict_archived(archive, run_id, reference, law, recipe, force=force)

@@ -16,7 +16,7 @@ from tribopipe.errors import (
     ReaderError,
     TribopipeError,
 )
-from tribopipe.pipeline import Outcome, attempted, predict_archived, process_each
+from tribopipe.pipeline import Outcome, attempted, process
 from tribopipe.records.mark import Mark
 from tribopipe.records.recipe import Recipe
 from tribopipe.report.drawn import figure_steps
@@ -24,7 +24,6 @@ from tribopipe.watch.drops import Drop, stamp_of
 from tribopipe.watch.event import Event
 from tribopipe.watch.journal import Entry, Journal
 from tribopipe.watch.lab import Lab
-from tribopipe.watch.reference import lightest
 
 _OF_THE_RUN = (CheckError, ContactError, FitError, ManifestError, ReaderError)
 """What does not go away before run.toml changes."""
@@ -56,22 +55,9 @@ def try_again(run: Drop, journal: Journal) -> None:
 
 def _through_the_line(run: Path, archive: Path, recipe: Recipe, *, figures: bool) -> tuple[Outcome, ...]:
     store = Archive(archive)
-    outcomes = list(process_each([run], store, recipe))
-    if all(outcome.error is None for outcome in outcomes):
-        outcomes += _predicted(store, outcomes[0].run_id, recipe)
+    outcomes = [outcome for outcome in process([run], store, recipe) if not outcome.place]  # others are of other runs
     drawn = figure_steps(store, outcomes) if figures else []
     return (*outcomes, *(attempted(name, "figures", step) for name, step in drawn))
-
-
-def _predicted(archive: Archive, run_id: str, recipe: Recipe) -> Iterator[Outcome]:
-    """Predict a run from the comparable one under the lightest load."""
-    for law in recipe.wear.models:
-        try:
-            reference = lightest(archive, run_id, law)
-            if reference is not None:
-                yield predict_archived(archive, run_id, reference, law, recipe)
-        except Exception as error:  # noqa: BLE001 - a fault in one step is no reason to leave the others
-            yield Outcome.failed(run_id, "prediction", error)
 
 
 def _outcomes(folder: Path, answer: tuple[Outcome, ...] | TribopipeError) -> tuple[Outcome, ...]:

@@ -1,0 +1,48 @@
+"""The run that another one is predicted from, against a look at every run of the archive."""
+
+import pytest
+
+from tribopipe.archive.steps import WEAR_FITS
+from tribopipe.archive.store import Archive
+from tribopipe.errors import ArchiveError
+from tribopipe.pipeline import process
+from tribopipe.records.base import Record
+from tribopipe.records.recipe import Recipe
+from tribopipe.references import References
+from tribopipe.study.bodies import bodies, severity
+
+
+def looked_for(archive, law):
+    """Return the reference of each run that has one, by reading all of them."""
+    manifests = {run_id: archive.manifest(run_id) for run_id in archive.ids()}
+    fits = {run_id: archive.result(run_id, WEAR_FITS[law], Record) for run_id in manifests}
+    fitted = [run_id for run_id, fit in fits.items() if fit is not None and fit.outcome == "fitted"]
+    found = {}
+    for run_id, manifest in manifests.items():
+        comparable = [other for other in fitted if bodies(manifests[other]) == bodies(manifest)]
+        found[run_id] = min(comparable, key=lambda other: severity(manifests[other]), default=run_id)
+    return {run_id: other for run_id, other in found.items() if other != run_id}
+
+
+@pytest.mark.parametrize("law", ["archard", "sarkar"])
+@pytest.mark.parametrize("tribometer", ["sample_archive", "disc_archive"])
+def test_it_is_the_lightest_of_all_comparable_runs(tribometer, law, request):
+    archive = request.getfixturevalue(tribometer)
+    known = References(archive, law)
+    found = {run_id: known.lightest(run_id) for run_id in archive.ids()}
+    assert {run_id: other for run_id, other in found.items() if other} == looked_for(archive, law)
+    assert any(found.values())
+
+
+def test_a_run_that_is_not_there_is_refused(sample_archive):
+    with pytest.raises(ArchiveError, match="found no run 'another'"):
+        References(sample_archive, "archard").lightest("another")
+
+
+def test_a_damaged_file_is_told_and_its_neighbour_is_processed(archive, sample_run):
+    store = Archive(archive)
+    (damaged,) = store.ids()
+    store.path(damaged).write_bytes(b"damaged")
+    outcomes = list(process([sample_run], store, Recipe(wear={"models": ["archard"]})))
+    assert [(outcome.run_id, outcome.stage) for outcome in outcomes if outcome.error] == [(damaged, "prediction")]
+    assert store.result("si3n4-air-400mN", "wear_fit_archard", Record).outcome == "fitted"
