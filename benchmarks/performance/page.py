@@ -7,6 +7,8 @@ from case import Growth, Pair
 from clock import Times
 from weight import Weight
 
+_FAR_FASTER = 0.1
+
 
 class Timed(NamedTuple):
     """A pair and what it took."""
@@ -32,9 +34,10 @@ class Timed(NamedTuple):
 
     @property
     def ratio(self) -> str:
-        """Say how both compare, the way that is asked for."""
+        """Say how both compare, the way that is asked for; of what is far faster, how many times."""
         ratio = self.ours.median / self.peer.median
-        return f"{1 / ratio:.3g} times as fast" if self.pair.at_least is not None else f"{ratio:.3g}"
+        turned = self.pair.at_least is not None or ratio < _FAR_FASTER
+        return f"{1 / ratio:,.4g} times as fast" if turned else f"{ratio:.3g}"
 
 
 class Grown(NamedTuple):
