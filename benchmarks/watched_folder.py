@@ -251,6 +251,8 @@ def main() -> int:
     parser.add_argument("--settle", type=float, default=3.0, help="what counts as settled, s (%(default)s)")
     parser.add_argument("--seed", type=int, default=1, help="what chance is drawn from (%(default)s)")
     options = parser.parse_args()
+    # Who is started in the background ignores Ctrl-C, and so does what it starts.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     chance = Random(options.seed)  # noqa: S311
     with tempfile.TemporaryDirectory() as scratch:
         lab = Path(scratch)

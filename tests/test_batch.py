@@ -21,6 +21,7 @@ from batch_work import (
     refuse_three,
     squared,
 )
+from listening import listening
 
 from tribopipe.batch import Crew, as_done, at_work, cluster
 from tribopipe.errors import BatchError, FitError, InternalError
@@ -155,7 +156,8 @@ def test_workers_end_with_who_began_them_and_leave_nothing_half_written(tmp_path
     script.write_text(_BATCH, encoding="utf-8")
     environment = os.environ | {"PYTHONPATH": str(Path(__file__).parent)}
     command = [sys.executable, str(script), *map(str, paths)]
-    with subprocess.Popen(command, start_new_session=True, stderr=subprocess.PIPE, text=True, env=environment) as begun:
+    how = {"start_new_session": True, "preexec_fn": listening, "env": environment}
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, **how) as begun:
         wait_until(lambda: all(path.with_suffix(".begun").exists() for path in paths))
         assert len(leftovers(tmp_path)) == 2
         kill(begun.pid, getattr(signal, number))

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from folders import ROOT
+from listening import listening
 
 from tribopipe import faults, interrupts
 from tribopipe.archive.store import Archive
@@ -33,12 +34,6 @@ def no_room(*_, **__):
 
 
 # --- interrupts ---
-
-
-def listening() -> None:
-    """Heed signals in a new process, also where the tests run in the background, which ignores some."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_DFL)
 
 
 def interrupted(code: str, number: int = signal.SIGINT, said: str = "begun", **how) -> subprocess.CompletedProcess:
