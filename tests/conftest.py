@@ -12,6 +12,7 @@ from folders import DISC_IDS, SAMPLE_IDS, SAMPLES
 from hypothesis import settings
 from study_runs import fill, record_runs
 
+from tribopipe.archive.catalogue.database import FILE_NAME
 from tribopipe.archive.store import Archive
 from tribopipe.pipeline import process
 from tribopipe.records.base import load_toml
@@ -75,12 +76,13 @@ def other_run(short_runs, tmp_path) -> Path:
 def _processed(short_runs, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("processed") / "archive"
     list(process([short_runs / "si3n4-air-200mN"], Archive(folder)))
+    (folder / FILE_NAME).unlink()
     return folder
 
 
 @pytest.fixture
 def archive(_processed, tmp_path) -> Path:
-    """An archive that holds the run at 200 mN, fully processed."""
+    """An archive that holds the run at 200 mN, fully processed, and no catalogue yet."""
     return Path(shutil.copytree(_processed, tmp_path / "archive"))
 
 
