@@ -11,13 +11,17 @@ machine, which neither can tell.
 
 import argparse
 import importlib
+import os
 import sys
 import tempfile
 from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
 
+from tribopipe.batch.environment import ONE_THREAD
+
 sys.path.append(str(Path(__file__).parents[1]))
+os.environ.update(ONE_THREAD | os.environ)  # before numpy is loaded: as the command has it, for ours and for peers
 
 import page
 from case import Pair, Row, Setting, unbound
@@ -43,7 +47,7 @@ again and again. Times are medians, the least and the greatest in brackets; a ra
 says how many times as fast ours is. Of what needs neither disk nor other processes (b to e) they are times of the
 processor. Where the peer would take hours, a part of its work is timed and its time scaled, which is said. The first
 lines of the modules in `benchmarks/performance` say what is done in each case; `--only b,c` does some of them, and
-`--small` all of them in small, against no bound."""
+`--small` all of them in small, against no bound. Linear algebra has one thread, as the command has it."""
 _GROWTH = """\
 Medians at sizes over three decades, in turn as well, and the exponent n of time ∝ sizeⁿ by least squares through their
 logarithms."""
