@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from listening import listening
 
 from tribopipe.drift import correct_drift
 from tribopipe.errors import FitError, ReaderError, UnitError
@@ -377,7 +378,8 @@ def test_a_clock_that_begins_anew_ends_what_is_followed(run_cli, sample_run):
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent by a console there")
 def test_ctrl_c_ends_it_cleanly(sample_run):
     command = [sys.executable, "-m", "tribopipe.cli.start", "live", str(sample_run), "--every", "0.1"]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
+    how = {"start_new_session": True, "preexec_fn": listening}
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, **how) as process:
         assert process.stderr.readline().startswith("si3n4-air-400mN: 50 m")
         time.sleep(0.5)
         process.send_signal(signal.SIGINT)
