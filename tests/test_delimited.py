@@ -589,6 +589,14 @@ def test_a_row_that_lacks_a_field_is_refused_where_all_others_end_in_a_separator
         DelimitedReader().read(SourceFile("a.csv", rows.encode()), Hints())
 
 
+@pytest.mark.parametrize("sign", ["\x0b", "\x0c", "\x85", "\xa0", "\u2028", "\u3000"])
+@pytest.mark.parametrize("separator", ["\t", ";", " "])
+def test_a_line_of_signs_that_are_no_blanks_is_no_blank_line(sign, separator):
+    rows = "".join(f"{number / 2}{separator}{number}\n" for number in range(20))
+    said = refusal(f"time_s{separator}force_N\n{rows}{sign * 3}\n{rows}")
+    assert "line 22: found 1 field, expected 2" in said
+
+
 @pytest.mark.parametrize("signs", [".", ",", ".,"])
 def test_a_long_run_of_digits_is_judged_at_once(signs):
     assert not is_number("9" * 1_000_000 + "x", signs)

@@ -12,7 +12,7 @@ from pathlib import Path
 import fuzz_manifests
 import fuzz_signals
 import pytest
-from fuzzing import Case, Trial, drawn_for, rows_of, try_all
+from fuzzing import MOST_MEMORY, Case, Trial, drawn_for, rows_of, try_all
 
 pytestmark = pytest.mark.slow
 
@@ -65,6 +65,15 @@ def test_a_process_that_dies_is_a_fault_and_begun_anew():
     assert found.counts["fault"] == sum(drawn_for(1, number).random() < 0.25 for number in range(12)) > 0
     assert {fault.said for fault in found.faults} == {"ended its process with 3"}
     assert not all(row.holds for row in rows_of(found, 12))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is told by Linux")
+def test_memory_of_whoever_starts_the_processes_does_not_count():
+    large = b"x" * (3 * MOST_MEMORY // 2)
+    found = try_all(fuzz_signals.make, fuzz_signals.sound(), points=2, seed=0)
+    assert found.largest is not None
+    assert 0 < found.largest.memory < MOST_MEMORY < len(large)
 
 
 @pytest.mark.slow

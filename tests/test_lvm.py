@@ -217,6 +217,11 @@ def test_row_with_too_few_fields_is_named():
         read(SMALL.replace(b"0.212512\t", b""))
 
 
+def test_a_row_of_control_characters_is_named():
+    with pytest.raises(ReaderError, match=r"^run\.lvm, line 25: found 1 field, expected 3"):
+        read(SMALL.replace(b"\r\n0.000143\t0.212512", b"\r\n\x1d\x1d\r\n0.000143\t0.212512x"))
+
+
 def test_a_field_that_is_no_number_is_named():
     assert column(read(SMALL.replace(b"0.212512", b"1#QNAN")), "Ff").first_bad == (25, "1#QNAN")
 

@@ -181,21 +181,20 @@ def lines_from(text: Text, start: int) -> tuple[list[str], str]:
 
 
 def split_rows(lines: Iterable[str], separator: str) -> Iterator[Row]:
-    """Split lines into fields stripped of blanks, leaving out blank lines.
+    """Split lines into fields stripped of blanks, leaving out blank lines: those of spaces and tabs, as for pandas.
 
     Raises ``csv.Error`` where a quoted field runs on without end.
     """
     if separator == BLANKS:
         for number, line in enumerate(lines, 1):
-            if not line.isspace():
+            if line.strip(" \t\r\n"):
                 yield Row(number, re.split(r"[ \t]+", line.strip(" \t\r\n")))
         return
     reader = csv.reader(lines, delimiter=separator, skipinitialspace=True)
     number = 1
     for fields in reader:
-        cells = [field.strip() for field in fields]
-        if len(cells) > 1 or any(cells):
-            yield Row(number, cells)
+        if len(fields) > 1 or any(field.strip(" \t\r\n") for field in fields):
+            yield Row(number, [field.strip() for field in fields])
         number = reader.line_num + 1
 
 
