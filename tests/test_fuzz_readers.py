@@ -1,5 +1,7 @@
 """Every reader on files that went wrong, for a bounded time: by drawn rules, and led by coverage where atheris is."""
 
+import contextlib
+import re
 import subprocess
 import sys
 from importlib.util import find_spec
@@ -7,6 +9,11 @@ from pathlib import Path
 
 import pytest
 from reader_examples import EXAMPLES
+
+from tribopipe.errors import ReaderError
+from tribopipe.ingest.reader import Hints
+from tribopipe.ingest.registry import readers
+from tribopipe.run import SourceFile
 
 PROGRAM = Path(__file__).with_name("fuzz_readers.py")
 OTHERS_DO_THE_READING = ("workbook", "tribopipe-hdf5")
@@ -30,6 +37,18 @@ def test_files_changed_by_drawn_rules(tmp_path):
 @pytest.mark.parametrize("name", OTHERS_DO_THE_READING)
 def test_files_read_by_a_process_of_their_own(tmp_path, name):
     fuzz("seeded", 10, tmp_path, [name])
+
+
+@pytest.mark.parametrize("name", IN_PROCESS)
+def test_fields_longer_than_any_in_any_line(name):
+    reader = readers()[name]
+    for content in (example.content for example in EXAMPLES[name]):
+        for start in (0, *(end.end() for end in re.finditer(rb"\r\n?|\n", content[:6000]))):
+            for put in (b"9" * 140_000, b'"' + b"x" * 140_000, b"1," * 70_000):
+                source = SourceFile("long", content[:start] + put + content[start:])
+                reader.match(source)
+                with contextlib.suppress(ReaderError):
+                    reader.read(source, Hints())
 
 
 @pytest.mark.skipif(find_spec("atheris") is None, reason="atheris is not installed")

@@ -3,7 +3,7 @@
 A step is skipped where its version, its options and all that it stands on are unchanged; ``force`` redoes it.
 """
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -254,9 +254,8 @@ def process(
                 places.pop(outcome.run_id, None)
             yield outcome
         left = sorted((run_id for run_id in places if run_id not in studied), key=places.__getitem__)
-        for law in recipe.wear.models:
-            for outcome in predict_from_lightest(archive, left, law, recipe, force=force, crew=at_hand):
-                yield replace(outcome, place=places.get(outcome.run_id, len(paths)))
+        for outcome in predict_from_lightest(archive, left, recipe.wear.models, recipe, force=force, crew=at_hand):
+            yield replace(outcome, place=places.get(outcome.run_id, len(paths)))
     _tidy(archive, crew)
 
 
@@ -348,7 +347,7 @@ def _process_one(path: Path, archive: Archive, recipe: Recipe, *, force: bool) -
 def predict_from_lightest(
     archive: Archive,
     run_ids: Sequence[str],
-    law: LawName,
+    laws: Sequence[LawName],
     recipe: Recipe,
     *,
     force: bool = False,
@@ -358,30 +357,40 @@ def predict_from_lightest(
 
     Files that could not be predicted from, since they cannot be read, are failures too.
     """
-    references = References(archive, law)
+    references = References(archive, laws)
     for name, why in references.unreadable:
         yield Outcome.failed(Path(name).stem, "prediction", ArchiveError(why))
-    predict = partial(_predict_from, archive=archive, law=law, recipe=recipe, force=force)
-    for (run_id, _), outcome in as_done(predict, _with_reference(run_ids, references), crew):
-        yield Outcome.failed(run_id, "prediction", outcome) if isinstance(outcome, TribopipeError) else outcome
+    predict = partial(_predict_under_each, archive=archive, recipe=recipe, force=force)
+    for (run_id, _), outcomes in as_done(predict, _with_references(run_ids, laws, references), crew):
+        if isinstance(outcomes, TribopipeError):
+            yield Outcome.failed(run_id, "prediction", outcomes)
+        else:
+            yield from outcomes
 
 
-def _with_reference(run_ids: Iterable[str], references: References) -> Iterator[tuple[str, str | TribopipeError]]:
-    """Give the runs to be predicted, each with the one to predict it from, or why none can be told."""
+_Known = Mapping[LawName, str] | TribopipeError
+"""The run to predict from under each law, or why none can be told."""
+
+
+def _with_references(
+    run_ids: Iterable[str], laws: Sequence[LawName], references: References
+) -> Iterator[tuple[str, _Known]]:
     for run_id in run_ids:
         try:
-            reference = references.lightest(run_id)
+            found = {law: references.lightest(run_id, law) for law in laws}
         except TribopipeError as error:
             yield run_id, error
         else:
-            if reference is not None:
-                yield run_id, reference
+            if known := {law: reference for law, reference in found.items() if reference is not None}:
+                yield run_id, known
 
 
-def _predict_from(
-    known: tuple[str, str | TribopipeError], archive: Archive, law: LawName, recipe: Recipe, *, force: bool
-) -> Outcome:
-    run_id, reference = known
-    if isinstance(reference, TribopipeError):
-        raise reference
-    return predict_archived(archive, run_id, reference, law, recipe, force=force)
+def _predict_under_each(known: tuple[str, _Known], archive: Archive, recipe: Recipe, *, force: bool) -> list[Outcome]:
+    run_id, references = known
+    if isinstance(references, TribopipeError):
+        raise references
+    own = OneRun(archive)
+    return [
+        attempted(run_id, "prediction", partial(predict_archived, own, run_id, reference, law, recipe, force=force))
+        for law, reference in references.items()
+    ]

@@ -1,6 +1,7 @@
 """The runs that others are predicted from, found in the catalogue, so that a large archive takes no longer."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from itertools import product
 
 from tribopipe.archive.catalogue.catalogue import Catalogue
 from tribopipe.archive.catalogue.listed import ListedRun
@@ -24,30 +25,30 @@ _K_D: Mapping[LawName, tuple[str, str]] = {
 
 
 class References:
-    """The runs of an archive that k_D is known of under a wear law, as they are now."""
+    """The runs of an archive that k_D is known of under some wear laws, as they are now."""
 
-    def __init__(self, archive: Archive, law: LawName) -> None:
-        self._archive, self._law = archive, law
+    def __init__(self, archive: Archive, laws: Iterable[LawName]) -> None:
+        self._archive = archive
         catalogue = Catalogue(archive.folder)
         catalogue.refresh()
         self.unreadable = catalogue.unreadable
         """Files of the archive that cannot be read, each with one sentence why."""
         self._listed = {run.id: run for run in catalogue.runs()}
         self._known: dict[tuple[object, ...], list[ListedRun]] = {}
-        for run in sorted(self._listed.values(), key=_severity):
+        for law, run in product(laws, sorted(self._listed.values(), key=_severity)):
             if not run["mark"] and any(run[name] is not None for name in _K_D[law]):
-                self._known.setdefault(_alike(run), []).append(run)
+                self._known.setdefault((law, *_alike(run)), []).append(run)
         self._bodies: dict[str, tuple[object, ...]] = {}
 
-    def lightest(self, run_id: str) -> str | None:
+    def lightest(self, run_id: str, law: LawName) -> str | None:
         """Return the comparable run under the lightest load; among those of two discs, the one with the least slip.
 
         None where there is none, or the run is itself the one. A run marked bad never is. Raises ``ArchiveError`` where
         a run is not there, or cannot be read.
         """
         same, mine = self._bodies_of(run_id), self._listed.get(run_id)
-        for run in self._known.get(_alike(mine), ()) if mine else ():
-            if self._bodies_of(run.id) == same and self._is_fitted(run.id):
+        for run in self._known.get((law, *_alike(mine)), ()) if mine else ():
+            if self._bodies_of(run.id) == same and self._is_fitted(run.id, law):
                 return None if run.id == run_id else run.id
         return None
 
@@ -56,8 +57,8 @@ class References:
             self._bodies[run_id] = bodies(self._archive.manifest(run_id))
         return self._bodies[run_id]
 
-    def _is_fitted(self, run_id: str) -> bool:
-        fit = self._archive.result(run_id, WEAR_FITS[self._law], Record)
+    def _is_fitted(self, run_id: str, law: LawName) -> bool:
+        fit = self._archive.result(run_id, WEAR_FITS[law], Record)
         return isinstance(fit, WearFit | TwinDiscFit) and fit.outcome == "fitted"
 
 

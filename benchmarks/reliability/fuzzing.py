@@ -182,10 +182,10 @@ def _memory() -> int:
 
     Linux counts the peak of the process that started this one in ``ru_maxrss``, but not in ``VmHWM``.
     """
-    if sys.platform == "linux":
+    if _STATUS.exists():
         (peak,) = re.findall(r"^VmHWM:\s*(\d+) kB$", _STATUS.read_text(encoding="ascii"), re.MULTILINE)
         return int(peak) << 10
-    if sys.platform != "darwin":
+    if sys.platform == "win32":
         return 0
     import resource
 

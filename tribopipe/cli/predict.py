@@ -191,7 +191,7 @@ def _predict_archived(
     store = load_archive(folder)
     chosen, outcomes = chosen_ids(store, ids), []
     with progress("prediction", len(chosen)) as moved:
-        for outcome in pipeline.predict_from_lightest(store, chosen, law, recipe, force=force):
+        for outcome in pipeline.predict_from_lightest(store, chosen, [law], recipe, force=force):
             outcomes.append(outcome)
             tell(outcome)
             moved(outcome.run_id)

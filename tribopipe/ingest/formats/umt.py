@@ -52,7 +52,7 @@ from tribopipe.ingest.headed import head_lines, refused
 from tribopipe.ingest.layout import Layout
 from tribopipe.ingest.names import bare_name, count_in, is_unit_row, without_brackets
 from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, ReadTable
-from tribopipe.ingest.text import BLANKS, LINE_END, Text, decode, split_rows, trimmed
+from tribopipe.ingest.text import BLANKS, LINE_END, Text, decode, sampled_rows, trimmed
 from tribopipe.records.signals import SignalName
 from tribopipe.run import SourceFile
 
@@ -119,7 +119,7 @@ def _cells(line: str, separator: str) -> list[str]:
     """Split a row of names or units; between blanks, a unit in brackets belongs to the name before it."""
     if separator == BLANKS:
         return re.findall(r"[^\s\[(]\S*(?:[ \t]*(?:\[[^\[\]]*\]|\([^()]*\)))?|\[[^\[\]]*\]|\([^()]*\)", line)
-    return [cell for row in split_rows([line], separator) for cell in row.cells]
+    return [cell for row in sampled_rows([line], separator) for cell in row.cells]
 
 
 def _is_names(line: str) -> bool:
