@@ -61,8 +61,11 @@ _LIBRARIES = ("scipy", "pandas", "h5py", "numba")
 def measured(row: Row, repeats: int) -> Timed | Grown:
     """Time and weigh what a case yields."""
     if isinstance(row, Pair):
-        return Timed(row, *both(row, repeats), (weighed(row.ours), weighed(row.peer)))
-    return Grown(row, *grown(row, repeats), weighed(row.at(row.sizes[-1])))
+        ours, peer = both(row, repeats)
+        return Timed(row, ours, peer, (weighed(row.ours, ours), weighed(row.peer, peer)))
+    works = [row.at(size) for size in row.sizes]
+    times, exponent = grown(row, works, repeats)
+    return Grown(row, times, exponent, weighed(works[-1], times[-1]))
 
 
 def rows_of(letter: str, *, small: bool) -> Iterator[Row]:
@@ -76,11 +79,13 @@ def main() -> int:
     """Measure the cases that are asked for and say what came of them; 1 where a bound does not hold."""
     options = _asked()
     found: list[tuple[str, Timed | Grown]] = []
-    for letter in options.only:
-        for row in rows_of(letter, small=options.small):
-            found.append((letter, measured(row, options.repeats)))
-            print(f"({letter}) {row.what}", file=sys.stderr, flush=True)
-    _tell(options, found)
+    try:
+        for letter in options.only:
+            for row in rows_of(letter, small=options.small):
+                found.append((letter, measured(row, options.repeats)))
+                print(f"({letter}) {row.what}", file=sys.stderr, flush=True)
+    finally:
+        _tell(options, found)
     return 0 if all(one.holds for _, one in found) else 1
 
 

@@ -10,11 +10,12 @@ A case is a module with one function, which yields what is timed. It prepares ea
 `__main__.py` names the modules. Works are called without arguments, each as often as the others, in turn.
 """
 
-import subprocess
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+
+from own_process import Taken, taken
 
 Work = Callable[[], object]
 Clock = Callable[[], float]
@@ -22,13 +23,13 @@ Clock = Callable[[], float]
 
 @dataclass(frozen=True)
 class Command:
-    """A command to run, its output thrown away: a work whose peak memory is that of the command."""
+    """A command to run: a work that tells its time and its peak memory itself."""
 
     words: Sequence[str]
 
-    def __call__(self) -> None:
+    def __call__(self) -> Taken:
         """Run it. Raises ``CalledProcessError`` where it fails."""
-        subprocess.run(self.words, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        return taken(self.words)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from case import Clock, Growth, Pair, Work
+from case import Clock, Command, Growth, Pair, Work
+from own_process import Taken
 
 
 class Times(NamedTuple):
@@ -15,10 +16,12 @@ class Times(NamedTuple):
     median: float
     least: float
     greatest: float
+    peak: float | None = None
+    """Most memory that it told of, bytes; a command does."""
 
     def scaled(self, factor: float) -> "Times":
         """Return the times of a work that is so many times as large."""
-        return Times(*(factor * one for one in self))
+        return Times(factor * self.median, factor * self.least, factor * self.greatest, self.peak)
 
     def __str__(self) -> str:
         """Say the median, and the range in brackets."""
@@ -31,11 +34,18 @@ class Times(NamedTuple):
 
 
 def in_turn(works: Sequence[Work], repeats: int, clock: Clock) -> list[Times]:
-    """Return the times of works that are each done once unobserved, and then in turn."""
+    """Return the times of works that are done in turn, each once unobserved before; not commands, which start anew."""
     for work in works:
-        work()
-    taken = [[_timed(work, clock) for work in works] for _ in range(repeats)]
-    return [Times(statistics.median(one), min(one), max(one)) for one in zip(*taken, strict=True)]
+        if not isinstance(work, Command):
+            work()
+    rounds = [[_taken(work, clock) for work in works] for _ in range(repeats)]
+    return [_times(one) for one in zip(*rounds, strict=True)]
+
+
+def _times(taken: Sequence[Taken]) -> Times:
+    seconds = [one.seconds for one in taken]
+    peak = max((one.peak for one in taken if one.peak is not None), default=None)
+    return Times(statistics.median(seconds), min(seconds), max(seconds), peak)
 
 
 def both(pair: Pair, repeats: int) -> tuple[Times, Times]:
@@ -44,18 +54,17 @@ def both(pair: Pair, repeats: int) -> tuple[Times, Times]:
     return ours, peer.scaled(pair.scaled)
 
 
-def grown(growth: Growth, repeats: int) -> tuple[list[Times], float]:
-    """Return the times of each size, and the exponent n of time ∝ sizeⁿ by least squares of their logarithms."""
-    works = [growth.at(size) for size in growth.sizes]
+def grown(growth: Growth, works: Sequence[Work], repeats: int) -> tuple[list[Times], float]:
+    """Return the times of the work of each size, and the exponent n of time ∝ sizeⁿ by least squares of logarithms."""
     times = in_turn(works, min(repeats, growth.repeats or repeats), growth.clock)
     slope, _ = np.polyfit(np.log(growth.sizes), [math.log(one.median) for one in times], 1)
     return times, float(slope)
 
 
-def _timed(work: Work, clock: Clock) -> float:
+def _taken(work: Work, clock: Clock) -> Taken:
     start = clock()
-    work()
-    return clock() - start
+    told = work()
+    return told if isinstance(told, Taken) else Taken(clock() - start, None)
 
 
 def _shown(seconds: float) -> str:

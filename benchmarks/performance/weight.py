@@ -1,27 +1,21 @@
 """Peak memory of a work in a process of its own; Linux alone tells it, elsewhere nothing is said.
 
 A work is done in a fork of this process, which has prepared it: what counts is the most it held while at work, and how
-much more that is than it held before. A command is run by an interpreter that holds next to nothing, since a process
-inherits the peak of the one that started it; of its own processes the largest counts.
+much more that is than it held before. A command has told it already, when it was timed.
 """
 
 import multiprocessing
 import re
-import subprocess
 import sys
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import NamedTuple
 
 from case import Command, Work
+from clock import Times
 
 _STATUS, _FORGET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
 _FORGET_PEAK = "5"
-_RUN = """
-import resource, subprocess, sys
-subprocess.run(sys.argv[1:], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-print(1024 * resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
-"""
 
 
 class Weight(NamedTuple):
@@ -38,15 +32,12 @@ class Weight(NamedTuple):
         return f"{self.whole / 1e6:.0f} MB{of_it}"
 
 
-def weighed(work: Work) -> Weight | None:
-    """Return what a work holds at most; none where the system does not tell."""
-    if sys.platform != "linux":
+def weighed(work: Work, times: Times) -> Weight | None:
+    """Return what a work that took these times holds at most; none where the system does not tell."""
+    if times.peak is not None:
+        return Weight(times.peak, times.peak)
+    if sys.platform != "linux" or isinstance(work, Command):
         return None
-    if isinstance(work, Command):
-        peak = float(
-            subprocess.run([sys.executable, "-ISc", _RUN, *work.words], check=True, capture_output=True).stdout
-        )
-        return Weight(peak, peak)
     context = multiprocessing.get_context("fork")
     here, there = context.Pipe()
     process = context.Process(target=_weigh, args=(work, there))
