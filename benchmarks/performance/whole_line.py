@@ -16,7 +16,7 @@ sys.path.append(str(Path(__file__).parents[1] / "reliability"))
 from short_runs import quick_recipe, short_runs
 
 _COMMAND = Path(sys.executable).with_name("tribopipe.exe" if sys.platform == "win32" else "tribopipe")
-_RUNS, _FEW = 48, 4
+_RUNS, _FEW = 96, 4
 _SHORTEST = 126
 """Samples of a run."""
 _REPEATS, _REPEATS_OF_GROWTH = 3, 1

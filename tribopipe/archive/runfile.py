@@ -53,6 +53,8 @@ from tribopipe.run import Column, ExtraColumn, Profile, RawRun, SourceFile, Unhe
 from tribopipe.units import from_si
 from tribopipe.version import VERSION
 
+MANIFEST_TEXT = "entry/manifest/data"
+"""Where a run's manifest is, as JSON."""
 _A_DEPTH = re.compile("(wear_)?depth(_lower|_upper)?")
 """Curves of a fit that are depths of the pin, or of both discs together."""
 _DRAWN: tuple[StepName, ...] = ("drift_correction", *WEAR_FITS.values())
@@ -162,7 +164,7 @@ def _write_profiles(entry: h5py.Group, run: RawRun) -> None:
 
 def read_manifest(file: h5py.File) -> RunManifest:
     """Read a run's manifest."""
-    return RunManifest.model_validate_json(nexus.text(file, "entry/manifest/data"))
+    return RunManifest.model_validate_json(nexus.text(file, MANIFEST_TEXT))
 
 
 def read_raw(file: h5py.File) -> RawRun:

@@ -17,6 +17,7 @@ from tribopipe.archive.opening import opened
 from tribopipe.archive.outline import RunOutline, read_outline
 from tribopipe.archive.own_content import renamed
 from tribopipe.archive.runfile import (
+    MANIFEST_TEXT,
     copy_additions,
     copy_except,
     read_annotations,
@@ -147,8 +148,8 @@ class Archive:
             return read_outline(file)
 
     def manifest(self, run_id: str) -> RunManifest:
-        """Return a run's manifest."""
-        with self.open(run_id) as file:
+        """Return a run's manifest; nothing else of its file is looked at."""
+        with self.open(run_id, [MANIFEST_TEXT]) as file:
             return read_manifest(file)
 
     def result(self, run_id: str, name: StepName, record: type[R]) -> R | None:

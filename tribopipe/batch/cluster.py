@@ -30,6 +30,9 @@ _LOOK_EVERY = 5.0
 """How often it is seen to whether there are workers, s."""
 _NOT_TOLD = "ignore:resource_tracker:UserWarning"
 """What Python says to people of a process that ends at once, after it has tidied up."""
+_LOST_AFTER, _NEVER = "distributed.deploy.lost-worker-timeout", "1000 days"
+"""How long a worker of this machine may be away until Dask gives it up for good. On a busy machine, one that was killed
+may take longer to begin again than the 15 s it usually has."""
 _TO_END = 2.0
 """How long the workers of this machine may take to end, s."""
 _one_at_a_time = Lock()
@@ -46,8 +49,8 @@ class Cluster:
         self._waits = False
 
     def room(self) -> int:
-        """Return how many tasks are wanted, so that no worker has to wait for one."""
-        return max(max(2 * self._workers(), 1) - len(self._begun), 0)
+        """Return how many tasks are wanted: one for each worker, for Dask blames one too that waits behind a killer."""
+        return max(max(self._workers(), 1) - len(self._begun), 0)
 
     def begin(self, work: Callable[[Task], Answer], task: Task) -> None:
         """Hand a task to the scheduler."""
@@ -135,11 +138,12 @@ def cluster(scheduler: str, jobs: int, tell: Callable[[str], object]) -> Iterato
 @contextmanager
 def _local(distributed: Any, jobs: int, tell: Callable[[str], object]) -> Iterator[str]:
     """Begin a cluster on this machine, on ports that are free; give the address of its scheduler."""
+    patient = import_module("dask.config").set({_LOST_AFTER: _NEVER})
     with inherited({"PYTHONWARNINGS": _NOT_TOLD}):
         begun = distributed.LocalCluster(
             n_workers=jobs, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL
         )
-    with begun as here:
+    with patient, begun as here:
         tell(f"cluster of {jobs} workers; dashboard at {here.dashboard_link}")
         yield here.scheduler_address
 

@@ -37,9 +37,13 @@ class _Worker:
             self._process.start()
         theirs.close()
 
+    def dismiss(self) -> None:
+        """Let it end."""
+        self.connection.close()
+
     def end(self) -> None:
         """Let it end, and wait until it has."""
-        self.connection.close()
+        self.dismiss()
         self._process.join()
 
 
@@ -97,6 +101,8 @@ class Processes:
     def end(self) -> None:
         """End them, once they have done what they do."""
         self.forget()
+        for worker in self._idle:
+            worker.dismiss()
         while self._idle:
             self._idle.pop().end()
 
@@ -146,6 +152,7 @@ def _serve(connection: Connection) -> None:
     with suppress(EOFError, OSError):  # there are no more, or who asked has ended
         while True:
             _send(connection, _next_answer(connection))
+    os._exit(0)  # all is written: taking apart what was loaded would take as long as loading it
 
 
 def _next_answer(connection: Connection) -> Any:

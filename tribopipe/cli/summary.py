@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from tribopipe.archive.outline import StepOutline
+from tribopipe.archive.outline import RunOutline, StepOutline
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, StepName
 from tribopipe.archive.store import Archive
 from tribopipe.cli.output import record_json, split_table, table
@@ -42,16 +42,20 @@ def _result(steps: Mapping[StepName, StepOutline], name: StepName) -> Any:
 
 def show_summaries(archive: Archive, ids: list[str]) -> None:
     """Show the tables that the whole line ends in, one for each type of tribometer."""
-    discs = [run_id for run_id in ids if archive.manifest(run_id).rolls]
-    pins = [run_id for run_id in ids if run_id not in discs]
+    pins: list[list[str]] = []
+    discs: list[list[str]] = []
+    worn: list[list[str]] = []
+    for run_id in ids:
+        run = archive.outline(run_id)
+        pins += [] if run.manifest.rolls else [_row(run)]
+        discs += _disc_rows(run) if run.manifest.rolls else []
+        worn += _wear_rows(run)
     if pins:
         title = "± is one standard uncertainty; k_D in mm³/(N·mm); end depth of the pin in µm, measured and predicted"
-        split_table(title, _PIN_COLUMNS, [_row(archive, run_id) for run_id in pins], at=5)
+        split_table(title, _PIN_COLUMNS, pins, at=5)
     if discs:
         title = "Two discs: k_D in mm³/(N·mm) and volume worn off in mm³, of the curved and the flat disc"
-        split_table(title, _DISC_COLUMNS, [row for run_id in discs for row in _disc_rows(archive, run_id)], at=6)
-
-    worn = [row for run_id in ids for row in _wear_rows(archive, run_id)]
+        split_table(title, _DISC_COLUMNS, discs, at=6)
     if worn:
         table("Specific wear rate, by the end values", _WEAR_COLUMNS, worn)
 
@@ -59,14 +63,14 @@ def show_summaries(archive: Archive, ids: list[str]) -> None:
 _WEAR_COLUMNS = ("run", "body", "depth, µm", "volume, mm³", "by", "load, N", "distance, m", "rate, mm³/(N·m)")
 
 
-def _wear_rows(archive: Archive, run_id: str) -> list[list[str]]:
+def _wear_rows(run: RunOutline) -> list[list[str]]:
     """Return a row for each body of which a volume is known; what belongs to the run stands in each."""
-    found = _result(archive.outline(run_id).steps, "specific_wear")
+    found = _result(run.steps, "specific_wear")
     if not isinstance(found, SpecificWear):
         return []
     return [
         [
-            run_id,
+            run.manifest.id,
             name.replace("_", " "),
             _cell(body.depth, "um"),
             _cell(body.volume, "mm^3"),
@@ -109,9 +113,8 @@ _DISC_COLUMNS = (
 )
 
 
-def _disc_rows(archive: Archive, run_id: str) -> list[list[str]]:
+def _disc_rows(run: RunOutline) -> list[list[str]]:
     """Return a row for each disc; what belongs to the run stands in the first."""
-    run = archive.outline(run_id)
     steps, manifest = run.steps, run.manifest
     drift, friction = _result(steps, "drift_correction"), _result(steps, "friction_fit")
     fits = [_result(steps, name) for name in WEAR_FITS.values()]
@@ -120,7 +123,7 @@ def _disc_rows(archive: Archive, run_id: str) -> list[list[str]]:
     reference = next((p.reference for p in predictions if isinstance(p, TwinDiscPrediction)), None)
     fitted = any(isinstance(fit, TwinDiscFit) and fit.outcome == "fitted" for fit in fits)
     about = [
-        run_id,
+        manifest.id,
         show(slip(manifest).value, None, "1", "%"),
         f"{run.ends['rotations']:,.0f}" if "rotations" in run.ends else "–",
         _cell(drift.drift_rate if isinstance(drift, DriftCorrection) else None, "nm/min"),
@@ -145,14 +148,14 @@ def _disc_rows(archive: Archive, run_id: str) -> list[list[str]]:
     return rows
 
 
-def _row(archive: Archive, run_id: str) -> list[str]:
-    steps = archive.outline(run_id).steps
+def _row(run: RunOutline) -> list[str]:
+    steps = run.steps
     drift, friction = _result(steps, "drift_correction"), _result(steps, "friction_fit")
     predictions = [_result(steps, name) for name in PREDICTIONS.values()]
     fitted = next((k for name in WEAR_FITS.values() if (k := _coefficient(steps, name))), None)
     reference = next((p.reference for p in predictions if isinstance(p, WearPrediction)), None)
     return [
-        run_id,
+        run.manifest.id,
         _cell(drift.drift_rate if isinstance(drift, DriftCorrection) else None, "nm/min"),
         *_friction_cells(friction),
         *(_cell(_coefficient(steps, name), K_D) for name in WEAR_FITS.values()),
