@@ -163,7 +163,7 @@ def repeated(archive, sample_run, other_run) -> Archive:
 
 def references(store: Archive) -> dict[str, str]:
     """Predict every run, and say from which."""
-    outcomes = list(predict_from_lightest(store, store.ids(), "archard", Recipe()))
+    outcomes = list(predict_from_lightest(store, store.ids(), ["archard"], Recipe()))
     assert [outcome.error for outcome in outcomes if outcome.error] == []
     return {outcome.run_id: outcome.result.reference for outcome in outcomes}
 
