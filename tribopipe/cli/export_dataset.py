@@ -1,0 +1,148 @@
+"""The command that packs runs for a repository or a lab notebook: export --ro-crate, export --eln."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archived_ids, load_archive, refuse_to_replace
+from tribopipe.cli.output import print_json, progress, say
+from tribopipe.cli.studies import archived_studies
+
+if TYPE_CHECKING:
+    from tribopipe.fair.export import Exported
+    from tribopipe.records.dataset import Dataset
+
+NAME = "dataset"
+_PACKED = ("ro_crate", "eln")
+_OPTIONS = ("--ro-crate", "--eln")
+
+
+class ExportGroup(TyperGroup):
+    """The subcommands of export, and two options that stand for one of them: `export --ro-crate OUT [ID]...`."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the command line; with one of the options and no subcommand before it, as that of the subcommand."""
+        packs = any(arg.partition("=")[0] in _OPTIONS for arg in args)
+        if packs and args[0] not in self.commands:
+            args = [NAME, *args]
+        return super().parse_args(ctx, args)
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Return what help and completion show."""
+        own = [one for one in self.commands[NAME].params if one.name in _PACKED] if NAME in self.commands else []
+        return [*super().get_params(ctx), *own]
+
+
+def _archived(context: typer.Context) -> list[str]:
+    """Complete ids of archived runs and studies."""
+    return [*archived_ids(context), *archived_studies(context)]
+
+
+def export_dataset(
+    ids: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help="Ids of archived runs and studies, a study with its runs; all unless named.",
+            metavar="[ID]...",
+            autocompletion=_archived,
+        ),
+    ] = None,
+    ro_crate: Annotated[
+        Path | None,
+        typer.Option("--ro-crate", help="RO-Crate to write: a folder, or a zip where OUT ends in .zip.", metavar="OUT"),
+    ] = None,
+    eln: Annotated[
+        Path | None, typer.Option("--eln", help="File for electronic lab notebooks to write.", metavar="OUT.eln")
+    ] = None,
+    dataset: Annotated[
+        Path | None,
+        typer.Option(
+            "--dataset", help="TOML file with title, people, licence; dataset.toml beside the archive unless said."
+        ),
+    ] = None,
+    report: Annotated[bool, typer.Option("--report/--no-report", help="Whether to draw a report of each run.")] = True,
+    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there already.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Pack runs and studies with all that is known of them, for a repository or a lab notebook.
+
+    `tribopipe export --ro-crate OUT` is short for `tribopipe export dataset --ro-crate OUT`, and so is --eln. Inside:
+    the archive's files byte for byte, the instrument's files, every part as CSV and JSON, reports, a codebook, and
+    metadata by which machines find it. `tribopipe import` is the way back.
+    """
+    from tribopipe.fair.export import choose, export_crate
+
+    path = _path(ro_crate, eln)
+    _refuse_existing(path, force=force)
+    store = load_archive(archive)
+    chosen = choose(store, ids or ())
+    said, document = _said(dataset, archive)
+    with progress("pack", len(chosen.runs) + len(chosen.studies)) as advance:
+        exported = export_crate(
+            store,
+            chosen,
+            path,
+            eln=eln is not None,
+            dataset=said,
+            document=document,
+            reports=report,
+            advance=advance,
+        )
+    _tell(exported)
+    if as_json:
+        print_json(_document(exported))
+
+
+def _path(ro_crate: Path | None, eln: Path | None) -> Path:
+    """Return what is to be written."""
+    if (ro_crate is None) == (eln is None):
+        raise typer.BadParameter("say what to write: --ro-crate OUT, or --eln OUT.eln")
+    if eln is not None and eln.suffix.lower() != ".eln":
+        raise typer.BadParameter(f"--eln: found {str(eln)!r}; expected a name that ends in .eln")
+    return ro_crate or eln or Path()
+
+
+def _refuse_existing(path: Path, *, force: bool) -> None:
+    from tribopipe.errors import ManifestError
+
+    if path.is_dir():
+        raise ManifestError(
+            f"{path}: found a folder there already; expected no such folder, since none is replaced; name another, or "
+            "move it away"
+        )
+    if not force:
+        refuse_to_replace([path])
+
+
+def _said(path: Path | None, archive: Path) -> "tuple[Dataset, bytes | None]":
+    """Return what dataset.toml says, and its bytes; nothing where none is named and none lies beside the archive."""
+    from tribopipe.records.base import read_document
+    from tribopipe.records.dataset import DATASET_NAME, NOTHING_SAID, Dataset
+    from tribopipe.records.document import parse_toml, read_bytes
+
+    beside = archive.resolve().parent / DATASET_NAME
+    if path is None and not beside.is_file():
+        return NOTHING_SAID, None
+    named = path or beside
+    content = read_bytes(named)
+    return read_document(parse_toml(named, content), Dataset, where=str(named)), content
+
+
+def _tell(exported: "Exported") -> None:
+    runs, studies = exported.chosen
+    beside = f" and {len(studies)} {'study' if len(studies) == 1 else 'studies'}" if studies else ""
+    say(f"{len(runs)} run{'' if len(runs) == 1 else 's'}{beside} written to {exported.path}")
+    if exported.lacking:
+        say(f"note: repositories ask for {', '.join(exported.lacking)}; say it in dataset.toml beside the archive")
+
+
+def _document(exported: "Exported") -> dict[str, Any]:
+    return {
+        "file": str(exported.path),
+        "runs": list(exported.chosen.runs),
+        "studies": list(exported.chosen.studies),
+        "lacking": list(exported.lacking),
+    }

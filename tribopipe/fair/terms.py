@@ -1,0 +1,88 @@
+"""What our names are called in published vocabularies. Where a name is not listed, no identifier is known of it.
+
+Units: QUDT (qudt.org, CC BY 4.0), read from its units on 2026-08-05, with UCUM codes beside them. Neither has
+a unit of fracture toughness, Pa·m½.
+
+Quantities and things: TriboDataFAIR Ontology 0.1.1 (N. Garabedian et al., doi:10.1038/s41597-022-01429-9, CC BY 4.0),
+read from its OWL file. It describes how a test was set up. It has no class of a friction coefficient, friction force,
+wear depth, wear volume, wear coefficient, wear rate, drift, slip, contact pressure or elastic constant.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+_QUDT = "http://qudt.org/vocab/unit/"
+_TRIBODATAFAIR = (
+    "https://raw.githubusercontent.com/nick-garabedian/TriboDataFAIR-Ontology/v0.1.1/TriboDataFAIR_Ontology.owl#"
+)
+
+
+class Unit(NamedTuple):
+    """A unit of ours elsewhere."""
+
+    ucum: str | None
+    """Code by the Unified Code for Units of Measure; none where it has none."""
+    qudt: str | None
+    """Name in QUDT; none where it has none."""
+
+    @property
+    def iri(self) -> str | None:
+        """Identifier in QUDT."""
+        return None if self.qudt is None else f"{_QUDT}{self.qudt}"
+
+
+UNITS: Mapping[str, Unit] = {
+    "1": Unit("1", "UNITLESS"),
+    "m": Unit("m", "M"),
+    "um": Unit("um", "MicroM"),
+    "m^2": Unit("m2", "M2"),
+    "m^3": Unit("m3", "M3"),
+    "mm^3": Unit("mm3", "MilliM3"),
+    "s": Unit("s", "SEC"),
+    "1/s": Unit("s-1", "PER-SEC"),
+    "rad/s": Unit("rad.s-1", "RAD-PER-SEC"),
+    "m/s": Unit("m.s-1", "M-PER-SEC"),
+    "kg": Unit("kg", "KiloGM"),
+    "kg/m^3": Unit("kg.m-3", "KiloGM-PER-M3"),
+    "N": Unit("N", "N"),
+    "Pa": Unit("Pa", "PA"),
+    "Pa*m^0.5": Unit(None, None),
+    "K": Unit("K", "K"),
+    "m^2/N": Unit("m2.N-1", "M2-PER-N"),
+}
+"""By the unit as the archive writes it."""
+
+_TERMS: Mapping[str, str] = {
+    "test": "TribologicalExperiment",
+    "evaluation": "DataProcessing",
+    "tribometer": "Tribometer",
+    "pin-on-disc": "PinonDiscMachine",
+    "conditions.normal_load": "NormalLoadSetpoint",
+    "conditions.sliding_speed": "SlidingSpeedSetpoint",
+    "conditions.track_radius": "RadialPositionSetpoint",
+    "conditions.medium": "SurroundingMediumType",
+    "conditions.temperature": "UncontrolledEnvironmentTemperature",
+    "conditions.relative_humidity": "UncontrolledEnvironmentRelativeHumidity",
+    "material": "MaterialName",
+    "density": "ObjectMassDensity",
+    "radius": "ObjectRadius",
+    "diameter": "ObjectDiameter",
+    "width": "ObjectWidth",
+    "vickers_hardness": "HardnessMagnitude",
+    "time": "ExperimentElapsedTime",
+    "sliding_distance": "ExperimentTraveledDistance",
+    "temperature": "TemperatureMagnitude",
+    "relative_humidity": "RelativeHumidityMagnitude",
+    "normal_force": "ForceMagnitude",
+    "friction_force": "ForceMagnitude",
+}
+
+
+def term(name: str) -> str | None:
+    """Return the identifier in TriboDataFAIR of what we call so; none where it has none."""
+    found = _TERMS.get(name)
+    return None if found is None else f"{_TRIBODATAFAIR}{found}"
+
+
+TERMS: Mapping[str, str] = {name: f"{_TRIBODATAFAIR}{found}" for name, found in _TERMS.items()}
+"""Every name that has one."""
