@@ -1,0 +1,319 @@
+"""What somebody meets who has never seen tribopipe: what to do next, pages of help, the demo, completion."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from typing import get_args
+
+import pytest
+from folders import SAMPLES, replace_in
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from test_light_import import heavy_modules_after
+
+from tribopipe import errors
+from tribopipe.archive.store import Archive
+from tribopipe.checks import documents, end_values, samples  # noqa: F401, which register their checks
+from tribopipe.checks.registry import CHECKS
+from tribopipe.cli.app import app
+from tribopipe.cli.completion import SHELLS, complete
+from tribopipe.cli.manual import links, pages, sections
+from tribopipe.errors import CheckError, InternalError, TribopipeError
+from tribopipe.pipeline import ingest
+from tribopipe.records.mark import Mark
+from tribopipe.shipped import shipped
+from tribopipe.verify.look import CheckName
+
+RUN = "si3n4-air-200mN"
+NOW = "2026-03-01T12:00:00+00:00"
+
+
+def kinds_of_error(root=TribopipeError) -> set[str]:
+    """Codes of the kinds of error that tribopipe itself has."""
+    own = {root.code} if root.__module__ == errors.__name__ else set()
+    return own.union(*map(kinds_of_error, root.__subclasses__()))
+
+
+# --- what to do next ---
+
+
+@pytest.fixture
+def lab(tmp_path) -> Path:
+    """A folder of somebody's."""
+    (tmp_path / "lab").mkdir()
+    return tmp_path / "lab"
+
+
+@pytest.fixture
+def commands(lab, run_cli):
+    """The commands that `tribopipe` alone offers in it."""
+
+    def offered() -> list[str]:
+        done = run_cli(cwd=lab)
+        assert (done.exit_code, done.stdout) == (0, "")
+        return [line.strip() for line in done.stderr.splitlines() if line.startswith("    tribopipe")]
+
+    return offered
+
+
+def test_where_nothing_is_it_says_how_to_begin(commands, lab):
+    assert commands() == ["tribopipe demo", "tribopipe new EXPORT", "tribopipe help tutorial"]
+    assert list(lab.iterdir()) == []
+
+
+def test_the_list_of_commands_is_still_there(run_cli):
+    shown = run_cli("--help").stdout
+    assert "From tribometer run folders" in shown
+    assert all(f"  {name} " in shown for name in ("process", "demo", "help", "new"))
+
+
+def test_where_nothing_is_nothing_heavy_is_loaded(tmp_path):
+    run = f"import os; os.chdir({str(tmp_path)!r}); from tribopipe.cli.app import app; app([], standalone_mode=False)"
+    assert heavy_modules_after(run) <= {"pydantic"}
+
+
+def test_run_folders_are_to_be_archived(commands, lab, short_runs):
+    shutil.copytree(short_runs, lab / "my runs")
+    assert commands() == ['tribopipe check "my runs"', 'tribopipe process "my runs"']
+
+
+def test_each_step_that_is_left_is_named(commands, lab, short_runs):
+    shutil.copytree(short_runs, lab / "runs")
+    ingest(lab / "runs" / RUN, Archive(lab / "archive"))
+    other = "runs/si3n4-air-400mN".replace("/", os.sep)
+    assert commands() == [
+        f"tribopipe check {other}",
+        f"tribopipe process {other}",
+        "tribopipe correct-drift",
+        "tribopipe fit",
+        "tribopipe browse",
+    ]
+
+
+def test_what_is_done_is_not_asked_for_again(commands, lab, archive, short_runs):
+    shutil.copytree(archive, lab / "archive")
+    shutil.copytree(short_runs / RUN, lab / "runs" / RUN)
+    assert commands() == ["tribopipe browse"]
+    study = 'schema = "tribopipe.study/1"\nid = "s"\nfit = ["si3n4-air-200mN"]\n'
+    (lab / "runs" / "s.study.toml").write_text(study, encoding="utf-8")
+    assert commands() == [f"tribopipe study run {Path('runs') / 's.study.toml'}", "tribopipe browse"]
+    replace_in(lab / "runs" / RUN / "run.toml", "$", "\n")
+    assert commands()[0] == f"tribopipe process {Path('runs') / RUN} --amend"
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("few_draws")
+def test_a_run_without_end_values_waits_for_them(commands, lab, short_runs, run_cli):
+    folder = Path(shutil.copytree(short_runs / RUN, lab / "runs" / RUN))
+    replace_in(folder / "run.toml", r"\[end_values\]\n(.+\n)*", "")
+    assert run_cli("process", "runs", "--no-figures", cwd=lab).exit_code == 0
+    assert commands() == [f"tribopipe process {Path('runs') / RUN} --amend", "tribopipe browse"]
+    assert "for lack of an end value of the pin" in run_cli(cwd=lab).stderr
+    Archive(lab / "archive").mark(RUN, Mark(kind="bad", reason="it rang", date=NOW))
+    assert commands() == ["tribopipe browse"]
+
+
+def test_what_cannot_be_read_is_named_and_hurts_nobody(commands, lab):
+    (lab / "archive").mkdir()
+    (lab / "archive" / "x.h5").write_bytes(b"no HDF5")
+    (lab / "run").mkdir()
+    (lab / "run" / "run.toml").write_bytes(b"\xff = not TOML")
+    assert commands() == ["tribopipe check run", "tribopipe process run", "tribopipe verify"]
+
+
+# --- help ---
+
+
+def test_every_error_and_finding_has_a_section_and_no_section_is_of_nothing():
+    codes = kinds_of_error() | CHECKS.keys() | {f"verify-{name}" for name in get_args(CheckName)}
+    assert codes == set(sections())
+    assert all(len(said) > 20 for said in sections().values())
+
+
+def test_each_section_is_opened_by_its_code(run_cli):
+    shown = run_cli("help", "unit-error", "axis_advances").stdout
+    assert "### unit-error" in shown
+    assert "a bare number is refused" in shown.lower()
+    assert "### axis_advances" in shown
+    assert "## " not in shown.replace("### ", "")
+
+
+def test_pages_and_commands_are_opened_by_name(run_cli):
+    assert run_cli("help", "end-values").stdout.startswith("# End values")
+    assert run_cli("help", "docs/end_values.md").stdout.startswith("# End values")
+    assert "Usage: tribopipe ingest" in run_cli("help", "ingest").stdout
+    listed = run_cli("help").stderr
+    assert all(f" {name} " in listed for name in pages())
+
+
+def test_an_unknown_topic_is_refused_with_the_nearest(run_cli):
+    refused = run_cli("help", "unit-eror")
+    assert refused.exit_code == 1
+    assert "did you mean 'unit-error'?" in refused.stderr
+
+
+@pytest.fixture
+def on_a_terminal(monkeypatch):
+    """Errors as they are told to people."""
+    from tribopipe.cli import output
+
+    said: list[str] = []
+    monkeypatch.setattr(output, "sys", SimpleNamespace(stderr=SimpleNamespace(isatty=lambda: True)))
+    monkeypatch.setattr(output, "say", said.append)
+    return said
+
+
+def test_on_a_terminal_an_error_is_followed_by_where_to_read_on(on_a_terminal, monkeypatch):
+    from tribopipe.cli.output import exit_with, say_where_to_read
+
+    say_where_to_read(["unit-error", "axis_advances", "unit-error", "of_a_plug_in"])
+    assert on_a_terminal == ["more on this: tribopipe help unit-error axis_advances"]
+    monkeypatch.setattr("tribopipe.cli.manual.links", lambda codes: [f"https://x.org/{code}" for code in codes])
+    say_where_to_read(["fit-error"])
+    assert on_a_terminal[1:] == ["more on this: tribopipe help fit-error\nhttps://x.org/fit-error"]
+    exit_with([], some_done=True, warned=["load_presses"])
+    assert on_a_terminal[2].startswith("more on this: tribopipe help load_presses")
+
+
+def test_elsewhere_an_error_is_one_line(run_cli):
+    assert run_cli("show", "x", "--archive", "nowhere").stderr.count("\n") == 1
+
+
+def test_an_installation_without_pages_still_tells_its_errors(on_a_terminal, monkeypatch):
+    from tribopipe.cli.output import say_where_to_read
+
+    sections.cache_clear()
+    monkeypatch.setattr("tribopipe.shipped._FOLDERS", ())
+    say_where_to_read(["unit-error"])
+    assert on_a_terminal == []
+    with pytest.raises(InternalError, match="install it again"):
+        shipped("docs/messages.md")
+
+
+def test_a_refused_run_leads_to_its_finding(sample_run):
+    replace_in(sample_run / "run.toml", "density = .*", 'density = "3.21 kg/m^3"')
+    with pytest.raises(CheckError) as refused:
+        ingest(sample_run, Archive(sample_run.parent / "archive"))
+    assert refused.value.code == "density_is_that_of_a_solid"
+
+
+def test_links_lead_to_the_site_that_the_package_names(monkeypatch):
+    def named(_):
+        from email.message import Message
+
+        told = Message()
+        told["Project-URL"] = "Source, https://example.org/source"
+        told["Project-URL"] = "Documentation, https://example.org/tribopipe/"
+        return told
+
+    monkeypatch.setattr("importlib.metadata.metadata", named)
+    assert links(["axis_advances"]) == ["https://example.org/tribopipe/messages.html#axis-advances"]
+
+
+# --- demo ---
+
+
+def test_demo_leaves_a_folder_of_something_else_alone(run_cli, lab, monkeypatch):
+    monkeypatch.setattr("tribopipe.browse.bundle.is_built", lambda: True)
+    (lab / "thesis.docx").touch()
+    refused = run_cli("demo", "--folder", lab)
+    assert refused.exit_code == 1
+    assert "holds something else" in refused.stderr
+    assert [path.name for path in lab.iterdir()] == ["thesis.docx"]
+
+
+@pytest.mark.slow
+def test_demo_records_processes_and_shows(lab, run_cli, monkeypatch):
+    served = []
+    monkeypatch.setattr("tribopipe.browse.bundle.is_built", lambda: True)
+    monkeypatch.setattr("tribopipe.browse.server.serve", lambda archive, *_, **how: served.append((archive, how)))
+    for _ in range(2):
+        shown = run_cli("demo", "--no-browser", cwd=lab)
+        assert shown.exit_code == 0
+    demo = Path("tribopipe-demo")
+    assert served == [(demo / "archive", {"open_browser": False})] * 2
+    assert str(demo) in shown.stderr
+    assert {path.name for path in (lab / demo).iterdir()} == {"runs", "archive", "plan.toml"}
+    assert [path.name for path in lab.iterdir()] == [demo.name]
+    archive = Archive(lab / demo / "archive")
+    recorded = {path.parent.name for path in SAMPLES.glob("*/run.toml")}
+    assert (set(archive.ids()), len(archive.study_ids())) == (recorded, 3)
+    for run in sorted(recorded):
+        assert (lab / demo / "runs" / run / "signals.csv").read_bytes() == (SAMPLES / run / "signals.csv").read_bytes()
+
+
+# --- completion ---
+
+
+def answer(shell: str, line: str) -> list[str]:
+    """Return how the last word of a line may end, as a shell is told."""
+    words = line.split(" ")
+    told = {"COMP_WORDS": "\n".join(words), "COMP_CWORD": str(len(words) - 1), "_TYPER_COMPLETE_ARGS": line}
+    told |= {"_TYPER_COMPLETE_WORD_TO_COMPLETE": words[-1], "_TYPER_COMPLETE_FISH_ACTION": "get-args"}
+    text, code = complete(app, shell, told)
+    assert code == 0
+    if shell == "zsh":
+        text = text.removeprefix("_arguments '*: :((").removesuffix("))'")
+        return [] if text == "_files" else [row.split('"')[1] for row in text.splitlines()]
+    return [row.split("\t")[0].split(":::")[0] for row in text.splitlines()]
+
+
+@pytest.fixture
+def many(lab, monkeypatch) -> list[str]:
+    """Ids of some runs in the archive here, as far as their names tell."""
+    (lab / "archive").mkdir()
+    ids = [f"run-{number:02}" for number in range(20)]
+    for run_id in ids:
+        (lab / "archive" / f"{run_id}.h5").touch()
+    (lab / "other").mkdir()
+    (lab / "other" / "elsewhere.h5").touch()
+    monkeypatch.chdir(lab)
+    return ids
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_commands_options_values_and_ids_are_completed(shell, many):
+    assert {"process", "fit", "demo"} <= set(answer(shell, "tribopipe "))
+    assert answer(shell, "tribopipe corr") == ["correct-drift"]
+    assert answer(shell, "tribopipe study sh") == ["show"]
+    assert answer(shell, "tribopipe show ") == many
+    assert answer(shell, "tribopipe fit run-00 run-1") == many[10:]
+    assert answer(shell, "tribopipe show --archive other ") == ["elsewhere"]
+    assert answer(shell, "tribopipe fit --mod") == ["--model"]
+    assert {"archard", "sarkar"} <= set(answer(shell, "tribopipe fit --model "))
+    assert answer(shell, "tribopipe help unit") == ["unit-error"]
+    assert answer(shell, "tribopipe process ") == []
+    assert answer(shell, "tribopipe fit --recipe ") == []
+
+
+def test_where_files_are_wanted_shells_are_told_so():
+    assert complete(app, "zsh", {"_TYPER_COMPLETE_ARGS": "tribopipe process "}) == ("_files", 0)
+    asked = {"_TYPER_COMPLETE_FISH_ACTION": "is-args", "_TYPER_COMPLETE_ARGS": "tribopipe process "}
+    assert complete(app, "fish", asked) == ("", 1)
+    assert complete(app, "fish", asked | {"_TYPER_COMPLETE_ARGS": "tribopipe "}) == ("", 0)
+
+
+@settings(max_examples=25)
+@given(st.sampled_from(SHELLS), st.text(max_size=40))
+def test_no_line_is_too_odd(shell, text):
+    told = {"COMP_WORDS": text, "COMP_CWORD": str(len(text.split())), "_TYPER_COMPLETE_ARGS": f"tribopipe {text}"}
+    complete(app, shell, told)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no bash to ask")
+def test_bash_is_answered_by_the_command_itself(many):
+    script = Path(sys.executable).with_name("tribopipe")
+    told = {"_TRIBOPIPE_COMPLETE": "complete_bash", "COMP_WORDS": "tribopipe\nshow\nrun-0", "COMP_CWORD": "2"}
+    done = subprocess.run([script], env=os.environ | told, capture_output=True, text=True, encoding="utf-8")
+    assert (done.returncode, done.stderr, done.stdout.split()) == (0, "", many[:10])
+
+
+def test_completion_loads_nothing_heavy():
+    run = (
+        "from tribopipe.cli.app import app; from tribopipe.cli.completion import complete; "
+        "complete(app, 'zsh', {'_TYPER_COMPLETE_ARGS': 'tribopipe fit --model '})"
+    )
+    assert heavy_modules_after(run) == set()

@@ -1,0 +1,91 @@
+"""The command that shows tribopipe at work: demo."""
+
+import shutil
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tribopipe.cli.batch_options import crew
+from tribopipe.cli.browse import NoBrowser, Port, browse
+from tribopipe.cli.output import finish, progress, say
+
+_PLAN, _RUNS, _ARCHIVE = "plan.toml", "runs", "archive"
+
+
+def demo(
+    folder: Annotated[Path, typer.Option("--folder", help="Folder to put everything into.")] = Path("tribopipe-demo"),
+    port: Port = 0,
+    no_browser: NoBrowser = False,
+) -> None:
+    """Show tribopipe on sample runs: record them on virtual tribometers, process them, and browse the archive.
+
+    Everything is put into one folder, which can be deleted afterwards. A second time what is there is shown at once.
+    """
+    from tribopipe.browse.bundle import NOT_BUILT, is_built
+    from tribopipe.errors import ArchiveError
+
+    if not is_built():
+        raise ArchiveError(NOT_BUILT)
+    _begin(folder)
+    _record(folder)
+    _process(folder / _RUNS, folder / _ARCHIVE)
+    say(
+        f"Run folders are in {folder / _RUNS}, their archive in {folder / _ARCHIVE}; delete {folder} when you are done."
+    )
+    browse(folder / _ARCHIVE, port, no_browser)
+
+
+def _begin(folder: Path) -> None:
+    """Make the folder, known by the plan in it. Raises ``ManifestError`` where it is one of something else."""
+    from tribopipe.errors import ManifestError
+    from tribopipe.shipped import shipped
+
+    if folder.exists() and not (folder / _PLAN).is_file() and any(folder.iterdir()):
+        raise ManifestError(
+            f"{folder}: found a folder that holds something else; expected a new one, or that of an earlier demo; name "
+            "another with --folder"
+        )
+    folder.mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(shipped(f"sample_runs/{_PLAN}"), folder / _PLAN)
+
+
+def _record(folder: Path) -> None:
+    """Record the sample runs, all or none; those that are there stay, whatever somebody has tried on them."""
+    from tribopipe.records.base import load_toml
+    from tribopipe.records.plan import Plan
+    from tribopipe.shipped import shipped
+    from tribopipe.simulate import simulate_plan
+
+    runs, begun = folder / _RUNS, folder / f".{_RUNS}.part"
+    if runs.exists():
+        return
+    say(f"Recording sample runs on virtual tribometers into {runs}")
+    simulate_plan(load_toml(folder / _PLAN, Plan), begun)
+    for study in shipped("sample_runs").glob("*.study.toml"):
+        shutil.copyfile(study, begun / study.name)
+    begun.rename(runs)
+
+
+def _process(runs: Path, archive: Path) -> None:
+    """Process what is not processed yet. Exits where anything failed."""
+    from tribopipe import pipeline
+    from tribopipe.archive.store import Archive
+    from tribopipe.batch import at_work
+    from tribopipe.records.recipe import Recipe
+    from tribopipe.studies import find_studies, load_studies, process_studies
+
+    say("Processing them: drift, friction, wear coefficients with their uncertainty, predictions, studies")
+    store, how, folders = Archive(archive), Recipe(), pipeline.find_runs(runs)
+    studies = load_studies(find_studies(runs))
+    studied = {run_id for study in studies for run_id in (*study.fit, *study.predict)}
+    outcomes = []
+    with at_work(crew(0, None)) as who, progress("process", len(folders)) as advance:
+        for outcome in pipeline.process(folders, store, how, studied=studied, crew=who):
+            advance(outcome.run_id, by=int(outcome.stage == "ingest"))
+            outcomes.append(outcome)
+        outcomes += process_studies(store, studies, how)
+    finish(outcomes)
+
+
+COMMANDS = {"demo": demo}

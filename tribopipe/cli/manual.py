@@ -1,0 +1,50 @@
+"""The documentation as it comes with the package: pages by name, and what is said of each error and finding by code."""
+
+import re
+from functools import cache
+from pathlib import Path
+
+from tribopipe.shipped import shipped
+
+_MESSAGES = "messages"
+_OF_THE_SITE = {"index", "changelog", "contributing"}
+"""Pages that show others."""
+_COMMENT = re.compile(r"<!--.*?-->\n?", re.DOTALL)
+_SECTION = re.compile(r"^### (\S+)\n", re.MULTILINE)
+_NEXT_PART = re.compile(r"^## ", re.MULTILINE)
+
+
+@cache
+def sections() -> dict[str, str]:
+    """Return what is said of each error and finding by its code, as Markdown.
+
+    Raises ``InternalError`` where the pages were not installed.
+    """
+    _, *found = _SECTION.split(page(_MESSAGES))
+    return {code: _NEXT_PART.split(said)[0].strip() for code, said in zip(found[::2], found[1::2], strict=True)}
+
+
+def pages() -> list[str]:
+    """Return the names of the pages. Raises ``InternalError`` where they were not installed."""
+    return sorted({path.stem for path in _folder().glob("*.md")} - _OF_THE_SITE)
+
+
+def page(name: str) -> str:
+    """Return a page as Markdown, without what it says to tests alone."""
+    return _COMMENT.sub("", (_folder() / f"{name}.md").read_text(encoding="utf-8")).lstrip()
+
+
+def links(codes: list[str]) -> list[str]:
+    """Return where the site has the sections of some codes; nothing as long as the package names no site."""
+    from importlib.metadata import PackageNotFoundError, metadata
+
+    try:
+        named = metadata("tribopipe").get_all("Project-URL") or []
+    except PackageNotFoundError:
+        return []
+    sites = [site.partition(",")[2].strip().rstrip("/") for site in named if site.startswith("Documentation,")]
+    return [f"{site}/{_MESSAGES}.html#{code.replace('_', '-')}" for site in sites for code in codes]
+
+
+def _folder() -> Path:
+    return shipped(f"docs/{_MESSAGES}.md").parent

@@ -1,0 +1,96 @@
+"""What lies in and below a folder: run folders, studies, and how far the archive beside them has got."""
+
+import hashlib
+import os
+from collections import deque
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from tribopipe.archive.catalogue.listed import ListedRun
+
+RUN_TOML = "run.toml"
+_LEVELS, _MOST_ENTRIES = 2, 20_000
+"""How deep is looked, and at how much: nobody waits for a home folder to be walked through."""
+
+
+@dataclass
+class Whereabouts:
+    """What was found."""
+
+    runs: dict[Path, str] = field(default_factory=dict)
+    """SHA-256 of the run.toml in each run folder."""
+    studies: list[Path] = field(default_factory=list)
+    archived: "list[ListedRun]" = field(default_factory=list)
+    studied: set[str] = field(default_factory=set)
+    """Ids of the studies in the archive."""
+    unreadable: int = 0
+    """Files of the archive that cannot be read."""
+
+    def folder_of(self, run: "ListedRun") -> Path | None:
+        """Return the folder of an archived run: the one with its run.toml, or that is called as the run is."""
+        same = (path for path, sha256 in self.runs.items() if sha256 == run.text("run_toml"))
+        called = (path for path in self.runs if path.name == run.id)
+        return next(same, None) or next(called, None)
+
+
+def look_around(folder: Path, archive: Path) -> Whereabouts:
+    """Look at a folder, and at the catalogue of an archive if there is one."""
+    found = Whereabouts()
+    for path in _below(folder, archive):
+        if path.name == RUN_TOML:
+            with suppress(OSError):
+                found.runs[path.parent] = hashlib.sha256(path.read_bytes()).hexdigest()
+        elif path.name == "study.toml" or path.name.endswith(".study.toml"):
+            found.studies.append(path)
+    if archive.is_dir():
+        _look_into(archive, found)
+    return found
+
+
+def _look_into(archive: Path, found: Whereabouts) -> None:
+    from tribopipe.archive.stamps import STUDIES, SUFFIX
+    from tribopipe.cli.listing import up_to_date
+
+    catalogue = up_to_date(archive)
+    found.archived = catalogue.runs()
+    found.unreadable = len(catalogue.unreadable)
+    found.studied = {path.stem for path in (archive / STUDIES).glob(f"*{SUFFIX}")}
+
+
+def _below(folder: Path, archive: Path) -> Iterator[Path]:
+    """Give the TOML files in a folder and a little below; nothing below a run folder, and nothing hidden."""
+    left, room = deque([(folder, 0)]), _MOST_ENTRIES
+    while left and room > 0:
+        here, level = left.popleft()
+        files, folders = _in(here)
+        room -= len(files) + len(folders)
+        yield from (path for path in files if path.suffix == ".toml")
+        if level < _LEVELS and not any(path.name == RUN_TOML for path in files):
+            left += [(path, level + 1) for path in folders if path != archive]
+
+
+def _in(folder: Path) -> tuple[list[Path], list[Path]]:
+    """Return the files and folders in a folder that are not hidden, by name; none where it cannot be read."""
+    try:
+        with os.scandir(folder) as entries:
+            seen = [entry for entry in entries if not entry.name.startswith(".")]
+            folders = {entry.path for entry in seen if entry.is_dir(follow_symlinks=False)}
+    except OSError:
+        return [], []
+    paths = sorted(entry.path for entry in seen)
+    return [Path(path) for path in paths if path not in folders], [Path(path) for path in paths if path in folders]
+
+
+def ids_in(documents: Iterable[Path]) -> dict[Path, str]:
+    """Return the id that each document states; those that cannot be read are left out."""
+    import tomllib
+
+    said = {}
+    for path in documents:
+        with suppress(OSError, ValueError, LookupError):
+            said[path] = str(tomllib.loads(path.read_text(encoding="utf-8"))["id"])
+    return said
