@@ -1,0 +1,87 @@
+"""How the documentation is built: `python -m sphinx -W -n -b html docs build/docs`.
+
+Sphinx renders the docstrings and checks every link and name; MyST has it read the pages as Markdown, which reads well
+in the repository too; furo is a theme for narrow, wide, light and dark screens. Nothing is loaded from the network.
+Screenshots are on the pages where `python docs/make_screenshots.py` took them before.
+"""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tribopipe.records.base import Record
+from tribopipe.version import VERSION
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE))
+
+from site_parts.mathml import as_mathml  # noqa: E402
+from site_parts.offline import refuse_network  # noqa: E402
+from site_parts.pages import write_reference  # noqa: E402
+from site_parts.screenshots import as_far_as_taken  # noqa: E402
+
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
+
+project = "tribopipe"
+author = "The tribopipe developers"
+project_copyright = "The tribopipe developers, MIT licence"
+version = release = VERSION
+
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx_copybutton"]
+exclude_patterns = ["**/.ipynb_checkpoints"]
+nitpicky = True
+# Names of other libraries, whose inventories would have to come from the network, and type variables.
+_OTHERS = r"(collections|datetime|h5py|matplotlib|np|numpy|pandas|pathlib|pydantic|typing)\..*|Figure"
+_VARIABLES = r"tribopipe\.(archive\.store\.R|batch\.task\.(Task|Answer))"
+nitpick_ignore_regex = [("py:.*", f"{_OTHERS}|{_VARIABLES}")]
+
+myst_enable_extensions = ["attrs_inline", "colon_fence", "deflist", "dollarmath"]
+myst_heading_anchors = 4
+nb_execution_mode = "cache"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
+nb_merge_streams = True
+copybutton_exclude = ".linenos, .gp, .go"
+
+autodoc_member_order = "bysource"
+autodoc_default_options = {"exclude-members": "model_config"}
+autodoc_typehints_format = "short"
+maximum_signature_line_length = 78
+add_module_names = False
+default_role = "code"
+smartquotes = False
+
+html_theme = "furo"
+html_title = f"tribopipe {VERSION}"
+html_static_path = ["_static"]
+html_css_files = ["tribopipe.css"]
+html_math_renderer = "mathml"
+html_copy_source = False
+html_show_sourcelink = False
+html_theme_options = {"navigation_with_keys": True}
+
+
+def without_fields(_app: "Sphinx", _what: str, _name: str, thing: object, *_: object) -> tuple[str, None] | None:
+    """Leave the signature of a record out: its fields stand in a table, with units."""
+    return ("", None) if isinstance(thing, type) and issubclass(thing, Record) else None
+
+
+def with_screenshots(app: "Sphinx", _page: str, text: list[str]) -> None:
+    """Show the screenshots that were taken."""
+    text[0] = as_far_as_taken(text[0], Path(app.srcdir))
+
+
+def load_nothing(app: "Sphinx", error: Exception | None) -> None:
+    """Raise ``ExtensionError`` where a built page would load something from the network."""
+    if error is None:
+        refuse_network(Path(app.outdir))
+
+
+def setup(app: "Sphinx") -> None:
+    """Have the reference written before pages are read, and equations as MathML."""
+    app.connect("builder-inited", lambda _: write_reference(HERE))
+    app.connect("source-read", with_screenshots)
+    app.connect("autodoc-process-signature", without_fields)
+    app.connect("build-finished", load_nothing)
+    as_mathml(app)

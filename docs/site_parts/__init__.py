@@ -1,0 +1,1 @@
+"""What the documentation is built with: reference pages made from the program itself, equations, screenshots."""
