@@ -7,6 +7,7 @@ from pathlib import Path
 import h5py
 
 from tribopipe.archive.formats import format_of
+from tribopipe.archive.seal import SEAL_SIZE, seal
 
 
 def take_back(path: Path, version: int) -> None:
@@ -34,10 +35,21 @@ def _to_1(image: BytesIO, written_as: str) -> BytesIO:
     Compared with what the last tribopipe of format 1 wrote for all sample runs, this differs in dates, and in the order
     of the keys of options.
     """
+    return _without(image, {"stands_on", "environment"}, written_as)
+
+
+def _to_2(image: BytesIO, written_as: str) -> BytesIO:
+    """Without a word on the definition that the file follows."""
+    older = _without(image, {"definition"}, written_as, userblock_size=SEAL_SIZE)
+    seal(older.getbuffer())
+    return older
+
+
+def _without(image: BytesIO, left_out: set[str], written_as: str, **laid_out: int) -> BytesIO:
     older = BytesIO()
-    with h5py.File(image) as file, h5py.File(older, "w", track_order=True) as made:
+    with h5py.File(image) as file, h5py.File(older, "w", track_order=True, **laid_out) as made:
         made.attrs.update(file.attrs)
-        _copy_but(file, made, {"stands_on", "environment"})
+        _copy_but(file, made, left_out)
         made["entry/archived/format"][()] = written_as
     return older
 
@@ -47,12 +59,14 @@ def _copy_but(source: h5py.Group, target: h5py.Group, left_out: set[str]) -> Non
         link = source.get(name, getlink=True)
         if isinstance(link, h5py.SoftLink):
             target[name] = link
+        elif name in left_out:
+            continue
         elif isinstance(source[name], h5py.Dataset):
             source.copy(name, target)
-        elif name not in left_out:
+        else:
             group = target.create_group(name, track_order=True)
             group.attrs.update(source[name].attrs)
             _copy_but(source[name], group, left_out)
 
 
-_STEPS_BACK: dict[int, Callable[[BytesIO, str], BytesIO]] = {2: _to_1}
+_STEPS_BACK: dict[int, Callable[[BytesIO, str], BytesIO]] = {3: _to_2, 2: _to_1}

@@ -180,7 +180,7 @@ def wait_until(true) -> None:
 
 def test_without_dask_it_is_said_how_to_install_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(BatchError, match=r"pip install tribopipe\[hpc\]"):
+    with pytest.raises(BatchError, match=r'pip install "tribopipe\[hpc\]"'):
         list(as_done(squared, [1], Crew(scheduler="local")))
 
 

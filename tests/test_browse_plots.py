@@ -128,7 +128,7 @@ def test_a_run_offers_its_plots_beside_their_steps(run):
 def test_only_k_d_against_friction_has_words_of_its_own(run):
     words = {offer.name: answer(run, offer.name)["words"] for offer in run_plots(run) if offer.words}
     assert list(words) == ["coefficient"]
-    assert "k_D·√(1 + 3µ²)" in words["coefficient"]
+    assert "k_D·√(1 + 3μ²)" in words["coefficient"]
 
 
 def test_depth_is_reading_less_drift_plus_wear(run):

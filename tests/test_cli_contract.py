@@ -25,8 +25,8 @@ FLAGS = {
     "formats detect": {"--reader", "--json"},
     "new": {"--into", "--id", "--template", "--reader", "--set", "--profile", "--json"},
     "check": {"--json"},
-    "ingest": COMMON | MANY | {"--force", "--shard"},
-    "process": STEP | MANY | {"--figures", "--no-figures", "--shard"},
+    "ingest": COMMON | MANY | {"--force", "--amend", "--shard"},
+    "process": STEP | MANY | {"--amend", "--figures", "--no-figures", "--shard"},
     "simulate": {"--plan", "--json"},
     "correct-drift": STEP | MANY,
     "fit": STEP | MANY | {"--model", "--law", "--together", "--engine"},
@@ -54,17 +54,21 @@ FLAGS = {
     | {"--output", "--force"},
     "export csv": COMMON | {"--what", "--output", "--force"},
     "export runs": {"--archive", "--where", "--sort", "--columns", "--output"},
+    "export dataset": COMMON | {"--ro-crate", "--eln", "--dataset", "--report", "--no-report", "--force"},
+    "import": COMMON,
     "reproduce": COMMON,
     "migrate": COMMON,
     "rescue": {"--to", "--json"},
     "verify": COMMON | {"--run", "--recompute"},
     "report": {"--output", "--run", "--archive", "--force"},
     "browse": {"--archive", "--port", "--no-browser"},
+    "demo": {"--folder", "--port", "--no-browser"},
+    "help": set(),
     "watch": COMMON
     | {"--template", "--runs", "--recipe", "--settle", "--together", "--poll", "--once", "--jobs"}
     | {"--figures", "--no-figures"},
-    "live": {"--law", "--recipe", "--to", "--drift", "--disc-wear", "--drift-from", "--wear-from", "--every", "--json"}
-    | {"--until-still", "--once", "--figure"},
+    "live": {"--law", "--model", "--recipe", "--to", "--drift", "--disc-wear", "--drift-from", "--wear-from"}
+    | {"--every", "--json", "--until-still", "--once", "--figure"},
     "schema export": set(),
 }
 K_D = "13.5e-9 mm^3/(N*mm)"

@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+from tribopipe.archive.definitions.known import definitions
 from tribopipe.errors import ManifestError
 from tribopipe.records.base import load_toml, read_document
 from tribopipe.records.document import parse_toml
@@ -356,7 +357,7 @@ def test_committed_schema_is_the_generated_one(name):
 
 def test_no_committed_schema_is_left_over():
     committed = {path.name for path in (ROOT / "schemas").iterdir()}
-    assert committed == {f"{name}.schema.json" for name in SCHEMAS}
+    assert committed == {f"{name}.schema.json" for name in SCHEMAS} | {f"{name}.nxdl.xml" for name in definitions()}
 
 
 @pytest.fixture(scope="module")

@@ -13,6 +13,7 @@ from tribopipe.ingest import registry
 from tribopipe.ingest.delimited import DelimitedReader
 from tribopipe.ingest.formats.winducom import WinducomReader
 from tribopipe.ingest.reader import Hints, Match, Reader, ReadTable
+from tribopipe.plugins import own_first
 from tribopipe.run import SourceFile
 
 BUILT_IN = {
@@ -63,7 +64,7 @@ def installed(monkeypatch):
     def install(**plugins: str) -> None:
         declared = {name.replace("_", "-"): value for name, value in plugins.items()}
         entries = [EntryPoint(name, value, registry.GROUP) for name, value in (BUILT_IN | declared).items()]
-        monkeypatch.setattr(registry, "entry_points", lambda group: entries if group == registry.GROUP else [])
+        monkeypatch.setattr("tribopipe.plugins.declared", lambda _: own_first(entries))
         registry._loaded.cache_clear()
 
     yield install

@@ -179,7 +179,7 @@ def test_friction_figure_has_a_panel_for_each_run_with_its_parameters(members):
     runs = [members[run_id] for run_id in (*SI3N4.predict, *SI3N4.fit)]
     figure = plot_study_friction(runs)
     assert [ax.get_title(loc="left") for ax in figure.axes] == ["(a) 200 mN", "(b) 400 mN", "(c) 800 mN"]
-    assert figure.axes[0].get_ylabel() == "friction coefficient µ"
+    assert figure.axes[0].get_ylabel() == "friction coefficient μ"
     assert {ax.get_xlabel() for ax in figure.axes} == {"sliding distance s / m"}
     assert len({(ax.get_xlim(), ax.get_ylim()) for ax in figure.axes}) == 1
     for ax, run_id in zip(figure.axes, (*SI3N4.fit, *SI3N4.predict), strict=True):
@@ -187,7 +187,7 @@ def test_friction_figure_has_a_panel_for_each_run_with_its_parameters(members):
         assert ax.texts[0].get_text() == f"A = {fit.amplitude}\nb = {fit.steady_state}\nc = {fit.running_in_distance}"
         fitted = ax.lines[1].get_ydata()
         assert fitted[-1] == pytest.approx(fit.steady_state.value + fit.amplitude.value * np.exp(-500 / c_of(fit)))
-    assert labels(figure) == ["measured", "fit, µ = A·exp(−s/c) + b"]
+    assert labels(figure) == ["measured", "fit, μ = A·exp(−s/c) + b"]
 
 
 def c_of(fit) -> float:
@@ -217,7 +217,7 @@ def test_coefficient_figure_holds_the_laws_against_the_windows_of_each_run(studi
     assert [ax.get_title(loc="left") for ax in panels] == titles
     assert len({(ax.get_xlim(), ax.get_ylim()) for ax in panels}) == 1
     assert panels[0].get_ylabel() == "effective $k_\\mathrm{D}$ / $10^{-9}$ mm³/(N·mm)"
-    assert {ax.get_xlabel() for ax in panels} == {"friction coefficient µ"}
+    assert {ax.get_xlabel() for ax in panels} == {"friction coefficient μ"}
     assert bar.get_ylabel() == "sliding distance s / m"
     result = studied.study("si3n4").result
     archard, sarkar = (result.law(law).wear_coefficient.value / UNIT * 1e9 for law in ("archard", "sarkar"))

@@ -287,6 +287,20 @@ def test_a_run_at_fault_is_tried_again_when_run_toml_changes(bench, monkeypatch)
     assert bench.settled() == [("done", "a.csv", "a")]
 
 
+def test_a_run_is_evaluated_again_when_its_run_toml_is_amended(bench):
+    bench.put("a.csv", export(1))
+    assert [kind for kind, *_ in bench.settled()] == ["made", "done"]
+    bench.start()
+    assert bench.settled() == []
+    manifest = bench.runs / "a" / "run.toml"
+    manifest.write_bytes(manifest.read_bytes() + b"# measured today\n")
+    assert bench.look() == []
+    assert bench.look(SETTLE) == [("done", "a.csv", "a")]
+    bench.start()
+    assert bench.settled() == []
+    assert bench.taken == ["a", "a"]
+
+
 def test_what_is_no_fault_of_the_run_is_tried_again_at_the_next_start(bench, monkeypatch):
     bench.put("a.csv", export(1))
     with monkeypatch.context() as patch:
@@ -315,6 +329,11 @@ def test_an_export_goes_through_the_line_and_on(tmp_path):
     assert done.text == "a: archived; evaluated"
     assert done.details[0].startswith("μ")
     assert {step["stage"] for step in done.as_json()["steps"]} >= {"ingest", "friction_fit", "wear_fit"}
+    manifest = bench.runs / "a" / "run.toml"
+    manifest.write_text(f"{manifest.read_text('utf-8')}# measured today\n", encoding="utf-8")
+    bench.look()
+    (done,) = bench.told(SETTLE)
+    assert done.details[0] == "run.toml amended; the earlier one is kept"
     bench.put("a.csv", export(1, rows=60))
     bench.look()
     made, done = bench.told(SETTLE)

@@ -110,12 +110,16 @@ _HOMES = {
 }
 
 
-def __getattr__(name: str) -> Any:
+def _imported(name: str) -> Any:
     """Import what is asked for when it is asked for: `tribopipe --help` needs no numpy."""
     for module, names in _HOMES.items():
         if name in names:
             return getattr(import_module(f"tribopipe.{module}"), name)
     raise AttributeError(f"module 'tribopipe' has no attribute {name!r}")
+
+
+if not TYPE_CHECKING:  # A type checker would take every name, misspelt ones too, for one of this module.
+    __getattr__ = _imported
 
 
 def __dir__() -> list[str]:

@@ -6,7 +6,6 @@ Nothing is written here. A planned step reads what it stands on from the archive
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -172,12 +171,19 @@ def wear_fit(archive: Archive, run_id: str, recipe: Recipe, law: LawName) -> Pla
             "engine": recipe.wear.engine,
             "friction": recipe.wear.friction,
             "correction": recipe.wear.correction,
+            **_given(recipe, law),
         },
         "drift": _told(recipe.drift),
         "uncertainty": _told(recipe.uncertainty),
         "monte_carlo": _told(recipe.monte_carlo),
     }
     return _planned(archive, run_id, WEAR_FITS[law], options | _convention(archive, run_id, recipe), compute)
+
+
+def _given(recipe: Recipe, law: LawName) -> dict[str, Any]:
+    """Return what a step under a law is told besides: its parameters, where the recipe gives some."""
+    given = recipe.wear.parameters.get(law)
+    return {"parameters": {law: given}} if given else {}
 
 
 def _law_curves(curve: LawCurve | None) -> Curves:
@@ -221,7 +227,7 @@ def prediction(
 
     options = {
         "reference": reference,
-        "wear": {"friction": recipe.wear.friction},
+        "wear": {"friction": recipe.wear.friction, **_given(recipe, law)},
         "uncertainty": _told(recipe.uncertainty),
     }
     fingerprint = digest(*known.parts)
@@ -264,7 +270,7 @@ def local_wear(
         "local_wear": asdict(how),
         "at": list(at),
         "wear_coefficient": [_told(given) for given in coefficients],
-        "wear": {"friction": recipe.wear.friction},
+        "wear": {"friction": recipe.wear.friction, **_given(recipe, law)},
         "uncertainty": _told(recipe.uncertainty),
     }
     return _planned(archive, run_id, LOCAL_WEAR[law], options, compute, wear_coefficient=digest(*known))
@@ -290,9 +296,8 @@ PLANS: Mapping[StepName, Callable[[Archive, str, Recipe], PlannedStep]] = {
     "drift_correction": drift_correction,
     "friction_fit": friction_fit,
     "specific_wear": specific_wear_rates,
-    **{WEAR_FITS[law]: partial(wear_fit, law=law) for law in WEAR_FITS},
 }
-"""Steps of which a recipe says all."""
+"""Steps of which a recipe says all, but for the law of a fit."""
 
 
 def recipe_of(options: Mapping[str, Any]) -> Recipe:

@@ -4,14 +4,23 @@ Every message names where (file, key or line), what was found, what was expected
 Nothing outside this module derives from ``Exception``.
 """
 
+import re
 from collections.abc import Iterable
 from difflib import get_close_matches
 
 _HALF = 600
+_CAPITAL = re.compile("(?<=[a-z])(?=[A-Z])")
 
 
 class TribopipeError(Exception):
     """Root of everything tribopipe raises on purpose; its text is shown to people as it stands."""
+
+    code = "tribopipe-error"
+    """What `tribopipe help` takes for more about it: a section of docs/messages.md."""
+
+    def __init_subclass__(cls) -> None:
+        """Name the section of a kind of error after its class: "unit-error" for ``UnitError``."""
+        cls.code = _CAPITAL.sub("-", cls.__name__).lower()
 
     def __str__(self) -> str:
         """Return the sentence in one line; what a file makes of it for a terminal is written out, or cut in the middle.

@@ -1,6 +1,7 @@
 """Files read fast, files written whole or not at all, and names in the order people expect."""
 
 import errno
+import hashlib
 import os
 import re
 import stat
@@ -49,6 +50,13 @@ def pieces_of(path: Path, size: int) -> Iterator[bytes]:
     with path.open("rb") as file:
         while piece := file.read(size):
             yield piece
+
+
+def sha256_of(path: Path) -> str:
+    """Return the SHA-256 of a file, in hexadecimal digits. Raises ``OSError`` as ``read_file`` does."""
+    _refuse_endless(path.stat())
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _refuse_endless(seen: os.stat_result) -> None:

@@ -12,6 +12,7 @@ from typing import Any, Literal, TypeVar
 
 from tribopipe.archive.one_run import OneRun
 from tribopipe.archive.results import archived_fit
+from tribopipe.archive.steps import StepName
 from tribopipe.archive.store import Archive
 from tribopipe.archived_steps import (
     PlannedStep,
@@ -70,6 +71,8 @@ class Outcome:
     error: TribopipeError | None = None
     place: int = 0
     """Place of its run in a batch, by which outcomes are put in order whichever came first."""
+    dropped: tuple[StepName, ...] | None = None
+    """Steps that stood on the run.toml before it was amended; none where it was not."""
 
     @classmethod
     def failed(cls, run_id: str, stage: Stage, error: Exception) -> "Outcome":
@@ -109,29 +112,36 @@ def find_runs(path: Path) -> list[Path]:
     return found
 
 
-def ingest(path: Path, archive: Archive, *, force: bool = False) -> Outcome:
-    """Read, check and archive one run folder.
+def ingest(path: Path, archive: Archive, *, force: bool = False, amend: bool = False) -> Outcome:
+    """Read, check and archive one run folder; ``amend`` has another run.toml take the place of the archived one.
 
     Raises ``TribopipeError`` where the run cannot be read, has errors, or its id is taken by other content.
     """
     run = read_run(path)
     findings = check_run(run)
     refuse_errors(run, findings)
-    status = archive.add(run, findings, force=force)
-    return Outcome(run.id, "ingest", "unchanged" if status == "unchanged" else "done", findings=tuple(findings))
+    before = archive.step_names(run.id) if amend and archive.path(run.id).exists() else []
+    status = archive.add(run, findings, force=force, amend=amend)
+    return Outcome(
+        run.id,
+        "ingest",
+        "unchanged" if status == "unchanged" else "done",
+        findings=tuple(findings),
+        dropped=tuple(before) if status == "amended" else None,
+    )
 
 
 def ingest_each(
-    paths: Sequence[Path], archive: Archive, *, force: bool = False, crew: Crew = ALONE
+    paths: Sequence[Path], archive: Archive, *, force: bool = False, amend: bool = False, crew: Crew = ALONE
 ) -> Iterator[Outcome]:
     """Ingest run folders; yield what became of each, with its place. One that fails stops no other."""
-    for place, path, answer in _by_run(partial(_ingest_one, archive=archive, force=force), paths, crew):
+    for place, path, answer in _by_run(partial(_ingest_one, archive=archive, force=force, amend=amend), paths, crew):
         outcome = Outcome.failed(str(path), "ingest", answer) if isinstance(answer, TribopipeError) else answer
         yield replace(outcome, place=place)
 
 
-def _ingest_one(path: Path, archive: Archive, *, force: bool) -> Outcome:
-    return attempted(str(path), "ingest", partial(ingest, path, archive, force=force))
+def _ingest_one(path: Path, archive: Archive, *, force: bool, amend: bool) -> Outcome:
+    return attempted(str(path), "ingest", partial(ingest, path, archive, force=force, amend=amend))
 
 
 def clean_archived(archive: Archive, run_id: str, recipe: Recipe, *, force: bool = False) -> Outcome:
@@ -235,6 +245,7 @@ def process(
     recipe: Recipe | None = None,
     *,
     force: bool = False,
+    amend: bool = False,
     studied: Collection[str] = (),
     crew: Crew = ALONE,
 ) -> Iterator[Outcome]:
@@ -247,7 +258,7 @@ def process(
     recipe = recipe or Recipe()
     with at_work(crew) as at_hand:
         places: dict[str, int] = {}
-        for outcome in process_each(paths, archive, recipe, force=force, crew=at_hand):
+        for outcome in process_each(paths, archive, recipe, force=force, amend=amend, crew=at_hand):
             if outcome.stage == "ingest" and outcome.error is None:
                 places[outcome.run_id] = outcome.place
             elif outcome.error is not None:
@@ -260,10 +271,17 @@ def process(
 
 
 def process_each(
-    paths: Sequence[Path], archive: Archive, recipe: Recipe, *, force: bool = False, crew: Crew = ALONE
+    paths: Sequence[Path],
+    archive: Archive,
+    recipe: Recipe,
+    *,
+    force: bool = False,
+    amend: bool = False,
+    crew: Crew = ALONE,
 ) -> Iterator[Outcome]:
     """Take run folders through all that needs no other run; yield what became of each step, as ``process`` does."""
-    for place, outcomes in _each_run(paths, archive, recipe, force=force, crew=crew):
+    take = partial(_process_one, archive=archive, recipe=recipe, force=force, amend=amend)
+    for place, outcomes in _each_run(paths, archive, take, crew):
         for outcome in outcomes:
             yield replace(outcome, place=place)
     _tidy(archive, crew)
@@ -276,16 +294,15 @@ def _tidy(archive: Archive, crew: Crew) -> None:
 
 
 def _each_run(
-    paths: Sequence[Path], archive: Archive, recipe: Recipe, *, force: bool, crew: Crew
+    paths: Sequence[Path], archive: Archive, take: Callable[[Path], Iterator[Outcome]], crew: Crew
 ) -> Iterator[tuple[int, Iterable[Outcome]]]:
     """Give the place of each run with its outcomes: step by step, or those of a run together where a crew takes it."""
     if crew.is_alone:
-        yield from enumerate(_process_one(path, archive, recipe, force=force) for path in paths)
+        yield from enumerate(map(take, paths))
         return
     with suppress(ArchiveError):  # which each run will tell
         archive.begin()
-    take = partial(_process_whole, archive=archive, recipe=recipe, force=force)
-    for place, path, answer in _by_run(take, paths, crew):
+    for place, path, answer in _by_run(partial(_whole, take), paths, crew):
         if isinstance(answer, TribopipeError):
             yield place, [Outcome.failed(str(path), "ingest", answer)]
         else:
@@ -320,12 +337,12 @@ def _id_said(path: Path) -> str:
         return str(path)
 
 
-def _process_whole(path: Path, archive: Archive, recipe: Recipe, *, force: bool) -> list[Outcome]:
-    return list(_process_one(path, archive, recipe, force=force))
+def _whole(take: Callable[[Path], Iterator[Outcome]], path: Path) -> list[Outcome]:
+    return list(take(path))
 
 
-def _process_one(path: Path, archive: Archive, recipe: Recipe, *, force: bool) -> Iterator[Outcome]:
-    ingested = attempted(str(path), "ingest", partial(ingest, path, archive, force=force))
+def _process_one(path: Path, archive: Archive, recipe: Recipe, *, force: bool, amend: bool) -> Iterator[Outcome]:
+    ingested = attempted(str(path), "ingest", partial(ingest, path, archive, force=force, amend=amend))
     yield ingested
     if ingested.error is not None:
         return

@@ -1,9 +1,10 @@
 """The runs that others are predicted from, found in the catalogue, so that a large archive takes no longer."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from itertools import product
 
 from tribopipe.archive.catalogue.catalogue import Catalogue
+from tribopipe.archive.catalogue.columns import of_law
 from tribopipe.archive.catalogue.listed import ListedRun
 from tribopipe.archive.steps import WEAR_FITS
 from tribopipe.archive.store import Archive
@@ -18,10 +19,6 @@ _BODIES = (
     *("medium", "shape", "radius"),
 )
 """Columns that are alike for comparable runs, and for few others."""
-_K_D: Mapping[LawName, tuple[str, str]] = {
-    "archard": ("k_d", "k_d_flat"),
-    "sarkar": ("k_d_sarkar", "k_d_sarkar_flat"),
-}
 
 
 class References:
@@ -36,7 +33,7 @@ class References:
         self._listed = {run.id: run for run in catalogue.runs()}
         self._known: dict[tuple[object, ...], list[ListedRun]] = {}
         for law, run in product(laws, sorted(self._listed.values(), key=_severity)):
-            if not run["mark"] and any(run[name] is not None for name in _K_D[law]):
+            if not run["mark"] and any(run[f"k_d{of_law(law)}{disc}"] is not None for disc in ("", "_flat")):
                 self._known.setdefault((law, *_alike(run)), []).append(run)
         self._bodies: dict[str, tuple[object, ...]] = {}
 

@@ -47,6 +47,11 @@ KINDS: dict[str, Kind] = {
     "wear coefficient": Kind("m^2/N", "mm^3/(N*mm)", "13.5e-9 mm^3/(N*mm)"),
 }
 
+WEAR_COEFFICIENT = KINDS["wear coefficient"].shown
+"""Unit in which people read k_D."""
+SPECIFIC_WEAR_RATE = "mm^3/(N*m)"
+"""Unit in which people read a specific wear rate, and in which other labs may state k_D."""
+
 _NUMBER_THEN_UNIT = re.compile(
     r"\s*(?P<number>[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)\s*(?P<unit>.*)\Z", re.DOTALL
 )
@@ -82,15 +87,17 @@ class _Unit(NamedTuple):
 @cache
 def _unit(text: str) -> _Unit:
     """Read a unit; ``ValueError`` where the text is none."""
-    cleaned = re.sub(r"/\s*N(m{1,2})\b", r"/(N*\1)", text.translate(_SPELLINGS).strip())
+    cleaned = re.sub(r"/\s*N[\s*.]*(m{1,2})\b", r"/(N*\1)", text.translate(_SPELLINGS).strip())
+    cleaned = re.sub(r"\b([cu]?m{1,2})([23])\b", r"\1^\2", cleaned)
     cleaned = re.sub(f"[{_SUPERSCRIPTS}]+", lambda power: "^" + power[0].translate(_FROM_SUPERSCRIPT), cleaned)
     if cleaned in ("", "1", "-"):
         return _Unit(_registry().dimensionless.dimensionality, Decimal(1), Decimal(0))
     if len(cleaned) > _LONGEST_UNIT or not _UNIT.fullmatch(cleaned):
         raise ValueError("too long for a unit, or with signs that no unit has")
+    registry = _registry()
     try:
-        unit = _registry().parse_units(cleaned)
-        zero, one = (_registry().Quantity(Decimal(number), unit).to_base_units() for number in (0, 1))
+        unit = registry.parse_units(cleaned)
+        zero, one = (registry.Quantity(Decimal(number), unit).to_base_units() for number in (0, 1))
         return _Unit(unit.dimensionality, one.magnitude - zero.magnitude, zero.magnitude)
     except Exception as error:
         raise ValueError(str(error)) from error

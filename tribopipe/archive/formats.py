@@ -23,8 +23,8 @@ class Format(NamedTuple):
         return f"{self.kind}/{self.version}"
 
 
-RUN_FORMAT = Format("tribopipe.archive", 2)
-STUDY_FORMAT = Format("tribopipe.archive.study", 2)
+RUN_FORMAT = Format("tribopipe.archive", 3)
+STUDY_FORMAT = Format("tribopipe.archive.study", 3)
 
 
 def format_of(file: h5py.File) -> Format | None:

@@ -19,8 +19,10 @@ _COURSE = {
 _SUMS = {False: {"amount": "m^3/N", "volume": "m^3"}, True: {"amount": "m^2/N", "volume": "m^2"}}
 """The same of what has another unit under discs: there the volume is the cross-section of the track."""
 _GLOBAL = {"depth": "m", "pressure": "Pa", "half_width": "m", "half_length": "m"}
-_PLACES = {1: ("radius",), 2: ("across", "along")}
-"""Names of the axes of a surface, by their number."""
+_FIELDS = {"pressure": "Pa", "wear": "m"}
+_UNWORN = {"gap": "m"}
+PLACES = {1: ("radius",), 2: ("across", "along")}
+"""Names of the axes of a surface, by their number; all in m."""
 
 
 def local_wear_tables(curves: LocalCurves) -> dict[str, Table]:
@@ -29,9 +31,9 @@ def local_wear_tables(curves: LocalCurves) -> dict[str, Table]:
     along = {"rotations": (curves.along, "1")} if curves.discs else {"sliding_distance": (curves.along, "m")}
     arrays = {name: (getattr(course, name), unit) for name, unit in (_COURSE | _SUMS[curves.discs]).items()}
     arrays |= {"mean_pressure": (curves.mean_pressure, "Pa")} | dict(_global_arrays(curves))
-    places = {name: (axis, "m") for name, axis in zip(_PLACES[len(course.places)], course.places, strict=True)}
-    fields = {"pressure": (course.pressure, "Pa"), "wear": (course.worn, "m")}
-    unworn = {"gap": (curves.gap, "m")}
+    places = {name: (axis, "m") for name, axis in zip(PLACES[len(course.places)], course.places, strict=True)}
+    fields = {"pressure": (course.pressure, _FIELDS["pressure"]), "wear": (course.worn, _FIELDS["wear"])}
+    unworn = {"gap": (curves.gap, _UNWORN["gap"])}
     return {
         "course": Table(along, arrays),
         "fields": Table(along | places, fields),
@@ -43,6 +45,18 @@ def _global_arrays(curves: LocalCurves) -> Iterator[tuple[str, tuple[Column, str
     for model, wear in curves.giwm.items():
         for name, unit in _GLOBAL.items():
             yield f"{model}_{name}", (getattr(wear, name), unit)
+
+
+def local_wear_units(discs: bool) -> dict[str, dict[str, str]]:
+    """Return the columns and arrays of each table with their SI unit, but those of places: see ``PLACES``."""
+    along = {"rotations": "1"} if discs else {"sliding_distance": "m"}
+    models = ("giwm", "giwm_as_printed") if discs else ("giwm",)
+    pressed = {f"{model}_{name}": unit for model in models for name, unit in _GLOBAL.items()}
+    return {
+        "course": along | _COURSE | _SUMS[discs] | {"mean_pressure": "Pa"} | pressed,
+        "fields": along | _FIELDS,
+        "unworn_surface": _UNWORN,
+    }
 
 
 def archived_local_wear(step: Step | None) -> LocalCurves | None:

@@ -74,7 +74,8 @@ def _migrate(archive: Archive, path: Path) -> Migrated:
         image, changed = _brought_up(old, before, present)
         content = content_of(old)
     with replacing(path) as part:
-        part.write_bytes(image)
+        with image.getbuffer() as whole:
+            part.write_bytes(whole)
         _check(part, present, content, changed)
         kept = _keep(archive, path, present)
     return Migrated(before, present, kept)
@@ -87,8 +88,8 @@ def _as_it_is(path: Path, present: Format) -> Migrated:
     return Migrated(present, present, None)
 
 
-def _brought_up(old: h5py.File, before: Format, present: Format) -> tuple[memoryview, set[str]]:
-    """Return the content of a file of the present format, sealed, and the paths of all that is not as it was."""
+def _brought_up(old: h5py.File, before: Format, present: Format) -> tuple[BytesIO, set[str]]:
+    """Return a file of the present format, sealed, and the paths of all that is not as it was."""
     changed: set[str] = set()
     image = BytesIO()
     with ExitStack() as between:
@@ -97,9 +98,9 @@ def _brought_up(old: h5py.File, before: Format, present: Format) -> tuple[memory
             with h5py.File(image, "w", track_order=True, userblock_size=SEAL_SIZE) as new:
                 changed |= MIGRATIONS[present.kind][version](old, new)
             old = between.enter_context(h5py.File(image, "r"))
-    content = image.getbuffer()
-    seal(content)
-    return content, changed
+    with image.getbuffer() as whole:
+        seal(whole)
+    return image, changed
 
 
 def _check(part: Path, present: Format, before: Mapping[str, str], changed: Collection[str]) -> None:

@@ -2,6 +2,8 @@
 
 Format 2 has a seal, which whoever writes a file sees to, and may say of each step and study what it stands on and what
 it was computed with. Fingerprints of format 1 were first counted with all that is null, and are all counted without.
+Format 3 names the NeXus application definition that a file follows. Before, two zero offsets of a depth sensor were
+shown as the ends of an interval.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -10,10 +12,11 @@ from typing import TypeAlias
 import h5py
 
 from tribopipe.archive import nexus
+from tribopipe.archive.definitions.names import RUNS, STUDY, write_definition
 from tribopipe.archive.digest import Part, columns_and_sources, digest
 from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT
-from tribopipe.archive.runfile import read_raw, read_step, source_sha256
-from tribopipe.archive.steps import STEPS, StepName, inputs_digest
+from tribopipe.archive.runfile import read_manifest, read_raw, read_step, source_sha256
+from tribopipe.archive.steps import STEPS, StepName, inputs_digest, steps_among
 from tribopipe.records.base import Record
 
 Migration: TypeAlias = Callable[[h5py.File, h5py.File], set[str]]
@@ -27,7 +30,7 @@ def _run_to_2(old: h5py.File, new: h5py.File) -> set[str]:
     entry, run = new["entry"], read_raw(old)
     changed |= _with_checksums(entry)
     changed |= _recounted(entry, "archived/raw_sha256", run.manifest, "manifest/data", columns_and_sources(run))
-    steps = {name: step for name in STEPS if (step := read_step(old["entry"], name)) is not None}
+    steps = {name: step for name in steps_among(old["entry"]) if (step := read_step(old["entry"], name)) is not None}
     for name, step in steps.items():
         path = f"{name}/fingerprints/result_sha256"
         changed |= _recounted(entry, path, step.result, f"{name}/result/data", step.arrays)
@@ -42,6 +45,24 @@ def _run_to_2(old: h5py.File, new: h5py.File) -> set[str]:
 def _study_to_2(old: h5py.File, new: h5py.File) -> set[str]:
     """Write a study of format 1 as one of format 2: what it stands on is said by its runs alone, and left out."""
     return _copied(old, new, "tribopipe.archive.study/2")
+
+
+def _run_to_3(old: h5py.File, new: h5py.File) -> set[str]:
+    """Write a run of format 2 as one of format 3: it names its definition, and shows no list as an interval."""
+    changed = _copied(old, new, "tribopipe.archive/3")
+    write_definition(new["entry"], RUNS[read_manifest(old).tribometer], 3)
+    shown = {f"entry/{name}/parameters/joint_zero_offsets_{end}" for name in new["entry"] for end in ("lower", "upper")}
+    taken = {path for path in shown | {f"{path}_errors" for path in shown} if path in new}
+    for path in taken:
+        del new[path]
+    return changed | {"entry/definition"} | taken
+
+
+def _study_to_3(old: h5py.File, new: h5py.File) -> set[str]:
+    """Write a study of format 2 as one of format 3: it names its definition."""
+    changed = _copied(old, new, "tribopipe.archive.study/3")
+    write_definition(new["entry"], STUDY, 3)
+    return changed | {"entry/definition"}
 
 
 def _copied(old: h5py.File, new: h5py.File, written_as: str) -> set[str]:
@@ -92,7 +113,7 @@ def _stands_on(entry: h5py.Group, name: StepName) -> dict[str, str]:
 
 
 MIGRATIONS: Mapping[str, Mapping[int, Migration]] = {
-    RUN_FORMAT.kind: {1: _run_to_2},
-    STUDY_FORMAT.kind: {1: _study_to_2},
+    RUN_FORMAT.kind: {1: _run_to_2, 2: _run_to_3},
+    STUDY_FORMAT.kind: {1: _study_to_2, 2: _study_to_3},
 }
 """For each kind of file, how one of a version becomes one of the next."""

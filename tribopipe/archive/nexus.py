@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 import h5py
 import numpy as np
@@ -157,8 +157,14 @@ def summary(parent: h5py.Group, record: Record) -> None:
 
 def summarised(record: Record, prefix: str = "") -> Iterator[tuple[str, float | str, str | None]]:
     """Return what a summary shows, with its unit; fields of a record within the record with its name before theirs."""
-    for name in type(record).model_fields:
-        yield from _shown(f"{prefix}{name}", getattr(record, name))
+    for name, told in type(record).model_fields.items():
+        show = _listed if Ellipsis in get_args(told.annotation) else _shown
+        yield from show(f"{prefix}{name}", getattr(record, name))
+
+
+def _listed(name: str, values: tuple[Any, ...]) -> Iterator[tuple[str, str, None]]:
+    if values and all(isinstance(item, str) for item in values):
+        yield name, "; ".join(values), None
 
 
 def _shown(name: str, value: Any) -> Iterator[tuple[str, float | str, str | None]]:
@@ -173,5 +179,3 @@ def _shown(name: str, value: Any) -> Iterator[tuple[str, float | str, str | None
     elif isinstance(value, tuple) and len(value) == 2 and all(isinstance(end, Quantity) for end in value):
         for suffix, end in zip(("lower", "upper"), value, strict=True):
             yield from _shown(f"{name}_{suffix}", end)
-    elif isinstance(value, tuple) and value and all(isinstance(item, str) for item in value):
-        yield name, "; ".join(value), None

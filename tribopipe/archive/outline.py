@@ -17,7 +17,7 @@ from tribopipe.archive.runfile import (
     read_marks,
     read_result,
 )
-from tribopipe.archive.steps import STEPS, StepName
+from tribopipe.archive.steps import StepName, steps_among
 from tribopipe.archive.unpack import unpacked
 from tribopipe.records.base import Record
 from tribopipe.records.finding import Finding
@@ -99,7 +99,7 @@ def read_outline(file: h5py.File) -> RunOutline:
         environment=read_environment(entry),
         findings=tuple(read_findings(entry)),
         marks=tuple(read_marks(entry)),
-        steps={name: step for name in STEPS if (step := _step(entry, name)) is not None},
+        steps={name: step for name in steps_among(entry) if (step := _step(entry, name)) is not None},
     )
 
 

@@ -1,6 +1,7 @@
 """One run as a NeXus HDF5 file.
 
 /entry                   NXentry, opens on ``wear``
+  definition             NeXus application definition that the file follows: see ``tribopipe.archive.definitions``
   archived               NXcollection: format of this file, fingerprint of the raw content, what it was ingested with
   pin, disc              NXsample; or curved_disc, flat_disc
   conditions, end_values NXcollection: as run.toml states them, in SI
@@ -20,6 +21,7 @@
   wear                   NXdata: the corrected wear of the pin beside the fitted laws, for viewers
   marks                  NXnote: JSON; who marked the run bad, or took that back, when and why
   annotations            NXnote: JSON; tags and notes, each with who and when
+  earlier_manifests      NXcollection of NXnote: what run.toml said before it was amended; see ``earlier``
 """
 
 import json
@@ -33,11 +35,12 @@ import h5py
 import numpy as np
 
 from tribopipe.archive import nexus
+from tribopipe.archive.definitions.names import RUNS, write_definition
 from tribopipe.archive.digest import raw_digest
 from tribopipe.archive.formats import RUN_FORMAT
 from tribopipe.archive.opening import opened
 from tribopipe.archive.recorded import read_recording, write_recorded
-from tribopipe.archive.steps import STEPS, WEAR_FITS, Fingerprints, Step, StepName, Table
+from tribopipe.archive.steps import STEPS, WEAR_FITS, Fingerprints, Step, StepName, Table, steps_among
 from tribopipe.archive.unpack import unpacked, unpacked_pieces
 from tribopipe.clean_up.cleaning import with_cleaned
 from tribopipe.environment import environment
@@ -48,19 +51,16 @@ from tribopipe.records.clean_up import CleanUp
 from tribopipe.records.finding import Finding
 from tribopipe.records.manifest import RunManifest, Specimen
 from tribopipe.records.mark import Mark
-from tribopipe.records.signals import SIGNALS, SignalName
+from tribopipe.records.signals import SENSED, SIGNALS, SignalName
 from tribopipe.run import Column, ExtraColumn, Profile, RawRun, SourceFile, UnheldSource
 from tribopipe.units import from_si
 from tribopipe.version import VERSION
 
 MANIFEST_TEXT = "entry/manifest/data"
 """Where a run's manifest is, as JSON."""
+EARLIER = "earlier_manifests"
 _A_DEPTH = re.compile("(wear_)?depth(_lower|_upper)?")
 """Curves of a fit that are depths of the pin, or of both discs together."""
-_DRAWN: tuple[StepName, ...] = ("drift_correction", *WEAR_FITS.values())
-_PLOTTED = {"clean_up", *_DRAWN}
-"""Steps that the group for viewers shows; clean-up makes the axis."""
-_SENSED: tuple[SignalName, ...] = ("depth", "normal_force", "friction_force", "temperature", "relative_humidity")
 
 
 def write_raw(file: h5py.File, run: RawRun, findings: Sequence[Finding]) -> None:
@@ -69,6 +69,7 @@ def write_raw(file: h5py.File, run: RawRun, findings: Sequence[Finding]) -> None
     entry = nexus.group(file, "entry", "NXentry", default="raw")
     manifest = run.manifest
     nexus.field(entry, "title", manifest.title or manifest.id)
+    write_definition(entry, RUNS[manifest.tribometer], RUN_FORMAT.version)
     if manifest.started is not None:
         nexus.field(entry, "start_time", manifest.started.isoformat())
     nexus.field(entry, "identifier_run", manifest.id)
@@ -91,7 +92,7 @@ def _write_people_and_things(entry: h5py.Group, run: RawRun) -> None:
         nexus.field(nexus.group(entry, "user", "NXuser"), "name", manifest.operator)
     instrument = nexus.group(entry, "instrument", "NXinstrument")
     nexus.field(instrument, "name", manifest.instrument or "tribometer")
-    for sensed in _SENSED:
+    for sensed in SENSED:
         if sensed in run.columns:
             sensor = nexus.group(instrument, sensed, "NXsensor")
             nexus.field(sensor, "name", SIGNALS[sensed].meaning)
@@ -262,7 +263,7 @@ def write_step(entry: h5py.Group, step: Step) -> None:
     nexus.field(process, "program", "tribopipe")
     nexus.field(process, "version", step.program_version)
     nexus.field(process, "date", step.date)
-    nexus.field(process, "sequence_index", list(STEPS).index(step.name) + 1)
+    nexus.field(process, "sequence_index", [*STEPS, step.name].index(step.name) + 1)
     fingerprints = nexus.group(process, "fingerprints", "NXparameters")
     nexus.field(fingerprints, "inputs_sha256", step.inputs_sha256)
     nexus.field(fingerprints, "result_sha256", step.result_sha256)
@@ -397,7 +398,8 @@ def write_wear_plot(entry: h5py.Group) -> None:
 
     Wear of the pin, or of both discs together; of two discs without a depth signal, the laws alone.
     """
-    curves = wear_curves({name: step for name in _DRAWN if (step := read_step(entry, name)) is not None})
+    drawn = [name for name in steps_among(entry) if _is_drawn(name)]
+    curves = wear_curves({name: step for name in drawn if (step := read_step(entry, name)) is not None})
     if not curves:
         return
     wear = _against_axis(entry, "wear", next(iter(curves)))
@@ -415,16 +417,23 @@ def wear_curves(steps: Mapping[StepName, Step]) -> dict[str, Column]:
     correction = steps["drift_correction"].curves if "drift_correction" in steps else {}
     wanted = [name for name in ("pin_wear_depth", "wear_depth") if name in correction]
     curves = {name: correction[name][0] for name in wanted[:1]}
-    for law, step_name in WEAR_FITS.items():
-        for name, (values, _) in steps[step_name].curves.items() if step_name in steps else ():
+    for step_name, step in steps.items():
+        law = WEAR_FITS.law_of(step_name) or ""
+        for name, (values, _) in step.curves.items() if law else ():
             if _A_DEPTH.fullmatch(name):
                 curves[law + name.removeprefix("wear_").removeprefix("depth")] = values
     return {name: np.asarray(from_si(values, "m", "um")) for name, values in curves.items()}
 
 
+def _is_drawn(name: StepName) -> bool:
+    return name == "drift_correction" or WEAR_FITS.law_of(name) is not None
+
+
 def copy_except(source: h5py.File, target: h5py.File, dropped: set[str]) -> h5py.Group:
     """Copy a run file but for some members of its entry, and the plot of them; what is copied keeps its bytes."""
-    left_out = dropped | {"wear"} if dropped & _PLOTTED else dropped
+    # Clean-up makes the axis of what is drawn.
+    plotted = any(name == "clean_up" or _is_drawn(name) for name in dropped)
+    left_out = dropped | {"wear"} if plotted else dropped
     target.attrs.update(source.attrs)
     entry = nexus.group(target, "entry", "NXentry")
     entry.attrs.update(source["entry"].attrs)
@@ -434,8 +443,8 @@ def copy_except(source: h5py.File, target: h5py.File, dropped: set[str]) -> h5py
     return entry
 
 
-def copy_additions(source: h5py.File, entry: h5py.Group) -> None:
-    """Copy what a run file gained since it was ingested, steps, marks and annotations, into another one's entry."""
-    for name in (*STEPS, "marks", "annotations"):
-        if name in source["entry"]:
-            source.copy(f"entry/{name}", entry, name=name)
+def copy_additions(source: h5py.File, entry: h5py.Group, *, steps: bool) -> None:
+    """Copy what a run file gained since it was ingested into another one's entry, with its steps or without."""
+    noted = [name for name in ("marks", "annotations", EARLIER) if name in source["entry"]]
+    for name in (*(steps_among(source["entry"]) if steps else ()), *noted):
+        source.copy(f"entry/{name}", entry, name=name)

@@ -1,10 +1,10 @@
 """The steps of processing as the archive knows them: their names, results, and what each stands on."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache, reduce
 from operator import or_
-from typing import Literal, NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from pydantic import TypeAdapter
 
@@ -17,19 +17,10 @@ from tribopipe.records.recipe import LawName
 from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
 from tribopipe.records.specific_wear import SpecificWear
 from tribopipe.run import Column
+from tribopipe.wear.laws import LAWS
 
-StepName = Literal[
-    "clean_up",
-    "drift_correction",
-    "friction_fit",
-    "specific_wear",
-    "wear_fit_archard",
-    "wear_fit_sarkar",
-    "prediction_archard",
-    "prediction_sarkar",
-    "local_wear_archard",
-    "local_wear_sarkar",
-]
+StepName: TypeAlias = str
+"""Such as "drift_correction" or "wear_fit_archard": steps under a wear law end in its name."""
 
 
 class StepKind(NamedTuple):
@@ -48,23 +39,86 @@ def _parser(records: tuple[type[Record], ...]) -> TypeAdapter[Record]:
     return TypeAdapter(reduce(or_, records))
 
 
-_FITS, _PREDICTIONS = (WearFit, TwinDiscFit), (WearPrediction, TwinDiscPrediction)
-STEPS: dict[StepName, StepKind] = {
+_PLAIN: dict[StepName, StepKind] = {
     "clean_up": StepKind((CleanUp,), ()),
     "drift_correction": StepKind((DriftCorrection,), ("clean_up",)),
     "friction_fit": StepKind((FrictionFit,), ("clean_up",)),
     "specific_wear": StepKind((SpecificWear,), ("clean_up",)),
-    "wear_fit_archard": StepKind(_FITS, ("clean_up", "drift_correction")),
-    "wear_fit_sarkar": StepKind(_FITS, ("clean_up", "drift_correction", "friction_fit")),
-    "prediction_archard": StepKind(_PREDICTIONS, ("clean_up",)),
-    "prediction_sarkar": StepKind(_PREDICTIONS, ("clean_up", "friction_fit")),
-    "local_wear_archard": StepKind((LocalWearResult,), ("clean_up", "wear_fit_archard")),
-    "local_wear_sarkar": StepKind((LocalWearResult,), ("clean_up", "friction_fit", "wear_fit_sarkar")),
 }
 
-WEAR_FITS: dict[LawName, StepName] = {"archard": "wear_fit_archard", "sarkar": "wear_fit_sarkar"}
-PREDICTIONS: dict[LawName, StepName] = {"archard": "prediction_archard", "sarkar": "prediction_sarkar"}
-LOCAL_WEAR: dict[LawName, StepName] = {"archard": "local_wear_archard", "sarkar": "local_wear_sarkar"}
+
+class StepsByLaw(Mapping[LawName, StepName]):
+    """The name of a step under each wear law: of those installed when gone through, of any other when asked for."""
+
+    def __init__(self, name: str) -> None:
+        self._begins = f"{name}_"
+
+    def __getitem__(self, law: LawName) -> StepName:
+        return self._begins + law
+
+    def __iter__(self) -> Iterator[LawName]:
+        return iter(LAWS)
+
+    def __len__(self) -> int:
+        return len(LAWS)
+
+    def law_of(self, step: StepName) -> LawName | None:
+        """Return the law that a step is under; none where it is another step."""
+        return step.removeprefix(self._begins) if step.startswith(self._begins) else None
+
+
+WEAR_FITS, PREDICTIONS, LOCAL_WEAR = StepsByLaw("wear_fit"), StepsByLaw("prediction"), StepsByLaw("local_wear")
+
+
+def _fit_kind(law: LawName) -> StepKind:
+    return StepKind((WearFit, TwinDiscFit), ("clean_up", "drift_correction", *_friction(law)))
+
+
+def _prediction_kind(law: LawName) -> StepKind:
+    return StepKind((WearPrediction, TwinDiscPrediction), ("clean_up", *_friction(law)))
+
+
+def _local_wear_kind(law: LawName) -> StepKind:
+    return StepKind((LocalWearResult,), ("clean_up", *_friction(law), WEAR_FITS[law]))
+
+
+def _friction(law: LawName) -> tuple[StepName, ...]:
+    """Return the friction fit where a law needs friction, as one that is not installed here may."""
+    return ("friction_fit",) if law not in LAWS or LAWS[law].needs_friction else ()
+
+
+_UNDER_LAWS = ((WEAR_FITS, _fit_kind), (PREDICTIONS, _prediction_kind), (LOCAL_WEAR, _local_wear_kind))
+
+
+class _Steps(Mapping[StepName, StepKind]):
+    """Every step: those under tribopipe's own laws before those under others, so that their numbers stay."""
+
+    def __getitem__(self, name: StepName) -> StepKind:
+        if name in _PLAIN:
+            return _PLAIN[name]
+        for steps, kind in _UNDER_LAWS:
+            if (law := steps.law_of(name)) is not None:
+                return kind(law)
+        raise KeyError(name)
+
+    def __iter__(self) -> Iterator[StepName]:
+        yield from _PLAIN
+        own = [law for law in LAWS if type(LAWS[law]).__module__.startswith("tribopipe.")]
+        for laws in (own, [law for law in LAWS if law not in own]):
+            yield from (steps[law] for steps, _ in _UNDER_LAWS for law in laws)
+
+    def __len__(self) -> int:
+        return len(_PLAIN) + len(_UNDER_LAWS) * len(LAWS)
+
+
+STEPS = _Steps()
+
+
+def steps_among(names: Iterable[str]) -> list[StepName]:
+    """Return which names are steps, in order; last those under laws that are not installed here."""
+    there = {name for name in names if name in STEPS}
+    known = [name for name in STEPS if name in there]
+    return [*known, *sorted(there.difference(known))]
 
 
 class Fingerprints(NamedTuple):
@@ -122,7 +176,7 @@ def inputs_digest(version: str, name: StepName, options: Mapping[str, object], s
     return digest(version, name, options, *stands_on.values())
 
 
-def downstream(name: StepName) -> set[StepName]:
-    """Return every step that stands on this one, directly or not."""
-    direct = {other for other, kind in STEPS.items() if name in kind.stands_on}
-    return direct.union(*(downstream(other) for other in direct))
+def downstream(name: StepName, among: Collection[StepName] = STEPS) -> set[StepName]:
+    """Return every step among some that stands on this one, directly or not."""
+    direct = {other for other in among if name in STEPS[other].stands_on}
+    return direct.union(*(downstream(other, among) for other in direct))

@@ -1,14 +1,17 @@
 """An archive folder: runs by id, each a file that is only ever replaced whole."""
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal, NoReturn, TypeVar
 
 import h5py
 
+from tribopipe.archive.adopt import check_adopted
 from tribopipe.archive.digest import raw_digest
+from tribopipe.archive.earlier import EarlierManifest, add_earlier, changed_file, read_earlier
 from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT, check_format
 from tribopipe.archive.late_errors import written
 from tribopipe.archive.lock import writers_lock
@@ -38,7 +41,7 @@ from tribopipe.archive.runfile import (
 )
 from tribopipe.archive.seal import SEAL_SIZE, know, seal_file
 from tribopipe.archive.stamps import stamp_of
-from tribopipe.archive.steps import STEPS, Fingerprints, Step, StepName, downstream
+from tribopipe.archive.steps import STEPS, Fingerprints, Step, StepName, downstream, steps_among
 from tribopipe.archive.studyfile import (
     StoredStudy,
     StudyOutline,
@@ -48,7 +51,7 @@ from tribopipe.archive.studyfile import (
     write_study,
 )
 from tribopipe.errors import ArchiveError, did_you_mean
-from tribopipe.files import drive_of, leftovers, natural_order, replacing
+from tribopipe.files import drive_of, leftovers, natural_order, replacing, sha256_of
 from tribopipe.records.annotation import Annotation, tags_after
 from tribopipe.records.base import Record
 from tribopipe.records.finding import Finding
@@ -93,34 +96,53 @@ class Archive:
         return self.folder / f"{run_id}{SUFFIX}"
 
     def add(
-        self, run: RawRun, findings: Sequence[Finding] = (), *, force: bool = False
-    ) -> Literal["added", "unchanged", "rewritten"]:
+        self, run: RawRun, findings: Sequence[Finding] = (), *, force: bool = False, amend: bool = False
+    ) -> Literal["added", "unchanged", "rewritten", "amended"]:
         """Archive a run as ingested.
 
         A run that is there already with the same content is left alone, or with ``force`` written anew beside its
-        steps and marks. Raises ``ArchiveError`` where the id is taken by other content: what is raw is never replaced.
+        steps and marks. With ``amend`` one with another run.toml takes its place beside its marks, and the earlier
+        run.toml is kept. Raises ``ArchiveError`` where the id is taken by other content: what the instrument wrote is
+        never replaced.
         """
         path = self.path(run.id)
-        if path.exists():
-            self._refuse_other_content(run)
-            if not force:
-                return "unchanged"
+        if path.exists() and not self._is_other(run, amend=amend) and not force:
+            return "unchanged"
         with self._writing(path) as file:
             there = path.exists()  # now that no other process can put it there
+            amended = there and self._is_other(run, amend=amend)
             write_raw(file, run, findings)
             if there:
-                self._refuse_other_content(run)
                 with self.open(run.id) as old:
-                    copy_additions(old, file["entry"])
+                    copy_additions(old, file["entry"], steps=not amended)
+                    if amended:
+                        add_earlier(old["entry"], file["entry"], datetime.now(UTC).isoformat(timespec="seconds"))
                 write_wear_plot(file["entry"])
-        return "rewritten" if there else "added"
+        return "amended" if amended else "rewritten" if there else "added"
 
-    def _refuse_other_content(self, run: RawRun) -> None:
-        if self.raw_sha256(run.id) != raw_digest(run):
+    def _is_other(self, run: RawRun, *, amend: bool) -> bool:
+        """Tell whether a run has another run.toml than archived; ``ArchiveError`` where that or more must not be."""
+        with self.open(run.id) as file:
+            if text(file, "entry/archived/raw_sha256") == raw_digest(run):
+                return False
+            changed = changed_file(file["entry"], run)
+        found = f"{self.path(run.id)}: found a run of the id {run.id!r} with other content"
+        if changed is not None:
             raise ArchiveError(
-                f"{self.path(run.id)}: found a run of the id {run.id!r} with other content; expected the same run or "
-                "another id; change id in run.toml, or move the old file away if this run replaces it"
+                f"{found}: {changed} is not as it was; expected the instrument's files as they were or another id; "
+                "change id in run.toml, or move the old file away if this run replaces it"
             )
+        if not amend:
+            raise ArchiveError(
+                f"{found}, though the instrument's files are the same; expected the run.toml that it was archived with "
+                "or another id; --amend takes in this run.toml, and keeps the earlier one"
+            )
+        return True
+
+    def earlier_manifests(self, run_id: str) -> list[EarlierManifest]:
+        """Return each run.toml that a run had before it was amended, oldest first."""
+        with self.open(run_id) as file:
+            return read_earlier(file["entry"])
 
     def raw_sha256(self, run_id: str) -> str:
         """Return the fingerprint of a run's raw content."""
@@ -196,13 +218,13 @@ class Archive:
     def steps(self, run_id: str) -> dict[StepName, Step]:
         """Return every step a run has been through, in order."""
         with self.open(run_id) as file:
-            found = {name: read_step(file["entry"], name) for name in STEPS}
+            found = {name: read_step(file["entry"], name) for name in steps_among(file["entry"])}
         return {name: step for name, step in found.items() if step is not None}
 
     def step_names(self, run_id: str) -> list[StepName]:
         """Return the names of the steps a run has been through, in order."""
         with self.open(run_id) as file:
-            return [name for name in STEPS if name in file["entry"]]
+            return steps_among(file["entry"])
 
     def findings(self, run_id: str) -> list[Finding]:
         """Return what the checks found when the run was ingested."""
@@ -219,7 +241,7 @@ class Archive:
             before = read_fingerprints(old["entry"], step.name)
             dropped: set[str] = {step.name}
             if bool(step.curves) if before is None else before.result != step.result_sha256:
-                dropped |= downstream(step.name)
+                dropped |= downstream(step.name, steps_among(old["entry"]))
             entry = copy_except(old, new, dropped)
             write_step(entry, step)
             if "wear" not in entry:
@@ -248,6 +270,32 @@ class Archive:
         """Archive a study, in the place of an earlier one of its id."""
         with self._writing(self.study_folder / f"{stored.study.id}{SUFFIX}") as file:
             write_study(file, stored)
+
+    def adopt(
+        self, identifier: str, content: Iterable[bytes], sha256: str, *, study: bool = False
+    ) -> Literal["added", "unchanged"]:
+        """Take in a run or a study as another archive holds it, byte for byte; the same one is left alone.
+
+        Raises ``ArchiveError`` where it is damaged or not what it is called, or another file has its name.
+        """
+        folder, form = (self.study_folder, STUDY_FORMAT) if study else (self.folder, RUN_FORMAT)
+        path = folder / f"{identifier}{SUFFIX}"
+        with self._held(path):
+            if path.is_file() and sha256_of(path) == sha256:
+                return "unchanged"
+            if os.path.lexists(path):
+                raise ArchiveError(
+                    f"{path}: found another file there than the one to be taken in; expected the same one or none; "
+                    "move it away, or choose another archive with --archive"
+                )
+            try:
+                with replacing(path) as part:
+                    with part.open("wb") as file:
+                        file.writelines(content)
+                    check_adopted(part, path, form)
+            except OSError as error:
+                self._refuse(error)
+        return "added"
 
     def study(self, study_id: str) -> StoredStudy:
         """Return an archived study. Raises ``ArchiveError`` where there is none, or its file is damaged."""

@@ -1,6 +1,7 @@
 """One study as a NeXus HDF5 file, studies/<id>.h5 in the archive folder.
 
 /entry                NXentry, opens on its first curve
+  definition          NeXus application definition that the file follows: see ``tribopipe.archive.definitions``
   archived            NXcollection: format of this file, fingerprint of all the study was made from
   process             NXprocess: program, version, date, environment (JSON)
   study, result       NXnote: JSON, from which the records come back to the last digit
@@ -19,6 +20,7 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from tribopipe.archive import nexus
+from tribopipe.archive.definitions.names import STUDY, write_definition
 from tribopipe.archive.formats import STUDY_FORMAT
 from tribopipe.records.disc_verdict import TwinDiscStudyResult
 from tribopipe.records.study import Study
@@ -27,6 +29,7 @@ from tribopipe.study.discs import DiscStudyCurve
 from tribopipe.study.evaluate import StudyCurve
 from tribopipe.units import from_si, to_si
 from tribopipe.version import VERSION
+from tribopipe.wear.laws import law_heading, law_title
 
 _RESULT: TypeAdapter[StudyResult | TwinDiscStudyResult] = TypeAdapter(StudyResult | TwinDiscStudyResult)
 _DISC_TOLD = ("run_id", "model", "role", "disc")
@@ -63,6 +66,7 @@ def write_study(file: h5py.File, stored: StoredStudy) -> None:
     file.attrs.update(NX_class="NXroot", default="entry", creator="tribopipe", creator_version=VERSION)
     entry = nexus.group(file, "entry", "NXentry")
     nexus.field(entry, "title", stored.study.title or stored.study.id)
+    write_definition(entry, STUDY, STUDY_FORMAT.version)
     nexus.field(entry, "identifier_study", stored.study.id)
     archived = nexus.group(entry, "archived", "NXcollection")
     nexus.field(archived, "format", str(STUDY_FORMAT))
@@ -89,7 +93,7 @@ def _write_curve(entry: h5py.Group, name: str, curve: StudyCurve) -> None:
     data = nexus.group(entry, name, "NXdata", signal="measured", axes=["sliding_distance"])
     data.attrs["auxiliary_signals"] = list(_DEPTHS)
     data.attrs["sliding_distance_indices"] = 0
-    nexus.field(data, "title", f"{curve.run_id}: {curve.role} by {curve.model.capitalize()}'s law")
+    nexus.field(data, "title", f"{curve.run_id}: {curve.role} by {law_title(curve.model)}")
     for told in ("run_id", "model", "role"):
         nexus.field(data, told, getattr(curve, told))
     nexus.field(data, "sliding_distance", curve.sliding_distance, "m")
@@ -101,7 +105,7 @@ def _write_disc_curve(entry: h5py.Group, name: str, curve: DiscStudyCurve) -> No
     data = nexus.group(entry, name, "NXdata", signal="predicted", axes=["rotations"])
     data.attrs["auxiliary_signals"] = list(_DISC_LINES)[1:]
     data.attrs["rotations_indices"] = 0
-    law = f"{curve.model.capitalize()}'s law"
+    law = law_heading(curve.model)
     nexus.field(data, "title", f"{curve.run_id}, {curve.disc.replace('_', ' ')}: {curve.role} by {law}")
     for told in _DISC_TOLD:
         nexus.field(data, told, getattr(curve, told))

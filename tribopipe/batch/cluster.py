@@ -122,7 +122,7 @@ def cluster(scheduler: str, jobs: int, tell: Callable[[str], object]) -> Iterato
     except ImportError:
         raise BatchError(
             "--scheduler: found no Dask here; expected the package distributed; install it with "
-            "`pip install tribopipe[hpc]`"
+            '`pip install "tribopipe[hpc]"`'
         ) from None
     with ExitStack() as ending:
         ending.enter_context(_quiet())

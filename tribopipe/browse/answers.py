@@ -13,6 +13,7 @@ from tribopipe.browse.plots import PlotOffer, axis_label
 from tribopipe.report.csv_files import CSV_KINDS
 from tribopipe.report.page import RunPage, StudyPage
 from tribopipe.version import VERSION
+from tribopipe.wear.laws import law_label
 
 Cell = str | tuple[float, str] | None
 
@@ -91,7 +92,7 @@ def _offer(plot: PlotOffer) -> dict[str, Any]:
 
 def study_line(page: StudyPage) -> dict[str, Any]:
     """Answer a study in one line: its runs, and how often each verdict was given under each law."""
-    laws = (f"{law.model.capitalize()}: {_counted(verdict.outcome for verdict in law.verdicts)}" for law in page.laws)
+    laws = (f"{law_label(law.model)}: {_counted(verdict.outcome for verdict in law.verdicts)}" for law in page.laws)
     return {
         "id": page.id,
         "title": page.title,

@@ -11,9 +11,9 @@ from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction, spok
 from tribopipe.records.manifest import DISCS, DiscName
 from tribopipe.records.recipe import LawName
 from tribopipe.report.disc_figures import QUANTITIES, MeasuredPoint, ShownQuantity, measured_point
-from tribopipe.report.figures import LAW_NAMES
 from tribopipe.run import Column
 from tribopipe.units import axis
+from tribopipe.wear.laws import law_label
 from tribopipe.wear.twin_disc.curves import OUTCOMES, Outcome
 
 
@@ -55,11 +55,11 @@ def _disc_panel(run: RunFile, x: Column, disc: DiscName, shown: ShownQuantity, p
 
 def _steps(run: RunFile) -> Iterator[_Drawn]:
     for law, name in WEAR_FITS.items():
-        yield _Drawn(name, law, "fit", f"{LAW_NAMES[law]}, fitted")
+        yield _Drawn(name, law, "fit", f"{law_label(law)}, fitted")
     for law, name in PREDICTIONS.items():
         prediction = run.result(name, TwinDiscPrediction)
         source = prediction.reference if prediction is not None else None
-        yield _Drawn(name, law, "prediction", f"{LAW_NAMES[law]}, predicted from {source or 'given k_D'}")
+        yield _Drawn(name, law, "prediction", f"{law_label(law)}, predicted from {source or 'given k_D'}")
 
 
 def _band(run: RunFile, x: Column, drawn: _Drawn, outcome: Outcome, unit: Unit, factor: float = 1.0) -> Iterator[Curve]:

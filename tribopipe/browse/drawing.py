@@ -16,6 +16,10 @@ from tribopipe.units import from_si, interval_from_si
 Role = Literal["measured", "fit", "prediction", "drift", "residual"]
 
 
+_COLOURED = ("archard", "sarkar")
+"""Laws that have a colour of their own; others take the next that is free."""
+
+
 @dataclass(frozen=True)
 class Unit:
     """What numbers are in, and what they are shown in."""
@@ -122,7 +126,7 @@ def _line(curve: Curve, points: Points) -> dict[str, Any]:
         "name": curve.name,
         "run": curve.run,
         "role": curve.role,
-        "law": curve.law,
+        "law": curve.law if curve.law in _COLOURED else None,
         "x": np.ascontiguousarray(points.x, dtype=np.float64),
         "y": _drawn(points.y, curve.unit),
         "lower": None if points.lower is None else _drawn(points.lower, curve.unit),

@@ -12,16 +12,15 @@ from tribopipe.browse.samples import RunFile
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.results import COVERAGE_FACTOR, WearFit
-from tribopipe.report.figures import LAW_NAMES
-from tribopipe.report.numbers import COEFFICIENT_UNIT
 from tribopipe.run import Column
 from tribopipe.study.effective import EffectiveCoefficient, effective_coefficient
 from tribopipe.study.member import Member
-from tribopipe.units import axis
+from tribopipe.units import WEAR_COEFFICIENT, axis
 from tribopipe.wear.friction_path import junction_factor
+from tribopipe.wear.laws import law_title
 
-COEFFICIENT = Unit("m^2/N", COEFFICIENT_UNIT)
-COEFFICIENT_LABEL = axis("effective k_D", COEFFICIENT_UNIT)
+COEFFICIENT = Unit("m^2/N", WEAR_COEFFICIENT)
+COEFFICIENT_LABEL = axis("effective k_D", WEAR_COEFFICIENT)
 _COURSE = (
     ("wear depth", Unit("m", "um"), {"local": "depth", "GIWM": "giwm_depth"}),
     ("pressure", Unit("Pa", "GPa"), {"local, peak": "peak_pressure", "local, mean": "mean_pressure"}),
@@ -88,10 +87,10 @@ def law_curves(
     measured: Sequence[EffectiveCoefficient], law: LawName, best: Quantity, interval: tuple[Quantity, Quantity]
 ) -> Iterator[Curve]:
     """Draw what a law says of effective k_D over the friction that was measured; nothing where none was."""
-    if not measured:
+    if not measured or law not in ("archard", "sarkar"):
         return
     friction = np.concatenate([one.friction for one in measured])
     mu = np.linspace(np.min(friction), np.max(friction), 100)
     factor = junction_factor(mu) if law == "sarkar" else np.ones_like(mu)
     lines = [quantity.value * factor for quantity in (best, *interval)]
-    yield Curve(f"{LAW_NAMES[law]}'s law", "fit", mu, lines[0], COEFFICIENT, "", law, lines[1], lines[2])
+    yield Curve(law_title(law), "fit", mu, lines[0], COEFFICIENT, "", law, lines[1], lines[2])

@@ -9,9 +9,9 @@ from tribopipe.browse.drawing import MICRONS, RATIO, Curve, Mark, Panel, Role, m
 from tribopipe.browse.samples import RunFile
 from tribopipe.records.recipe import LawName
 from tribopipe.records.results import DriftCorrection, FrictionFit, WearPrediction
-from tribopipe.report.figures import LAW_NAMES
 from tribopipe.run import Column
 from tribopipe.units import axis
+from tribopipe.wear.laws import law_label
 
 CORRECTED, PIN_WEAR = "/entry/drift_correction/data/wear_depth", "/entry/drift_correction/data/pin_wear_depth"
 FITTED_FRICTION = "/entry/friction_fit/data/friction_coefficient"
@@ -46,8 +46,8 @@ def draw_friction(run: RunFile, x: Column) -> tuple[Panel, ...]:
         name = "A·exp(−s/c) + b" if fit.outcome == "exponential" else "steady value"
         curves.append(Curve(name, "fit", x, fitted, RATIO, run.id, path=FITTED_FRICTION))
         residuals.append(Curve("measured less fitted", "residual", x, measured - fitted, RATIO, run.id))
-    above = Panel("friction coefficient µ", tuple(curves))
-    return (above, Panel("residual of µ", tuple(residuals))) if residuals else (above,)
+    above = Panel("friction coefficient μ", tuple(curves))
+    return (above, Panel("residual of μ", tuple(residuals))) if residuals else (above,)
 
 
 def _fitted_friction(run: RunFile, fit: FrictionFit | None) -> Column | None:
@@ -78,11 +78,11 @@ def draw_pin_wear(run: RunFile, x: Column) -> tuple[Panel, ...]:
 
 def _laws(run: RunFile, x: Column) -> Iterator[Curve]:
     for law, name in WEAR_FITS.items():
-        yield from _law(run, x, law, name, "fit", f"{LAW_NAMES[law]}, fitted")
+        yield from _law(run, x, law, name, "fit", f"{law_label(law)}, fitted")
     for law, name in PREDICTIONS.items():
         prediction = run.result(name, WearPrediction)
         source = prediction.reference if prediction is not None else None
-        said = f"{LAW_NAMES[law]}, predicted from {source or 'a given k_D'}"
+        said = f"{law_label(law)}, predicted from {source or 'a given k_D'}"
         yield from _law(run, x, law, name, "prediction", said)
 
 

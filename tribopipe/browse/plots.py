@@ -22,9 +22,9 @@ from tribopipe.browse.signal_plots import (
     recorded,
 )
 from tribopipe.records.signals import SignalName
-from tribopipe.report.figures import LAW_NAMES
 from tribopipe.run import Column
 from tribopipe.units import axis
+from tribopipe.wear.laws import law_title
 
 Draw = Callable[[str], tuple[Panel, ...]]
 """Draws a plot against an axis: its panels from the top."""
@@ -35,7 +35,7 @@ _LABELS: dict[str, str] = {
     "time": axis("time", "s"),
     "rotations": "rotations of the curved disc",
     "sample": "sample",
-    "friction": "friction coefficient µ",
+    "friction": "friction coefficient μ",
 }
 
 
@@ -63,7 +63,7 @@ class PlotOffer:
 
 def coefficient_offer(stage: str, path: str, draw: Draw) -> PlotOffer:
     """Offer a plot of k_D against the friction coefficient."""
-    words = "Worn volume over load and distance in windows along each run; Sarkar's law expects k_D·√(1 + 3µ²)."
+    words = "Worn volume over load and distance in windows along each run; Sarkar's law expects k_D·√(1 + 3μ²)."
     return PlotOffer("coefficient", "Wear coefficient against friction", stage, path, ("friction",), draw, words)
 
 
@@ -142,7 +142,7 @@ def _over_own_axes(run: RunFile) -> Iterator[PlotOffer]:
         if along is not None:
             path = f"/entry/{step}/course"
             draw = partial(_course, run, step, f"{path}/{along}")
-            title = f"Local wear by {LAW_NAMES[law]}'s law"
+            title = f"Local wear by {law_title(law)}"
             yield PlotOffer(f"local-wear-{law}", title, step, path, (along,), draw)
 
 

@@ -12,13 +12,13 @@ from tribopipe.records.disc_verdict import TwinDiscLawResult, TwinDiscStudyResul
 from tribopipe.records.manifest import DISCS, DiscName
 from tribopipe.records.recipe import Recipe
 from tribopipe.records.verdict import LawResult, StudyResult
-from tribopipe.report.figures import LAW_NAMES
 from tribopipe.run import Column
 from tribopipe.study.discs import DiscStudyCurve
 from tribopipe.study.effective import EffectiveCoefficient, effective_coefficient
 from tribopipe.study.evaluate import StudyCurve
 from tribopipe.study.member import Member
 from tribopipe.units import axis
+from tribopipe.wear.laws import law_label, law_title
 
 _STAGE = "study"
 
@@ -38,13 +38,13 @@ Panels = Callable[[StudyFile, str, Sequence[str]], tuple[Panel, ...]]
 def _together(study: StudyFile, panels: Panels) -> Iterator[PlotOffer]:
     for law in study.stored.result.laws:
         runs = [run.id for run in law.runs]
-        yield _offer(study, f"wear-{law.model}", f"Wear by {LAW_NAMES[law.model]}'s law", panels, law, runs)
+        yield _offer(study, f"wear-{law.model}", f"Wear by {law_title(law.model)}", panels, law, runs)
 
 
 def _each(study: StudyFile, panels: Panels) -> Iterator[PlotOffer]:
     for law in study.stored.result.laws:
         for run in law.runs:
-            title = f"{run.id}: {run.role} by {LAW_NAMES[law.model]}'s law"
+            title = f"{run.id}: {run.role} by {law_title(law.model)}"
             yield _offer(study, f"wear-{law.model}-{run.id}", title, panels, law, [run.id])
 
 
@@ -80,7 +80,7 @@ def _pin_curves(curve: StudyCurve, path: str) -> Iterator[Curve]:
 def _law_curve(curve: StudyCurve | DiscStudyCurve, x: Column, unit: Unit, path: str) -> Curve:
     """Draw what a law says of a run, with its 95 % band."""
     role: Role = "fit" if curve.role == "fitted" else "prediction"
-    name = f"{curve.run_id}, {LAW_NAMES[curve.model]}, {curve.role}"
+    name = f"{curve.run_id}, {law_label(curve.model)}, {curve.role}"
     return Curve(name, role, x, curve.predicted, unit, curve.run_id, curve.model, curve.lower, curve.upper, path)
 
 

@@ -1,12 +1,23 @@
-"""How a check is registered, and how all of them are run."""
+"""How a check is registered, and how all of them are run.
 
-from collections.abc import Callable, Iterator
+A package adds checks by an entry point in the group ``tribopipe.checks`` whose value is a module that registers them;
+tribopipe's own modules are declared the same way.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache
+from importlib.metadata import EntryPoint
+from operator import attrgetter
+from types import ModuleType
 from typing import NamedTuple
 
 from tribopipe.clean_up.cleaning import CleanedRun, clean_run
 from tribopipe.errors import CheckError
+from tribopipe.plugins import Plugins
 from tribopipe.records.finding import Finding, Severity
 from tribopipe.run import RawRun
+
+GROUP = "tribopipe.checks"
 
 
 class Trouble(NamedTuple):
@@ -26,7 +37,7 @@ def check(severity: Severity) -> Callable[[Check], Check]:
     """Register a function as a check of a severity; its name is the check's name."""
 
     def register(function: Check) -> Check:
-        CHECKS[function.__name__] = (severity, lambda run, _: function(run))
+        _register(severity, function, lambda run, _: function(run))
         return function
 
     return register
@@ -36,16 +47,44 @@ def check_cleaned(severity: Severity) -> Callable[[CleanedCheck], CleanedCheck]:
     """Register a function as a check that looks at a run and at what clean-up makes of it."""
 
     def register(function: CleanedCheck) -> CleanedCheck:
-        CHECKS[function.__name__] = (severity, function)
+        _register(severity, function, function)
         return function
 
     return register
 
 
+def _register(severity: Severity, function: Callable[..., object], taken: CleanedCheck) -> None:
+    name = function.__name__
+    if name in CHECKS:
+        raise ValueError(f"a check {name!r} is there already")
+    CHECKS[name] = (severity, taken if _is_own(function) else _guarded(name, taken))
+
+
+def _is_own(function: Callable[..., object]) -> bool:
+    return function.__module__.startswith("tribopipe.")
+
+
+def _guarded(name: str, function: CleanedCheck) -> CleanedCheck:
+    """Return a check of another package as one that says where it fails itself."""
+
+    def guarded(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+        try:
+            yield from function(run, cleaned)
+        except Exception as error:  # noqa: BLE001 - somebody else's code may raise anything
+            yield Trouble("plugin", f"found that the check {name} fails itself ({error!r})", "tell who wrote it")
+
+    return guarded
+
+
+@cache
+def load_checks() -> Mapping[str, ModuleType]:
+    """Load the modules that register checks, and return them by name."""
+    return dict(Plugins(GROUP, "check", EntryPoint.load, attrgetter("__name__")))
+
+
 def check_run(run: RawRun) -> list[Finding]:
     """Run every check on a run and return what they found, errors first."""
-    from tribopipe.checks import documents, end_values, samples  # noqa: F401 - importing registers their checks
-
+    load_checks()
     cleaned = clean_run(run)
     found = [
         Finding(severity=severity, check=name, where=trouble.where, message=trouble.message, remedy=trouble.remedy)
@@ -61,4 +100,6 @@ def refuse_errors(run: RawRun, findings: list[Finding]) -> None:
     errors = [finding for finding in findings if finding.severity == "error"]
     if errors:
         more = f" (and {len(errors) - 1} more; see `tribopipe check`)" if len(errors) > 1 else ""
-        raise CheckError(f"{run.id}: {errors[0]}{more}")
+        refused = CheckError(f"{run.id}: {errors[0]}{more}")
+        refused.code = errors[0].check
+        raise refused

@@ -8,8 +8,11 @@ import typer
 
 from tribopipe.cli import (
     browse,
+    demo,
     export,
     formats,
+    guide,
+    import_crate,
     inspect,
     listing,
     live,
@@ -32,8 +35,8 @@ from tribopipe.cli import (
 
 app = typer.Typer(
     name="tribopipe",
-    help="From tribometer run folders to wear laws that can be trusted.",
-    no_args_is_help=True,
+    help="From tribometer run folders to wear laws that can be trusted.\n\n"
+    "Without a command it says what to do next from where you stand.",
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -41,13 +44,20 @@ app = typer.Typer(
 
 
 @app.callback(invoke_without_command=True)
-def _tribopipe(version: bool = typer.Option(False, "--version", help="Show the version and exit.")) -> None:
+def _tribopipe(
+    context: typer.Context, version: bool = typer.Option(False, "--version", help="Show the version and exit.")
+) -> None:
     if version:
         typer.echo(f"tribopipe {import_module('tribopipe').__version__}")
         raise typer.Exit
+    if context.invoked_subcommand is None:
+        from tribopipe.cli.next_steps import say_next_steps
+
+        say_next_steps()
 
 
 for _module in (
+    demo,
     new,
     runs,
     process,
@@ -61,12 +71,14 @@ for _module in (
     studies,
     sweep,
     report,
+    import_crate,
     rescue,
     verify,
     reproduce,
     migrate,
     browse,
     watch,
+    guide,
 ):
     for _name, _command in _module.COMMANDS.items():
         app.command(_name)(_command)
@@ -99,9 +111,12 @@ def main() -> None:
     try:
         app()
     except Exception as error:  # noqa: BLE001 - nobody should see a traceback
+        from tribopipe.cli.output import say_where_to_read
         from tribopipe.faults import in_a_sentence
 
-        typer.echo(f"error: {in_a_sentence(error)}", err=True)
+        told = in_a_sentence(error)
+        typer.echo(f"error: {told}", err=True)
+        say_where_to_read([told.code])
         sys.exit(1)
 
 

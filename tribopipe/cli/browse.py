@@ -9,12 +9,11 @@ from tribopipe.cli.listing import up_to_date
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, require_archive
 from tribopipe.cli.output import say
 
+Port = Annotated[int, typer.Option("--port", help="Port; any free one by default.", min=0, max=65_535)]
+NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Only print the address.")]
 
-def browse(
-    archive: ArchiveFolder = DEFAULT_ARCHIVE,
-    port: Annotated[int, typer.Option("--port", help="Port; any free one by default.", min=0, max=65_535)] = 0,
-    no_browser: Annotated[bool, typer.Option("--no-browser", help="Only print the address.")] = False,
-) -> None:
+
+def browse(archive: ArchiveFolder = DEFAULT_ARCHIVE, port: Port = 0, no_browser: NoBrowser = False) -> None:
     """Show an archive in the web browser, until Ctrl-C.
 
     Only this machine can reach the pages, and they change nothing.

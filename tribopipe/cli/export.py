@@ -1,4 +1,4 @@
-"""Commands that write what other programs take: export umeshmotion, export csv, export runs."""
+"""Commands that write what other programs take: export umeshmotion, export csv, export runs, export dataset."""
 
 import math
 from dataclasses import dataclass
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from tribopipe.cli.export_csv import export_csv
+from tribopipe.cli.export_dataset import ExportGroup, export_dataset
 from tribopipe.cli.export_runs import export_runs
 from tribopipe.cli.options import (
     DEFAULT_ARCHIVE,
@@ -29,9 +30,10 @@ if TYPE_CHECKING:
     from tribopipe.umeshmotion.known import KnownWear
     from tribopipe.wear.friction_path import ExponentialFriction, FrictionPath
 
-export_app = typer.Typer(help="Write what other programs take.", no_args_is_help=True)
+export_app = typer.Typer(cls=ExportGroup, help="Write what other programs take.", no_args_is_help=True)
 export_app.command("csv")(export_csv)
 export_app.command("runs")(export_runs)
+export_app.command("dataset")(export_dataset)
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,7 @@ def umeshmotion(
             help="Id of an archived run, or a run folder.", metavar="ID|RUN_FOLDER", autocompletion=archived_ids
         ),
     ],
-    law: Annotated[Law, typer.Option("--law", "--model", help="Wear law.")] = "archard",
+    law: Law = "archard",
     wear_coefficient: Annotated[
         str | None,
         typer.Option(
@@ -146,6 +148,10 @@ def _friction(run_id: str, law: Law, given: str | None, known: "FrictionPath | N
     from tribopipe.errors import FitError
     from tribopipe.wear.friction_path import ExponentialFriction
 
+    if law not in ("archard", "sarkar"):
+        raise FitError(
+            f"{run_id}: found the law {law} to write a subroutine of; expected archard or sarkar; fit one of these"
+        )
     if law == "archard":
         return None
     path = known if given is None else friction_path(given)
@@ -165,12 +171,13 @@ def _fitted(store: "Archive", run_id: str, law: Law) -> "KnownWear":
     from tribopipe.records.disc_results import TwinDiscFit
     from tribopipe.records.results import WearFit
     from tribopipe.umeshmotion.known import fitted_wear
+    from tribopipe.wear.laws import law_title
 
     fit = store.result(run_id, WEAR_FITS[law], Record)
     if isinstance(fit, WearFit | TwinDiscFit):
         return fitted_wear(run_id, fit)
     raise FitError(
-        f"{run_id}: found no k_D under {law.title()}'s law; expected a fit; run `tribopipe fit {run_id} --law {law}`, "
+        f"{run_id}: found no k_D under {law_title(law)}; expected a fit; run `tribopipe fit {run_id} --law {law}`, "
         "or give one with --wear-coefficient"
     )
 

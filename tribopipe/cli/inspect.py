@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
     from tribopipe.errors import ArchiveError
 
-schema_app = typer.Typer(help="JSON Schemas of the documents people write.", no_args_is_help=True)
+schema_app = typer.Typer(help="Schemas of the documents people write and of archived files.", no_args_is_help=True)
 
 
 def show(
@@ -96,6 +96,10 @@ def _show_run(store: "Archive", run_id: str, *, plot: bool, as_json: bool) -> No
         "marks": [record_json(mark) for mark in run.marks],
         "tags": list(store.tags(run_id)),
         "annotations": [record_json(one) for one in store.annotations(run_id)],
+        "amended": [
+            {"date": one.date, "changes": one.changes, "earlier_sha256": one.checksum}
+            for one in store.earlier_manifests(run_id)
+        ],
     }
     if plot:
         told["profiles"] = show_run_profiles(store, run_id)
@@ -104,12 +108,18 @@ def _show_run(store: "Archive", run_id: str, *, plot: bool, as_json: bool) -> No
 
 @schema_app.command("export")
 def export_schemas(
-    folder: Annotated[Path, typer.Argument(help="Folder to write *.schema.json into.")] = Path("schemas"),
+    folder: Annotated[Path, typer.Argument(help="Folder to write *.schema.json and *.nxdl.xml into.")] = Path(
+        "schemas"
+    ),
 ) -> None:
-    """Write the JSON Schemas, by which editors complete and check run.toml, recipes and plans."""
+    """Write the JSON Schemas, by which editors complete and check run.toml, recipes and plans.
+
+    Beside them the NeXus application definitions of archived files, for nxvalidate.
+    """
+    from tribopipe.archive.definitions.nxdl import write_definitions
     from tribopipe.records.export import write_schemas
 
-    for path in write_schemas(folder):
+    for path in (*write_schemas(folder), *write_definitions(folder)):
         say(str(path))
 
 

@@ -71,11 +71,10 @@ def _usual(runs: "Sequence[ListedRun]") -> "list[ListedColumn]":
 
 def _document(run: "ListedRun") -> dict[str, Any]:
     """Return all that is known of a run as JSON types, numbers in SI."""
-    from tribopipe.archive.catalogue.columns import COLUMNS, STEP_WORDS
+    from tribopipe.archive.catalogue.columns import COLUMNS, step_called
 
-    names = {word: name for name, word in STEP_WORDS.items()}
     known = {name: _json(run, column) for name, column in COLUMNS.items()}
-    return known | {"normal_load": known["load"], "steps": [names[word] for word in run.texts("steps")]}
+    return known | {"normal_load": known["load"], "steps": [step_called(words) for words in run.texts("steps")]}
 
 
 def _json(run: "ListedRun", column: "ListedColumn") -> Any:

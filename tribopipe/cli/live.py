@@ -19,9 +19,7 @@ if TYPE_CHECKING:
     from tribopipe.live.problem import Known
     from tribopipe.live.session import LiveUpdate, Session
     from tribopipe.records.manifest import RunManifest
-    from tribopipe.records.quantity import Quantity
 
-_K_D = "mm^3/(N*mm)"
 _NAP = 0.1
 """How long nothing is looked at while waiting, s."""
 _LONG = 60.0
@@ -33,7 +31,7 @@ Tell = Callable[["LiveUpdate"], None]
 
 def live(
     run: Annotated[Path, typer.Argument(help="Run folder, whose run.toml is written and whose signals still grow.")],
-    law: Annotated[Law, typer.Option("--law", help="Wear law to judge by.")] = "archard",
+    law: Law = "archard",
     recipe: RecipeFile = None,
     to: Annotated[
         str | None, typer.Option("--to", help="Planned end, as in '500 m'; wins over conditions.sliding_distance.")
@@ -98,6 +96,7 @@ def _known(
     """Return what is known of the drift, the disc's wear and k_D, and by which runs. What is given wins."""
     from tribopipe.live.priors import archived_coefficient, archived_drift, quantity_given
     from tribopipe.live.problem import Known
+    from tribopipe.units import WEAR_COEFFICIENT
 
     drift, disc = (
         None if text is None else quantity_given(option, text, kind)
@@ -112,7 +111,7 @@ def _known(
     if wear_from is not None:
         found = archived_coefficient(wear_from, manifest, law)
         k = found.quantity
-        notes.append(f"k_D of {k.shown('mm^3/(N*mm)')} is expected by {', '.join(found.runs)}")
+        notes.append(f"k_D of {k.shown(WEAR_COEFFICIENT)} is expected by {', '.join(found.runs)}")
     return Known(drift, disc, k, tuple(notes))
 
 
@@ -195,23 +194,21 @@ def _tell_lines(session: "Session", update: "LiveUpdate", *, as_json: bool) -> N
 
 def _lines(update: "LiveUpdate") -> Iterator[str]:
     """Write an update for people."""
+    from tribopipe.records.quantity import between
+    from tribopipe.units import WEAR_COEFFICIENT
+
     far = "no samples yet" if update.sliding_distance is None else update.sliding_distance.shown("m")
     yield f"{update.id}: {far}"
     found = update.estimate
     if found is None:
         yield update.lacks or ""
         return
-    yield f"k_D = {found.wear_coefficient.shown(_K_D)}, 95 %: {_between(found.interval, _K_D)}"
-    yield f"worn {found.wear_depth.shown('um')}, 95 %: {_between(found.wear_depth_interval, 'um')}"
+    yield f"k_D = {found.wear_coefficient.shown(WEAR_COEFFICIENT)}, 95 %: {between(found.interval, WEAR_COEFFICIENT)}"
+    yield f"worn {found.wear_depth.shown('um')}, 95 %: {between(found.wear_depth_interval, 'um')}"
     if found.planned_distance and found.predicted_depth and found.predicted_interval:
-        ahead = f"{found.predicted_depth.shown('um')}, 95 %: {_between(found.predicted_interval, 'um')}"
+        ahead = f"{found.predicted_depth.shown('um')}, 95 %: {between(found.predicted_interval, 'um')}"
         yield f"expected at {found.planned_distance.shown('m')}: {ahead}"
     yield f"drift {found.drift_rate.shown('nm/min')}"
-
-
-def _between(interval: "tuple[Quantity, Quantity]", unit: str) -> str:
-    low, high = (end.shown(unit) for end in interval)
-    return f"{low.rpartition(' ')[0]} to {high}"
 
 
 def _draw(session: "Session", update: "LiveUpdate", path: Path) -> None:

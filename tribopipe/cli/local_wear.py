@@ -67,7 +67,7 @@ def local_wear(
             autocompletion=archived_ids,
         ),
     ] = None,
-    law: Annotated[Law, typer.Option("--law", "--model", help="Wear law.")] = "archard",
+    law: Law = "archard",
     wear_coefficient: Annotated[
         list[str] | None,
         typer.Option(

@@ -22,7 +22,7 @@ ArchivedIds = Annotated[
 def migrate(ids: ArchivedIds = None, archive: ArchiveFolder = DEFAULT_ARCHIVE, as_json: AsJson = False) -> None:
     """Bring files that an older tribopipe archived to the present format; nothing is computed anew.
 
-    The originals stay in the archive, in the folder before-format-2, until you delete it.
+    The originals stay in the archive, in the folder before-format-3, until you delete it.
     """
     from tribopipe.archive.migrate import files_of
     from tribopipe.archive.migrate import migrate as bring_up

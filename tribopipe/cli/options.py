@@ -26,6 +26,13 @@ def archived_ids(context: typer.Context) -> list[str]:
 ArchiveFolder = Annotated[Path, typer.Option("--archive", help="Archive folder.", file_okay=True)]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
 Force = Annotated[bool, typer.Option("--force", help="Redo steps whose inputs and options are unchanged.")]
+Amend = Annotated[
+    bool,
+    typer.Option(
+        "--amend",
+        help="Take in a run.toml that has changed since the run was archived; the earlier one is kept with it.",
+    ),
+]
 RecipeFile = Annotated[Path | None, typer.Option("--recipe", help="TOML file that says how to process.")]
 RunIds = Annotated[
     list[str] | None,
@@ -35,7 +42,34 @@ RunIds = Annotated[
         autocompletion=archived_ids,
     ),
 ]
-Law = Literal["archard", "sarkar"]
+
+
+def law_names() -> list[str]:
+    """Complete the names of wear laws: tribopipe's and those of other packages."""
+    from tribopipe.plugins import declared
+
+    return [entry.name for entry in declared("tribopipe.laws")]
+
+
+def _law(text: str) -> str:
+    if text not in law_names():
+        from tribopipe.records.recipe import LAWS
+
+        raise typer.BadParameter(LAWS.unknown(text))
+    return text
+
+
+Law = Annotated[
+    str,
+    typer.Option(
+        "--law",
+        "--model",
+        parser=_law,
+        metavar="LAW",
+        autocompletion=law_names,
+        help="Wear law: archard, sarkar, or one that another package adds.",
+    ),
+]
 WearEngine = Literal["giwm", "local"]
 Pressure = Annotated[
     WearEngine | None,

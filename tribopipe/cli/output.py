@@ -7,7 +7,7 @@ import shutil
 import sys
 import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -144,6 +144,20 @@ def _clear_line() -> None:
     os.write(sys.stderr.fileno(), b"\r\x1b[K\x1b[?25h")
 
 
+def say_where_to_read(codes: Iterable[str]) -> None:
+    """Name the sections that say more of errors and findings, on a terminal; nothing where they were not installed."""
+    asked = dict.fromkeys(codes)
+    if not asked or not sys.stderr.isatty():
+        return
+    from tribopipe.cli.manual import links, sections
+    from tribopipe.errors import TribopipeError
+
+    with suppress(TribopipeError, OSError):
+        known = [code for code in asked if code in sections()]
+        if known:
+            say("\n".join([f"more on this: tribopipe help {' '.join(known)}", *links(known)]))
+
+
 def located(path: Path, error: "TribopipeError") -> "TribopipeError":
     """Say in which folder the file is that an error names."""
     inside = str(error).startswith(path.name) and path.parent != Path()
@@ -159,12 +173,18 @@ def finish(outcomes: "Sequence[Outcome]") -> None:
     """Tell every failure, and exit accordingly; a run of which one step failed counts as failed."""
     failed_runs = {outcome.run_id for outcome in outcomes if outcome.error is not None}
     some_done = any(outcome.run_id not in failed_runs for outcome in outcomes)
-    exit_with([outcome.error for outcome in outcomes if outcome.error is not None], some_done=some_done)
+    warned = [one.check for outcome in outcomes for one in outcome.findings if one.severity == "warning"]
+    errors = [outcome.error for outcome in outcomes if outcome.error is not None]
+    exit_with(errors, some_done=some_done, warned=warned)
 
 
-def exit_with(errors: "Sequence[TribopipeError]", *, some_done: bool) -> None:
-    """Tell every error once, and exit with 0, 1 (nothing done) or 3 (part of the batch failed)."""
+def exit_with(errors: "Sequence[TribopipeError]", *, some_done: bool, warned: Sequence[str] = ()) -> None:
+    """Tell every error once, and exit with 0, 1 (nothing done) or 3 (part of the batch failed).
+
+    ``warned`` names the checks that have warned of something meanwhile.
+    """
     for message in dict.fromkeys(str(error) for error in errors):
         say(f"error: {message}")
+    say_where_to_read([*(error.code for error in errors), *warned])
     if errors:
         raise typer.Exit(PARTLY_FAILED if some_done else FAILED)

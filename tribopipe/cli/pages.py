@@ -18,6 +18,7 @@ _SAID = {
     "tag": "tagged",
     "untag": "no longer tagged",
     "note": "note",
+    "amended": "run.toml amended",
 }
 
 

@@ -96,7 +96,7 @@ def predict(
             "one. By default the archived fit's."
         ),
     ] = None,
-    law: Annotated[Law, typer.Option("--law", "--model", help="Wear law.")] = "archard",
+    law: Law = "archard",
     scheme: Annotated[Scheme, typer.Option(help="The limit of small steps, or the paper's Euler steps.")] = "exact",
     steps: Annotated[
         int | None,
@@ -240,7 +240,7 @@ def _folder(run: Path, asked: _Asked) -> _Subject:
         raise typer.BadParameter('a run folder has no k_D: give one, --wear-coefficient "13.5e-9 mm^3/(N*mm)"')
     manifest, _ = read_manifest(manifest_path(run))
     conditions = manifest.conditions
-    given = None if asked.friction is None or asked.law == "archard" else friction_path(asked.friction)
+    given = None if asked.friction is None else friction_path(asked.friction)
     path = given or folder_friction(run, conditions, asked.law, asked.recipe)
     planned = conditions.sliding_distance.value if conditions.sliding_distance else conditions.rotations
     return _Subject(manifest, path=path, end=planned)
@@ -249,8 +249,9 @@ def _folder(run: Path, asked: _Asked) -> _Subject:
 def folder_friction(run: Path, conditions: "Conditions", law: Law, recipe: "Recipe") -> "FrictionPath | None":
     """Return the friction of a run folder that a law needs: stated in run.toml, or else measured."""
     from tribopipe.wear.friction_path import stated_path
+    from tribopipe.wear.laws import law_named
 
-    if law == "archard":
+    if not law_named(law).needs_friction:
         return None
     return _measured_friction(run, recipe) if conditions.friction is None else stated_path(conditions.friction)
 
@@ -270,6 +271,7 @@ def _archived(store: "Archive", run_id: str, asked: _Asked) -> _Subject:
     from tribopipe.archive.results import archived_fit, archived_friction
     from tribopipe.errors import FitError
     from tribopipe.wear.friction_path import run_path
+    from tribopipe.wear.laws import law_named
 
     run, fit, path = store.cleaned(run_id), None, None
     if not asked.coefficients:
@@ -278,7 +280,7 @@ def _archived(store: "Archive", run_id: str, asked: _Asked) -> _Subject:
             raise FitError(
                 f"{run_id}: found no k_D; the run lacks {' and '.join(fit.lacks)}; give one with --wear-coefficient"
             )
-    if asked.law == "sarkar":
+    if law_named(asked.law).needs_friction:
         found = run_path(run, archived_friction(store, run_id), asked.recipe.wear.friction)
         path = friction_path(asked.friction) if asked.friction else found
     axis = run.columns["rotations"] if run.manifest.rolls else run.sliding_distance
@@ -307,6 +309,8 @@ def _predict_pin(subject: _Subject, asked: _Asked, reference: str | None) -> "We
         asked.recipe,
         _given("--speed", asked.speed, "speed", conditions.sliding_speed) if asked.speed else conditions.sliding_speed,
         known.engine,
+        known.parameters,
+        known.covariance,
     )
     at, depths = _places(subject, asked, "distance", "500 m")
     steps = asked.steps or DEFAULT_STEPS

@@ -8,9 +8,18 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tribopipe.cli.batch_options import Jobs, Part, Scheduler, Shard, crew, seen_by
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, Force, RecipeFile, load_archive, load_recipe
+from tribopipe.cli.options import (
+    DEFAULT_ARCHIVE,
+    Amend,
+    ArchiveFolder,
+    AsJson,
+    Force,
+    RecipeFile,
+    load_archive,
+    load_recipe,
+)
 from tribopipe.cli.output import Advance, finish, in_order, print_json, progress, record_json, say
-from tribopipe.cli.runs import RunPaths, run_folders, say_warnings
+from tribopipe.cli.runs import RunPaths, run_folders, say_amended, say_warnings
 from tribopipe.cli.steps import say_clean_up
 
 if TYPE_CHECKING:
@@ -26,6 +35,7 @@ def process(
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     recipe: RecipeFile = None,
     force: Force = False,
+    amend: Amend = False,
     as_json: AsJson = False,
     figures: Annotated[bool, typer.Option(help="Save figures beside the archive.")] = True,
     jobs: Jobs = None,
@@ -47,7 +57,7 @@ def process(
         folders, outcomes = run_folders(paths, shard, who)
         studies = load_studies([document for path in paths for document in find_studies(path)]) if shard is None else []
         with progress("process", len(folders)) as advance:
-            taken = _taken(folders, store, how, who, studies=studies, alone=shard is not None, force=force)
+            taken = _taken(folders, store, how, who, studies=studies, alone=shard is not None, force=force, amend=amend)
             outcomes += _followed(taken, advance)
             outcomes += _followed(process_studies(store, studies, how, force=force), advance)
         drawn = _draw(store, outcomes, who) if figures and shard is None else []
@@ -69,14 +79,15 @@ def _taken(
     studies: "list[Study]",
     alone: bool,
     force: bool,
+    amend: bool,
 ) -> "Iterator[Outcome]":
     """Take runs through all that needs no other run where they are alone, else through the whole line."""
     from tribopipe import pipeline
 
     if alone:
-        return pipeline.process_each(folders, store, how, force=force, crew=who)
+        return pipeline.process_each(folders, store, how, force=force, amend=amend, crew=who)
     studied = {run_id for study in studies for run_id in (*study.fit, *study.predict)}
-    return pipeline.process(folders, store, how, force=force, studied=studied, crew=who)
+    return pipeline.process(folders, store, how, force=force, amend=amend, studied=studied, crew=who)
 
 
 def _followed(coming: "Iterable[Outcome]", advance: "Advance") -> "list[Outcome]":
@@ -87,6 +98,7 @@ def _followed(coming: "Iterable[Outcome]", advance: "Advance") -> "list[Outcome]
     kept = []
     for outcome in coming:
         advance(f"{outcome.run_id}: {outcome.stage.replace('_', ' ')}", by=int(outcome.stage == "ingest"))
+        say_amended(outcome)
         say_warnings(outcome)
         say_clean_up(outcome)
         _say_doubts(outcome)

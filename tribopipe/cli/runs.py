@@ -7,8 +7,18 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tribopipe.cli.batch_options import Jobs, Part, Scheduler, Shard, crew, seen_by
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, Force, load_archive
-from tribopipe.cli.output import FAILED, finish, in_order, print_json, progress, record_json, say, table
+from tribopipe.cli.options import DEFAULT_ARCHIVE, Amend, ArchiveFolder, AsJson, Force, load_archive
+from tribopipe.cli.output import (
+    FAILED,
+    finish,
+    in_order,
+    print_json,
+    progress,
+    record_json,
+    say,
+    say_where_to_read,
+    table,
+)
 
 if TYPE_CHECKING:
     from tribopipe.batch import Crew
@@ -44,7 +54,7 @@ def check(paths: RunPaths, as_json: AsJson = False) -> None:
     from tribopipe.pipeline import attempted
 
     folders, failures = run_folders(paths)
-    documents, sound = [], True
+    documents, sound, codes = [], True, []
     for path in folders:
         looked = attempted(str(path), "ingest", partial(_looked_over, path))
         if looked.error is not None:
@@ -52,6 +62,7 @@ def check(paths: RunPaths, as_json: AsJson = False) -> None:
             continue
         findings = looked.findings
         sound = sound and all(finding.severity == "note" for finding in findings)
+        codes += [finding.check for finding in findings if finding.severity != "note"]
         told = [record_json(finding) for finding in findings]
         documents.append({"path": str(path), "id": looked.run_id, "findings": told})
         for finding in findings:
@@ -60,6 +71,7 @@ def check(paths: RunPaths, as_json: AsJson = False) -> None:
             say(f"{looked.run_id}: nothing to complain about")
     for failure in failures:
         say(f"error: {failure.error}")
+    say_where_to_read([*(failure.error.code for failure in failures if failure.error is not None), *codes])
     if as_json:
         unread = [{"path": failure.run_id, "error": str(failure.error), "findings": []} for failure in failures]
         print_json({"runs": documents + unread})
@@ -80,6 +92,7 @@ def ingest(
     paths: RunPaths,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     force: Force = False,
+    amend: Amend = False,
     as_json: AsJson = False,
     jobs: Jobs = None,
     scheduler: Scheduler = None,
@@ -92,9 +105,10 @@ def ingest(
     store = load_archive(seen_by(who, archive), must_exist=False)
     folders, outcomes = run_folders(paths, shard, who)
     with progress("ingest", len(folders)) as advance:
-        for outcome in pipeline.ingest_each(folders, store, force=force, crew=who):
+        for outcome in pipeline.ingest_each(folders, store, force=force, amend=amend, crew=who):
             if outcome.error is None:
                 say(f"{outcome.run_id}: {'archived' if outcome.status == 'done' else 'unchanged, nothing to do'}")
+            say_amended(outcome)
             say_warnings(outcome)
             outcomes.append(outcome)
             advance(outcome.run_id)
@@ -102,6 +116,15 @@ def ingest(
     if as_json:
         print_json({"runs": [outcome.as_json() for outcome in outcomes]})
     finish(outcomes)
+
+
+def say_amended(outcome: "Outcome") -> None:
+    """Say which steps stood on the run.toml before it was amended."""
+    if outcome.dropped is None:
+        return
+    names = ", ".join(name.replace("_", " ") for name in outcome.dropped)
+    dropped = f"; steps that stood on it are dropped: {names}" if names else ""
+    say(f"{outcome.run_id}: run.toml amended, the earlier one is kept{dropped}")
 
 
 def say_warnings(outcome: "Outcome") -> None:

@@ -21,6 +21,10 @@ _Handler = Callable[[int, FrameType | None], object] | signal.Handlers
 def main() -> None:
     """Run the command."""
     _look_after(_end)
+    if os.environ.get("_TRIBOPIPE_COMPLETE", "").startswith("complete_"):
+        from tribopipe.cli.completion import answer
+
+        answer(os.environ)
     from tribopipe.batch.environment import ONE_THREAD
 
     os.environ.update(ONE_THREAD | os.environ)  # so that results are those of workers, bit for bit

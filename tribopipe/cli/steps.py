@@ -53,7 +53,7 @@ def correct_drift(
 
 def fit(
     ids: RunIds = None,
-    model: Annotated[Law, typer.Option("--model", "--law", help="Wear law.")] = "archard",
+    model: Law = "archard",
     together: Annotated[
         bool, typer.Option("--together", help="One k_D from all these runs, with the scatter between them.")
     ] = False,

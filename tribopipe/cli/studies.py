@@ -196,7 +196,7 @@ def plan(
         str, typer.Argument(help="Id of an archived run or study.", metavar="ID", autocompletion=archived_ids)
     ],
     interval: Annotated[str, typer.Option("--interval", help='Wanted 95 % interval of k_D, "10 %" for ±10 %.')],
-    model: Annotated[Law, typer.Option("--model", "--law", help="Wear law.")] = "archard",
+    model: Law = "archard",
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     recipe: RecipeFile = None,
     as_json: AsJson = False,

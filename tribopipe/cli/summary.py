@@ -1,6 +1,6 @@
 """What is said of an archived run in one line of a table, and in one document of JSON."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from tribopipe.archive.outline import RunOutline, StepOutline
@@ -10,12 +10,11 @@ from tribopipe.cli.output import record_json, split_table, table
 from tribopipe.motion import slip
 from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction, spoken
 from tribopipe.records.manifest import DISCS
-from tribopipe.records.quantity import Quantity
+from tribopipe.records.quantity import Quantity, force
 from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
 from tribopipe.records.specific_wear import SpecificWear
-from tribopipe.units import pretty, show
-
-K_D = "mm^3/(N*mm)"
+from tribopipe.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, pretty, show
+from tribopipe.wear.laws import law_label
 
 
 def run_summary(archive: Archive, run_id: str) -> dict[str, Any]:
@@ -52,15 +51,17 @@ def show_summaries(archive: Archive, ids: list[str]) -> None:
         worn += _wear_rows(run)
     if pins:
         title = "± is one standard uncertainty; k_D in mm³/(N·mm); end depth of the pin in µm, measured and predicted"
-        split_table(title, _PIN_COLUMNS, pins, at=5)
+        columns = _columns(("run", "drift, nm/min", "A", "b", "c, m"), "end depth, µm")
+        split_table(title, columns, pins, at=5)
     if discs:
         title = "Two discs: k_D in mm³/(N·mm) and volume worn off in mm³, of the curved and the flat disc"
-        split_table(title, _DISC_COLUMNS, discs, at=6)
+        columns = _columns(("run", "slip", "rotations", "drift, nm/min", "b", "disc"), "measured")
+        split_table(title, columns, discs, at=6)
     if worn:
         table("Specific wear rate, by the end values", _WEAR_COLUMNS, worn)
 
 
-_WEAR_COLUMNS = ("run", "body", "depth, µm", "volume, mm³", "by", "load, N", "distance, m", "rate, mm³/(N·m)")
+_WEAR_COLUMNS = ("run", "body", "depth, µm", "volume, mm³", "by", "load", "distance, m", "rate, mm³/(N·m)")
 
 
 def _wear_rows(run: RunOutline) -> list[list[str]]:
@@ -75,42 +76,20 @@ def _wear_rows(run: RunOutline) -> list[list[str]]:
             _cell(body.depth, "um"),
             _cell(body.volume, "mm^3"),
             body.volume_by or "–",
-            _cell(found.normal_load, "N"),
+            "–" if found.normal_load is None else force(found.normal_load),
             _cell(found.sliding_distance, "m"),
-            _cell(body.specific_wear_rate, "mm^3/(N*m)"),
+            _cell(body.specific_wear_rate, SPECIFIC_WEAR_RATE),
         ]
         for name, body in found.bodies.items()
         if body.volume is not None
     ]
 
 
-_PIN_COLUMNS = (
-    "run",
-    "drift, nm/min",
-    "A",
-    "b",
-    "c, m",
-    "k_D by Archard",
-    "k_D by Sarkar",
-    "end depth, µm",
-    "predicted, Archard",
-    "Sarkar",
-    "from",
-)
-_DISC_COLUMNS = (
-    "run",
-    "slip",
-    "rotations",
-    "drift, nm/min",
-    "b",
-    "disc",
-    "k_D by Archard",
-    "k_D by Sarkar",
-    "measured",
-    "predicted, Archard",
-    "Sarkar",
-    "from",
-)
+def _columns(about: Sequence[str], measured: str) -> list[str]:
+    """Return the heads of a table: what it says of runs, then k_D and predictions under each law."""
+    first, *others = map(law_label, WEAR_FITS)
+    k_d = [f"k_D by {law}" for law in (first, *others)]
+    return [*about, *k_d, measured, f"predicted, {first}", *others, "from"]
 
 
 def _disc_rows(run: RunOutline) -> list[list[str]]:
@@ -140,7 +119,7 @@ def _disc_rows(run: RunOutline) -> list[list[str]]:
             [
                 *(about if not rows else [""] * len(about)),
                 spoken(name).removesuffix(" disc"),
-                *(_cell(one.wear_coefficient if one is not None else None, K_D) for one in found),
+                *(_cell(one.wear_coefficient if one is not None else None, WEAR_COEFFICIENT) for one in found),
                 *(_cell(volume, "mm^3") for volume in (volumes[name], *ends)),
                 (reference or ("(identifies k_D)" if fitted else "–")) if not rows else "",
             ]
@@ -158,7 +137,7 @@ def _row(run: RunOutline) -> list[str]:
         run.manifest.id,
         _cell(drift.drift_rate if isinstance(drift, DriftCorrection) else None, "nm/min"),
         *_friction_cells(friction),
-        *(_cell(_coefficient(steps, name), K_D) for name in WEAR_FITS.values()),
+        *(_cell(_coefficient(steps, name), WEAR_COEFFICIENT) for name in WEAR_FITS.values()),
         _cell(drift.pin_wear_depth if isinstance(drift, DriftCorrection) else None, "um"),
         *(_cell(p.prediction[0].wear_depth, "um") if isinstance(p, WearPrediction) else "–" for p in predictions),
         reference or ("–" if fitted is None else "(identifies k_D)"),

@@ -4,13 +4,15 @@ tribopipe's own readers are declared the same way. Nothing is imported before a 
 """
 
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
+from operator import attrgetter
 from typing import NamedTuple
 
 from tribopipe.errors import ReaderError, did_you_mean
 from tribopipe.ingest.reader import Holds, Match, Reader
+from tribopipe.plugins import Plugins
 from tribopipe.run import SourceFile
 
 GROUP = "tribopipe.readers"
@@ -105,37 +107,14 @@ def chosen(source: SourceFile, found: Sequence[Judged]) -> list[Judged]:
 
 @cache
 def _loaded() -> tuple[tuple[str, Reader], ...]:
-    found: dict[str, Reader] = {}
-    for entry in _entries():
-        reader = _load(entry)
-        if reader is None:
-            continue
-        if reader.name in found:
-            warnings.warn(f"{entry.value}: left out, since a reader {reader.name!r} is installed already", stacklevel=3)
-            continue
-        found[reader.name] = reader
-    return tuple(found.items())
+    return tuple(Plugins(GROUP, "reader", _made, attrgetter("name")).items())
 
 
-def _entries() -> Iterator[EntryPoint]:
-    """Give tribopipe's own first, so that nothing can take their names."""
-    entries = sorted(entry_points(group=GROUP), key=lambda entry: entry.name)
-    yield from (entry for entry in entries if entry.module.startswith("tribopipe."))
-    yield from (entry for entry in entries if not entry.module.startswith("tribopipe."))
-
-
-def _load(entry: EntryPoint) -> Reader | None:
-    try:
-        reader = entry.load()()
-    except Exception as error:  # noqa: BLE001 - somebody else's code may raise anything
-        warnings.warn(f"reader {entry.name!r} left out: {entry.value} cannot be loaded ({error!r})", stacklevel=4)
-        return None
-    if isinstance(reader, Reader):
-        return reader
-    warnings.warn(
-        f"reader {entry.name!r} left out: {entry.value} lacks name, title, holds, match or read", stacklevel=4
-    )
-    return None
+def _made(entry: EntryPoint) -> Reader:
+    reader = entry.load()()
+    if not isinstance(reader, Reader):
+        raise TypeError("lacks name, title, holds, match or read")
+    return reader
 
 
 def _match(reader: Reader, source: SourceFile) -> Match:

@@ -24,9 +24,10 @@ from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.run import Column, RawRun, Values
 from tribopipe.wear.friction_path import MeasuredFriction
-from tribopipe.wear.inputs import Input, contact_inputs, instrument_inputs
+from tribopipe.wear.inputs import Input, contact_inputs, instrument_inputs, law_inputs
 from tribopipe.wear.joint import END_ANCHOR, Anchor, JointProblem
-from tribopipe.wear.laws import LAWS
+from tribopipe.wear.laws import law_named
+from tribopipe.wear.own_parameters import law_as_given
 from tribopipe.wear.problem import NODES, remountings
 
 _DISC_POWER = 0.75
@@ -155,7 +156,7 @@ def live_problem(asked: Asked, state: State) -> LiveProblem:
     anchors = _anchors(asked, trace.slid, end)
     return LiveProblem(
         contact=manifest.pin_on_disc,
-        law=LAWS[asked.law],
+        law=law_as_given(asked.law, asked.recipe),
         distance=mean_distance(manifest.pin_on_disc, means),
         trace=_trace(means, fine),
         end=end
@@ -201,7 +202,7 @@ def _stretches(to_come: Column, segments: Column) -> Column:
 
 
 def _friction(asked: Asked, fine: Means) -> MeasuredFriction | None:
-    if not LAWS[asked.law].needs_friction:
+    if not law_named(asked.law).needs_friction:
         return None
     seen = np.isfinite(fine.friction)
     if not np.any(seen):
@@ -226,6 +227,7 @@ def _inputs(asked: Asked, anchors: list[Anchor], end: EndWear | None) -> Mapping
     manifest, recipe = asked.run.manifest, asked.recipe
     inputs = contact_inputs(manifest.pin_on_disc, manifest.conditions.normal_load, recipe)
     inputs |= instrument_inputs(asked.run, recipe)
+    inputs |= law_inputs(law_named(asked.law), recipe)
     inputs |= {anchor.name: Input(anchor.wear.pin.quantity, anchor.wear.pin.source) for anchor in anchors}
     if end is not None and end.disc is not None:
         inputs["disc_end_value"] = Input(end.disc.quantity, end.disc.source)

@@ -12,6 +12,7 @@ from pydantic.fields import FieldInfo
 
 from tribopipe.errors import ManifestError, did_you_mean
 from tribopipe.records.document import parse_toml, read_bytes, shortened, written_key
+from tribopipe.records.installed import WRITTEN_BY_PEOPLE
 
 
 class Record(BaseModel):
@@ -46,7 +47,7 @@ def quoted(text: str) -> str:
 def read_document(document: Mapping[str, Any], record: type[R], *, where: str) -> R:
     """Validate a document; ``ManifestError`` names the first thing wrong and counts the rest."""
     try:
-        return record.model_validate(document)
+        return record.model_validate(document, context=WRITTEN_BY_PEOPLE)
     except ValidationError as error:
         raise ManifestError(f"{where}: {first_problem(error, record)}") from None
 

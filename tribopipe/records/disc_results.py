@@ -4,11 +4,20 @@ from typing import Literal
 
 from tribopipe.records.base import Record
 from tribopipe.records.manifest import DiscName
-from tribopipe.records.quantity import Quantity
+from tribopipe.records.quantity import (
+    Metres,
+    Newtons,
+    Number,
+    Pascals,
+    Quantity,
+    SquareMetresPerNewton,
+    between,
+    force,
+    in_both_units,
+)
 from tribopipe.records.recipe import DistanceConvention, FrictionSource, LawName
 from tribopipe.records.results import Contribution, MonteCarlo
-
-_K = "mm^3/(N*mm)"
+from tribopipe.units import WEAR_COEFFICIENT
 
 
 class DiscCoefficient(Record):
@@ -16,9 +25,9 @@ class DiscCoefficient(Record):
 
     disc: DiscName
     """Which disc."""
-    wear_coefficient: Quantity
+    wear_coefficient: SquareMetresPerNewton
     """k_D with its combined standard uncertainty."""
-    interval: tuple[Quantity, Quantity]
+    interval: tuple[SquareMetresPerNewton, SquareMetresPerNewton]
     """95 % coverage interval of k_D by Monte Carlo; to first order where none was drawn."""
     budget: tuple[Contribution, ...] = ()
     """What the combined standard uncertainty is made of, to first order."""
@@ -26,18 +35,18 @@ class DiscCoefficient(Record):
     """How the interval was drawn."""
 
     def __str__(self) -> str:
-        low, high = (end.shown(_K) for end in self.interval)
-        return f"{spoken(self.disc)} k_D = {self.wear_coefficient.shown(_K)}, 95 % interval {low} to {high}"
+        found, interval = in_both_units(self.wear_coefficient), between(self.interval, WEAR_COEFFICIENT)
+        return f"{spoken(self.disc)} k_D = {found}, 95 % interval {interval}"
 
 
 class HertzStart(Record):
     """Contact of the unworn discs by Hertz."""
 
-    half_width: Quantity
+    half_width: Metres
     """a_x."""
-    half_length: Quantity
+    half_length: Metres
     """a_z."""
-    peak_pressure: Quantity
+    peak_pressure: Pascals
     """p₀, 1.5 times the mean pressure."""
 
 
@@ -144,15 +153,15 @@ class TwinDiscPrediction(Record):
     """The limit of small steps, or the paper's explicit ones."""
     distance_per_rotation: DistanceConvention
     """What counts as slid in one rotation."""
-    curved_disc_wear_coefficient: Quantity
+    curved_disc_wear_coefficient: SquareMetresPerNewton
     """k_D of the curved disc."""
-    flat_disc_wear_coefficient: Quantity
+    flat_disc_wear_coefficient: SquareMetresPerNewton
     """k_D of the flat disc; 0 where it does not wear."""
     reference: str | None = None
     """Run that k_D was identified from; none where it was given."""
-    normal_load: Quantity
+    normal_load: Newtons
     """F_N predicted for."""
-    slip: Quantity
+    slip: Number
     """(v₂ − v₁)/v₁ predicted for."""
     start: HertzStart
     """Contact of the unworn discs by Hertz, where the published scheme starts."""
@@ -170,8 +179,8 @@ class TwinDiscPrediction(Record):
     def __str__(self) -> str:
         lines = [
             f"{self.model}, {self.scheme}, {self.distance_per_rotation}: k_D = "
-            f"{self.curved_disc_wear_coefficient.shown(_K)} (curved disc), "
-            f"{self.flat_disc_wear_coefficient.shown(_K)} (flat disc), F_N = {self.normal_load.shown('mN')}, "
+            f"{self.curved_disc_wear_coefficient.shown(WEAR_COEFFICIENT)} (curved disc), "
+            f"{self.flat_disc_wear_coefficient.shown(WEAR_COEFFICIENT)} (flat disc), F_N = {force(self.normal_load)}, "
             f"slip {self.slip.shown('%')}"
         ]
         for point in (*self.prediction, *self.reached):

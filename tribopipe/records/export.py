@@ -7,6 +7,7 @@ from typing import Any
 from tribopipe.files import write_file
 from tribopipe.records.base import Record
 from tribopipe.records.clean_up import CleanUp
+from tribopipe.records.dataset import Dataset
 from tribopipe.records.design import Design
 from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction
 from tribopipe.records.disc_verdict import TwinDiscStudyResult
@@ -31,6 +32,7 @@ SCHEMAS: dict[str, type[Record]] = {
     "truth": Truth,
     "study": Study,
     "sweep": Sweep,
+    "dataset": Dataset,
     "clean-up": CleanUp,
     "drift-correction": DriftCorrection,
     "friction-fit": FrictionFit,

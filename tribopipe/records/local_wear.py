@@ -4,15 +4,15 @@ from collections.abc import Iterable
 from typing import Literal
 
 from tribopipe.records.base import Record
-from tribopipe.records.quantity import Quantity
+from tribopipe.records.quantity import Metres, Newtons, Quantity, SquareMetresPerNewton, force
 from tribopipe.records.recipe import LawName
+from tribopipe.units import WEAR_COEFFICIENT
 
 Engine = Literal["rings", "half-space", "fe"]
 """How the contact is solved: round, as a half space under rectangles, or by finite elements."""
 Scheme = Literal["implicit", "explicit"]
 Course = Literal["implicit", "explicit", "economy"]
 """A scheme that solves the contact at each step, or UMESHMOTION's, which mends it (tribopipe.local_wear.economy)."""
-_K = "mm^3/(N*mm)"
 
 
 class LocalPoint(Record):
@@ -93,13 +93,13 @@ class LocalWearResult(Record):
     scheme: Course
     """Whether pressure at the end of a step wears the surface, or that before it as in the paper; or, by economy, that
     of a contact that is mended rather than solved anew."""
-    wear_coefficient: Quantity
+    wear_coefficient: SquareMetresPerNewton
     """k_D of the pin, or of the curved disc, as V = k_D·F_N·s has it."""
-    flat_disc_wear_coefficient: Quantity | None = None
+    flat_disc_wear_coefficient: SquareMetresPerNewton | None = None
     """k_D of the flat disc; none for a pin."""
     reference: str | None = None
     """Run that k_D was identified from; none where it was given."""
-    normal_load: Quantity
+    normal_load: Newtons
     """F_N."""
     steps_per_decade: int
     """Wear steps for each power of ten in the amount of wear; explicit ones are divided where they have to be."""
@@ -110,7 +110,7 @@ class LocalWearResult(Record):
     """Share of its stresses that an increment of the economy was taken to lose."""
     grid: tuple[int, ...]
     """Number of points from the axis outwards, or across and along the contact."""
-    finest: Quantity
+    finest: Metres
     """Least distance between neighbouring points."""
     notes: tuple[str, ...] = ()
     """What to beware of."""
@@ -123,9 +123,9 @@ class LocalWearResult(Record):
 
     def __str__(self) -> str:
         flat = self.flat_disc_wear_coefficient
-        both = "" if flat is None else f" (curved disc), {flat.shown(_K)} (flat disc)"
+        both = "" if flat is None else f" (curved disc), {flat.shown(WEAR_COEFFICIENT)} (flat disc)"
         head = (
-            f"{self.model}, {self.engine}, {self.scheme}: k_D = {self.wear_coefficient.shown(_K)}{both}, "
-            f"F_N = {self.normal_load.shown('mN')}"
+            f"{self.model}, {self.engine}, {self.scheme}: k_D = {self.wear_coefficient.shown(WEAR_COEFFICIENT)}{both}, "
+            f"F_N = {force(self.normal_load)}"
         )
         return "\n".join([head, *(f"  {point}" for point in self.points), *(f"  {note}" for note in self.notes)])

@@ -503,7 +503,7 @@ class RunManifest(Record):
             return self
         for where, part in self._parts():
             foreign = next(
-                (name for name in _FOREIGN[self.contact.kind] if getattr(part, name, None) not in (None, ())), None
+                (name for name in FOREIGN[self.contact.kind] if getattr(part, name, None) not in (None, ())), None
             )
             if foreign is not None:
                 raise ValueError(
@@ -549,6 +549,11 @@ class RunManifest(Record):
                 f"expected each above the one before; write the {name.replace('_', ' ')} since the start of the test"
             )
         return self
+
+    @property
+    def tribometer(self) -> Literal["pin-on-disc", "twin-disc"] | None:
+        """Kind of the tribometer; none where run.toml does not describe the bodies."""
+        return None if self.contact is None else self.contact.kind
 
     @property
     def rolls(self) -> bool:
@@ -608,19 +613,19 @@ def _no_contact(run_id: str) -> ContactError:
 
 _DISC_END_VALUES = tuple(name for name in EndValues.model_fields if name.startswith(("curved_disc", "flat_disc")))
 _PIN_END_VALUES = tuple(name for name in EndValues.model_fields if name not in _DISC_END_VALUES)
-_FOREIGN = {
+FOREIGN: Mapping[str, tuple[str, ...]] = {
     "pin-on-disc": ("curved_disc_speed", "flat_disc_speed", "slip", "rotations", *_DISC_END_VALUES),
     "twin-disc": (
         *("sliding_speed", "sliding_distance", "track_radius", "rotational_speed", "stroke", "frequency"),
         *_PIN_END_VALUES,
     ),
 }
-"""Keys that make no sense on a tribometer."""
+"""Keys of conditions and end values that make no sense on a tribometer, by its kind."""
 
 
 def _own_keys(part: Conditions | EndValues, kind: str) -> set[str]:
     other = {"pin-on-disc": "twin-disc", "twin-disc": "pin-on-disc"}[kind]
-    return set(_FOREIGN[other]) & set(type(part).model_fields)
+    return set(FOREIGN[other]) & set(type(part).model_fields)
 
 
 def _refuse_no_slip(conditions: Conditions) -> None:

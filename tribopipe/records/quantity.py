@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Annotated, Any
 
@@ -38,9 +39,32 @@ class Quantity(Record):
         return units.show(self.value, self.standard_uncertainty, self.unit, unit)
 
 
+@dataclass(frozen=True)
+class Unit:
+    """The SI unit that quantities of a field have, for whoever asks a record what it holds."""
+
+    si: str
+
+
 def wear_coefficient(value: float, standard_uncertainty: float | None = None) -> Quantity:
     """Return a wear coefficient k_D, m²/N."""
     return Quantity(value=value, unit="m^2/N", standard_uncertainty=standard_uncertainty)
+
+
+def in_both_units(coefficient: Quantity) -> str:
+    """Write a k_D that is the answer for readers of either unit: mm³/(N·mm) and mm³/(N·m)."""
+    return " = ".join(coefficient.shown(unit) for unit in (units.WEAR_COEFFICIENT, units.SPECIFIC_WEAR_RATE))
+
+
+def force(load: Quantity) -> str:
+    """Write a load for people: in mN below 1 N, in N above."""
+    return units.show_force(load.value, load.standard_uncertainty)
+
+
+def between(ends: tuple[Quantity, Quantity], unit: str) -> str:
+    """Write an interval for people, its unit once: "13 to 15 µm"."""
+    low, high = (end.shown(unit) for end in ends)
+    return f"{low.removesuffix(f' {units.pretty(unit)}')} to {high}"
 
 
 class EndValue(Quantity):
@@ -194,6 +218,7 @@ def _form(properties: dict[str, Any], required: list[str]) -> dict[str, Any]:
 
 def _rules(kind: str, *, positive: bool = True, method: bool = False) -> tuple[Any, ...]:
     return (
+        Unit(units.KINDS[kind].si),
         BeforeValidator(partial(_take, kind=kind, repeated=method)),
         AfterValidator(partial(_of_kind, kind=kind, positive=positive)),
         WithJsonSchema(_written_schema(kind, method=method)),
@@ -228,3 +253,23 @@ MeasuredLength = Annotated[EndValue, *_rules("length", method=True)]
 MeasuredDepth = Annotated[EndValue, *_rules("length", positive=False, method=True)]
 MeasuredVolume = Annotated[EndValue, *_rules("volume", positive=False, method=True)]
 MeasuredMass = Annotated[EndValue, *_rules("mass", positive=False, method=True)]
+
+
+def _found_in(unit: str) -> tuple[Any, ...]:
+    return Unit(unit), AfterValidator(partial(_has_unit, unit=unit))
+
+
+def _has_unit(quantity: Quantity, *, unit: str) -> Quantity:
+    if quantity.unit != unit:
+        raise ValueError(f"found the unit {quantity.unit!r}; expected {unit!r}")
+    return quantity
+
+
+Metres = Annotated[Quantity, *_found_in("m")]
+"""This and the next are of results, which are in SI from the start."""
+Newtons = Annotated[Quantity, *_found_in("N")]
+Pascals = Annotated[Quantity, *_found_in("Pa")]
+CubicMetres = Annotated[Quantity, *_found_in("m^3")]
+MetresPerSecond = Annotated[Quantity, *_found_in("m/s")]
+SquareMetresPerNewton = Annotated[Quantity, *_found_in("m^2/N")]
+Number = Annotated[Quantity, *_found_in("1")]

@@ -1,14 +1,18 @@
 """recipe.toml: how runs are processed. Every value has a default; the archive keeps what was used."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from tribopipe.records.base import Record
 from tribopipe.records.clean_up import AUTOMATIC, CleaningStep
+from tribopipe.records.installed import InstalledName
 from tribopipe.records.quantity import Length, Mass, Position
 
-LawName = Literal["archard", "sarkar"]
+LAWS = InstalledName("tribopipe.laws", "wear law", "(?!(.*_)?flat$)[a-z][a-z0-9_]*")
+LawName = Annotated[str, LAWS]
+GivenParameter = str | float | dict[str, str | float]
+"""A number with its unit, or a table of value and standard_uncertainty; the law says of what kind."""
 FrictionSource = Literal["fitted", "measured"]
 
 
@@ -44,6 +48,8 @@ class WearRecipe(Record):
 
     models: tuple[LawName, ...] = ("archard", "sarkar")
     """Wear laws that `process` fits."""
+    parameters: dict[LawName, dict[str, GivenParameter]] = Field(default_factory=dict)
+    """Parameters of a wear law beside k_D that are known; those left out are fitted with k_D of a pin."""
     engine: WearEngine = "giwm"
     """Pressure on a pin: even (the Global Incremental Wear Model) or local; k_D is right with its own engine only."""
     friction: FrictionSource = "fitted"

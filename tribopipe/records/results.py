@@ -3,8 +3,19 @@
 from typing import Literal
 
 from tribopipe.records.base import Record
-from tribopipe.records.quantity import Quantity
+from tribopipe.records.quantity import (
+    Metres,
+    MetresPerSecond,
+    Newtons,
+    Number,
+    Quantity,
+    SquareMetresPerNewton,
+    between,
+    force,
+    in_both_units,
+)
 from tribopipe.records.recipe import Correction, FrictionSource, LawName, WearEngine
+from tribopipe.units import WEAR_COEFFICIENT
 
 COVERAGE_FACTOR = 1.959963984540054
 """Half width of a 95 % interval in standard uncertainties of a normal distribution."""
@@ -19,21 +30,21 @@ class DriftCorrection(Record):
     """What the run lacks for a correction."""
     anchor: str | None = None
     """Which end values the end of the curve was matched to."""
-    zero_offset: Quantity | None = None
+    zero_offset: Metres | None = None
     """Sensor reading at the start of sliding."""
-    drift_rate: Quantity | None = None
+    drift_rate: MetresPerSecond | None = None
     """Slope against time of what the sensor reads beside wear."""
-    discrepancy: Quantity | None = None
+    discrepancy: Metres | None = None
     """Wear read by the sensor at the end, minus the end value."""
     within_discrepancy_limit: bool | None = None
     """Whether the discrepancy is within the recipe's limit (the paper's ±250 nm)."""
     within_sensor_resolution: bool | None = None
     """Whether the discrepancy is within the sensor's resolution (the paper's ±1 µm)."""
-    end_wear_depth: Quantity | None = None
+    end_wear_depth: Metres | None = None
     """Wear of pin and disc at the end: what the curve is anchored on."""
-    pin_wear_depth: Quantity | None = None
+    pin_wear_depth: Metres | None = None
     """The pin's part of it."""
-    disc_wear_depth: Quantity | None = None
+    disc_wear_depth: Metres | None = None
     """The disc's part of it, where it was measured."""
 
     @property
@@ -62,23 +73,23 @@ class FrictionFit(Record):
     """Steady-only where an exponential cannot be identified; none where friction was not recorded."""
     notes: tuple[str, ...] = ()
     """Why the outcome is what it is, and what to beware of."""
-    amplitude: Quantity | None = None
+    amplitude: Number | None = None
     """A: friction coefficient at the start above the steady state."""
-    steady_state: Quantity | None = None
+    steady_state: Number | None = None
     """b; the mean of the later half where the exponential was not identified."""
-    running_in_distance: Quantity | None = None
+    running_in_distance: Metres | None = None
     """c: distance over which the start decays by a factor e."""
     covariance: tuple[tuple[float, ...], ...] | None = None
     """Of (A, b, c), autocorrelation of the residuals included."""
-    window: tuple[Quantity, Quantity] | None = None
+    window: tuple[Metres, Metres] | None = None
     """Sliding distances between which friction was fitted."""
-    residual_deviation: Quantity | None = None
+    residual_deviation: Number | None = None
     """Standard deviation of μ about the fit."""
     effective_samples: float | None = None
     """Number of independent samples the residuals amount to."""
-    mean: Quantity | None = None
+    mean: Number | None = None
     """Mean of μ over the whole run, as vendor software prints it."""
-    standard_deviation: Quantity | None = None
+    standard_deviation: Number | None = None
     """Standard deviation of μ over the whole run, as vendor software prints it."""
     load: Literal["measured", "nominal", "recorded"] | None = None
     """What friction force was divided by; "recorded" where the instrument gave μ itself."""
@@ -103,8 +114,8 @@ class Contribution(Record):
     """Its value and standard uncertainty; none for the noise of the depth signal."""
     shown_in: str | None = None
     """Unit in which people read it."""
-    source: Literal["manifest", "default", "fit"]
-    """Who stated the uncertainty: the lab, the recipe's default, or the data themselves."""
+    source: Literal["manifest", "default", "fit", "recipe"]
+    """Who stated the uncertainty: the lab in run.toml or a recipe, the recipe's default, or the data themselves."""
     relative: float
     """Standard uncertainty of k_D from this input alone, over k_D, with its sign."""
 
@@ -114,13 +125,13 @@ class MonteCarlo(Record):
 
     draws: int
     """Number of draws."""
-    mean: Quantity
+    mean: SquareMetresPerNewton
     """Mean of the draws."""
-    standard_uncertainty: Quantity
+    standard_uncertainty: SquareMetresPerNewton
     """Standard deviation of the draws."""
     stable: bool
     """Whether the digits asked for were stable when drawing ended (7.9.4)."""
-    first_order_interval: tuple[Quantity, Quantity]
+    first_order_interval: tuple[SquareMetresPerNewton, SquareMetresPerNewton]
     """95 % interval of JCGM 100:2008, log-normal."""
     agrees_with_first_order: bool
     """Whether both ends agree with it within those digits (8.1)."""
@@ -131,11 +142,11 @@ class JointFit(Record):
 
     zero_offsets: tuple[Quantity, ...]
     """Sensor reading at the start of sliding, and after each remounting less what drift had added."""
-    drift_rate: Quantity
+    drift_rate: MetresPerSecond
     """Slope against time of what the sensor reads beside wear."""
-    wear_coefficient: Quantity
+    wear_coefficient: SquareMetresPerNewton
     """k_D."""
-    end_wear_depth: Quantity
+    end_wear_depth: Metres
     """Pin wear depth at the end by the fitted law."""
     end_value_deviation: float
     """End value of the pin minus fitted depth, over the end value's standard uncertainty."""
@@ -144,9 +155,23 @@ class JointFit(Record):
 
     def __str__(self) -> str:
         return (
-            f"k_D = {self.wear_coefficient.shown('mm^3/(N*mm)')}, drift {_in(self.drift_rate, 'nm/min')}, end value "
+            f"k_D = {self.wear_coefficient.shown(WEAR_COEFFICIENT)}, drift {_in(self.drift_rate, 'nm/min')}, end value "
             f"{self.end_value_deviation:+.1f} standard uncertainties off"
         )
+
+
+class LawValue(Record):
+    """A parameter of a wear law beside k_D."""
+
+    name: str
+    """Parameter."""
+    value: Quantity
+    """Its value."""
+    source: Literal["fit", "recipe"]
+    """Whether it was fitted with k_D, or given."""
+
+    def __str__(self) -> str:
+        return f"{self.name.replace('_', ' ')} {self.value}"
 
 
 class WearFit(Record):
@@ -162,11 +187,11 @@ class WearFit(Record):
     """What the run lacks for a fit."""
     notes: tuple[str, ...] = ()
     """What to beware of, the defaults used among it."""
-    wear_coefficient: Quantity | None = None
+    wear_coefficient: SquareMetresPerNewton | None = None
     """k_D with its combined standard uncertainty."""
-    interval: tuple[Quantity, Quantity] | None = None
+    interval: tuple[SquareMetresPerNewton, SquareMetresPerNewton] | None = None
     """95 % coverage interval of k_D by Monte Carlo; to first order, log-normal, where none was drawn."""
-    random_uncertainty: Quantity | None = None
+    random_uncertainty: SquareMetresPerNewton | None = None
     """Standard uncertainty from the noise of the depth signal alone, by the least-squares covariance."""
     budget: tuple[Contribution, ...] = ()
     """What the combined standard uncertainty is made of, to first order."""
@@ -176,13 +201,17 @@ class WearFit(Record):
     """Whether drift was taken off first or fitted together with k_D."""
     joint: JointFit | None = None
     """Drift and wear fitted together, to hold beside correction in two steps."""
+    parameters: tuple[LawValue, ...] | None = None
+    """Parameters of the law beside k_D; none where it has none."""
+    parameter_covariance: tuple[tuple[float, ...], ...] | None = None
+    """Of ln k_D and the parameters that were fitted, in SI, to first order."""
     friction: FrictionSource | None = None
     """Which μ Sarkar's law was given."""
-    measured_end_depth: Quantity | None = None
+    measured_end_depth: Metres | None = None
     """Pin wear depth by the end value."""
-    fitted_end_depth: Quantity | None = None
+    fitted_end_depth: Metres | None = None
     """Pin wear depth at the end by the fitted law."""
-    residual_deviation: Quantity | None = None
+    residual_deviation: Metres | None = None
     """Standard deviation of the corrected pin wear about the fit."""
     effective_samples: float | None = None
     """Number of independent samples the residuals amount to."""
@@ -190,11 +219,10 @@ class WearFit(Record):
     def __str__(self) -> str:
         if self.wear_coefficient is None or self.interval is None:
             return f"{self.model}: no wear coefficient: the run lacks {' and '.join(self.lacks)}"
-        low, high = (end.shown("mm^3/(N*mm)") for end in self.interval)
         return (
-            f"{self.model}{by(self.engine)}: k_D = {self.wear_coefficient.shown('mm^3/(N*mm)')}, "
-            f"95 % interval {low} to {high}; pin wear at the end {_in(self.fitted_end_depth, 'um')} fitted, "
-            f"{_in(self.measured_end_depth, 'um')} measured"
+            f"{self.model}{by(self.engine)}: k_D = {in_both_units(self.wear_coefficient)}, "
+            f"95 % interval {between(self.interval, WEAR_COEFFICIENT)}{_with(self.parameters)}; pin wear at the end "
+            f"{_in(self.fitted_end_depth, 'um')} fitted, {_in(self.measured_end_depth, 'um')} measured"
         )
 
 
@@ -222,13 +250,13 @@ class WearPrediction(Record):
     """Pressure on the pin: even, as the Global Incremental Wear Model has it, or local."""
     scheme: Literal["exact", "published"]
     """Closed form, or the paper's explicit Euler steps."""
-    wear_coefficient: Quantity
+    wear_coefficient: SquareMetresPerNewton
     """k_D used."""
     reference: str | None = None
     """Run that k_D was identified from; none where it was given."""
-    normal_load: Quantity
+    normal_load: Newtons
     """F_N predicted for."""
-    pin_radius: Quantity
+    pin_radius: Metres
     """R_P predicted for."""
     steps: int | None = None
     """Number of Euler steps of the published scheme."""
@@ -240,11 +268,13 @@ class WearPrediction(Record):
     """The wanted distances in the order asked for."""
     reached: tuple[PredictedPoint, ...] = ()
     """Where wanted depths are reached, in the order asked for."""
+    parameters: tuple[LawValue, ...] | None = None
+    """Parameters of the law beside k_D; none where it has none."""
 
     def __str__(self) -> str:
         lines = [
-            f"{self.model}{by(self.engine)}, {self.scheme}: k_D = {self.wear_coefficient.shown('mm^3/(N*mm)')}, "
-            f"F_N = {self.normal_load.shown('mN')}, R_P = {self.pin_radius.shown('mm')}"
+            f"{self.model}{by(self.engine)}, {self.scheme}: k_D = {self.wear_coefficient.shown(WEAR_COEFFICIENT)}, "
+            f"F_N = {force(self.normal_load)}, R_P = {self.pin_radius.shown('mm')}"
         ]
         for point in (*self.prediction, *self.reached):
             when = "" if point.time is None else f" ({point.time.shown('s')})"
@@ -255,6 +285,11 @@ class WearPrediction(Record):
 def by(engine: WearEngine) -> str:
     """Say the engine that a k_D was found by, after its law; nothing of the GIWM."""
     return "" if engine == "giwm" else ", local pressure"
+
+
+def _with(parameters: tuple[LawValue, ...] | None) -> str:
+    """Say the parameters of a law after its k_D; nothing where it has none."""
+    return f", {', '.join(map(str, parameters))}" if parameters else ""
 
 
 def _in(quantity: Quantity | None, unit: str) -> str:

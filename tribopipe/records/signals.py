@@ -42,6 +42,8 @@ SIGNALS: dict[SignalName, Signal] = {
     "temperature": Signal("temperature", "temperature at the test rig"),
     "relative_humidity": Signal("percentage", "relative humidity at the test rig"),
 }
+SENSED: tuple[SignalName, ...] = ("depth", "normal_force", "friction_force", "temperature", "relative_humidity")
+"""Signals that a sensor of their own reads."""
 
 if set(SIGNALS) != set(get_args(SignalName)):
     raise AssertionError("SIGNALS and SignalName list different signals")

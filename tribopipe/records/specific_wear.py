@@ -3,9 +3,8 @@
 from typing import Literal
 
 from tribopipe.records.base import Record
-from tribopipe.records.quantity import Quantity
-
-_SHOWN = "mm^3/(N*m)"
+from tribopipe.records.quantity import CubicMetres, Metres, Newtons, Quantity, SquareMetresPerNewton
+from tribopipe.units import SPECIFIC_WEAR_RATE
 
 
 class MeasuredWear(Record):
@@ -22,15 +21,15 @@ class MeasuredWear(Record):
 class BodyWearRate(Record):
     """Wear of one body at the end of a run."""
 
-    depth: Quantity | None = None
+    depth: Metres | None = None
     """Height lost, by the most certain end value."""
     depth_by: str | None = None
     """Name of that end value."""
-    volume: Quantity | None = None
+    volume: CubicMetres | None = None
     """Volume lost, by the most certain end value."""
     volume_by: str | None = None
     """Name of that end value."""
-    specific_wear_rate: Quantity | None = None
+    specific_wear_rate: SquareMetresPerNewton | None = None
     """Volume over normal load and sliding distance, k = V/(F_N·s)."""
     measured: tuple[MeasuredWear, ...] = ()
     """Everything measured on the body, as depth and volume."""
@@ -38,9 +37,9 @@ class BodyWearRate(Record):
     def __str__(self) -> str:
         if self.volume is None or self.specific_wear_rate is None:
             return "no volume" if self.depth is None else f"{self.depth.shown('um')} deep, no volume"
-        return f"{self.specific_wear_rate.shown(_SHOWN)}, {self.volume.shown('mm^3')} by {self.volume_by}" + (
-            f", {self.depth.shown('um')} deep" if self.depth is not None else ""
-        )
+        rate = self.specific_wear_rate.shown(SPECIFIC_WEAR_RATE)
+        depth = "" if self.depth is None else f", {self.depth.shown('um')} deep"
+        return f"{rate}, {self.volume.shown('mm^3')} by {self.volume_by}{depth}"
 
 
 class SpecificWear(Record):
@@ -50,9 +49,9 @@ class SpecificWear(Record):
     """Not evaluated where no volume of any body is known."""
     notes: tuple[str, ...] = ()
     """What is lacking, and what is taken for granted."""
-    sliding_distance: Quantity | None = None
+    sliding_distance: Metres | None = None
     """Distance slid at the end; of two discs, the distance they slipped on each other."""
-    normal_load: Quantity | None = None
+    normal_load: Newtons | None = None
     """Mean normal load over that distance."""
     load: Literal["measured", "nominal"] | None = None
     """Whether the load was recorded, or is as run.toml states it."""
@@ -64,7 +63,7 @@ class SpecificWear(Record):
     """The disc with a crown."""
     flat_disc: BodyWearRate | None = None
     """The disc whose running surface is flat."""
-    total: Quantity | None = None
+    total: SquareMetresPerNewton | None = None
     """Specific wear rate of both bodies together; none where the volume of one is not known."""
 
     @property
@@ -76,5 +75,5 @@ class SpecificWear(Record):
     def __str__(self) -> str:
         told = [f"{name.replace('_', ' ')}: {body}" for name, body in self.bodies.items()]
         if self.total is not None:
-            told.append(f"both: {self.total.shown(_SHOWN)}")
+            told.append(f"both: {self.total.shown(SPECIFIC_WEAR_RATE)}")
         return "; ".join(["specific wear rate", *told, *self.notes] if told else ["no specific wear rate", *self.notes])

@@ -88,7 +88,7 @@ def _shown_unit(name: SignalName, run: RawRun) -> str:
 
 
 def _short(name: SignalName) -> str:
-    short = {"friction_coefficient": "µ", "sliding_distance": "distance", "relative_humidity": "humidity"}
+    short = {"friction_coefficient": "μ", "sliding_distance": "distance", "relative_humidity": "humidity"}
     return short.get(name, name.replace("_", " "))
 
 

@@ -15,6 +15,7 @@ from tribopipe.archive.store import Archive
 from tribopipe.archive.unpack import unpacked
 from tribopipe.errors import ArchiveError
 from tribopipe.records.signals import SIGNALS, SignalName
+from tribopipe.wear.laws import LAWS, law_title
 
 Columns = dict[str, NDArray[Any]]
 """Columns of one length by their heads."""
@@ -183,14 +184,14 @@ _KINDS: dict[str, _Kind] = {
     "friction": _Kind("friction coefficient beside its fit", "friction_fit/data", _friction),
     "wear": _Kind("corrected wear beside the laws, µm", "wear", _over_samples("wear")),
     **{
-        f"{name}-{law}": _Kind(f"{meaning} by {law.capitalize()}'s law", path, _over_samples(path))
+        f"{name}-{law}": _Kind(f"{meaning} by {law_title(law)}", path, _over_samples(path))
         for name, step, meaning in (("fit", "wear_fit", "fitted wear"), ("prediction", "prediction", "predicted wear"))
-        for law in ("archard", "sarkar")
+        for law in LAWS
         for path in [f"{step}_{law}/data"]
     },
     **{
-        f"local-wear-{law}": _Kind(f"local wear by {law.capitalize()}'s law", path, _course(path))
-        for law in ("archard", "sarkar")
+        f"local-wear-{law}": _Kind(f"local wear by {law_title(law)}", path, _course(path))
+        for law in LAWS
         for path in [f"local_wear_{law}/course"]
     },
 }

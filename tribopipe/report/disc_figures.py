@@ -19,21 +19,19 @@ from tribopipe.records.results import COVERAGE_FACTOR
 from tribopipe.report.decimation import thinned
 from tribopipe.report.figures import (
     BLACK,
-    FITTED_STYLES,
     GREEN,
     GREY,
-    LAW_COLOURS,
-    LAW_NAMES,
-    LAW_STYLES,
     PALETTE,
     RED,
     finish,
+    law_look,
     styled,
 )
 from tribopipe.report.layout import TWO_COLUMNS, in_columns
-from tribopipe.report.numbers import COEFFICIENT_UNIT, course, power_of, powered_axis, turned
+from tribopipe.report.numbers import course, power_of, powered_axis, turned
 from tribopipe.run import Column, CorrectedRun, RawRun
-from tribopipe.units import axis, from_si, pretty
+from tribopipe.units import WEAR_COEFFICIENT, axis, from_si, pretty
+from tribopipe.wear.laws import law_label
 from tribopipe.wear.twin_disc.curves import OUTCOMES, DiscBand, DiscCurves, Outcome
 from tribopipe.wear.twin_disc.predict import DiscScenario, published_discs
 
@@ -159,11 +157,11 @@ def _laws(fits: Sequence[DiscCurves], predictions: Sequence[DiscCurves]) -> Iter
     """Give each law its colour, line style and name."""
     for curves in fits:
         law = curves.result.model
-        yield curves, LAW_COLOURS[law], FITTED_STYLES[law], f"{LAW_NAMES[law]}, fitted"
+        yield curves, law_look(law).colour, law_look(law).fitted, f"{law_label(law)}, fitted"
     for curves in predictions:
         law = curves.result.model
         source = curves.result.reference if isinstance(curves.result, TwinDiscPrediction) else None
-        yield curves, GREEN, LAW_STYLES[law], f"{LAW_NAMES[law]}, predicted from {source or 'given k_D'}"
+        yield curves, GREEN, law_look(law).predicted, f"{law_label(law)}, predicted from {source or 'given k_D'}"
 
 
 def _draw_measured(ax: "Axes", points: Sequence[MeasuredPoint], unit: str, scale: int, run: RawRun) -> None:
@@ -206,7 +204,7 @@ def _draw_residuals(axes: "Sequence[Axes]", fits: Sequence[DiscCurves], discs: S
                     ls="",
                     ms=4,
                     marker=mark,
-                    mec=LAW_COLOURS[curves.result.model],
+                    mec=law_look(curves.result.model).colour,
                     mfc="none",
                 )
                 ax.plot(
@@ -366,10 +364,10 @@ def _head(ax: "Axes", title: str, laws: Sequence[DiscCurves]) -> None:
 
 def _words(result: TwinDiscFit | TwinDiscPrediction) -> str:
     found = _coefficients(result)
-    unit = pretty(COEFFICIENT_UNIT)
-    numbers = {disc: value.shown(COEFFICIENT_UNIT).removesuffix(f" {unit}") for disc, value in found.items()}
+    unit = pretty(WEAR_COEFFICIENT)
+    numbers = {disc: value.shown(WEAR_COEFFICIENT).removesuffix(f" {unit}") for disc, value in found.items()}
     each = ", ".join(f"{number} ({disc.removesuffix('_disc')})" for disc, number in numbers.items())
-    return f"{LAW_NAMES[result.model]}, {result.distance_per_rotation}: $k_\\mathrm{{D}}$ / {unit} = {each}"
+    return f"{law_label(result.model)}, {result.distance_per_rotation}: $k_\\mathrm{{D}}$ / {unit} = {each}"
 
 
 def _coefficients(result: TwinDiscFit | TwinDiscPrediction) -> dict[DiscName, Quantity]:

@@ -17,7 +17,8 @@ from tribopipe.report.figures import BLACK, GREY, PALETTE
 from tribopipe.report.layout import ONE_COLUMN, TWO_COLUMNS, in_columns, letter, rows_and_columns
 from tribopipe.report.numbers import coefficient_words, power_of, powered_axis
 from tribopipe.study.discs import DiscStudyCurve
-from tribopipe.units import from_si, show
+from tribopipe.units import from_si, show, show_force
+from tribopipe.wear.laws import law_heading
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -99,7 +100,7 @@ def _groups(runs: Sequence[TwinDiscVerdict]) -> dict[str, list[TwinDiscVerdict]]
     """Put runs of the same slip and load together, by these in words, in their order."""
     found: dict[str, list[TwinDiscVerdict]] = {}
     for run in sorted(runs, key=lambda run: (run.slip.value, run.normal_load.value)):
-        words = f"{show(run.slip.value, None, '1', '%')} slip, {show(run.normal_load.value, None, 'N', 'mN')}"
+        words = f"{show(run.slip.value, None, '1', '%')} slip, {show_force(run.normal_load.value)}"
         found.setdefault(words, []).append(run)
     return found
 
@@ -227,7 +228,7 @@ def _words(law: TwinDiscLawResult, between: str) -> str:
     fitted = [run.id for run in law.runs if run.role == "fitted"]
     source = fitted[0] if len(fitted) == 1 else f"{len(fitted)} runs"
     each = between.join(f"{coefficient_words(found.wear_coefficient)} ({spoken(found.disc)})" for found in law.discs)
-    name = f"{law.model.capitalize()}'s law, {law.distance_per_rotation}, fitted to {source}"
+    name = f"{law_heading(law.model)}, {law.distance_per_rotation}, fitted to {source}"
     return f"{name}\n$k_\\mathrm{{D}}$ = {each}"
 
 

@@ -5,13 +5,11 @@ from typing import Any, NamedTuple
 
 from tribopipe.records.base import Record
 from tribopipe.records.manifest import ProfileSource, StatedFriction
-from tribopipe.records.quantity import EndValue, Quantity
+from tribopipe.records.quantity import EndValue, Quantity, between
 from tribopipe.report.page import Fact
-from tribopipe.units import force_unit, from_si, pretty
+from tribopipe.units import WEAR_COEFFICIENT, force_unit, from_si, pretty
 
 NOTHING = "–"
-K_D = "mm^3/(N*mm)"
-SPECIFIC = "mm^3/(N*m)"
 _BY_SI = {
     "m": "um",
     "m/s": "mm/s",
@@ -23,7 +21,7 @@ _BY_SI = {
     "kg": "mg",
     "1/s": "Hz",
     "rad/s": "rpm",
-    "m^2/N": K_D,
+    "m^2/N": WEAR_COEFFICIENT,
 }
 """Units that quantities are read in, by their SI unit, unless their field has another."""
 
@@ -100,7 +98,7 @@ def interval(ends: tuple[Quantity, Quantity | None] | None, unit: str) -> str | 
     low, high = ends
     if high is None:
         return f"{low.shown(unit)} to open"
-    return f"{bare(low, unit)} to {high.shown(unit)}"
+    return between((low, high), unit)
 
 
 def bare(quantity: Quantity | None, unit: str) -> str:

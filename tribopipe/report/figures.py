@@ -10,7 +10,7 @@ from functools import wraps
 from io import BytesIO
 from pathlib import Path
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any, ParamSpec
+from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from tribopipe.run import Column, CorrectedRun, RawRun
 from tribopipe.units import axis, from_si, interval_from_si
 from tribopipe.wear.curves import LawCurve
 from tribopipe.wear.friction_path import fitted_path
+from tribopipe.wear.laws import LAWS, law_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,10 +36,29 @@ if TYPE_CHECKING:
 BLACK, ORANGE, _BLUE, GREEN, RED, GREY = "#000000", "#E69F00", "#0072B2", "#009E73", "#D55E00", "#8C8C8C"
 PALETTE = (_BLUE, RED, GREEN, "#CC79A7", ORANGE, "#56B4E9", BLACK)
 """Colours of several runs in one figure."""
-LAW_COLOURS: dict[LawName, str] = {"archard": _BLUE, "sarkar": ORANGE}
-FITTED_STYLES: dict[LawName, str] = {"archard": "-", "sarkar": "--"}
-LAW_STYLES: dict[LawName, str] = {"archard": "-.", "sarkar": ":"}
-LAW_NAMES: dict[LawName, str] = {"archard": "Archard", "sarkar": "Sarkar"}
+_OTHER_LAWS = ("#CC79A7", "#56B4E9", BLACK)
+
+
+class LawLook(NamedTuple):
+    """How the lines of a law are drawn."""
+
+    colour: str
+    fitted: Any = (0, (7, 1.2, 1.2, 1.2, 1.2, 1.2))
+    """Dashes of what was fitted."""
+    predicted: Any = (0, (2.2, 1.2, 1.2, 1.2))
+    """Dashes of what was predicted."""
+
+
+_LOOKS: dict[LawName, LawLook] = {"archard": LawLook(_BLUE, "-", "-."), "sarkar": LawLook(ORANGE, "--", ":")}
+
+
+def law_look(law: LawName) -> LawLook:
+    """Return how a law is drawn: those of other packages in colours that are left, in their order."""
+    others = [name for name in LAWS if name not in _LOOKS]
+    place = others.index(law) if law in others else len(others)
+    return _LOOKS.get(law) or LawLook(_OTHER_LAWS[place % len(_OTHER_LAWS)])
+
+
 _MOST_LETTERS = 90
 """That fit above a figure in one line."""
 STYLE: Any = {
@@ -147,7 +167,7 @@ def plot_friction(run: RawRun, fit: FrictionFit, clean_up: CleanUp | None = None
         _draw_fit(ax, residuals[0], along, mu, fit)
     elif fit.steady_state is not None:
         ax.axhline(fit.steady_state.value, color=_BLUE, label="steady value")
-    ax.set_ylabel("friction coefficient µ")
+    ax.set_ylabel("friction coefficient μ")
     finish(ax, f"{run.id}: friction", in_lines(_friction_words(fit)))
     figure.axes[-1].set_xlabel(label)
     figure.legend(loc="outside lower center", ncols=2)
@@ -165,7 +185,7 @@ def _draw_fit(ax: "Axes", below: "Axes", distance: Column, mu: Column, fit: Fric
     ax.plot(distance[inside], fitted[inside], color=_BLUE, label=name)
     below.plot(*thinned(distance[inside], (mu - fitted)[inside]), color=GREY, lw=0.6)
     below.axhline(0, color=BLACK, lw=0.8)
-    below.set_ylabel("residual of µ")
+    below.set_ylabel("residual of μ")
     _mark_left_out(ax, distance, fit)
 
 
@@ -192,16 +212,16 @@ def plot_wear(corrected: CorrectedRun, fits: Sequence[LawCurve], predictions: Se
     if wear is not None:
         ax.plot(*_micro(*thinned(distance, wear)), color=GREY, lw=0.8, label="pin wear, corrected")
     for curve in fits:
-        colour = LAW_COLOURS[curve.result.model]
+        colour = law_look(curve.result.model).colour
         _draw_law(
-            ax, distance, curve, colour, FITTED_STYLES[curve.result.model], f"{LAW_NAMES[curve.result.model]}, fitted"
+            ax, distance, curve, colour, law_look(curve.result.model).fitted, f"{law_label(curve.result.model)}, fitted"
         )
         if wear is not None:
             below.plot(*_micro(*thinned(distance, wear - curve.wear_depth)), color=colour, lw=0.6)
     for curve in predictions:
         source = curve.result.reference if isinstance(curve.result, WearPrediction) else None
-        name = f"{LAW_NAMES[curve.result.model]}, predicted from {source or 'a given k_D'}"
-        _draw_law(ax, distance, curve, GREEN, LAW_STYLES[curve.result.model], name)
+        name = f"{law_label(curve.result.model)}, predicted from {source or 'a given k_D'}"
+        _draw_law(ax, distance, curve, GREEN, law_look(curve.result.model).predicted, name)
     _mark_end(ax, distance[-1], corrected.correction.pin_wear_depth, "pin wear measured after the test, 95 %")
     below.axhline(0, color=BLACK, lw=0.8)
     below.set_ylabel(axis("residual", "um"))
@@ -220,7 +240,7 @@ def _draw_law(ax: "Axes", distance: Column, curve: LawCurve, colour: str, style:
 
 
 def _wear_words(fit: WearFit | WearPrediction) -> str:
-    return f"{LAW_NAMES[fit.model]}: $k_\\mathrm{{D}}$ = {_shown(fit.wear_coefficient, 'mm^3/(N*mm)')}"
+    return f"{law_label(fit.model)}: $k_\\mathrm{{D}}$ = {_shown(fit.wear_coefficient, 'mm^3/(N*mm)')}"
 
 
 def _shown(quantity: Quantity | None, unit: str) -> str:

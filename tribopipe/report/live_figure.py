@@ -7,10 +7,12 @@ import numpy as np
 from tribopipe.live.estimate import Estimate
 from tribopipe.live.posterior import Posterior
 from tribopipe.live.state import Means
+from tribopipe.records.quantity import between
 from tribopipe.report.decimation import thinned
-from tribopipe.report.figures import GREY, LAW_COLOURS, LAW_NAMES, RED, finish, styled
+from tribopipe.report.figures import GREY, RED, finish, law_look, styled
 from tribopipe.uncertainty import TAILS
-from tribopipe.units import axis, from_si, interval_from_si
+from tribopipe.units import WEAR_COEFFICIENT, axis, from_si, interval_from_si
+from tribopipe.wear.laws import law_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,8 +50,8 @@ def _draw_law(ax: "Axes", found: Posterior, estimate: Estimate) -> None:
         from_si(np.concatenate([[0.0], np.quantile(drawn, share, axis=1)]), "m", "um")
         for share in (TAILS[0], 0.5, TAILS[1])
     )
-    colour, so_far = LAW_COLOURS[estimate.law], along <= reached
-    ax.plot(along[so_far], middle[so_far], color=colour, label=f"{LAW_NAMES[estimate.law]}, fitted so far")
+    colour, so_far = law_look(estimate.law).colour, along <= reached
+    ax.plot(along[so_far], middle[so_far], color=colour, label=f"{law_label(estimate.law)}, fitted so far")
     if end > reached:
         ax.plot(along[~so_far | (along == reached)], middle[~so_far | (along == reached)], color=colour, ls="--")
     ax.fill_between(along, low, high, color=colour, alpha=0.15, lw=0, label="95 %")
@@ -75,5 +77,5 @@ def _mark_prediction(ax: "Axes", estimate: Estimate) -> None:
 
 
 def _words(estimate: Estimate) -> str:
-    low, high = (end.shown("mm^3/(N*mm)") for end in estimate.interval)
-    return f"$k_\\mathrm{{D}}$ = {estimate.wear_coefficient.shown('mm^3/(N*mm)')}, 95 %: {low} to {high}"
+    found, interval = estimate.wear_coefficient.shown(WEAR_COEFFICIENT), between(estimate.interval, WEAR_COEFFICIENT)
+    return f"$k_\\mathrm{{D}}$ = {found}, 95 %: {interval}"

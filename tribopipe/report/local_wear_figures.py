@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from tribopipe.records.local_wear import LocalDiscPoint, LocalPinPoint
-from tribopipe.report.figures import BLACK, GREY, LAW_NAMES, PALETTE, RED, finish, save_figure, styled
+from tribopipe.report.figures import BLACK, GREY, PALETTE, RED, finish, save_figure, styled
 from tribopipe.report.layout import TWO_COLUMNS, letter
-from tribopipe.report.numbers import COEFFICIENT_UNIT, power_of, powered_axis, turned
+from tribopipe.report.numbers import power_of, powered_axis, turned
 from tribopipe.run import Column
-from tribopipe.units import axis, from_si, show
+from tribopipe.units import WEAR_COEFFICIENT, axis, from_si, show
+from tribopipe.wear.laws import law_label
 from tribopipe.wear.local import GlobalWear, LocalCurves
 
 if TYPE_CHECKING:
@@ -284,8 +285,8 @@ def _place_words(curves: LocalCurves, place: int) -> str:
 
 def _words(curves: LocalCurves) -> str:
     result = curves.result
-    how = f"{LAW_NAMES[result.model]}, {result.engine}, {result.scheme}"
-    return f"{how}: $k_\\mathrm{{D}}$ = {result.wear_coefficient.shown(COEFFICIENT_UNIT)}"
+    how = f"{law_label(result.model)}, {result.engine}, {result.scheme}"
+    return f"{how}: $k_\\mathrm{{D}}$ = {result.wear_coefficient.shown(WEAR_COEFFICIENT)}"
 
 
 def _title(figure: "Figure", words: str) -> None:

@@ -17,6 +17,7 @@ from tribopipe.records.recipe import Correction, DistanceConvention, LawName
 from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
 from tribopipe.records.specific_wear import SpecificWear
 from tribopipe.records.verdict import LawResult, StudyResult
+from tribopipe.wear.laws import LAWS, WearLaw
 
 PAPER = (
     "V. Hegadekatte, S. Kurzenhäuser, N. Huber, O. Kraft, “A predictive modeling scheme for wear in tribometers”, "
@@ -118,7 +119,8 @@ class Evidence:
 
 def methods_used(evidence: Evidence) -> list[Method]:
     """Return the methods that the runs have been through, in the order of the work."""
-    return [method for used, method in _METHODS if used(evidence)]
+    others = [_of_law(law) for name, law in LAWS.items() if name not in _WRITTEN and _wears_by(name)(evidence)]
+    return [*(method for used, method in _METHODS if used(evidence)), *others]
 
 
 def references_of(methods: Iterable[Method]) -> list[str]:
@@ -332,6 +334,13 @@ def _between_runs(evidence: Evidence) -> bool:
     return study is not None and any(law.between_runs for law in study.laws)
 
 
+def _of_law(law: WearLaw) -> Method:
+    """Return what a law of another package says of itself."""
+    title = law.title[:1].upper() + law.title[1:]
+    meant = "; ".join(f"{name.replace('_', ' ')}: {known.meaning}" for name, known in law.parameters().items())
+    return Method(f"Wear law: {title}", f"dh/ds = {law.rate}. {meant}", references=(law.citation,))
+
+
 def _wears_by(law: LawName) -> Callable[[Evidence], object]:
     return lambda told: any(one.model == law for one in (*told.pins, *told.discs))
 
@@ -363,6 +372,8 @@ def _has_draws(told: Evidence) -> bool:
     )
 
 
+_WRITTEN = ("archard", "sarkar")
+"""Laws whose methods are written here."""
 _METHODS: tuple[tuple[Callable[[Evidence], object], Method], ...] = (
     (lambda told: told.any(CleanUp, lambda one: getattr(one, "changes", ())), _CLEAN_UP),
     (lambda told: told.any(DriftCorrection, lambda one: getattr(one, "outcome", "") == "corrected"), _DRIFT),

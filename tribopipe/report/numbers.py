@@ -7,9 +7,7 @@ import numpy as np
 
 from tribopipe.records.quantity import Quantity
 from tribopipe.run import Column, RawRun
-from tribopipe.units import axis, from_si, pretty
-
-COEFFICIENT_UNIT = "mm^3/(N*mm)"
+from tribopipe.units import WEAR_COEFFICIENT, axis, from_si, pretty
 
 
 def power_of(largest: float) -> int:
@@ -34,7 +32,7 @@ def coefficient_power(coefficient: Quantity) -> int:
 
 def scaled_coefficient(values: Any, power: int) -> Any:
     """Return k_D, or its uncertainty, m²/N, in the power of its usual unit that it is written with."""
-    return from_si(values, "m^2/N", COEFFICIENT_UNIT) / 10.0**power
+    return from_si(values, "m^2/N", WEAR_COEFFICIENT) / 10.0**power
 
 
 def coefficient_words(coefficient: Quantity, power: int | None = None) -> str:
@@ -46,7 +44,7 @@ def coefficient_words(coefficient: Quantity, power: int | None = None) -> str:
         unit="1",
         standard_uncertainty=None if spread is None else scaled_coefficient(spread, power),
     )
-    return f"({number})×{powered(power, COEFFICIENT_UNIT)}"
+    return f"({number})×{powered(power, WEAR_COEFFICIENT)}"
 
 
 def slid(run: RawRun) -> str:

@@ -73,10 +73,10 @@ class SourceEntry:
 
 @dataclass(frozen=True)
 class Remark:
-    """A mark, tag or note that somebody gave to a run."""
+    """A mark, tag or note that somebody gave to a run, or what was amended in its run.toml."""
 
     kind: str
-    """"bad", "good", "tag", "untag" or "note"."""
+    """"bad", "good", "tag", "untag", "note" or "amended"."""
     text: str
     date: str
     operator: str | None

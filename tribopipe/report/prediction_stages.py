@@ -6,9 +6,10 @@ from tribopipe.records.disc_results import DiscPoint, TwinDiscPrediction
 from tribopipe.records.local_wear import LocalDiscPoint, LocalPinPoint, LocalWearResult
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.results import PredictedPoint, WearPrediction
-from tribopipe.report.facts import K_D, NOTHING, duration, facts, shown, signed_share
+from tribopipe.report.facts import NOTHING, duration, facts, shown, signed_share
 from tribopipe.report.page import TextTable
 from tribopipe.report.told import Steps, Told, cells
+from tribopipe.units import WEAR_COEFFICIENT
 
 
 def prediction_told(result: WearPrediction, _: Steps) -> Told:
@@ -16,7 +17,7 @@ def prediction_told(result: WearPrediction, _: Steps) -> Told:
     return Told(
         str(result).splitlines()[0],
         facts(
-            ("k_D used", shown(result.wear_coefficient, K_D)),
+            ("k_D used", shown(result.wear_coefficient, WEAR_COEFFICIENT)),
             ("identified from", result.reference),
             ("normal load", shown(result.normal_load)),
             ("pin radius", shown(result.pin_radius, "mm")),
@@ -56,8 +57,8 @@ def disc_prediction_told(result: TwinDiscPrediction, _: Steps) -> Told:
     return Told(
         str(result).splitlines()[0],
         facts(
-            ("k_D used, curved disc", shown(result.curved_disc_wear_coefficient, K_D)),
-            ("k_D used, flat disc", shown(result.flat_disc_wear_coefficient, K_D)),
+            ("k_D used, curved disc", shown(result.curved_disc_wear_coefficient, WEAR_COEFFICIENT)),
+            ("k_D used, flat disc", shown(result.flat_disc_wear_coefficient, WEAR_COEFFICIENT)),
             ("identified from", result.reference),
             ("normal load", shown(result.normal_load)),
             ("slip", shown(result.slip, "%")),
@@ -113,8 +114,8 @@ def local_wear_told(result: LocalWearResult, _: Steps) -> Told:
     return Told(
         str(result).splitlines()[0],
         facts(
-            ("k_D used", shown(result.wear_coefficient, K_D)),
-            ("k_D used, flat disc", shown(result.flat_disc_wear_coefficient, K_D)),
+            ("k_D used", shown(result.wear_coefficient, WEAR_COEFFICIENT)),
+            ("k_D used, flat disc", shown(result.flat_disc_wear_coefficient, WEAR_COEFFICIENT)),
             ("identified from", result.reference),
             ("normal load", shown(result.normal_load)),
             ("contact solved by", result.engine),

@@ -39,7 +39,8 @@ def run_page(archive: Archive, run_id: str) -> RunPage:
 def _remarks(archive: Archive, run_id: str, run: RunOutline) -> tuple[Remark, ...]:
     marks = [Remark(mark.kind, mark.reason, mark.date, mark.operator) for mark in run.marks]
     said = [Remark(one.kind, one.text, one.date, one.operator) for one in archive.annotations(run_id)]
-    return tuple(sorted([*marks, *said], key=lambda remark: remark.date))
+    amended = [Remark("amended", one.changes, one.date, None) for one in archive.earlier_manifests(run_id)]
+    return tuple(sorted([*marks, *said, *amended], key=lambda remark: remark.date))
 
 
 def _groups(run: RunOutline) -> Iterator[FactGroup]:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from tribopipe.archive.outline import StepOutline
-from tribopipe.archive.steps import StepName
+from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, StepName
 from tribopipe.records.base import Record
 from tribopipe.records.clean_up import CleanUp
 from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction, spoken
@@ -12,25 +12,29 @@ from tribopipe.records.local_wear import LocalWearResult
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
 from tribopipe.records.specific_wear import SpecificWear
-from tribopipe.report.facts import NOTHING, SPECIFIC, facts, interval, listed, shown, yes_or_no
+from tribopipe.report.facts import NOTHING, facts, interval, listed, shown, yes_or_no
 from tribopipe.report.page import StagePage, TextTable
 from tribopipe.report.prediction_stages import disc_prediction_told, local_wear_told, prediction_told
 from tribopipe.report.told import Steps, Told
 from tribopipe.report.wear_stages import disc_fit_told, wear_fit_told
+from tribopipe.units import SPECIFIC_WEAR_RATE
+from tribopipe.wear.laws import law_title
 
-TITLES: Mapping[StepName, str] = {
+_TITLES: Mapping[StepName, str] = {
     "clean_up": "Clean-up",
     "drift_correction": "Drift correction",
     "friction_fit": "Friction",
     "specific_wear": "Specific wear rate",
-    "wear_fit_archard": "Wear coefficient by Archard's law",
-    "wear_fit_sarkar": "Wear coefficient by Sarkar's law",
-    "prediction_archard": "Prediction by Archard's law",
-    "prediction_sarkar": "Prediction by Sarkar's law",
-    "local_wear_archard": "Local wear by Archard's law",
-    "local_wear_sarkar": "Local wear by Sarkar's law",
 }
-"""What people call each step."""
+_UNDER_LAWS = ((WEAR_FITS, "Wear coefficient"), (PREDICTIONS, "Prediction"), (LOCAL_WEAR, "Local wear"))
+
+
+def step_title(name: StepName) -> str:
+    """Return what people call a step."""
+    for steps, title in _UNDER_LAWS:
+        if (law := steps.law_of(name)) is not None:
+            return f"{title} by {law_title(law)}"
+    return _TITLES[name]
 
 
 def stage_pages(steps: Steps) -> tuple[StagePage, ...]:
@@ -42,7 +46,7 @@ def _stage_page(step: StepOutline, steps: Steps) -> StagePage:
     told = _TOLD[type(step.result)](step.result, steps)
     return StagePage(
         name=step.name,
-        title=TITLES[step.name],
+        title=step_title(step.name),
         sentence=told.sentence,
         facts=told.facts,
         notes=told.notes,
@@ -119,8 +123,11 @@ def _specific_wear_told(result: SpecificWear, _: Steps) -> Told:
     return Told(
         str(result.model_copy(update={"notes": ()})),
         facts(
-            *((f"rate of the {name}", shown(body.specific_wear_rate, SPECIFIC)) for name, body in bodies.items()),
-            ("rate of both", shown(result.total, SPECIFIC)),
+            *(
+                (f"rate of the {name}", shown(body.specific_wear_rate, SPECIFIC_WEAR_RATE))
+                for name, body in bodies.items()
+            ),
+            ("rate of both", shown(result.total, SPECIFIC_WEAR_RATE)),
             *((f"volume of the {name}", _found_by(body.volume, body.volume_by)) for name, body in bodies.items()),
             *((f"depth of the {name}", _found_by(body.depth, body.depth_by)) for name, body in bodies.items()),
             ("over a sliding distance of", shown(result.sliding_distance, "m")),

@@ -19,7 +19,6 @@ from tribopipe.report.decimation import thinned
 from tribopipe.report.figures import BLACK, GREY, PALETTE
 from tribopipe.report.layout import TWO_COLUMNS, grid, in_columns, label_outer, letter
 from tribopipe.report.numbers import (
-    COEFFICIENT_UNIT,
     coefficient_power,
     coefficient_words,
     powered_axis,
@@ -30,8 +29,9 @@ from tribopipe.run import Column, RawRun
 from tribopipe.study.effective import EffectiveCoefficient
 from tribopipe.study.evaluate import StudyCurve
 from tribopipe.study.member import Member
-from tribopipe.units import axis, from_si, interval_from_si, show, show_force
+from tribopipe.units import WEAR_COEFFICIENT, axis, from_si, interval_from_si, show, show_force
 from tribopipe.wear.friction_path import fitted_path, junction_factor
+from tribopipe.wear.laws import law_heading
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 
 _MARKERS = ("o", "s", "^", "D", "v", "P")
 _DASHES = ((0, (5, 1.6)), (0, (5, 1.4, 1.2, 1.4)), (0, (2.2, 1.2)), (0, (7, 1.2, 1.2, 1.2, 1.2, 1.2)))
+_BY_FRICTION = ("archard", "sarkar")
+"""Laws under which effective k_D is known by the friction coefficient alone."""
 _KEY_ORDER = ("measured", "smoothing", "Archard", "Sarkar")
 """Of the legend of effective k_D."""
 _EVERY = 2
@@ -179,7 +181,7 @@ def plot_study_friction(runs: Sequence[Member]) -> "Figure":
     low, high = axes[0].get_ylim()
     # Room for the parameters above all samples.
     axes[0].set_ylim(low, low + (high - low) / 0.76)
-    label_outer(axes, slid(shown[0][0].corrected.run), "friction coefficient µ")
+    label_outer(axes, slid(shown[0][0].corrected.run), "friction coefficient μ")
     handles = {label: line for ax in axes for line, label in zip(*ax.get_legend_handles_labels(), strict=True)}
     figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3)
     return figure
@@ -199,7 +201,7 @@ def _draw_friction(ax: "Axes", run: Member, fit: FrictionFit) -> None:
             color=PALETTE[0] if exponential else PALETTE[1],
             ls="-" if exponential else "--",
             lw=1.4,
-            label="fit, µ = A·exp(−s/c) + b" if exponential else "steady value b",
+            label="fit, μ = A·exp(−s/c) + b" if exponential else "steady value b",
         )
     words = {"A": fit.amplitude, "b": fit.steady_state, "c": fit.running_in_distance}
     text = "\n".join(f"{name} = {value}" for name, value in words.items() if value is not None)
@@ -224,11 +226,12 @@ def plot_study_coefficient(result: StudyResult, effective: Sequence[EffectiveCoe
     for number, (ax, one, run) in enumerate(zip(axes, shown, runs, strict=True)):
         points = _draw_effective(ax, one, power, last)
         ax.plot([], [], ls="", label=f"(smoothing bias at most {100 * bias:.1f} %)")
-        ends = [end for law in result.laws for end in _draw_coefficient(ax, law, mu, power)]
+        laws = [law for law in result.laws if law.model in _BY_FRICTION]
+        ends = [end for law in laws for end in _draw_coefficient(ax, law, mu, power)]
         letter(ax, number, f", {run.role}".join(names[run.id]), len(shown))
     axes[0].set_xlim(mu[0], mu[-1])
     axes[0].set_ylim(*_coefficient_range(shown, ends, power))
-    label_outer(axes, "friction coefficient µ", powered_axis("effective $k_\\mathrm{D}$", power, COEFFICIENT_UNIT))
+    label_outer(axes, "friction coefficient μ", powered_axis("effective $k_\\mathrm{D}$", power, WEAR_COEFFICIENT))
     bar = figure.colorbar(points, ax=axes, aspect=30, pad=0.01)
     bar.set_label(axis("sliding distance s", "m"))
     handles, labels = axes[0].get_legend_handles_labels()
@@ -252,7 +255,7 @@ def _draw_coefficient(ax: "Axes", law: LawResult, mu: Column, power: int) -> lis
         ax.axhline(best, color=PALETTE[0], ls=_DASHES[0], zorder=2.5, label=f"Archard, {words}")
         return [best]
     factor = junction_factor(mu)
-    ax.plot(mu, best * factor, color=PALETTE[1], zorder=2.5, label=f"Sarkar, $k_\\mathrm{{D}}$·√(1 + 3µ²), {words}")
+    ax.plot(mu, best * factor, color=PALETTE[1], zorder=2.5, label=f"Sarkar, $k_\\mathrm{{D}}$·√(1 + 3μ²), {words}")
     ax.fill_between(mu, low * factor, high * factor, color=PALETTE[1], alpha=0.2, lw=0, label="Sarkar, 95 % band")
     return [low * float(factor[0]), high * float(factor[-1])]
 
@@ -353,7 +356,7 @@ def _law_words(law: LawResult, names: Mapping[str, tuple[str, str]]) -> str:
     fitted = [run.id for run in law.runs if run.role == "fitted"]
     source = f"at {names[fitted[0]][0]}" if len(fitted) == 1 and fitted[0] in names else f"to {len(fitted)} runs"
     coefficient = coefficient_words(law.wear_coefficient)
-    return f"{law.model.capitalize()}'s law, $k_\\mathrm{{D}}$ = {coefficient}, fitted {source}"
+    return f"{law_heading(law.model)}, $k_\\mathrm{{D}}$ = {coefficient}, fitted {source}"
 
 
 def _micro(depth: Column) -> Column:

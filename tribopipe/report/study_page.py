@@ -4,13 +4,21 @@ from collections.abc import Iterator, Sequence
 
 from tribopipe.archive.store import Archive
 from tribopipe.records.disc_results import spoken
-from tribopipe.records.disc_verdict import RotationsToDepth, TwinDiscLawResult, TwinDiscStudyResult, TwinDiscVerdict
+from tribopipe.records.disc_verdict import (
+    RotationsToDepth,
+    StudiedDisc,
+    TwinDiscLawResult,
+    TwinDiscStudyResult,
+    TwinDiscVerdict,
+)
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.results import by
 from tribopipe.records.verdict import BetweenRuns, EndOfLife, LawResult, RunVerdict, StudyResult
-from tribopipe.report.facts import K_D, NOTHING, bare, interval, shown
+from tribopipe.report.facts import NOTHING, bare, interval, shown
 from tribopipe.report.page import LawPage, StudyPage, TextTable, VerdictLine
+from tribopipe.units import WEAR_COEFFICIENT
 from tribopipe.version import VERSION
+from tribopipe.wear.laws import law_heading, law_title
 
 _COLUMNS = (
     *("run", "role", "load", "measured, µm", "by the law, µm", "95 % interval", "E_n", "along"),
@@ -50,7 +58,7 @@ def study_page_of(result: Result, program_version: str = VERSION, date: str = ""
 
 def _sentences(result: Result) -> Iterator[str]:
     for run_id, comparison in result.comparisons.items() if isinstance(result, StudyResult) else ():
-        better = f"{comparison.preferred.capitalize()}'s law" if comparison.preferred else "neither law"
+        better = law_title(comparison.preferred) if comparison.preferred else "neither law"
         yield f"{run_id}: its shape prefers {better} (AIC of Sarkar's minus Archard's {comparison.delta_aic:+.1f})"
     for left_out in result.left_out:
         yield f"left out: {left_out.id} ({left_out.reason})"
@@ -59,14 +67,19 @@ def _sentences(result: Result) -> Iterator[str]:
 
 
 def _law(law: LawResult) -> LawPage:
-    found = f"k_D = {law.wear_coefficient.shown(K_D)}, 95 % interval {interval(law.interval, K_D)}"
+    found = f"k_D = {_with_interval(law)}"
     return LawPage(
         model=law.model,
-        title=f"{law.model.capitalize()}'s law{by(law.engine)}: {found}",
+        title=f"{law_heading(law.model)}{by(law.engine)}: {found}",
         tables=tuple(table for table in (_verdicts(law), _shapes(law), _engines(law)) if table.rows),
         sentences=(*_scatter("k_D", law.between_runs), *_lives(law)),
         verdicts=tuple(map(_verdict_line, law.runs)),
     )
+
+
+def _with_interval(found: LawResult | StudiedDisc) -> str:
+    ends = interval(found.interval, WEAR_COEFFICIENT)
+    return f"{found.wear_coefficient.shown(WEAR_COEFFICIENT)}, 95 % interval {ends}"
 
 
 def _verdict_line(verdict: RunVerdict | TwinDiscVerdict) -> VerdictLine:
@@ -155,7 +168,12 @@ def _shape_row(verdict: RunVerdict) -> Iterator[tuple[str, ...]]:
 def _engines(law: LawResult) -> TextTable:
     """Return k_D of the runs that were also fitted with local pressure."""
     rows = [
-        (run.id, run.engines.giwm.shown(K_D), run.engines.local.shown(K_D), run.engines.trusted or NOTHING)
+        (
+            run.id,
+            run.engines.giwm.shown(WEAR_COEFFICIENT),
+            run.engines.local.shown(WEAR_COEFFICIENT),
+            run.engines.trusted or NOTHING,
+        )
         for run in law.runs
         if run.engines is not None
     ]
@@ -163,15 +181,12 @@ def _engines(law: LawResult) -> TextTable:
 
 
 def _disc_law(law: TwinDiscLawResult) -> LawPage:
-    found = "; ".join(
-        f"{spoken(disc.disc)} k_D = {disc.wear_coefficient.shown(K_D)}, 95 % interval {interval(disc.interval, K_D)}"
-        for disc in law.discs
-    )
+    found = "; ".join(f"{spoken(disc.disc)} k_D = {_with_interval(disc)}" for disc in law.discs)
     rows = tuple(row for verdict in law.runs for row in _disc_rows(verdict))
     scatter = (said for disc in law.discs for said in _scatter(f"k_D of the {spoken(disc.disc)}", disc.between_runs))
     return LawPage(
         model=law.model,
-        title=f"{law.model.capitalize()}'s law, {law.distance_per_rotation}: {found}",
+        title=f"{law_heading(law.model)}, {law.distance_per_rotation}: {found}",
         tables=(TextTable("verdict on each run", _DISC_COLUMNS, rows),),
         sentences=(*scatter, *_lives(law)),
         verdicts=tuple(map(_verdict_line, law.runs)),

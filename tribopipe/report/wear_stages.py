@@ -6,9 +6,11 @@ from tribopipe.archive.outline import StepOutline
 from tribopipe.records.disc_results import DiscCoefficient, TwinDiscFit, spoken
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.results import Contribution, DriftCorrection, MonteCarlo, WearFit
-from tribopipe.report.facts import K_D, NOTHING, facts, interval, shown, signed_share
+from tribopipe.report.facts import NOTHING, facts, interval, shown, signed_share
 from tribopipe.report.page import TextTable
 from tribopipe.report.told import Steps, Told, cells
+from tribopipe.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT
+from tribopipe.wear.laws import law_title
 
 
 def wear_fit_told(result: WearFit, steps: Steps) -> Told:
@@ -17,9 +19,10 @@ def wear_fit_told(result: WearFit, steps: Steps) -> Told:
     return Told(
         str(result),
         facts(
-            (f"k_D by {result.model.capitalize()}'s law", shown(result.wear_coefficient, K_D)),
-            ("95 % interval", interval(result.interval, K_D)),
-            ("uncertainty by noise of the depth alone", shown(result.random_uncertainty, K_D)),
+            (f"k_D by {law_title(result.model)}", shown(result.wear_coefficient, WEAR_COEFFICIENT)),
+            ("the same in mm³/(N·m)", shown(result.wear_coefficient, SPECIFIC_WEAR_RATE)),
+            ("95 % interval", interval(result.interval, WEAR_COEFFICIENT)),
+            ("uncertainty by noise of the depth alone", shown(result.random_uncertainty, WEAR_COEFFICIENT)),
             ("pin wear at the end, fitted", shown(result.fitted_end_depth)),
             ("pin wear at the end, measured", shown(result.measured_end_depth)),
             ("standard deviation about the fit", shown(result.residual_deviation)),
@@ -27,6 +30,7 @@ def wear_fit_told(result: WearFit, steps: Steps) -> Told:
             ("pressure", "even (GIWM)" if result.engine == "giwm" else result.engine),
             ("drift taken off", "first, in two steps" if result.correction == "two-step" else "with k_D, in one fit"),
             ("friction", result.friction),
+            *((one.name.replace("_", " "), f"{one.value}") for one in result.parameters or ()),
         ),
         result.notes,
         (
@@ -64,8 +68,18 @@ def _drawn(
         agrees = "they agree" if draws.agrees_with_first_order else "they do not agree"
         first = draws.first_order_interval
         rows = [
-            (f"Monte Carlo, {draws.draws:,} draws{stable}", mean.shown(K_D), interval(ends, K_D) or NOTHING, agrees),
-            ("first order, log-normal", shown(value, K_D) or NOTHING, interval(first, K_D) or NOTHING, ""),
+            (
+                f"Monte Carlo, {draws.draws:,} draws{stable}",
+                mean.shown(WEAR_COEFFICIENT),
+                interval(ends, WEAR_COEFFICIENT) or NOTHING,
+                agrees,
+            ),
+            (
+                "first order, log-normal",
+                shown(value, WEAR_COEFFICIENT) or NOTHING,
+                interval(first, WEAR_COEFFICIENT) or NOTHING,
+                "",
+            ),
         ]
     return TextTable(f"{what} by draws and to first order", ("by", what, "95 % interval", ""), tuple(rows))
 
@@ -76,10 +90,14 @@ def _beside_joint(fit: WearFit, drift: StepOutline | None) -> TextTable:
     joint = fit.joint
     if joint is not None and fit.correction == "two-step":
         rate = drift.result.drift_rate if drift is not None and isinstance(drift.result, DriftCorrection) else None
-        numbers = ((fit.wear_coefficient, K_D), (rate, "nm/min"), (fit.fitted_end_depth, "um"))
+        numbers = ((fit.wear_coefficient, WEAR_COEFFICIENT), (rate, "nm/min"), (fit.fitted_end_depth, "um"))
         rows.append(("two steps", *cells(*numbers), NOTHING))
     if joint is not None:
-        numbers = ((joint.wear_coefficient, K_D), (joint.drift_rate, "nm/min"), (joint.end_wear_depth, "um"))
+        numbers = (
+            (joint.wear_coefficient, WEAR_COEFFICIENT),
+            (joint.drift_rate, "nm/min"),
+            (joint.end_wear_depth, "um"),
+        )
         off = f"{joint.end_value_deviation:+.1f} standard uncertainties"
         rows.append(("one fit", *cells(*numbers), off))
     columns = ("drift and wear in", "k_D", "drift rate", "pin wear at the end", "end value off by")
@@ -107,8 +125,9 @@ def disc_fit_told(result: TwinDiscFit, _: Steps) -> Told:
 
 
 def _coefficient(one: DiscCoefficient) -> Iterator[tuple[str, str | None]]:
-    yield f"k_D of the {spoken(one.disc)}", shown(one.wear_coefficient, K_D)
-    yield f"95 % interval, {spoken(one.disc)}", interval(one.interval, K_D)
+    yield f"k_D of the {spoken(one.disc)}", shown(one.wear_coefficient, WEAR_COEFFICIENT)
+    yield "the same in mm³/(N·m)", shown(one.wear_coefficient, SPECIFIC_WEAR_RATE)
+    yield f"95 % interval, {spoken(one.disc)}", interval(one.interval, WEAR_COEFFICIENT)
 
 
 def _disc_tables(fit: TwinDiscFit) -> Iterator[TextTable]:
@@ -131,6 +150,7 @@ def _disc_tables(fit: TwinDiscFit) -> Iterator[TextTable]:
         "k_D that would wear as much, were distance counted otherwise",
         ("distance per rotation", "curved disc", "flat disc"),
         tuple(
-            (one.distance_per_rotation, *cells((one.curved_disc, K_D), (one.flat_disc, K_D))) for one in fit.equivalents
+            (one.distance_per_rotation, *cells((one.curved_disc, WEAR_COEFFICIENT), (one.flat_disc, WEAR_COEFFICIENT)))
+            for one in fit.equivalents
         ),
     )

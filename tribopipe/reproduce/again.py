@@ -10,7 +10,15 @@ from tempfile import TemporaryDirectory
 from tribopipe.archive.results import archived_fit
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, Step, inputs_digest
 from tribopipe.archive.store import Archive
-from tribopipe.archived_steps import PLANS, PlannedStep, known_coefficient, local_wear_as_told, prediction, recipe_of
+from tribopipe.archived_steps import (
+    PLANS,
+    PlannedStep,
+    known_coefficient,
+    local_wear_as_told,
+    prediction,
+    recipe_of,
+    wear_fit,
+)
 from tribopipe.errors import ArchiveError, TribopipeError
 from tribopipe.files import leads_out
 from tribopipe.ingest.harmonise import read_run
@@ -20,8 +28,6 @@ from tribopipe.run import RawRun, SourceFile
 from tribopipe.studies import known_by, study_reference
 from tribopipe.wear.predict import KnownPin
 from tribopipe.wear.twin_disc.predict import KnownDiscs
-
-_LAWS = {name: law for named in (PREDICTIONS, LOCAL_WEAR) for law, name in named.items()}
 
 
 def read_again(run: RawRun) -> RawRun:
@@ -79,14 +85,17 @@ def _another(step: Step, others: Sequence[PlannedStep]) -> str:
 
 def _plans(archive: Archive, run_id: str, step: Step) -> Iterator[PlannedStep]:
     """Yield what the step may have been: one plan, or one for each k_D that it may have been predicted from."""
-    if step.name in PLANS:
-        yield PLANS[step.name](archive, run_id, recipe_of(step.options))
-    elif step.name in LOCAL_WEAR.values():
-        yield local_wear_as_told(archive, run_id, _LAWS[step.name], step.options)
-    else:
-        reference, law = str(step.options["reference"]), _LAWS[step.name]
+    recipe = recipe_of(step.options)
+    if (law := WEAR_FITS.law_of(step.name)) is not None:
+        yield wear_fit(archive, run_id, recipe, law)
+    elif (law := LOCAL_WEAR.law_of(step.name)) is not None:
+        yield local_wear_as_told(archive, run_id, law, step.options)
+    elif (law := PREDICTIONS.law_of(step.name)) is not None:
+        reference = str(step.options["reference"])
         for known in _known_under(archive, reference, law):
-            yield prediction(archive, run_id, recipe_of(step.options), law, reference, known)
+            yield prediction(archive, run_id, recipe, law, reference, known)
+    else:
+        yield PLANS[step.name](archive, run_id, recipe)
 
 
 def _known_under(archive: Archive, reference: str, law: LawName) -> Iterator[KnownPin | KnownDiscs]:

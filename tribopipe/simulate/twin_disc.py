@@ -24,7 +24,7 @@ from tribopipe.run import Column
 from tribopipe.simulate.drawing import measured, read_depth, read_forces, systematic_errors
 from tribopipe.simulate.writing import Layout, Written, manifest_head, manifest_tail, specimen, write_run, written
 from tribopipe.wear.friction_path import stated_path
-from tribopipe.wear.laws import LAWS
+from tribopipe.wear.laws import law_named
 
 
 class VirtualTwinDiscTest:
@@ -69,7 +69,7 @@ class VirtualTwinDiscTest:
         return sound + fatigue.factor * (self._under_law(rotations) - sound)
 
     def _under_law(self, rotations: Column) -> Column:
-        slipped = LAWS[self.series.law].effective_distance(rotations * self.slip_per_rotation, self.friction)
+        slipped = law_named(self.series.law).effective_distance(rotations * self.slip_per_rotation, self.friction)
         return slipped / self.slip_per_rotation
 
     def truth(self) -> TwinDiscTruth:

@@ -38,6 +38,7 @@ from tribopipe.study.verdict import DECISIVE, Comparison, decide, ratio, single_
 from tribopipe.uncertainty import TAILS, propagate_together
 from tribopipe.units import show, show_force
 from tribopipe.wear.inputs import DISC_INPUTS, default_notes
+from tribopipe.wear.laws import law_heading
 from tribopipe.wear.twin_disc.identify import run_notes
 from tribopipe.wear.twin_disc.problem import DiscProblem, disc_problem
 
@@ -337,7 +338,7 @@ def _rotations_to(draws: _Draws, coefficients: Column, depth: float) -> Rotation
     discs = disc_pair(problem.contact, values, problem.distance)
     wanted = discs.rotations(depth, coefficients[:, :1], coefficients[:, 1:])
     reached = np.where(np.isfinite(wanted), wanted, np.nan)
-    for _ in range(_ITERATIONS if problem.law.needs_friction else 0):
+    for _ in range(_ITERATIONS):
         reached = reached * wanted / problem.effective_rotations(values, reached)
     low, middle, high = np.quantile(
         np.where(np.isfinite(reached), reached, np.inf), [TAILS[0], 0.5, TAILS[1]], method="inverted_cdf"
@@ -377,7 +378,7 @@ def _sentence(law: LawName, verdict: TwinDiscVerdict) -> str:
             f"{disc.measured.shown(unit)} measured, E_n = {disc.e_n:+.2f}"
         )
     said = f"after {verdict.rotations.value:,.0f} rotations {'; '.join(parts)}"
-    name = f"{law.capitalize()}'s law"
+    name = law_heading(law)
     ratios = " and ".join(f"{disc.coefficient_ratio}" for disc in verdict.discs)
     if verdict.outcome == "supported":
         way = "follows" if verdict.role == "fitted" else "predicts"

@@ -14,6 +14,7 @@ from tribopipe.records.quantity import wear_coefficient
 from tribopipe.records.recipe import WearEngine
 from tribopipe.records.verdict import EngineComparison
 from tribopipe.study.member import RunDraws
+from tribopipe.units import WEAR_COEFFICIENT
 from tribopipe.wear.draws import solve_draws
 
 _DRAWS = 1_000
@@ -45,7 +46,7 @@ def engine_notes(compared: EngineComparison | None) -> tuple[str, ...]:
     """Say where the two differ, and which to trust."""
     if compared is None or compared.trusted is None:
         return ()
-    giwm, local = (k.shown("mm^3/(N*mm)") for k in (compared.giwm, compared.local))
+    giwm, local = (k.shown(WEAR_COEFFICIENT) for k in (compared.giwm, compared.local))
     return (
         f"k_D is {local} by local pressure and {giwm} by the GIWM, and they differ by more than their standard "
         "uncertainty; trust the local one: the GIWM spreads the load evenly, while the true pressure in the middle is "

@@ -18,6 +18,7 @@ from tribopipe.study.bodies import check_bodies
 from tribopipe.wear.draws import solve_draws
 from tribopipe.wear.inputs import draw_values
 from tribopipe.wear.joint import JointProblem, joint_problem
+from tribopipe.wear.own_parameters import law_as_given
 from tribopipe.wear.problem import WearProblem, wear_problem
 
 
@@ -35,6 +36,7 @@ class Member:
 
     def pose(self, law: LawName, recipe: Recipe) -> "PosedRun":
         """Pose the fit of a law to this run. Raises ``FitError`` where the run lacks something for it."""
+        law_as_given(law, recipe)
         problem = wear_problem(self.corrected, law, self.friction, recipe)
         if not isinstance(problem, WearProblem):
             raise FitError(

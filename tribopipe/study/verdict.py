@@ -24,6 +24,7 @@ from tribopipe.run import Column
 from tribopipe.study.member import RunDraws
 from tribopipe.uncertainty import TAILS
 from tribopipe.units import show, show_force
+from tribopipe.wear.laws import law_heading
 
 DECISIVE = 0.005
 """Probability, at the end and along the curve each, of calling off a law that holds."""
@@ -144,7 +145,7 @@ def exponent(draws: RunDraws, comparison: Comparison, own: Column) -> Exponent |
 
 def sentence(law: LawName, role: Role, verdict: RunVerdict) -> str:
     """Say the outcome as a tribologist would."""
-    name, load = f"{law.capitalize()}'s law", show_force(verdict.normal_load.value)
+    name, load = law_heading(law), show_force(verdict.normal_load.value)
     where = f"{verdict.sliding_distance.value:.4g} m"
     low, high = (end.shown("um") for end in verdict.predicted_interval)
     said = (

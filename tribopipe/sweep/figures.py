@@ -11,14 +11,14 @@ from tribopipe.errors import ManifestError
 from tribopipe.records.results import COVERAGE_FACTOR
 from tribopipe.records.sweep import Sweep
 from tribopipe.report.figures import BLACK, PALETTE, styled
-from tribopipe.report.numbers import COEFFICIENT_UNIT, power_of, powered_axis
+from tribopipe.report.numbers import power_of, powered_axis
 from tribopipe.sweep.choices import COEFFICIENT
 from tribopipe.sweep.predicted import asked_for
 from tribopipe.sweep.rows import Answer, Ensemble, Found, Head, Row, answers
 from tribopipe.sweep.subject import Cell
 from tribopipe.sweep.virtual_tests import TRUTH
 from tribopipe.uncertainty import TAILS
-from tribopipe.units import axis, from_si
+from tribopipe.units import WEAR_COEFFICIENT, axis, from_si
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -213,9 +213,9 @@ def _scale(points: Sequence[_Point]) -> tuple[str, float]:
     if si == _RELATIVE:
         return "$k_\\mathrm{D}$ / true $k_\\mathrm{D}$", 1.0
     if si == COEFFICIENT.unit:
-        shown = float(from_si(1.0, si, COEFFICIENT_UNIT))
+        shown = float(from_si(1.0, si, WEAR_COEFFICIENT))
         power = power_of(most * shown)
-        return powered_axis("$k_\\mathrm{D}$", power, COEFFICIENT_UNIT), 10.0**power / shown
+        return powered_axis("$k_\\mathrm{D}$", power, WEAR_COEFFICIENT), 10.0**power / shown
     unit = "um" if si == "m" and most < _SMALL else si
     return axis(points[0].quantity.replace("_", " "), unit), 1 / float(from_si(1.0, si, unit))
 

@@ -103,6 +103,8 @@ def _pin(condition: Condition, friction: FrictionPath | None, wanted: Wanted) ->
         condition.recipe,
         conditions.nominal_speed,
         known.engine,
+        known.parameters,
+        known.covariance,
     )
     result = predict_wear(scenario, wanted.at, depths=wanted.depths)
     for outcome, point in zip(wanted.outcomes("m"), (*result.prediction, *result.reached), strict=True):

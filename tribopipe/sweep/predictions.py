@@ -29,7 +29,7 @@ from tribopipe.sweep.subject import Subject, parameters
 from tribopipe.units import parse
 from tribopipe.version import VERSION
 from tribopipe.wear.friction_path import FrictionPath, run_path, stated_path
-from tribopipe.wear.laws import LAWS
+from tribopipe.wear.laws import law_named
 
 
 @dataclass(frozen=True)
@@ -53,8 +53,8 @@ def predictions(
     Raises ``TribopipeError`` where a key or value is wrong, or the run, its fit or its friction is not there.
     """
     varied_laws = sweep.vary.get("law", ("archard",))
-    laws = [law for law in LAWS if law in varied_laws]
-    frictional = any(LAWS[law].needs_friction for law in laws)
+    laws = list(dict.fromkeys(varied_laws))
+    frictional = any(law_named(law).needs_friction for law in laws)
     if asked.run is not None:
         source = _archived(archive, asked.run, recipe, frictional=frictional)
     else:

@@ -26,6 +26,11 @@ def _check_member(look: Look, run_id: str, raw_sha256: str, run: SeenRun | SeenS
     if not isinstance(run, SeenRun):
         message = f"found that it stands on the run {run_id}, which could not be read; expected it in the archive"
         look.note("study", message, "restore that run if it should be there")
+    elif raw_sha256 in run.earlier:
+        message = (
+            f"found that it stands on {run_id} as it was before its run.toml was amended; expected it as it is now"
+        )
+        look.warning("study", message, "run the study again")
     elif run.raw_sha256 != raw_sha256:
         message = f"found that it stands on another run {run_id} than the archive holds; expected that one"
         look.warning("study", message, "run the study again")

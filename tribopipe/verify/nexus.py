@@ -1,17 +1,18 @@
-"""Rules of NeXus that viewers count on, as far as they concern what tribopipe writes.
+"""Whether a file is what its NeXus application definition says, and what viewers can plot.
 
-Classes, members and types follow the base classes of the NeXus definitions, of which tribopipe uses few, and of these
-few a part: whatever else a file holds, tribopipe has not written. What NXdata has to say for itself follows the
-chapter "Associating plottable data using attributes applied to the NXdata group" of the manual.
+What a file may hold, and has to, is declared in ``tribopipe.archive.definitions``. What NXdata has to say for itself
+follows the chapter "Associating plottable data using attributes applied to the NXdata group" of the NeXus manual.
 """
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from datetime import datetime
-from typing import Literal, NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
+from tribopipe.archive.definitions.known import definitions
+from tribopipe.archive.definitions.parts import FieldPart, GroupPart, Kind, Part
 from tribopipe.verify.look import Look
 from tribopipe.verify.tree import Field, Group, Link, Member
 
@@ -19,51 +20,8 @@ _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _NUMBER = "fiu"
 """Kinds of types: floating, signed, unsigned."""
 _REDO = "`tribopipe process --force` writes it anew; where that does not help, restore the file from a copy"
-_Kind: TypeAlias = Literal["text", "date", "count", "any"]
-
-
-class _BaseClass(NamedTuple):
-    """What a group of a NeXus class may hold, and has to."""
-
-    fields: Mapping[str, _Kind] = {}
-    required: tuple[str, ...] = ()
-    groups: frozenset[str] = frozenset()
-    open: bool = False
-    """Whether fields of any name may be in it."""
-
-
-_CLASSES: Mapping[str, _BaseClass] = {
-    "NXroot": _BaseClass(groups=frozenset({"NXentry"}), required=("entry",)),
-    "NXentry": _BaseClass(
-        {"title": "text", "start_time": "date", "identifier_run": "text", "identifier_study": "text"},
-        ("title", "archived"),
-        frozenset({"NXcollection", "NXdata", "NXinstrument", "NXnote", "NXprocess", "NXsample", "NXuser"}),
-    ),
-    "NXuser": _BaseClass({"name": "text"}, ("name",)),
-    "NXinstrument": _BaseClass({"name": "text"}, ("name",), frozenset({"NXsensor"})),
-    "NXsensor": _BaseClass({"name": "text"}, ("name",)),
-    "NXsample": _BaseClass({"name": "text"}, ("name",), frozenset({"NXcollection"})),
-    "NXprocess": _BaseClass(
-        {"program": "text", "version": "text", "date": "date", "sequence_index": "count"},
-        ("program", "version", "date"),
-        frozenset({"NXdata", "NXnote", "NXparameters"}),
-    ),
-    "NXnote": _BaseClass(
-        {
-            "file_name": "text",
-            "type": "text",
-            "description": "text",
-            "checksum": "text",
-            "algorithm": "text",
-            "data": "any",
-        },
-        ("type", "data"),
-    ),
-    "NXparameters": _BaseClass(open=True),
-    "NXcollection": _BaseClass(groups=frozenset({"NXdata", "NXnote"}), open=True),
-    "NXdata": _BaseClass({"title": "text"}, open=True),
-}
-_ATTRIBUTES = {"NXroot": {"default", "creator", "creator_version"}, "NXentry": {"default"}}
+_DEFINITION = "/entry/definition"
+_ROOT_ATTRIBUTES = ("default", "creator", "creator_version")
 _ANY_ATTRIBUTE = ("NXcollection", "NXdata")
 
 
@@ -76,54 +34,82 @@ class Fault(NamedTuple):
 
 def check_nexus(root: Group, look: Look) -> None:
     """Note where a file breaks a rule."""
-    for fault in (*_faults("", root, root), *_default_faults(root)):
+    for fault in (*_definition_faults(root), *_default_faults(root)):
         look.warning("nexus", fault.message, _REDO, fault.part or "/")
 
 
-def _faults(path: str, group: Group, root: Group) -> Iterator[Fault]:
-    nx_class = _text(group, "NX_class") or ""
-    if nx_class not in _CLASSES:
-        yield Fault(path, f"found a group of the class {nx_class!r}; expected one that tribopipe writes")
+def _definition_faults(root: Group) -> Iterator[Fault]:
+    said = root.at(_DEFINITION)
+    named = said.text if isinstance(said, Field) else None
+    if named is None or named not in definitions():
+        yield Fault(_DEFINITION, f"found {named!r}; expected one of {', '.join(definitions())}")
         return
-    yield from _attribute_faults(path, group, nx_class)
-    for name in _CLASSES[nx_class].required:
-        if name not in group.members:
-            yield Fault(path, f"found no {name!r}; expected one in each {nx_class}")
+    definition = definitions()[named]
+    if isinstance(said, Field) and said.attributes.get("version") != str(definition.version):
+        yield Fault(_DEFINITION, f"found no version {definition.version}; expected that of the file's format")
+    yield from _faults("", root, GroupPart("", "NXroot", "", (definition.entry,), attributes=_ROOT_ATTRIBUTES), root)
+
+
+def _faults(path: str, group: Group, declared: GroupPart, root: Group) -> Iterator[Fault]:
+    """Find what a group is, holds or lacks otherwise than declared."""
+    nx_class = _text(group, "NX_class") or ""
+    if nx_class != declared.nx_class:
+        yield Fault(path, f"found a group of the class {nx_class!r}; expected {declared.nx_class}")
+        return
+    yield from _attribute_faults(path, group, declared)
+    yield from _missing_faults(path, group, declared)
     for name, member in group.members.items():
-        yield from _member_faults(f"{path}/{name}", name, member, nx_class, root)
+        yield from _member_faults(f"{path}/{name}", name, member, declared, root)
     yield from _uncertainty_faults(path, group)
     if nx_class == "NXdata":
         yield from _data_faults(path, group, root)
 
 
-def _attribute_faults(path: str, group: Group, nx_class: str) -> Iterator[Fault]:
-    if nx_class in _ANY_ATTRIBUTE:
+def _missing_faults(path: str, group: Group, declared: GroupPart) -> Iterator[Fault]:
+    classes = {_text(member, "NX_class") for member in group.members.values() if isinstance(member, Group)}
+    for part in declared.members:
+        if part.required and part.name and part.name not in group.members:
+            yield Fault(path, f"found no {part.name!r}; expected one")
+        elif part.required and isinstance(part, GroupPart) and not part.name and part.nx_class not in classes:
+            yield Fault(path, f"found no {part.nx_class}; expected at least one")
+
+
+def _attribute_faults(path: str, group: Group, declared: GroupPart) -> Iterator[Fault]:
+    if declared.nx_class in _ANY_ATTRIBUTE:
         return
-    for name in group.attributes.keys() - {"NX_class"} - _ATTRIBUTES.get(nx_class, set()):
-        yield Fault(path, f"found the attribute {name!r}; expected none of that name in an {nx_class}")
+    for name in group.attributes.keys() - {"NX_class", *declared.attributes}:
+        yield Fault(path, f"found the attribute {name!r}; expected none of that name in an {declared.nx_class}")
 
 
-def _member_faults(path: str, name: str, member: Member, nx_class: str, root: Group) -> Iterator[Fault]:
-    known = _CLASSES[nx_class]
+def _member_faults(path: str, name: str, member: Member, holder: GroupPart, root: Group) -> Iterator[Fault]:
     if not _NAME.fullmatch(name):
         yield Fault(path, "found a name that NeXus does not allow; expected letters, digits and _")
-    if isinstance(member, Link):
-        if not isinstance(root.at(member.path), Field):
+    declared = holder.member(name, _text(member, "NX_class") if isinstance(member, Group) else None)
+    if declared is None:
+        yield Fault(path, "found what the file's definition does not know; expected nothing of this name there")
+    elif isinstance(member, Link):
+        if not isinstance(root.at(member.path), Field) or isinstance(declared, GroupPart):
             yield Fault(path, f"found a link to {member.path}, where there is no field; expected one")
-    elif isinstance(member, Field):
-        yield from _field_faults(path, name, member, known)
-    elif ((inner := _text(member, "NX_class")) in _CLASSES and inner not in known.groups) or name in known.fields:
-        yield Fault(path, f"found a group of the class {inner!r}; expected none in an {nx_class}")
+    elif isinstance(member, Group) and isinstance(declared, GroupPart):
+        yield from _faults(path, member, declared, root)
+    elif isinstance(member, Field) and isinstance(declared, FieldPart):
+        yield from _field_faults(path, member, declared)
     else:
-        yield from _faults(path, member, root)
+        yield Fault(path, f"found a {type(member).__name__.lower()}; expected {_kind_of(declared)}")
 
 
-def _field_faults(path: str, name: str, member: Field, known: _BaseClass) -> Iterator[Fault]:
-    kind = known.fields.get(name)
-    if kind is None and not known.open:
-        yield Fault(path, "found a field of this name; expected none in a group of this class")
-    elif kind is not None and not _is(member, kind):
-        yield Fault(path, f"found no {kind}; expected one")
+def _kind_of(declared: Part) -> str:
+    return {GroupPart: "a group", FieldPart: "a field"}.get(type(declared), "a link to a field")
+
+
+def _field_faults(path: str, member: Field, declared: FieldPart) -> Iterator[Fault]:
+    if not _IS[declared.kind](member):
+        yield Fault(path, f"found a field of another type; expected {declared.kind}")
+    elif declared.values and member.text not in declared.values:
+        yield Fault(path, f"found {member.text!r}; expected {' or '.join(declared.values)}")
+    if declared.units and _unit(member) not in declared.units:
+        found = "no units" if _unit(member) is None else f"the units {_unit(member)!r}"
+        yield Fault(path, f"found {found}; expected {' or '.join(declared.units)}")
     for wrong in {"signal", "axis"} & member.attributes.keys():
         yield Fault(path, f"found the attribute {wrong!r} at a field; expected it at its group")
 
@@ -139,20 +125,32 @@ def _uncertainty_faults(path: str, group: Group) -> Iterator[Fault]:
             yield Fault(f"{path}/{name}", "found an uncertainty without a number of its unit; expected one beside it")
 
 
-def _is(member: Field, kind: _Kind) -> bool:
-    if kind == "any":
-        return True
-    if kind == "count":
-        return member.kind in _NUMBER[1:] and member.shape == ()
-    return member.text is not None and (kind == "text" or _is_date(member.text))
+def _is_text(member: Field) -> bool:
+    return member.text is not None
 
 
-def _is_date(text: str) -> bool:
+def _is_count(member: Field) -> bool:
+    return member.kind in _NUMBER[1:] and member.shape == ()
+
+
+def _is_date(member: Field) -> bool:
     try:
-        datetime.fromisoformat(text)
+        datetime.fromisoformat(member.text or "")
     except ValueError:
         return False
     return True
+
+
+_IS: Mapping[Kind, Callable[[Field], bool]] = {
+    "NX_CHAR": _is_text,
+    "NX_DATE_TIME": _is_date,
+    "NX_FLOAT": lambda member: member.kind == "f",
+    "NX_INT": lambda member: member.kind in _NUMBER[1:],
+    "NX_POSINT": _is_count,
+    "NX_BINARY": lambda member: member.kind == "u",
+    "NX_CHAR_OR_NUMBER": lambda member: member.kind in f"{_NUMBER}S",
+}
+"""Whether a field is of a type of NeXus."""
 
 
 def _data_faults(path: str, data: Group, root: Group) -> Iterator[Fault]:

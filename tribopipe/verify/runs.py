@@ -8,7 +8,9 @@ import h5py
 
 from tribopipe.archive import nexus
 from tribopipe.archive.digest import digest, raw_digest
+from tribopipe.archive.earlier import read_earlier
 from tribopipe.archive.runfile import (
+    EARLIER,
     read_annotations,
     read_environment,
     read_findings,
@@ -17,7 +19,7 @@ from tribopipe.archive.runfile import (
     read_step,
     source_sha256,
 )
-from tribopipe.archive.steps import PREDICTIONS, STEPS, WEAR_FITS, Step, StepName, inputs_digest
+from tribopipe.archive.steps import PREDICTIONS, STEPS, WEAR_FITS, Step, StepName, inputs_digest, steps_among
 from tribopipe.records.disc_results import TwinDiscFit
 from tribopipe.records.recipe import LawName
 from tribopipe.records.results import WearFit
@@ -43,6 +45,8 @@ class SeenRun:
     """What other files of the archive have to agree with."""
 
     raw_sha256: str = ""
+    earlier: tuple[str, ...] = ()
+    """Of what was ingested with each run.toml that was amended since."""
     found: dict[LawName, str] = field(default_factory=dict)
     """SHA-256 of the k_D that its fit under each law found."""
     borrowed: list[Borrowed] = field(default_factory=list)
@@ -60,6 +64,8 @@ def look_into_run(file: h5py.File, look: Look, run_id: str) -> SeenRun:
         check_shown(entry, look, run.manifest, steps)
     with look.reading("/entry/source_files"):
         _check_sources(entry["source_files"], look)
+    with look.reading(f"/entry/{EARLIER}"):
+        seen.earlier = tuple(_checked_earlier(entry, look))
     for read in (read_marks, read_annotations, read_findings, read_environment):
         with look.reading("/entry"):
             read(entry)
@@ -78,8 +84,17 @@ def _check_sources(sources: h5py.Group, look: Look) -> None:
             look.error("source", f"found other bytes than {came} had; expected those of its SHA-256", part=note.name)
 
 
+def _checked_earlier(entry: h5py.Group, look: Look) -> Iterator[str]:
+    """Give the fingerprint of the run as it was ingested with each earlier run.toml."""
+    for one in read_earlier(entry):
+        if one.source.sha256 != one.checksum:
+            message = f"found other bytes than {one.source.name} had; expected those of its SHA-256"
+            look.error("source", message, part=f"/entry/{EARLIER}")
+        yield one.raw_sha256
+
+
 def _read_steps(entry: h5py.Group, look: Look) -> Iterator[tuple[StepName, Step]]:
-    for name in STEPS:
+    for name in steps_among(entry):
         with look.reading(f"/entry/{name}"):
             step = read_step(entry, name)
             if step is not None:
@@ -97,20 +112,19 @@ def _check_step(entry: h5py.Group, look: Look, step: Step, there: Mapping[str, s
     if inputs_digest(step.program_version, step.name, step.options, step.stands_on) != step.inputs_sha256:
         message = "found other inputs than the step was made from; expected those of its SHA-256"
         look.error("inputs", message, part=part)
-    for base in ("raw", *STEPS[step.name].stands_on):
-        if base in there and step.stands_on.get(base) != there[base]:
+    for base, made_from in step.stands_on.items():
+        if base in there and made_from != there[base]:
             message = f"found that it stands on another {base} than the file holds; expected that one"
             look.warning("inputs", message, _AGAIN, part)
 
 
 def _put_aside(steps: Mapping[StepName, Step], seen: SeenRun) -> None:
-    for law, name in WEAR_FITS.items():
-        fit = steps[name].result if name in steps else None
-        if isinstance(fit, WearFit | TwinDiscFit):
+    for name, step in steps.items():
+        fit = step.result
+        if (law := WEAR_FITS.law_of(name)) is not None and isinstance(fit, WearFit | TwinDiscFit):
             known = known_discs(fit) if isinstance(fit, TwinDiscFit) else known_pin(fit)
             if known is not None:
                 seen.found[law] = digest(*known.parts)
-    for law, name in PREDICTIONS.items():
-        told = steps[name].stands_on.get("wear_coefficient") if name in steps else None
-        if told is not None:
-            seen.borrowed.append(Borrowed(name, law, str(steps[name].options.get("reference")), told))
+        told = step.stands_on.get("wear_coefficient")
+        if (law := PREDICTIONS.law_of(name)) is not None and told is not None:
+            seen.borrowed.append(Borrowed(name, law, str(step.options.get("reference")), told))

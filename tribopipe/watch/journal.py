@@ -34,7 +34,7 @@ class Entry(Record):
     run: str | None = None
     """Id of the run that was made of it; none for a run folder, which stays where it is."""
     run_stamp: str = ""
-    """What run.toml looked like when it failed."""
+    """What run.toml looked like when it was processed, or failed."""
     instead_of: str | None = None
     """Run made of the same export before it went on."""
 

@@ -55,8 +55,12 @@ class Lab:
 
     def failed(self, entry: Entry) -> Entry:
         """Return the entry of a run that waits for its run.toml to change."""
+        return self.seen(entry).model_copy(update={"state": "failed"})
+
+    def seen(self, entry: Entry) -> Entry:
+        """Return the entry of a run with what its run.toml looks like now."""
         try:
             stamp = stamp_of([self.manifest(entry)])
         except OSError:
             stamp = ""
-        return entry.model_copy(update={"state": "failed", "run_stamp": stamp})
+        return entry.model_copy(update={"run_stamp": stamp})

@@ -31,7 +31,7 @@ _OF_THE_RUN = (CheckError, ContactError, FitError, ManifestError, ReaderError)
 
 def processed(lab: Lab, journal: Journal) -> Iterator[Event]:
     """Process the runs that are made, by an earlier watch too, and yield what became of each."""
-    made = {lab.run(entry): entry for entry in journal.that_are("made")}
+    made = {lab.run(entry): lab.seen(entry) for entry in journal.that_are("made")}
     crew = lab.crew if len(made) > 1 else ALONE  # what is one alone is done before others are there
     take = partial(_through_the_line, archive=lab.archive, recipe=lab.recipe, figures=lab.figures)
     for folder, answer in as_done(take, list(made), crew):
@@ -39,10 +39,12 @@ def processed(lab: Lab, journal: Journal) -> Iterator[Event]:
 
 
 def changed(lab: Lab, journal: Journal) -> Iterator[Drop]:
-    """Return the runs that could not be processed and have another run.toml by now, each as what is to settle."""
-    for entry in journal.that_are("failed"):
+    """Return the runs that have another run.toml than when they were taken, each as what is to settle."""
+    for entry in (*journal.that_are("failed"), *journal.that_are("done")):
         manifest = lab.manifest(entry)
-        if entry.run is not None and manifest.is_file() and (stamp := stamp_of([manifest])) != entry.run_stamp:
+        if entry.run is None or not manifest.is_file() or (entry.state == "done" and not entry.run_stamp):
+            continue
+        if (stamp := stamp_of([manifest])) != entry.run_stamp:
             yield Drop(entry.name, (manifest,), stamp)
 
 
@@ -55,7 +57,9 @@ def try_again(run: Drop, journal: Journal) -> None:
 
 def _through_the_line(run: Path, archive: Path, recipe: Recipe, *, figures: bool) -> tuple[Outcome, ...]:
     store = Archive(archive)
-    outcomes = [outcome for outcome in process([run], store, recipe) if not outcome.place]  # others are of other runs
+    outcomes = [
+        outcome for outcome in process([run], store, recipe, amend=True) if not outcome.place
+    ]  # others are of other runs
     drawn = figure_steps(store, outcomes) if figures else []
     return (*outcomes, *(attempted(name, "figures", step) for name, step in drawn))
 
@@ -73,7 +77,7 @@ def _ended(entry: Entry, outcomes: tuple[Outcome, ...], lab: Lab, journal: Journ
         journal.note(entry.model_copy(update={"state": "done"}))
     else:
         own = all(isinstance(error, _OF_THE_RUN) for error in errors)
-        (journal.note if own else journal.hold)(lab.failed(entry))
+        (journal.note if own else journal.hold)(entry.model_copy(update={"state": "failed"}))
     return _event(entry, outcomes)
 
 
@@ -108,6 +112,8 @@ def _event(entry: Entry, outcomes: tuple[Outcome, ...]) -> Event:
 
 def _details(outcome: Outcome) -> Iterator[str]:
     """Return what was fitted, and what a person should look at."""
+    if outcome.dropped is not None:
+        yield "run.toml amended; the earlier one is kept"
     if outcome.stage in ("friction_fit", "wear_fit") and outcome.result is not None:
         yield str(outcome.result)
     yield from (f"warning: {finding}" for finding in outcome.findings if finding.severity == "warning")

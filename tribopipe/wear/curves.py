@@ -36,17 +36,21 @@ def run_scenario(
         recipe,
         conditions.nominal_speed,
         known.engine,
+        known.parameters,
+        known.covariance,
     )
 
 
 def fitted_curve(
     run: RawRun, fit: WearFit, friction: FrictionFit | None = None, recipe: Recipe | None = None
 ) -> LawCurve | None:
-    """Return the fitted law along its run; the band is that of k_D. None where nothing was fitted."""
+    """Return the fitted law along its run, with the band of what was fitted; none where nothing was."""
     known = known_pin(fit)
     if known is None or fit.interval is None:
         return None
     scenario = run_scenario(run, fit.model, known, friction, recipe or Recipe())
+    if known.covariance is not None:
+        return _band(fit, scenario.worn(run.sliding_distance).depth, scenario.fitted_uncertainty(run.sliding_distance))
     depth, lower, upper = (
         replace(scenario, wear_coefficient=k).worn(run.sliding_distance).depth
         for k in (known.coefficient, *fit.interval)
@@ -56,6 +60,10 @@ def fitted_curve(
 
 def predicted_curve(run: RawRun, scenario: WearScenario, prediction: WearPrediction) -> LawCurve:
     """Return a prediction along the run it is made for; the band is that of k_D, load, tip radius and moduli."""
-    depth = scenario.worn(run.sliding_distance).depth
-    half_width = COVERAGE_FACTOR * scenario.depth_uncertainty(run.sliding_distance)
-    return LawCurve(prediction, depth, np.maximum(depth - half_width, 0.0), depth + half_width)
+    distance = run.sliding_distance
+    return _band(prediction, scenario.worn(distance).depth, scenario.depth_uncertainty(distance))
+
+
+def _band(result: WearFit | WearPrediction, depth: Column, uncertainty: Column) -> LawCurve:
+    half_width = COVERAGE_FACTOR * uncertainty
+    return LawCurve(result, depth, np.maximum(depth - half_width, 0.0), depth + half_width)

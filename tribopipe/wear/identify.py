@@ -18,16 +18,16 @@ from tribopipe.errors import FitError
 from tribopipe.noise import effective_samples
 from tribopipe.records.quantity import Quantity, wear_coefficient
 from tribopipe.records.recipe import FrictionSource, LawName, MonteCarloRecipe, Recipe
-from tribopipe.records.results import COVERAGE_FACTOR, Contribution, FrictionFit, JointFit, WearFit
+from tribopipe.records.results import COVERAGE_FACTOR, Contribution, FrictionFit, JointFit, LawValue, WearFit
 from tribopipe.run import CorrectedRun
 from tribopipe.uncertainty import propagate
-from tribopipe.units import show
+from tribopipe.units import KINDS, show
 from tribopipe.wear.draws import coefficient_draws
 from tribopipe.wear.friction_path import ExponentialFriction
 from tribopipe.wear.inputs import FRICTION_INPUTS, default_notes, shown_unit
 from tribopipe.wear.joint import JointProblem, fit_joint, joint_problem
-from tribopipe.wear.laws import LAWS
 from tribopipe.wear.monte_carlo import drawn
+from tribopipe.wear.own_parameters import law_covariance
 from tribopipe.wear.problem import WearProblem, wear_problem
 
 _FEWEST_SAMPLES = 10
@@ -59,7 +59,7 @@ def fit_wear(
             f"{_FEWEST_SAMPLES}; record at a higher rate"
         )
     source: FrictionSource | None = None
-    if LAWS[model].needs_friction:
+    if problem.law.needs_friction:
         source = "fitted" if isinstance(problem.friction, ExponentialFriction) else "measured"
     notes = friction.notes if friction and source == "measured" and recipe.wear.friction == "fitted" else ()
     joint = joint_problem(problem, corrected, recipe)
@@ -111,7 +111,24 @@ def _assess(problem: WearProblem, model: LawName) -> WearFit:
         measured_end_depth=problem.end.pin_depth,
         residual_deviation=Quantity(value=float(np.std(residuals)), unit="m"),
         effective_samples=effective_samples(residuals),
+        **_law_values(problem, coefficient),
     )
+
+
+def _law_values(problem: WearProblem, coefficient: float) -> dict[str, Any]:
+    """Return the parameters of the law with their covariance; nothing where it has none."""
+    law, free = problem.law, problem.tangent.names if problem.tangent else ()
+    covariance = law_covariance(problem.condensed(), coefficient) if free else None
+    spreads = {} if covariance is None else dict(zip(free, np.sqrt(np.diag(covariance))[1:].tolist(), strict=True))
+    found = []
+    for name, known in law.parameters().items():
+        value = Quantity(value=law.values()[name], unit=KINDS[known.kind].si, standard_uncertainty=spreads.get(name))
+        given = problem.inputs.get(law.input_of(name))
+        found.append(LawValue(name=name, value=given.quantity if given else value, source="recipe" if given else "fit"))
+    return {
+        "parameters": tuple(found) or None,
+        "parameter_covariance": None if covariance is None else tuple(map(tuple, covariance.tolist())),
+    }
 
 
 def _first_order(problem: WearProblem, coefficient: float) -> dict[str, Any]:

@@ -19,9 +19,10 @@ from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import FrictionSource, LawName, Recipe
 from tribopipe.records.results import FrictionFit
 from tribopipe.run import Column, Numbers, RawRun, Values
-from tribopipe.units import force_unit
+from tribopipe.units import WEAR_COEFFICIENT, force_unit
 from tribopipe.wear.friction_path import ExponentialFriction, FrictionPath, run_path
-from tribopipe.wear.laws import LAWS
+from tribopipe.wear.laws import WearLaw, law_named
+from tribopipe.wear.own_parameters import given_parameters
 
 FRICTION_INPUTS = ("friction_amplitude", "friction_steady_state", "running_in_distance")
 """A, b and c of Eq. 7, in the order of their covariance."""
@@ -60,7 +61,7 @@ SHOWN_UNITS = {
     "zero_offset": "um",
     "end_reading": "um",
     "running_in_distance": "m",
-    "wear_coefficient": "mm^3/(N*mm)",
+    "wear_coefficient": WEAR_COEFFICIENT,
 }
 
 
@@ -69,7 +70,7 @@ class Input:
     """One number that wear depends on."""
 
     quantity: Quantity
-    source: Literal["manifest", "default", "fit"]
+    source: Literal["manifest", "default", "fit", "recipe"]
 
     @property
     def spread(self) -> float:
@@ -128,6 +129,11 @@ def friction_inputs(friction: FrictionFit) -> dict[str, Input]:
     }
 
 
+def law_inputs(law: WearLaw, recipe: Recipe) -> dict[str, Input]:
+    """Collect the parameters of a law that a recipe gives."""
+    return {law.input_of(name): Input(given, "recipe") for name, given in given_parameters(law, recipe).items()}
+
+
 class LawFriction(NamedTuple):
     """What a law knows of friction: nothing where it needs none."""
 
@@ -140,7 +146,7 @@ class LawFriction(NamedTuple):
 
 def law_friction(run: RawRun, law: LawName, fit: FrictionFit | None, source: FrictionSource) -> LawFriction | None:
     """Return a run's friction as a law needs it; none where it needs some and the run has none."""
-    if not LAWS[law].needs_friction:
+    if not law_named(law).needs_friction:
         return LawFriction()
     path = run_path(run, fit, source)
     if path is None:

@@ -25,6 +25,7 @@ from tribopipe.records.recipe import Recipe
 from tribopipe.records.results import JointFit
 from tribopipe.run import Column, CorrectedRun, Numbers, Values
 from tribopipe.wear.inputs import FRICTION_INPUTS, Input
+from tribopipe.wear.own_parameters import with_fitted_law
 from tribopipe.wear.problem import NODES, WearProblem, remountings
 
 _LEAST_SPREAD = 1e-12
@@ -110,11 +111,6 @@ class JointProblem(WearProblem):
         rows = np.vstack([columns, np.zeros((len(self.anchors), columns.shape[1]))])
         return np.asarray(rows * self.root_weights[:, None])
 
-    @cached_property
-    def free(self) -> Column:
-        """Orthonormal basis of zero offsets and drift, in weighted rows."""
-        return np.linalg.qr(self.linear)[0]
-
     def draw_noise(self, rng: Generator, count: int) -> Column:
         """Draw the noise of the reading, m; what is uncertain of an anchor is among the inputs."""
         return np.hstack([super().draw_noise(rng, count), np.zeros((count, len(self.anchors)))])
@@ -137,7 +133,8 @@ class JointProblem(WearProblem):
         """Return the zero offsets and what drift adds over the run, m, for a k_D; one row a draw."""
         depth, _ = self.model(np.log(coefficient), values)
         residual = (self.rows(values) + noise - depth) * self.root_weights
-        return np.asarray(residual @ np.linalg.pinv(self.linear).T)
+        together = np.hstack([self.linear, self.law_columns])
+        return np.asarray(residual @ np.linalg.pinv(together).T[:, : self.linear.shape[1]])
 
     def starting_depth(self, values: Values) -> Column:
         """Return the best estimate of the end value, m: from a low draw of it the search would slide to no wear."""
@@ -164,7 +161,7 @@ def joint_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe)
         if wear is not None:
             anchors.append(Anchor(f"pin_value_at_interruption_{number}", stop.place, wear))
             inputs[anchors[-1].name] = Input(wear.pin.quantity, wear.pin.source)
-    return JointProblem(
+    joint = JointProblem(
         contact=problem.contact,
         law=problem.law,
         distance=problem.distance,
@@ -179,6 +176,7 @@ def joint_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe)
         anchors=tuple(anchors),
         segments=remountings(manifest, problem.distance),
     ).reduced()
+    return with_fitted_law(joint)
 
 
 def fit_joint(problem: JointProblem) -> JointFit:
@@ -221,11 +219,12 @@ def _parameters(problem: JointProblem, values: Values) -> Column:
 def _statistical_covariance(problem: JointProblem, coefficient: float) -> Column:
     """Return the covariance of ln k_D, zero offsets and drift by noise and end values, (JᵀWJ)⁻¹."""
     _, slope = problem.model(np.log(coefficient), problem.values)
-    design = np.column_stack([slope * problem.root_weights, problem.linear])
+    design = np.column_stack([slope * problem.root_weights, problem.linear, problem.law_columns])
     # Columns of length one: ln k_D and metres differ by many orders of magnitude.
     length = np.linalg.norm(design, axis=0)
     root = np.linalg.inv(np.linalg.qr(design / length)[1]) / length[:, None]
-    return np.asarray(root @ root.T)
+    found = 1 + problem.linear.shape[1]
+    return np.asarray(root @ root.T)[:found, :found]
 
 
 def _systematic_covariance(problem: JointProblem) -> Column:

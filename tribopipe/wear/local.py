@@ -32,7 +32,6 @@ from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import DistanceConvention, LawName, Recipe
 from tribopipe.run import Column
 from tribopipe.wear.friction_path import FrictionPath
-from tribopipe.wear.laws import LAWS
 from tribopipe.wear.predict import WearScenario
 from tribopipe.wear.twin_disc.predict import DiscScenario, KnownDiscs, known_discs
 from tribopipe.wear.twin_disc.validity import hertz_start, validity_notes
@@ -164,7 +163,7 @@ def wear_locally(
 
 def _wear_pin(scenario: WearScenario, at: Sequence[float], how: LocalOptions, reference: str | None) -> LocalCurves:
     engine, values, along = how.engine or "rings", scenario.values, _along(at)
-    amounts = values["wear_coefficient"] * LAWS[scenario.model].effective_distance(along, scenario.friction)
+    amounts = values["wear_coefficient"] * scenario.law.effective_distance(along, scenario.friction)
     surface = pin_surface(scenario.contact, values, float(amounts[-1]), engine)
     course = _worn(surface, amounts[1:], how)
     known = scenario.worn(along)

@@ -1,8 +1,9 @@
 """How a wear coefficient that was drawn is recorded, beside its first-order interval."""
 
-from tribopipe.records.quantity import Quantity, wear_coefficient
+from tribopipe.records.quantity import Quantity, between, wear_coefficient
 from tribopipe.records.results import MonteCarlo
 from tribopipe.uncertainty import Distribution, first_order_holds
+from tribopipe.units import WEAR_COEFFICIENT
 
 
 def drawn(
@@ -19,7 +20,7 @@ def drawn(
         first_order_interval=first_order,
         agrees_with_first_order=agrees,
     )
-    ends = " to ".join(end.shown("mm^3/(N*mm)") for end in first_order)
+    ends = between(first_order, WEAR_COEFFICIENT)
     note = f"first order and Monte Carlo disagree: to first order the 95 % interval would be {ends}"
     interval = wear_coefficient(found.interval[0]), wear_coefficient(found.interval[1])
     return record, interval, () if agrees else (note,)

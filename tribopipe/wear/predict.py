@@ -1,8 +1,9 @@
 """Wear depth at other loads, distances and geometries from a known k_D, and the distance to a given depth."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -13,11 +14,12 @@ from tribopipe.local_wear.pin_curve import pin_curve
 from tribopipe.records.manifest import PinOnDisc
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName, Recipe, WearEngine
-from tribopipe.records.results import PredictedPoint, WearFit, WearPrediction
+from tribopipe.records.results import LawValue, PredictedPoint, WearFit, WearPrediction
 from tribopipe.run import Column, Values
 from tribopipe.wear.friction_path import FrictionPath
-from tribopipe.wear.inputs import Input, best_values, contact_inputs, default_notes
-from tribopipe.wear.laws import LAWS
+from tribopipe.wear.inputs import Input, best_values, contact_inputs, default_notes, law_inputs
+from tribopipe.wear.laws import WearLaw, law_named
+from tribopipe.wear.own_parameters import given_parameters, require_all
 
 DEFAULT_STEPS = 50_000
 _NOTABLE_STEP_ERROR = 1e-3
@@ -29,16 +31,23 @@ class KnownPin:
 
     coefficient: Quantity
     engine: WearEngine = "giwm"
+    parameters: tuple[LawValue, ...] = ()
+    """Of the law beside k_D."""
+    covariance: tuple[tuple[float, ...], ...] | None = None
+    """Of ln k_D and those parameters that were fitted."""
 
     @property
     def parts(self) -> tuple[Quantity | str, ...]:
         """Everything that says which it is, for a fingerprint."""
-        return self.coefficient, self.engine
+        beside = [part for one in self.parameters for part in (one.name, one.value)]
+        return self.coefficient, self.engine, *beside, *([] if self.covariance is None else [str(self.covariance)])
 
 
 def known_pin(fit: WearFit) -> KnownPin | None:
     """Return k_D of a fit; none where nothing was fitted."""
-    return None if fit.wear_coefficient is None else KnownPin(fit.wear_coefficient, fit.engine)
+    if fit.wear_coefficient is None:
+        return None
+    return KnownPin(fit.wear_coefficient, fit.engine, fit.parameters or (), fit.parameter_covariance)
 
 
 @dataclass(frozen=True)
@@ -57,12 +66,28 @@ class WearScenario:
     sliding_speed: Quantity | None = None
     engine: WearEngine = "giwm"
     """That k_D was found by."""
+    parameters: tuple[LawValue, ...] = ()
+    """Of the law beside k_D, as its fit has them; those left out are in the recipe."""
+    covariance: tuple[tuple[float, ...], ...] | None = None
+    """Of ln k_D and those parameters that were fitted."""
+
+    @cached_property
+    def law(self) -> WearLaw:
+        """The law. Raises ``FitError`` where it is not installed here, or where nobody gave a parameter of it."""
+        law = law_named(self.model)
+        values = {name: given.quantity.value for name, given in self._law_inputs(law).items()}
+        require_all(law, values)
+        return law.at(values)
+
+    def _law_inputs(self, law: WearLaw) -> dict[str, Input]:
+        found = {law.input_of(one.name): Input(one.value, one.source) for one in self.parameters}
+        return law_inputs(law, self.recipe) | found
 
     @property
     def inputs(self) -> dict[str, Input]:
         """Everything uncertain that the depth depends on, k_D among it."""
         given = contact_inputs(self.contact, self.normal_load, self.recipe)
-        return given | {"wear_coefficient": Input(self.wear_coefficient, "fit")}
+        return given | {"wear_coefficient": Input(self.wear_coefficient, "fit")} | self._law_inputs(self.law)
 
     @property
     def values(self) -> dict[str, float]:
@@ -71,7 +96,7 @@ class WearScenario:
 
     def volume(self, distance: Column, values: Values) -> Column:
         """Return the worn volume v = k_D·F_N·S(s), m³."""
-        effective = LAWS[self.model].effective_distance(distance, self.friction)
+        effective = self.law.at(values).effective_distance(distance, self.friction)
         return values["wear_coefficient"] * values["normal_load"] * effective
 
     def pin(self, values: Values) -> PinContact:
@@ -90,16 +115,34 @@ class WearScenario:
 
     def depth_uncertainty(self, distance: Column) -> Column:
         """Return the standard uncertainty of the depth, m, to first order (JCGM 100:2008, 5.1.2)."""
-        best = self.values
-        variance = np.zeros_like(distance)
+        variance = np.square(self.fitted_uncertainty(distance))
         for name, given in self.inputs.items():
-            if given.spread:
-                # A relative step small enough to stay linear however wide the uncertainty is.
-                step = 1e-4 * best[name]
-                high = self.worn(distance, {**best, name: best[name] + step}).depth
-                low = self.worn(distance, {**best, name: best[name] - step}).depth
-                variance += ((high - low) / (2 * step) * given.spread) ** 2
+            if given.spread and name not in self._fitted_together:
+                variance += (self._slope(distance, name) * given.spread) ** 2
         return np.asarray(np.sqrt(variance))
+
+    def fitted_uncertainty(self, distance: Column) -> Column:
+        """Return what of it comes from k_D and the parameters that were fitted with it; none where there are none."""
+        slopes = [self._slope(distance, name) for name in self._fitted_together]
+        if not slopes:
+            return np.zeros_like(distance)
+        moved = np.stack([slopes[0] * self.wear_coefficient.value, *slopes[1:]])
+        variance = np.einsum("in,ij,jn->n", moved, np.asarray(self.covariance), moved)
+        return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
+
+    @property
+    def _fitted_together(self) -> list[str]:
+        """Return k_D and the parameters that were fitted with it; nothing where there are none."""
+        fitted = [self.law.input_of(one.name) for one in self.parameters if one.source == "fit"]
+        return ["wear_coefficient", *fitted] if self.covariance is not None else []
+
+    def _slope(self, distance: Column, name: str) -> Column:
+        """Return how the depth moves with an input, m over its unit."""
+        best, value = self.values, self.values[name]
+        # A relative step small enough to stay linear however wide the uncertainty is.
+        step = 1e-4 * (abs(value) or self.inputs[name].spread)
+        high, low = (self.worn(distance, {**best, name: value + sign * step}).depth for sign in (1, -1))
+        return np.asarray((high - low) / (2 * step))
 
     def distance_at(self, depth: float) -> float:
         """Return the sliding distance, m, at which the pin has worn to a depth, m.
@@ -111,15 +154,26 @@ class WearScenario:
         values = self.values
         volume = float(self.pin(values).volume(depth))
         wanted = volume / (values["wear_coefficient"] * values["normal_load"])
-        law = LAWS[self.model]
-        if wanted == 0 or not law.needs_friction:
+        if wanted == 0:
             return wanted
 
         def excess(distance: float) -> float:
-            return float(law.effective_distance(np.asarray(distance), self.friction)) - wanted
+            return float(self.law.effective_distance(np.asarray(distance), self.friction)) - wanted
 
-        # Sarkar's factor is at least 1, so the distance is at most the effective one.
-        return float(brentq(excess, 0.0, wanted, xtol=1e-12 * wanted, rtol=1e-13))
+        return float(brentq(excess, 0.0, beyond(excess, wanted), xtol=1e-12 * wanted, rtol=1e-13))
+
+
+def beyond(excess: Callable[[float], float], start: float) -> float:
+    """Return a place at or after the start where an excess, which grows, is not below zero.
+
+    Raises ``FitError`` where there is none within a billion times the start.
+    """
+    for doublings in range(30):
+        if excess(place := start * 2.0**doublings) >= 0:
+            return place
+    raise FitError(
+        "wear law: found that it wears less and less and never so deep; expected a depth that it reaches; ask for less"
+    )
 
 
 def published_curve(scenario: WearScenario, distance: float, steps: int) -> tuple[Column, Column]:
@@ -128,7 +182,7 @@ def published_curve(scenario: WearScenario, distance: float, steps: int) -> tupl
         raise FitError(f"published scheme: found {steps} steps; expected at least 1; give --steps a positive number")
     values = scenario.values
     grid = np.linspace(0.0, distance, steps + 1)
-    factor = LAWS[scenario.model].rate_factor(grid[:-1], scenario.friction)
+    factor = scenario.law.rate_factor(grid[:-1], scenario.friction)
     volumes = values["wear_coefficient"] * values["normal_load"] * factor * np.diff(grid)
     return grid, scenario.pin(values).published_depth(volumes)
 
@@ -170,7 +224,16 @@ def predict_wear(
         notes=(*_coefficient_notes(scenario), *default_notes(scenario.inputs), *_step_notes(error, steps, distance)),
         prediction=tuple(_points(scenario, distance, depth)),
         reached=tuple(_reached(scenario, depths)),
+        parameters=_law_values(scenario),
     )
+
+
+def _law_values(scenario: WearScenario) -> tuple[LawValue, ...] | None:
+    """Return the parameters of the law that a prediction was made with; none where it has none."""
+    fitted = {one.name for one in scenario.parameters}
+    given = given_parameters(scenario.law, scenario.recipe).items()
+    stated = (LawValue(name=name, value=value, source="recipe") for name, value in given if name not in fitted)
+    return (*scenario.parameters, *stated) or None
 
 
 def _points(scenario: WearScenario, distance: Column, depth: Column) -> Iterator[PredictedPoint]:
@@ -193,7 +256,7 @@ def _reached(scenario: WearScenario, depths: Sequence[float]) -> Iterator[Predic
         (point,) = _points(scenario, at, np.asarray([depth]))
         pressure = scenario.normal_load.value / float(scenario.worn_to(np.asarray(depth)).area)
         rate = scenario.wear_coefficient.value * pressure
-        rate *= float(LAWS[scenario.model].rate_factor(at, scenario.friction)[0])
+        rate *= float(scenario.law.rate_factor(at, scenario.friction)[0])
         spread = (point.wear_depth.standard_uncertainty or 0.0) / rate
         yield point.model_copy(
             update={

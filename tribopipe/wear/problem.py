@@ -27,8 +27,18 @@ from tribopipe.records.recipe import LawName, Recipe, WearEngine
 from tribopipe.records.results import FrictionFit
 from tribopipe.run import Column, CorrectedRun, Numbers, Values
 from tribopipe.wear.friction_path import ExponentialFriction, FrictionPath
-from tribopipe.wear.inputs import Input, best_values, contact_inputs, distance_scale, instrument_inputs, law_friction
-from tribopipe.wear.laws import LAWS, WearLaw
+from tribopipe.wear.inputs import (
+    FRICTION_INPUTS,
+    Input,
+    best_values,
+    contact_inputs,
+    distance_scale,
+    instrument_inputs,
+    law_friction,
+    law_inputs,
+)
+from tribopipe.wear.laws import WearLaw, law_named
+from tribopipe.wear.own_parameters import Tangent, law_columns, with_fitted_law
 
 _MOST_ITERATIONS = 60
 _CONVERGED = 1e-12
@@ -61,6 +71,8 @@ class WearProblem:
     """Number of samples behind each row of the curve."""
     noise: float = _LEAST_NOISE**2
     """Variance of the sensor's noise times its autocorrelation time, m²."""
+    tangent: Tangent | None = None
+    """Of the parameters of the law that are fitted beside k_D."""
     missed: float = 0.0
     """Standard deviation, m, of what the law, fitted to this run, misses of each row beyond that noise."""
 
@@ -93,7 +105,7 @@ class WearProblem:
                 values["friction_steady_state"],
                 values.get("running_in_distance", 1.0),
             )
-        effective = self.law.effective_distance(self.distance if distance is None else distance, friction)
+        effective = self.law.at(values).effective_distance(self.distance if distance is None else distance, friction)
         return np.asarray(effective * distance_scale(values, self.values))
 
     def depth(self, coefficient: Numbers, values: Values, distance: Column | None = None) -> Column:
@@ -137,10 +149,32 @@ class WearProblem:
         """What each row is multiplied by in the least-squares sum."""
         return np.asarray(np.sqrt(self.weights))
 
+    @property
+    def linear(self) -> Column:
+        """Columns of what is fitted beside k_D and the law, in weighted rows; none here."""
+        return np.zeros((len(self.distance), 0))
+
+    @cached_property
+    def law_columns(self) -> Column:
+        """Columns of the law's parameters that are fitted beside k_D, in weighted rows."""
+        if self.tangent is None:
+            return self.linear[:, :0]
+        log_k = np.asarray(np.log(self.tangent.coefficient))
+        rows = law_columns(self, self.tangent, lambda problem: problem.model(log_k, problem.values)[0])
+        return (rows.T * self.root_weights).T
+
     @cached_property
     def free(self) -> Column:
-        """Orthonormal basis of what is fitted beside k_D, in weighted rows; empty here."""
-        return np.zeros((len(self.distance), 0))
+        """Orthonormal basis of what is fitted beside k_D, in weighted rows."""
+        return np.linalg.qr(np.hstack([self.linear, self.law_columns]))[0]
+
+    def without_free(self, rows: Column) -> Column:
+        """Return weighted rows without what is fitted beside k_D."""
+        return _projected(rows, self.free)
+
+    def friction_together(self) -> tuple[str, ...]:
+        """Return the inputs that the friction fit found, which are uncertain together; none where there is no fit."""
+        return () if self.friction_covariance is None else FRICTION_INPUTS
 
     def draw_noise(self, rng: Generator, count: int) -> Column:
         """Draw the noise of each row, m, independent from row to row."""
@@ -201,16 +235,20 @@ class WearProblem:
     def sensitivities(self, coefficient: float, names: Sequence[str]) -> dict[str, float]:
         """Return ∂ln k_D/∂x for inputs, by central differences over their standard uncertainties."""
         uncertain = [name for name in names if self.inputs[name].spread]
-        modelled = [name for name in uncertain if name not in self.measured_inputs]
-        log_k, root = np.asarray(np.log(coefficient)), self.root_weights
-        low, high = np.split(self.rows(self.moved(uncertain)), 2)
-        change = high - low
-        low, high = np.split(self.model(np.full(2 * len(modelled), log_k), self.moved(modelled))[0], 2)
-        change[[uncertain.index(name) for name in modelled]] -= high - low
-        slope = _projected(self.model(log_k, self.values)[1] * root, self.free)
-        by_spread = (change * root) @ slope / np.vecdot(slope, slope) / 2
+        slope = self.without_free(self.model(np.asarray(np.log(coefficient)), self.values)[1] * self.root_weights)
+        by_spread = (self.shifts(uncertain, coefficient) * self.root_weights) @ slope / np.vecdot(slope, slope)
         found = {name: float(by) / self.inputs[name].spread for name, by in zip(uncertain, by_spread, strict=True)}
         return dict.fromkeys(names, 0.0) | found
+
+    def shifts(self, names: Sequence[str], coefficient: float) -> Column:
+        """Return how far each row is measured above the model, m, for one standard uncertainty of each input."""
+        modelled = [name for name in names if name not in self.measured_inputs]
+        low, high = np.split(self.rows(self.moved(names)), 2)
+        change = high - low
+        log_k = np.full(2 * len(modelled), np.log(coefficient))
+        low, high = np.split(self.model(log_k, self.moved(modelled))[0], 2)
+        change[[names.index(name) for name in modelled]] -= high - low
+        return np.asarray(change / 2)
 
     def moved(self, names: Sequence[str]) -> dict[str, Column]:
         """Return the inputs as columns: in a row for each name it is one standard uncertainty low, and then high."""
@@ -292,9 +330,10 @@ def wear_problem(
     inputs |= known.inputs
     trace = _seen(read_trace(run, end, recipe), seen := np.isfinite(corrected.wear_depth))
     inputs |= _trace_inputs(trace, end)
-    return WearProblem(
+    inputs |= law_inputs(law_named(law), recipe)
+    problem = WearProblem(
         contact=manifest.pin_on_disc,
-        law=LAWS[law],
+        law=law_named(law),
         distance=run.sliding_distance[seen],
         trace=trace,
         end=end,
@@ -304,6 +343,7 @@ def wear_problem(
         friction_covariance=known.covariance,
         noise=_sensor_noise(trace, run.sliding_distance[seen], remountings(manifest, run.sliding_distance[seen])),
     )
+    return with_fitted_law(problem)
 
 
 def remountings(manifest: RunManifest, distance: Column) -> Column:

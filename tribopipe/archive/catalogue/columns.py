@@ -1,10 +1,11 @@
 """The columns of a list of runs. Nothing heavy is imported here: listing needs no units."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 from tribopipe.errors import QueryError, did_you_mean
+from tribopipe.plugins import declared, is_own
 
 ITEM = "\n"
 """What stands between several texts of one run in the catalogue."""
@@ -50,6 +51,25 @@ def _text(name: str, label: str, about: str, *, joint: str | None = None, shown:
 
 def _number(name: str, label: str, about: str, measures: str, unit: str = "", *, shown: bool = False) -> ListedColumn:
     return ListedColumn(name, label, about, kind="number", measures=measures, unit=unit, shown=shown)
+
+
+def _of_other_laws() -> Iterator[ListedColumn]:
+    """Give the columns of each wear law that another package adds; its name tells them, so that it is not loaded."""
+    for entry in declared("tribopipe.laws"):
+        if not is_own(entry):
+            law, by = entry.name, entry.name.replace("_", " ")
+            of_one = "of the pin or the curved disc."
+            yield _number(f"k_d_{law}", f"k_D by {by}", f"Wear coefficient by {by}, {of_one}", "wear coefficient", _K_D)
+            yield _number(
+                f"k_d_{law}_flat",
+                f"k_D flat disc by {by}",
+                f"Wear coefficient of the flat disc by {by}.",
+                "wear coefficient",
+                _K_D,
+            )
+            yield _number(
+                f"predicted_depth_{law}", f"predicted depth by {by}", f"The same as predicted by {by}.", "length", "µm"
+            )
 
 
 _K_D, _RATE = "mm³/(N·mm)", "mm³/(N·m)"
@@ -121,14 +141,17 @@ _ALL = (
     _text("comment", "comment", "Anything else that run.toml says."),
     _text("stage", "stage", "How far the run has been taken.", shown=True),
     _text("steps", "steps", "Every step it has been through.", joint=", "),
+    _text("lacks", "lacks", "What it lacks to be evaluated, such as an end value.", joint="; "),
     _number("findings", "findings", "Errors and warnings when it was ingested.", "count"),
+    ListedColumn("amended", "amended", "When its run.toml was amended last.", kind="date"),
+    _text("run_toml", "run.toml", "SHA-256 of its run.toml."),
     _text("marked_bad", "why bad", "Why the run is marked bad."),
     _text("notes", "notes", "Notes written to the run.", joint="; "),
     _text("studies", "studies", "Studies that it is part of.", joint=", "),
     _text("verdicts", "verdicts", "What these studies say of each law for the run.", joint="; "),
 )
 
-COLUMNS: Mapping[str, ListedColumn] = {column.name: column for column in _ALL}
+COLUMNS: Mapping[str, ListedColumn] = {column.name: column for column in (*_ALL, *_of_other_laws())}
 """By name, in the order in which they are listed."""
 
 ALIASES: Mapping[str, str] = {
@@ -154,6 +177,20 @@ ALIASES: Mapping[str, str] = {
 """Other names by which people ask for a column."""
 
 
+def step_called(words: str) -> str:
+    """Return the step that the column calls by these words."""
+    known = {said: step for step, said in _STEP_WORDS.items()}
+    if words in known:
+        return known[words]
+    begins, said = next((begins, said) for begins, said in reversed(_UNDER_LAWS.items()) if words.startswith(said))
+    return begins + words.removeprefix(said).replace(" ", "_").lower()
+
+
+def of_law(law: str) -> str:
+    """Return how the columns of a wear law end; those of Archard's have the plain names."""
+    return "" if law == "archard" else f"_{law}"
+
+
 def column_named(name: str, where: str = "") -> ListedColumn:
     """Return a column by its name or alias, in any case, with - for _.
 
@@ -177,16 +214,18 @@ def _nearest(name: str) -> str:
     return near if near.startswith("did") else "`tribopipe ls --columns help` names them all"
 
 
-STEP_WORDS: Mapping[str, str] = {
+_STEP_WORDS: Mapping[str, str] = {
     "clean_up": "clean-up",
     "drift_correction": "drift",
     "friction_fit": "friction",
     "specific_wear": "specific wear",
-    "wear_fit_archard": "Archard",
-    "wear_fit_sarkar": "Sarkar",
-    "prediction_archard": "predicted by Archard",
-    "prediction_sarkar": "predicted by Sarkar",
-    "local_wear_archard": "local wear by Archard",
-    "local_wear_sarkar": "local wear by Sarkar",
 }
-"""The steps of a run as the column of that name calls them."""
+_UNDER_LAWS = {"wear_fit_": "", "prediction_": "predicted by ", "local_wear_": "local wear by "}
+
+
+def step_words(step: str) -> str:
+    """Return what the column of that name calls a step of a run."""
+    for begins, words in _UNDER_LAWS.items():
+        if step.startswith(begins):
+            return words + step.removeprefix(begins).replace("_", " ").capitalize()
+    return _STEP_WORDS[step]

@@ -54,6 +54,11 @@ class Database:
         self._path = archive / FILE_NAME
         self._connection: sqlite3.Connection | None = None
 
+    def __del__(self) -> None:
+        """Close the database with the last that uses it, which Python from 3.13 on asks of everyone."""
+        if self._connection is not None:
+            self._connection.close()
+
     def do(self, work: Work[T], fill: Work[None] | None = None) -> T:
         """Do some work; where the file is damaged do it on a new one, and where it cannot be used in memory.
 

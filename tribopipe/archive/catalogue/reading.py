@@ -6,9 +6,11 @@ from typing import Any, NamedTuple
 import h5py
 import numpy as np
 
-from tribopipe.archive.catalogue.columns import COLUMNS, ITEM, STEP_WORDS, Cell, ListedColumn
+from tribopipe.archive.catalogue.columns import COLUMNS, ITEM, Cell, ListedColumn, of_law, step_words
+from tribopipe.archive.earlier import AMENDED
+from tribopipe.archive.nexus import text
 from tribopipe.archive.runfile import read_annotations, read_findings, read_manifest, read_marks, read_result
-from tribopipe.archive.steps import STEPS, StepName
+from tribopipe.archive.steps import PREDICTIONS, STEPS, WEAR_FITS, StepName, steps_among
 from tribopipe.archive.store import Archive
 from tribopipe.archive.unpack import unpacked
 from tribopipe.motion import slip
@@ -21,6 +23,7 @@ from tribopipe.records.quantity import Quantity
 from tribopipe.records.results import WearFit
 from tribopipe.records.specific_wear import BodyWearRate, SpecificWear
 from tribopipe.records.verdict import StudyResult
+from tribopipe.wear.laws import law_label
 
 _STAGES: Mapping[str, str] = {
     "local_wear": "local wear",
@@ -38,6 +41,8 @@ _READ = [
     *(f"entry/{name}/data" for name in ("manifest", "findings", "marks", "annotations")),
     *(f"entry/{name}/result/data" for name in STEPS),
     *(f"entry/raw/{name}" for name in ("rotations", "sliding_distance")),
+    "entry/source_files/file_0/checksum",
+    AMENDED,
 ]
 """All that is read of a run, so that a first listing need not look through everything."""
 
@@ -63,16 +68,19 @@ def read_cells(archive: Archive, run_id: str) -> dict[str, Cell]:
     with archive.open(run_id, _READ) as file:
         entry = file["entry"]
         manifest = read_manifest(file)
-        results = {name: result for name in STEPS if (result := read_result(entry, name))}
+        results = {name: result for name in steps_among(entry) if (result := read_result(entry, name))}
         held = _Held(manifest, results, _ends(entry, manifest, evaluated="specific_wear" in results))
         said = {
             "findings": sum(found.severity != "note" for found in read_findings(entry)),
             "marked_bad": next((mark.reason for mark in read_marks(entry)[-1:] if mark.kind == "bad"), None),
             **_annotated(read_annotations(entry)),
+            "amended": text(file, AMENDED) if AMENDED in file else None,
+            "run_toml": text(entry, "source_files/file_0/checksum"),
         }
     known = {"id": run_id, **_stated(held), **_found(held), **_progress(held), **said}
     known["mark"] = "bad" if known["marked_bad"] else None
-    return {name: _cell(COLUMNS[name], value) for name, value in known.items()}
+    # Of a law that is not installed here there are no columns.
+    return {name: _cell(COLUMNS[name], value) for name, value in known.items() if name in COLUMNS}
 
 
 def read_verdicts(archive: Archive, study_id: str) -> list[tuple[str, str | None]]:
@@ -86,7 +94,7 @@ def read_verdicts(archive: Archive, study_id: str) -> list[tuple[str, str | None
 def _verdicts(study_id: str, result: StudyResult | TwinDiscStudyResult) -> Iterator[tuple[str, str]]:
     for law in result.laws:
         for run in law.runs:
-            yield run.id, f"{law.model.capitalize()} in {study_id}: {run.outcome}"
+            yield run.id, f"{law_label(law.model)} in {study_id}: {run.outcome}"
     for left_out in result.left_out:
         yield left_out.id, f"left out of {study_id}"
 
@@ -145,15 +153,23 @@ def _found(held: _Held) -> dict[str, object]:
         "drift_rate": held.of("drift_correction", "drift_rate"),
         "discrepancy": held.of("drift_correction", "discrepancy"),
         "end_depth": pin_depth or held.of("drift_correction", "end_wear_depth"),
-        **_coefficients("", held.results.get("wear_fit_archard")),
-        **_coefficients("_sarkar", held.results.get("wear_fit_sarkar")),
-        "predicted_depth": _predicted(held.of("prediction_archard", "prediction")),
-        "predicted_depth_sarkar": _predicted(held.of("prediction_sarkar", "prediction")),
+        **_under_laws(held),
         "wear_volume": getattr(first, "volume", None),
         "wear_rate": getattr(first, "specific_wear_rate", None),
         "disc_wear_volume": getattr(second, "volume", None),
         "disc_wear_rate": getattr(second, "specific_wear_rate", None),
     }
+
+
+def _under_laws(held: _Held) -> dict[str, object]:
+    """Return k_D and predicted depth under each law; Archard's have the plain names."""
+    found: dict[str, object] = {}
+    for name in held.results:
+        if (law := WEAR_FITS.law_of(name)) is not None:
+            found |= _coefficients(of_law(law), held.results[name])
+        if (law := PREDICTIONS.law_of(name)) is not None:
+            found[f"predicted_depth{of_law(law)}"] = _predicted(held.of(name, "prediction"))
+    return found
 
 
 def _coefficients(law: str, fit: Record | None) -> dict[str, Quantity | None]:
@@ -180,9 +196,10 @@ def _worn(result: Record | None) -> tuple[BodyWearRate | None, BodyWearRate | No
 
 
 def _progress(held: _Held) -> dict[str, object]:
-    steps = [STEP_WORDS[name] for name in STEPS if name in held.results]
+    steps = [step_words(name) for name in held.results]
     reached = (stage for prefix, stage in _STAGES.items() if any(name.startswith(prefix) for name in held.results))
-    return {"steps": steps, "stage": next(reached, "ingested")}
+    lacks = [lack for result in held.results.values() for lack in getattr(result, "lacks", ())]
+    return {"steps": steps, "stage": next(reached, "ingested"), "lacks": list(dict.fromkeys(lacks))}
 
 
 def _annotated(history: list[Annotation]) -> dict[str, object]:

@@ -87,12 +87,21 @@ def _notes(file: Any, content: mmap.mmap) -> tuple[bool, list[tuple[str, Opener]
     """Tell whether the sources are listed, and give each one's name in the list and what opens it."""
     try:
         notes = _member(file, "entry/source_files")
-        return True, [(key, partial(_member, notes, key)) for key in notes]
+        return True, [(key, partial(_member, notes, key)) for key in notes] + list(_earlier(file))
     except Exception:
         found = list(_scattered(file, content))
         if not found:
             raise
         return False, [(_NAMELESS, partial(getitem, file, reference)) for reference in found]
+
+
+def _earlier(file: Any) -> Iterator[tuple[str, Opener]]:
+    """Give what run.toml was before it was amended."""
+    try:
+        kept = _member(file, "entry/earlier_manifests")
+        yield from [(key, partial(_member, kept, key)) for key in kept if key != "amended"]
+    except Exception:  # noqa: BLE001 - as above; most runs were never amended
+        return
 
 
 def _scattered(file: Any, content: mmap.mmap) -> Iterator[Any]:

@@ -1,6 +1,6 @@
 """Run archived by tribopipe (.h5): HDF5, laid out by NeXus.
 
-    /entry/archived/format             "tribopipe.archive/2", or 1
+    /entry/archived/format             "tribopipe.archive/3", or an older one
     /entry/raw/<signal>                numbers in SI; attributes units, origin ("measured", "derived from …")
     /entry/extra_columns/column_<n>    numbers or texts; attributes column_name, column_unit
     /entry/source_files/file_<n>       description: what stood above the numbers of that file
@@ -28,9 +28,9 @@ from tribopipe.units import is_unit
 _MAGIC = b"\x89HDF\r\n\x1a\n"
 _SUPERBLOCK = 48
 _HEAD_BYTES = 1 << 16
-_FORMATS = ("tribopipe.archive/1", "tribopipe.archive/2")
+_FORMATS = ("tribopipe.archive/1", "tribopipe.archive/2", "tribopipe.archive/3")
 _USER_BLOCKS = (0, 512)
-"""Where HDF5 begins: in format 2, after a user block."""
+"""Where HDF5 begins: from format 2 on, after a user block."""
 _REMEDY = "copy the file again from the archive"
 _FACTS = ("started", "title", "operator", "instrument", "comment", "contact", "conditions")
 
@@ -57,7 +57,7 @@ class NexusReader:
         line, _, numbers = answer.partition(b"\n")
         said = json.loads(line)
         if said["format"] not in _FORMATS:
-            raise _refused(source, f"the format {said['format']!r} where {' and '.join(_FORMATS)} are known")
+            raise _refused(source, f"the format {said['format']!r} where {', '.join(_FORMATS)} are known")
         columns = tuple(_columns(said["columns"], np.frombuffer(numbers, "<f8")))
         _check(source, columns)
         return ReadTable(columns, "".join(said["headers"]), (), dict(_facts("", said["manifest"])))

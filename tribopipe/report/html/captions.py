@@ -1,5 +1,7 @@
 """What figures show, in words: their captions, and what a screen reader says of them."""
 
+from tribopipe.wear.laws import law_title
+
 RUN_CAPTIONS = {
     "depth": (
         "Depth signal: what the sensor read; its zero offset and drift, and the corrected wear, where the run has what "
@@ -28,7 +30,7 @@ def study_caption(what: str, *, discs: bool) -> str:
     """Return the caption of a study's figure, by its name, of two discs or of a pin."""
     if what in _STUDY_CAPTIONS:
         return _STUDY_CAPTIONS[what]
-    law = f"{what.removeprefix('wear-').capitalize()}'s law"
+    law = law_title(what.removeprefix("wear-"))
     if discs:
         return (
             f"Volume worn off each disc beside {law}, with 95 % bands; below, what was measured over what the law "

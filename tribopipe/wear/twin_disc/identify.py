@@ -20,7 +20,7 @@ from tribopipe.run import Column, RawRun
 from tribopipe.uncertainty import propagate_together
 from tribopipe.wear.friction_path import ExponentialFriction
 from tribopipe.wear.inputs import FRICTION_INPUTS, default_notes, shown_unit
-from tribopipe.wear.laws import LAWS
+from tribopipe.wear.laws import law_named
 from tribopipe.wear.monte_carlo import drawn
 from tribopipe.wear.twin_disc.problem import DiscProblem, disc_problem
 from tribopipe.wear.twin_disc.validity import hertz_start, validity_notes
@@ -46,7 +46,7 @@ def fit_discs(
         return TwinDiscFit(model=model, outcome="not fitted", distance_per_rotation=convention, lacks=problem)
     found = problem.coefficients()
     source: FrictionSource | None = None
-    if LAWS[model].needs_friction:
+    if law_named(model).needs_friction:
         source = "fitted" if isinstance(problem.friction, ExponentialFriction) else "measured"
     fit = _first_order(problem, found, model).model_copy(update={"friction": source})
     notes = (*run_notes(problem, found), *_one_sided(problem), *_disagreement(fit), *default_notes(problem.inputs))

@@ -1,10 +1,15 @@
 """Everything uncertain that the wear of two discs depends on."""
 
+import numpy as np
+
 from tribopipe.motion import slip
 from tribopipe.records.manifest import RunManifest, TwinDisc
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import Recipe
+from tribopipe.run import Column
+from tribopipe.wear.friction_path import FrictionPath
 from tribopipe.wear.inputs import DISC_INPUTS, Input, relative_input
+from tribopipe.wear.laws import WearLaw
 
 
 def disc_inputs(contact: TwinDisc, normal_load: Quantity, nominal_slip: Quantity, recipe: Recipe) -> dict[str, Input]:
@@ -36,3 +41,13 @@ def disc_inputs(contact: TwinDisc, normal_load: Quantity, nominal_slip: Quantity
 def run_inputs(manifest: RunManifest, recipe: Recipe) -> dict[str, Input]:
     """Collect the inputs of a run."""
     return disc_inputs(manifest.twin_disc, manifest.conditions.normal_load, slip(manifest), recipe)
+
+
+def effective_rotations(
+    law: WearLaw, rotations: Column, slip_per_rotation: float, friction: FrictionPath | None
+) -> Column:
+    """Return the rotations in which Archard's law would wear as much: S over what slips in one, m."""
+    slipped = rotations * slip_per_rotation
+    effective = law.effective_distance(slipped, friction)
+    # By the share of it Archard's law keeps every digit, and no slip is no wear.
+    return rotations * np.divide(effective, slipped, out=np.ones_like(effective), where=slipped != 0)

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, fields
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -17,8 +18,10 @@ from tribopipe.records.recipe import DistanceConvention, LawName, Recipe
 from tribopipe.run import Column, Values
 from tribopipe.wear.friction_path import FrictionPath
 from tribopipe.wear.inputs import Input, best_values, default_notes
-from tribopipe.wear.laws import LAWS
-from tribopipe.wear.twin_disc.inputs import disc_inputs
+from tribopipe.wear.laws import WearLaw
+from tribopipe.wear.own_parameters import law_as_given
+from tribopipe.wear.predict import beyond
+from tribopipe.wear.twin_disc.inputs import disc_inputs, effective_rotations
 from tribopipe.wear.twin_disc.validity import hertz_start, validity_notes
 
 MOST_STEPS = 5_000_000
@@ -88,12 +91,14 @@ class DiscScenario:
         """Slip distance in one rotation of the unworn curved disc, m."""
         return 2 * math.pi * self.contact.curved_disc.rolling_radius.value * abs(self.slip.value)
 
+    @cached_property
+    def law(self) -> WearLaw:
+        """The law. Raises ``FitError`` where it is not installed here, or the recipe lacks a parameter of it."""
+        return law_as_given(self.model, self.recipe)
+
     def effective_rotations(self, rotations: Column) -> Column:
         """Return the rotations in which Archard's law would wear as much."""
-        law = LAWS[self.model]
-        if not law.needs_friction:
-            return rotations
-        return law.effective_distance(rotations * self.slip_per_rotation, self.friction) / self.slip_per_rotation
+        return effective_rotations(self.law, rotations, self.slip_per_rotation, self.friction)
 
     def worn(self, rotations: Column, values: Values | None = None) -> DiscWear:
         """Return the discs after rotations. Raises ``ContactError`` past the crown."""
@@ -132,20 +137,19 @@ class DiscScenario:
     def rotations_at(self, depth: float) -> float:
         """Return the rotations after which the curved disc has worn by a depth, m; infinite where it never has.
 
-        Sarkar's factor is at least 1, so that they lie below those of Archard's law. Raises ``ContactError`` past the
-        crown.
+        Raises ``ContactError`` past the crown.
         """
         from scipy.optimize import brentq
 
         discs = disc_pair(self.contact, self.values, self.known.distance)
         wanted = float(discs.rotations(depth, self.known.curved.value, self.known.flat.value))
-        if not 0 < wanted < math.inf or not LAWS[self.model].needs_friction:
+        if not 0 < wanted < math.inf:
             return wanted
 
         def excess(rotations: float) -> float:
             return float(self.effective_rotations(np.asarray(rotations))) - wanted
 
-        return float(brentq(excess, 0.0, wanted, xtol=1e-12 * wanted, rtol=1e-13))
+        return float(brentq(excess, 0.0, beyond(excess, wanted), xtol=1e-12 * wanted, rtol=1e-13))
 
 
 def _outcomes(worn: DiscWear) -> dict[str, Column]:
@@ -253,7 +257,7 @@ def _points(scenario: DiscScenario, rotations: Column, worn: DiscWear) -> Iterat
 
 def _reached(scenario: DiscScenario, rotations: Column) -> Iterator[DiscPoint]:
     """Say where each depth is reached; its uncertainty is that of the depth there over the slope dh/dN."""
-    worn, law = scenario.worn(rotations), LAWS[scenario.model]
+    worn, law = scenario.worn(rotations), scenario.law
     rates = worn.curved_rate * law.rate_factor(rotations * scenario.slip_per_rotation, scenario.friction)
     for point, rate in zip(_points(scenario, rotations, worn), rates.tolist(), strict=True):
         spread = (point.curved_disc_wear_depth.standard_uncertainty or 0.0) / rate

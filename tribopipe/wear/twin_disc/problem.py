@@ -22,9 +22,10 @@ from tribopipe.records.recipe import DistanceConvention, LawName, Recipe
 from tribopipe.records.results import FrictionFit
 from tribopipe.run import Column, RawRun, Values
 from tribopipe.wear.friction_path import ExponentialFriction, FrictionPath
-from tribopipe.wear.inputs import FRICTION_INPUTS, Input, best_values, draw_values, law_friction
-from tribopipe.wear.laws import LAWS, WearLaw
-from tribopipe.wear.twin_disc.inputs import run_inputs
+from tribopipe.wear.inputs import FRICTION_INPUTS, Input, best_values, draw_values, law_friction, law_inputs
+from tribopipe.wear.laws import WearLaw, law_named
+from tribopipe.wear.own_parameters import law_as_given
+from tribopipe.wear.twin_disc.inputs import effective_rotations, run_inputs
 
 _MOST_ITERATIONS = 60
 _CONVERGED = 1e-12
@@ -79,12 +80,10 @@ class DiscProblem:
 
     def effective_rotations(self, values: Values, rotations: Column) -> Column:
         """Return the rotations in which Archard's law would wear as much: N·S(s)/s with the slip distance s."""
-        if not self.law.needs_friction:
-            return rotations
         friction = self.friction
         if "friction_steady_state" in values:
             friction = ExponentialFriction(*(values[name] for name in FRICTION_INPUTS))
-        return self.law.effective_distance(rotations * self.slip_per_rotation, friction) / self.slip_per_rotation
+        return effective_rotations(self.law.at(values), rotations, self.slip_per_rotation, friction)
 
     def wear(self, coefficients: Column, values: Values, rotations: Column) -> DiscWear:
         """Return the discs after rotations, for k₁ and k₂ in m²/N: shape (2,), or (draws, 2) with columns of values."""
@@ -299,9 +298,10 @@ def disc_problem(
         return ("a friction signal",)
     inputs = run_inputs(run.manifest, recipe) | dict(known.inputs)
     inputs |= {one.name: Input(one.quantity, one.source) for one in measurements}
+    inputs |= law_inputs(law_named(law), recipe)
     return DiscProblem(
         contact=run.manifest.twin_disc,
-        law=LAWS[law],
+        law=law_as_given(law, recipe),
         distance=recipe.wear.distance_per_rotation,
         measurements=measurements,
         inputs=inputs,

@@ -52,7 +52,7 @@ export interface Runs {
 
 
 export interface Remark {
-  kind: "bad" | "good" | "tag" | "untag" | "note";
+  kind: "bad" | "good" | "tag" | "untag" | "note" | "amended";
   text: string;
   date: string;
   operator: string | null;

@@ -9,6 +9,7 @@ const SAID: Record<Remark["kind"], { word: string; sign: string; tone: "plain" |
   tag: { word: "tagged", sign: "+", tone: "plain" },
   untag: { word: "tag taken off", sign: "−", tone: "plain" },
   note: { word: "note", sign: "“", tone: "plain" },
+  amended: { word: "run.toml amended", sign: "✎", tone: "plain" },
 };
 
 /** Everything people said of a run, the newest first. */

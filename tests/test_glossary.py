@@ -1,0 +1,101 @@
+"""The glossary names what the code names: every column of ls, every key of results, and nothing that is not there."""
+
+import re
+from typing import NamedTuple
+
+import pytest
+from folders import ROOT
+
+from tribopipe.archive.catalogue.columns import COLUMNS
+from tribopipe.archive.definitions.known import definitions
+from tribopipe.archive.definitions.parts import GroupPart
+from tribopipe.archive.steps import STEPS
+from tribopipe.records.base import Record
+from tribopipe.records.disc_results import ConventionCoefficients, DiscCoefficient, FittedValue, HertzStart, TwinDiscFit
+from tribopipe.records.manifest import RunManifest
+from tribopipe.records.results import (
+    Contribution,
+    DriftCorrection,
+    FrictionFit,
+    JointFit,
+    MonteCarlo,
+    PredictedPoint,
+    WearFit,
+    WearPrediction,
+)
+from tribopipe.records.specific_wear import BodyWearRate, MeasuredWear, SpecificWear
+from tribopipe.units import pretty
+
+TEXT = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8")
+OWN_LAWS = [name for name in COLUMNS if not re.match("(k_d|predicted_depth)_", name)]
+
+
+class Line(NamedTuple):
+    term: str
+    sign: str
+    unit: str
+    columns: str
+    keys: str
+    elsewhere: str
+
+
+LINES = [
+    Line(*cells)
+    for row in re.findall(r"^\| (.*) \|$", TEXT, re.MULTILINE)
+    if len(cells := [cell.strip() for cell in re.split(r"(?<= )\|(?= |$)", f"{row} ")]) == len(Line._fields)
+    and cells[0] != "term"
+]
+RESULTS: list[type[Record]] = [
+    *(DriftCorrection, FrictionFit, SpecificWear, BodyWearRate, MeasuredWear, WearFit, JointFit, MonteCarlo),
+    *(Contribution, TwinDiscFit, DiscCoefficient, HertzStart, FittedValue, ConventionCoefficients),
+    *(WearPrediction, PredictedPoint),
+]
+
+
+def named(cell: str) -> list[str]:
+    return re.findall(r"`([^`]+)`", cell)
+
+
+def test_every_line_of_a_table_is_read():
+    assert len(LINES) > 60
+    assert [line.term for line in LINES if not line.term] == []
+
+
+@pytest.mark.parametrize("name", OWN_LAWS)
+def test_every_column_of_ls_has_an_entry(name):
+    assert name in {name for line in LINES for name in named(line.columns)}
+
+
+@pytest.mark.parametrize("record", RESULTS, ids=lambda record: record.__name__)
+def test_every_key_of_a_result_has_an_entry(record):
+    told = {name for line in LINES for name in named(line.keys)}
+    assert set(record.model_fields) - told - {"disc"} == set()
+
+
+def test_every_column_that_is_named_is_one_of_ls():
+    assert [name for line in LINES for name in named(line.columns) if name not in COLUMNS] == []
+
+
+def known_keys() -> set[str]:
+    """Every name of a group or field that archived files may hold, and every key of a record."""
+    found: set[str] = set()
+    waiting = [definition.entry for definition in definitions().values()]
+    while waiting:
+        for part in waiting.pop().members:
+            found.add(part.name)
+            if isinstance(part, GroupPart):
+                waiting.append(part)
+    records = {record for kind in STEPS.values() for record in kind.records} | {RunManifest, *RESULTS}
+    return found | {name for record in records for name in record.model_fields} | {"kind", "standard_uncertainty"}
+
+
+def test_every_key_that_is_named_is_one():
+    keys = [part for line in LINES for name in named(line.keys) for part in name.split(".")]
+    assert [key for key in keys if key not in known_keys()] == []
+
+
+def test_units_are_those_of_ls():
+    for line in LINES:
+        for name in named(line.columns):
+            unit = pretty(COLUMNS[name].unit)
+            assert unit in (line.unit or ""), f"{line.term}: {name} is shown in {unit}"

@@ -1,0 +1,16 @@
+"""All definitions that archived files follow, by name."""
+
+from collections.abc import Mapping
+from functools import cache
+
+from tribopipe.archive.definitions.names import RUNS
+from tribopipe.archive.definitions.parts import Definition
+from tribopipe.archive.definitions.run import run_definition
+from tribopipe.archive.definitions.study import study_definition
+
+
+@cache
+def definitions() -> Mapping[str, Definition]:
+    """Return each definition by its name."""
+    found = (*map(run_definition, RUNS), study_definition())
+    return {definition.name: definition for definition in found}
