@@ -1,0 +1,216 @@
+"""What is handed on: sdist and wheel, and the wheel in an environment of its own, with no extra, far from the clone."""
+
+import os
+import re
+import subprocess
+import sys
+import tarfile
+import tomllib
+from importlib import metadata
+from pathlib import Path
+from zipfile import ZipFile
+
+import pytest
+from built_files import tdms, xlsx
+from filelock import FileLock
+from folders import DISC_IDS, ROOT, SAMPLE_IDS, SAMPLES
+from test_surface_topography import SDF
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+FOR_WORK_ON_TRIBOPIPE = {"bench", "dev", "docs", "test"}
+"""Extras that no command needs."""
+NEEDS = {
+    "excel": ("formats", "detect", "forces.xlsx"),
+    "fair": ("export", "--ro-crate", "crate"),
+    "fe": ("local-wear", "sample-run", "--engine", "fe", "--wear-coefficient", "13.5e-9 mm^3/(N*mm)", "--at", "1 m"),
+    "hpc": ("process", "sample-run", "--scheduler", "local"),
+    "surface": ("formats", "detect", "heights.sdf"),
+    "tdms": ("formats", "detect", "forces.tdms"),
+}
+"""A command for each other extra that cannot do without it, in the folder ``lab``."""
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not (ROOT / "tribopipe").is_dir(), reason="the sources of the package are not here"),
+]
+
+
+@pytest.fixture(scope="session")
+def shared(tmp_path_factory) -> Path:
+    """A folder that all processes of tests have in common."""
+    base = tmp_path_factory.getbasetemp()
+    return base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+
+
+@pytest.fixture(scope="session")
+def distributions(shared) -> tuple[Path, Path]:
+    """The sdist and the wheel."""
+    folder = shared / "distributions"
+    with FileLock(shared / "distributions.lock"):
+        if not folder.exists():
+            called(sys.executable, "-m", "hatchling", "build", "--directory", folder, cwd=ROOT)
+    (sdist,), (wheel,) = folder.glob("*.tar.gz"), folder.glob("*.whl")
+    return sdist, wheel
+
+
+@pytest.fixture(scope="session")
+def bare(shared, distributions) -> Path:
+    """The folder of commands of an environment with the wheel and no extra."""
+    folder = shared / "bare"
+    commands = folder / ("Scripts" if os.name == "nt" else "bin")
+    with FileLock(shared / "bare.lock"):
+        if not folder.exists():
+            called(sys.executable, "-m", "venv", folder, cwd=shared)
+            called(commands / "python", "-m", "pip", "install", distributions[1], cwd=shared)
+    return commands
+
+
+@pytest.fixture
+def lab(sample_run, archive, tmp_path) -> Path:  # noqa: ARG001, both are in the folder
+    """A folder with a run, an archive, and exports of instruments."""
+    (tmp_path / "forces.xlsx").write_bytes(xlsx({"Test": [["Time [s]", "Ff [N]"], [0.0, 0.1], [1.0, 0.2]]}))
+    (tmp_path / "forces.tdms").write_bytes(tdms({"Test": {"Fz": ([0.1, 0.2], {"unit_string": "N"})}}))
+    (tmp_path / "heights.sdf").write_bytes(SDF)
+    return tmp_path
+
+
+def called(*command: Path | str, cwd: Path, exit_code: int = 0) -> "subprocess.CompletedProcess[str]":
+    """Run a command that is to end with an exit code."""
+    env = {**os.environ, "COLUMNS": "1000", "PYTHONUTF8": "1"}
+    done = subprocess.run(command, cwd=cwd, capture_output=True, encoding="utf-8", env=env, timeout=900)
+    assert done.returncode == exit_code, done.stdout + done.stderr
+    return done
+
+
+# --- what is in them ---
+
+
+def tracked(*under: str) -> set[str]:
+    """The files that git holds, or would."""
+    listed = called("git", "ls-files", "-z", "--cached", "--others", "--exclude-standard", *under, cwd=ROOT).stdout
+    return {name for name in listed.split("\0") if name and (ROOT / name).is_file()}
+
+
+def is_page(name: str) -> bool:
+    return name.startswith("tribopipe/browse/static/")
+
+
+def needs_git() -> None:
+    if not (ROOT / ".git").exists():
+        pytest.skip("not a clone")
+
+
+def test_sdist_is_the_repository_and_the_pages(distributions):
+    needs_git()
+    with tarfile.open(distributions[0]) as archive:
+        names = {member.name.partition("/")[2] for member in archive.getmembers() if member.isfile()}
+    assert {name for name in names if not is_page(name)} == tracked() | {"PKG-INFO"}
+    assert "tribopipe/browse/static/index.html" in names
+
+
+def test_wheel_is_the_package_and_the_pages(distributions):
+    needs_git()
+    with ZipFile(distributions[1]) as archive:
+        names = set(archive.namelist())
+    held = {name for name in names if ".dist-info/" not in name and not is_page(name)}
+    assert held == {name for name in tracked("tribopipe") if not name.startswith("tribopipe/browse/ui/")}
+    assert {"tribopipe/browse/static/index.html", "tribopipe/browse/static/LICENCES.md", "tribopipe/py.typed"} <= names
+
+
+def test_names_of_files_suit_every_system():
+    needs_git()
+    names = tracked()
+    assert len({name.casefold() for name in names}) == len(names)
+    reserved = re.compile(r"(?i)(^|/)(aux|con|nul|prn|com\d|lpt\d)(\.|/|$)|[<>:\"\\|?*]|[. ](/|$)")
+    assert [name for name in names if reserved.search(name) or not name.isascii() or len(name) > 120] == []
+
+
+def test_metadata_lead_to_the_readme_and_the_licence(distributions):
+    with ZipFile(distributions[1]) as archive:
+        (name,) = (name for name in archive.namelist() if name.endswith(".dist-info/METADATA"))
+        told = archive.read(name).decode()
+    assert "License-Expression: MIT" in told
+    assert (ROOT / "README.md").read_text(encoding="utf-8") in told
+
+
+# --- what it does ---
+
+
+def test_main_job_runs_without_extras(bare, tmp_path):
+    done = called(bare / "tribopipe", "process", SAMPLES, cwd=tmp_path)
+    assert "Warning" not in done.stderr
+    archive = tmp_path / "archive"
+    assert {path.stem for path in archive.glob("*.h5")} == {*SAMPLE_IDS, *DISC_IDS}
+    assert {path.stem for path in archive.glob("studies/*.h5")} == {"si3n4-air", "si3n4-twin-disc", "wc-co-water"}
+    assert (archive / "figures" / "si3n4-air-wear-archard.svg").is_file()
+
+
+def test_an_extra_is_for_a_command_or_for_work_on_tribopipe():
+    assert set(PROJECT["optional-dependencies"]) == set(NEEDS) | FOR_WORK_ON_TRIBOPIPE
+
+
+@pytest.mark.parametrize("extra", NEEDS)
+def test_missing_extra_is_named_by_the_command_that_needs_it(extra, bare, lab):
+    said = called(bare / "tribopipe", *NEEDS[extra], cwd=lab, exit_code=1)
+    assert said.stdout == ""
+    (line,) = said.stderr.splitlines()
+    assert f'pip install "tribopipe[{extra}]"' in line
+    assert "expected" in line
+
+
+@pytest.mark.parametrize("extra", NEEDS)
+def test_command_works_with_its_extra(extra, lab):
+    for required in PROJECT["optional-dependencies"][extra]:
+        name = re.match(r"[\w.-]+", required)[0]
+        try:
+            metadata.version(name)
+        except metadata.PackageNotFoundError:
+            pytest.skip(f"{name} is not installed")
+    called(sys.executable, "-m", "tribopipe.cli.start", *NEEDS[extra], cwd=lab)
+
+
+# --- how a user's own programs see it ---
+
+PROGRAM = """
+from pathlib import Path
+from typing import assert_type
+
+import tribopipe
+from tribopipe import Archive, Quantity, TribopipeError, WearScenario
+
+
+def identify(folder: Path) -> float | None:
+    run = tribopipe.read_run(folder)
+    corrected = tribopipe.correct_drift(run)
+    fit = tribopipe.fit_wear(corrected, "archard")
+    assert_type(fit.wear_coefficient, Quantity | None)
+    return None if fit.wear_coefficient is None else fit.wear_coefficient.value
+
+
+def ids(folder: Path) -> list[str]:
+    archive: Archive = tribopipe.open_archive(folder)
+    return archive.ids()
+
+
+try:
+    identify(Path("run"))
+except TribopipeError as error:
+    print(error)
+"""
+
+
+def checked(program: str, bare: Path, folder: Path, exit_code: int = 0) -> str:
+    """What mypy says of a program that uses the installed package."""
+    (folder / "program.py").write_text(program, encoding="utf-8")
+    command = [sys.executable, "-m", "mypy", "--strict", "--python-executable", bare / "python", "program.py"]
+    return called(*command, cwd=folder, exit_code=exit_code).stdout
+
+
+def test_types_reach_programs_that_use_it(bare, tmp_path):
+    assert "no issues found" in checked(PROGRAM, bare, tmp_path)
+
+
+def test_mistakes_are_found_in_programs_that_use_it(bare, tmp_path):
+    program = PROGRAM.replace("fit_wear(corrected", "fit_wear(run").replace(".value", ".unit").replace("_arch", "_ark")
+    said = checked(program, bare, tmp_path, exit_code=1)
+    assert re.findall(r"\[([\w-]+)\]$", said, re.MULTILINE) == ["arg-type", "return-value", "attr-defined"]
