@@ -5,6 +5,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, get_args
 
 import numpy as np
+from explained_figures import plot_euler_steps, plot_told_apart
 
 from tribopipe.archive.store import Archive
 from tribopipe.pipeline import find_runs, process
@@ -54,6 +55,8 @@ def main() -> None:
     drawn = {
         "twin-disc-table3.svg": plot_disc_model(counting, ROTATIONS, ROTATIONS),
         "disc-track-profile.svg": draw_profile(across, examined(across, None), title),
+        "euler-steps.svg": plot_euler_steps(),
+        "drift-told-apart.svg": plot_told_apart(),
         **local_wear(),
     }
     for name, figure in drawn.items():

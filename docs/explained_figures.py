@@ -1,0 +1,122 @@
+"""Figures of the pages that explain: Euler's error against the number of steps, and what tells wear from drift."""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from tribopipe.contact.mechanics import contact_modulus, hertz_radius
+from tribopipe.contact.pin_on_disc import SphericalPin
+from tribopipe.report.figures import BLACK, GREY, PALETTE, finish, styled
+from tribopipe.units import axis
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+BLUE, RED, GREEN = PALETTE[:3]
+RADIUS, DISTANCE = 0.794e-3, 500.0
+STEPS = np.unique(np.logspace(2, 5.3, 18).round().astype(int))
+AFTER_START = -0.117
+"""What Hertz's start and the late elastic part add to ln(a/a*), on a contact that has become wide."""
+WARM_UP = 0.2
+"""Time constant of a drift by warming up, as a share of the test."""
+
+
+class Case(NamedTuple):
+    """A pin of the paper with its k_D, m²/N."""
+
+    name: str
+    load: float
+    modulus: float
+    coefficient: float
+
+    @property
+    def pin(self) -> SphericalPin:
+        """Depth against worn volume."""
+        return SphericalPin(self.load, RADIUS, self.modulus)
+
+    @property
+    def volume(self) -> float:
+        """Volume worn off over the whole distance, m³."""
+        return self.coefficient * self.load * DISTANCE
+
+    def stepped(self, steps: int) -> NDArray[np.float64]:
+        """Return the depths that equal published steps reach, m."""
+        return self.pin.published_depth(np.full(steps, self.volume / steps))
+
+    def short_steps(self, steps: NDArray[np.int_]) -> NDArray[np.float64]:
+        """Return the relative error of short steps, n/N·(ln(a/a*) − 0.117)."""
+        start, end = self.pin.worn(np.array([0.0, self.volume])).radius
+        exponent = self.volume / (np.pi * end**2) / float(self.pin.worn(self.volume).depth)
+        return exponent / steps * (np.log(end / start) + AFTER_START)
+
+    def long_steps(self, steps: NDArray[np.int_]) -> NDArray[np.float64]:
+        """Return the relative error by what the first step alone runs ahead, πR/2v·(v/Nπa_H²)²."""
+        radius = float(hertz_radius(normal_load=self.load, pin_radius=RADIUS, modulus=self.modulus))
+        return np.pi * RADIUS / (2 * self.volume) * (self.volume / (steps * np.pi * radius**2)) ** 2
+
+
+def _modulus(pin: float, disc: float) -> float:
+    return float(contact_modulus(pin_modulus=pin, pin_ratio=0.24, disc_modulus=disc, disc_ratio=0.24))
+
+
+NITRIDE = Case("Si₃N₄, 200 mN", 0.2, _modulus(304e9, 304e9), 13.5e-15)
+CARBIDE = Case("WC-Co, 400 mN", 0.4, _modulus(320e9, 305e9), 0.75e-17)
+
+
+@styled
+def plot_euler_steps() -> Figure:
+    """Draw the published steps beside the exact curve, and their error at the end against their number."""
+    figure = Figure(figsize=(7.0, 3.2), layout="constrained")
+    curve, error = figure.subplots(1, 2)
+    _draw_curves(curve)
+    for case, colour, marker in ((NITRIDE, BLUE, "o"), (CARBIDE, RED, "s")):
+        exact = float(case.pin.worn(case.volume).depth)
+        off = [case.stepped(int(steps))[-1] / exact - 1 for steps in STEPS]
+        error.loglog(STEPS, 100 * np.array(off), marker, ms=4, color=colour, label=case.name)
+        error.loglog(STEPS, 100 * case.short_steps(STEPS), color=colour, lw=0.8)
+    long = STEPS[STEPS < 30_000]
+    error.loglog(long, 100 * NITRIDE.long_steps(long), color=BLUE, lw=0.8, ls="--")
+    error.set_xlabel("steps to 500 m")
+    error.set_ylabel(axis("too deep at 500 m", "%"))
+    error.legend()
+    finish(error, "Error of the steps", "dashed: the first step; thin: short steps")
+    return figure
+
+
+def _draw_curves(ax: "Axes") -> None:
+    metres = np.linspace(0.0, DISTANCE, 501)
+    exact = NITRIDE.pin.worn(NITRIDE.volume * metres / DISTANCE).depth
+    ax.plot(metres, 1e6 * exact, color=BLACK, label="exact")
+    for steps, look in ((500, {"color": RED, "ls": "--"}), (1000, {"color": GREEN, "ls": ":"})):
+        depth = NITRIDE.stepped(steps)
+        at = np.linspace(0.0, DISTANCE, steps + 1)
+        ax.plot(at, 1e6 * depth, label=f"{steps} steps", **look)
+    ax.set_xlabel(axis("sliding distance", "m"))
+    ax.set_ylabel(axis("wear depth", "um"))
+    ax.legend()
+    finish(ax, NITRIDE.name, "wear depth by the published steps")
+
+
+@styled
+def plot_told_apart() -> Figure:
+    """Draw wear and drift by warming up, and what is left of both once offset and linear drift are free."""
+    share = np.linspace(0.0, 1.0, 801)
+    wear, drift = np.sqrt(share), -np.expm1(-share / WARM_UP) / -np.expm1(-1 / WARM_UP)
+    line = np.column_stack([np.ones_like(share), share])
+    figure = Figure(figsize=(7.0, 3.0), layout="constrained")
+    whole, left = figure.subplots(1, 2)
+    for curve, colour, style, name in ((wear, BLUE, "-", "wear, √s"), (drift, RED, "--", "drift by warming up")):
+        whole.plot(share, curve, color=colour, ls=style, label=name)
+        rest = curve - line @ np.linalg.lstsq(line, curve)[0]
+        left.plot(share, 100 * rest, color=colour, ls=style)
+    whole.plot(share, share, color=GREY, lw=0.9, ls=":", label="linear drift")
+    left.axhline(0.0, color=GREY, lw=0.8)
+    for ax, label in ((whole, "reading over its end"), (left, "what is left, % of the end")):
+        ax.set_xlabel("share of the test")
+        ax.set_ylabel(label)
+    whole.legend()
+    finish(whole, "What the sensor sees", "")
+    finish(left, "What a joint fit sees", "offset and linear drift taken out")
+    return figure
