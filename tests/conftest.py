@@ -35,7 +35,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put all that look at archived samples first, or last for twin discs, so that one process alone makes them."""
 
     def place(item: pytest.Item) -> int:
-        used = getattr(item, "fixturenames", ())
+        asked = getattr(item, "callspec", None)  # fixtures named as parameters, which tests ask for themselves
+        used = [*getattr(item, "fixturenames", ()), *(asked.params.values() if asked else ())]
         return -1 if "sample_archive" in used else int("disc_archive" in used)
 
     items.sort(key=place)

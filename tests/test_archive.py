@@ -198,13 +198,18 @@ def nxcheck(path: Path) -> tuple[int, int, str]:
     return int(warnings[1]), int(errors[1]), plain
 
 
-@pytest.mark.parametrize("run_id", SAMPLE_IDS)
+def others_slow(run_ids: list[str]) -> list:
+    """Leave all runs but the first to the slow tests."""
+    return [pytest.param(run_id, marks=[pytest.mark.slow] if place else []) for place, run_id in enumerate(run_ids)]
+
+
+@pytest.mark.parametrize("run_id", others_slow(SAMPLE_IDS))
 def test_archived_samples_conform_to_nexus(sample_archive, run_id):
     warnings, errors, printed = nxcheck(sample_archive.path(run_id))
     assert (warnings, errors) == (0, 0), printed
 
 
-@pytest.mark.parametrize("run_id", DISC_IDS)
+@pytest.mark.parametrize("run_id", others_slow(DISC_IDS))
 def test_archived_twin_disc_samples_conform_to_nexus(disc_archive, run_id):
     warnings, errors, printed = nxcheck(disc_archive.path(run_id))
     assert (warnings, errors) == (0, 0), printed
