@@ -15,6 +15,7 @@ from zipfile import ZipFile
 
 import pytest
 import rocrate
+from jsonschema import Draft201909Validator
 
 CONTEXT = Path(rocrate.__file__).parent / "data" / "ro-crate.jsonld"
 METADATA = "ro-crate-metadata.json"
@@ -67,3 +68,11 @@ def graph_of(path: Path) -> dict[str, dict]:
     entities = json.loads(content)["@graph"]
     assert len({entity["@id"] for entity in entities}) == len(entities)
     return {entity["@id"]: entity for entity in entities}
+
+
+def datacite_errors(fields: dict) -> list[str]:
+    """What DataCite's JSON schema, as the package datacite brings it, refuses of its fields."""
+    datacite = pytest.importorskip("datacite", reason="it comes with the extra crates")
+    schema = Path(datacite.__file__).parent / "schemas" / "datacite-v4.5.json"
+    found = Draft201909Validator(json.loads(schema.read_text(encoding="utf-8"))).iter_errors(fields)
+    return [f"{error.json_path}: {error.message}" for error in found]

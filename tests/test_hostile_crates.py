@@ -117,10 +117,11 @@ def test_link_out_of_a_folder_is_not_followed(content, tmp_path):
     assert "found no file" in refused(tmp_path / "crate", tmp_path)
 
 
-def test_bomb_is_not_unpacked(tmp_path):
-    zeros = bytes(100 << 20)
+def test_bomb_is_not_unpacked(tmp_path, monkeypatch):
+    monkeypatch.setattr("tribopipe.fair.packed._FREE", 1 << 20)
+    zeros = bytes(3 << 20)
     said = refused(packed(tmp_path / "crate.zip", {NAME: zeros}, described(zeros)), tmp_path)
-    assert "which unpacks to 104,857,600 bytes" in said
+    assert "which unpacks to 3,145,728 bytes" in said
 
 
 def test_file_that_is_longer_than_it_says_is_told(content, tmp_path):
@@ -189,7 +190,27 @@ def test_one_damaged_file_does_not_stop_the_others(content, tmp_path, run_cli):
     assert "found no file 'archive/lost.h5'" in done.stderr
 
 
-@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@pytest.mark.parametrize(
+    ("document", "other", "said"),
+    [
+        (b"x = [", {}, "about/dataset.toml: "),
+        (b'schema = "tribopipe.dataset/1"\nlicence = "mine"', {}, "licence: found 'mine'"),
+        (b"x = 1", {"sha256": "0" * 64}, "with other bytes than when it was packed"),
+        (b" " * (2 << 20), {}, "expected at most 1,048,576"),
+    ],
+)
+def test_dataset_toml_that_is_none_is_not_written(content, tmp_path, document, other, said):
+    metadata = described(content)
+    metadata["@graph"] += described(document, "about/dataset.toml", **other)["@graph"]
+    path = packed(tmp_path / "crate.zip", {NAME: content, "about/dataset.toml": document}, metadata)
+    restored = restore(path, Archive(tmp_path / "lab" / "archive"))
+    assert list(restored.done.values()) == ["added"]
+    assert restored.dataset is None
+    assert said in str(restored.refused_dataset)
+    assert not (tmp_path / "lab" / "dataset.toml").exists()
+
+
+@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(place=st.integers(0, 4000), value=st.integers(0, 255), cut=st.integers(0, 200))
 def test_any_damage_to_a_zip_is_told_or_without_effect(tmp_path, place, value, cut):
     path = tmp_path / "crate.zip"

@@ -27,12 +27,14 @@ def test_orcids_that_orcid_org_shows_are_taken(known):
     assert orcid(known.replace("-", "")) == known
 
 
+@settings(max_examples=40)
 @given(FIFTEEN)
 def test_each_fifteen_digits_have_one_last_digit(digits):
     taken = [last for last in "0123456789X" if _is_taken(digits + last)]
     assert taken == [orcid_check_digit(digits)]
 
 
+@settings(max_examples=40)
 @given(FIFTEEN, st.integers(0, 14), st.sampled_from("0123456789"))
 def test_one_mistyped_digit_is_told(digits, place, other):
     assume(digits[place] != other)
@@ -41,6 +43,7 @@ def test_one_mistyped_digit_is_told(digits, place, other):
         orcid(digits[:place] + other + digits[place + 1 :] + last)
 
 
+@settings(max_examples=40)
 @given(FIFTEEN, st.integers(0, 13))
 def test_two_digits_exchanged_are_told(digits, place):
     first, second = digits[place : place + 2]
@@ -50,6 +53,7 @@ def test_two_digits_exchanged_are_told(digits, place):
         orcid(digits[:place] + second + first + digits[place + 2 :] + last)
 
 
+@settings(max_examples=40)
 @given(st.text(max_size=40))
 def test_any_text_is_an_orcid_or_told(text):
     if _is_taken(text):

@@ -45,7 +45,7 @@ def export_dataset(
         list[str] | None,
         typer.Argument(
             help="Ids of archived runs and studies, a study with its runs; all unless named.",
-            metavar="[ID]...",
+            metavar="ID",
             autocompletion=_archived,
         ),
     ] = None,

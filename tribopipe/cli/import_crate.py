@@ -40,7 +40,8 @@ def import_crate(
         say(f"{restored.dataset} written")
     if as_json:
         print_json(_document(restored))
-    exit_with(list(restored.failed.values()), some_done=bool(restored.done))
+    refused = [restored.refused_dataset] if restored.refused_dataset else []
+    exit_with([*restored.failed.values(), *refused], some_done=bool(restored.done))
 
 
 def _document(restored: "Restored") -> dict[str, Any]:
@@ -48,6 +49,7 @@ def _document(restored: "Restored") -> dict[str, Any]:
     failed = [(one, "failed", str(error)) for one, error in restored.failed.items()]
     return {
         "dataset": None if restored.dataset is None else str(restored.dataset),
+        "dataset_error": None if restored.refused_dataset is None else str(restored.refused_dataset),
         "files": [
             {"id": one.id, "kind": "study" if one.study else "run", "status": status, "error": error}
             for one, status, error in [*files, *failed]

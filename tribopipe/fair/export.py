@@ -1,9 +1,7 @@
 """Runs and studies packed with all that is known of them, as RO-Crate or as the .eln of lab notebooks."""
 
-import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from shutil import copyfile, rmtree
@@ -11,28 +9,18 @@ from tempfile import TemporaryDirectory
 from typing import Literal, NamedTuple
 from zipfile import ZIP_DEFLATED, ZIP_STORED, ZipFile
 
-import orjson
-
 from tribopipe.archive.store import SUFFIX, Archive
 from tribopipe.errors import ArchiveError, did_you_mean
-from tribopipe.fair import people
-from tribopipe.fair.codebook import codebook
-from tribopipe.fair.datacite import datacite
-from tribopipe.fair.graph import Graph, Ref, local
-from tribopipe.fair.parts import CSV, JSON
-from tribopipe.fair.provenance import PROFILE, software
-from tribopipe.fair.runs import ARCHIVE, Crating, Described
+from tribopipe.fair.graph import Graph
+from tribopipe.fair.layout import ARCHIVE, METADATA, PREVIEW
+from tribopipe.fair.pages import preview
+from tribopipe.fair.root import describe_root
+from tribopipe.fair.runs import Crating, Described
 from tribopipe.files import replacing
 from tribopipe.interrupts import undone_by
 from tribopipe.records.dataset import NOTHING_SAID, Dataset
-from tribopipe.records.export import schema_text
-from tribopipe.version import VERSION
 
 Form = Literal["folder", "zip", "eln"]
-METADATA = "ro-crate-metadata.json"
-DATASET = "about/dataset.toml"
-_SCHEMA = re.compile(r"about/schemas/(.+)\.schema\.json")
-_KEYWORDS = ("tribology", "wear", "friction", "tribometer")
 
 
 class Chosen(NamedTuple):
@@ -98,9 +86,10 @@ def export_crate(
     """
     form = form_of(path, eln=eln)
     try:
-        with _beside(path) as folder:
+        with _beside(path) as folder, _as_in(archive, folder):
             _fill(archive, chosen, folder, form, dataset, document, reports=reports, advance=advance)
             if form == "folder":
+                path.unlink(missing_ok=True)
                 folder.rename(path)
             else:
                 with replacing(path) as part:
@@ -122,6 +111,15 @@ def _beside(path: Path) -> Iterator[Path]:
         folder = Path(part) / "crate"
         folder.mkdir()
         yield folder
+
+
+@contextmanager
+def _as_in(archive: Archive, folder: Path) -> Iterator[None]:
+    """Have errors name files of the archive where they would name those of its copy, which nobody will find."""
+    try:
+        yield
+    except ArchiveError as error:
+        raise ArchiveError(str(error).replace(str(folder / ARCHIVE), str(archive.folder))) from None
 
 
 def _fill(
@@ -146,8 +144,10 @@ def _fill(
     for study_id in chosen.studies:
         studies.append(crating.study(study_id, runs))
         advance(study_id)
-    _describe(graph, [*runs.values(), *studies], chosen, dataset, document, eln=form == "eln")
-    graph.write()
+    described = [*runs.values(), *studies]
+    describe_root(graph, described, dataset, document, one_author=form == "eln")
+    page = preview(graph.write(), {one.folder["@id"]: one.text for one in described})
+    (folder / PREVIEW).write_text(page, encoding="utf-8", newline="\n")
 
 
 def _copied(archive: Archive, chosen: Chosen, folder: Path) -> Archive:
@@ -160,102 +160,6 @@ def _copied(archive: Archive, chosen: Chosen, folder: Path) -> Archive:
         new.parent.mkdir(parents=True, exist_ok=True)
         copyfile(old, new)
     return copy
-
-
-def _describe(
-    graph: Graph,
-    described: Sequence[Described],
-    chosen: Chosen,
-    dataset: Dataset,
-    document: bytes | None,
-    *,
-    eln: bool,
-) -> None:
-    """Say what the crate is as a whole, and who made it."""
-    now = datetime.now(UTC).isoformat(timespec="seconds")
-    published = dataset.published.isoformat() if dataset.published else now[:10]
-    title, description = dataset.title or _title(chosen), dataset.description or _description(chosen)
-    keywords = list(
-        dict.fromkeys([*dataset.keywords, *_KEYWORDS, *(word for one in described for word in one.keywords)])
-    )
-    fields = datacite(dataset, title=title, description=description, keywords=keywords, published=published)
-    about = _about(graph, orjson.dumps(fields, option=orjson.OPT_INDENT_2) + b"\n", document)
-    creators = [people.person(graph, one) for one in dataset.creators]
-    publisher = people.organisation(graph, dataset.publisher) if dataset.publisher else None
-    profile = graph.thing(PROFILE, "CreativeWork", name="Process Run Crate", version=PROFILE.rpartition("/")[2])
-    made = graph.thing(
-        "#export",
-        "CreateAction",
-        name="Export of the data set",
-        description=f"tribopipe {VERSION}",
-        instrument=software(graph, VERSION),
-        result={"@id": "./"},
-        endTime=now,
-    )
-    graph.describe(
-        name=title,
-        description=description,
-        datePublished=published,
-        license=people.licence(graph, dataset),
-        creator=creators,
-        author=creators[0] if creators and (eln or len(creators) == 1) else creators,
-        publisher=publisher,
-        keywords=", ".join(keywords),
-        version=dataset.version,
-        identifier=f"https://doi.org/{dataset.doi}" if dataset.doi else None,
-        inLanguage=dataset.language,
-        funder=[people.organisation(graph, one.funder) for one in dataset.funding],
-        funding=[people.grant(graph, one) for one in dataset.funding],
-        citation=[people.publication(graph, one) for one in dataset.publications],
-        conformsTo=profile,
-        hasPart=[*(one.folder for one in described), about],
-        mentions=[*(action for one in described for action in one.actions), made],
-    )
-    graph.describe_metadata(
-        version="1.0",
-        dateCreated=now,
-        sdPublisher=graph.thing(local("publisher", "tribopipe"), "Organization", name="tribopipe"),
-    )
-
-
-def _about(graph: Graph, fields: bytes, document: bytes | None) -> Ref:
-    """Put in what describes the crate: the codebook, the schemas of its JSON files, DataCite's fields, dataset.toml."""
-    parts = [_schema(graph, name) for name in sorted(graph.followed(_SCHEMA))]
-    parts.append(
-        graph.file(
-            "about/codebook.csv",
-            codebook(graph.things("PropertyValue")),
-            description="every column and key: unit, meaning, identifiers",
-            encodingFormat=CSV,
-        )
-    )
-    parts.append(graph.file("about/datacite.json", [fields], description="fields of DataCite", encodingFormat=JSON))
-    if document is not None:
-        parts.append(
-            graph.file(DATASET, [document], description="what the lab says of it", encodingFormat="application/toml")
-        )
-    meaning = "What the files mean: codebook, schemas, and what repositories ask for."
-    return graph.folder_of("about", parts, name="About this data set", description=meaning)
-
-
-def _schema(graph: Graph, name: str) -> Ref:
-    return graph.file(
-        f"about/schemas/{name}.schema.json",
-        [schema_text(name).encode("utf-8")],
-        description=f"JSON Schema of {name}",
-        encodingFormat="application/schema+json",
-    )
-
-
-def _title(chosen: Chosen) -> str:
-    named = chosen.studies or chosen.runs
-    return f"Tribometer runs: {', '.join(named[:3])}{' and others' if len(named) > 3 else ''}"
-
-
-def _description(chosen: Chosen) -> str:
-    runs, studies = len(chosen.runs), len(chosen.studies)
-    beside = f" and {studies} {'study' if studies == 1 else 'studies'}" if studies else ""
-    return f"{runs} tribometer {'run' if runs == 1 else 'runs'}{beside}, as recorded and as evaluated by tribopipe."
 
 
 def _pack(folder: Path, path: Path, root: str) -> None:

@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 from urllib.parse import quote
 
 from tribopipe.errors import ArchiveError
+from tribopipe.fair.layout import METADATA
 
 RO_CRATE = "1.1"
 """Version of RO-Crate: the one on which notebooks, repositories and validators agree."""
@@ -30,7 +31,7 @@ class Graph:
                 '`pip install "tribopipe[fair]"`'
             ) from None
         self.folder = folder
-        self._crate = ROCrate(version=RO_CRATE)
+        self._crate = ROCrate(version=RO_CRATE, gen_preview=True)
         self._crate.metadata.extra_terms.update(_TERMS)
         self.root = self._crate.root_dataset
 
@@ -82,9 +83,10 @@ class Graph:
         said = (one.get("conformsTo", {}).get("@id", "") for one in self.things("File"))
         return {matched[1] for name in said if (matched := form.fullmatch(name))}
 
-    def write(self) -> None:
-        """Write the metadata beside the files."""
+    def write(self) -> bytes:
+        """Write the metadata beside the files, and return them."""
         self._crate.metadata.write(self.folder)
+        return (self.folder / METADATA).read_bytes()
 
 
 def _ref(entity: Any) -> Ref:

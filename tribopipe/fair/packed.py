@@ -18,9 +18,9 @@ from typing import IO, NamedTuple
 from zipfile import BadZipFile, ZipFile, ZipInfo
 
 from tribopipe.errors import ArchiveError
+from tribopipe.fair.layout import METADATA
 from tribopipe.files import leads_out
 
-METADATA = "ro-crate-metadata.json"
 _MOST_METADATA = 64 << 20
 _MOST_DIRECTORY = 32 << 20
 """Bytes of the list of files of a zip: 300,000 of them."""

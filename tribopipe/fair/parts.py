@@ -10,11 +10,13 @@ from pathlib import PurePosixPath
 import numpy as np
 import orjson
 
+from tribopipe.archive.earlier import EarlierManifest
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, Step, StepName, Table
 from tribopipe.archive.store import Archive
 from tribopipe.records.base import Record
 from tribopipe.records.export import SCHEMAS
 from tribopipe.report.csv_files import CSV_KINDS, csv_kinds, csv_lines, csv_parts
+from tribopipe.report.stages import step_title
 from tribopipe.run import RawRun
 from tribopipe.wear.laws import law_title
 
@@ -44,19 +46,26 @@ class Part:
 def run_parts(archive: Archive, run_id: str) -> Iterator[Part]:
     """Give what an archived run holds, but for its HDF5 file and its report."""
     outline, raw = archive.outline(run_id), archive.raw(run_id)
-    yield _record("run.json", outline.manifest, "run.toml, numbers in SI")
+    yield _record("run.json", outline.manifest, "what run.toml says, numbers in SI")
     for source in raw.sources:
         yield Part(f"source/{source.name}", source.pieces(), "as it came", media_type(source.name))
+    earlier = archive.earlier_manifests(run_id)
+    for one in earlier:
+        yield Part(earlier_path(one), one.source.pieces(), f"run.toml as it was until {one.date}", _TOML)
     for kind in csv_kinds(archive, run_id):
         yield _table(f"tables/{kind}.csv", csv_parts(archive, run_id, kind), CSV_KINDS[kind], _MADE_BY.get(kind))
     yield from _profiles(raw)
     for name, step in outline.steps.items():
-        yield _record(f"results/{name}.json", step.result, f"result of the {_words(name)}", name)
+        yield _record(f"results/{name}.json", step.result, f"result: {step_title(name)}", name)
         yield from _fields(archive, run_id, name)
     history = {
         "findings": outline.findings,
         "marks": outline.marks,
         "annotations": archive.annotations(run_id),
+        "amended": [
+            {"date": one.date, "changes": one.changes, "earlier": earlier_path(one), "raw_sha256": one.raw_sha256}
+            for one in earlier
+        ],
         "archived_with": outline.environment,
         "raw_sha256": outline.raw_sha256,
         "steps": {
@@ -74,10 +83,15 @@ def run_parts(archive: Archive, run_id: str) -> Iterator[Part]:
     yield Part("history.json", [_json(history)], "what was found, said and done, and what computed it", JSON)
 
 
+def earlier_path(one: EarlierManifest) -> str:
+    """Return where a run.toml that was amended lies in the folder of its run."""
+    return f"earlier/{one.source.name}"
+
+
 def study_parts(archive: Archive, study_id: str) -> Iterator[Part]:
     """Give what an archived study holds, but for its HDF5 file and its report."""
     stored = archive.study(study_id)
-    yield _record("study.json", stored.study, "study.toml, numbers in SI")
+    yield _record("study.json", stored.study, "what study.toml says, numbers in SI")
     yield _record("results/study.json", stored.result, "k_D of the study, and a verdict on each run")
     for number, curve in enumerate(stored.curves):
         columns = {name: values for name, values in vars(curve).items() if isinstance(values, np.ndarray)}
@@ -107,10 +121,6 @@ _MADE_BY: Mapping[str, StepName] = {
     **{f"local-wear-{law}": step for law, step in LOCAL_WEAR.items()},
 }
 """Tables that a step found; the others are as ingested, or made of several steps."""
-
-
-def _words(name: StepName) -> str:
-    return name.replace("_", " ")
 
 
 def _record(path: str, record: Record, meaning: str, made_by: StepName | None = None) -> Part:
@@ -158,7 +168,7 @@ def _fields(archive: Archive, run_id: str, name: StepName) -> Iterator[Part]:
     for title, table in step.tables.items() if isinstance(step, Step) else ():
         if title != "course":
             heads = [f"{column} [{unit}]" for column, (_, unit) in chain(table.axes.items(), table.arrays.items())]
-            meaning = f"{title.replace('_', ' ')} of {_words(name)}"
+            meaning = f"{step_title(name)}: {title.replace('_', ' ')}"
             path = f"tables/{name.replace('_', '-')}-{title.replace('_', '-')}.csv"
             yield Part(path, _rows(heads, _flat(table)), meaning, CSV, tuple(heads), made_by=name)
 

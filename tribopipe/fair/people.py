@@ -23,6 +23,11 @@ def person(graph: Graph, one: Person) -> Ref:
     )
 
 
+def author(graph: Graph, dataset: Dataset) -> Ref | None:
+    """Describe the first creator, for what takes one author alone."""
+    return person(graph, dataset.creators[0]) if dataset.creators else None
+
+
 def operator(graph: Graph, dataset: Dataset, name: str | None) -> Ref | None:
     """Describe who ran a test: a creator, or else somebody of whom run.toml says the name alone."""
     if not name:

@@ -1,12 +1,13 @@
 """How each file of a crate came about: the test as an action, each evaluation as a CreateAction of tribopipe."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import timedelta
 
+from tribopipe.archive.earlier import EarlierManifest
 from tribopipe.archive.outline import RunOutline, StepOutline
 from tribopipe.archive.steps import STEPS, StepName
 from tribopipe.fair.graph import Graph, Ref, local
-from tribopipe.fair.parts import Part
+from tribopipe.fair.parts import Part, earlier_path
 from tribopipe.fair.terms import term
 
 PROFILE = "https://w3id.org/ro/wfrun/process/0.5"
@@ -61,6 +62,21 @@ def archive_action(graph: Graph, run: RunOutline, archived: Ref, made: Placed) -
         object=[ref for path, (_, ref) in made.items() if path.startswith("source/")],
         result=[archived, *(made[path][1] for path in ("run.json", "tables/raw.csv") if path in made)],
     )
+
+
+def amendments(graph: Graph, run_id: str, earlier: Sequence[EarlierManifest], made: Placed) -> Iterator[Ref]:
+    """Describe each time that another run.toml took the place of one: what it changed, and when."""
+    after = [*(earlier_path(one) for one in earlier[1:]), "source/run.toml"]
+    for number, (one, next_path) in enumerate(zip(earlier, after, strict=False), start=1):
+        yield graph.thing(
+            local(run_id, "amend", str(number)),
+            "Action",
+            name=f"Amend {run_id}",
+            description=one.changes,
+            object=made[earlier_path(one)][1],
+            result=made[next_path][1],
+            endTime=one.date,
+        )
 
 
 def step_action(graph: Graph, run: RunOutline, name: StepName, step: StepOutline, made: Placed) -> Ref:

@@ -11,11 +11,12 @@ import orjson
 
 from tribopipe.archive.store import STUDIES, SUFFIX, Archive
 from tribopipe.errors import ArchiveError, TribopipeError
-from tribopipe.fair.export import DATASET
+from tribopipe.fair.layout import ARCHIVE, DATASET
 from tribopipe.fair.packed import Packed, packed
-from tribopipe.fair.runs import ARCHIVE
 from tribopipe.files import write_file
-from tribopipe.records.dataset import DATASET_NAME
+from tribopipe.records.base import read_document
+from tribopipe.records.dataset import DATASET_NAME, Dataset
+from tribopipe.records.document import parse_toml
 
 _ARCHIVED = re.compile(
     rf"{ARCHIVE}/(?P<study>{STUDIES}/)?(?P<id>[A-Za-z0-9][A-Za-z0-9._+-]{{0,99}}){re.escape(SUFFIX)}"
@@ -50,13 +51,15 @@ class Restored:
     failed: dict[ArchivedFile, TribopipeError] = field(default_factory=dict)
     dataset: Path | None = None
     """The dataset.toml that was written beside the archive; none where the crate has none, or one was there."""
+    refused_dataset: TribopipeError | None = None
+    """Why the crate's dataset.toml was not written."""
 
 
 def restore(path: Path, archive: Archive, advance: Callable[[str], None] = lambda _: None) -> Restored:
     """Take every run and study of a crate into an archive; what is there already and the same stays.
 
-    One that is damaged, or has the name of another one, is told in ``failed`` and does not stop the others. Raises
-    ``ArchiveError`` where the crate cannot be read, or holds no archived run.
+    One that is damaged, or has the name of another one, is told in ``failed`` and does not stop the others; nor does a
+    dataset.toml that cannot be read. Raises ``ArchiveError`` where the crate cannot be read, or holds no archived run.
     """
     found = Restored()
     with packed(path) as crate:
@@ -74,7 +77,10 @@ def restore(path: Path, archive: Archive, advance: Callable[[str], None] = lambd
                 found.failed[one] = error
             advance(one.id)
         if found.done and DATASET in described:
-            found.dataset = _dataset(crate, described[DATASET], archive.folder)
+            try:
+                found.dataset = _dataset(crate, described[DATASET], archive.folder)
+            except TribopipeError as error:
+                found.refused_dataset = error
     return found
 
 
@@ -111,9 +117,14 @@ def _taken(crate: Packed, one: ArchivedFile, archive: Archive) -> Literal["added
 
 
 def _dataset(crate: Packed, held: Held, folder: Path) -> Path | None:
-    """Write the crate's dataset.toml beside an archive where there is none."""
+    """Write the crate's dataset.toml beside an archive where there is none, once it is known to be one."""
     path = folder.resolve().parent / DATASET_NAME
-    if path.exists() or held.size > _MOST_DOCUMENT:
+    if path.exists():
         return None
-    write_file(path, b"".join(crate.pieces(held.name, held.size, held.sha256)))
+    if held.size > _MOST_DOCUMENT:
+        raise crate.refused(f"{held.name!r} of {held.size:,} bytes", f"at most {_MOST_DOCUMENT:,}")
+    content = b"".join(crate.pieces(held.name, held.size, held.sha256))
+    within = crate.path / held.name
+    read_document(parse_toml(within, content), Dataset, where=str(within))
+    write_file(path, content)
     return path

@@ -1,9 +1,10 @@
 """A run and a study as entities of a crate: what was tested on what, what came out, and the files that say so."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from html import escape
 from pathlib import Path
+
+from markupsafe import Markup
 
 from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT, Format
 from tribopipe.archive.outline import RunOutline
@@ -11,19 +12,24 @@ from tribopipe.archive.store import Archive
 from tribopipe.fair import people
 from tribopipe.fair.columns import meaning
 from tribopipe.fair.graph import Graph, Ref, local
+from tribopipe.fair.pages import run_text, study_text
 from tribopipe.fair.parts import CSV, Part, run_parts, study_parts
-from tribopipe.fair.provenance import Placed, archive_action, step_action, study_action, test_action
+from tribopipe.fair.provenance import (
+    Placed,
+    amendments,
+    archive_action,
+    step_action,
+    study_action,
+    test_action,
+)
 from tribopipe.fair.quantities import Told, told
 from tribopipe.fair.terms import UNITS, term
 from tribopipe.records.annotation import Annotation
 from tribopipe.records.dataset import Dataset
 from tribopipe.records.manifest import RunManifest
 from tribopipe.records.study import Study
-from tribopipe.units import show
 
 HDF5 = "application/x-hdf5"
-ARCHIVE = "archive"
-"""Folder of a crate that is an archive of its own."""
 _RFC4180 = "https://www.rfc-editor.org/rfc/rfc4180"
 
 
@@ -31,9 +37,13 @@ _RFC4180 = "https://www.rfc-editor.org/rfc/rfc4180"
 class Described:
     """A run or a study in a crate."""
 
+    id: str
     folder: Ref
     actions: tuple[Ref, ...]
-    keywords: tuple[str, ...]
+    text: Markup
+    """What a notebook shows of it."""
+    keywords: tuple[str, ...] = ()
+    study: bool = False
 
 
 @dataclass(frozen=True)
@@ -56,27 +66,29 @@ class Crating:
         who = people.operator(graph, self.dataset, manifest.operator)
         instrument, bodies = self._instrument(manifest), list(_bodies(graph, manifest))
         actions = [test_action(graph, run, who, instrument, bodies, made), archive_action(graph, run, archived, made)]
+        actions += amendments(graph, run_id, self.archive.earlier_manifests(run_id), made)
         actions += [step_action(graph, run, name, step, made) for name, step in run.steps.items()]
-        numbers = list(_numbers(run))
+        tested = _sentence(run)
+        text = run_text(self.archive, run_id, tested)
         notes = [one for one in self.archive.annotations(run_id) if one.kind == "note"]
         keywords = (*_materials(manifest), manifest.contact.kind if manifest.contact else "friction")
         folder = graph.folder_of(
             f"runs/{run_id}",
             [archived, *(ref for _, ref in made.values()), *self._report(f"runs/{run_id}", run_id)],
-            name=manifest.title or run_id,
+            name=_name(run_id, manifest.title),
             identifier=run_id,
-            description=_sentence(run),
-            text=_text(run, numbers),
+            description=tested,
+            text=str(text),
             genre="experiment",
-            author=who,
+            author=who or people.author(graph, self.dataset),
             dateCreated=None if manifest.started is None else manifest.started.isoformat(),
             dateModified=max((step.date for step in run.steps.values()), default=None),
             keywords=", ".join(keywords),
             license=people.licence(graph, self.dataset),
             comment=[_comment(graph, run_id, note) for note in notes],
-            variableMeasured=[_property(graph, run_id, one) for one in numbers],
+            variableMeasured=[_property(graph, run_id, one) for one in _numbers(run)],
         )
-        return Described(folder, tuple(actions), keywords)
+        return Described(run_id, folder, tuple(actions), text, keywords)
 
     def study(self, study_id: str, runs: Mapping[str, Described]) -> Described:
         """Put a study into the crate; ``runs`` are those that are in it already."""
@@ -86,20 +98,22 @@ class Crating:
         archived = _archived(graph, path, STUDY_FORMAT, f"the study {study_id}, whole")
         members = [runs[one].folder for one in (*stored.study.fit, *stored.study.predict) if one in runs]
         found = [archived, *(ref for _, ref in made.values())]
+        text = study_text(self.archive, study_id)
         action = study_action(graph, study_id, stored.program_version, stored.date, members, found)
         folder = graph.folder_of(
             f"studies/{study_id}",
             [*found, *self._report(f"studies/{study_id}", study_id, study=True)],
-            name=stored.study.title or study_id,
+            name=_name(study_id, stored.study.title),
             identifier=study_id,
             description=_of_study(stored.study),
-            text=f"<p>{escape(stored.study.title or study_id)}</p>",
+            text=str(text),
             genre="evaluation",
+            author=people.author(graph, self.dataset),
             dateCreated=stored.date,
             license=people.licence(graph, self.dataset),
             mentions=members,
         )
-        return Described(folder, (action,), ())
+        return Described(study_id, folder, (action,), text, study=True)
 
     def _instrument(self, manifest: RunManifest) -> Ref:
         """Describe the tribometer."""
@@ -241,6 +255,11 @@ def _comment(graph: Graph, run_id: str, note: Annotation) -> Ref:
     )
 
 
+def _name(identifier: str, title: str | None) -> str:
+    """Name a run or a study so that it is told apart from others of the same title."""
+    return f"{identifier}: {title}" if title else identifier
+
+
 def _materials(manifest: RunManifest) -> tuple[str, ...]:
     return tuple(dict.fromkeys(body.material for body in manifest.bodies.values()))
 
@@ -257,13 +276,3 @@ def _sentence(run: RunOutline) -> str:
 
 def _of_study(study: Study) -> str:
     return f"Fitted: {', '.join(study.fit)}; predicted: {', '.join(study.predict) or 'none'}."
-
-
-def _text(run: RunOutline, numbers: Sequence[Told]) -> str:
-    """Return the page of a run as lab notebooks show it."""
-    rows = "".join(f"<tr><td>{escape(one.key)}</td><td>{escape(_shown(one))}</td></tr>" for one in numbers)
-    return f"<p>{escape(_sentence(run))}</p><table>{rows}</table>"
-
-
-def _shown(one: Told) -> str:
-    return one.value if isinstance(one.value, str) else show(one.value, one.standard_uncertainty, one.unit or "1")
