@@ -3,19 +3,21 @@
 import json
 import os
 import shutil
-from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
-from archived_files import edited
+from archived_files import edited, with_sources
+from browse_client import serving
 from folders import replace_in, tree_bytes
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from old_formats import take_back
 
 from tribopipe.archive.catalogue.catalogue import Catalogue
 from tribopipe.archive.earlier import changes
 from tribopipe.archive.lock import LOCKS
+from tribopipe.archive.migrate import content_of
+from tribopipe.archive.opening import of_any_format
 from tribopipe.archive.rescue import rescue
 from tribopipe.archive.store import Archive
 from tribopipe.errors import ArchiveError
@@ -24,7 +26,6 @@ from tribopipe.records.annotation import Annotation
 from tribopipe.records.mark import Mark
 from tribopipe.records.recipe import Recipe
 from tribopipe.reproduce.runs import reproduce
-from tribopipe.run import SourceFile
 from tribopipe.verify.archive import verify
 
 RUN = "si3n4-air-200mN"
@@ -40,30 +41,35 @@ def unmeasured(short_runs, tmp_path) -> tuple[Path, str]:
     return folder, whole
 
 
-@pytest.fixture
-def amended(unmeasured, tmp_path) -> Archive:
-    """An archive of that run with its friction fitted, a mark, a tag and a note, in which it then was amended."""
-    folder, whole = unmeasured
-    archive = Archive(tmp_path / "amended")
+@pytest.fixture(scope="module")
+def _amended(short_runs, tmp_path_factory) -> Path:
+    """A folder of that run folder, measured by now, and of an archive to which it was amended; not to be written into.
+
+    Its friction had been fitted, and it has a mark, a tag and a note.
+    """
+    place = tmp_path_factory.mktemp("amended")
+    folder, archive = Path(shutil.copytree(short_runs / RUN, place / "run")), Archive(place / "archive")
+    whole = (folder / "run.toml").read_text(encoding="utf-8")
+    replace_in(folder / "run.toml", r"\[end_values\]\n(.+\n)*", "")
     ingest(folder, archive)
     fit_archived_friction(archive, RUN, Recipe())
     archive.mark(RUN, Mark(kind="bad", reason="it rang", date=NOW))
     archive.annotate(RUN, *(Annotation(kind=kind, text="thesis", date=NOW) for kind in ("tag", "note")))
     (folder / "run.toml").write_text(whole, encoding="utf-8", newline="\n")
     assert ingest(folder, archive, amend=True).dropped == ("clean_up", "friction_fit")
-    return archive
+    return place
 
 
-def with_sources(bare, **contents: bytes):
-    distance = np.linspace(0, 1, 5)
-    return replace(
-        bare,
-        columns={"time": distance, "sliding_distance": distance, "depth": distance},
-        origins={"time": "measured", "sliding_distance": "measured", "depth": "measured"},
-        sources=tuple(
-            SourceFile(f"{name}.toml" if name == "run" else name, bytes_) for name, bytes_ in contents.items()
-        ),
-    )
+@pytest.fixture
+def measured(_amended, tmp_path) -> Path:
+    """The run folder as measured."""
+    return Path(shutil.copytree(_amended / "run", tmp_path / "measured"))
+
+
+@pytest.fixture
+def amended(_amended, tmp_path) -> Archive:
+    """The archive in which the run was amended."""
+    return Archive(Path(shutil.copytree(_amended / "archive", tmp_path / "archive")))
 
 
 # --- what is taken in ---
@@ -75,7 +81,7 @@ def test_without_being_asked_for_nothing_is_amended_and_the_option_is_named(unme
     ingest(folder, Archive(archive))
     before = tree_bytes(archive)
     (folder / "run.toml").write_text(whole, encoding="utf-8")
-    refused = run_cli("process", folder, "--archive", archive)
+    refused = run_cli("ingest", folder, "--archive", archive)
     assert (refused.exit_code, tree_bytes(archive)) == (1, before)
     assert "--amend takes in this run.toml, and keeps the earlier one" in refused.stderr
 
@@ -100,12 +106,12 @@ def test_what_is_the_same_is_not_amended(bare_run, tmp_path):
 # --- what is kept ---
 
 
-def test_earlier_run_toml_marks_tags_and_notes_are_kept_and_steps_are_dropped(amended, unmeasured):
+def test_earlier_run_toml_marks_tags_and_notes_are_kept_and_steps_are_dropped(amended, measured):
     (earlier,) = amended.earlier_manifests(RUN)
     assert b"[end_values]" not in earlier.source.content
     assert (earlier.source.name, earlier.changes) == ("run.earlier-1.toml", "end_values added")
     assert earlier.source.sha256 == earlier.checksum
-    assert amended.raw(RUN).sources[0].content == (unmeasured[0] / "run.toml").read_bytes()
+    assert amended.raw(RUN).sources[0].content == (measured / "run.toml").read_bytes()
     assert amended.manifest(RUN).end_values.pin_scar_diameter is not None
     assert amended.steps(RUN) == {}
     assert (amended.bad(RUN).reason, amended.tags(RUN), len(amended.annotations(RUN))) == ("it rang", ("thesis",), 2)
@@ -127,8 +133,8 @@ def test_amendments_outlive_later_ones_steps_marks_and_a_rewriting(bare_run, tmp
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("few_draws")
-def test_an_amended_run_is_evaluated_sound_and_reproduced(amended, unmeasured):
-    outcomes = list(process([unmeasured[0]], amended, amend=True))
+def test_an_amended_run_is_evaluated_sound_and_reproduced(amended, measured):
+    outcomes = list(process([measured], amended, amend=True))
     assert [outcome.error for outcome in outcomes if outcome.error is not None] == []
     assert amended.step(RUN, "wear_fit_archard").result.wear_coefficient is not None
     assert verify(amended).findings == ()
@@ -143,13 +149,43 @@ def test_the_list_knows_what_was_amended(amended):
     assert run.text("run_toml") == amended.raw(RUN).sources[0].sha256
 
 
-def test_show_tells_of_it(amended, run_cli):
-    shown = run_cli("show", RUN, "--archive", amended.folder)
-    assert "run.toml amended, " in shown.stderr
-    assert ": end_values added" in shown.stderr
-    told = json.loads(run_cli("show", RUN, "--archive", amended.folder, "--json").stdout)
-    (one,) = told["amended"]
-    assert one["earlier_sha256"] == amended.earlier_manifests(RUN)[0].checksum
+def test_it_is_told_wherever_a_run_is_looked_at(amended, run_cli):
+    (earlier,) = amended.earlier_manifests(RUN)
+    at = ["--archive", amended.folder]
+    shown = run_cli("show", RUN, *at).stderr
+    assert f"run.toml amended, {earlier.date[:10]}" in shown
+    assert ": end_values added" in shown
+    (told,) = json.loads(run_cli("show", RUN, *at, "--json").stdout)["amended"]
+    assert told == {"date": earlier.date, "changes": "end_values added", "earlier_sha256": earlier.checksum}
+    listed = run_cli("ls", "--columns", "id,amended", *at).stderr
+    assert f" {RUN}   {earlier.date[:16].replace('T', ' ')}" in listed
+    with serving(amended.folder) as client:
+        remarks = client.get("api", "runs", RUN).json["remarks"]
+    assert [one["text"] for one in remarks if one["kind"] == "amended"] == ["end_values added"]
+
+
+def test_it_is_undone_by_amending_back(amended, measured):
+    (first,) = amended.earlier_manifests(RUN)
+    (measured / "run.toml").write_bytes(first.source.content)
+    assert ingest(measured, amended, amend=True).dropped == ()
+    assert [one.changes for one in amended.earlier_manifests(RUN)] == ["end_values added", "end_values removed"]
+    assert amended.raw_sha256(RUN) == first.raw_sha256
+    assert amended.raw(RUN).sources[0].content == first.source.content
+    assert verify(amended, [RUN]).findings == ()
+
+
+def test_it_comes_along_from_an_older_format(amended, run_cli):
+    path = amended.path(RUN)
+    with of_any_format(path) as file:
+        before = content_of(file)
+    take_back(path, 2)
+    assert run_cli("ls", "--archive", amended.folder).exit_code == 1
+    brought = run_cli("migrate", "--archive", amended.folder)
+    assert (brought.exit_code, f"{RUN}: format 2 brought to 3" in brought.stderr) == (0, True)
+    with of_any_format(path) as file:
+        assert content_of(file) == before
+    assert [one.changes for one in amended.earlier_manifests(RUN)] == ["end_values added"]
+    assert verify(amended, [RUN]).findings == ()
 
 
 def test_a_changed_earlier_run_toml_is_found(amended):

@@ -1,34 +1,42 @@
 """What somebody meets who has never seen tribopipe: what to do next, pages of help, the demo, completion."""
 
 import os
+import shlex
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
-from typing import get_args
+from typing import Any, get_args
 
 import pytest
+import typer
+from archived_files import with_sources
 from folders import SAMPLES, replace_in
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from old_formats import take_back
 from test_light_import import heavy_modules_after
 
 from tribopipe import errors
 from tribopipe.archive.store import Archive
 from tribopipe.checks import documents, end_values, samples  # noqa: F401, which register their checks
-from tribopipe.checks.registry import CHECKS
+from tribopipe.checks.registry import CHECKS, refuse_errors
 from tribopipe.cli.app import app
 from tribopipe.cli.completion import SHELLS, complete
 from tribopipe.cli.manual import links, pages, sections
+from tribopipe.cli.next_steps import next_steps
+from tribopipe.cli.whereabouts import Whereabouts
 from tribopipe.errors import CheckError, InternalError, TribopipeError
-from tribopipe.pipeline import ingest
+from tribopipe.records.finding import Finding
 from tribopipe.records.mark import Mark
 from tribopipe.shipped import shipped
 from tribopipe.verify.look import CheckName
 
 RUN = "si3n4-air-200mN"
 NOW = "2026-03-01T12:00:00+00:00"
+FOUND = (("warning", "load_presses"), ("error", "density_is_that_of_a_solid"), ("error", "axis_advances"))
+ROOT = typer.main.get_command(app)
 
 
 def kinds_of_error(root=TribopipeError) -> set[str]:
@@ -70,38 +78,156 @@ def test_the_list_of_commands_is_still_there(run_cli):
     assert all(f"  {name} " in shown for name in ("process", "demo", "help", "new"))
 
 
+@pytest.mark.slow
 def test_where_nothing_is_nothing_heavy_is_loaded(tmp_path):
     run = f"import os; os.chdir({str(tmp_path)!r}); from tribopipe.cli.app import app; app([], standalone_mode=False)"
     assert heavy_modules_after(run) <= {"pydantic"}
 
 
-def test_run_folders_are_to_be_archived(commands, lab, short_runs):
-    shutil.copytree(short_runs, lab / "my runs")
+class Listed(dict[str, Any]):
+    """A run as the catalogue would tell it."""
+
+    @property
+    def id(self) -> str:
+        return self["id"]
+
+    def text(self, name: str) -> str:
+        held = self.get(name, "")
+        return held if isinstance(held, str) else "; ".join(held)
+
+    def texts(self, name: str) -> list[str]:
+        return self.get(name, [])
+
+    def value(self, name: str) -> float | None:
+        return self.get(name)
+
+    number = value
+
+
+def listed(run_id: str, **known) -> Listed:
+    """A run that is fitted, unless something else is known of it."""
+    done = {"stage": "fitted", "steps": ["drift"], "k_d": 1e-17, "load": 200.0, "tribometer": "pin-on-disc"}
+    return Listed(id=run_id, run_toml=f"sha of {run_id}", **done | known)
+
+
+def offered(archived=(), folders=(), **found) -> list[str]:
+    """Commands offered where runs are archived and others lie in folders, which are called as the runs are."""
+    runs = {Path("runs") / run_id: f"sha of {run_id}" for run_id in folders}
+    there = Whereabouts(runs=runs, archived=list(archived), **found)
+    return [command for step in next_steps(there) for command in step.commands]
+
+
+PREDICT, REPORT, BROWSE = 'tribopipe predict a --load "400 mN"', "tribopipe report a", "tribopipe browse"
+WARNED, DEPTH = 'tribopipe ls --where "findings>0"', "a depth signal"
+AMEND = f"tribopipe process {Path('runs') / 'a'} --amend"
+ONWARDS = [PREDICT, REPORT, BROWSE]
+
+
+@pytest.mark.parametrize(
+    ("archived", "commands"),
+    [
+        ([listed("a", stage="ingested", steps=[])], ["tribopipe correct-drift", "tribopipe fit", BROWSE]),
+        ([listed("a", stage="corrected")], ["tribopipe fit", BROWSE]),
+        ([listed("a")], ONWARDS),
+        ([listed("a"), listed("b")], ["tribopipe study new", *ONWARDS]),
+        ([listed("a"), listed("b", medium="water")], ONWARDS),
+        ([listed("a", studies="s"), listed("b")], ONWARDS),
+        ([listed("a", k_d=None)], [BROWSE]),
+        ([listed("a", findings=2)], ["tribopipe show a", *ONWARDS]),
+        ([listed("a", findings=2), listed("b", findings=1, medium="oil")], [WARNED, *ONWARDS]),
+        ([listed("a", stage="ingested", steps=[], mark="bad")], [BROWSE]),
+        ([listed("a", k_d=None, wear_rate=1e-14, lacks=[DEPTH])], ["tribopipe help scar_only", REPORT, BROWSE]),
+        ([listed("a", lacks=["a friction signal"])], ONWARDS),
+        ([listed("a", k_d=None, lacks=[DEPTH, "an end value"])], [AMEND, BROWSE]),
+    ],
+)
+def test_what_is_left_is_offered_and_then_what_can_be_made_of_it(archived, commands):
+    assert offered(archived, ["a"]) == commands
+
+
+def test_a_study_is_run_once_its_runs_are_archived(tmp_path):
+    study = tmp_path / "s.study.toml"
+    study.write_text('id = "s"', encoding="utf-8")
+    run = f"tribopipe study run {study}"
+    assert offered([listed("a")], ["a"], studies=[study]) == [run, BROWSE]
+    assert run not in offered([listed("a")], ["a", "b"], studies=[study])
+    assert offered([listed("a")], studies=[study], studied={"s"}) == [PREDICT, "tribopipe report s", BROWSE]
+
+
+def test_files_that_cannot_be_read_come_first():
+    older, damaged = "found the format 2; `tribopipe migrate` brings it up to date", "found a damaged file"
+    assert offered(unreadable={"a": older}) == ["tribopipe migrate"]
+    assert offered([listed("b")], unreadable={"a": damaged}) == ["tribopipe verify", BROWSE]
+
+
+def test_an_export_is_named_where_nothing_else_is(commands, lab):
+    for name in ("my test.csv", "photo.jpg"):
+        (lab / name).touch()
+    assert commands()[1] == 'tribopipe new "my test.csv"'
+    assert "tribopipe help watch" not in commands()
+    (lab / "other.csv").touch()
+    assert commands()[1:3] == ['tribopipe new "my test.csv"', "tribopipe help watch"]
+
+
+def test_run_folders_are_to_be_archived(commands, lab):
+    for number in range(2):
+        (lab / "my runs" / str(number)).mkdir(parents=True)
+        (lab / "my runs" / str(number) / "run.toml").touch()
     assert commands() == ['tribopipe check "my runs"', 'tribopipe process "my runs"']
 
 
-def test_each_step_that_is_left_is_named(commands, lab, short_runs):
+@pytest.fixture
+def archived(lab, bare_run) -> Path:
+    """The run folder in the lab of a run that is archived there, without signals."""
+    folder, text = lab / "runs" / "bare", b'id = "bare"'
+    folder.mkdir(parents=True)
+    (folder / "run.toml").write_bytes(text)
+    Archive(lab / "archive").add(with_sources(bare_run, run=text))
+    return folder
+
+
+def test_folders_are_known_by_their_run_toml(commands, lab, archived):
+    steps = ["tribopipe correct-drift", "tribopipe fit", BROWSE]
+    assert commands() == steps
+    other = Path(shutil.copytree(archived, lab / "runs" / "other")).relative_to(lab)
+    (lab / other / "run.toml").write_text('id = "other"', encoding="utf-8")
+    assert commands() == [f"tribopipe check {other}", f"tribopipe process {other}", *steps]
+    (archived / "run.toml").write_text('id = "bare" # amended', encoding="utf-8")
+    assert commands()[2] == "tribopipe process runs --amend"  # with those beside it, which may stand on it
+
+
+@pytest.mark.usefixtures("archived")
+def test_a_damaged_or_older_file_is_not_taken_for_a_run_to_be_archived(commands, lab):
+    path = Archive(lab / "archive").path("bare")
+    whole = path.read_bytes()
+    path.chmod(0o600)
+    path.write_bytes(whole[:-1])
+    assert commands() == ["tribopipe verify"]
+    path.write_bytes(whole)
+    take_back(path, 2)
+    assert commands() == ["tribopipe migrate"]
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("few_draws")
+def test_followed_literally_it_leads_from_run_folders_to_a_report(commands, lab, short_runs, run_cli):
     shutil.copytree(short_runs, lab / "runs")
-    ingest(lab / "runs" / RUN, Archive(lab / "archive"))
-    other = "runs/si3n4-air-400mN".replace("/", os.sep)
-    assert commands() == [
-        f"tribopipe check {other}",
-        f"tribopipe process {other}",
+    run_cli("ingest", "runs", cwd=lab)
+    done = []
+    while (command := commands()[0]) != BROWSE:
+        assert run_cli(*shlex.split(command)[1:], cwd=lab).exit_code == 0, command
+        assert command not in done, "offered again when it was done"
+        done += [command] if "predict" not in command else []
+        if "predict" in command:
+            assert run_cli(*shlex.split(commands()[1])[1:], cwd=lab).exit_code == 0
+            break
+    assert done == [
         "tribopipe correct-drift",
         "tribopipe fit",
-        "tribopipe browse",
+        "tribopipe study new",
+        "tribopipe study run study.toml",
     ]
-
-
-def test_what_is_done_is_not_asked_for_again(commands, lab, archive, short_runs):
-    shutil.copytree(archive, lab / "archive")
-    shutil.copytree(short_runs / RUN, lab / "runs" / RUN)
-    assert commands() == ["tribopipe browse"]
-    study = 'schema = "tribopipe.study/1"\nid = "s"\nfit = ["si3n4-air-200mN"]\n'
-    (lab / "runs" / "s.study.toml").write_text(study, encoding="utf-8")
-    assert commands() == [f"tribopipe study run {Path('runs') / 's.study.toml'}", "tribopipe browse"]
-    replace_in(lab / "runs" / RUN / "run.toml", "$", "\n")
-    assert commands()[0] == f"tribopipe process {Path('runs') / RUN} --amend"
+    assert list(lab.glob("*.html")) != []
 
 
 @pytest.mark.slow
@@ -121,7 +247,7 @@ def test_what_cannot_be_read_is_named_and_hurts_nobody(commands, lab):
     (lab / "archive" / "x.h5").write_bytes(b"no HDF5")
     (lab / "run").mkdir()
     (lab / "run" / "run.toml").write_bytes(b"\xff = not TOML")
-    assert commands() == ["tribopipe check run", "tribopipe process run", "tribopipe verify"]
+    assert commands() == ["tribopipe verify", "tribopipe check run", "tribopipe process run"]
 
 
 # --- help ---
@@ -149,10 +275,31 @@ def test_pages_and_commands_are_opened_by_name(run_cli):
     assert all(f" {name} " in listed for name in pages())
 
 
-def test_an_unknown_topic_is_refused_with_the_nearest(run_cli):
-    refused = run_cli("help", "unit-eror")
-    assert refused.exit_code == 1
-    assert "did you mean 'unit-error'?" in refused.stderr
+@pytest.mark.parametrize("topic", ["unit_error", "Unit-Error", "AXIS-ADVANCES", "Process", "docs/local-wear.md"])
+def test_how_a_topic_is_written_does_not_matter(run_cli, topic):
+    assert run_cli("help", topic).stdout.startswith("#")
+
+
+def test_commands_of_several_words_have_their_help(run_cli):
+    assert "Usage: tribopipe study run" in run_cli("help", "study", "run").stdout
+    both = run_cli("help", "fit", "unit-error").stdout
+    assert "Usage: tribopipe fit [OPTIONS] [ID]..." in both
+    assert "### unit-error" in both
+
+
+@pytest.mark.parametrize(
+    ("topic", "told"),
+    [
+        ("unit-eror", "did you mean 'unit-error'?"),
+        ("E_n", "pages that speak of it: verdicts, "),
+        ("xyzzy", "`tribopipe help` lists the pages"),
+        ("", "`tribopipe help` lists the pages"),
+    ],
+)
+def test_an_unknown_topic_is_refused_with_what_is_near(run_cli, topic, told):
+    refused = run_cli("help", topic)
+    assert (refused.exit_code, refused.stdout) == (1, "")
+    assert told in refused.stderr
 
 
 @pytest.fixture
@@ -193,10 +340,10 @@ def test_an_installation_without_pages_still_tells_its_errors(on_a_terminal, mon
         shipped("docs/messages.md")
 
 
-def test_a_refused_run_leads_to_its_finding(sample_run):
-    replace_in(sample_run / "run.toml", "density = .*", 'density = "3.21 kg/m^3"')
+def test_a_refused_run_leads_to_its_finding(bare_run):
+    found = [Finding(severity=how, check=check, where="x", message="y", remedy="z") for how, check in FOUND]
     with pytest.raises(CheckError) as refused:
-        ingest(sample_run, Archive(sample_run.parent / "archive"))
+        refuse_errors(bare_run, found)
     assert refused.value.code == "density_is_that_of_a_solid"
 
 
@@ -253,7 +400,7 @@ def answer(shell: str, line: str) -> list[str]:
     words = line.split(" ")
     told = {"COMP_WORDS": "\n".join(words), "COMP_CWORD": str(len(words) - 1), "_TYPER_COMPLETE_ARGS": line}
     told |= {"_TYPER_COMPLETE_WORD_TO_COMPLETE": words[-1], "_TYPER_COMPLETE_FISH_ACTION": "get-args"}
-    text, code = complete(app, shell, told)
+    text, code = complete(ROOT, shell, told)
     assert code == 0
     if shell == "zsh":
         text = text.removeprefix("_arguments '*: :((").removesuffix("))'")
@@ -283,6 +430,8 @@ def test_commands_options_values_and_ids_are_completed(shell, many):
     assert answer(shell, "tribopipe fit run-00 run-1") == many[10:]
     assert answer(shell, "tribopipe show --archive other ") == ["elsewhere"]
     assert answer(shell, "tribopipe fit --mod") == ["--model"]
+    assert answer(shell, "tribopipe export --r") == ["--ro-crate"]
+    assert answer(shell, "tribopipe show x --hel") == ["--help"]
     assert {"archard", "sarkar"} <= set(answer(shell, "tribopipe fit --model "))
     assert answer(shell, "tribopipe help unit") == ["unit-error"]
     assert answer(shell, "tribopipe process ") == []
@@ -290,17 +439,17 @@ def test_commands_options_values_and_ids_are_completed(shell, many):
 
 
 def test_where_files_are_wanted_shells_are_told_so():
-    assert complete(app, "zsh", {"_TYPER_COMPLETE_ARGS": "tribopipe process "}) == ("_files", 0)
+    assert complete(ROOT, "zsh", {"_TYPER_COMPLETE_ARGS": "tribopipe process "}) == ("_files", 0)
     asked = {"_TYPER_COMPLETE_FISH_ACTION": "is-args", "_TYPER_COMPLETE_ARGS": "tribopipe process "}
-    assert complete(app, "fish", asked) == ("", 1)
-    assert complete(app, "fish", asked | {"_TYPER_COMPLETE_ARGS": "tribopipe "}) == ("", 0)
+    assert complete(ROOT, "fish", asked) == ("", 1)
+    assert complete(ROOT, "fish", asked | {"_TYPER_COMPLETE_ARGS": "tribopipe "}) == ("", 0)
 
 
 @settings(max_examples=25)
 @given(st.sampled_from(SHELLS), st.text(max_size=40))
 def test_no_line_is_too_odd(shell, text):
     told = {"COMP_WORDS": text, "COMP_CWORD": str(len(text.split())), "_TYPER_COMPLETE_ARGS": f"tribopipe {text}"}
-    complete(app, shell, told)
+    complete(ROOT, shell, told)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no bash to ask")
@@ -313,7 +462,7 @@ def test_bash_is_answered_by_the_command_itself(many):
 
 def test_completion_loads_nothing_heavy():
     run = (
-        "from tribopipe.cli.app import app; from tribopipe.cli.completion import complete; "
-        "complete(app, 'zsh', {'_TYPER_COMPLETE_ARGS': 'tribopipe fit --model '})"
+        "import typer; from tribopipe.cli.app import app; from tribopipe.cli.completion import complete; "
+        "complete(typer.main.get_command(app), 'zsh', {'_TYPER_COMPLETE_ARGS': 'tribopipe fit --model '})"
     )
     assert heavy_modules_after(run) == set()

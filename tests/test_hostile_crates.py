@@ -210,6 +210,19 @@ def test_dataset_toml_that_is_none_is_not_written(content, tmp_path, document, o
     assert not (tmp_path / "lab" / "dataset.toml").exists()
 
 
+def test_dataset_toml_that_cannot_be_written_is_told_of_its_own_place(content, tmp_path, monkeypatch):
+    def full(path: Path, written: bytes) -> None:  # noqa: ARG001
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("tribopipe.fair.restore.write_file", full)
+    document, metadata = b'schema = "tribopipe.dataset/1"\n', described(content)
+    metadata["@graph"] += described(document, "about/dataset.toml")["@graph"]
+    path = packed(tmp_path / "crate.zip", {NAME: content, "about/dataset.toml": document}, metadata)
+    (tmp_path / "lab").mkdir()
+    refused = restore(path, Archive(tmp_path / "lab" / "archive")).refused_dataset
+    assert str(refused).startswith(f"{tmp_path / 'lab' / 'dataset.toml'}: cannot be written (No space left on device)")
+
+
 @settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(place=st.integers(0, 4000), value=st.integers(0, 255), cut=st.integers(0, 200))
 def test_any_damage_to_a_zip_is_told_or_without_effect(tmp_path, place, value, cut):

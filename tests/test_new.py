@@ -1,5 +1,6 @@
 """`tribopipe new`: from exports to a run folder, with everything they tell and a line for what only the lab knows."""
 
+import errno
 import json
 import os
 import re
@@ -180,6 +181,7 @@ def test_nobody_is_asked_without_a_terminal_and_what_is_missing_is_said(run_cli,
     assert made.exit_code == 0
     assert made.stdout == ""
     assert "still to be filled in: conditions.normal_load\n" in made.stderr
+    assert re.search(r"Next: see to that in (\S+run)\.toml, then tribopipe process \S+\n", made.stderr)
     text = (lab / export.stem / "run.toml").read_text(encoding="utf-8")
     assert '# normal_load = "50 N"' in text
     assert '# rotational_speed = "328 rpm"' in text
@@ -253,6 +255,16 @@ def test_a_failure_while_writing_leaves_nothing_behind(lab, export, monkeypatch)
     assert [path.name for path in lab.iterdir()] == [export.name]
 
 
+def test_a_place_that_cannot_be_written_is_named_and_not_what_was_to_be_made_beside_it(export, monkeypatch):
+    def refuse(path: Path, *_, **__):
+        if path.suffix == ".part":
+            raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr(Path, "mkdir", refuse)
+    with pytest.raises(ManifestError, match=rf"^{export.stem}: cannot be made \(Permission denied\); .*--into$"):
+        make_run(Wanted([export], settings=[LOAD]))
+
+
 # --- several files ---
 
 
@@ -264,6 +276,14 @@ def test_files_that_continue_each_other_are_put_in_natural_order(lab):
     assert signals["files"] == ["stroke 1.csv", "stroke 2.csv", "stroke 10.csv"]
     assert signals["columns"] == {"time": "Time [s]", "friction_force": "Ff [N]"}
     assert made.groups[0].rows == 6
+    assert made.notes[-1].startswith("3 files are taken as one test, one after the other, though the clock begins anew")
+
+
+def test_files_whose_clock_goes_on_need_no_word_about_it(lab):
+    first, second = table("Ff [N]", range(30)), table("Ff [N]", range(30)).replace(b"\n", b"\n1")
+    made = make_run(Wanted(put(lab, a=first, b=second.removesuffix(b"1").replace(b"1Time", b"Time")), settings=[LOAD]))
+    assert made.groups[0].rows == 60
+    assert made.notes == ()
 
 
 def test_channels_over_the_same_time_base_stand_side_by_side(lab):

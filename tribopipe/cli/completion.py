@@ -51,14 +51,14 @@ def answer(told: Mapping[str, str]) -> None:
 
     shell = told[_ASKED].removeprefix("complete_")
     if shell in SHELLS:
-        printed, code = complete(app, shell, told)
+        printed, code = complete(typer.main.get_command(app), shell, told)
         typer.echo(printed.encode("utf-8"))
         sys.exit(code)
 
 
-def complete(app: typer.Typer, shell: str, told: Mapping[str, str]) -> tuple[str, int]:
+def complete(root: Any, shell: str, told: Mapping[str, str]) -> tuple[str, int]:
     """Return what to print for a shell, and the exit code, by what its script tells in variables."""
-    found = choices(typer.main.get_command(app), line_of(shell, told))
+    found = choices(root, line_of(shell, told))
     if told.get("_TYPER_COMPLETE_FISH_ACTION") == "is-args":
         return "", int(not found)
     return _WRITTEN.get(shell, _for_powershell)(found), 0
@@ -90,7 +90,7 @@ def choices(root: Any, line: Line) -> list[Choice]:
     if place.open_option is not None:
         return _values(place.open_option, place.context, line.begun)
     if line.begun.startswith("-"):
-        return _beginning(line.begun, _options(place.command))
+        return _beginning(line.begun, _options(place))
     if hasattr(place.command, "commands"):
         names = place.command.commands.items()
         return _beginning(line.begun, (Choice(name, one.get_short_help_str()) for name, one in names))
@@ -112,16 +112,17 @@ def _after(place: _Place, word: str) -> _Place:
         place.context.params[place.open_option.name] = word
         return place._replace(open_option=None)
     if word.startswith("-"):
-        return place._replace(open_option=_taking_a_value(place.command, word))
+        return place._replace(open_option=_taking_a_value(place, word))
     within = getattr(place.command, "commands", {}).get(word)
     if within is not None:
         return _Place(within, typer.Context(within, info_name=word, parent=place.context), 0, None)
     return place._replace(arguments=place.arguments + 1)
 
 
-def _taking_a_value(command: Any, word: str) -> Any:
+def _taking_a_value(place: _Place, word: str) -> Any:
     """Return the option of a name if a value has to follow; none otherwise."""
-    return next((one for one in command.params if word in one.opts and not getattr(one, "is_flag", False)), None)
+    known = place.command.get_params(place.context)
+    return next((one for one in known if word in one.opts and not getattr(one, "is_flag", False)), None)
 
 
 def _values(parameter: Any, context: typer.Context, begun: str) -> list[Choice]:
@@ -129,11 +130,10 @@ def _values(parameter: Any, context: typer.Context, begun: str) -> list[Choice]:
     return [Choice(item.value, item.help or "") for item in found if item.type == "plain"]
 
 
-def _options(command: Any) -> Iterable[Choice]:
-    for one in command.params:
+def _options(place: _Place) -> Iterable[Choice]:
+    for one in place.command.get_params(place.context):
         if one.param_type_name == "option" and not one.hidden:
             yield from (Choice(name, one.help or "") for name in (*one.opts, *one.secondary_opts))
-    yield Choice("--help", "Show this message and exit.")
 
 
 def _beginning(begun: str, found: Iterable[Choice]) -> list[Choice]:

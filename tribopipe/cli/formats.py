@@ -52,7 +52,7 @@ def _needed(one: dict[str, Any]) -> str:
 
 @formats_app.command("detect")
 def detect_formats(
-    files: Annotated[list[Path], typer.Argument(help="Files that an instrument wrote.", metavar="FILE...")],
+    files: Annotated[list[Path], typer.Argument(help="Files that an instrument wrote.", metavar="FILE")],
     reader: ReaderName = None,
     as_json: AsJson = False,
 ) -> None:

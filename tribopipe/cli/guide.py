@@ -7,6 +7,9 @@ import typer
 
 from tribopipe.cli.output import say, table
 
+_NAMED = 4
+"""As many pages are named of those that speak of something."""
+
 
 def topics() -> list[str]:
     """Name all that there is help on, for shells to complete."""
@@ -21,7 +24,7 @@ def show_help(
         list[str] | None,
         typer.Argument(
             help="Page, command, or what an error or a finding names; none lists the pages.",
-            metavar="[TOPIC]...",
+            metavar="TOPIC",
             autocompletion=topics,
         ),
     ] = None,
@@ -29,7 +32,9 @@ def show_help(
     """Open a page of the documentation, or what it says of an error, a finding or a command."""
     if not asked:
         _list_pages()
-    for text in [_text_of(topic, context) for topic in asked or ()]:
+        return
+    together = _command_help(asked, context)  # "study run"
+    for text in [together] if together and len(asked) > 1 else [_text_of(topic, context) for topic in asked]:
         _print(text)
 
 
@@ -44,19 +49,48 @@ def _list_pages() -> None:
 def _text_of(topic: str, context: typer.Context) -> str:
     """Return the text on a topic, Markdown but for commands. Raises ``QueryError`` where there is none."""
     from tribopipe.cli.manual import page, pages, sections
-    from tribopipe.errors import QueryError, did_you_mean
+    from tribopipe.errors import QueryError
 
-    if topic in sections():
-        return f"### {topic}\n\n{sections()[topic]}\n"
-    name = topic.removesuffix(".md").removeprefix("docs/").replace("-", "_")
-    if name in pages():
+    called = topic.lower().removeprefix("docs/").removesuffix(".md")
+    codes = {_plain(code): code for code in sections()}
+    names = {_plain(name): name for name in pages()}
+    if code := codes.get(_plain(called)):
+        return f"### {code}\n\n{sections()[code]}\n"
+    if name := names.get(_plain(called)):
         return page(name)
-    commands = _commands(context)
-    if topic in commands:
-        with typer.Context(commands[topic], info_name=topic, parent=context.parent) as own:
-            return str(commands[topic].get_help(own))
-    known = did_you_mean(topic, [*pages(), *sections(), *commands])
-    raise QueryError(f"found {topic!r}; expected a page, a command, an error or a finding; {known}")
+    text = _command_help([called], context)
+    if text is None:
+        raise QueryError(f"found {topic!r}; expected a page, a command, an error or a finding; {_near(topic, context)}")
+    return text
+
+
+def _plain(name: str) -> str:
+    """Return a name by which it does not matter whether it is written with - or _."""
+    return name.replace("_", "-")
+
+
+def _near(topic: str, context: typer.Context) -> str:
+    """Say what was probably meant, which pages speak of it, or how all are listed."""
+    from tribopipe.cli.manual import pages, pages_about, sections
+    from tribopipe.errors import did_you_mean
+
+    about = pages_about(topic)[:_NAMED] if topic.strip() else []
+    if about:
+        return f"pages that speak of it: {', '.join(about)}"
+    near = did_you_mean(topic, [*pages(), *sections(), *_commands(context)])
+    return near if near.startswith("did") else "`tribopipe help` lists the pages"
+
+
+def _command_help(words: list[str], context: typer.Context) -> str | None:
+    """Return what --help says of a command, such as "fit" or "study run"; none where there is no such command."""
+    place: Any = context.find_root()
+    for word in words:
+        command = getattr(place.command, "commands", {}).get(word)
+        if command is None:
+            return None
+        place = typer.Context(command, info_name=word, parent=place)
+    with place:
+        return str(place.command.get_help(place))
 
 
 def _commands(context: typer.Context) -> dict[str, Any]:

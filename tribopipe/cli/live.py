@@ -67,13 +67,16 @@ def live(
     from tribopipe.live.session import Session
     from tribopipe.records.manifest import manifest_path, read_manifest
     from tribopipe.run import RawRun
+    from tribopipe.wear.own_parameters import law_as_given
 
+    told = load_recipe(recipe)
+    law_as_given(law, told)  # rather than wait for a test that this law cannot be fitted to
     where = manifest_path(run)
     manifest, _ = read_manifest(where)
     planned = manifest.conditions.sliding_distance
     end = parsed("--to", to, "distance") if to is not None else None if planned is None else planned.value
     known = _known(manifest, law, (drift, disc_wear), (drift_from, wear_from))
-    asked = Asked(RawRun(manifest, {}, {}, {}, {}, ()), law, load_recipe(recipe), known, end)
+    asked = Asked(RawRun(manifest, {}, {}, {}, {}, ()), law, told, known, end)
     session = Session(where.parent, asked)
     for note in known.notes:
         say(note)

@@ -63,7 +63,7 @@ def local_wear(
         list[str] | None,
         typer.Argument(
             help="Ids of archived runs, or folders of runs; none for every archived run.",
-            metavar="[ID|RUN]...",
+            metavar="ID|RUN",
             autocompletion=archived_ids,
         ),
     ] = None,

@@ -7,7 +7,7 @@ from pathlib import Path
 from tribopipe.shipped import shipped
 
 _MESSAGES = "messages"
-_OF_THE_SITE = {"index", "changelog", "contributing"}
+_OF_THE_SITE = {"index", "changelog", "contributing", "evidence"}
 """Pages that show others."""
 _COMMENT = re.compile(r"<!--.*?-->\n?", re.DOTALL)
 _SECTION = re.compile(r"^### (\S+)\n", re.MULTILINE)
@@ -32,6 +32,17 @@ def pages() -> list[str]:
 def page(name: str) -> str:
     """Return a page as Markdown, without what it says to tests alone."""
     return _COMMENT.sub("", (_folder() / f"{name}.md").read_text(encoding="utf-8")).lstrip()
+
+
+def pages_about(words: str) -> list[str]:
+    """Return the names of the pages that say some words, those first that have them in a heading, or say them often."""
+    sought = re.compile(rf"(?<!\w){re.escape(words)}(?!\w)", re.IGNORECASE)
+    found = {}
+    for name in pages():
+        text = page(name)
+        headings = [line for line in text.splitlines() if line.startswith("#")]
+        found[name] = (len(sought.findall("\n".join(headings))), len(sought.findall(text)))
+    return sorted((name for name, counts in found.items() if any(counts)), key=lambda name: found[name], reverse=True)
 
 
 def links(codes: list[str]) -> list[str]:

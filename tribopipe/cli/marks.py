@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 By = Annotated[str | None, typer.Option("--by", help="Who it is by; by default the user logged in.")]
 ArchivedIds = Annotated[
-    list[str], typer.Argument(help="Ids of archived runs.", metavar="ID...", autocompletion=archived_ids)
+    list[str], typer.Argument(help="Ids of archived runs.", metavar="ID", autocompletion=archived_ids)
 ]
 
 

@@ -13,9 +13,7 @@ if TYPE_CHECKING:
 
 ArchivedIds = Annotated[
     list[str] | None,
-    typer.Argument(
-        help="Ids of archived runs and studies; none for all.", metavar="[ID]...", autocompletion=archived_ids
-    ),
+    typer.Argument(help="Ids of archived runs and studies; none for all.", metavar="ID", autocompletion=archived_ids),
 ]
 
 

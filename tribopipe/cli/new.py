@@ -21,7 +21,7 @@ def new(
         typer.Argument(
             help="Files that an instrument wrote during one test: one, several that continue each other, or one a "
             "channel.",
-            metavar="FILE...",
+            metavar="FILE",
         ),
     ],
     into: Annotated[Path, typer.Option("--into", help="Folder to make the run's folder in.")] = Path(),
@@ -90,8 +90,8 @@ def _tell(made: "NewRun") -> None:
         say(f"still to be mended: {made.problem}")
     if made.bodies_lack:
         say(f"friction alone is evaluated until run.toml describes the bodies: {', '.join(made.bodies_lack)}")
-    if not made.lacks and not made.problem:
-        say(f"Next: tribopipe process {made.folder}")
+    first = f"see to that in {made.folder / 'run.toml'}, then " if made.lacks or made.problem else ""
+    say(f"Next: {first}tribopipe process {made.folder}")
 
 
 COMMANDS = {"new": new}

@@ -1,6 +1,7 @@
 """What to do next from where somebody stands: said by `tribopipe` alone."""
 
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -18,6 +19,9 @@ _NAMED = 3
 """As many are named one by one."""
 _BEFORE_A_FIT = {"ingested", "cleaned", "corrected", "friction", "wear rate"}
 """How far runs are, as the catalogue calls it, that were not fitted."""
+
+_SIGNALS = {"a depth signal", "a friction signal"}
+"""What a run may lack that no run.toml can add."""
 
 
 class NextStep(NamedTuple):
@@ -41,17 +45,31 @@ def say_next_steps() -> None:
 
 def next_steps(found: Whereabouts) -> Iterator[NextStep]:
     """Give what to do next, the most urgent first."""
-    if not found.runs and not found.archived:
-        yield from _beginnings()
+    if not found.runs and not found.archived and not found.unreadable:
+        yield from _beginnings(found)
         return
-    new, amended = _not_as_archived(found)
-    counting = [run for run in found.archived if not run.text("mark")]
-    yield from _of_folders(new, amended, found)
-    yield from _of_archived(counting, found)
-    yield from _lacking([run for run in counting if found.folder_of(run) not in amended], found)
-    yield from _of_studies(found)
+    left, counting = list(_left_over(found)), _counting(found)
+    yield from left
+    yield from _of_warnings(counting)
+    if not left:
+        yield from _onwards(counting, found)
     if found.archived:
         yield NextStep("Look at what is there in the web browser", ("tribopipe browse",))
+
+
+def _left_over(found: Whereabouts) -> Iterator[NextStep]:
+    """Find what was not brought to its end."""
+    new, amended = _not_as_archived(found)
+    yield from _of_unreadable(found)
+    yield from _of_folders(new, amended, found)
+    yield from _of_archived(_counting(found))
+    yield from _lacking([run for run in _counting(found) if found.folder_of(run) not in amended], found)
+    if not new:  # which are processed with the studies beside them
+        yield from _of_studies(found)
+
+
+def _counting(found: Whereabouts) -> "list[ListedRun]":
+    return [run for run in found.archived if not run.text("mark")]
 
 
 def _standing(found: Whereabouts) -> str:
@@ -63,9 +81,13 @@ def _standing(found: Whereabouts) -> str:
     return f"Here: {', '.join(here)}." if here else "No run folders and no archive here."
 
 
-def _beginnings() -> Iterator[NextStep]:
+def _beginnings(found: Whereabouts) -> Iterator[NextStep]:
     yield NextStep("See what tribopipe does, on sample runs", ("tribopipe demo",))
-    yield NextStep("Make a run folder of what your tribometer exported", ("tribopipe new EXPORT",))
+    export = _quoted(found.exports[0]) if found.exports else "EXPORT"
+    yield NextStep("Make a run folder of what your tribometer exported in a test", (f"tribopipe new {export}",))
+    if len(found.exports) > 1:
+        why = f"Or a run of each of {len(found.exports)} files, by a template of what is the same in all"
+        yield NextStep(why, ("tribopipe help watch",))
     yield NextStep("Read how it is done, in ten minutes", ("tribopipe help tutorial",))
 
 
@@ -75,7 +97,21 @@ def _not_as_archived(found: Whereabouts) -> tuple[list[Path], list[Path]]:
     others = [folder for folder, sha256 in found.runs.items() if sha256 not in kept]
     said = ids_in(folder / RUN_TOML for folder in others)
     amended = [folder for folder in others if said.get(folder / RUN_TOML) in archived]
-    return [folder for folder in others if folder not in amended], amended
+    taken = archived | found.unreadable.keys()
+    return [folder for folder in others if said.get(folder / RUN_TOML) not in taken], amended
+
+
+def _of_unreadable(found: Whereabouts) -> Iterator[NextStep]:
+    """Say what to do with files of the archive that cannot be read: their own sentences name the command."""
+    older = [run_id for run_id, error in found.unreadable.items() if "`tribopipe migrate`" in error]
+    damaged = [run_id for run_id in found.unreadable if run_id not in older]
+    if older:
+        why = f"{_are(older, 'file')} of an older format: bring the archive up to date"
+        yield NextStep(why, ("tribopipe migrate",))
+    if damaged:
+        yield NextStep(
+            f"{_counted(len(damaged), 'file')} of the archive cannot be read: see why", ("tribopipe verify",)
+        )
 
 
 def _of_folders(new: Sequence[Path], amended: Sequence[Path], found: Whereabouts) -> Iterator[NextStep]:
@@ -86,35 +122,38 @@ def _of_folders(new: Sequence[Path], amended: Sequence[Path], found: Whereabouts
         yield NextStep(f"{_are(new, 'run folder')} not archived yet: look over, then evaluate", commands)
     if amended:
         why = f"{RUN_TOML} of {_counted(len(amended), 'run')} has changed since it was archived: take in what was added"
-        yield NextStep(why, (f"tribopipe process {_places(amended, within=amended)} --amend",))
+        # With the runs beside it, since predictions and studies of them may stand on it.
+        yield NextStep(why, (f"tribopipe process {_all_in(amended)} --amend",))
 
 
-def _of_archived(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextStep]:
-    """Find runs that were not taken all the way, or to which somebody should look."""
+def _of_archived(runs: "Sequence[ListedRun]") -> Iterator[NextStep]:
+    """Find runs that were not taken all the way."""
     uncorrected = [run for run in runs if "drift" not in run.texts("steps")]
     unfitted = [run for run in runs if run.text("stage") in _BEFORE_A_FIT]
     if uncorrected:
         yield NextStep(f"{_are(uncorrected, 'run')} not corrected for drift", ("tribopipe correct-drift",))
     if unfitted:
         yield NextStep(f"{_are(unfitted, 'run')} not fitted", ("tribopipe fit",))
+
+
+def _of_warnings(runs: "Sequence[ListedRun]") -> Iterator[NextStep]:
     warned = [run for run in runs if run.value("findings")]
     if warned:
         told = f"tribopipe show {warned[0].id}" if len(warned) == 1 else 'tribopipe ls --where "findings>0"'
         yield NextStep(f"The checks warn of {_counted(len(warned), 'run')}: {_named(warned)}", (told,))
-    if found.unreadable:
-        yield NextStep(f"{_counted(found.unreadable, 'file')} of the archive cannot be read", ("tribopipe verify",))
 
 
 def _lacking(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextStep]:
     """Say which runs with a [contact] have no wear coefficient, and what has to be written to their run.toml first."""
     fitted = [run for run in runs if run.text("tribometer") and run.text("stage") not in _BEFORE_A_FIT]
-    runs = [run for run in fitted if run.text("lacks")]
+    runs = [run for run in fitted if run.value("k_d") is None and set(run.texts("lacks")) - _SIGNALS]
     if not runs:
         return
     first = runs[0]
     folder = found.folder_of(first)
     where = _quoted(Path(first.id) if folder is None else folder)
-    why = f"{_are(runs, 'run')} without a wear coefficient ({_named(runs)}), for lack of {first.text('lacks')}"
+    lacks = " and ".join(lack for lack in first.texts("lacks") if lack not in _SIGNALS)
+    why = f"{_are(runs, 'run')} without a wear coefficient ({_named(runs)}), for lack of {lacks}"
     yield NextStep(
         f"{why}: write what was measured to {where}/{RUN_TOML}, then", (f"tribopipe process {where} --amend",)
     )
@@ -125,6 +164,33 @@ def _of_studies(found: Whereabouts) -> Iterator[NextStep]:
     left = [path for path in found.studies if said.get(path) not in found.studied]
     if left and found.archived:
         yield NextStep(f"{_are(left, 'study', 'studies')} not run yet", (f"tribopipe study run {_quoted(left[0])}",))
+
+
+def _onwards(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextStep]:
+    """Say what can be made of wear coefficients and wear rates once all is evaluated."""
+    known = [run for run in runs if run.value("k_d") is not None]
+    rated = [run for run in runs if run.value("k_d") is None and run.value("wear_rate") is not None]
+    if known:
+        yield from _of_wear_coefficients(known, found)
+    if rated:
+        why = f"{_are(rated, 'run')} without a fitted k_D: predict from the wear rate, which is k_D by Archard's law"
+        yield NextStep(why, ("tribopipe help scar_only",))
+    subject = min(found.studied, default=next((run.id for run in known + rated), None))
+    if subject is not None and not Path(f"{subject}.html").exists():
+        yield NextStep("Write one HTML file that can be sent to someone", (f"tribopipe report {subject}",))
+
+
+def _of_wear_coefficients(known: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextStep]:
+    alike = Counter(_bodies(run) for run in known if not run.text("studies"))
+    if not found.studies and max(alike.values(), default=0) > 1:
+        why = "Judge the wear law: fit the run under the lightest load, predict the others of the same bodies"
+        yield NextStep(why, ("tribopipe study new",))
+    twice = f"{2 * (known[0].number('load') or 0):g} mN"
+    yield NextStep("Predict wear under another load", (f'tribopipe predict {known[0].id} --load "{twice}"',))
+
+
+def _bodies(run: "ListedRun") -> tuple[str, ...]:
+    return tuple(run.text(name) for name in ("tribometer", "material", "medium", "shape", "radius"))
 
 
 def _are(things: Sequence[object], one: str, many: str = "") -> str:
@@ -140,12 +206,15 @@ def _named(runs: "Sequence[ListedRun]") -> str:
     return ", ".join(run.id for run in runs[:_NAMED]) + more
 
 
-def _places(folders: Sequence[Path], within: "Sequence[Path] | dict[Path, str]") -> str:
+def _places(folders: Sequence[Path], within: Collection[Path]) -> str:
     """Name folders for a command line: each where they are few, else the folder that all lie in."""
-    if len(folders) <= _NAMED and len(folders) < len(within):
+    if len(folders) == 1 or (len(folders) <= _NAMED and len(folders) < len(within)):
         return " ".join(map(_quoted, folders))
-    parents = list(dict.fromkeys(folder.parent for folder in folders))
-    return " ".join(map(_quoted, parents if len(folders) > 1 else folders))
+    return _all_in(folders)
+
+
+def _all_in(folders: Sequence[Path]) -> str:
+    return " ".join(map(_quoted, dict.fromkeys(folder.parent for folder in folders)))
 
 
 def _quoted(path: Path) -> str:

@@ -38,7 +38,7 @@ RunIds = Annotated[
     list[str] | None,
     typer.Argument(
         help="Ids of archived runs; none for every run that lacks the step.",
-        metavar="[ID]...",
+        metavar="ID",
         autocompletion=archived_ids,
     ),
 ]
@@ -48,7 +48,7 @@ def law_names() -> list[str]:
     """Complete the names of wear laws: tribopipe's and those of other packages."""
     from tribopipe.plugins import declared
 
-    return [entry.name for entry in declared("tribopipe.laws")]
+    return list(dict.fromkeys(entry.name for entry in declared("tribopipe.laws")))
 
 
 def _law(text: str) -> str:

@@ -175,7 +175,7 @@ def _say_what_was_done(outcomes: "list[Outcome]", archive: Path, *, drawn: bool)
     skipped = sum(outcome.status == "unchanged" for outcome in outcomes)
     where = f"; figures in {archive / 'figures'}" if drawn else ""
     if done or drawn:
-        say(f"{done} steps done, {skipped} unchanged, in {archive}{where}")
+        say(f"{done} step{'' if done == 1 else 's'} done, {skipped} unchanged, in {archive}{where}")
     elif skipped:
         say(f"Nothing to do: all {skipped} steps are unchanged; --force redoes them.")
 

@@ -23,7 +23,7 @@ def _archived(context: typer.Context) -> list[str]:
 def report(
     ids: Annotated[
         list[str],
-        typer.Argument(help="Ids of archived runs, or of one study.", metavar="ID...|STUDY", autocompletion=_archived),
+        typer.Argument(help="Ids of archived runs, or of one study.", metavar="ID|STUDY", autocompletion=_archived),
     ],
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="File to write; ID.html, or report.html of several.")

@@ -22,7 +22,7 @@ def reproduce(
     ids: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Ids of archived runs and studies; none for all.", metavar="[ID]...", autocompletion=archived_ids
+            help="Ids of archived runs and studies; none for all.", metavar="ID", autocompletion=archived_ids
         ),
     ] = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,

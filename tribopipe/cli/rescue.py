@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from tribopipe.archive.rescue import Rescued
     from tribopipe.errors import TribopipeError
 
-Files = Annotated[list[Path], typer.Argument(help="Files of archived runs.", metavar="FILE...")]
+Files = Annotated[list[Path], typer.Argument(help="Files of archived runs.", metavar="FILE")]
 Into = Annotated[Path, typer.Option("--to", help="Folder to write run folders into.")]
 
 

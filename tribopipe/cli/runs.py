@@ -25,8 +25,7 @@ if TYPE_CHECKING:
     from tribopipe.pipeline import Outcome
     from tribopipe.records.plan import TwinDiscTruth
 
-_K_D = "mm^3/(N*mm)"
-RunPaths = Annotated[list[Path], typer.Argument(help="Run folders, or folders of run folders.", metavar="RUN...")]
+RunPaths = Annotated[list[Path], typer.Argument(help="Run folders, or folders of run folders.", metavar="RUN")]
 
 
 def run_folders(
@@ -143,6 +142,7 @@ def simulate(
     from tribopipe.records.base import load_toml
     from tribopipe.records.plan import Plan, Truth, TwinDiscTruth
     from tribopipe.simulate import simulate_plan
+    from tribopipe.units import WEAR_COEFFICIENT
 
     truths = simulate_plan(load_toml(plan, Plan), folder)
     if as_json:
@@ -154,7 +154,12 @@ def simulate(
             title,
             ["run", "law", "true k_D", "true pin wear at the end"],
             [
-                [truth.id, truth.law, truth.wear_coefficient.shown(_K_D), truth.end_pin_wear_depth.shown("um")]
+                [
+                    truth.id,
+                    truth.law,
+                    truth.wear_coefficient.shown(WEAR_COEFFICIENT),
+                    truth.end_pin_wear_depth.shown("um"),
+                ]
                 for truth in pins
             ],
         )
@@ -168,13 +173,16 @@ def simulate(
 
 
 def _disc_rows(truth: "TwinDiscTruth") -> list[list[str]]:
+    from tribopipe.units import WEAR_COEFFICIENT
+
     ends = (
         ("curved", truth.curved_wear_coefficient, truth.end_curved_wear_depth, truth.end_curved_wear_volume),
         ("flat", truth.flat_wear_coefficient, truth.end_flat_wear_depth, truth.end_flat_wear_volume),
     )
     law = truth.law if truth.fatigue is None else f"{truth.law}, fatigue"
     return [
-        [truth.id, law, disc, k.shown(_K_D), depth.shown("um"), volume.shown("mm^3")] for disc, k, depth, volume in ends
+        [truth.id, law, disc, k.shown(WEAR_COEFFICIENT), depth.shown("um"), volume.shown("mm^3")]
+        for disc, k, depth, volume in ends
     ]
 
 

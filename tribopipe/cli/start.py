@@ -6,6 +6,7 @@ is taken away, one sentence is said, and nothing more of it runs.
 
 import os
 import signal
+import warnings
 from collections.abc import Callable
 from contextlib import suppress
 from types import FrameType
@@ -15,6 +16,7 @@ from tribopipe.interrupts import undo_all
 _ENDINGS = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "ended with its terminal"}
 """Signals that ask a process to end, as far as the system has them, and what is said then."""
 _STDERR = 2
+_BY_PYTHON = warnings.formatwarning
 _Handler = Callable[[int, FrameType | None], object] | signal.Handlers
 
 
@@ -27,6 +29,7 @@ def main() -> None:
         answer(os.environ)
     from tribopipe.batch.environment import ONE_THREAD
 
+    warnings.formatwarning = _told
     os.environ.update(ONE_THREAD | os.environ)  # so that results are those of workers, bit for bit
     from tribopipe.cli.app import main as run
 
@@ -34,6 +37,11 @@ def main() -> None:
         run()
     finally:
         _look_after(signal.SIG_IGN)  # what is asked for is done, or its failure told
+
+
+def _told(message: Warning | str, category: type[Warning], filename: str, lineno: int, line: str | None = None) -> str:
+    """Write a warning of tribopipe's own as a sentence, and any other with its place in the code."""
+    return f"warning: {message}\n" if category is UserWarning else _BY_PYTHON(message, category, filename, lineno, line)
 
 
 def _look_after(handler: _Handler) -> None:

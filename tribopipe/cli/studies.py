@@ -110,9 +110,7 @@ def run(
 def show(
     study_id: Annotated[
         str | None,
-        typer.Argument(
-            help="Id of an archived study; none lists them.", metavar="[ID]", autocompletion=archived_studies
-        ),
+        typer.Argument(help="Id of an archived study; none lists them.", metavar="ID", autocompletion=archived_studies),
     ] = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     as_json: AsJson = False,
@@ -156,7 +154,7 @@ def _tally(result: "StudyResult | TwinDiscStudyResult") -> str:
 def figures(
     ids: Annotated[
         list[str] | None,
-        typer.Argument(help="Ids of studies; none for all.", metavar="[ID]...", autocompletion=archived_studies),
+        typer.Argument(help="Ids of studies; none for all.", metavar="ID", autocompletion=archived_studies),
     ] = None,
     into: Annotated[Path | None, typer.Option("--into", help="Folder; by default figures/ in the archive.")] = None,
     formats: Annotated[list[str] | None, typer.Option("--format", help="svg, png or pdf; may be repeated.")] = None,

@@ -15,7 +15,6 @@ from tribopipe.cli.options import (
     require_archive,
 )
 from tribopipe.cli.output import exit_with, print_json, progress, record_json, say
-from tribopipe.cli.sweep_tables import show_rows, show_summaries
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -119,6 +118,7 @@ def _named(cases: list[str]) -> str:
 
 
 def _show(asked: "Sweep", table: "Table", *, as_json: bool) -> None:
+    from tribopipe.cli.sweep_tables import show_rows, show_summaries
     from tribopipe.sweep.rows import answers
     from tribopipe.sweep.summary import summarised
 

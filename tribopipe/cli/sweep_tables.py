@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, TypeVar
 
 from tribopipe.cli.output import say, table
+from tribopipe.units import WEAR_COEFFICIENT, from_si, show
 
 if TYPE_CHECKING:
     from tribopipe.records.quantity import Quantity
@@ -14,11 +15,10 @@ if TYPE_CHECKING:
 
 S = TypeVar("S", bound="Summary")
 _MOST_ROWS = 40
-_K_D = "mm^3/(N*mm)"
 _ENDS = ("interval_lower", "interval_upper")
 """Of the interval, which stand in one cell."""
 _UNITS = {
-    "wear_coefficient": _K_D,
+    "wear_coefficient": WEAR_COEFFICIENT,
     "end_wear_depth": "um",
     "wear_depth": "um",
     "wear_volume": "mm^3",
@@ -70,10 +70,8 @@ def _shown(quantity: "Quantity | None", name: str) -> str:
 
 def _interval(row: "Row") -> str:
     """Write an interval of k_D, whose unit stands beside it."""
-    from tribopipe.units import from_si, show
-
     ends = [row.found[name] for name in _ENDS if name in row.found]
-    return " to ".join(show(float(from_si(end.value, end.unit, _K_D)), None, "1") for end in ends) or "–"
+    return " to ".join(show(float(from_si(end.value, end.unit, WEAR_COEFFICIENT)), None, "1") for end in ends) or "–"
 
 
 def _percent(share: float | None) -> str:
@@ -116,8 +114,8 @@ def _show(title: str, labels: "Sequence[Head]", some: Sequence[S], cells: "Calla
 def _spread_cells(one: "ChoiceSpread") -> dict[str, str]:
     return {
         "fitted": f"{one.fitted} of {one.of}",
-        "least": one.least.shown(_K_D),
-        "greatest": one.greatest.shown(_K_D),
+        "least": one.least.shown(WEAR_COEFFICIENT),
+        "greatest": one.greatest.shown(WEAR_COEFFICIENT),
         "± half range": _percent(one.half_range),
         "± stated": _percent(one.stated),
         **{f"by {_plain(path)}": _percent(share) for path, share in one.effects.items()},

@@ -11,7 +11,7 @@ from tribopipe.cli.output import FAILED, print_json, progress, say, seen
 
 def verify(
     folder: Annotated[
-        Path | None, typer.Argument(help="Archive folder; by default that of --archive.", metavar="[ARCHIVE]")
+        Path | None, typer.Argument(help="Archive folder; by default that of --archive.", metavar="ARCHIVE")
     ] = None,
     run_ids: Annotated[
         list[str] | None,

@@ -1,4 +1,4 @@
-"""What lies in and below a folder: run folders, studies, and how far the archive beside them has got."""
+"""What lies in and below a folder: run folders, studies, exports, and how far the archive beside them has got."""
 
 import hashlib
 import os
@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from tribopipe.archive.catalogue.listed import ListedRun
 
 RUN_TOML = "run.toml"
+_OF_INSTRUMENTS = {".asc", ".csv", ".dat", ".dwf", ".lvm", ".tdms", ".tsv", ".txt", ".xls", ".xlsx"}
+"""How names of exports end; what is in one is told by who reads it."""
 _LEVELS, _MOST_ENTRIES = 2, 20_000
 """How deep is looked, and at how much: nobody waits for a home folder to be walked through."""
 
@@ -24,11 +26,13 @@ class Whereabouts:
     runs: dict[Path, str] = field(default_factory=dict)
     """SHA-256 of the run.toml in each run folder."""
     studies: list[Path] = field(default_factory=list)
+    exports: list[Path] = field(default_factory=list)
+    """Files outside of run folders that are called as instruments call what they export."""
     archived: "list[ListedRun]" = field(default_factory=list)
     studied: set[str] = field(default_factory=set)
     """Ids of the studies in the archive."""
-    unreadable: int = 0
-    """Files of the archive that cannot be read."""
+    unreadable: dict[str, str] = field(default_factory=dict)
+    """Why files of the archive cannot be read, and what to do, by the ids that their names tell."""
 
     def folder_of(self, run: "ListedRun") -> Path | None:
         """Return the folder of an archived run: the one with its run.toml, or that is called as the run is."""
@@ -40,12 +44,14 @@ class Whereabouts:
 def look_around(folder: Path, archive: Path) -> Whereabouts:
     """Look at a folder, and at the catalogue of an archive if there is one."""
     found = Whereabouts()
-    for path in _below(folder, archive):
-        if path.name == RUN_TOML:
+    for files in _below(folder, archive):
+        manifest = next((path for path in files if path.name == RUN_TOML), None)
+        if manifest is not None:
             with suppress(OSError):
-                found.runs[path.parent] = hashlib.sha256(path.read_bytes()).hexdigest()
-        elif path.name == "study.toml" or path.name.endswith(".study.toml"):
-            found.studies.append(path)
+                found.runs[manifest.parent] = hashlib.sha256(manifest.read_bytes()).hexdigest()
+        else:
+            found.exports += [path for path in files if path.suffix.lower() in _OF_INSTRUMENTS]
+        found.studies += [path for path in files if path.name == "study.toml" or path.name.endswith(".study.toml")]
     if archive.is_dir():
         _look_into(archive, found)
     return found
@@ -57,18 +63,18 @@ def _look_into(archive: Path, found: Whereabouts) -> None:
 
     catalogue = up_to_date(archive)
     found.archived = catalogue.runs()
-    found.unreadable = len(catalogue.unreadable)
+    found.unreadable = {Path(name).stem: error for name, error in catalogue.unreadable}
     found.studied = {path.stem for path in (archive / STUDIES).glob(f"*{SUFFIX}")}
 
 
-def _below(folder: Path, archive: Path) -> Iterator[Path]:
-    """Give the TOML files in a folder and a little below; nothing below a run folder, and nothing hidden."""
+def _below(folder: Path, archive: Path) -> Iterator[list[Path]]:
+    """Give the files in a folder, and in each a little below; nothing below a run folder, and nothing hidden."""
     left, room = deque([(folder, 0)]), _MOST_ENTRIES
     while left and room > 0:
         here, level = left.popleft()
         files, folders = _in(here)
         room -= len(files) + len(folders)
-        yield from (path for path in files if path.suffix == ".toml")
+        yield files
         if level < _LEVELS and not any(path.name == RUN_TOML for path in files):
             left += [(path, level + 1) for path in folders if path != archive]
 

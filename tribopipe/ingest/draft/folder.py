@@ -124,8 +124,16 @@ def make_run(wanted: Wanted, ask: Ask | None = None, say: Say = print) -> NewRun
         problem = _fill(part, draft, sources)
     notes = dict.fromkeys(f"{export.name}: {note}" for export in exports for note in export.table.notes)
     notes |= dict.fromkeys(profiles_left_open(draft.known))
+    notes |= dict.fromkeys(_one_test(group) for group in draft.groups if group.clocks_begin_anew)
     lacks, bodies_lack = draft.known.lacks, draft.known.bodies_lack
     return NewRun(target, tuple(draft.groups), tuple(lacks), tuple(bodies_lack), problem, tuple(notes))
+
+
+def _one_test(group: Group) -> str:
+    return (
+        f"{len(group.exports)} files are taken as one test, one after the other, though the clock begins anew in each; "
+        "of tests of their own make a run each, or let `tribopipe watch FOLDER` do so"
+    )
 
 
 def _defaults(wanted: Wanted) -> _Defaults:
@@ -191,7 +199,13 @@ def _building(target: Path) -> Iterator[Path]:
     """Give a temporary folder beside ``target`` that takes its place on success and vanishes on failure."""
     part = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
     with undone_by(partial(shutil.rmtree, part, ignore_errors=True)):
-        part.mkdir()
+        try:
+            part.mkdir()
+        except PermissionError as error:
+            raise ManifestError(
+                f"{target}: cannot be made ({error.strerror}); expected a folder with write permission; name another "
+                "with --into"
+            ) from error
         yield part
         _refuse_taken(target)
         part.rename(target)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -32,6 +33,13 @@ class Group:
         """Rows of all files."""
         return sum(export.rows for export in self.exports)
 
+    @property
+    def clocks_begin_anew(self) -> bool:
+        """Whether time falls back from each file to the next, as it does between tests too."""
+        times = [found[np.isfinite(found)] for export in self.exports if (found := _time(export)) is not None]
+        known = len(times) == len(self.exports) > 1 and all(map(len, times))
+        return known and all(later[0] < before[-1] for before, later in pairwise(times))
+
     def __str__(self) -> str:
         return self.names[0] if len(self.names) == 1 else f"{self.names[0]} … {self.names[-1]}"
 
@@ -58,7 +66,7 @@ def _refuse_another_base(first: Group, other: Group) -> None:
             "files that continue each other, with the same columns, or channels over the same time base, with as many "
             "rows; make a run of each test"
         )
-    before, found = _time(first), _time(other)
+    before, found = _times(first), _times(other)
     if before is None or found is None:
         return
     seen = min(len(before), len(found))  # of long files the beginnings, which need not be as long
@@ -70,12 +78,16 @@ def _refuse_another_base(first: Group, other: Group) -> None:
     )
 
 
-def _time(group: Group) -> Column | None:
+def _times(group: Group) -> Column | None:
     """Give the times of a group in s as far as all files write them so."""
-    found = [
-        column.values
-        for export in group.exports
-        for column in export.table.columns
-        if column.unit == "s" and (meaning := export.meanings.get(column.name)) and meaning.signal == "time"
-    ]
+    found = [times for export in group.exports if (times := _time(export)) is not None]
     return np.concatenate(found) if len(found) == len(group.exports) else None
+
+
+def _time(export: Export) -> Column | None:
+    """Give the times of a file in s if it writes them so."""
+    for column in export.table.columns:
+        meaning = export.meanings.get(column.name)
+        if column.unit == "s" and meaning and meaning.signal == "time":
+            return column.values
+    return None
