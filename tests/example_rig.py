@@ -5,9 +5,16 @@ from pathlib import Path
 
 import numpy as np
 
-from tribopipe.records.manifest import PinOnDisc
+from tribopipe.clean_up.cleaning import clean_run
+from tribopipe.drift import correct_drift
+from tribopipe.records.plan import Series
 from tribopipe.records.quantity import Quantity
-from tribopipe.wear.predict import WearScenario
+from tribopipe.records.recipe import MonteCarloRecipe, Recipe, WearRecipe
+from tribopipe.records.results import WearFit
+from tribopipe.simulate import VirtualTest
+from tribopipe.simulate.in_memory import pin_run
+from tribopipe.wear.identify import fit_wear
+from tribopipe.wear.predict import WearScenario, known_pin, predict_wear
 
 PLUGIN = Path(__file__).parent / "example_plugin"
 K_D, EXCESS, LENGTH = 5e-15, 4.0, 30.0
@@ -60,13 +67,63 @@ def record(folder: Path, law) -> Path:
     return folder
 
 
-def worn(law, distance):
-    """Return the pin's wear depth, m, by the GIWM and the law with its true parameters."""
-    body = {"material": "Si3N4", "youngs_modulus": "304 GPa", "poisson_ratio": 0.24}
-    contact = PinOnDisc.model_validate(
-        {"kind": "pin-on-disc", "pin": {"shape": "spherical", "radius": "0.794 mm", **body}, "disc": body}
-    )
-    load, k_d = Quantity(value=0.2, unit="N"), Quantity(value=K_D, unit="m^2/N")
-    scenario = WearScenario(contact, load, k_d)
+def worn(law, distance, load=0.2):
+    """Return the pin's wear depth, m, by the GIWM and the law with its true parameters, under a load in N."""
+    k_d = Quantity(value=K_D, unit="m^2/N")
+    scenario = WearScenario(series_of().contact, Quantity(value=load, unit="N"), k_d)
     true = replace(law, excess=EXCESS, length=LENGTH)
     return scenario.worn(true.effective_distance(distance, None)).depth
+
+
+BODY = {"material": "Si3N4", "youngs_modulus": "304 GPa", "poisson_ratio": 0.24}
+SERIES = {
+    "title": "wear that runs in",
+    "law": "running_in",
+    "law_parameters": {"excess": EXCESS, "length": f"{LENGTH} m"},
+    "contact": {"kind": "pin-on-disc", "pin": {"shape": "spherical", "radius": "0.794 mm", **BODY}, "disc": BODY},
+    "medium": "air",
+    "systematic_errors": True,
+    "sliding_speed": {"value": "400 mm/s", "standard_uncertainty": "0.5 mm/s"},
+    "sliding_distance": f"{DISTANCE} m",
+    "sensors": {"depth_noise": "30 nm", "sampling_rate": "2 Hz"},
+    "runs": [
+        {
+            "id": "run-in",
+            "started": "2026-01-01T09:00:00+01:00",
+            "seed": 1,
+            "normal_load": {"value": "200 mN", "standard_uncertainty": "0.5 %"},
+            "wear_coefficient": f"{K_D} m^2/N",
+            "friction": {"amplitude": 0.2, "steady_state": 0.5, "running_in_distance": "20 m"},
+            "zero_offset": "1 um",
+            "drift_rate": "2 nm/min",
+        }
+    ],
+}
+"""Virtual runs whose wear runs in by the same truth."""
+JOINT = Recipe(wear=WearRecipe(correction="joint"), monte_carlo=MonteCarloRecipe(significant_digits=0))
+
+
+def series_of(**changes) -> Series:
+    """Return the series with other keys, as a plan would say them."""
+    return Series.model_validate({**SERIES, **changes})
+
+
+def virtual(series: Series, seed: int, law: str = "running_in", recipe: Recipe = JOINT) -> tuple[VirtualTest, WearFit]:
+    """Record a run of the series with a seed, and fit a law to it."""
+    run = series.runs[0].model_copy(update={"seed": seed})
+    test = VirtualTest(series, run)
+    return test, fit_wear(correct_drift(clean_run(pin_run(series, run, test)).run, recipe), law, None, recipe)
+
+
+def predicted(series: Series, fit: WearFit, load: float, at: float) -> Quantity:
+    """Return the wear depth that a fit predicts under a load in N, 0.5 % uncertain, at a sliding distance in m."""
+    known, pressed = known_pin(fit), Quantity(value=load, unit="N", standard_uncertainty=0.005 * load)
+    scenario = WearScenario(
+        series.contact,
+        pressed,
+        known.coefficient,
+        fit.model,
+        parameters=known.parameters,
+        covariance=known.covariance,
+    )
+    return predict_wear(scenario, [at]).prediction[0].wear_depth

@@ -22,6 +22,7 @@ from tribopipe.archive.nexus import text
 from tribopipe.archive.store import Archive
 from tribopipe.records.disc_results import TwinDiscFit
 from tribopipe.records.mark import Mark
+from tribopipe.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, pretty
 
 RUN, OTHER = "si3n4-air-200mN", "si3n4-air-other"
 BAD = Mark(kind="bad", reason="slipped", date="2026-01-01T00:00:00+00:00")
@@ -99,6 +100,11 @@ def test_cells_say_what_the_results_say(sample_archive, disc_archive):
         assert isinstance(fit, TwinDiscFit)
         assert run.value("k_d_flat") == fit.flat_disc.wear_coefficient.value
         assert run.value("rotations") == disc_archive.raw(run.id).columns["rotations"][-1]
+
+
+def test_units_of_columns_are_those_of_their_kinds():
+    units = {column.unit for column in COLUMNS.values() if column.measures == "wear coefficient"}
+    assert units == {pretty(WEAR_COEFFICIENT), pretty(SPECIFIC_WEAR_RATE)}
 
 
 def test_every_column_can_be_asked_for(sample_archive):

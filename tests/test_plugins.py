@@ -6,23 +6,30 @@ import re
 import subprocess
 import sys
 import tomllib
+from dataclasses import replace
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
-from example_rig import DISTANCE, EXCESS, K_D, LENGTH, PLUGIN, record
+from example_rig import DISTANCE, EXCESS, JOINT, K_D, LENGTH, PLUGIN, predicted, record, series_of, virtual, worn
 
 from tribopipe.checks import registry as checks
+from tribopipe.cli.live import live
 from tribopipe.errors import FitError, ManifestError
 from tribopipe.ingest import registry as readers
 from tribopipe.ingest.conformance import Example, check_reader
 from tribopipe.ingest.harmonise import read_run
 from tribopipe.plugins import Plugins, declared, own_first
-from tribopipe.records.base import read_document
-from tribopipe.records.recipe import Recipe
+from tribopipe.records.base import load_toml, read_document
+from tribopipe.records.plan import Plan
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.recipe import Recipe, WearRecipe
 from tribopipe.records.results import WearFit
+from tribopipe.simulate import VirtualTest, VirtualTwinDiscTest
 from tribopipe.wear import laws
+from tribopipe.wear.twin_disc.predict import DiscScenario, KnownDiscs
 
 ROOT = Path(__file__).parents[1]
 GROUPS = tomllib.loads((PLUGIN / "pyproject.toml").read_text(encoding="utf-8"))["project"]["entry-points"]
@@ -134,6 +141,41 @@ def test_given_parameters_are_checked(given, words):
         law_as_given("running_in", recipe)
 
 
+BROKEN = """\
+[tribopipe.laws]
+broken = broken_law:Law
+sarkar = broken_law:Law
+my-law = broken_law:Law
+"""
+
+
+@pytest.mark.slow
+def test_package_that_cannot_be_loaded_is_told_in_sentences(tmp_path):
+    (tmp_path / "broken-1.dist-info").mkdir()
+    (tmp_path / "broken-1.dist-info" / "METADATA").write_text("Name: broken\nVersion: 1\n", encoding="ascii")
+    (tmp_path / "broken-1.dist-info" / "entry_points.txt").write_text(BROKEN, encoding="ascii")
+    (tmp_path / "broken_law.py").write_text("raise RuntimeError('no licence')", encoding="ascii")
+    program = [sys.executable, "-m", "tribopipe.cli.start"]
+    predict = ["predict", "--run", ROOT / "sample_runs" / "si3n4-air-200mN", "--wear-coefficient", "1e-9 mm^3/(N*mm)"]
+    ends = {}
+    for words in ([*predict, "--law", "broken"], [*predict, "--at", "1 m"], ["ls", "--columns", "help"]):
+        ends[words[-1]] = subprocess.run(
+            [*program, *words],
+            env=os.environ | {"PYTHONPATH": str(tmp_path)},
+            capture_output=True,
+            text=True,
+            encoding="utf-8",
+            check=False,
+        )
+    told = ends["broken"].stderr
+    assert "warning: wear law 'broken' left out: broken_law:Law cannot be loaded (RuntimeError('no licence'))\n" in told
+    assert "error: found the wear law 'broken', which cannot be loaded" in told
+    assert ends["1 m"].returncode == 0
+    assert "UserWarning" not in "".join(end.stderr for end in ends.values())
+    assert re.search(r"k_d_sarkar .*by Sarkar's law", ends["help"].stderr)
+    assert "my-law" not in ends["help"].stderr
+
+
 @pytest.fixture(scope="module")
 def package(tmp_path_factory):
     """Install the example into a folder of its own."""
@@ -177,6 +219,12 @@ def test_the_whole_line_with_another_package(package, tmp_path):
         assert abs(found[name]["value"] - true) < 2.5 * found[name]["standard_uncertainty"], found
         assert found[name]["standard_uncertainty"] < 0.1 * true
 
+    with h5py.File(tmp_path / "archive" / "run-in.h5") as file:
+        told = {
+            law: json.loads(file[f"entry/wear_fit_{law}/options/data"].asstr()[()]) for law in ("archard", "running_in")
+        }
+    assert told["running_in"]["law_package"] == "example-rig 1.0"
+    assert "law_package" not in told["archard"]
     listed = tribopipe("ls", "--columns", "id,k_d,k_d_running_in,steps", "--json")
     assert json.loads(listed.stdout)["runs"][0]["k_d_running_in"]["value"] == pytest.approx(found["k_d"]["value"])
     assert "k_d_running_in" in tribopipe("ls", "--columns", "help").stderr
@@ -213,3 +261,114 @@ def test_the_architecture_is_drawn_as_it_is(monkeypatch):
     import make_layers
 
     assert make_layers.PICTURE.read_text(encoding="utf-8") == make_layers.picture(), "run python docs/make_layers.py"
+
+
+@pytest.mark.usefixtures("installed")
+def test_virtual_run_wears_by_the_true_parameters_of_its_law():
+    series = series_of(systematic_errors=False)
+    test = VirtualTest(series, series.runs[0])
+    np.testing.assert_allclose(test.pin_wear, worn(laws.law_named("running_in"), test.distance), rtol=1e-12)
+    told = {name: (true.value, true.unit) for name, true in test.truth().law_parameters.items()}
+    assert told == {"excess": (EXCESS, "1"), "length": (LENGTH, "m")}
+    assert VirtualTest(series_of(law="archard", law_parameters={}), series.runs[0]).truth().law_parameters is None
+
+
+@pytest.mark.usefixtures("installed")
+def test_test_is_not_followed_under_a_law_whose_parameters_nobody_gave(tmp_path):
+    with pytest.raises(FitError, match="found no excess and no length; expected them given"):
+        live(record(tmp_path / "run", laws.law_named("running_in")), "running_in")
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"excess": 4.0}, "exponential running-in: found no length; .* under law_parameters of the series"),
+        ({"excess": 4.0, "lenght": "30 m"}, r"law_parameters\.lenght: found a parameter .* did you mean 'length'\?"),
+    ],
+)
+@pytest.mark.usefixtures("installed")
+def test_virtual_run_needs_all_parameters_of_its_law(given, words):
+    series = series_of(law_parameters=given)
+    with pytest.raises(FitError, match=words):
+        VirtualTest(series, series.runs[0])
+
+
+@pytest.mark.usefixtures("installed")
+def test_virtual_discs_wear_by_the_true_parameters_of_their_law():
+    series = load_toml(ROOT / "sample_runs" / "plan.toml", Plan).twin_disc_series[0]
+    series = series.model_copy(update={"distance_per_rotation": "volume-conserving"})
+    given = {"law": "running_in", "law_parameters": {"excess": EXCESS, "length": f"{LENGTH} m"}}
+    plain, run_in = (VirtualTwinDiscTest(series.model_copy(update=said), series.runs[0]) for said in ({}, given))
+    law = laws.law_named("running_in").at({"law_excess": EXCESS, "law_length": LENGTH})
+    longer = law.effective_distance(plain.distance[-1], None) / plain.distance[-1]
+    volumes = [test.truth().end_curved_wear_volume.value for test in (plain, run_in)]
+    assert volumes[1] == pytest.approx(longer * volumes[0], rel=1e-6)
+    with pytest.raises(FitError, match="found no excess and no length"):
+        VirtualTwinDiscTest(series.model_copy(update={"law": "running_in"}), series.runs[0])
+
+
+def discs_under_running_in(length: str | dict[str, str]) -> DiscScenario:
+    """Return a scenario of two discs that run in over a length."""
+    load, slip = (Quantity(value=value, unit=unit) for value, unit in ((0.25, "N"), (0.04, "1")))
+    recipe = Recipe(wear=WearRecipe(parameters={"running_in": {"excess": EXCESS, "length": length}}))
+    return DiscScenario(
+        load_toml(ROOT / "sample_runs" / "plan.toml", Plan).twin_disc_series[0].contact,
+        load,
+        slip,
+        KnownDiscs(*(Quantity(value=k_d, unit="m^2/N") for k_d in (4.6e-18, 2e-18))),
+        "running_in",
+        recipe=recipe,
+    )
+
+
+@pytest.mark.usefixtures("installed")
+def test_wear_of_discs_is_as_uncertain_as_the_parameters_of_their_law():
+    rotations = np.asarray([1e5])
+    scenario = discs_under_running_in({"value": "30 m", "standard_uncertainty": "10 m"})
+    spread = scenario.uncertainties(rotations, ("law_length",))["curved_depth"]
+    low, high = (discs_under_running_in(length).worn(rotations).curved_depth for length in ("20 m", "40 m"))
+    np.testing.assert_allclose(spread, (high - low) / 2, rtol=0.05)
+
+
+@pytest.mark.usefixtures("installed")
+def test_parameter_that_is_found_at_nothing_is_held_there_and_leaves_k_d_to_archard(monkeypatch):
+    slow_at_first = replace(laws.law_named("running_in"), excess=-0.5, length=LENGTH)
+    monkeypatch.setattr("tribopipe.simulate.pin_on_disc.true_law", lambda _: slow_at_first)
+    series = series_of(sliding_distance="100 m", systematic_errors=False)
+    recipe = JOINT.model_copy(
+        update={"wear": JOINT.wear.model_copy(update={"parameters": {"running_in": {"length": f"{LENGTH} m"}}})}
+    )
+    run_in, archard = (virtual(series, 1, law, recipe)[1] for law in ("running_in", "archard"))
+    assert run_in.wear_coefficient.value == pytest.approx(archard.wear_coefficient.value, rel=1e-9)
+    assert str(run_in.parameters[0].value) == "0"
+    assert "excess was found at 0 and is held there: k_D and its uncertainty are those without it" in run_in.notes
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("installed")
+def test_intervals_hold_the_truth_as_often_as_they_say():
+    off: dict[str, list[float]] = {name: [] for name in ("k_d", "excess", "length", "later", "heavier")}
+    for seed in range(24):
+        series = series_of()
+        _, fit = virtual(series, 1000 + seed)
+        found = {one.name: one.value for one in fit.parameters} | {"k_d": fit.wear_coefficient}
+        true = {"excess": EXCESS, "length": LENGTH, "k_d": K_D}
+        for name, load, at in (("later", 0.2, 2000.0), ("heavier", 0.4, 500.0)):
+            found[name] = predicted(series, fit, load, at)
+            true[name] = worn(laws.law_named("running_in"), at, load)
+        for name, quantity in found.items():
+            off[name].append((quantity.value - true[name]) / quantity.standard_uncertainty)
+    for name, deviations in off.items():
+        held = np.count_nonzero(np.abs(deviations) < 1.96)
+        assert held >= 19, (name, held)  # fewer of 24 would come about once in 200 tests by chance
+        assert abs(np.mean(deviations)) < 0.7, name
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("installed")
+def test_parameters_that_a_run_hardly_shows_leave_k_d_right():
+    series = series_of(law="archard", law_parameters={}, sliding_distance="100 m", systematic_errors=False)
+    for seed in range(8):
+        fit = virtual(series, seed)[1].wear_coefficient
+        assert abs(fit.value - K_D) < 3 * fit.standard_uncertainty
+        assert fit.standard_uncertainty < 0.5 * K_D

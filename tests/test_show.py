@@ -138,6 +138,7 @@ def test_fact_of_a_hostile_name_is_shown_harmless(capsys):
 def test_study_page_says_all(capsys):
     law = LawPage(
         model="archard",
+        heading="Archard's law",
         title="Archard's law: k_D = 1",
         tables=(TextTable("verdict on each run", ("run", "verdict"), (("a", "supported"),)),),
         sentences=("scatter of k_D",),

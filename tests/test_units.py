@@ -133,7 +133,7 @@ SPELLINGS = {
     ),
     "toughness": (1e6, ["1 MPa*m^0.5", "1 MPa m^0.5", "1 MPa*m^(1/2)", "1 MPa·m½", "1e6 Pa*m^0.5"]),
     "density": (1000.0, ["1 g/cm^3", "1 g/cm³", "1 g/cm**3", "1 g cm⁻³", "1000 kg/m³", "1 kg/dm^3"]),
-    "speed": (0.4, ["400 mm/s", "0.4 m/s", "0.4 m*s^-1", "0.4 m s⁻¹", "24 m/min", "0.4 m.s^-1"]),
+    "speed": (0.4, ["400 mm/s", "0.4 m/s", "0.4 m*s^-1", "0.4 m s⁻¹", "24 m/min", "0.4 m.s^-1", "0.4 m . s^-1"]),
     "ratio": (0.24, ["0.24", "24 %", "24%", "0.24 1", "0.24 -"]),
     "frequency": (10.0, ["10 Hz", "10 1/s", "600 1/min", "10 s^-1"]),
 }
@@ -172,6 +172,7 @@ REFUSED = {
     "5 km^(99999999)": ("length", "no unit"),
     "5 " + "m*" * 40 + "m": ("length", "no unit"),
     "3 dB": ("ratio", "'dB'.*no unit"),
+    "3 Np": ("ratio", "'Np'.*no unit"),
     "5 __import__('os')": ("ratio", "no unit"),
 }
 

@@ -42,6 +42,7 @@ from tribopipe.version import VERSION
 from tribopipe.wear.curves import LawCurve, fitted_curve, predicted_curve, run_scenario
 from tribopipe.wear.friction_path import fitted_path, run_path
 from tribopipe.wear.identify import fit_wear
+from tribopipe.wear.laws import law_package
 from tribopipe.wear.local import LocalOptions, default_places, local_scenario, wear_locally
 from tribopipe.wear.predict import KnownPin, known_pin, predict_wear
 from tribopipe.wear.twin_disc.curves import OUTCOMES, DiscCurves, disc_scenario, fitted_discs, predicted_discs
@@ -176,8 +177,15 @@ def wear_fit(archive: Archive, run_id: str, recipe: Recipe, law: LawName) -> Pla
         "drift": _told(recipe.drift),
         "uncertainty": _told(recipe.uncertainty),
         "monte_carlo": _told(recipe.monte_carlo),
+        **_by(law),
     }
     return _planned(archive, run_id, WEAR_FITS[law], options | _convention(archive, run_id, recipe), compute)
+
+
+def _by(law: LawName) -> dict[str, Any]:
+    """Return whose a law is, where another package adds it: a later version of that may say something else."""
+    package = law_package(law)
+    return {} if package is None else {"law_package": package}
 
 
 def _given(recipe: Recipe, law: LawName) -> dict[str, Any]:
@@ -229,6 +237,7 @@ def prediction(
         "reference": reference,
         "wear": {"friction": recipe.wear.friction, **_given(recipe, law)},
         "uncertainty": _told(recipe.uncertainty),
+        **_by(law),
     }
     fingerprint = digest(*known.parts)
     return _planned(archive, run_id, PREDICTIONS[law], options, compute, wear_coefficient=fingerprint)
@@ -272,6 +281,7 @@ def local_wear(
         "wear_coefficient": [_told(given) for given in coefficients],
         "wear": {"friction": recipe.wear.friction, **_given(recipe, law)},
         "uncertainty": _told(recipe.uncertainty),
+        **_by(law),
     }
     return _planned(archive, run_id, LOCAL_WEAR[law], options, compute, wear_coefficient=digest(*known))
 

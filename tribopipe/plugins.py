@@ -28,6 +28,12 @@ def is_own(entry: EntryPoint) -> bool:
     return entry.module.startswith("tribopipe.")
 
 
+def added(group: str) -> tuple[EntryPoint, ...]:
+    """Return the entry points of a group that other packages declare under names which tribopipe has not."""
+    taken = {entry.name for entry in declared(group) if is_own(entry)}
+    return tuple(entry for entry in declared(group) if entry.name not in taken)
+
+
 class Plugins(Mapping[str, T], Generic[T]):
     """What the entry points of a group stand for, by name; all are loaded when the first is asked for."""
 

@@ -42,6 +42,7 @@ from tribopipe.study.evaluate import Evaluation, evaluate
 from tribopipe.study.member import Member
 from tribopipe.units import from_si
 from tribopipe.version import VERSION
+from tribopipe.wear.laws import law_package
 from tribopipe.wear.predict import KnownPin
 from tribopipe.wear.twin_disc.predict import KnownDiscs
 
@@ -97,8 +98,10 @@ class PlannedStudy:
 
     @property
     def options(self) -> dict[str, Any]:
-        """What it is told, as JSON types."""
-        return self.recipe.model_dump(mode="json", by_alias=True)
+        """What it is told, as JSON types, and which packages its laws are of."""
+        packages = [package for law in self.study.laws if (package := law_package(law)) is not None]
+        told = self.recipe.model_dump(mode="json", by_alias=True)
+        return told | ({"law_packages": packages} if packages else {})
 
     @property
     def inputs_sha256(self) -> str:

@@ -87,7 +87,8 @@ class _Unit(NamedTuple):
 @cache
 def _unit(text: str) -> _Unit:
     """Read a unit; ``ValueError`` where the text is none."""
-    cleaned = re.sub(r"/\s*N[\s*.]*(m{1,2})\b", r"/(N*\1)", text.translate(_SPELLINGS).strip())
+    cleaned = re.sub(r"\.(?!\d)", "*", text.translate(_SPELLINGS).strip())
+    cleaned = re.sub(r"/\s*N[\s*]*(m{1,2})\b", r"/(N*\1)", cleaned)
     cleaned = re.sub(r"\b([cu]?m{1,2})([23])\b", r"\1^\2", cleaned)
     cleaned = re.sub(f"[{_SUPERSCRIPTS}]+", lambda power: "^" + power[0].translate(_FROM_SUPERSCRIPT), cleaned)
     if cleaned in ("", "1", "-"):
@@ -98,9 +99,11 @@ def _unit(text: str) -> _Unit:
     try:
         unit = registry.parse_units(cleaned)
         zero, one = (registry.Quantity(Decimal(number), unit).to_base_units() for number in (0, 1))
-        return _Unit(unit.dimensionality, one.magnitude - zero.magnitude, zero.magnitude)
     except Exception as error:
         raise ValueError(str(error)) from error
+    if zero.magnitude and unit.dimensionality != registry.kelvin.dimensionality:
+        raise ValueError("a logarithm")  # only a temperature is slope × value + offset with an offset
+    return _Unit(unit.dimensionality, one.magnitude - zero.magnitude, zero.magnitude)
 
 
 def is_unit(text: str) -> bool:

@@ -126,5 +126,11 @@ def _dataset(crate: Packed, held: Held, folder: Path) -> Path | None:
     content = b"".join(crate.pieces(held.name, held.size, held.sha256))
     within = crate.path / held.name
     read_document(parse_toml(within, content), Dataset, where=str(within))
-    write_file(path, content)
+    try:
+        write_file(path, content)
+    except OSError as error:
+        raise ArchiveError(
+            f"{path}: cannot be written ({error.strerror or error}); expected a folder with room and write permission; "
+            "name an archive elsewhere with --archive"
+        ) from None
     return path

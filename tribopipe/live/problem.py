@@ -33,6 +33,8 @@ from tribopipe.wear.problem import NODES, remountings
 _DISC_POWER = 0.75
 """Of s, as which ∫ds/a grows under a sphere, whose contact radius a grows as the fourth root of s."""
 _LEAST_SPREAD = 1e-12
+_AS_PLANNED = 0.98
+"""Share of the planned distance at which a test has ended as planned."""
 
 
 @dataclass(frozen=True)
@@ -139,6 +141,10 @@ class Asked:
     planned: float | None = None
     """Sliding distance, m, at which the test is to end; none where nobody said."""
 
+    def ends_at(self, reached: float) -> bool:
+        """Tell whether a test that has come so far, m, has ended as planned: any may have, where nobody said."""
+        return self.planned is None or reached >= _AS_PLANNED * self.planned
+
 
 def live_problem(asked: Asked, state: State) -> LiveProblem:
     """Pose the fit of the samples so far. Raises ``FitError`` where the law needs a friction that was not recorded."""
@@ -148,7 +154,8 @@ def live_problem(asked: Asked, state: State) -> LiveProblem:
     trace = _trace(fine, fine)
     stretches = _stretches(fine.sliding_distance if pin.shape == "flat" else fine.root, segments)
     means = state.pooled(stretches)
-    end = end_wear(asked.run, asked.recipe.uncertainty)
+    # Before the end, an end value is that of another run, left in a copied run.toml, or measured further on.
+    end = end_wear(asked.run, asked.recipe.uncertainty) if asked.ends_at(trace.slid) else None
     if end is None:
         noise = noise_of(fine, trace, segments, asked.planned or trace.slid)
     else:

@@ -17,9 +17,6 @@ from tribopipe.records.base import Record
 from tribopipe.records.clean_up import TurnOver
 from tribopipe.records.quantity import Quantity
 
-_AS_PLANNED = 0.98
-"""Share of the planned distance at which a test has ended as planned."""
-
 
 class LiveUpdate(Record):
     """What one look at a run found."""
@@ -78,7 +75,7 @@ class Session:
     def still(self, seconds: float) -> LiveUpdate:
         """Say that nothing has come for so long, unless the planned end was reached, or nobody knows it."""
         planned, reached = self.asked.planned, self._reached or 0.0
-        if planned is None or reached >= _AS_PLANNED * planned:
+        if planned is None or self.asked.ends_at(reached):
             return self._update([])
         message = (
             f"nothing was appended for {seconds:.0f} s, at {reached:.4g} m of {planned:.4g} m: the test or its "

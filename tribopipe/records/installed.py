@@ -35,7 +35,7 @@ class InstalledName:
 
     def names(self) -> list[str]:
         """Return the names of what is installed."""
-        return [entry.name for entry in declared(self.group)]
+        return list(dict.fromkeys(entry.name for entry in declared(self.group)))
 
     def _checked(self, name: str, info: ValidationInfo) -> str:
         if info.context == WRITTEN_BY_PEOPLE and name not in self.names():

@@ -24,7 +24,7 @@ from tribopipe.records.quantity import (
     Time,
     WearCoefficient,
 )
-from tribopipe.records.recipe import DistanceConvention, LawName
+from tribopipe.records.recipe import DistanceConvention, GivenParameter, LawName
 
 
 def _of(value: float, unit: str) -> Quantity:
@@ -103,6 +103,8 @@ class Series(Record):
     """One line about the series."""
     law: LawName = "archard"
     """Wear law of the truth."""
+    law_parameters: dict[str, GivenParameter] = Field(default_factory=dict)
+    """Its true parameters beside k_D."""
     contact: PinOnDisc
     """The two bodies."""
     medium: str
@@ -221,6 +223,8 @@ class TwinDiscSeries(Record):
     """One line about the series."""
     law: LawName = "archard"
     """Wear law of the truth."""
+    law_parameters: dict[str, GivenParameter] = Field(default_factory=dict)
+    """Its true parameters beside k_D."""
     distance_per_rotation: DistanceConvention = "full-slip"
     """What the truth counts as the distance that a point of a disc slides in one rotation."""
     contact: TwinDisc
@@ -297,6 +301,8 @@ class Truth(Record):
     """Name of the run."""
     law: LawName
     """Wear law."""
+    law_parameters: dict[str, Quantity] | None = None
+    """Its parameters beside k_D; none where it has none."""
     wear_coefficient: WearCoefficient
     """k_D."""
     friction: StatedFriction
@@ -322,6 +328,8 @@ class TwinDiscTruth(Record):
     """Name of the run."""
     law: LawName
     """Wear law."""
+    law_parameters: dict[str, Quantity] | None = None
+    """Its parameters beside k_D; none where it has none."""
     distance_per_rotation: DistanceConvention
     """What counts as the distance that a point of a disc slides in one rotation."""
     curved_wear_coefficient: WearCoefficient

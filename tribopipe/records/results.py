@@ -166,7 +166,7 @@ class LawValue(Record):
     name: str
     """Parameter."""
     value: Quantity
-    """Its value."""
+    """Its value; without uncertainty where the fit held it."""
     source: Literal["fit", "recipe"]
     """Whether it was fitted with k_D, or given."""
 

@@ -46,7 +46,7 @@ class Study(Record):
     """Wear laws."""
     shared: tuple[SharedInput, ...] = ("pin_modulus", "disc_modulus", "curved_modulus", "flat_modulus")
     """Inputs that are off by the same error in all runs, such as the moduli of one material or one load cell; those
-    that a run's tribometer does not have are passed over."""
+    that a run's tribometer does not have are passed over. What a recipe gives of a wear law is always shared."""
     end_of_life: Length | None = None
     """Wear depth, of the pin or the curved disc, whose distance or rotations are wanted for every run."""
 

@@ -24,7 +24,7 @@ from tribopipe.records.signals import SignalName
 from tribopipe.report.decimation import thinned
 from tribopipe.report.numbers import course, slid, slide
 from tribopipe.run import Column, CorrectedRun, RawRun
-from tribopipe.units import axis, from_si, interval_from_si
+from tribopipe.units import WEAR_COEFFICIENT, axis, from_si, interval_from_si
 from tribopipe.wear.curves import LawCurve
 from tribopipe.wear.friction_path import fitted_path
 from tribopipe.wear.laws import LAWS, law_label
@@ -240,7 +240,7 @@ def _draw_law(ax: "Axes", distance: Column, curve: LawCurve, colour: str, style:
 
 
 def _wear_words(fit: WearFit | WearPrediction) -> str:
-    return f"{law_label(fit.model)}: $k_\\mathrm{{D}}$ = {_shown(fit.wear_coefficient, 'mm^3/(N*mm)')}"
+    return f"{law_label(fit.model)}: $k_\\mathrm{{D}}$ = {_shown(fit.wear_coefficient, WEAR_COEFFICIENT)}"
 
 
 def _shown(quantity: Quantity | None, unit: str) -> str:

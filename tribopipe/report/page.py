@@ -121,6 +121,8 @@ class LawPage:
     """One wear law in a study."""
 
     model: str
+    heading: str
+    """The law alone, such as "Archard's law"."""
     title: str
     """The law and its k_D with interval."""
     tables: tuple[TextTable, ...]

@@ -70,6 +70,7 @@ def _law(law: LawResult) -> LawPage:
     found = f"k_D = {_with_interval(law)}"
     return LawPage(
         model=law.model,
+        heading=law_heading(law.model),
         title=f"{law_heading(law.model)}{by(law.engine)}: {found}",
         tables=tuple(table for table in (_verdicts(law), _shapes(law), _engines(law)) if table.rows),
         sentences=(*_scatter("k_D", law.between_runs), *_lives(law)),
@@ -186,6 +187,7 @@ def _disc_law(law: TwinDiscLawResult) -> LawPage:
     scatter = (said for disc in law.discs for said in _scatter(f"k_D of the {spoken(disc.disc)}", disc.between_runs))
     return LawPage(
         model=law.model,
+        heading=law_heading(law.model),
         title=f"{law_heading(law.model)}, {law.distance_per_rotation}: {found}",
         tables=(TextTable("verdict on each run", _DISC_COLUMNS, rows),),
         sentences=(*scatter, *_lives(law)),

@@ -18,6 +18,7 @@ from tribopipe.records.plan import Sensors, Series, Truth, VirtualRun
 from tribopipe.records.quantity import Quantity
 from tribopipe.run import Column
 from tribopipe.simulate.drawing import TrueValue, measured, read_depth, read_forces, systematic_errors
+from tribopipe.simulate.true_law import true_law, true_parameters
 from tribopipe.simulate.writing import Layout, Written, manifest_head, manifest_tail, specimen, write_run, written
 from tribopipe.wear.friction_path import stated_path
 from tribopipe.wear.predict import WearScenario
@@ -38,8 +39,10 @@ class VirtualTest:
         contact = _off(series.contact, off)
         self.pin_radius = contact.pin.radius.value
         load = Quantity(value=off(run.normal_load), unit="N")
-        scenario = WearScenario(contact, load, run.wear_coefficient, series.law, self.friction)
-        state = scenario.worn(self.distance)
+        self.law = true_law(series)
+        # Under Archard's law the effective distance wears as much as the distance does under this one.
+        archard = WearScenario(contact, load, run.wear_coefficient)
+        state = archard.worn(self.law.effective_distance(self.distance, self.friction))
         self.pin_wear, self.disc_wear = state.depth, self._disc_wear(state.radius)
 
     def _disc_wear(self, contact_radius: Column) -> Column:
@@ -54,6 +57,7 @@ class VirtualTest:
         return Truth(
             id=self.run.id,
             law=self.series.law,
+            law_parameters=true_parameters(self.law),
             wear_coefficient=self.run.wear_coefficient,
             friction=self.run.friction,
             zero_offset=self.run.zero_offset,

@@ -22,9 +22,9 @@ from tribopipe.records.plan import TwinDiscSensors, TwinDiscSeries, TwinDiscTrut
 from tribopipe.records.quantity import Quantity
 from tribopipe.run import Column
 from tribopipe.simulate.drawing import measured, read_depth, read_forces, systematic_errors
+from tribopipe.simulate.true_law import true_law, true_parameters
 from tribopipe.simulate.writing import Layout, Written, manifest_head, manifest_tail, specimen, write_run, written
 from tribopipe.wear.friction_path import stated_path
-from tribopipe.wear.laws import law_named
 
 
 class VirtualTwinDiscTest:
@@ -47,7 +47,7 @@ class VirtualTwinDiscTest:
             "slip": off(run.slip),
         }
         self.slip_per_rotation = 2 * math.pi * self.values["curved_radius"] * abs(self.values["slip"])
-        self.friction = stated_path(run.friction)
+        self.friction, self.law = stated_path(run.friction), true_law(series)
         try:
             self.state = disc_pair(contact, self.values, series.distance_per_rotation).worn(
                 self._effective(self.rotations), run.curved_wear_coefficient.value, run.flat_wear_coefficient.value
@@ -69,7 +69,7 @@ class VirtualTwinDiscTest:
         return sound + fatigue.factor * (self._under_law(rotations) - sound)
 
     def _under_law(self, rotations: Column) -> Column:
-        slipped = law_named(self.series.law).effective_distance(rotations * self.slip_per_rotation, self.friction)
+        slipped = self.law.effective_distance(rotations * self.slip_per_rotation, self.friction)
         return slipped / self.slip_per_rotation
 
     def truth(self) -> TwinDiscTruth:
@@ -78,6 +78,7 @@ class VirtualTwinDiscTest:
         return TwinDiscTruth(
             id=run.id,
             law=self.series.law,
+            law_parameters=true_parameters(self.law),
             distance_per_rotation=self.series.distance_per_rotation,
             curved_wear_coefficient=run.curved_wear_coefficient,
             flat_wear_coefficient=run.flat_wear_coefficient,

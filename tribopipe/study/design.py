@@ -19,6 +19,7 @@ from tribopipe.study.member import PosedRun
 from tribopipe.wear.identify import budget
 from tribopipe.wear.inputs import Input
 from tribopipe.wear.joint import END_ANCHOR, Anchor, JointProblem
+from tribopipe.wear.laws import law_named
 from tribopipe.wear.problem import WearProblem
 
 _LENGTHS = np.geomspace(1.0, 100.0, 61)
@@ -36,7 +37,7 @@ def design(
         raise FitError(f"plan: found a wanted interval of {wanted:g}; expected one above zero, such as '10 %'")
     lines = budget(run.problem, run.coefficient)
     now = half_width(lines)
-    common = {name.replace("_", " ") for name in shared}
+    common = {name.replace("_", " ") for name in (*shared, *law_named(law).inputs())}
     by_shared = half_width([line for line in lines if line.name in common])
     length, by_distance = _length(run, wanted)
     return Design(

@@ -20,6 +20,7 @@ from tribopipe.study.design import half_width, levers, replicates, shortest
 from tribopipe.study.discs import posed_discs
 from tribopipe.study.member import Member
 from tribopipe.wear.inputs import Input
+from tribopipe.wear.laws import law_named
 from tribopipe.wear.twin_disc.identify import disc_budgets
 from tribopipe.wear.twin_disc.problem import DiscProblem
 
@@ -39,7 +40,7 @@ def design_discs(
     if not wanted > 0:
         raise FitError(f"plan: found a wanted interval of {wanted:g}; expected one above zero, such as '10 %'")
     run = posed_discs(member, law, recipe)
-    common = {name.replace("_", " ") for name in shared}
+    common = {name.replace("_", " ") for name in (*shared, *law_named(law).inputs())}
 
     @cache
     def widths(length: float) -> list[float]:

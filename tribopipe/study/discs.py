@@ -38,7 +38,7 @@ from tribopipe.study.verdict import DECISIVE, Comparison, decide, ratio, single_
 from tribopipe.uncertainty import TAILS, propagate_together
 from tribopipe.units import show, show_force
 from tribopipe.wear.inputs import DISC_INPUTS, default_notes
-from tribopipe.wear.laws import law_heading
+from tribopipe.wear.laws import law_heading, law_named
 from tribopipe.wear.twin_disc.identify import run_notes
 from tribopipe.wear.twin_disc.problem import DiscProblem, disc_problem
 
@@ -185,8 +185,8 @@ class _Law:
 
     def _draw(self, rng: Generator, count: int) -> Column:
         """Draw k₁ and k₂ of the study: the model of JCGM 102."""
-        names: list[str] = [name for name in self.study.shared if name in (*DISC_INPUTS, "slip")]
-        shared = {name: rng.standard_normal(count) for name in names}
+        names = [name for name in self.study.shared if name in (*DISC_INPUTS, "slip")]
+        shared = {name: rng.standard_normal(count) for name in (*names, *law_named(self.law).inputs())}
         drawn = [run.draw(rng, count, shared) for run in self.fitted]
         solved = np.stack([one.coefficients for one in drawn], axis=1)
         if not self._combined:

@@ -29,6 +29,7 @@ from tribopipe.study.shape import Shape, compare_laws
 from tribopipe.study.verdict import Comparison, compare, decide, exponent, ratio, sentence, single_run_note
 from tribopipe.uncertainty import propagate
 from tribopipe.wear.inputs import PIN_SHARED, default_notes
+from tribopipe.wear.laws import law_named
 
 
 @dataclass(frozen=True)
@@ -136,8 +137,8 @@ class _Law:
         return mean
 
     def _shared(self, rng: Generator, count: int) -> dict[str, Column]:
-        names: list[str] = [name for name in self.study.shared if name in PIN_SHARED]
-        return {name: rng.standard_normal(count) for name in names}
+        names = [name for name in self.study.shared if name in PIN_SHARED]
+        return {name: rng.standard_normal(count) for name in (*names, *law_named(self.law).inputs())}
 
     def _combined(self, drawn: Sequence[RunDraws]) -> Combination:
         if self._combination is None:

@@ -24,7 +24,7 @@ from tribopipe.records.manifest import Pin, PinOnDisc, TwinDisc
 from tribopipe.records.recipe import LawName
 from tribopipe.run import Column
 from tribopipe.umeshmotion.known import KnownWear
-from tribopipe.units import show
+from tribopipe.units import WEAR_COEFFICIENT, show
 from tribopipe.wear.friction_path import ExponentialFriction, junction_factor
 
 _STABLE_SHARE = 1.2
@@ -70,7 +70,7 @@ class WearCase:
     def __post_init__(self) -> None:
         if not self.known.coefficient.value > 0:
             raise ContactError(
-                f"{self.known.run_id}: found a k_D of {self.known.coefficient.shown('mm^3/(N*mm)')}; expected more "
+                f"{self.known.run_id}: found a k_D of {self.known.coefficient.shown(WEAR_COEFFICIENT)}; expected more "
                 "than zero, or there is no wear to compute; give another with --wear-coefficient"
             )
         if not self.increments < _MOST_INCREMENTS:

@@ -4,7 +4,7 @@ import textwrap
 from collections.abc import Iterable
 from functools import partial
 
-from tribopipe.units import from_si
+from tribopipe.units import WEAR_COEFFICIENT, from_si
 
 CARD = 72
 """Columns that a compiler reads."""
@@ -16,7 +16,7 @@ def literal(value: float) -> str:
     return f"{mantissa if '.' in mantissa else mantissa + '.0'}D{int(power or 0)}"
 
 
-_MM = {"m": "mm", "Pa": "MPa", "m/s": "mm/s", "m^2/N": "mm^3/(N*mm)"}
+_MM = {"m": "mm", "Pa": "MPa", "m/s": "mm/s", "m^2/N": WEAR_COEFFICIENT}
 
 
 def in_mm(value: float, si_unit: str) -> float:

@@ -19,7 +19,7 @@ from tribopipe.noise import effective_samples
 from tribopipe.records.quantity import Quantity, wear_coefficient
 from tribopipe.records.recipe import FrictionSource, LawName, MonteCarloRecipe, Recipe
 from tribopipe.records.results import COVERAGE_FACTOR, Contribution, FrictionFit, JointFit, LawValue, WearFit
-from tribopipe.run import CorrectedRun
+from tribopipe.run import Column, CorrectedRun
 from tribopipe.uncertainty import propagate
 from tribopipe.units import KINDS, show
 from tribopipe.wear.draws import coefficient_draws
@@ -27,7 +27,7 @@ from tribopipe.wear.friction_path import ExponentialFriction
 from tribopipe.wear.inputs import FRICTION_INPUTS, default_notes, shown_unit
 from tribopipe.wear.joint import JointProblem, fit_joint, joint_problem
 from tribopipe.wear.monte_carlo import drawn
-from tribopipe.wear.own_parameters import law_covariance
+from tribopipe.wear.own_parameters import held_notes, law_columns, law_covariance, with_fitted_law
 from tribopipe.wear.problem import WearProblem, wear_problem
 
 _FEWEST_SAMPLES = 10
@@ -62,23 +62,33 @@ def fit_wear(
     if problem.law.needs_friction:
         source = "fitted" if isinstance(problem.friction, ExponentialFriction) else "measured"
     notes = friction.notes if friction and source == "measured" and recipe.wear.friction == "fitted" else ()
-    joint = joint_problem(problem, corrected, recipe)
-    chosen: WearProblem = joint if recipe.wear.correction == "joint" else problem
+    joint = _posed_together(problem, corrected, recipe)
+    chosen = joint if joint is not None and recipe.wear.correction == "joint" else with_fitted_law(problem)
     fit = _assess(chosen, model).model_copy(
         update={
             "joint": _joint_or_none(joint),
             "correction": recipe.wear.correction,
             "friction": source,
-            "notes": (*_doubts(corrected, recipe), *default_notes(chosen.inputs), *notes),
+            "notes": (*_doubts(corrected, recipe), *held_notes(chosen), *default_notes(chosen.inputs), *notes),
         }
     )
     return _with_monte_carlo(fit, chosen, recipe.monte_carlo)
 
 
-def _joint_or_none(joint: JointProblem) -> JointFit | None:
+def _posed_together(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe) -> JointProblem | None:
+    """Return the joint fit as a problem; none where it would only stand beside, and finds no parameters of the law."""
+    try:
+        return joint_problem(problem, corrected, recipe)
+    except FitError:
+        if recipe.wear.correction == "joint":
+            raise
+        return None
+
+
+def _joint_or_none(joint: JointProblem | None) -> JointFit | None:
     """Return the joint fit to hold beside the other; none where the law tells no wear from drift."""
     try:
-        return fit_joint(joint)
+        return None if joint is None else fit_joint(joint)
     except FitError:
         return None
 
@@ -102,23 +112,23 @@ def _doubts(corrected: CorrectedRun, recipe: Recipe) -> tuple[str, ...]:
 
 def _assess(problem: WearProblem, model: LawName) -> WearFit:
     coefficient, values = problem.coefficient(), problem.values
+    covariance = law_covariance(problem.condensed(), coefficient) if problem.fitted_parameters else None
     residuals = problem.measured(values, np.asarray(coefficient)) - problem.depth(coefficient, values)
     return WearFit(
         model=model,
         engine=problem.engine,
         outcome="fitted",
-        **_first_order(problem, coefficient),
+        **_first_order(problem, coefficient, covariance),
         measured_end_depth=problem.end.pin_depth,
         residual_deviation=Quantity(value=float(np.std(residuals)), unit="m"),
         effective_samples=effective_samples(residuals),
-        **_law_values(problem, coefficient),
+        **_law_values(problem, covariance),
     )
 
 
-def _law_values(problem: WearProblem, coefficient: float) -> dict[str, Any]:
+def _law_values(problem: WearProblem, covariance: Column | None) -> dict[str, Any]:
     """Return the parameters of the law with their covariance; nothing where it has none."""
-    law, free = problem.law, problem.tangent.names if problem.tangent else ()
-    covariance = law_covariance(problem.condensed(), coefficient) if free else None
+    law, free = problem.law, problem.fitted_parameters
     spreads = {} if covariance is None else dict(zip(free, np.sqrt(np.diag(covariance))[1:].tolist(), strict=True))
     found = []
     for name, known in law.parameters().items():
@@ -131,23 +141,33 @@ def _law_values(problem: WearProblem, coefficient: float) -> dict[str, Any]:
     }
 
 
-def _first_order(problem: WearProblem, coefficient: float) -> dict[str, Any]:
+def _first_order(problem: WearProblem, coefficient: float, covariance: Column | None) -> dict[str, Any]:
     """Return k_D with its uncertainty, interval, budget and end depth, to first order."""
     lines = budget(problem.condensed(), coefficient)
     relative = math.hypot(*(line.relative for line in lines))
     (random,) = (line.relative for line in lines if line.name == _NOISE)
     factor = math.exp(min(COVERAGE_FACTOR * relative, _WIDEST))
-    end = np.asarray([problem.trace.slid])
-    volume = coefficient * problem.unit_volume(problem.values, end)
-    state = problem.pin(problem.values).worn(volume)
-    slope = float((volume / state.area)[0])
+    together = np.array([[relative**2]]) if covariance is None else covariance
     return {
         "wear_coefficient": Quantity(value=coefficient, unit="m^2/N", standard_uncertainty=coefficient * relative),
         "interval": (wear_coefficient(coefficient / factor), wear_coefficient(coefficient * factor)),
         "random_uncertainty": wear_coefficient(coefficient * random),
         "budget": lines,
-        "fitted_end_depth": Quantity(value=float(state.depth[0]), unit="m", standard_uncertainty=slope * relative),
+        "fitted_end_depth": _end_depth(problem, coefficient, together),
     }
+
+
+def _end_depth(problem: WearProblem, coefficient: float, covariance: Column) -> Quantity:
+    """Return the depth at the end by the fit, m, with what k_D and the parameters fitted with it leave uncertain."""
+    end = np.asarray([problem.trace.slid])
+    volume = coefficient * problem.unit_volume(problem.values, end)
+    state = problem.pin(problem.values).worn(volume)
+    slopes = volume / state.area
+    if problem.fitted_parameters:
+        beside = law_columns(problem, lambda moved: moved.depth(coefficient, moved.values, end))
+        slopes = np.append(slopes, beside)
+    spread = math.sqrt(float(slopes @ covariance @ slopes))
+    return Quantity(value=float(state.depth[0]), unit="m", standard_uncertainty=spread)
 
 
 def budget(problem: WearProblem, coefficient: float) -> tuple[Contribution, ...]:

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tribopipe.errors import FitError
-from tribopipe.plugins import Plugins
+from tribopipe.plugins import Plugins, added
 from tribopipe.records.recipe import LAWS as LAW_NAMES
 from tribopipe.records.recipe import LawName
 from tribopipe.run import Column, Values
@@ -76,6 +76,11 @@ class WearLaw(ABC):
     def input_of(parameter: str) -> str:
         """Return what a parameter is called among the inputs of a fit."""
         return f"law_{parameter}"
+
+    @classmethod
+    def inputs(cls) -> tuple[str, ...]:
+        """Return what all parameters are called among the inputs of a fit."""
+        return tuple(map(cls.input_of, cls.parameters()))
 
     def values(self) -> dict[str, float]:
         """Return the parameters as they are set, SI."""
@@ -156,15 +161,27 @@ def _made(entry: EntryPoint) -> WearLaw:
     return law
 
 
-LAWS: Mapping[LawName, WearLaw] = Plugins("tribopipe.laws", "wear law", _made, attrgetter("name"))
+GROUP = "tribopipe.laws"
+LAWS: Mapping[LawName, WearLaw] = Plugins(GROUP, "wear law", _made, attrgetter("name"))
 """Those installed, by name, each with the parameters that a fit starts from."""
 
 
 def law_named(name: LawName) -> WearLaw:
     """Return a law. Raises ``FitError``, which names the nearest, where it is not installed on this machine."""
+    if name not in LAWS and name in LAW_NAMES.names():
+        raise FitError(
+            f"found the wear law {name!r}, which cannot be loaded; expected one that can; a warning says why: mend its "
+            "package, or install it again"
+        )
     if name not in LAWS:
         raise FitError(LAW_NAMES.unknown(name))
     return LAWS[name]
+
+
+def law_package(name: LawName) -> str | None:
+    """Return the package that adds a law, with its version; none of tribopipe's own or of one not installed here."""
+    package = next((entry.dist for entry in added(GROUP) if entry.name == name), None)
+    return None if package is None else f"{package.name} {package.version}"
 
 
 def law_title(name: LawName) -> str:

@@ -8,16 +8,16 @@ projected out of them, as zero offsets and drift are in a joint fit. So budget a
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from tribopipe.errors import FitError, did_you_mean
 from tribopipe.records.quantity import Quantity, read_quantity
-from tribopipe.records.recipe import LawName, Recipe
+from tribopipe.records.recipe import GivenParameter, LawName, Recipe
 from tribopipe.run import Column
 from tribopipe.units import show
-from tribopipe.wear.laws import LawParameter, WearLaw, law_named
+from tribopipe.wear.laws import WearLaw, law_named
 
 if TYPE_CHECKING:
     from tribopipe.wear.problem import WearProblem
@@ -27,6 +27,10 @@ _STARTS = 7
 """Of a search over a parameter that is above zero, spread over its decades."""
 _STEP = 1e-4
 """Of a difference quotient, relative."""
+_AS_GOOD = 4.0
+"""Difference of χ² that noise makes."""
+_NEAR = 1e-3
+"""Of an end of where a parameter is sought, relative: nearer than this it is there."""
 
 
 @dataclass(frozen=True)
@@ -40,12 +44,16 @@ class Tangent:
 
 def given_parameters(law: WearLaw, recipe: Recipe) -> dict[str, Quantity]:
     """Return the parameters that a recipe gives of a law. Raises ``FitError`` where it cannot have them."""
-    written, known = recipe.wear.parameters.get(law.name, {}), law.parameters()
-    return {name: _read(law, name, said, known) for name, said in written.items()}
+    return read_parameters(law, recipe.wear.parameters.get(law.name, {}), f"wear.parameters.{law.name}")
 
 
-def _read(law: WearLaw, name: str, said: Any, known: Mapping[str, LawParameter]) -> Quantity:
-    where = f"wear.parameters.{law.name}.{name}"
+def read_parameters(law: WearLaw, written: Mapping[str, GivenParameter], where: str) -> dict[str, Quantity]:
+    """Return parameters as they are written at a place. Raises ``FitError`` where a law cannot have them."""
+    return {name: _read(law, name, said, f"{where}.{name}") for name, said in written.items()}
+
+
+def _read(law: WearLaw, name: str, said: GivenParameter, where: str) -> Quantity:
+    known = law.parameters()
     if name not in known:
         raise FitError(f"{where}: found a parameter that {law.title} has not; {did_you_mean(name, known)}")
     try:
@@ -65,50 +73,100 @@ def law_as_given(name: LawName, recipe: Recipe) -> WearLaw:
     Raises ``FitError`` where the law is not installed here, or has a parameter that is not given.
     """
     law = law_named(name)
-    values = {law.input_of(known): given.value for known, given in given_parameters(law, recipe).items()}
-    require_all(law, values)
+    return law_with(law, given_parameters(law, recipe))
+
+
+def law_with(law: WearLaw, given: Mapping[str, Quantity], place: str | None = None) -> WearLaw:
+    """Return a law with parameters. Raises ``FitError`` where one is missing, saying where it belongs."""
+    values = {law.input_of(name): quantity.value for name, quantity in given.items()}
+    require_all(law, values, place)
     return law.at(values)
 
 
-def require_all(law: WearLaw, values: Mapping[str, float]) -> None:
-    """Raise ``FitError`` where a parameter of a law is not among the values of inputs."""
+def require_all(law: WearLaw, values: Mapping[str, float], place: str | None = None) -> None:
+    """Raise ``FitError`` where a parameter of a law is not among the values of inputs.
+
+    It says where they belong: in a recipe, unless told otherwise.
+    """
     if missing := [parameter for parameter in law.parameters() if law.input_of(parameter) not in values]:
         raise FitError(
             f"{law.title}: found no {' and no '.join(missing)}; expected them given, since only the fit of one pin "
-            f"finds them; write them under [wear.parameters.{law.name}] in a recipe"
+            f"finds them; write them under {place or f'[wear.parameters.{law.name}] in a recipe'}"
         )
 
 
 def with_fitted_law(problem: P) -> P:
     """Return a problem with those parameters of its law fitted that are not among its inputs.
 
-    Raises ``FitError`` where the depth shows no wear.
+    One that is found at 0 is held there, and so is one that has no effect. Raises ``FitError`` where the depth shows no
+    wear, or where one is found at another end of where it is sought.
     """
-    names = tuple(name for name in problem.law.parameters() if problem.law.input_of(name) not in problem.inputs)
+    names = _sought(problem)
     if not names:
         return problem
-    search = _Search(problem.condensed(), names)
-    law = search.law(search.polished(min(search.rough(), key=search.misfit)))
+    law, free = _Search(problem.condensed(), names).best()
     found = replace(problem, law=law)
-    return replace(found, tangent=Tangent(names, found.coefficient()))
+    return replace(found, tangent=Tangent(free, found.coefficient()))
+
+
+def _sought(problem: "WearProblem") -> tuple[str, ...]:
+    """Return the parameters of the law that nobody gave."""
+    return tuple(name for name in problem.law.parameters() if problem.law.input_of(name) not in problem.inputs)
+
+
+def _end(law: WearLaw, name: str) -> float | None:
+    """Return the end of where a parameter is sought that it stands at; none where it stands between them."""
+    known, value = law.parameters()[name], law.values()[name]
+    near = (end for end in (known.low, known.high) if abs(value - end) < _NEAR * _size(law, name, end))
+    return next(near, None)
+
+
+def indistinct(law: WearLaw, names: Sequence[str]) -> str:
+    """Say that a run does not tell k_D and the parameters of its law apart."""
+    return (
+        f"wear fit: found a depth that does not tell k_D from {' and '.join(names)} of {law.title}; expected one that "
+        f"shows them; give some under [wear.parameters.{law.name}] in a recipe, or fit another law"
+    )
+
+
+def held_notes(problem: "WearProblem") -> tuple[str, ...]:
+    """Say of each parameter that was sought and is held why it is, in a sentence."""
+    return tuple(_held(problem.law, name) for name in _sought(problem) if name not in problem.fitted_parameters)
+
+
+def _held(law: WearLaw, name: str) -> str:
+    called = name.replace("_", " ")
+    if _end(law, name) == 0:
+        return f"{called} was found at 0 and is held there: k_D and its uncertainty are those without it"
+    return f"{called} has no effect on the wear of this run: its value says nothing"
+
+
+def _size(law: WearLaw, name: str, value: float) -> float:
+    """Return by how much a parameter has to change to matter: its value, or what it starts at where it may be 0."""
+    known, start = law.parameters()[name], type(law)().values()[name]
+    return abs(value) if known.low > 0 else max(abs(value), abs(start) or known.high - known.low)
 
 
 class _Search:
-    """For the parameters of a law with which k_D follows a run best; those above zero by their logarithms."""
+    """For the parameters of a law with which k_D follows a run best; those above zero by their logarithms.
+
+    Others are counted in what they start at.
+    """
 
     def __init__(self, problem: "WearProblem", names: Sequence[str]) -> None:
         self.problem, self.names = problem, names
         known, start = problem.law.parameters(), problem.law.values()
         self.known = [known[name] for name in names]
         self.logarithmic = np.array([one.low > 0 for one in self.known])
+        self.unit = np.array([_size(problem.law, name, 1.0 if known[name].low > 0 else 0.0) for name in names])
         self.start = self._sought([start[name] for name in names])
         self.bounds = self._sought([one.low for one in self.known]), self._sought([one.high for one in self.known])
         self.rows = problem.rows(problem.values)
-        self.unit = float(np.linalg.norm(self.rows * problem.root_weights))
+        self.length = float(np.linalg.norm(self.rows * problem.root_weights))
 
     def law(self, sought: Column) -> WearLaw:
         """Return the law with its parameters as they are sought."""
-        values = np.where(self.logarithmic, np.exp(np.where(self.logarithmic, sought, 0.0)), sought)
+        values = np.where(self.logarithmic, np.exp(np.where(self.logarithmic, sought, 0.0)), sought * self.unit)
         return replace(self.problem.law, **dict(zip(self.names, values.tolist(), strict=True)))
 
     def left(self, sought: Column) -> Column:
@@ -117,19 +175,39 @@ class _Search:
         coefficient = float(tried.solve(tried.values))
         log_k = np.log(coefficient) if coefficient > 0 else -np.inf
         depth, _ = tried.model(np.asarray(log_k), tried.values)
-        return tried.without_free((self.rows - depth) * tried.root_weights) / self.unit
+        return tried.without_free((self.rows - depth) * tried.root_weights) / self.length
 
-    def misfit(self, sought: Column) -> float:
-        """Return the sum of squares that is left."""
-        return float(np.sum(self.left(sought) ** 2))
+    def best(self) -> tuple[WearLaw, tuple[str, ...]]:
+        """Return the law with which the misfit is least, and which of its parameters are free.
 
-    def rough(self) -> list[Column]:
-        """Return where the search ends that begins at each start, with a few tries."""
-        return [self._least(np.array(start), most=20) for start in product(*self._starts())]
+        The search begins at each start with a few tries and goes on from the best of them; from others that are as good
+        where a parameter runs away. Raises ``FitError`` where one always does.
+        """
+        rough = [self._least(np.array(start), most=20) for start in product(*self._starts())]
+        misfits = [self._misfit(sought) for sought in rough]
+        as_good = [place for place in np.argsort(misfits) if misfits[place] < min(misfits) + _AS_GOOD]
+        found = (self._settled(self.law(self._least(rough[place], most=200))) for place in as_good)
+        for law, free in found:
+            if all(_end(law, name) is None for name in free):
+                return law, free
+        raise FitError(indistinct(self.problem.law, self.names))
 
-    def polished(self, sought: Column) -> Column:
-        """Return the least misfit near a place."""
-        return self._least(sought, most=200)
+    def _settled(self, law: WearLaw) -> tuple[WearLaw, tuple[str, ...]]:
+        """Return a law with what is found at 0 held there, and the parameters that then have an effect."""
+        zero = {name: 0.0 for name in self.names if _end(law, name) == 0}
+        problem = replace(self.problem, law=replace(law, **zero))
+        free = [
+            name
+            for name in self.names
+            if name not in zero and np.any(_slope(problem, name, lambda moved: moved.effective_distance(moved.values)))
+        ]
+        return problem.law, tuple(free)
+
+    def _misfit(self, sought: Column) -> float:
+        """Return the sum of squares that is left, over the variance of the noise."""
+        problem = self.problem
+        one_sample = problem.root_weights[0] ** 2 * problem.noise / problem.weights[0]
+        return float(np.sum(self.left(sought) ** 2) * self.length**2 / one_sample)
 
     def _least(self, start: Column, most: int) -> Column:
         from scipy.optimize import least_squares
@@ -147,21 +225,21 @@ class _Search:
 
     def _sought(self, values: Sequence[float]) -> Column:
         column = np.asarray(values, dtype=float)
-        return np.where(self.logarithmic, np.log(np.where(self.logarithmic, column, 1.0)), column)
+        return np.where(self.logarithmic, np.log(np.where(self.logarithmic, column, 1.0)), column / self.unit)
 
 
-def law_columns(problem: "WearProblem", tangent: Tangent, rows_of: Callable[["WearProblem"], Column]) -> Column:
+def law_columns(problem: "WearProblem", rows_of: Callable[["WearProblem"], Column]) -> Column:
     """Return how each row of the model moves with the parameters of its law that are free: rows by parameters."""
-    values, known = problem.law.values(), problem.law.parameters()
-    columns = []
-    for name in tangent.names:
-        step = _STEP * (abs(values[name]) or known[name].high - known[name].low)
-        low, high = (
-            rows_of(replace(problem, law=replace(problem.law, **{name: values[name] + sign * step}), tangent=None))
-            for sign in (-1, 1)
-        )
-        columns.append((high - low) / (2 * step))
-    return np.stack(columns, axis=-1)
+    return np.stack([_slope(problem, name, rows_of) for name in problem.fitted_parameters], axis=-1)
+
+
+def _slope(problem: "WearProblem", name: str, rows_of: Callable[["WearProblem"], Column]) -> Column:
+    law, value = problem.law, problem.law.values()[name]
+    step = _STEP * _size(law, name, value)
+    known = law.parameters()[name]
+    low, high = max(value - step, known.low), min(value + step, known.high)
+    rows = [rows_of(replace(problem, law=replace(law, **{name: near}), tangent=None)) for near in (low, high)]
+    return np.asarray((rows[1] - rows[0]) / (high - low))
 
 
 def law_covariance(problem: "WearProblem", coefficient: float) -> Column:

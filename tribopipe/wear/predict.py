@@ -133,7 +133,11 @@ class WearScenario:
     @property
     def _fitted_together(self) -> list[str]:
         """Return k_D and the parameters that were fitted with it; nothing where there are none."""
-        fitted = [self.law.input_of(one.name) for one in self.parameters if one.source == "fit"]
+        fitted = [
+            self.law.input_of(one.name)
+            for one in self.parameters
+            if one.source == "fit" and one.value.standard_uncertainty is not None
+        ]
         return ["wear_coefficient", *fitted] if self.covariance is not None else []
 
     def _slope(self, distance: Column, name: str) -> Column:

@@ -38,7 +38,7 @@ from tribopipe.wear.inputs import (
     law_inputs,
 )
 from tribopipe.wear.laws import WearLaw, law_named
-from tribopipe.wear.own_parameters import Tangent, law_columns, with_fitted_law
+from tribopipe.wear.own_parameters import Tangent, indistinct, law_columns
 
 _MOST_ITERATIONS = 60
 _CONVERGED = 1e-12
@@ -154,13 +154,18 @@ class WearProblem:
         """Columns of what is fitted beside k_D and the law, in weighted rows; none here."""
         return np.zeros((len(self.distance), 0))
 
+    @property
+    def fitted_parameters(self) -> tuple[str, ...]:
+        """Parameters of the law that are fitted beside k_D."""
+        return self.tangent.names if self.tangent else ()
+
     @cached_property
     def law_columns(self) -> Column:
         """Columns of the law's parameters that are fitted beside k_D, in weighted rows."""
-        if self.tangent is None:
+        if self.tangent is None or not self.fitted_parameters:
             return self.linear[:, :0]
         log_k = np.asarray(np.log(self.tangent.coefficient))
-        rows = law_columns(self, self.tangent, lambda problem: problem.model(log_k, problem.values)[0])
+        rows = law_columns(self, lambda problem: problem.model(log_k, problem.values)[0])
         return (rows.T * self.root_weights).T
 
     @cached_property
@@ -222,6 +227,8 @@ class WearProblem:
             )
         found = float(self.solve(self.values))
         if not found > 0:
+            if self.fitted_parameters:
+                raise FitError(indistinct(self.law, self.fitted_parameters))
             raise FitError(
                 f"wear fit: found no k_D in {_MOST_ITERATIONS} iterations; expected the depth to grow with distance; "
                 "look at the raw depth signal"
@@ -317,7 +324,7 @@ def _last(values: Column) -> Column:
 def wear_problem(
     corrected: CorrectedRun, law: LawName, friction: FrictionFit | None, recipe: Recipe
 ) -> WearProblem | tuple[str, ...]:
-    """Pose the fit of k_D to a corrected run, or say what the run lacks for it."""
+    """Pose the fit of k_D to a corrected run under a law as it is to start, or say what the run lacks for it."""
     run, manifest = corrected.run, corrected.run.manifest
     end = None if corrected.wear_depth is None else end_wear(run, recipe.uncertainty)
     if corrected.wear_depth is None or end is None:
@@ -331,7 +338,7 @@ def wear_problem(
     trace = _seen(read_trace(run, end, recipe), seen := np.isfinite(corrected.wear_depth))
     inputs |= _trace_inputs(trace, end)
     inputs |= law_inputs(law_named(law), recipe)
-    problem = WearProblem(
+    return WearProblem(
         contact=manifest.pin_on_disc,
         law=law_named(law),
         distance=run.sliding_distance[seen],
@@ -343,7 +350,6 @@ def wear_problem(
         friction_covariance=known.covariance,
         noise=_sensor_noise(trace, run.sliding_distance[seen], remountings(manifest, run.sliding_distance[seen])),
     )
-    return with_fitted_law(problem)
 
 
 def remountings(manifest: RunManifest, distance: Column) -> Column:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 from tribopipe.errors import QueryError, did_you_mean
-from tribopipe.plugins import declared, is_own
+from tribopipe.plugins import added
 
 ITEM = "\n"
 """What stands between several texts of one run in the catalogue."""
@@ -55,8 +55,8 @@ def _number(name: str, label: str, about: str, measures: str, unit: str = "", *,
 
 def _of_other_laws() -> Iterator[ListedColumn]:
     """Give the columns of each wear law that another package adds; its name tells them, so that it is not loaded."""
-    for entry in declared("tribopipe.laws"):
-        if not is_own(entry):
+    for entry in added("tribopipe.laws"):
+        if entry.name.isidentifier():
             law, by = entry.name, entry.name.replace("_", " ")
             of_one = "of the pin or the curved disc."
             yield _number(f"k_d_{law}", f"k_D by {by}", f"Wear coefficient by {by}, {of_one}", "wear coefficient", _K_D)

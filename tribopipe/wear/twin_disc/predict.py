@@ -17,7 +17,7 @@ from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import DistanceConvention, LawName, Recipe
 from tribopipe.run import Column, Values
 from tribopipe.wear.friction_path import FrictionPath
-from tribopipe.wear.inputs import Input, best_values, default_notes
+from tribopipe.wear.inputs import Input, best_values, default_notes, law_inputs
 from tribopipe.wear.laws import WearLaw
 from tribopipe.wear.own_parameters import law_as_given
 from tribopipe.wear.predict import beyond
@@ -76,6 +76,7 @@ class DiscScenario:
     def inputs(self) -> dict[str, Input]:
         """Everything uncertain that wear depends on, k₁ and k₂ among it."""
         given = disc_inputs(self.contact, self.normal_load, self.slip, self.recipe)
+        given |= law_inputs(self.law, self.recipe)
         return given | {
             name: Input(quantity, "fit")
             for name, quantity in zip(COEFFICIENTS, (self.known.curved, self.known.flat), strict=True)
@@ -96,15 +97,15 @@ class DiscScenario:
         """The law. Raises ``FitError`` where it is not installed here, or the recipe lacks a parameter of it."""
         return law_as_given(self.model, self.recipe)
 
-    def effective_rotations(self, rotations: Column) -> Column:
+    def effective_rotations(self, rotations: Column, values: Values | None = None) -> Column:
         """Return the rotations in which Archard's law would wear as much."""
-        return effective_rotations(self.law, rotations, self.slip_per_rotation, self.friction)
+        return effective_rotations(self.law.at(values or {}), rotations, self.slip_per_rotation, self.friction)
 
     def worn(self, rotations: Column, values: Values | None = None) -> DiscWear:
         """Return the discs after rotations. Raises ``ContactError`` past the crown."""
         values = values or self.values
         discs = disc_pair(self.contact, values, self.known.distance)
-        effective = self.effective_rotations(rotations)
+        effective = self.effective_rotations(rotations, values)
         return discs.worn(effective, values["curved_coefficient"], values["flat_coefficient"])
 
     def uncertainties(self, rotations: Column, of: Collection[str] | None = None) -> dict[str, Column]:

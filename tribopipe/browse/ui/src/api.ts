@@ -171,13 +171,24 @@ export interface VerdictLine {
   notes: string[];
 }
 
+export interface LawPage {
+  model: string;
+  /** "Archard's law". */
+  heading: string;
+  /** The same with its k_D and interval. */
+  title: string;
+  tables: TextTable[];
+  sentences: string[];
+  verdicts: VerdictLine[];
+}
+
 export interface Study {
   id: string;
   file: string;
   title: string;
   fitted: string[];
   predicted: string[];
-  laws: { model: string; title: string; tables: TextTable[]; sentences: string[]; verdicts: VerdictLine[] }[];
+  laws: LawPage[];
   sentences: string[];
   program_version: string;
   date: string;

@@ -1,21 +1,19 @@
-import type { PlotOffer, Study, VerdictLine } from "../api";
+import type { LawPage, PlotOffer, Study, VerdictLine } from "../api";
 import { Card } from "../components/Card";
 import { TextTable } from "../components/TextTable";
 import PlotSection from "../plot/PlotSection";
 import { Disclosure } from "../run/Disclosure";
 import { TextList } from "../run/TextList";
 import { Link, runHref } from "../shell/router";
-import { lawId, lawName } from "./laws";
+import { lawId } from "./laws";
 import { Outcome } from "./Outcome";
 import { studyApi } from "./places";
 
-type Law = Study["laws"][number];
-
 /** One law in a study: k_D, its curves, what is said of each run, tables. */
-export function LawSection({ study, law }: { study: Study; law: Law }) {
+export function LawSection({ study, law }: { study: Study; law: LawPage }) {
   const together = study.plots.find(({ name }) => name === `wear-${law.model}`);
   return (
-    <Card title={lawName(law.model)} id={lawId(law.model)}>
+    <Card title={law.heading} id={lawId(law.model)}>
       <p className="sentence">
         <strong>{law.title}</strong>
       </p>
@@ -31,7 +29,7 @@ export function LawSection({ study, law }: { study: Study; law: Law }) {
   );
 }
 
-const offerOf = (study: Study, law: Law, { run_id }: VerdictLine): PlotOffer | undefined =>
+const offerOf = (study: Study, law: LawPage, { run_id }: VerdictLine): PlotOffer | undefined =>
   study.plots.find(({ name }) => name === `wear-${law.model}-${run_id}`);
 
 interface Props {

@@ -12,7 +12,7 @@ import { TextList } from "../run/TextList";
 import { useAnchor } from "../run/useAnchor";
 import { useAnswer } from "../shell/useAnswer";
 import { useTitle } from "../shell/useTitle";
-import { lawId, lawName } from "./laws";
+import { lawId } from "./laws";
 import { LawSection } from "./LawSection";
 import { studyApi } from "./places";
 import { StudyHead } from "./StudyHead";
@@ -68,7 +68,7 @@ function sections(study: Study): Section[] {
   return [
     { id: "verdicts", title: "Verdicts" },
     ...(said ? [{ id: "laws", title: "Laws beside each other" }] : []),
-    ...study.laws.map(({ model }) => ({ id: lawId(model), title: lawName(model) })),
+    ...study.laws.map(({ model, heading }) => ({ id: lawId(model), title: heading })),
     { id: "provenance", title: "Provenance" },
   ];
 }

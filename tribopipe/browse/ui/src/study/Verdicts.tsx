@@ -1,7 +1,7 @@
 import type { Study } from "../api";
 import { Card } from "../components/Card";
 import { Link, runHref } from "../shell/router";
-import { lawId, lawName } from "./laws";
+import { lawId } from "./laws";
 import { Outcome } from "./Outcome";
 
 /** What each law was found to be worth on each run, and k_D under each. */
@@ -14,9 +14,9 @@ export function Verdicts({ study }: { study: Study }) {
             <tr>
               <th scope="col">run</th>
               <th scope="col">role</th>
-              {study.laws.map(({ model }) => (
+              {study.laws.map(({ model, heading }) => (
                 <th key={model} scope="col">
-                  <a href={`#${lawId(model)}`}>{lawName(model)}</a>
+                  <a href={`#${lawId(model)}`}>{heading}</a>
                 </th>
               ))}
             </tr>
