@@ -10,7 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from tribopipe.archive.store import Archive
@@ -225,6 +225,7 @@ def test_dataset_toml_that_cannot_be_written_is_told_of_its_own_place(content, t
 
 @settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(place=st.integers(0, 4000), value=st.integers(0, 255), cut=st.integers(0, 200))
+@example(place=372, value=0, cut=0).via("a file without a name")
 def test_any_damage_to_a_zip_is_told_or_without_effect(tmp_path, place, value, cut):
     path = tmp_path / "crate.zip"
     if not path.exists():

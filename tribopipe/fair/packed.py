@@ -176,7 +176,7 @@ def _in_zip(path: Path, unpacking: ZipFile) -> dict[str, Member]:
     Raises ``ArchiveError`` where a name leads out of it or stands for two files, or one would unpack to far more than
     it is packed in.
     """
-    entries = [entry for entry in unpacking.infolist() if not entry.is_dir()]
+    entries = [entry for entry in unpacking.infolist() if not entry.filename.endswith("/")]
     twice = [name for name, count in Counter(entry.filename for entry in entries).items() if count > 1]
     if twice:
         raise _hostile(path, f"{twice[0]!r} twice", "each file once")
