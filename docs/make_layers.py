@@ -3,6 +3,7 @@
 import ast
 import tomllib
 from html import escape
+from importlib.util import find_spec
 from pathlib import Path
 
 HERE = Path(__file__).parent
@@ -61,9 +62,8 @@ def _box(module: str, left: float, top: int, width: float) -> str:
 
 def purpose(module: str) -> str:
     """Return the first line that a module says of itself."""
-    path = ROOT.joinpath(*module.split("."))
-    source = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
-    return (ast.get_docstring(ast.parse(source.read_text(encoding="utf-8"))) or "").partition("\n")[0]
+    source = Path(find_spec(module).origin).read_text(encoding="utf-8")
+    return (ast.get_docstring(ast.parse(source)) or "").partition("\n")[0]
 
 
 if __name__ == "__main__":

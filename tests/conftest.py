@@ -36,7 +36,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
     def place(item: pytest.Item) -> int:
         asked = getattr(item, "callspec", None)  # fixtures named as parameters, which tests ask for themselves
-        used = [*getattr(item, "fixturenames", ()), *(asked.params.values() if asked else ())]
+        named = [value for value in asked.params.values() if isinstance(value, str)] if asked else []
+        used = {*getattr(item, "fixturenames", ()), *named}
         return -1 if "sample_archive" in used else int("disc_archive" in used)
 
     items.sort(key=place)

@@ -2,6 +2,8 @@
 
 import os
 import re
+import shlex
+import shutil
 import subprocess
 import sys
 import tarfile
@@ -14,10 +16,11 @@ import pytest
 from built_files import tdms, xlsx
 from filelock import FileLock
 from folders import DISC_IDS, ROOT, SAMPLE_IDS, SAMPLES
+from test_cli_contract import FLAGS
 from test_surface_topography import SDF
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-FOR_WORK_ON_TRIBOPIPE = {"bench", "dev", "docs", "test"}
+FOR_WORK_ON_TRIBOPIPE = {"bench", "crates", "dev", "docs", "test"}
 """Extras that no command needs."""
 NEEDS = {
     "excel": ("formats", "detect", "forces.xlsx"),
@@ -28,6 +31,53 @@ NEEDS = {
     "tdms": ("formats", "detect", "forces.tdms"),
 }
 """A command for each other extra that cannot do without it, in the folder ``lab``."""
+NEED_NO_EXTRA = """
+new stroke_1.csv --template lab.toml
+check sample-run
+ingest sample-run
+correct-drift
+fit
+predict
+live sample-run --once
+local-wear sample-run --wear-coefficient "13.5e-9 mm^3/(N*mm)" --at "1 m"
+ls
+show si3n4-air-200mN
+tag si3n4-air-200mN --add seen
+note si3n4-air-200mN "seen"
+plan si3n4-air-200mN --interval "5 %"
+sweep sweep.toml
+study new sample-run other-run
+study run study.toml
+study show
+study figures si3n4-air
+report si3n4-air-200mN
+export csv si3n4-air-200mN
+export runs
+export umeshmotion si3n4-air-200mN
+verify
+reproduce
+migrate
+rescue archive/si3n4-air-200mN.h5 --to rescued
+formats list
+formats detect stroke_1.csv
+watch exports --template lab.toml --once --settle 0
+import crate --archive imported
+mark-bad si3n4-air-200mN --reason "worn through"
+simulate simulated --plan plan.toml
+schema export schemas
+help shell
+"""
+"""The other commands, one after another in that folder."""
+SWEEP = """
+schema = "tribopipe.sweep/1"
+[predictions]
+run = "si3n4-air-200mN"
+at = ["100 m"]
+[vary.run]
+conditions.normal_load = ["100 mN", "200 mN"]
+"""
+SERVE = {"browse", "demo"}
+"""Commands that go on until Ctrl-C."""
 
 pytestmark = [
     pytest.mark.slow,
@@ -66,12 +116,29 @@ def bare(shared, distributions) -> Path:
 
 
 @pytest.fixture
-def lab(sample_run, archive, tmp_path) -> Path:  # noqa: ARG001, both are in the folder
-    """A folder with a run, an archive, and exports of instruments."""
+def lab(sample_run, other_run, archive, tmp_path) -> Path:  # noqa: ARG001, they are in the folder
+    """A folder with two runs, an archive of one, and exports of instruments."""
     (tmp_path / "forces.xlsx").write_bytes(xlsx({"Test": [["Time [s]", "Ff [N]"], [0.0, 0.1], [1.0, 0.2]]}))
     (tmp_path / "forces.tdms").write_bytes(tdms({"Test": {"Fz": ([0.1, 0.2], {"unit_string": "N"})}}))
     (tmp_path / "heights.sdf").write_bytes(SDF)
     return tmp_path
+
+
+@pytest.fixture
+def whole_lab(lab, short_plan) -> Path:
+    """That folder with what all other commands take: a plan, a sweep, a template, a crate."""
+    pages = ROOT / "tests" / "pages"
+    (lab / "exports").mkdir()
+    for source, copy in (
+        (short_plan, "plan.toml"),
+        (pages / "lab.toml", "lab.toml"),
+        (pages / "stroke_1.csv", "stroke_1.csv"),
+        (pages / "stroke_2.csv", "exports/stroke_2.csv"),
+    ):
+        shutil.copy(source, lab / copy)
+    (lab / "sweep.toml").write_text(SWEEP, encoding="utf-8")
+    called(sys.executable, "-m", "tribopipe.cli.start", "export", "--ro-crate", "crate", cwd=lab)
+    return lab
 
 
 def called(*command: Path | str, cwd: Path, exit_code: int = 0) -> "subprocess.CompletedProcess[str]":
@@ -113,7 +180,9 @@ def test_wheel_is_the_package_and_the_pages(distributions):
     with ZipFile(distributions[1]) as archive:
         names = set(archive.namelist())
     held = {name for name in names if ".dist-info/" not in name and not is_page(name)}
-    assert held == {name for name in tracked("tribopipe") if not name.startswith("tribopipe/browse/ui/")}
+    package = {name for name in tracked("tribopipe") if not name.startswith("tribopipe/browse/ui/")}
+    shipped = tracked(":(glob)docs/*.md", ":(glob)sample_runs/*.toml")
+    assert held == package | {f"tribopipe/shipped/{name}" for name in shipped}
     assert {"tribopipe/browse/static/index.html", "tribopipe/browse/static/LICENCES.md", "tribopipe/py.typed"} <= names
 
 
@@ -156,6 +225,17 @@ def test_missing_extra_is_named_by_the_command_that_needs_it(extra, bare, lab):
     (line,) = said.stderr.splitlines()
     assert f'pip install "tribopipe[{extra}]"' in line
     assert "expected" in line
+
+
+def test_every_command_is_known_to_need_an_extra_or_none():
+    told = [*map(" ".join, NEEDS.values()), *NEED_NO_EXTRA.strip().splitlines()]
+    begun = [line.replace("export --", "export dataset --") for line in told]
+    assert {command for command in FLAGS if not any(f"{line} ".startswith(f"{command} ") for line in begun)} == SERVE
+
+
+def test_other_commands_need_no_extra(bare, whole_lab):
+    for line in NEED_NO_EXTRA.strip().splitlines():
+        called(bare / "tribopipe", *shlex.split(line), cwd=whole_lab)
 
 
 @pytest.mark.parametrize("extra", NEEDS)

@@ -30,6 +30,8 @@ def test_silx_opens_a_run_on_its_wear_curve(sample_archive, expected):
         np.testing.assert_allclose(shown.signal[()], expected, rtol=1e-12)
 
 
+# nexusformat 2.1 shapes arrays in a way that NumPy 2.5 deprecates.
+@pytest.mark.filterwarnings("ignore:Setting the shape on a NumPy array:DeprecationWarning")
 def test_nexusformat_plots_the_wear_curve(sample_archive, expected):
     from nexusformat.nexus import nxload
 
