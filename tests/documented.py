@@ -8,6 +8,7 @@ A page says itself what it needs, in HTML comments before its blocks::
     <!-- exit: 1 -->                                              the commands below end so
     <!-- until: watching exports -->                              the command below is ended by Ctrl-C once it said that
     <!-- output -->                                               the block below is what the one before printed
+    <!-- formula -->                                              the block below is mathematics
     <!-- not run: installs a service on a server -->              and why
 """
 
@@ -15,13 +16,18 @@ import difflib
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cache
 
 from folders import ROOT
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
-SAYINGS = ("given", "file", "as", "exit", "until", "output", "not run")
+SAYINGS = ("given", "file", "as", "exit", "until", "output", "formula", "not run")
 """What a comment before a block may begin with."""
+EXCUSES = ("not run", "formula")
+"""What a comment may say of a block that nothing is done with."""
+DIRECTIVES = ("{toctree}", "{include}")
+"""Blocks that the build of the documentation sees to."""
 PROGRAMS = (
     *("tribopipe", "python", "python3", "py", "pip", "pytest", "dask", "silx", "nexpy", "h5glance", "systemctl"),
     *("git", "cp", "mkdir", "unzip", "cd"),
@@ -54,6 +60,16 @@ class Block:
         return f"{self.page}:{self.line}"
 
     @property
+    def kind(self) -> str:
+        """Return what is done with the block, or why nothing is: "" where neither is known."""
+        for said in (*EXCUSES, "output"):
+            if said in self.said:
+                return said
+        if self.language in ("toml", "json", "python", *DIRECTIVES):
+            return self.language
+        return "commands" if self.commands else "file" if "file" in self.said else ""
+
+    @property
     def commands(self) -> list[Command]:
         """Return the commands that the block holds: none where it is of another kind."""
         lines = self.text.replace("\\\n", "").splitlines()
@@ -83,6 +99,7 @@ def pages() -> list[str]:
     return [path.relative_to(ROOT).as_posix() for path in found]
 
 
+@cache
 def tokens(page: str) -> list[Token]:
     """Parse a page."""
     text = (ROOT / page).read_text(encoding="utf-8")

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from documented import Block, Command, difference, shown_file
 from folders import ROOT
+from listening import listening
 
 SECONDS = 900
 """After which a command hangs."""
@@ -82,7 +83,8 @@ class PageFolder:
     def end(self, line: str, told: str) -> tuple[int, str]:
         """Run a command to its end, or until it tells something: then end it by Ctrl-C, which counts as exit code 0."""
         printed = ""
-        with subprocess.Popen(line, start_new_session=True, **self._shell()) as running:
+        how = {"start_new_session": True, "preexec_fn": listening, **self._shell()}
+        with subprocess.Popen(line, **how) as running:
             hangs = threading.Timer(SECONDS, os.killpg, [running.pid, signal.SIGKILL])
             hangs.start()
             for row in running.stdout:

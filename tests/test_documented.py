@@ -7,32 +7,37 @@ import shlex
 import subprocess
 import sys
 import tomllib
+from functools import cache
 from pathlib import Path
 
 import pytest
-from documented import Block, Command, blocks, code_spans, difference, pages
+from documented import Block, Command, blocks, code_spans, difference, pages, tokens
 from documented_runs import PageFolder
 from filelock import FileLock
 from folders import ROOT, SAMPLES
 from typer.main import get_command
 
+from tribopipe.archive.definitions.known import definitions
 from tribopipe.records.base import read_document
 from tribopipe.records.export import SCHEMAS
 
 PAGES = pages()
 NOTEBOOK = ROOT / "docs" / "tutorial_in_python.ipynb"
 NOT_RUN = {
-    "README.md": 2,
-    "CONTRIBUTING.md": 3,
+    "README.md": 3,
+    "CONTRIBUTING.md": 4,
+    "docs/archive.md": 1,
     "docs/browse.md": 1,
     "docs/cluster.md": 5,
     "docs/local_wear.md": 1,
     "docs/long_runs.md": 1,
     "docs/new_run.md": 1,
+    "docs/report.md": 1,
+    "docs/sweep.md": 1,
     "docs/tutorial.md": 1,
     "docs/watch.md": 3,
 }
-"""How many blocks of each page are not run: what it takes stands on no machine that tests run on."""
+"""How many blocks of each page are not run; each says why."""
 WHOLE = {
     "run": SAMPLES / "si3n4-air-200mN" / "run.toml",
     "twin-disc run": SAMPLES / "si3n4-twin-disc-4pct-1000k" / "run.toml",
@@ -63,23 +68,24 @@ def test_all_that_a_page_shows_is_so(page, archived_samples, tmp_path):
     here = PageFolder(tmp_path, archived_samples)
     for block in blocks(page):
         here.lay(block.said.get("given", ""))
-        if "not run" not in block.said:
-            follow(block, here)
+        follow(block, here)
 
 
 def follow(block: Block, here: PageFolder) -> None:
     """Do with a block what its kind asks for."""
     file = block.said.get("file")
-    if "output" in block.said:
-        assert not (wrong := difference(tuple(block.text.splitlines()), here.printed)), f"{block.place}\n{wrong}"
-    elif block.language == "toml":
-        check_toml(block)
-    elif block.language == "json":
-        json.loads(block.text)
-    elif block.language == "python":
-        here.run_python(block, file or "script.py")
-    elif block.commands:
-        here.run(block)
+    match block.kind:
+        case "output":
+            wrong = difference(tuple(block.text.splitlines()), here.printed)
+            assert not wrong, f"{block.place}\n{wrong}"
+        case "toml":
+            check_toml(block)
+        case "json":
+            json.loads(block.text)
+        case "python":
+            here.run_python(block, file or "script.py")
+        case "commands":
+            here.run(block)
     if file is not None:
         here.write(file, block.text)
 
@@ -118,13 +124,42 @@ def test_the_notebook_is_kept_without_outputs():
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_every_block_says_what_it_is(page):
+def test_every_block_is_run_or_says_why_not(page):
     for block in blocks(page):
-        known = block.language in ("", "text", "console", "bash", "toml", "python", "json")
-        assert known or block.language.startswith("{") or "not run" in block.said, f"{block.place}: {block.language}"
+        assert block.kind or not block.text, f"{block.place}: neither run nor compared; expected <!-- not run: why -->"
+        assert len(block.said.get("not run", "as good as any")) > 10, f"{block.place}: say why"
         prompts = [line for line in block.text.splitlines() if line.startswith("$ ")]
         assert block.language == "console" or not prompts, f"{block.place}: a console of no language"
-        assert len(block.said.get("not run", "as good as any")) > 10, f"{block.place}: say why"
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_no_output_is_left_out_altogether(page):
+    for block in blocks(page):
+        outputs = [command.output for command in block.commands if any(command.output)]
+        for shown in [*outputs, *([block.text.splitlines()] if block.kind == "output" else [])]:
+            assert {line.strip() for line in shown} - {"", "…"}, f"{block.place}: shows nothing of what is printed"
+
+
+def test_no_page_of_the_repository_is_left_out():
+    listing = ["git", "ls-files", "-z", "*.md"]
+    done = subprocess.run(listing, cwd=ROOT, capture_output=True, check=False)
+    if done.returncode != 0:
+        pytest.skip("this is no clone")
+    known = {*PAGES, "CHANGELOG.md"}
+    others = [name for name in done.stdout.decode("utf-8").split("\0") if name and name not in known]
+    assert [name for name in others if not name.startswith("docs/results/")] == []
+
+
+def test_no_block_hides_in_html():
+    html = [token.content for page in PAGES for token in tokens(page) if token.type == "html_block"]
+    assert [text for text in html if "<pre" in text or "<code" in text] == []
+
+
+def test_groups_that_the_page_on_archives_lists_are_declared():
+    declared = {part.name for part in definitions()["NXtribometry_pin_on_disc"].entry.members}
+    listed = re.findall(r"^/entry/(\w+)", next(blocks("docs/archive.md")).text, re.MULTILINE)
+    assert len(listed) > 10
+    assert set(listed) <= declared
 
 
 def test_what_is_not_run_is_little():
@@ -138,6 +173,7 @@ def test_commands_within_sentences_exist(page):
     assert wrong == []
 
 
+@cache
 def is_command(line: str) -> bool:
     """Tell whether a line names a command that exists, and options that it has."""
     from tribopipe.cli.app import app

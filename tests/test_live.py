@@ -27,7 +27,7 @@ from tribopipe.live.priors import _next, archived_coefficient, archived_drift, q
 from tribopipe.live.problem import Asked, Known, live_problem
 from tribopipe.live.session import Session
 from tribopipe.live.state import State
-from tribopipe.records.manifest import RunManifest, read_manifest
+from tribopipe.records.manifest import EndValues, RunManifest, read_manifest
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import Recipe, WearRecipe
 from tribopipe.records.results import DriftCorrection
@@ -188,6 +188,21 @@ def test_a_finished_run_has_the_joint_fit_of_fit(sample_run, law):
     assert abs(found.wear_coefficient.value - fit.wear_coefficient.value) < 0.05 * spread
     assert abs(found.drift_rate.value - fit.drift_rate.value) < 0.05 * fit.drift_rate.standard_uncertainty
     assert found.wear_coefficient.standard_uncertainty == pytest.approx(spread, rel=0.1)
+
+
+def test_before_the_planned_end_an_end_value_is_not_that_of_the_run_so_far(sample_run):
+    signals = sample_run / "signals.csv"
+    content = signals.read_bytes()
+    signals.write_bytes(content[: len(content) // 2])
+    stated, _ = read_manifest(sample_run / "run.toml")
+    unstated = stated.model_copy(update={"end_values": EndValues()})
+    begun, unmeasured = (
+        Session(sample_run, Asked(RawRun(manifest, {}, {}, {}, {}, ()), planned=50.0)).look().estimate
+        for manifest in (stated, unstated)
+    )
+    assert stated.end_values.pin_scar_diameter is not None
+    assert not begun.finished
+    assert begun == unmeasured
 
 
 def test_with_hardly_any_noise_the_running_fit_is_the_truth_and_narrows():
