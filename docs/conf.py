@@ -5,6 +5,7 @@ in the repository too; furo is a theme for narrow, wide, light and dark screens.
 Screenshots are on the pages where `python docs/make_screenshots.py` took them before.
 """
 
+import re
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +14,8 @@ from tribopipe.records.base import Record
 from tribopipe.version import VERSION
 
 HERE = Path(__file__).parent
+_ANNOTATED = re.compile(r"Annotated\[(\w+), .*?\)\]")
+_NAMING_A_FILE = re.compile(r"\[((?:[\w-]+/)*[\w-]+\.md)\]\(\1(#[\w-]+)?\)")
 sys.path.insert(0, str(HERE))
 
 from site_parts.mathml import as_mathml  # noqa: E402
@@ -62,9 +65,18 @@ html_show_sourcelink = False
 html_theme_options = {"navigation_with_keys": True}
 
 
-def without_fields(_app: "Sphinx", _what: str, _name: str, thing: object, *_: object) -> tuple[str, None] | None:
-    """Leave the signature of a record out: its fields stand in a table, with units."""
-    return ("", None) if isinstance(thing, type) and issubclass(thing, Record) else None
+def with_plain_signatures(
+    _app: "Sphinx", _what: str, _name: str, thing: object, _options: object, signature: str | None, returned: str | None
+) -> tuple[str | None, str | None]:
+    """Leave out of signatures how an argument is checked, and the fields of a record: they stand in a table."""
+    if isinstance(thing, type) and issubclass(thing, Record):
+        return "", None
+    return signature and _ANNOTATED.sub(r"\1", signature), returned
+
+
+def with_titles(_app: "Sphinx", _page: str, text: list[str]) -> None:
+    """Have links that name a file, as they read well in the repository, show the title of its page."""
+    text[0] = _NAMING_A_FILE.sub(r"[](\1\2)", text[0])
 
 
 def with_screenshots(app: "Sphinx", _page: str, text: list[str]) -> None:
@@ -81,7 +93,8 @@ def load_nothing(app: "Sphinx", error: Exception | None) -> None:
 def setup(app: "Sphinx") -> None:
     """Have the reference written before pages are read, and equations as MathML."""
     app.connect("builder-inited", lambda _: write_reference(HERE))
+    app.connect("source-read", with_titles)
     app.connect("source-read", with_screenshots)
-    app.connect("autodoc-process-signature", without_fields)
+    app.connect("autodoc-process-signature", with_plain_signatures)
     app.connect("build-finished", load_nothing)
     as_mathml(app)
