@@ -19,15 +19,14 @@ from tribopipe.studies import load_studies, run_study
 SCREENSHOTS = Path(__file__).parent / "screenshots"
 SAMPLES = Path(__file__).parents[1] / "sample_runs"
 RUN, OTHER, STUDY = "si3n4-air-200mN", "si3n4-air-400mN", "si3n4-air"
-WIDTH = 1200
 PAGES = {
-    "tutorial-runs": ("", 340),
-    "tutorial-run": (f"runs/{RUN}", 1100),
-    "tutorial-study": (f"studies/{STUDY}", 620),
-    "compare": (f"compare?runs={RUN},{OTHER}", 900),
-    "viewer": (f"file?file={RUN}.h5", 750),
+    "tutorial-runs": ("", 1320, 340),
+    "tutorial-run": (f"runs/{RUN}", 1200, 1100),
+    "tutorial-study": (f"studies/{STUDY}", 1200, 1266),
+    "compare": (f"compare?runs={RUN},{OTHER}", 1200, 880),
+    "viewer": (f"file?file={RUN}.h5", 1200, 750),
 }
-"""Names of the pictures, what is on them, and how high they are, in pixels."""
+"""Names of the pictures, what is on them, and how wide and high they are, in pixels: each ends where a card ends."""
 
 
 def main() -> None:
@@ -38,8 +37,8 @@ def main() -> None:
         with running(Path(folder) / "archive") as port, sync_playwright() as playwright:
             chromium = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
             page = chromium.new_page(color_scheme="light")
-            for name, (address, height) in PAGES.items():
-                page.set_viewport_size({"width": WIDTH, "height": height})
+            for name, (address, width, height) in PAGES.items():
+                page.set_viewport_size({"width": width, "height": height})
                 page.goto(f"http://{HOST}:{port}/{address}")
                 take(page, SCREENSHOTS / f"{name}.png")
 

@@ -29,7 +29,6 @@ NOT_RUN = {
     "docs/archive.md": 1,
     "docs/browse.md": 1,
     "docs/cluster.md": 5,
-    "docs/local_wear.md": 1,
     "docs/long_runs.md": 1,
     "docs/new_run.md": 1,
     "docs/report.md": 1,
