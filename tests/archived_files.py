@@ -1,6 +1,6 @@
 """Runs made to be archived, and archived files changed behind their seal, as somebody would who means to."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -31,3 +31,28 @@ def with_sources(bare: RawRun, **contents: bytes) -> RawRun:
             SourceFile(f"{name}.toml" if name == "run" else name, bytes_) for name, bytes_ in contents.items()
         ),
     )
+
+
+def remove(path: str) -> Callable[[h5py.File], None]:
+    """Return a change that takes a part away."""
+
+    def change(file: h5py.File) -> None:
+        del file[path]
+
+    change.__name__ = f"remove {path}"
+    return change
+
+
+def put(path: str, value: object) -> Callable[[h5py.File], None]:
+    """Return a change that puts something into a place, with the attributes of what was there."""
+
+    def change(file: h5py.File) -> None:
+        attributes = dict(file[path].attrs) if path in file else {}
+        if path in file:
+            del file[path]
+        file[path] = value
+        if attributes:  # what is put there may be a link to nowhere
+            file[path].attrs.update(attributes)
+
+    change.__name__ = f"put {path}"
+    return change

@@ -1,7 +1,6 @@
 """A run that was amended: what the instrument wrote stays, the earlier run.toml is kept, the rest is redone."""
 
 import json
-import os
 import shutil
 from pathlib import Path
 
@@ -11,6 +10,7 @@ from browse_client import serving
 from folders import replace_in, tree_bytes
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from killed import Killed, dying_at
 from old_formats import take_back
 
 from tribopipe.archive.catalogue.catalogue import Catalogue
@@ -206,10 +206,6 @@ def test_earlier_ones_are_rescued_beside_the_one_that_counts(amended, tmp_path):
 # --- interrupted ---
 
 
-class Killed(BaseException):
-    """The end of a process, after which nothing is tidied up."""
-
-
 def test_wherever_it_is_killed_there_is_the_run_as_it_was_or_as_amended(bare_run, tmp_path, monkeypatch):
     archive = Archive(tmp_path)
     first, second = (with_sources(bare_run, run=text, signals=b"1") for text in (b"a = 1", b"a = 2"))
@@ -218,7 +214,7 @@ def test_wherever_it_is_killed_there_is_the_run_as_it_was_or_as_amended(bare_run
     for moment in range(10):
         archive.path("bare").write_bytes(before)
         with monkeypatch.context() as patch:
-            _killed_at(patch, moment)
+            dying_at(patch, moment)
             try:
                 archive.add(second, amend=True)
                 break
@@ -229,23 +225,6 @@ def test_wherever_it_is_killed_there_is_the_run_as_it_was_or_as_amended(bare_run
     assert ended > 2
     archive.tidy()
     assert [path.name for path in tmp_path.iterdir() if path.name != LOCKS] == ["bare.h5"]
-
-
-def _killed_at(patch: pytest.MonkeyPatch, moment: int) -> None:
-    calls = iter(range(moment))
-
-    def ending(function):
-        def until_then(*arguments, **named):
-            if next(calls, None) is None:
-                raise Killed
-            return function(*arguments, **named)
-
-        return until_then
-
-    patch.setattr("os.fsync", ending(os.fsync))
-    for name in ("replace", "chmod"):
-        patch.setattr(Path, name, ending(getattr(Path, name)))
-    patch.setattr(Path, "unlink", lambda *_, **__: None)
 
 
 # --- what has changed ---

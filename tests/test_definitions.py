@@ -12,7 +12,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from archived_files import edited
+from archived_files import edited, put, remove
 from built_files import archived
 from end_value_runs import measured
 from folders import DISC_IDS, SAMPLE_IDS, SAMPLES
@@ -215,26 +215,6 @@ def test_validator_of_nexus_finds_nothing(kinds):
     for kind, path in kinds.items():
         warnings, errors, printed = nxvalidate(path)
         assert (warnings, errors) == (0, 0), f"{kind}: {printed}"
-
-
-def remove(path: str) -> Callable[[h5py.File], None]:
-    def change(file: h5py.File) -> None:
-        del file[path]
-
-    change.__name__ = f"remove {path}"
-    return change
-
-
-def put(path: str, value: object) -> Callable[[h5py.File], None]:
-    def change(file: h5py.File) -> None:
-        attributes = dict(file[path].attrs) if path in file else {}
-        if path in file:
-            del file[path]
-        file[path] = value
-        file[path].attrs.update(attributes)
-
-    change.__name__ = f"put {path}"
-    return change
 
 
 def units(path: str, unit: str | None) -> Callable[[h5py.File], None]:

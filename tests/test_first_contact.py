@@ -26,7 +26,7 @@ from tribopipe.cli.app import app
 from tribopipe.cli.completion import SHELLS, complete
 from tribopipe.cli.manual import links, pages, sections
 from tribopipe.cli.next_steps import next_steps
-from tribopipe.cli.whereabouts import Whereabouts
+from tribopipe.cli.whereabouts import Whereabouts, ids_in, look_around
 from tribopipe.errors import CheckError, InternalError, TribopipeError
 from tribopipe.records.finding import Finding
 from tribopipe.records.mark import Mark
@@ -466,3 +466,13 @@ def test_completion_loads_nothing_heavy():
         "complete(typer.main.get_command(app), 'zsh', {'_TYPER_COMPLETE_ARGS': 'tribopipe fit --model '})"
     )
     assert heavy_modules_after(run) == set()
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes with names here")
+def test_pipes_are_no_documents(tmp_path):
+    (tmp_path / "run").mkdir()
+    for path in (tmp_path / "run" / "run.toml", tmp_path / "study.toml"):
+        os.mkfifo(path)
+    found = look_around(tmp_path, tmp_path / "archive")
+    assert found.runs == {}
+    assert ids_in(found.studies) == {}

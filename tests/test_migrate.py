@@ -1,7 +1,6 @@
 """Files of older formats are brought to the present one with all they hold, or stay as they were."""
 
 import json
-import os
 import shutil
 from pathlib import Path
 
@@ -11,6 +10,7 @@ import pytest
 from archived_files import edited
 from folders import tree_bytes
 from hostile_runs import QUICK
+from killed import Killed, dying_at
 from old_formats import take_archive_back, take_back
 
 from tribopipe.archive import migrate as module
@@ -297,35 +297,12 @@ def test_another_original_is_never_replaced(old, say_migrate):
 # --- interrupted ---
 
 
-class Killed(BaseException):
-    """The end of a process, after which nothing is tidied up."""
-
-
-def killed_at(patch: pytest.MonkeyPatch, moment: int) -> None:
-    """Let the process end at a moment: as files are written, put on the disk, and given their name."""
-    calls = iter(range(moment))
-
-    def ending(function):
-        def until_then(*arguments, **named):
-            if next(calls, None) is None:
-                raise Killed
-            return function(*arguments, **named)
-
-        return until_then
-
-    patch.setattr("os.fsync", ending(os.fsync))
-    patch.setattr(module, "copyfile", ending(module.copyfile))
-    for name in ("write_bytes", "replace", "mkdir", "chmod"):
-        patch.setattr(Path, name, ending(getattr(Path, name)))
-    patch.setattr(Path, "unlink", lambda *_, **__: None)
-
-
 def test_wherever_it_is_killed_nothing_is_lost_and_the_next_goes_on(old, monkeypatch):
     path = old.study_folder / f"{STUDY}.h5"
     original, kept, expected, ended = path.read_bytes(), old.folder / KEPT / "studies" / path.name, None, 0
     for moment in range(100):
         with monkeypatch.context() as patch:
-            killed_at(patch, moment)
+            dying_at(patch, moment, [(module, "copyfile"), (Path, "write_bytes"), (Path, "mkdir")])
             try:
                 migrate(old, path)
                 break

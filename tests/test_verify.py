@@ -12,7 +12,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from archived_files import edited
+from archived_files import edited, put, remove
 from bit_flips import flip_bits, rows_of
 from folders import SAMPLES, tree_bytes
 from test_archive import nxcheck
@@ -127,24 +127,6 @@ def change_base(file: h5py.File) -> None:
     process["stands_on/data"][()] = json.dumps(stands_on)
     told = digest(process["version"].asstr()[()], "wear_fit_archard", options, *stands_on.values())
     process["fingerprints/inputs_sha256"][()] = told
-
-
-def remove(path: str) -> Callable[[h5py.File], None]:
-    def change(file: h5py.File) -> None:
-        del file[path]
-
-    change.__name__ = f"remove {path}"
-    return change
-
-
-def put(path: str, value: object) -> Callable[[h5py.File], None]:
-    def change(file: h5py.File) -> None:
-        if path in file:
-            del file[path]
-        file[path] = value
-
-    change.__name__ = f"put {path}"
-    return change
 
 
 def attribute(path: str, name: str, value: object) -> Callable[[h5py.File], None]:

@@ -1,6 +1,5 @@
 """What lies in and below a folder: run folders, studies, exports, and how far the archive beside them has got."""
 
-import hashlib
 import os
 from collections import deque
 from collections.abc import Iterable, Iterator
@@ -43,12 +42,14 @@ class Whereabouts:
 
 def look_around(folder: Path, archive: Path) -> Whereabouts:
     """Look at a folder, and at the catalogue of an archive if there is one."""
+    from tribopipe.files import sha256_of
+
     found = Whereabouts()
     for files in _below(folder, archive):
         manifest = next((path for path in files if path.name == RUN_TOML), None)
         if manifest is not None:
             with suppress(OSError):
-                found.runs[manifest.parent] = hashlib.sha256(manifest.read_bytes()).hexdigest()
+                found.runs[manifest.parent] = sha256_of(manifest)
         else:
             found.exports += [path for path in files if path.suffix.lower() in _OF_INSTRUMENTS]
         found.studies += [path for path in files if path.name == "study.toml" or path.name.endswith(".study.toml")]
@@ -95,8 +96,10 @@ def ids_in(documents: Iterable[Path]) -> dict[Path, str]:
     """Return the id that each document states; those that cannot be read are left out."""
     import tomllib
 
+    from tribopipe.files import read_file
+
     said = {}
     for path in documents:
         with suppress(OSError, ValueError, LookupError):
-            said[path] = str(tomllib.loads(path.read_text(encoding="utf-8"))["id"])
+            said[path] = str(tomllib.loads(read_file(path).decode("utf-8"))["id"])
     return said

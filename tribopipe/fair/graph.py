@@ -9,6 +9,7 @@ from urllib.parse import quote
 
 from tribopipe.errors import ArchiveError
 from tribopipe.fair.layout import METADATA
+from tribopipe.files import sha256_of
 
 RO_CRATE = "1.1"
 """Version of RO-Crate: the one on which notebooks, repositories and validators agree."""
@@ -51,9 +52,7 @@ class Graph:
 
     def standing(self, place: Path, /, **said: Any) -> Ref:
         """Describe a file that is in the crate already."""
-        with place.open("rb") as file:
-            digest = hashlib.file_digest(file, "sha256").hexdigest()
-        return self._file(place, place.stat().st_size, digest, said)
+        return self._file(place, place.stat().st_size, sha256_of(place), said)
 
     def _file(self, place: Path, size: int, digest: str, said: Mapping[str, Any]) -> Ref:
         described = {"name": place.name, "contentSize": str(size), "sha256": digest, **said}

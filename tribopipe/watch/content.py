@@ -9,6 +9,7 @@ from pathlib import Path
 
 from tribopipe.archive.store import Archive
 from tribopipe.errors import ArchiveError
+from tribopipe.files import sha256_of
 from tribopipe.ingest.draft.folder import fit_for_id
 from tribopipe.watch.drops import Drop
 
@@ -19,7 +20,7 @@ _CHUNK = 1 << 20
 
 def content_of(drop: Drop) -> str:
     """Return the SHA-256 of a file, or that of the checksums of several. Raises ``OSError``."""
-    sums = sorted(map(_sha256, drop.files))
+    sums = sorted(map(sha256_of, drop.files))
     return sums[0] if len(sums) == 1 else hashlib.sha256("".join(sums).encode()).hexdigest()
 
 
@@ -59,7 +60,7 @@ def _is_free(run_id: str, drop: Drop, runs: Path, archive: Archive) -> bool:
 
 
 def _sums(paths: Iterable[Path]) -> set[str]:
-    return {_sha256(path) for path in paths if path.is_file()}
+    return {sha256_of(path) for path in paths if path.is_file()}
 
 
 def _begins(copy: Path, export: Path) -> bool:
@@ -69,8 +70,3 @@ def _begins(copy: Path, export: Path) -> bool:
             if new.read(len(part)) != part:
                 return False
     return True
-
-
-def _sha256(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
