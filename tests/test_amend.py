@@ -193,7 +193,7 @@ def test_a_changed_earlier_run_toml_is_found(amended):
         data = file["entry/earlier_manifests/run_1/data"]
         data[0] = data[0] ^ 1
     (finding,) = verify(amended, [RUN]).findings
-    assert (finding.severity, finding.check) == ("error", "source")
+    assert (finding.severity, finding.code) == ("error", "source")
     assert "run.earlier-1.toml" in finding.message
 
 

@@ -310,7 +310,7 @@ MORE = {
 
 
 def found_by(name, run):
-    return [finding for finding in check_run(run) if finding.check == name]
+    return [finding for finding in check_run(run) if finding.code == name]
 
 
 def unloaded_half(run):

@@ -88,7 +88,7 @@ def changed(name, where, value):
 
 
 def found(run, check):
-    return [finding for finding in check_run(run) if finding.check == check]
+    return [finding for finding in check_run(run) if finding.code == check]
 
 
 def test_sound_run_has_no_findings():

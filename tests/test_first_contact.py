@@ -341,7 +341,7 @@ def test_an_installation_without_pages_still_tells_its_errors(on_a_terminal, mon
 
 
 def test_a_refused_run_leads_to_its_finding(bare_run):
-    found = [Finding(severity=how, check=check, where="x", message="y", remedy="z") for how, check in FOUND]
+    found = [Finding(severity=how, code=check, where="x", message="y", remedy="z") for how, check in FOUND]
     with pytest.raises(CheckError) as refused:
         refuse_errors(bare_run, found)
     assert refused.value.code == "density_is_that_of_a_solid"

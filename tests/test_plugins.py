@@ -105,7 +105,7 @@ def test_a_law_that_is_not_installed_is_refused_where_people_write_it_but_read_b
 @pytest.mark.usefixtures("installed")
 def test_the_check_finds_something(tmp_path):
     run = read_run(record(tmp_path / "run", laws.law_named("running_in")))
-    (found,) = (one for one in checks.check_run(run) if one.check == "room_stays_as_warm")
+    (found,) = (one for one in checks.check_run(run) if one.code == "room_stays_as_warm")
     assert str(found).startswith("temperature: found that it moves by 6.0 K; expected at most 5 K; look for drift")
 
 
@@ -117,7 +117,7 @@ def test_a_check_that_fails_itself_says_so(tmp_path):
         yield 1 // 0 if run else None
 
     checks.check("note")(stumbles)
-    (found,) = (one for one in checks.check_run(run) if one.check == "stumbles")
+    (found,) = (one for one in checks.check_run(run) if one.code == "stumbles")
     assert "found that the check stumbles fails itself (ZeroDivisionError" in str(found)
     with pytest.raises(ValueError, match="'stumbles' is there already"):
         checks.check("note")(stumbles)

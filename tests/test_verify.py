@@ -81,7 +81,7 @@ def small(whole, tmp_path) -> Path:
 
 
 def found(verified: Verified) -> list[tuple[str, str]]:
-    return [(finding.severity, finding.check) for finding in verified.findings]
+    return [(finding.severity, finding.code) for finding in verified.findings]
 
 
 def test_sound_archive_gives_nothing(whole):
@@ -178,7 +178,7 @@ def test_damage_that_was_sealed_is_found_by_what_the_file_says_of_itself(whole, 
     with edited(path) as file:
         change(file)
     look, _ = look_at(tmp_path, path.name)
-    assert {(finding.severity, finding.check) for finding in look.findings} == DAMAGE[change]
+    assert {(finding.severity, finding.code) for finding in look.findings} == DAMAGE[change]
     assert all(finding.where.startswith(path.name) and finding.remedy for finding in look.findings)
 
 
@@ -230,7 +230,7 @@ def breaches(path: Path) -> set[str]:
     look = Look(path.name)
     with h5py.File(path) as file:
         check_nexus(read_tree(file, look), look)
-    return {finding.check for finding in look.findings}
+    return {finding.code for finding in look.findings}
 
 
 @pytest.mark.parametrize("change", MORE, ids=lambda change: change.__name__)
@@ -259,7 +259,7 @@ def test_flipped_bit_is_found_wherever_it_is(whole, tmp_path, place):
     flip(path, place)
     look, seen = look_at(tmp_path, path.name)
     (finding,) = look.findings
-    assert (finding.severity, finding.check in ("seal", "content")) == ("error", True)
+    assert (finding.severity, finding.code in ("seal", "content")) == ("error", True)
     assert seen is None
 
 
@@ -280,7 +280,7 @@ def test_what_is_no_hdf5_is_told(small, content):
 def test_run_under_another_name_is_told(small):
     shutil.move(small / f"{DISC}.h5", small / "another.h5")
     findings = verify(Archive(small)).findings
-    assert ("another.h5", "error", "identity") in [(one.where, one.severity, one.check) for one in findings]
+    assert ("another.h5", "error", "identity") in [(one.where, one.severity, one.code) for one in findings]
 
 
 @pytest.mark.slow
@@ -302,7 +302,7 @@ def test_prediction_from_another_coefficient_is_stale(copied):
     (copied / "studies" / "si3n4-air.h5").unlink()
     findings = verify(archive).findings
     assert (f"{HEAVY}.h5: /entry/prediction_archard", "warning", "reference") in [
-        (one.where, one.severity, one.check) for one in findings
+        (one.where, one.severity, one.code) for one in findings
     ]
 
 
@@ -316,7 +316,7 @@ def test_prediction_whose_reference_is_gone_is_noted(copied):
 def test_what_a_killed_writer_left_is_named(small):
     part = small / f".{DISC}.h5.abcd.part"
     part.write_bytes(b"half")
-    (told,) = [one for one in verify(Archive(small)).findings if one.check == "folder"]
+    (told,) = [one for one in verify(Archive(small)).findings if one.code == "folder"]
     assert (told.severity, told.where) == ("warning", part.name)
 
 
@@ -333,7 +333,7 @@ def test_what_is_none_of_ours_is_noted(small):
     (small / "studies" / "draft.toml").write_bytes(b"")
     (small / "folder.h5").mkdir()
     (small / "before-format-2").mkdir()
-    told = {one.where: one.severity for one in verify(Archive(small)).findings if one.check == "folder"}
+    told = {one.where: one.severity for one in verify(Archive(small)).findings if one.code == "folder"}
     assert told == dict.fromkeys(["thesis.docx", "old", "studies/draft.toml", "folder.h5", "before-format-2"], "note")
 
 
@@ -346,7 +346,7 @@ def test_ids_that_differ_in_capitals_alone_are_told(small):
 def test_run_that_is_gone_is_told_by_the_catalogue(small):
     (small / f"{DISC}.h5").unlink()
     (told,) = verify(Archive(small)).findings
-    assert (told.severity, told.check, told.where) == ("warning", "catalogue", f"{DISC}.h5")
+    assert (told.severity, told.code, told.where) == ("warning", "catalogue", f"{DISC}.h5")
 
 
 @pytest.mark.parametrize("content", [None, b"", b"no database" * 99])
@@ -366,7 +366,7 @@ def test_catalogue_that_tells_a_run_wrong_is_told(small):
         connection.execute("DELETE FROM runs")
         connection.execute(f"INSERT INTO runs VALUES ({places})", [*row, sum_of(tuple(row))])  # noqa: S608, of ? alone
     (finding,) = verify(Archive(small)).findings
-    assert (finding.severity, finding.check, finding.where) == ("warning", "catalogue", f"{DISC}.h5")
+    assert (finding.severity, finding.code, finding.where) == ("warning", "catalogue", f"{DISC}.h5")
 
 
 @pytest.mark.slow
@@ -395,7 +395,7 @@ def test_number_that_agrees_with_its_checksum_is_found_by_computing_it_again(sma
     archive.put_step(DISC, replace(step, result=step.result.model_copy(update={"normal_load": load})))
     assert verify(archive).sound
     (told,) = verify(archive, again=True).findings
-    assert (told.severity, told.check, told.where) == ("warning", "recompute", f"{DISC}.h5: /entry/specific_wear")
+    assert (told.severity, told.code, told.where) == ("warning", "recompute", f"{DISC}.h5: /entry/specific_wear")
     assert "result.normal_load.value, archived as 0.26, now 0.249" in told.message
 
 
@@ -417,7 +417,7 @@ def test_command_tells_findings_as_json_too(run_cli, small):
     document = json.loads(done.stdout)
     assert done.exit_code == 1
     assert (document["sound"], document["runs"], document["studies"]) == (False, 1, 0)
-    assert [(one["severity"], one["check"], one["where"]) for one in document["findings"]] == [
+    assert [(one["severity"], one["code"], one["where"]) for one in document["findings"]] == [
         ("error", "seal", f"{DISC}.h5")
     ]
     assert f"error: {DISC}.h5: found" in done.stderr
@@ -429,7 +429,7 @@ def test_links_are_told(small):
     (small / f"{DISC}.h5").rename(small.parent / "elsewhere")
     (small / f"{DISC}.h5").symlink_to(small.parent / "elsewhere")
     (small / "lost.h5").symlink_to("nowhere")
-    told = {(one.where, one.severity, one.check) for one in verify(Archive(small)).findings}
+    told = {(one.where, one.severity, one.code) for one in verify(Archive(small)).findings}
     assert told == {(f"{DISC}.h5", "note", "file"), ("lost.h5", "error", "folder")}
 
 

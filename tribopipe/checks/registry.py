@@ -87,7 +87,7 @@ def check_run(run: RawRun) -> list[Finding]:
     load_checks()
     cleaned = clean_run(run)
     found = [
-        Finding(severity=severity, check=name, where=trouble.where, message=trouble.message, remedy=trouble.remedy)
+        Finding(severity=severity, code=name, where=trouble.where, message=trouble.message, remedy=trouble.remedy)
         for name, (severity, function) in CHECKS.items()
         for trouble in function(run, cleaned)
     ]
@@ -101,5 +101,5 @@ def refuse_errors(run: RawRun, findings: list[Finding]) -> None:
     if errors:
         more = f" (and {len(errors) - 1} more; see `tribopipe check`)" if len(errors) > 1 else ""
         refused = CheckError(f"{run.id}: {errors[0]}{more}")
-        refused.code = errors[0].check
+        refused.code = errors[0].code
         raise refused

@@ -173,7 +173,7 @@ def finish(outcomes: "Sequence[Outcome]") -> None:
     """Tell every failure, and exit accordingly; a run of which one step failed counts as failed."""
     failed_runs = {outcome.run_id for outcome in outcomes if outcome.error is not None}
     some_done = any(outcome.run_id not in failed_runs for outcome in outcomes)
-    warned = [one.check for outcome in outcomes for one in outcome.findings if one.severity == "warning"]
+    warned = [one.code for outcome in outcomes for one in outcome.findings if one.severity == "warning"]
     errors = [outcome.error for outcome in outcomes if outcome.error is not None]
     exit_with(errors, some_done=some_done, warned=warned)
 

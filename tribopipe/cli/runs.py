@@ -61,7 +61,7 @@ def check(paths: RunPaths, as_json: AsJson = False) -> None:
             continue
         findings = looked.findings
         sound = sound and all(finding.severity == "note" for finding in findings)
-        codes += [finding.check for finding in findings if finding.severity != "note"]
+        codes += [finding.code for finding in findings if finding.severity != "note"]
         told = [record_json(finding) for finding in findings]
         documents.append({"path": str(path), "id": looked.run_id, "findings": told})
         for finding in findings:

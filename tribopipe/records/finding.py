@@ -12,8 +12,8 @@ class Finding(Record):
 
     severity: Severity
     """Error: the run is refused. Warning: look before you trust it. Note: good to know."""
-    check: str
-    """Name of the check."""
+    code: str
+    """Name of the check, by which scripts tell findings apart."""
     where: str
     """Key of run.toml, or the signal."""
     message: str

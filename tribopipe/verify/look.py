@@ -75,4 +75,4 @@ class Look:
 
     def _find(self, severity: Severity, check: CheckName, message: str, remedy: str, part: str) -> None:
         where = f"{self.name}: {part}" if part else self.name
-        self.findings.append(Finding(severity=severity, check=check, where=where, message=message, remedy=remedy))
+        self.findings.append(Finding(severity=severity, code=check, where=where, message=message, remedy=remedy))
