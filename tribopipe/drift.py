@@ -1,7 +1,8 @@
-"""Linear drift of the depth sensor, anchored on what was measured after the test.
+"""Drift of the depth sensor, found together with wear or, as in the paper, before it.
 
-The paper (Section 2) assumes that the capacitive sensor drifts linearly and matches its curve at the largest sliding
-distance to the wear found on the pin. Here:
+By default the reading is fitted by one statistical model of wear and of everything else that the sensor reads
+(tribopipe.depth_model). The paper (Section 2) assumes that the capacitive sensor drifts linearly and matches its curve
+at the largest sliding distance to the wear found on the pin, in two steps:
 
     wear(t) = g·(reading(t) − z) − ρ·(t − t₀),     ρ = (g·(reading(t_end) − z) − h_end) / (t_end − t₀)
 
@@ -16,11 +17,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tribopipe.contact.pin_on_disc import pin_contact
 from tribopipe.contact.twin_disc import disc_pair, nominal_values
+from tribopipe.depth_model.posterior import depth_posterior
+from tribopipe.depth_model.samples import baseline
+from tribopipe.depth_model.summary import depth_model
+from tribopipe.depth_reading import (
+    depth_samples,
+    disc_reading,
+    nominal_pin,
+    pin_reading,
+    remountings,
+    require_samples,
+    sliding_time,
+)
 from tribopipe.end_values.pin_on_disc import EndWear, end_wear
 from tribopipe.end_values.twin_disc import DiscEndWear, disc_end_wear
-from tribopipe.errors import FitError
 from tribopipe.noise import inflation, left_of
 from tribopipe.records.manifest import TwinDisc
 from tribopipe.records.quantity import Quantity
@@ -56,15 +67,10 @@ def read_trace(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> Senso
 
     Raises ``FitError`` where fewer than 16 samples of depth are left.
     """
-    placed = np.isfinite(run.sliding_distance) & np.isfinite(run.columns["time"])
+    seen = require_samples(run)
     distance, time, reading = run.sliding_distance, run.columns["time"], run.columns["depth"]
-    seen = placed & np.isfinite(reading)
-    if np.count_nonzero(seen) < 2 * _FEWEST_IN_WINDOW:
-        raise FitError(
-            f"{run.id}: found {np.count_nonzero(seen)} samples of depth; expected at least {2 * _FEWEST_IN_WINDOW} for "
-            "a drift correction; record at a higher rate"
-        )
-    start, duration = _sliding_time(distance[placed], time[placed])
+    placed = np.isfinite(distance) & np.isfinite(time)
+    start, duration = sliding_time(distance[placed], time[placed])
     slid = float(distance[placed][-1])
     share = np.maximum(distance[seen], 0.0) / slid
     wear = _pin_wear(run, end, share) if isinstance(end, EndWear) else _disc_wear(run, end, share, recipe)
@@ -81,14 +87,7 @@ def read_trace(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> Senso
 
 def _pin_wear(run: RawRun, end: EndWear, share: Column) -> Column:
     """Return the wear depth of a pin that reaches its end value at the end, m, against the share of the distance."""
-    contact = run.manifest.pin_on_disc
-    nominal = {
-        "normal_load": run.manifest.conditions.normal_load.value,
-        "pin_radius": contact.pin.radius.value,
-        "pin_modulus": contact.pin.youngs_modulus.value,
-        "disc_modulus": contact.disc.youngs_modulus.value,
-    }
-    pin = pin_contact(contact, nominal)
+    pin = nominal_pin(run)
     return pin.worn(pin.volume(max(end.pin_depth.value, _LEAST_WEAR)) * share).depth
 
 
@@ -128,56 +127,95 @@ def _intercept(x: Column, y: Column, noise: float) -> Quantity:
     return Quantity(value=float(value), unit="m", standard_uncertainty=math.sqrt(max(0.0, variance)))
 
 
-def _sliding_time(distance: Column, time: Column) -> tuple[float, float]:
-    """Return when sliding began, by the mean speed, and how long it lasted until the last sample."""
-    if not distance[-1] > distance[0] or not time[-1] > time[0]:
-        raise FitError(
-            "drift correction: found no sliding between first and last sample of depth; expected time and "
-            "sliding distance to grow; check both columns"
-        )
-    start = time[0] - distance[0] * (time[-1] - time[0]) / (distance[-1] - distance[0])
-    return float(start), float(time[-1] - start)
-
-
 def correct_drift(run: RawRun, recipe: Recipe | None = None) -> CorrectedRun:
-    """Take the linear drift off a run's depth, m.
+    """Subtract from a run's depth, m, what is drift.
 
-    A run without depth or without an end value passes through, and its correction says what it lacks.
+    A run without depth passes through, and so does one without an end value where that is needed; the correction says
+    what the run lacks.
     """
     recipe = recipe or Recipe()
-    manifest = run.manifest
-    end: EndWear | DiscEndWear | None
-    if isinstance(manifest.contact, TwinDisc):
-        end, needed = disc_end_wear(run, recipe), "an end value of the curved disc (depth, track width or volume)"
-    elif manifest.contact is None:
-        end, needed = None, "the two bodies ([contact])"
-    else:
-        end = end_wear(run, recipe.uncertainty)
-        needed = "an end value of the pin (its depth, scar, volume, mass or profile)"
+    end, needed = _measured_wear(run, recipe)
     lacks = [] if "depth" in run.columns else ["a depth signal"]
-    if end is None:
+    alone = end is None and recipe.wear.correction == "model" and _tells_by_itself(run)
+    if end is None and not alone:
         lacks.append(needed)
-    if end is None or lacks:
+    if lacks:
         return CorrectedRun(run, DriftCorrection(outcome="uncorrected", lacks=tuple(lacks)), None)
+    two_step = None if end is None else _two_step(run, end, recipe)
+    if recipe.wear.correction == "two-step" and two_step is not None:
+        return two_step
+    return _by_model(run, end, recipe, None if two_step is None else two_step.correction)
+
+
+def _measured_wear(run: RawRun, recipe: Recipe) -> tuple[EndWear | DiscEndWear | None, str]:
+    """Return the wear that was measured after a test, and what is missing where there is none."""
+    if isinstance(run.manifest.contact, TwinDisc):
+        needed = "an end value of the curved disc (depth, track width or volume)"
+        return disc_end_wear(run, recipe), needed
+    if run.manifest.contact is None:
+        return None, "the two bodies ([contact])"
+    return end_wear(run, recipe.uncertainty), "an end value of the pin (its depth, scar, volume, mass or profile)"
+
+
+def _tells_by_itself(run: RawRun) -> bool:
+    """Say whether the depth reading of a run tells its wear without a measurement: that of a pin that slid does."""
+    slides = run.manifest.contact is not None and not isinstance(run.manifest.contact, TwinDisc)
+    return slides and bool(np.any(np.isfinite(run.sliding_distance)))
+
+
+def _by_model(
+    run: RawRun, end: EndWear | DiscEndWear | None, recipe: Recipe, two_step: DriftCorrection | None
+) -> CorrectedRun:
+    """Subtract the mean of all that is not wear by the model: offsets, drift, settling, thermal expansion.
+
+    The wear is taken to grow by Archard's law; what another law has differently is fitted with its k_D.
+    """
+    samples, duration, slid = depth_samples(run)
+    if isinstance(end, DiscEndWear):
+        reading = disc_reading(run, samples, end, recipe, slid)
+    else:
+        pin = nominal_pin(run)
+        reading = pin_reading(run, samples, end, recipe, pin=pin, share=lambda s: s / slid, slid=slid)
+    posterior = depth_posterior(reading)
+    found = depth_model(posterior, duration)
+    time, temperature = run.columns["time"], run.columns.get("temperature")
+    distance = run.sliding_distance
+    placed = np.isfinite(distance) & np.isfinite(time)
+    start, _ = sliding_time(distance[placed], time[placed])
+    beside = baseline(
+        posterior, (time - start) / duration, remountings(run.manifest, distance).astype(int), temperature
+    )
+    wear = run.manifest.sensors.depth_scale.value * run.columns["depth"] - beside
+    changed = {
+        "correction": "model",
+        "zero_offset": found.zero_offsets[0],
+        "drift_rate": found.drift_rate,
+        "two_step_rate": None if two_step is None else two_step.drift_rate,
+        "model": found,
+    }
+    correction = two_step or DriftCorrection(outcome="corrected")
+    return CorrectedRun(run, correction.model_copy(update=changed), wear)
+
+
+def _two_step(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> CorrectedRun:
+    """Subtract the straight line between zero offset and end reading."""
     trace, scale = read_trace(run, end, recipe), run.manifest.sensors.depth_scale.value
     wear = trace.wear(end.total.value, trace.zero_offset.value, trace.end_reading.value, scale)
-    return CorrectedRun(run, _describe(trace, end, scale, recipe), wear)
-
-
-def _describe(trace: SensorTrace, end: EndWear | DiscEndWear, scale: float, recipe: Recipe) -> DriftCorrection:
     gap = scale * (trace.end_reading.value - trace.zero_offset.value) - end.total.value
     spread = math.hypot(
         *(part.standard_uncertainty or 0.0 for part in (end.total, trace.zero_offset, trace.end_reading))
     )
-    return DriftCorrection(
+    rate = Quantity(value=gap / trace.duration, unit="m/s", standard_uncertainty=spread / trace.duration)
+    correction = DriftCorrection(
         outcome="corrected",
         anchor=end.anchor,
+        correction="two-step",
         zero_offset=trace.zero_offset,
-        drift_rate=Quantity(value=gap / trace.duration, unit="m/s", standard_uncertainty=spread / trace.duration),
+        drift_rate=rate,
+        two_step_rate=rate,
         discrepancy=Quantity(value=gap, unit="m", standard_uncertainty=spread),
-        within_discrepancy_limit=abs(gap) <= recipe.drift.discrepancy_limit.value,
-        within_sensor_resolution=abs(gap) <= recipe.drift.sensor_resolution.value,
         end_wear_depth=end.total,
         pin_wear_depth=end.pin_depth if isinstance(end, EndWear) else None,
         disc_wear_depth=end.disc.quantity if isinstance(end, EndWear) and end.disc else None,
     )
+    return CorrectedRun(run, correction, wear)

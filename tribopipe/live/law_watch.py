@@ -16,13 +16,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tribopipe.depth_reading import remountings
 from tribopipe.live.alarm import Alarm, alarm_at
 from tribopipe.live.posterior import Posterior
 from tribopipe.live.problem import mean_distance
 from tribopipe.live.state import Means, State
 from tribopipe.records.manifest import RunManifest
 from tribopipe.run import Column
-from tribopipe.wear.problem import remountings
 
 BLOCKS = 100
 """Into which a test is divided."""

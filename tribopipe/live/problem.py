@@ -12,6 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
+from tribopipe.depth_reading import remountings
 from tribopipe.drift import SensorTrace
 from tribopipe.end_values.measured import EndValueUsed
 from tribopipe.end_values.pin_on_disc import EndWear, end_wear
@@ -28,7 +29,7 @@ from tribopipe.wear.inputs import Input, contact_inputs, instrument_inputs, law_
 from tribopipe.wear.joint import END_ANCHOR, Anchor, JointProblem
 from tribopipe.wear.laws import law_named
 from tribopipe.wear.own_parameters import law_as_given
-from tribopipe.wear.problem import NODES, remountings
+from tribopipe.wear.problem import NODES
 
 _DISC_POWER = 0.75
 """Of s, as which ∫ds/a grows under a sphere, whose contact radius a grows as the fourth root of s."""

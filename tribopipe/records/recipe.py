@@ -17,14 +17,15 @@ FrictionSource = Literal["fitted", "measured"]
 
 
 class DriftRecipe(Record):
-    """How the linear drift of the depth sensor is found."""
+    """How the drift of the depth sensor is found."""
 
     window: float = Field(default=0.02, gt=0, lt=0.5)
-    """Share of the sliding distance at either end from which zero offset and end reading are taken."""
-    discrepancy_limit: Length = Field(default_factory=lambda: _length(250e-9))
-    """Discrepancy between sensor and end value that the paper found at most."""
-    sensor_resolution: Length = Field(default_factory=lambda: _length(1e-6))
-    """Resolution the paper states for its capacitive sensor."""
+    """Share of the sliding distance at either end from which two-step correction takes zero offset and end reading."""
+    prior: Length = Field(default_factory=lambda: _length(250e-9))
+    """Standard uncertainty of the drift over a whole test, used only where no wear was measured after it.
+
+    The default is the largest discrepancy that the paper found.
+    """
 
 
 class FrictionRecipe(Record):
@@ -38,7 +39,7 @@ class FrictionRecipe(Record):
 
 WearEngine = Literal["giwm", "local"]
 """How the pressure on a pin is found: spread evenly, as the GIWM does, or solved for at each point as it wears."""
-Correction = Literal["two-step", "joint"]
+Correction = Literal["model", "two-step"]
 DistanceConvention = Literal["full-slip", "contact-width", "line-load", "volume-conserving"]
 """What counts as the distance that a point of a disc slides in one rotation (tribopipe.contact.twin_disc)."""
 
@@ -54,8 +55,8 @@ class WearRecipe(Record):
     """Pressure on a pin: even (the Global Incremental Wear Model) or local; k_D is right with its own engine only."""
     friction: FrictionSource = "fitted"
     """μ in Sarkar's law: Eq. 7 as fitted, or the measured curve."""
-    correction: Correction = "two-step"
-    """Drift first and then wear, as the paper does; or zero offset, drift rate and k_D in one fit."""
+    correction: Correction = "model"
+    """Wear, drift and all else that the sensor reads in one statistical model; or drift first, as in the paper."""
     distance_per_rotation: DistanceConvention = "full-slip"
     """What counts as slid in one rotation of twin discs; k_D differs by orders of magnitude between them."""
 

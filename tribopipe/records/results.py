@@ -3,6 +3,7 @@
 from typing import Literal
 
 from tribopipe.records.base import Record
+from tribopipe.records.finding import Finding
 from tribopipe.records.quantity import (
     Metres,
     MetresPerSecond,
@@ -21,25 +22,58 @@ COVERAGE_FACTOR = 1.959963984540054
 """Half width of a 95 % interval in standard uncertainties of a normal distribution."""
 
 
+class DepthModel(Record):
+    """What a depth sensor reads besides wear, as one statistical model fitted with the post-test measurement."""
+
+    zero_offsets: tuple[Metres, ...]
+    """Sensor reading at the start of sliding, and after each remounting or step less what drift had added."""
+    drift_rate: MetresPerSecond
+    """Slope against time of what the sensor reads besides wear."""
+    settling_probability: float
+    """Probability that the reading settles exponentially, a·(1 − exp(−t/τ))."""
+    settling: Metres
+    """Amplitude a; it counts as 0 as far as there is no settling."""
+    settling_time: Quantity | None = None
+    """Time constant τ, s; none where settling is improbable."""
+    thermal_probability: float | None = None
+    """Probability that the reading follows the recorded temperature; none where that is missing or steady."""
+    thermal_shift: Metres | None = None
+    """By how much the reading moves over the range of the recorded temperature."""
+    wander: Metres
+    """Root mean square of what is slow and is neither wear by the law, nor drift, nor settling."""
+    noise: Metres
+    """Standard deviation of the noise of a block average."""
+    blocks: int
+    """Number of block averages."""
+    end_depth: Metres
+    """Wear depth at the end by depth reading and post-test measurement together."""
+    end_depth_by_reading: Metres
+    """Wear depth at the end by the depth reading alone."""
+    evidence: float
+    """ln of the odds that the reading is more than wear by the law, a line and noise."""
+
+
 class DriftCorrection(Record):
-    """The linear drift taken off a depth reading, anchored on the end value."""
+    """The drift subtracted from a depth reading, anchored on the post-test measurement."""
 
     outcome: Literal["corrected", "uncorrected"]
     """Uncorrected where the run lacks the depth or the end value."""
     lacks: tuple[str, ...] = ()
     """What the run lacks for a correction."""
     anchor: str | None = None
-    """Which end values the end of the curve was matched to."""
+    """Which end values the end of the curve was matched to; none where the sensor alone tells the wear."""
+    correction: Correction = "two-step"
+    """How the drift was found."""
     zero_offset: Metres | None = None
     """Sensor reading at the start of sliding."""
     drift_rate: MetresPerSecond | None = None
     """Slope against time of what the sensor reads beside wear."""
+    two_step_rate: MetresPerSecond | None = None
+    """The drift rate by two-step correction, as in the paper; none where nothing was measured after the test."""
+    model: DepthModel | None = None
+    """Everything that the sensor reads besides wear; none of two-step correction."""
     discrepancy: Metres | None = None
     """Wear read by the sensor at the end, minus the end value."""
-    within_discrepancy_limit: bool | None = None
-    """Whether the discrepancy is within the recipe's limit (the paper's ±250 nm)."""
-    within_sensor_resolution: bool | None = None
-    """Whether the discrepancy is within the sensor's resolution (the paper's ±1 µm)."""
     end_wear_depth: Metres | None = None
     """Wear of pin and disc at the end: what the curve is anchored on."""
     pin_wear_depth: Metres | None = None
@@ -57,12 +91,12 @@ class DriftCorrection(Record):
     def __str__(self) -> str:
         if self.outcome == "uncorrected":
             return f"no drift correction: the run lacks {' and '.join(self.lacks)}"
-        beyond = " (beyond the limit)" if self.within_discrepancy_limit is False else ""
-        if self.within_sensor_resolution is False:
-            beyond = " (beyond the limit and the sensor's resolution)"
+        if self.anchor is None:
+            return f"drift {_in(self.drift_rate, 'nm/min')}, by the sensor alone: no wear was measured after the test"
+        both = "" if self.model is None else f" (two-step {_in(self.two_step_rate, 'nm/min')})"
         return (
-            f"drift {_in(self.drift_rate, 'nm/min')}, discrepancy {_in(self.discrepancy, 'um')}{beyond} "
-            f"against {self.anchor}, wear depth at the end {_in(self.end_wear_depth, 'um')}"
+            f"drift {_in(self.drift_rate, 'nm/min')}{both}, discrepancy {_in(self.discrepancy, 'um')} against "
+            f"{self.anchor}, wear depth at the end {_in(self.end_wear_depth, 'um')}"
         )
 
 
@@ -160,6 +194,10 @@ class JointFit(Record):
         )
 
 
+Basis = Literal["reading and measurement", "measurement", "reading"]
+"""What a wear coefficient is based on."""
+
+
 class LawValue(Record):
     """A parameter of a wear law beside k_D."""
 
@@ -198,9 +236,19 @@ class WearFit(Record):
     monte_carlo: MonteCarlo | None = None
     """How the interval was drawn."""
     correction: Correction = "two-step"
-    """Whether drift was taken off first or fitted together with k_D."""
-    joint: JointFit | None = None
-    """Drift and wear fitted together, to hold beside correction in two steps."""
+    """How drift was found: with k_D in one model, or before it."""
+    basis: Basis | None = None
+    """What gives k_D: depth reading and post-test measurement together, or one of them; none of two-step correction."""
+    by_reading: SquareMetresPerNewton | None = None
+    """k_D by the depth reading alone."""
+    by_measurement: SquareMetresPerNewton | None = None
+    """k_D by the post-test measurement alone."""
+    deviation: float | None = None
+    """Wear at the end by the reading alone minus by the measurement alone, in standard uncertainties of the difference."""
+    sensor: DepthModel | None = None
+    """What the depth sensor reads besides wear under this law."""
+    findings: tuple[Finding, ...] = ()
+    """What speaks against the result."""
     parameters: tuple[LawValue, ...] | None = None
     """Parameters of the law beside k_D; none where it has none."""
     parameter_covariance: tuple[tuple[float, ...], ...] | None = None

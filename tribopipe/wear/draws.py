@@ -35,6 +35,6 @@ def coefficient_draws(problem: WearProblem) -> Callable[[Generator, int], Column
 
     def draw(rng: Generator, count: int) -> Column:
         values = draw_values(reduced.inputs, reduced.friction_covariance, rng, count)
-        return solve_draws(reduced, values, reduced.draw_noise(rng, count))
+        return solve_draws(reduced, values, reduced.draw_scores(rng, count))
 
     return draw

@@ -14,20 +14,22 @@ from typing import Any
 
 import numpy as np
 
+from tribopipe.depth_model.summary import depth_model
 from tribopipe.errors import FitError
 from tribopipe.noise import effective_samples
 from tribopipe.records.quantity import Quantity, wear_coefficient
 from tribopipe.records.recipe import FrictionSource, LawName, MonteCarloRecipe, Recipe
-from tribopipe.records.results import COVERAGE_FACTOR, Contribution, FrictionFit, JointFit, LawValue, WearFit
+from tribopipe.records.results import COVERAGE_FACTOR, Contribution, FrictionFit, LawValue, WearFit
 from tribopipe.run import Column, CorrectedRun
 from tribopipe.uncertainty import propagate
 from tribopipe.units import KINDS, show
+from tribopipe.wear.depth_problem import DepthProblem, depth_problem
+from tribopipe.wear.doubts import wear_findings
 from tribopipe.wear.draws import coefficient_draws
 from tribopipe.wear.friction_path import ExponentialFriction
 from tribopipe.wear.inputs import FRICTION_INPUTS, default_notes, shown_unit
-from tribopipe.wear.joint import JointProblem, fit_joint, joint_problem
 from tribopipe.wear.monte_carlo import drawn
-from tribopipe.wear.own_parameters import held_notes, law_columns, law_covariance, with_fitted_law
+from tribopipe.wear.own_parameters import held_notes, law_columns, with_fitted_law
 from tribopipe.wear.problem import WearProblem, wear_problem
 
 _FEWEST_SAMPLES = 10
@@ -62,64 +64,66 @@ def fit_wear(
     if problem.law.needs_friction:
         source = "fitted" if isinstance(problem.friction, ExponentialFriction) else "measured"
     notes = friction.notes if friction and source == "measured" and recipe.wear.friction == "fitted" else ()
-    joint = _posed_together(problem, corrected, recipe)
-    chosen = joint if joint is not None and recipe.wear.correction == "joint" else with_fitted_law(problem)
+    whole = _posed_whole(problem, corrected, recipe)
+    chosen = whole if whole is not None and recipe.wear.correction == "model" else with_fitted_law(problem)
     fit = _assess(chosen, model).model_copy(
         update={
-            "joint": _joint_or_none(joint),
             "correction": recipe.wear.correction,
             "friction": source,
             "notes": (*_doubts(corrected, recipe), *held_notes(chosen), *default_notes(chosen.inputs), *notes),
+            **_by_whole_reading(whole, recipe),
         }
     )
     return _with_monte_carlo(fit, chosen, recipe.monte_carlo)
 
 
-def _posed_together(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe) -> JointProblem | None:
-    """Return the joint fit as a problem; none where it would only stand beside, and finds no parameters of the law."""
+def _posed_whole(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe) -> DepthProblem | None:
+    """Return the fit by the whole reading; none where it would only be compared, and cannot be made."""
     try:
-        return joint_problem(problem, corrected, recipe)
+        return depth_problem(problem, corrected, recipe)
     except FitError:
-        if recipe.wear.correction == "joint":
+        if recipe.wear.correction == "model":
             raise
         return None
 
 
-def _joint_or_none(joint: JointProblem | None) -> JointFit | None:
-    """Return the joint fit to hold beside the other; none where the law tells no wear from drift."""
-    try:
-        return None if joint is None else fit_joint(joint)
-    except FitError:
-        return None
+def _by_whole_reading(whole: DepthProblem | None, recipe: Recipe) -> dict[str, Any]:
+    """Return what reading and measurement say of k_D by themselves, what the sensor reads besides, and what to doubt."""
+    if whole is None:
+        return {}
+    ways = {name: wear_coefficient(*found) for name, found in whole.coefficients_by_ways().items()}
+    return {
+        "basis": whole.basis if recipe.wear.correction == "model" else None,
+        "by_reading": ways["reading"],
+        "by_measurement": ways.get("measurement"),
+        "deviation": whole.deviation if whole.measured_after else None,
+        "sensor": depth_model(whole.posterior, whole.trace.duration),
+        "findings": tuple(wear_findings(whole)),
+    }
 
 
 def _doubts(corrected: CorrectedRun, recipe: Recipe) -> tuple[str, ...]:
-    """Say where the depth signal itself is in doubt."""
-    correction, doubts = corrected.correction, []
-    if correction.within_sensor_resolution is False and correction.discrepancy is not None:
-        doubts.append(
-            f"sensor and end value differ by {correction.discrepancy.shown('um')}, more than the sensor's resolution: "
-            "the shape of the wear curve is in doubt"
-        )
+    """Say what two-step correction does not know of."""
     anew = [stop for stop in corrected.run.manifest.interruptions if stop.remounted]
-    if anew and recipe.wear.correction == "two-step":
-        where = ", ".join(show(stop.place, None, "m") for stop in anew)
-        doubts.append(
-            f"the depth sensor started anew at {where}, which two-step correction does not know; use the joint fit"
-        )
-    return tuple(doubts)
+    if not anew or recipe.wear.correction == "model":
+        return ()
+    where = ", ".join(show(stop.place, None, "m") for stop in anew)
+    return (
+        f"the depth sensor started anew at {where}, which two-step correction does not know; use the default "
+        'correction, correction = "model"',
+    )
 
 
 def _assess(problem: WearProblem, model: LawName) -> WearFit:
     coefficient, values = problem.coefficient(), problem.values
-    covariance = law_covariance(problem.condensed(), coefficient) if problem.fitted_parameters else None
+    covariance = problem.parameter_covariance(coefficient)
     residuals = problem.measured(values, np.asarray(coefficient)) - problem.depth(coefficient, values)
     return WearFit(
         model=model,
         engine=problem.engine,
         outcome="fitted",
         **_first_order(problem, coefficient, covariance),
-        measured_end_depth=problem.end.pin_depth,
+        measured_end_depth=problem.measured_end_depth,
         residual_deviation=Quantity(value=float(np.std(residuals)), unit="m"),
         effective_samples=effective_samples(residuals),
         **_law_values(problem, covariance),

@@ -18,19 +18,37 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
+from tribopipe.depth_reading import remountings
 from tribopipe.end_values.pin_on_disc import EndWear, end_wear
 from tribopipe.errors import FitError
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import Recipe
-from tribopipe.records.results import JointFit
 from tribopipe.run import Column, CorrectedRun, Numbers, Values
 from tribopipe.wear.inputs import FRICTION_INPUTS, Input
 from tribopipe.wear.own_parameters import with_fitted_law
-from tribopipe.wear.problem import NODES, WearProblem, remountings
+from tribopipe.wear.problem import NODES, WearProblem
 
 _LEAST_SPREAD = 1e-12
 """Standard uncertainty, m, of an end value stated as exact: it cannot be weighted without bound."""
 END_ANCHOR = "pin_end_value"
+
+
+@dataclass(frozen=True)
+class JointFit:
+    """Zero offsets, drift rate and k_D estimated together, to first order."""
+
+    zero_offsets: tuple[Quantity, ...]
+    """Sensor reading at the start of sliding, and after each remounting less what drift had added."""
+    drift_rate: Quantity
+    """Slope against time of what the sensor reads beside wear."""
+    wear_coefficient: Quantity
+    """k_D."""
+    end_wear_depth: Quantity
+    """Pin wear depth at the end by the fitted law."""
+    end_value_deviation: float
+    """End value of the pin minus fitted depth, over the end value's standard uncertainty."""
+    anchors: int
+    """Number of depths measured on the pin, at interruptions and at the end."""
 
 
 @dataclass(frozen=True)

@@ -17,12 +17,16 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from tribopipe.contact.pin_on_disc import PinContact
+from tribopipe.depth_reading import remountings
 from tribopipe.drift import SensorTrace, read_trace
+from tribopipe.end_values.measured import EndValueUsed
 from tribopipe.end_values.pin_on_disc import EndWear, end_wear
+from tribopipe.end_values.pin_tip import PinTip
 from tribopipe.errors import FitError
 from tribopipe.local_wear.pin_curve import pin_curve
 from tribopipe.noise import inflation, left_of
-from tribopipe.records.manifest import PinOnDisc, RunManifest
+from tribopipe.records.manifest import PinOnDisc
+from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName, Recipe, WearEngine
 from tribopipe.records.results import FrictionFit
 from tribopipe.run import Column, CorrectedRun, Numbers, Values
@@ -38,7 +42,7 @@ from tribopipe.wear.inputs import (
     law_inputs,
 )
 from tribopipe.wear.laws import WearLaw, law_named
-from tribopipe.wear.own_parameters import Tangent, indistinct, law_columns
+from tribopipe.wear.own_parameters import Tangent, indistinct, law_columns, law_covariance
 
 _MOST_ITERATIONS = 60
 _CONVERGED = 1e-12
@@ -185,6 +189,10 @@ class WearProblem:
         """Draw the noise of each row, m, independent from row to row."""
         return rng.standard_normal((count, len(self.distance))) * np.sqrt(self.noise / self.weights)
 
+    def draw_scores(self, rng: Generator, count: int) -> Column:
+        """Draw what k_D is off by beyond the errors of the inputs: here the noise of each row, m."""
+        return self.draw_noise(rng, count)
+
     def solve(self, values: Values, noise: Column | float = 0.0, tolerance: float = _CONVERGED) -> Column:
         """Return the least-squares k_D, m²/N, by Gauss–Newton on ln k_D; 0 where no wear fits best, else NaN.
 
@@ -264,6 +272,15 @@ class WearProblem:
             values[name][[row, row + len(names)], 0] += np.array([-1.0, 1.0]) * self.inputs[name].spread
         return values
 
+    def parameter_covariance(self, coefficient: float) -> Column | None:
+        """Return the covariance of ln k_D and the law's own parameters; none where it has none that are fitted."""
+        return law_covariance(self.condensed(), coefficient) if self.fitted_parameters else None
+
+    @property
+    def measured_end_depth(self) -> Quantity | None:
+        """Pin wear depth at the end as measured, m."""
+        return self.end.pin_depth
+
     def random_uncertainty(self, coefficient: float) -> float:
         """Return the standard uncertainty of ln k_D by the noise of the curve alone."""
         _, slope = self.model(np.log(coefficient), self.values)
@@ -326,7 +343,7 @@ def wear_problem(
 ) -> WearProblem | tuple[str, ...]:
     """Pose the fit of k_D to a corrected run under a law as it is to start, or say what the run lacks for it."""
     run, manifest = corrected.run, corrected.run.manifest
-    end = None if corrected.wear_depth is None else end_wear(run, recipe.uncertainty)
+    end = None if corrected.wear_depth is None else end_wear(run, recipe.uncertainty) or _end_by_reading(corrected)
     if corrected.wear_depth is None or end is None:
         return corrected.correction.lacks
     known = law_friction(run, law, friction, recipe.wear.friction)
@@ -352,10 +369,16 @@ def wear_problem(
     )
 
 
-def remountings(manifest: RunManifest, distance: Column) -> Column:
-    """Return how often the specimens had been taken out before each sample."""
-    stops = [stop.place for stop in manifest.interruptions if stop.remounted]
-    return np.asarray(np.searchsorted(stops, distance), dtype=float)
+def _end_by_reading(corrected: CorrectedRun) -> EndWear | None:
+    """Return the wear at the end as the depth reading itself has it, where nothing was measured after the test."""
+    model = corrected.correction.model
+    if model is None:
+        return None
+    tip = PinTip.of(corrected.run.manifest.pin_on_disc.pin)
+    # What is worn is above zero; a reading that tells none still bounds it.
+    depth = max(model.end_depth.value, model.end_depth.standard_uncertainty or 0.0)
+    read = Quantity(value=depth, unit="m", standard_uncertainty=model.end_depth.standard_uncertainty)
+    return EndWear(EndValueUsed("pin_wear_depth", read, "manifest"), None, tip)
 
 
 def _sensor_noise(trace: SensorTrace, distance: Column, segments: Column) -> float:

@@ -1,0 +1,55 @@
+"""What the model of a depth reading found, as a record."""
+
+import numpy as np
+
+from tribopipe.depth_model.posterior import DepthPosterior
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.results import DepthModel
+
+_PROBABLE = 0.5
+
+
+def depth_model(posterior: DepthPosterior, duration: float) -> DepthModel:
+    """Return what a posterior says of everything but wear; ``duration`` is the sliding time, s."""
+    reading, (mean, deviation) = posterior.reading, posterior.terms
+    offsets = reading.offsets.shape[1]
+    line = offsets + (0 if reading.free is None else reading.free.shape[1])
+    first = line + 1 + len(reading.known)
+    constants = reading.optional.time_constants
+    amplitudes = mean[first:]
+    settles = np.array([constant is not None for constant in constants])
+    probability = posterior.probability_of("settling")
+    return DepthModel(
+        zero_offsets=tuple(_metres(mean[place], deviation[place]) for place in range(offsets)),
+        drift_rate=Quantity(
+            value=float(mean[line] / duration), unit="m/s", standard_uncertainty=float(deviation[line] / duration)
+        ),
+        settling_probability=probability,
+        settling=_metres(float(np.sum(amplitudes[settles])), float(np.sqrt(np.sum(deviation[first:][settles] ** 2)))),
+        settling_time=_settling_time(posterior, duration) if probability > _PROBABLE else None,
+        thermal_probability=None if np.all(settles) else posterior.probability_of("temperature"),
+        thermal_shift=None if np.all(settles) else _metres(amplitudes[~settles][0], deviation[first:][~settles][0]),
+        wander=_metres(float(np.sqrt(np.average(posterior.wander**2, weights=reading.samples)))),
+        noise=_metres(posterior.noise),
+        blocks=len(reading.time),
+        end_depth=_metres(*posterior.together),
+        end_depth_by_reading=_metres(*posterior.alone),
+        evidence=float(np.clip(posterior.log_odds, -99.0, 99.0)),
+    )
+
+
+def _settling_time(posterior: DepthPosterior, duration: float) -> Quantity:
+    settling = [
+        (weight, posterior.reading.optional.time_constants[way.alternative.columns[0]])
+        for weight, way in zip(posterior.weights, posterior.ways, strict=True)
+        if way.alternative.name == "settling"
+    ]
+    weights = np.array([weight for weight, _ in settling])
+    times = np.array([constant or 0.0 for _, constant in settling])
+    mean = float(np.average(times, weights=weights))
+    spread = float(np.sqrt(np.average((times - mean) ** 2, weights=weights)))
+    return Quantity(value=mean * duration, unit="s", standard_uncertainty=spread * duration)
+
+
+def _metres(value: float, spread: float | None = None) -> Quantity:
+    return Quantity(value=float(value), unit="m", standard_uncertainty=None if spread is None else float(spread))

@@ -1,0 +1,198 @@
+"""The depth reading of a run as the model of tribopipe.depth_model takes it: a pin's, or that of two discs.
+
+Everything that the model has to know of a contact is in here: how deep a run that ends at a depth H has worn along its
+way, and what the post-test measurements say of H.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from tribopipe.contact.pin_on_disc import PinContact, pin_contact
+from tribopipe.contact.twin_disc import disc_pair, nominal_values
+from tribopipe.depth_model.posterior import SCORES, DepthReading, KnownTerm, MeasuredDepth
+from tribopipe.depth_model.samples import DepthSamples
+from tribopipe.end_values.pin_on_disc import EndWear, end_wear
+from tribopipe.end_values.twin_disc import DiscEndWear
+from tribopipe.errors import FitError
+from tribopipe.records.manifest import RunManifest
+from tribopipe.records.recipe import Recipe
+from tribopipe.run import Column, RawRun
+
+FEWEST_SAMPLES = 16
+Share = Callable[[Column], Column]
+"""Share of the wear volume at the end that is worn at each sliding distance, by a law."""
+
+
+def sliding_time(distance: Column, time: Column) -> tuple[float, float]:
+    """Return when sliding began, by the mean speed, and how long it lasted until the last sample, s."""
+    if not distance[-1] > distance[0] or not time[-1] > time[0]:
+        raise FitError(
+            "drift correction: found no sliding between first and last sample of depth; expected time and "
+            "sliding distance to grow; check both columns"
+        )
+    start = time[0] - distance[0] * (time[-1] - time[0]) / (distance[-1] - distance[0])
+    return float(start), float(time[-1] - start)
+
+
+def require_samples(run: RawRun) -> Column:
+    """Return which samples have depth, time and distance. Raises ``FitError`` where fewer than 16 have."""
+    placed = np.isfinite(run.sliding_distance) & np.isfinite(run.columns["time"])
+    seen = placed & np.isfinite(run.columns["depth"])
+    if np.count_nonzero(seen) < FEWEST_SAMPLES:
+        raise FitError(
+            f"{run.id}: found {np.count_nonzero(seen)} samples of depth; expected at least {FEWEST_SAMPLES} for "
+            "a drift correction; record at a higher rate"
+        )
+    return np.asarray(seen)
+
+
+def depth_samples(run: RawRun) -> tuple[DepthSamples, float, float]:
+    """Return the depth reading of a run, its sliding time, s, and its sliding distance at the end, m.
+
+    Raises ``FitError`` where fewer than 16 samples have depth, time and distance, or where nothing slid.
+    """
+    seen = require_samples(run)
+    distance, time = run.sliding_distance, run.columns["time"]
+    placed = np.isfinite(distance) & np.isfinite(time)
+    start, duration = sliding_time(distance[placed], time[placed])
+    temperature = run.columns.get("temperature")
+    if temperature is not None and not np.all(np.isfinite(temperature[seen])):
+        temperature = None
+    samples = DepthSamples(
+        time=(time[seen] - start) / duration,
+        progress=np.maximum(distance[seen], 0.0),
+        depth=run.manifest.sensors.depth_scale.value * run.columns["depth"][seen],
+        segments=remountings(run.manifest, distance[seen]).astype(np.intp),
+        temperature=None if temperature is None else temperature[seen],
+    )
+    return samples, duration, float(distance[placed][-1])
+
+
+def remountings(manifest: RunManifest, distance: Column) -> Column:
+    """Return how often the specimens had been taken out before each sample."""
+    stops = [stop.place for stop in manifest.interruptions if stop.remounted]
+    return np.asarray(np.searchsorted(stops, distance), dtype=float)
+
+
+def nominal_pin(run: RawRun) -> PinContact:
+    """Return the pin of a run by the best estimates of its inputs."""
+    contact = run.manifest.pin_on_disc
+    return pin_contact(
+        contact,
+        {
+            "normal_load": run.manifest.conditions.normal_load.value,
+            "pin_radius": contact.pin.radius.value,
+            "pin_modulus": contact.pin.youngs_modulus.value,
+            "disc_modulus": contact.disc.youngs_modulus.value,
+        },
+    )
+
+
+def pin_reading(
+    run: RawRun,
+    samples: DepthSamples,
+    end: EndWear | None,
+    recipe: Recipe,
+    *,
+    pin: PinContact,
+    share: Share,
+    slid: float,
+    free: Column | None = None,
+) -> DepthReading:
+    """Return the depth reading of a pin and its disc.
+
+    Parameters
+    ----------
+    run
+        The run, for what was measured where it was interrupted.
+    samples
+        Its depth reading.
+    end
+        What was measured after the test; none where the sensor alone has to tell.
+    recipe
+        Default uncertainties, and the prior of the drift.
+    pin
+        Depth against worn volume.
+    share
+        Share of the volume at the end that is worn at each sliding distance.
+    slid
+        Sliding distance at the end, m.
+    free
+        Columns of what else is free, shape (blocks, n).
+    """
+
+    def course(end_depth: float, distance: Column) -> Column:
+        return np.asarray(pin.worn(pin.volume(end_depth) * share(distance)).depth)
+
+    most = (
+        float(np.min(pin.worn(pin.most_volume * (1 - 1e-9)).depth)) if np.all(np.isfinite(pin.most_volume)) else np.inf
+    )
+    return samples.reading(
+        course,
+        tuple(_measured_depths(run, end, recipe, pin, share)),
+        drift_deviation=None if end is not None else recipe.drift.prior.value,
+        known=tuple(_track(samples, end, pin, share, slid)),
+        free=free,
+        most=most,
+    )
+
+
+def _measured_depths(
+    run: RawRun, end: EndWear | None, recipe: Recipe, pin: PinContact, share: Share
+) -> list[MeasuredDepth]:
+    found = [] if end is None else [MeasuredDepth(_depths(end), lambda depth: depth)]
+    for number, stop in enumerate(run.manifest.interruptions):
+        between = end_wear(run, recipe.uncertainty, number)
+        if between is not None and end is not None:
+            worn = float(share(np.asarray([stop.place]))[0])
+            found.append(MeasuredDepth(_depths(between), _worn_by_then(pin, worn)))
+    return found
+
+
+def _worn_by_then(pin: PinContact, share: float) -> Callable[[Column], Column]:
+    return lambda end_depth: np.asarray(pin.worn(pin.volume(end_depth) * share).depth)
+
+
+def _depths(end: EndWear) -> Column:
+    """Return what depth a measurement on the pin means, m, were it off by each of ``SCORES``."""
+    measured = end.pin.quantity
+    moved = measured.value + SCORES * (measured.standard_uncertainty or 0.0)
+    return np.maximum.accumulate(end.pin_depth_of(moved, end.tip.radius))
+
+
+def _track(samples: DepthSamples, end: EndWear | None, pin: PinContact, share: Share, slid: float) -> list[KnownTerm]:
+    """Return what the disc has worn by each block, where it was measured.
+
+    By Archard's law a point of the track, passing under a contact of radius a once a turn, wears as ∫ds/a.
+    """
+    if end is None or end.disc is None:
+        return []
+    distance = np.append(samples.nodes.distance, slid)
+    depth = max(end.pin_depth.value, 1e-9)
+    radius = pin.worn(pin.volume(depth) * share(distance)).radius
+    order = np.argsort(distance, kind="stable")
+    # By the trapezoidal rule over √s, in which 2√s/a is smooth and begins at 0.
+    root = np.concatenate([[0.0], np.sqrt(distance[order])])
+    rate = np.concatenate([[0.0], root[1:] / radius[order]])
+    grown = np.empty(len(distance))
+    grown[order] = np.cumsum((rate[1:] + rate[:-1]) * np.diff(root))
+    shape = samples.nodes.averaged(grown[:-1] / grown[-1])
+    disc = end.disc.quantity
+    return [KnownTerm(shape, disc.value, disc.standard_uncertainty or 0.0)]
+
+
+def disc_reading(run: RawRun, samples: DepthSamples, end: DiscEndWear, recipe: Recipe, slid: float) -> DepthReading:
+    """Return the depth reading of two discs, as if the curved one alone wore.
+
+    How wear is shared changes next to nothing of the shape of its sum.
+    """
+    discs = disc_pair(run.manifest.twin_disc, nominal_values(run.manifest), recipe.wear.distance_per_rotation)
+
+    def course(end_depth: float, distance: Column) -> Column:
+        rotations = discs.rotations(end_depth, 1.0)
+        return np.asarray(discs.worn(rotations * distance / slid, 1.0).curved_depth)
+
+    total = end.total
+    spread = total.standard_uncertainty or 0.0
+    return samples.reading(course, (MeasuredDepth(total.value + SCORES * spread, lambda depth: depth),))

@@ -1,0 +1,101 @@
+"""What speaks against the wear coefficient of a run: one sentence each, with a code and a remedy."""
+
+from collections.abc import Iterator
+
+from tribopipe.depth_model.posterior import DepthPosterior
+from tribopipe.records.finding import Finding
+from tribopipe.records.quantity import Quantity, wear_coefficient
+from tribopipe.units import WEAR_COEFFICIENT, show
+from tribopipe.wear.depth_problem import DepthProblem
+from tribopipe.wear.rate_change import rate_change
+
+DECISIVE = 4.6
+"""ln of the odds, 100 to 1, from which on a curve does not have the shape of the law, a line and noise.
+
+Where it has, the odds are as large in less than one of a hundred runs (Markov's inequality).
+"""
+_PROBABLE = 0.8
+
+
+def wear_findings(problem: DepthProblem) -> Iterator[Finding]:
+    """Return what speaks against k_D of a run, the gravest first."""
+    if not problem.measured_after:
+        yield _by_sensor_alone(problem)
+    elif problem.basis == "measurement":
+        yield _reading_not_trusted(problem)
+    if shape_is_rejected(problem.posterior):
+        yield _misfit(problem)
+
+
+def shape_is_rejected(posterior: DepthPosterior) -> bool:
+    """Say whether a reading is more than wear by its law, a line and noise."""
+    return posterior.log_odds > DECISIVE
+
+
+def _by_sensor_alone(problem: DepthProblem) -> Finding:
+    drift = Quantity(value=problem.recipe.drift.prior.value, unit="m").shown("nm")
+    return Finding(
+        severity="warning",
+        code="no_post_test_measurement",
+        where="end_values",
+        message=f"found none of the pin: k_D is by the depth sensor alone, with a drift of 0 ± {drift} over the test",
+        remedy="measure the scar and write it down as end_values.pin_scar_diameter",
+    )
+
+
+def _reading_not_trusted(problem: DepthProblem) -> Finding:
+    ways = {name: wear_coefficient(*found) for name, found in problem.coefficients_by_ways().items()}
+    reading, measured = (ways[name].shown(WEAR_COEFFICIENT) for name in ("reading", "measurement"))
+    return Finding(
+        severity="warning",
+        code="reading_contradicts_measurement",
+        where="depth",
+        message=(
+            f"found k_D = {reading} by the depth reading alone and {measured} by the post-test measurement alone, "
+            f"{abs(problem.deviation):.1f} standard uncertainties apart: the reading is not trusted, and k_D is that "
+            "of the measurement"
+        ),
+        remedy="look for thermal drift, a wearing counterbody, and wrong units of either",
+    )
+
+
+def _misfit(problem: DepthProblem) -> Finding:
+    posterior = problem.posterior
+    change = rate_change(problem)
+    if change is not None:
+        where = show(float(f"{change.distance:.2g}"), None, "m")
+        return _finding(
+            "wear_rate_changes",
+            f"found that k_D after about {where} is {change.ratio:.2g} times that before; k_D is the mean over the test",
+            "divide the test there, or ask for a law with running-in",
+        )
+    size = _size(problem)
+    if posterior.probability_of("settling") > _PROBABLE:
+        return _finding(
+            "reading_settles",
+            f"found that it settles like 1 − exp(−t/τ), by {size} besides wear; it was fitted as that",
+            "wait for the rig to warm up, or record the temperature",
+        )
+    if posterior.probability_of("temperature") > _PROBABLE:
+        return _finding(
+            "reading_follows_temperature",
+            f"found that it follows the temperature, by {size} besides wear; it was fitted as that",
+            "keep the room steady, or wait for the rig to warm up",
+        )
+    return _finding(
+        "curve_shape",
+        f"found a shape that neither the law nor linear drift has: {size} of it is neither",
+        "look for thermal drift, running-in, and a wearing counterbody; the post-test measurement counts for more",
+    )
+
+
+def _size(problem: DepthProblem) -> str:
+    posterior, reading = problem.posterior, problem.posterior.reading
+    mean = posterior.terms[0]
+    optional = reading.optional.columns.shape[1]
+    other = reading.columns[:, -optional:] @ mean[-optional:] + posterior.wander
+    return Quantity(value=float(other.max() - other.min()), unit="m").shown("um")
+
+
+def _finding(code: str, message: str, remedy: str) -> Finding:
+    return Finding(severity="warning", code=code, where="depth", message=message, remedy=remedy)
