@@ -1,0 +1,198 @@
+"""What tribopipe makes of a simulated run, held against what was true. The one place that knows tribopipe."""
+
+import time
+import zlib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+from pydantic import ValidationError
+
+from independent.bench_cases import CASES
+from independent.noise import Column
+from independent.regimes import REGIMES
+from independent.runs import Recorded, Truth, simulate
+from tribopipe.checks.registry import check_run
+from tribopipe.clean_up.cleaning import clean_run
+from tribopipe.derived import derive_missing
+from tribopipe.drift import correct_drift
+from tribopipe.end_values.specific_wear import specific_wear
+from tribopipe.errors import TribopipeError
+from tribopipe.friction import fit_friction
+from tribopipe.records.manifest import RunManifest
+from tribopipe.records.quantity import Quantity
+from tribopipe.records.recipe import Recipe
+from tribopipe.records.results import COVERAGE_FACTOR, FrictionFit, WearFit
+from tribopipe.records.signals import SIGNALS, SignalName
+from tribopipe.records.study import Study
+from tribopipe.run import CorrectedRun, Origin, RawRun
+from tribopipe.study.evaluate import evaluate
+from tribopipe.study.member import Member
+from tribopipe.wear.identify import fit_wear
+
+_FAR = 3.0
+"""Standard uncertainties from which a number is wrong."""
+Task = tuple[str, int, int, bool]
+"""Name of a regime or bench case, seed, number of the run, and whether a study is to judge it."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One run: its k_D and what was said about it."""
+
+    ratio: float
+    """k_D over the true one."""
+    spread: float
+    """Stated relative standard uncertainty."""
+    interval: tuple[float, float]
+    """95 % interval over the true k_D."""
+    flags: tuple[str, ...]
+    """Codes of warnings and errors."""
+    friction: dict[str, bool] | None
+    """Whether the intervals of A, b and c hold them; none where no exponential was fitted."""
+    drift: bool | None
+    """Whether the interval of the drift rate holds it."""
+    against_rate: float | None
+    """k_D less the specific wear rate of the post-test measurement, over the uncertainty of the difference at most."""
+    verdict: str | None
+    cpu: float
+    """Time of the fit, s."""
+
+    @property
+    def held(self) -> bool:
+        """Whether the interval holds the true k_D."""
+        return self.interval[0] <= 1 <= self.interval[1]
+
+    def beyond(self, factor: float) -> bool:
+        """Say whether k_D is off by more than so many stated standard uncertainties."""
+        return abs(self.ratio - 1) > factor * self.spread
+
+    @property
+    def silent(self) -> bool:
+        """Whether k_D is wrong and nothing says so."""
+        return self.beyond(_FAR) and not self.flags
+
+    @property
+    def contradicts(self) -> bool:
+        """Whether k_D and the post-test rate differ and nothing says so."""
+        return self.against_rate is not None and abs(self.against_rate) > _FAR and not self.flags
+
+
+def raw_run(recorded: Recorded) -> RawRun:
+    """Return a run as ingested from its files."""
+    manifest = RunManifest.model_validate(recorded.document)
+    columns = cast("dict[SignalName, Column]", dict(recorded.columns))
+    origins: dict[SignalName, Origin] = dict.fromkeys(columns, "measured")
+    derive_missing(columns, origins, manifest)
+    ordered = {name: columns[name] for name in SIGNALS if name in columns}
+    return RawRun(manifest, ordered, origins, {}, {}, ())
+
+
+def outcomes(task: Task) -> list[Outcome | str]:
+    """Simulate and evaluate one run, or the runs of one bench case; a string says why there is no k_D."""
+    name, seed, number, judged = task
+    rng = np.random.default_rng(np.random.SeedSequence([seed, zlib.crc32(name.encode()), number]))
+    if name in REGIMES:
+        return [outcome(simulate(REGIMES[name], rng), REGIMES[name].law, judged=judged)]
+    runs = CASES[name](rng)
+    found = [outcome(one, "archard", judged=judged) for one in runs]
+    return found if len(runs) == 1 else [*found, together(runs)]
+
+
+def outcome(recorded: Recorded, law: str, *, judged: bool) -> Outcome | str:
+    """Evaluate one run as `process` does."""
+    try:
+        raw, recipe = raw_run(recorded), Recipe()
+        corrected = correct_drift(clean_run(raw, recipe).run, recipe)
+        friction = fit_friction(corrected.run, recipe.friction)
+        begun = time.process_time()
+        fit = fit_wear(corrected, law, friction, recipe)
+        cpu = time.process_time() - begun
+        flags = tuple(sorted({*_codes(check_run(raw)), *_codes(_findings(corrected.correction, friction, fit))}))
+        rate = specific_wear(corrected.run, recipe).pin
+        verdict = _verdict(corrected, friction, law, recipe) if judged else None
+    except (TribopipeError, ValidationError) as error:
+        return str(error).splitlines()[0]
+    if fit.wear_coefficient is None or fit.interval is None:
+        return f"lacks {', '.join(fit.lacks)}"
+    true = recorded.truth.coefficient
+    measured = None if law != "archard" or rate is None else rate.specific_wear_rate
+    return Outcome(
+        ratio=fit.wear_coefficient.value / true,
+        spread=_spread(fit.wear_coefficient) / true,
+        interval=(fit.interval[0].value / true, fit.interval[1].value / true),
+        flags=flags,
+        friction=_friction_held(friction, recorded.truth),
+        drift=_holds(_drift_rate(corrected, fit), recorded.truth.drift),
+        against_rate=None if measured is None else _apart(fit.wear_coefficient, measured),
+        verdict=verdict,
+        cpu=cpu,
+    )
+
+
+def together(runs: Sequence[Recorded]) -> Outcome | str:
+    """Evaluate replicates as a study; what is true of it is the mean of their coefficients."""
+    recipe, members = Recipe(), {}
+    try:
+        for place, one in enumerate(runs):
+            raw = raw_run(one)
+            name = f"{raw.id}-{place + 1}"
+            raw = RawRun(raw.manifest.model_copy(update={"id": name}), raw.columns, raw.origins, {}, {}, ())
+            corrected = correct_drift(clean_run(raw, recipe).run, recipe)
+            members[name] = Member(corrected, fit_friction(corrected.run, recipe.friction))
+        found = evaluate(Study(id="replicates", fit=tuple(members), laws=("archard",)), members, recipe).result
+    except (TribopipeError, ValidationError) as error:
+        return str(error).splitlines()[0]
+    law, true = found.law("archard"), float(np.mean([one.truth.coefficient for one in runs]))
+    best, (low, high) = law.wear_coefficient, law.interval
+    flags = tuple(sorted(set(_codes(_findings(found, law)))))
+    interval = (low.value / true, high.value / true)
+    return Outcome(best.value / true, _spread(best) / true, interval, flags, None, None, None, None, 0.0)
+
+
+def _findings(*records: object) -> list[Any]:
+    """Return the findings that results carry themselves."""
+    return [finding for record in records for finding in getattr(record, "findings", ())]
+
+
+def _codes(findings: Iterable[Any]) -> list[str]:
+    return [finding.code for finding in findings if finding.severity != "note"]
+
+
+def _verdict(corrected: CorrectedRun, friction: FrictionFit, law: str, recipe: Recipe) -> str:
+    study = Study(id="alone", fit=(corrected.id,), laws=(law,))
+    found = evaluate(study, {corrected.id: Member(corrected, friction)}, recipe)
+    return found.result.law(law).runs[0].outcome
+
+
+def _drift_rate(corrected: CorrectedRun, fit: WearFit) -> Quantity | None:
+    """Return the drift rate that belongs to the headline k_D."""
+    own: Quantity | None = getattr(fit, "drift_rate", None)
+    if own is None and fit.correction == "joint" and fit.joint is not None:
+        own = fit.joint.drift_rate
+    return own or corrected.correction.drift_rate
+
+
+def _friction_held(fit: FrictionFit, truth: Truth) -> dict[str, bool] | None:
+    if fit.outcome != "exponential":
+        return None
+    pairs = (
+        ("A", fit.amplitude, truth.friction.amplitude),
+        ("b", fit.steady_state, truth.friction.steady),
+        ("c", fit.running_in_distance, truth.friction.running_in),
+    )
+    return {name: bool(_holds(found, true)) for name, found, true in pairs}
+
+
+def _holds(found: Quantity | None, true: float) -> bool | None:
+    return None if found is None else abs(found.value - true) <= COVERAGE_FACTOR * _spread(found)
+
+
+def _apart(one: Quantity, other: Quantity) -> float:
+    """Return a difference over its uncertainty; what both share makes that smaller, which is left out of account."""
+    return (one.value - other.value) / float(np.hypot(_spread(one), _spread(other)))
+
+
+def _spread(quantity: Quantity) -> float:
+    return quantity.standard_uncertainty or 0.0

@@ -1,0 +1,115 @@
+"""How pins and discs wear, by numerical integration; SI units throughout.
+
+A pin loses the volume v = ∫k·F_N dS (Archard). Its depth follows from that by the growth of its contact, in the
+incremental model of the paper with its elastic approach (dv = πa²·dh with cap(a) = c₀ + h + F_N/(2 E_c a)), tabulated
+here over the contact radius a.
+"""
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+from scipy.integrate import cumulative_simpson
+from scipy.optimize import brentq
+
+from independent.noise import Column
+
+_NODES = 4001
+_TIP = 1e-5
+"""Share of the tip's radius from which a contact grows where nothing elastic widens it."""
+Shape = Literal["spherical", "flat", "truncated-sphere"]
+
+
+class WornPin(NamedTuple):
+    """Depth and contact radius of a pin, m."""
+
+    depth: Column
+    contact: Column
+
+
+@dataclass(frozen=True)
+class Tip:
+    """A tip under load."""
+
+    shape: Shape
+    radius: float
+    load: float
+    modulus: float
+    """Contact modulus E_c, Pa; infinite for rigid bodies."""
+    flat: float = 0.0
+    """Radius of the flat of a truncated sphere."""
+
+    def worn(self, volume: Column) -> WornPin:
+        """Return the pin after losing volumes, m³."""
+        if self.shape == "flat":
+            return WornPin(volume / (np.pi * self.radius**2), np.full_like(volume, self.radius))
+        lost, depth, contact = self._table(float(np.max(volume)))
+        return WornPin(np.interp(volume, lost, depth), np.interp(volume, lost, contact))
+
+    def _table(self, most: float) -> tuple[Column, Column, Column]:
+        """Tabulate volume, depth and contact radius, closest where wear begins."""
+        start = self._unworn()
+        end = (start**4 + 8 * self.radius * most / np.pi) ** 0.25 * 1.05
+        stretch = np.linspace(0, 1, _NODES) ** 2 * np.log(end / start)
+        a = start * np.exp(stretch)
+        elastic = self.load / (2 * self.modulus)
+        depth = self._cap(a) - self._cap(start) + elastic * (1 / start - 1 / a)
+        per_stretch = np.pi * a**2 * (a**2 / np.sqrt(self.radius**2 - a**2) + elastic / a)
+        share = np.linspace(0, 1, _NODES)
+        lost = cumulative_simpson(per_stretch * 2 * share * np.log(end / start), x=share, initial=0)
+        return np.asarray(lost), np.asarray(depth), np.asarray(a)
+
+    def _unworn(self) -> float:
+        """Return the contact radius before any wear."""
+        elastic, missing = self.load / (2 * self.modulus), float(self._cap(self.flat))
+        if elastic == 0:
+            return max(self.flat, _TIP * self.radius)
+        return float(brentq(lambda a: a * (float(self._cap(a)) - missing) - elastic, self.flat, 0.9 * self.radius))
+
+    def _cap(self, a: Column | float) -> Column:
+        return np.asarray(self.radius - np.sqrt(self.radius**2 - np.square(a)))
+
+    def volume(self, depth: float) -> float:
+        """Return the volume between tip and a plane at a depth."""
+        if self.shape == "flat":
+            return float(np.pi * self.radius**2 * depth)
+        below = float(self._cap(self.flat))
+
+        def cap(height: float) -> float:
+            return float(np.pi * height**2 * (self.radius - height / 3))
+
+        return cap(depth + below) - cap(below)
+
+    def scar(self, depth: float) -> float:
+        """Return the diameter of the scar at a depth."""
+        height = depth + float(self._cap(self.flat))
+        return float(2 * np.sqrt(height * (2 * self.radius - height)))
+
+
+def disc_growth(contact: Column, distance: Column) -> Column:
+    """Return the course of a disc's wear under a growing contact, ∫ds/a, from 0 to 1."""
+    inverse = 1 / contact
+    grown = np.concatenate([[0.0], np.cumsum((inverse[1:] + inverse[:-1]) * np.diff(distance))])
+    return np.asarray(grown / grown[-1])
+
+
+class BothWorn(NamedTuple):
+    """Depths of ball and groove at the middle of the contact, m."""
+
+    ball: Column
+    groove: Column
+
+
+def both_worn(radius: float, ratio: float, path: float, ball_volume: Column) -> BothWorn:
+    """Return the depths of a worn ball and of its groove, the ball a paraboloid.
+
+    The scar's outline is x² + z² + (4/3)κ|z|³ = 2RD with κ = k_2/(k_1 L), ``ratio`` k_2/k_1 and the path L once around.
+    """
+    kappa = ratio / path
+    most = (16 * radius * float(np.max(ball_volume))) ** 0.25
+    b = np.linspace(0, 1, _NODES) * most
+    t = (np.arange(200) + 0.5) / 200
+    cubic = 4 / 3 * kappa * b[:, None] * (1 - t**3)
+    lost = 4 * b**4 / radius * np.mean(t**2 * np.sqrt(1 - t**2 + cubic), axis=1)
+    half = np.interp(ball_volume, lost, b)
+    return BothWorn(half**2 / (2 * radius), 2 * kappa / (3 * radius) * half**3)
