@@ -16,6 +16,7 @@ made after a change that was tuned on it takes a new one.
 import argparse
 import os
 import sys
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache
@@ -37,7 +38,7 @@ _SHARE = {"sound": 1.0, "fault": 0.5, "grid": 0.05, "corner": 0.1, "bench": 0.1}
 _FEWEST = 2
 _BENCH = "bench: "
 _TOGETHER = ", study"
-_ONE_SIDED = 3.919928
+_WIDTH = 3.919928
 """Width of a 95 % interval in standard uncertainties."""
 Answers = Mapping[str, Sequence[Outcome | str]]
 """Of all runs, by regime; replicates of a bench case have a second entry for their study."""
@@ -50,7 +51,7 @@ def main() -> None:
     tasks = list(_tasks(options))
     answers = _answers(tasks)
     report.say(f"Seed {options.seed}; runs with seeds below 1000 were for development.")
-    for table in (_coefficients, _beside, _settling, _corners, _bench, _marks, _unanswered):
+    for table in (_coefficients, _beside, _settling, _corners, _bench, _flags, _marks, _unanswered):
         table(report, answers)
     report.finish()
 
@@ -131,7 +132,7 @@ def _width(runs: Sequence[Outcome]) -> float:
 
 @cache
 def _ideal_width(name: str) -> float:
-    return _ONE_SIDED * ideal_spread(REGIMES[name])
+    return _WIDTH * ideal_spread(REGIMES[name])
 
 
 def _over_ideal(name: str, runs: Sequence[Outcome]) -> float | None:
@@ -226,8 +227,19 @@ def _bench(report: Report, answers: Answers) -> None:
         report.table(_HEAD, [_common(name, runs) for name, runs in found.items()])
 
 
+def _flags(report: Report, answers: Answers) -> None:
+    raised = {name: Counter(code for one in _good(runs) for code in one.flags) for name, runs in answers.items()}
+    lines = [
+        f"* {name}: {', '.join(f'{code} {count}' for code, count in codes.most_common())}"
+        for name, codes in raised.items()
+        if codes
+    ]
+    if lines:
+        report.say("\n".join(["Flags by their codes:", "", *lines]))
+
+
 _MUST_HOLD = 0.93
-_NEVER_SOUND = ("1/f noise 0.1 µm", "WC-Co, 1/f")
+_PINK = ("1/f noise 0.1 µm", "WC-Co, 1/f")
 _NO_SIGN = "load 5 % off, no channel"
 _UNSUPPORTED = ("k doubles half way", "k falls to a third", "sine ±0.5 µm", "step 1 µm")
 _WARM_UP = "WC-Co, warm-up 0.5 µm"
@@ -240,7 +252,10 @@ def _marks(report: Report, answers: Answers) -> None:
 
 def _all_marks(answers: Answers) -> Iterator[tuple[str, bool]]:
     sound, fault = _group(answers, "sound"), _group(answers, "fault")
-    yield from _marks_of_intervals(sound | {name: fault[name] for name in _NEVER_SOUND if name in fault})
+    for name in _named(answers, "sound"):
+        if len(_good(answers[name])) < len(answers[name]):
+            yield f"{name}: every run has a k_D ({len(_good(answers[name]))} of {len(answers[name])})", False
+    yield from _marks_of_intervals(sound | {name: fault[name] for name in _PINK if name in fault})
     yield from _marks_of_parts(sound)
     yield from _marks_of_flags(sound, fault)
     yield from _marks_of_verdicts(sound, fault)

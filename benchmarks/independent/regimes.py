@@ -117,7 +117,7 @@ _CARBIDE_PIN, _CARBIDE_DISC = Body("WC-Co", 320e9, 0.24, 15000.0), Body("WC-Co",
 _STEEL = Body("100Cr6", 210e9, 0.3, 7800.0)
 _PEEK = Body("PEEK", 3.6e9, 0.38, 1300.0)
 _PTFE = Body("PTFE", 0.6e9, 0.46, 2200.0)
-_USUAL = (Autoregressive(0.1 * UM, 2.0),)
+_USUAL = (White(0.05 * UM), Autoregressive(0.1 * UM, 0.5))
 
 SI3N4 = Regime(
     name="Si3N4",

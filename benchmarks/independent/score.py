@@ -112,8 +112,8 @@ def outcome(recorded: Recorded, law: str, *, judged: bool) -> Outcome | str:
         flags = tuple(sorted({*_codes(check_run(raw)), *_codes(_findings(corrected.correction, friction, fit))}))
         rate = specific_wear(corrected.run, recipe).pin
         verdict = _verdict(corrected, friction, law, recipe) if judged else None
-    except (TribopipeError, ValidationError) as error:
-        return str(error).splitlines()[0]
+    except Exception as error:  # noqa: BLE001 - a crash is an answer to be counted, too
+        return _reason(error)
     if fit.wear_coefficient is None or fit.interval is None:
         return f"lacks {', '.join(fit.lacks)}"
     true = recorded.truth.coefficient
@@ -142,13 +142,18 @@ def together(runs: Sequence[Recorded]) -> Outcome | str:
             corrected = correct_drift(clean_run(raw, recipe).run, recipe)
             members[name] = Member(corrected, fit_friction(corrected.run, recipe.friction))
         found = evaluate(Study(id="replicates", fit=tuple(members), laws=("archard",)), members, recipe).result
-    except (TribopipeError, ValidationError) as error:
-        return str(error).splitlines()[0]
+    except Exception as error:  # noqa: BLE001 - as above
+        return _reason(error)
     law, true = found.law("archard"), float(np.mean([one.truth.coefficient for one in runs]))
     best, (low, high) = law.wear_coefficient, law.interval
     flags = tuple(sorted(set(_codes(_findings(found, law)))))
     interval = (low.value / true, high.value / true)
     return Outcome(best.value / true, _spread(best) / true, interval, flags, None, None, None, None, 0.0)
+
+
+def _reason(error: Exception) -> str:
+    expected = isinstance(error, TribopipeError | ValidationError)
+    return str(error).splitlines()[0] if expected else f"crash: {error!r}"
 
 
 def _findings(*records: object) -> list[Any]:
