@@ -5,13 +5,17 @@ way, and what the post-test measurements say of H.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
+from tribopipe.clean_up.spikes import spikes
 from tribopipe.contact.pin_on_disc import PinContact, pin_contact
 from tribopipe.contact.twin_disc import disc_pair, nominal_values
 from tribopipe.depth_model.posterior import SCORES, DepthReading, KnownTerm, MeasuredDepth
 from tribopipe.depth_model.samples import DepthSamples
+from tribopipe.depth_model.steps import steps
 from tribopipe.end_values.pin_on_disc import EndWear, end_wear
 from tribopipe.end_values.twin_disc import DiscEndWear
 from tribopipe.errors import FitError
@@ -20,6 +24,12 @@ from tribopipe.records.recipe import Recipe
 from tribopipe.run import Column, RawRun
 
 FEWEST_SAMPLES = 16
+_SPIKE_WINDOW, _SPIKE_THRESHOLD = 11, 10.0
+"""Samples, and standard deviations off their median, beyond which one is a spike."""
+_MOST_SPIKES = 0.02
+"""Share of the samples above which they are no spikes."""
+_SAME_PLACE = 0.01
+"""Share of the distance within which a step belongs to a remounting."""
 Share = Callable[[Column], Column]
 """Share of the wear volume at the end that is worn at each sliding distance, by a law."""
 
@@ -35,7 +45,7 @@ def sliding_time(distance: Column, time: Column) -> tuple[float, float]:
     return float(start), float(time[-1] - start)
 
 
-def require_samples(run: RawRun) -> Column:
+def require_samples(run: RawRun) -> NDArray[np.bool_]:
     """Return which samples have depth, time and distance. Raises ``FitError`` where fewer than 16 have."""
     placed = np.isfinite(run.sliding_distance) & np.isfinite(run.columns["time"])
     seen = placed & np.isfinite(run.columns["depth"])
@@ -47,8 +57,31 @@ def require_samples(run: RawRun) -> Column:
     return np.asarray(seen)
 
 
-def depth_samples(run: RawRun) -> tuple[DepthSamples, float, float]:
-    """Return the depth reading of a run, its sliding time, s, and its sliding distance at the end, m.
+@dataclass(frozen=True)
+class DepthRecord:
+    """The depth reading of a run, and what it has besides samples that are sound."""
+
+    samples: DepthSamples
+    start: float
+    """When sliding began, s."""
+    duration: float
+    """How long it lasted, s."""
+    slid: float
+    """Sliding distance at the end, m, whether or not depth was still recorded there."""
+    stops: tuple[float, ...]
+    """Sliding distances after which a new zero offset holds, m: remountings and steps."""
+    steps: tuple[float, ...]
+    """Those at which the reading steps, m."""
+    spikes: int
+    """Number of samples that were left out as spikes."""
+
+    def segments(self, distance: Column) -> NDArray[np.intp]:
+        """Return the number of zero offsets that began before sliding distances, m."""
+        return np.searchsorted(self.stops, distance)
+
+
+def depth_record(run: RawRun) -> DepthRecord:
+    """Return the depth reading of a run with its steps found and its spikes left out.
 
     Raises ``FitError`` where fewer than 16 samples have depth, time and distance, or where nothing slid.
     """
@@ -56,17 +89,28 @@ def depth_samples(run: RawRun) -> tuple[DepthSamples, float, float]:
     distance, time = run.sliding_distance, run.columns["time"]
     placed = np.isfinite(distance) & np.isfinite(time)
     start, duration = sliding_time(distance[placed], time[placed])
+    spiky = spikes(np.where(seen, run.columns["depth"], np.nan), _SPIKE_WINDOW, _SPIKE_THRESHOLD)
+    if 0 < np.count_nonzero(spiky) < _MOST_SPIKES * np.count_nonzero(seen):
+        seen = seen & ~spiky
     temperature = run.columns.get("temperature")
     if temperature is not None and not np.all(np.isfinite(temperature[seen])):
         temperature = None
+    share, progress = (time[seen] - start) / duration, np.maximum(distance[seen], 0.0)
+    depth = run.manifest.sensors.depth_scale.value * run.columns["depth"][seen]
+    remounted = [stop.place for stop in run.manifest.interruptions if stop.remounted]
+    # Samples before a step have the distance of the last of them at most.
+    found = tuple(float(progress[at - 1]) for at in steps(share, progress, depth))
+    new = tuple(place for place in found if all(abs(place - stop) > _SAME_PLACE * progress[-1] for stop in remounted))
+    stops = tuple(sorted((*remounted, *new)))
     samples = DepthSamples(
-        time=(time[seen] - start) / duration,
-        progress=np.maximum(distance[seen], 0.0),
-        depth=run.manifest.sensors.depth_scale.value * run.columns["depth"][seen],
-        segments=remountings(run.manifest, distance[seen]).astype(np.intp),
+        time=share,
+        progress=progress,
+        depth=depth,
+        segments=np.searchsorted(stops, distance[seen]),
         temperature=None if temperature is None else temperature[seen],
     )
-    return samples, duration, float(distance[placed][-1])
+    slid = float(distance[placed][-1])
+    return DepthRecord(samples, start, duration, slid, stops, new, int(np.count_nonzero(spiky & ~seen)))
 
 
 def remountings(manifest: RunManifest, distance: Column) -> Column:

@@ -22,11 +22,9 @@ from tribopipe.depth_model.posterior import depth_posterior
 from tribopipe.depth_model.samples import baseline
 from tribopipe.depth_model.summary import depth_model
 from tribopipe.depth_reading import (
-    depth_samples,
     disc_reading,
     nominal_pin,
     pin_reading,
-    remountings,
     require_samples,
     sliding_time,
 )
@@ -170,21 +168,17 @@ def _by_model(
 
     The wear is taken to grow by Archard's law; what another law has differently is fitted with its k_D.
     """
-    samples, duration, slid = depth_samples(run)
+    record = depth_record(run)
+    samples, slid = record.samples, record.slid
     if isinstance(end, DiscEndWear):
         reading = disc_reading(run, samples, end, recipe, slid)
     else:
         pin = nominal_pin(run)
         reading = pin_reading(run, samples, end, recipe, pin=pin, share=lambda s: s / slid, slid=slid)
     posterior = depth_posterior(reading)
-    found = depth_model(posterior, duration)
-    time, temperature = run.columns["time"], run.columns.get("temperature")
-    distance = run.sliding_distance
-    placed = np.isfinite(distance) & np.isfinite(time)
-    start, _ = sliding_time(distance[placed], time[placed])
-    beside = baseline(
-        posterior, (time - start) / duration, remountings(run.manifest, distance).astype(int), temperature
-    )
+    found = depth_model(posterior, record.duration)
+    time, segments = (run.columns["time"] - record.start) / record.duration, record.segments(run.sliding_distance)
+    beside = baseline(posterior, time, segments, run.columns.get("temperature"))
     wear = run.manifest.sensors.depth_scale.value * run.columns["depth"] - beside
     changed = {
         "correction": "model",

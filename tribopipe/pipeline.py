@@ -233,10 +233,16 @@ def _advance(archive: Archive, step: PlannedStep, stage: Stage, *, force: bool) 
     """Take a step and archive it, unless it is there already, made from the same."""
     there = archive.fingerprints(step.run_id, step.name)
     if there is not None and there.inputs == step.inputs_sha256 and not force:
-        return Outcome(step.run_id, stage, "unchanged", archive.result(step.run_id, step.name, Record))
+        before = archive.result(step.run_id, step.name, Record)
+        return Outcome(step.run_id, stage, "unchanged", before, findings=_findings_of(before))
     taken = step.take()
     archive.put_step(step.run_id, taken)
-    return Outcome(step.run_id, stage, "done", taken.result)
+    return Outcome(step.run_id, stage, "done", taken.result, findings=_findings_of(taken.result))
+
+
+def _findings_of(result: Record | None) -> tuple[Finding, ...]:
+    """Return what speaks against a result; nothing of results that are not judged."""
+    return tuple(getattr(result, "findings", ()))
 
 
 def process(

@@ -164,9 +164,7 @@ def _say_doubts(outcome: "Outcome") -> None:
     correction = outcome.result
     if not isinstance(correction, DriftCorrection):
         return
-    if correction.within_sensor_resolution is False:
-        say(f"{outcome.run_id}: warning: {correction}")
-    elif correction.lacks:
+    if correction.lacks:
         say(f"{outcome.run_id}: {correction}")
 
 

@@ -182,7 +182,7 @@ class _Projected:
             left = square - np.vecdot(pull, solution)
             log_det = np.linalg.slogdet(matrix)[1]
             alone = np.log(alternative.probability) + 0.5 * (log_weights - log_det - log_prior - left)
-            with_anchor = 0.0 if anchor is None else anchor.log_evidence(solution[:, 0], inverse[:, 0, 0])
+            with_anchor = 0.0 if anchor is None else anchor.log_evidence(solution[:, 0], np.asarray(inverse[:, 0, 0]))
             found.append((alone, alone + with_anchor))
         return np.swapaxes(np.asarray(found), 0, 1)
 

@@ -58,7 +58,7 @@ class MeasuredDepth:
         return max(float(high - low) / 2, _LEAST_NOISE)
 
     def score(self, end_depth: Column, factor: float = 1.0) -> Column:
-        """Return by how many standard uncertainties the measurement is off, were H this and its depths a factor larger."""
+        """Return how many standard uncertainties the measurement is off, for H and depths a factor larger."""
         depth, depths = self.course(end_depth), factor * self.depths
         beyond = np.where(depth < depths[0], depth - depths[0], np.maximum(depth - depths[-1], 0.0))
         return np.asarray(np.interp(depth, depths, SCORES) + beyond / self.uncertainty)
@@ -121,7 +121,7 @@ class DepthReading:
     def flat_columns(self) -> int:
         """Number of terms with flat priors: the first of all columns."""
         free = 0 if self.free is None else self.free.shape[1]
-        return self.offsets.shape[1] + free + (self.drift_deviation is None)
+        return int(self.offsets.shape[1] + free + (self.drift_deviation is None))
 
     @property
     def offsets(self) -> Column:
@@ -194,7 +194,7 @@ class DepthPosterior:
 
     @cached_property
     def terms(self) -> tuple[Column, Column]:
-        """Mean and standard uncertainty of the coefficient of each column of the reading, by reading and measurement."""
+        """Mean and standard uncertainty of the coefficient of each column, by reading and measurement."""
         means, covariances = self._anchored
         mean = self.weights @ means
         variance = self.weights @ (np.einsum("wii->wi", covariances) + (means - mean) ** 2)
@@ -207,7 +207,7 @@ class DepthPosterior:
         mean = self.weights @ means
         centered = means - mean
         covariance = self.weights @ (covariances[:, :, 0] + centered * centered[:, :1])
-        return covariance[1:] / covariance[0]
+        return np.asarray(covariance[1:] / covariance[0])
 
     @cached_property
     def wander(self) -> Column:
@@ -228,9 +228,10 @@ class DepthPosterior:
     def disturbance(self) -> Column:
         """Covariance of wander and noise at the blocks, averaged over all ways, m²; shape (blocks, blocks)."""
         found = np.diag(self._average(lambda way: way.deviations[1] ** 2) / self.reading.weights)
+        both = list(zip(self.weights.tolist(), self.ways, strict=True))
         wanders = {id(way.wander): way.wander for way in self.ways if way.wander is not None}
         for key, wander in wanders.items():
-            share = self._average(lambda way, key=key: way.deviations[0] ** 2 * (id(way.wander) == key))
+            share = float(np.sum([w * way.deviations[0] ** 2 for w, way in both if id(way.wander) == key]))
             found = found + share * wander.correlation
         return found
 
@@ -305,7 +306,7 @@ class DepthPosterior:
         return grid, top + np.log(np.sum(np.exp(terms - top[:, None]), axis=1))
 
     def _grid(self, mattering: NDArray[np.intp]) -> Column:
-        """Return places that resolve every way in which H may have come about, by the reading with and without others."""
+        """Return places that resolve every way in which H may have come about."""
         found = []
         for means, covariances in (self._anchored, (self._means, self._covariances)):
             for way in self._typical(mattering):

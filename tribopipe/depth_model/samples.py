@@ -1,4 +1,4 @@
-"""Samples of a depth reading as the model takes them: block averages, and the mean of what is not wear at each sample."""
+"""Samples of a depth reading: their block averages, and the mean of what is not wear at each of them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -244,7 +244,7 @@ class WearFit(Record):
     by_measurement: SquareMetresPerNewton | None = None
     """k_D by the post-test measurement alone."""
     deviation: float | None = None
-    """Wear at the end by the reading alone minus by the measurement alone, in standard uncertainties of the difference."""
+    """Wear at the end by the reading alone minus that by the measurement alone, over its standard uncertainty."""
     sensor: DepthModel | None = None
     """What the depth sensor reads besides wear under this law."""
     findings: tuple[Finding, ...] = ()

@@ -12,7 +12,7 @@ from tribopipe.records.local_wear import LocalWearResult
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
 from tribopipe.records.specific_wear import SpecificWear
-from tribopipe.report.facts import NOTHING, facts, interval, listed, shown, yes_or_no
+from tribopipe.report.facts import NOTHING, facts, interval, listed, shown
 from tribopipe.report.page import StagePage, TextTable
 from tribopipe.report.prediction_stages import disc_prediction_told, local_wear_told, prediction_told
 from tribopipe.report.told import Steps, Told
@@ -79,8 +79,6 @@ def _drift_correction_told(result: DriftCorrection, _: Steps) -> Told:
             ("drift rate", shown(result.drift_rate, "nm/min")),
             ("zero offset", shown(result.zero_offset)),
             ("discrepancy at the end", shown(result.discrepancy)),
-            ("within its limit", yes_or_no(result.within_discrepancy_limit)),
-            ("within the sensor's resolution", yes_or_no(result.within_sensor_resolution)),
             ("anchored on", result.anchor),
             ("wear depth at the end", shown(result.end_wear_depth)),
             ("of that, pin", shown(result.pin_wear_depth)),

@@ -2,10 +2,9 @@
 
 from collections.abc import Iterator, Sequence
 
-from tribopipe.archive.outline import StepOutline
 from tribopipe.records.disc_results import DiscCoefficient, TwinDiscFit, spoken
 from tribopipe.records.quantity import Quantity
-from tribopipe.records.results import Contribution, DriftCorrection, MonteCarlo, WearFit
+from tribopipe.records.results import Contribution, MonteCarlo, WearFit
 from tribopipe.report.facts import NOTHING, facts, interval, shown, signed_share
 from tribopipe.report.page import TextTable
 from tribopipe.report.told import Steps, Told, cells
@@ -13,8 +12,8 @@ from tribopipe.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT
 from tribopipe.wear.laws import law_title
 
 
-def wear_fit_told(result: WearFit, steps: Steps) -> Told:
-    """Tell k_D of a pin, with its budget, draws, and the joint fit."""
+def wear_fit_told(result: WearFit, _: Steps) -> Told:
+    """Tell k_D of a pin, with its budget, draws, and what reading and measurement say by themselves."""
     samples = result.effective_samples
     return Told(
         str(result),
@@ -28,15 +27,16 @@ def wear_fit_told(result: WearFit, steps: Steps) -> Told:
             ("standard deviation about the fit", shown(result.residual_deviation)),
             ("independent samples", None if samples is None else f"{samples:,.0f}"),
             ("pressure", "even (GIWM)" if result.engine == "giwm" else result.engine),
-            ("drift taken off", "first, in two steps" if result.correction == "two-step" else "with k_D, in one fit"),
+            ("correction for drift", "two-step" if result.correction == "two-step" else "one model with k_D"),
+            ("based on", result.basis),
             ("friction", result.friction),
             *((one.name.replace("_", " "), f"{one.value}") for one in result.parameters or ()),
         ),
-        result.notes,
+        (*(f"{one.severity}: {one}" for one in result.findings), *result.notes),
         (
             _budget("k_D", result.budget),
             _drawn("k_D", result.wear_coefficient, result.interval, result.monte_carlo),
-            _beside_joint(result, steps.get("drift_correction")),
+            _ways(result),
         ),
     )
 
@@ -84,24 +84,19 @@ def _drawn(
     return TextTable(f"{what} by draws and to first order", ("by", what, "95 % interval", ""), tuple(rows))
 
 
-def _beside_joint(fit: WearFit, drift: StepOutline | None) -> TextTable:
-    """Return drift and wear in one fit, beside the same in two steps where the fit was made so."""
-    rows: list[tuple[str, ...]] = []
-    joint = fit.joint
-    if joint is not None and fit.correction == "two-step":
-        rate = drift.result.drift_rate if drift is not None and isinstance(drift.result, DriftCorrection) else None
-        numbers = ((fit.wear_coefficient, WEAR_COEFFICIENT), (rate, "nm/min"), (fit.fitted_end_depth, "um"))
-        rows.append(("two steps", *cells(*numbers), NOTHING))
-    if joint is not None:
-        numbers = (
-            (joint.wear_coefficient, WEAR_COEFFICIENT),
-            (joint.drift_rate, "nm/min"),
-            (joint.end_wear_depth, "um"),
-        )
-        off = f"{joint.end_value_deviation:+.1f} standard uncertainties"
-        rows.append(("one fit", *cells(*numbers), off))
-    columns = ("drift and wear in", "k_D", "drift rate", "pin wear at the end", "end value off by")
-    return TextTable("drift and wear in two steps and in one fit", columns, tuple(rows))
+def _ways(fit: WearFit) -> TextTable:
+    """Return k_D by the depth reading alone, by the post-test measurement alone, and as reported."""
+    known = (
+        ("depth reading alone", fit.by_reading, ""),
+        ("post-test measurement alone", fit.by_measurement, ""),
+        ("reported", fit.wear_coefficient, fit.basis or "two-step correction"),
+    )
+    rows = [(by, value.shown(WEAR_COEFFICIENT), note) for by, value, note in known if value is not None]
+    if fit.deviation is not None:
+        apart = f"{abs(fit.deviation):.1f} standard uncertainties"
+        rows.append(("reading and measurement differ by", apart, ""))
+    shown_rows = rows if fit.by_reading is not None else []
+    return TextTable("k_D by reading and by measurement", ("by", "k_D", "based on"), tuple(shown_rows))
 
 
 def disc_fit_told(result: TwinDiscFit, _: Steps) -> Told:

@@ -15,6 +15,7 @@ from tribopipe.records.study import Study
 from tribopipe.records.verdict import LeftOut
 from tribopipe.run import Column, CorrectedRun
 from tribopipe.study.bodies import check_bodies
+from tribopipe.wear.depth_problem import depth_problem
 from tribopipe.wear.draws import solve_draws
 from tribopipe.wear.inputs import draw_values
 from tribopipe.wear.joint import JointProblem, joint_problem
@@ -44,7 +45,9 @@ class Member:
                 "for Sarkar's law, friction; take it out of the study"
             )
         joint = joint_problem(problem, self.corrected, recipe)
-        return PosedRun(self, joint if recipe.wear.correction == "joint" else problem.pooled(), joint)
+        by_model = recipe.wear.correction == "model"
+        chosen = depth_problem(problem, self.corrected, recipe) if by_model else problem.pooled()
+        return PosedRun(self, chosen, joint)
 
 
 def chosen(

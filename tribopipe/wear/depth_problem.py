@@ -11,7 +11,7 @@ that both share counted once, the reading is not trusted and the measurement alo
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Self
 
@@ -20,7 +20,7 @@ from numpy.random import Generator
 
 from tribopipe.depth_model.posterior import DepthPosterior, DepthReading, depth_posterior
 from tribopipe.depth_model.samples import DepthSamples
-from tribopipe.depth_reading import depth_samples, pin_reading
+from tribopipe.depth_reading import DepthRecord, depth_record, pin_reading
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import Recipe
 from tribopipe.records.results import Basis
@@ -42,18 +42,22 @@ _QUANTILES = (np.arange(1000) + 0.5) / 1000
 class DepthProblem(WearProblem):
     """One run with wear and everything else that its depth sensor reads in one model."""
 
-    samples: DepthSamples | None = None
-    run: RawRun | None = None
-    recipe: Recipe = Recipe()
+    record: DepthRecord = field(kw_only=True)
+    run: RawRun = field(kw_only=True)
+    recipe: Recipe = field(kw_only=True)
     measured_after: bool = True
     """Whether wear was measured after the test; otherwise ``end`` is what the reading itself says."""
     missed: float = 1.0
     """Share of the wander that counts as noise of the curve."""
 
+    @property
+    def samples(self) -> DepthSamples:
+        """The depth reading sample by sample."""
+        return self.record.samples
+
     @cached_property
     def reading(self) -> DepthReading:
         """Block averages of the reading, with what is known of them."""
-        assert self.samples is not None and self.run is not None  # noqa: S101, PT018 - both are always given
         values, slid = self.values, np.asarray([self.trace.slid])
         whole = float(self.effective_distance(values, slid)[0])
         return pin_reading(
@@ -70,7 +74,7 @@ class DepthProblem(WearProblem):
     @property
     def _law_terms(self) -> Column | None:
         """How the wear at each block changes with the law's own parameters at a given depth at the end."""
-        if self.tangent is None or not self.fitted_parameters or self.samples is None:
+        if self.tangent is None or not self.fitted_parameters:
             return None
         nodes, coefficient = self.samples.nodes, self.tangent.coefficient
         places = np.append(nodes.distance, self.trace.slid)
@@ -107,10 +111,10 @@ class DepthProblem(WearProblem):
 
     @cached_property
     def deviation(self) -> float:
-        """Depth by the reading alone less that by the measurement alone, in standard uncertainties of the difference."""
+        """Depth by the reading alone minus that by the measurement alone, over its standard uncertainty."""
         reading, measured = self.drawn_ways
         difference = reading - measured
-        return float(np.mean(difference) / max(np.std(difference), 1e-15))
+        return float(np.mean(difference)) / max(float(np.std(difference)), 1e-15)
 
     @cached_property
     def drawn_ways(self) -> tuple[Column, Column]:
@@ -260,16 +264,15 @@ class DepthProblem(WearProblem):
 
     def _log_coefficient(self, values: Values) -> Column:
         """Return ln k_D at the depth that the inputs move H to."""
-        depth, deviation = self._together
+        found, deviation = self._together
         stretched = np.asarray(values["depth_scale"] / self.values["depth_scale"])
+        depth = stretched * found
         if self.basis == "measurement":
             depth = np.maximum(self.end_depth(values), 1e-3 * self._measured_spread)
-        elif self.basis == "reading":
-            depth = stretched * depth
-        else:
+        elif self.basis == "reading and measurement":
             measured = self.end.pin_depth_of(self.end.pin.quantity.value, values["pin_radius"])
             taken = min(1.0, (deviation / self._measured_spread) ** 2)
-            depth = stretched * (depth + taken * (measured / stretched - self.end.pin_depth.value))
+            depth = stretched * (found + taken * (measured / stretched - self.end.pin_depth.value))
         volume = self.pin(values).volume(depth)
         unit = self.unit_volume(values, np.asarray([self.trace.slid]))
         return np.asarray(np.log(volume / (unit[..., 0] if np.ndim(volume) == 0 else unit)))
@@ -329,7 +332,8 @@ def _probability(scores: Column) -> Column:
 def depth_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe) -> DepthProblem:
     """Pose the fit by the whole reading of a run that a fit in two steps has been posed for."""
     run = corrected.run
-    samples, _, _ = depth_samples(run)
+    record = depth_record(run)
+    samples = record.samples
     # The law's own parameters are sought with noise taken for white, and are free from then on.
     joint = joint_problem(problem, corrected, recipe)
     mean = samples.blocks.mean
@@ -346,7 +350,7 @@ def depth_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe)
         weights=samples.blocks.counts,
         noise=problem.noise,
         tangent=joint.tangent,
-        samples=samples,
+        record=record,
         run=run,
         recipe=recipe,
         measured_after=corrected.correction.anchor is not None,

@@ -6,7 +6,7 @@ from tribopipe.depth_model.posterior import DepthPosterior
 from tribopipe.records.finding import Finding
 from tribopipe.records.quantity import Quantity, wear_coefficient
 from tribopipe.units import WEAR_COEFFICIENT, show
-from tribopipe.wear.depth_problem import DepthProblem
+from tribopipe.wear.depth_problem import MOST_DEVIATION, DepthProblem
 from tribopipe.wear.rate_change import rate_change
 
 DECISIVE = 4.6
@@ -17,14 +17,50 @@ Where it has, the odds are as large in less than one of a hundred runs (Markov's
 _PROBABLE = 0.8
 
 
-def wear_findings(problem: DepthProblem) -> Iterator[Finding]:
-    """Return what speaks against k_D of a run, the gravest first."""
+def wear_findings(problem: DepthProblem, two_step: Quantity | None = None) -> Iterator[Finding]:
+    """Return what speaks against k_D of a run, the gravest first; ``two_step`` is k_D where that is of two steps."""
     if not problem.measured_after:
         yield _by_sensor_alone(problem)
     elif problem.basis == "measurement":
-        yield _reading_not_trusted(problem)
+        yield _reading_not_trusted(problem, two_step)
+    if two_step is not None:
+        yield from _two_step_differs(problem, two_step)
     if shape_is_rejected(problem.posterior):
         yield _misfit(problem)
+    yield from _events(problem)
+
+
+def _two_step_differs(problem: DepthProblem, two_step: Quantity) -> Iterator[Finding]:
+    found = problem.coefficient()
+    spread = problem.random_uncertainty(found) * found + (two_step.standard_uncertainty or 0.0)
+    if abs(two_step.value - found) > MOST_DEVIATION * spread:
+        yield _finding(
+            "two_step_differs",
+            f"found k_D = {two_step.shown(WEAR_COEFFICIENT)} by two-step correction, and "
+            f"{wear_coefficient(found).shown(WEAR_COEFFICIENT)} by the whole reading",
+            'use the default correction, correction = "model"',
+        )
+
+
+def _events(problem: DepthProblem) -> Iterator[Finding]:
+    """Name steps and spikes of the reading."""
+    record = problem.record
+    if record.steps:
+        where = ", ".join(show(float(f"{place:.4g}"), None, "m") for place in record.steps)
+        yield _finding(
+            "depth_steps",
+            f"found a step at {where}; a new zero offset was fitted from there on",
+            "look for a knock or a slipped sensor; where the specimens were taken out, write "
+            "[[interruptions]] with remounted = true",
+        )
+    if record.spikes:
+        yield Finding(
+            severity="note",
+            code="depth_spikes",
+            where="depth",
+            message=f"found {record.spikes} spikes, which were left out of the fit",
+            remedy='to leave them out of the figures as well, add [[clean_up]] step = "despike" to a recipe',
+        )
 
 
 def shape_is_rejected(posterior: DepthPosterior) -> bool:
@@ -43,7 +79,7 @@ def _by_sensor_alone(problem: DepthProblem) -> Finding:
     )
 
 
-def _reading_not_trusted(problem: DepthProblem) -> Finding:
+def _reading_not_trusted(problem: DepthProblem, two_step: Quantity | None) -> Finding:
     ways = {name: wear_coefficient(*found) for name, found in problem.coefficients_by_ways().items()}
     reading, measured = (ways[name].shown(WEAR_COEFFICIENT) for name in ("reading", "measurement"))
     return Finding(
@@ -52,11 +88,16 @@ def _reading_not_trusted(problem: DepthProblem) -> Finding:
         where="depth",
         message=(
             f"found k_D = {reading} by the depth reading alone and {measured} by the post-test measurement alone, "
-            f"{abs(problem.deviation):.1f} standard uncertainties apart: the reading is not trusted, and k_D is that "
-            "of the measurement"
+            f"{abs(problem.deviation):.1f} standard uncertainties apart: {_consequence(two_step)}"
         ),
         remedy="look for thermal drift, a wearing counterbody, and wrong units of either",
     )
+
+
+def _consequence(two_step: Quantity | None) -> str:
+    if two_step is None:
+        return "the reading is not trusted, and k_D is that of the measurement"
+    return "two-step correction takes the difference for drift"
 
 
 def _misfit(problem: DepthProblem) -> Finding:
@@ -66,7 +107,7 @@ def _misfit(problem: DepthProblem) -> Finding:
         where = show(float(f"{change.distance:.2g}"), None, "m")
         return _finding(
             "wear_rate_changes",
-            f"found that k_D after about {where} is {change.ratio:.2g} times that before; k_D is the mean over the test",
+            f"found that k_D after about {where} is {change.ratio:.2g} times that before; k_D is the mean of the test",
             "divide the test there, or ask for a law with running-in",
         )
     size = _size(problem)

@@ -74,6 +74,9 @@ def fit_wear(
             **_by_whole_reading(whole, recipe),
         }
     )
+    if whole is not None:
+        two_step = fit.wear_coefficient if chosen is not whole else None
+        fit = fit.model_copy(update={"findings": tuple(wear_findings(whole, two_step))})
     return _with_monte_carlo(fit, chosen, recipe.monte_carlo)
 
 
@@ -88,7 +91,7 @@ def _posed_whole(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe) 
 
 
 def _by_whole_reading(whole: DepthProblem | None, recipe: Recipe) -> dict[str, Any]:
-    """Return what reading and measurement say of k_D by themselves, what the sensor reads besides, and what to doubt."""
+    """Return k_D by reading and by measurement alone, what else the sensor reads, and what to doubt."""
     if whole is None:
         return {}
     ways = {name: wear_coefficient(*found) for name, found in whole.coefficients_by_ways().items()}
@@ -98,7 +101,6 @@ def _by_whole_reading(whole: DepthProblem | None, recipe: Recipe) -> dict[str, A
         "by_measurement": ways.get("measurement"),
         "deviation": whole.deviation if whole.measured_after else None,
         "sensor": depth_model(whole.posterior, whole.trace.duration),
-        "findings": tuple(wear_findings(whole)),
     }
 
 

@@ -7,7 +7,6 @@ import numpy as np
 
 from tribopipe.depth_model.mixture import ways
 from tribopipe.depth_model.posterior import DepthReading, regression_of
-from tribopipe.depth_reading import Share, pin_reading
 from tribopipe.run import Column
 from tribopipe.wear.depth_problem import DepthProblem
 
@@ -47,22 +46,11 @@ def _changed(problem: DepthProblem, change: float, ratio: float) -> DepthReading
         before, after = np.minimum(effective, at_change), np.maximum(effective - at_change, 0.0)
         return np.asarray((before + ratio * after) / (at_change + ratio * (whole - at_change)))
 
-    return replace(problem.reading, course=_course(problem, share))
-
-
-def _course(problem: DepthProblem, share: Share):  # noqa: ANN202
-    assert problem.samples is not None and problem.run is not None  # noqa: S101, PT018
-    end = problem.end if problem.measured_after else None
-    reading = pin_reading(
-        problem.run,
-        problem.samples,
-        end,
-        problem.recipe,
-        pin=problem.pin(problem.values),
-        share=share,
-        slid=problem.trace.slid,
+    pin, nodes = problem.pin(values), problem.samples.nodes
+    volume_share = share(nodes.distance)
+    return replace(
+        problem.reading, course=lambda depth: nodes.averaged(pin.worn(pin.volume(depth) * volume_share).depth)
     )
-    return reading.course
 
 
 def _evidence(reading: DepthReading, reference: float) -> float:

@@ -1,0 +1,77 @@
+"""Steps of a depth reading: where it jumps and stays, as after a knock or when the sensor slips."""
+
+import numpy as np
+
+from tribopipe.noise import left_of
+from tribopipe.run import Column
+
+_BINS = 400
+_FEWEST = 60
+"""Bins below which a step cannot be told from noise."""
+_TERMS = 9
+_DECISIVE = 8.0
+"""Standard deviations of usual changes from bin to bin beyond which one is a step."""
+_KEPT = 0.6
+"""Share of a step that has to last."""
+_SPAN = 6
+"""Bins on either side over which it has to last."""
+_MOST = 5
+_TO_DEVIATION = 1.4826
+
+
+def steps(time: Column, progress: Column, depth: Column) -> list[int]:
+    """Return the numbers of the samples at which a reading steps.
+
+    Parameters
+    ----------
+    time, progress, depth
+        Time, what wear grows along, and the reading, m, of each sample; shape (samples,).
+
+    Returns
+    -------
+    list of int
+        First sample after each step, ascending; none where there are fewer than 60 samples, or more than five steps,
+        which are no steps then but another kind of disturbance.
+    """
+    edges = np.unique(np.linspace(0, len(time), min(_BINS, len(time)) + 1).astype(int))
+    if len(edges) <= _FEWEST:
+        return []
+    counts = np.diff(edges)
+    mean = np.add.reduceat(depth, edges[:-1]) / counts
+    smooth = _without_wear(np.add.reduceat(progress, edges[:-1]) / counts, mean)
+    change = smooth[2:] - smooth[:-2]
+    center = np.median(change)
+    scale = _TO_DEVIATION * float(np.median(np.abs(change - center)))
+    found: list[int] = []
+    for place in np.argsort(-np.abs(change - center)).tolist():
+        size = change[place] - center
+        if abs(size) <= _DECISIVE * max(scale, 1e-12):
+            break
+        if all(abs(place - other) > _SPAN for other in found) and _lasts(smooth, place + 1, size):
+            found.append(place)
+    if len(found) > _MOST:
+        return []
+    return sorted(_sample(depth, edges[place], edges[place + 3]) for place in found)
+
+
+def _without_wear(progress: Column, mean: Column) -> Column:
+    """Return a reading without what is smooth in the root of the progress: wear, drift, settling."""
+    root = np.sqrt(np.maximum(progress, 0.0) / progress[-1])
+    left, _ = left_of(mean, np.polynomial.chebyshev.chebvander(2 * root - 1, _TERMS).T)
+    return left
+
+
+def _lasts(smooth: Column, middle: int, size: float) -> bool:
+    before, after = smooth[max(0, middle - _SPAN) : middle], smooth[middle + 1 : middle + 1 + _SPAN]
+    if min(len(before), len(after)) < _SPAN // 2:
+        return False
+    return bool((np.median(after) - np.median(before)) / size > _KEPT)
+
+
+def _sample(depth: Column, first: int, last: int) -> int:
+    """Return where samples are best divided into two levels."""
+    some = depth[first:last]
+    count = np.arange(1, len(some))
+    before = np.cumsum(some)[:-1] / count
+    after = (np.sum(some) - np.cumsum(some)[:-1]) / (len(some) - count)
+    return int(first + 1 + np.argmax(np.abs(after - before) * np.sqrt(count * (len(some) - count))))
