@@ -144,8 +144,8 @@ SPOILED = {
     ),
     # rows
     "text among numbers": (
-        field(7, 1, "overflow"),
-        ["sample-run", "signals.csv, line 7", "Depth [um]", "'overflow'", "expected a number", "mend"],
+        field(7, 1, "8.0.1"),
+        ["sample-run", "signals.csv, line 7", "Depth [um]", "'8.0.1'", "expected a number", "mend"],
     ),
     "row cut in the middle of the file": (
         rows(lambda lines: [*lines[:500], lines[500].rpartition(",")[0], *lines[501:]]),
@@ -282,7 +282,7 @@ def test_million_columns_are_refused_at_once(run_cli, sample_run, archive):
 @pytest.mark.parametrize("name", ["bad-run", "si3n4-air-200mN"])
 def test_batch_keeps_what_is_sound_and_names_what_is_not(run_cli, sample_run, other_run, tmp_path, command, name):
     bad = sample_run.rename(tmp_path / name)  # which may be the id of the other one
-    field(7, 1, "overflow")(bad)
+    field(7, 1, "8.0.1")(bad)
     result = run_cli(*command, bad, other_run, "--archive", tmp_path / "new")
     assert result.exit_code == 3
     (error,) = [line for line in result.stderr.splitlines() if line.startswith("error: ")]

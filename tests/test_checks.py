@@ -126,6 +126,12 @@ CASES = {
     ),
     "axis_is_complete": ("error", samples_set("time", 7, NAN), "time", samples_set("depth", 7, NAN)),
     "axis_runs_forward": ("error", samples_set("time", 7, 0.5), "time", samples_set("time", 7, 0.6)),
+    "counter_has_no_glitches": (
+        "warning",
+        both(measured("sliding_distance"), samples_set("sliding_distance", 20, 0.0)),
+        "sliding_distance",
+        samples_set("sliding_distance", slice(None), 3.0),
+    ),
     "axis_advances": (
         "error",
         samples_set("sliding_distance", slice(None), 3.0),
@@ -243,6 +249,12 @@ CASES = {
     "files_were_read_as_they_stand": (
         "note",
         lambda run: replace(run, notes=("signals.csv: read as cp1252",)),
+        "signals",
+        AS_IT_IS,
+    ),
+    "recorded_signals_are_used": (
+        "warning",
+        lambda run: replace(run, unused=("signals.csv: column 'Ff' seems to be friction_force and is not used",)),
         "signals",
         AS_IT_IS,
     ),

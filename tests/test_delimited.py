@@ -280,7 +280,7 @@ def test_units_in_names(name, expected):
 
 @pytest.mark.parametrize(
     "text",
-    ["None", "null", "-", "True", "inf", "-inf", "Infinity", "1e999", "1 234.5", "1,234.5", "0x1F", "1_000", "1e", "+"],
+    ["True", "1e999", "1 234.5", "1,234.5", "0x1F", "1_000", "1e", "+"],
 )
 def test_a_column_with_something_else_keeps_its_texts(text):
     table = read(f"Time;Depth\n0.5;1.5\n\n0.6;{text}\n0.7;2.50\n")
@@ -291,17 +291,17 @@ def test_a_column_with_something_else_keeps_its_texts(text):
 
 def test_something_else_far_down_is_found_with_its_line():
     rows = [f"{n}.5;{n}.25" for n in range(3000)]
-    rows[2000] = "2000.5;overload"
+    rows[2000] = "2000.5;8.0.1"
     table = read("Time;Depth\r\n" + "\r\n".join(rows) + "\r\n")
     assert table.columns[0].values.dtype == np.float64
-    assert table.columns[1].first_bad == (2002, "overload")
+    assert table.columns[1].first_bad == (2002, "8.0.1")
     assert table.columns[1].values[0] == "0.25"
 
 
 def test_infinity_far_down_is_no_measurement():
     rows = [f"{n}.5;{n}.25" for n in range(3000)]
-    rows[2000] = "2000.5;inf"
-    assert read("Time;Depth\n" + "\n".join(rows) + "\n").columns[1].first_bad == (2002, "inf")
+    rows[2000] = "2000.5;1e999"
+    assert read("Time;Depth\n" + "\n".join(rows) + "\n").columns[1].first_bad == (2002, "1e999")
 
 
 def test_odd_blanks_around_numbers_are_no_harm():
@@ -627,3 +627,17 @@ def test_a_table_cut_in_the_middle_of_a_number_is_still_refused():
 )
 def test_documents_and_lists_of_words_are_no_tables(content):
     assert DelimitedReader().match(SourceFile("a.txt", content.encode())).confidence < 0.5
+
+
+# --- decimal commas in quotation marks ---
+
+
+def test_quoted_decimal_commas_between_commas():
+    table = read('"Time [s]","Depth [um]"\n"0,00050","0,03"\n"0,00100","-1,5"\n')
+    assert column(table, "Time [s]").values.tolist() == [0.0005, 0.001]
+    assert column(table, "Depth [um]").values.tolist() == [0.03, -1.5]
+
+
+def test_quoted_thousands_are_in_doubt():
+    assert "thousands" in refusal('Time,Cycles\n1,"1,234"\n2,"2,345"\n')
+    assert "one decimal sign" in refusal('Time,Cycles\n1.5,"1,234"\n2.5,"2,345"\n')

@@ -218,8 +218,8 @@ def test_a_name_that_is_taken(made):
 
 
 def test_what_is_no_number_cannot_be_calibrated(made):
-    with pytest.raises(ReaderError, match=r"line 3, column 'F': found 'over'; expected a number"):
-        calibrated(made, "points = [[0, 0], [1, 10]]", b"t;F\n0;1\n1;over\n")
+    with pytest.raises(ReaderError, match=r"line 3, column 'F': found '8.0.1'; expected a number"):
+        calibrated(made, "points = [[0, 0], [1, 10]]", b"t;F\n0;1\n1;8.0.1\n")
 
 
 READINGS = st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=20)
@@ -285,7 +285,6 @@ def with_calibration(held: str, column: str = "") -> str:
         (LEAST + 'u = { signal = "time" }', "columns.u.signal: found 'time', as for 't'"),
         ('detect = "("\n' + LEAST, "detect: found '(', which is no regular expression"),
         ('separator = ";;"\n' + LEAST, "separator: found ';;'; expected one character"),
-        ('separator = ","\ndecimal = ","\n' + LEAST, "separator: found ','"),
         ("header_lines = 3\n" + LEAST, "separator: missing"),
         ('header_lines = 3\nstarts_at = "^t"\nseparator = ";"\n' + LEAST, "header_lines: found it beside starts_at"),
         ('units_row = "below"\n' + LEAST, "units_row: found it without a row of names"),
@@ -326,3 +325,43 @@ def test_a_run_names_the_profile_of_the_example(tmp_path):
     assert found.columns["depth"] == pytest.approx([-102.5e-6, -102.4e-6, -102.1e-6])
     assert found.extras["Ft"].values.tolist() == [0.012, 0.512, 0.514]
     assert [source.name for source in found.sources] == ["run.toml", "our-rig.toml", "test_07.txt"]
+
+
+# --- profiles, and decimal commas in quotation marks ---
+
+QUOTED = b'"Lateral","Height"\n' + b"".join(b'"0,%05d","0,%02d"\n' % (50 * n, n % 7) for n in range(1, 40))
+
+
+def test_a_described_reader_of_profiles_is_named_in_run_toml(sample_run):
+    (sample_run / "stylus.toml").write_text(
+        HEAD.replace("Rig", "Stylus")
+        + 'holds = "profile"\nseparator = ","\ndecimal = ","\nheader_lines = 0\n[columns]\n'
+        'Lateral = { axis = "x", unit = "mm" }\nHeight = { axis = "z", unit = "um" }\n',
+        encoding="utf-8",
+    )
+    (sample_run / "track.csv").write_bytes(QUOTED)
+    manifest = sample_run / "run.toml"
+    text = manifest.read_text(encoding="utf-8")
+    profile = '[end_values]\ndisc_profile = { file = "track.csv", reader = "stylus.toml" }\n'
+    manifest.write_text(text.replace("[end_values]\n", profile), encoding="utf-8")
+    run = read_run(sample_run)
+    profile = run.profiles["end_values.disc_profile"]
+    assert profile.position[:2] == pytest.approx([5e-7, 1e-6], rel=1e-12)
+    assert profile.height[:7] == pytest.approx(np.array([1, 2, 3, 4, 5, 6, 0]) * 1e-8, rel=1e-12)
+    assert {"stylus.toml", "track.csv"} <= {source.name for source in run.sources}
+
+
+def test_a_described_reader_of_profiles_that_is_not_there(sample_run):
+    manifest = sample_run / "run.toml"
+    text = manifest.read_text(encoding="utf-8")
+    profile = '[end_values]\ndisc_profile = { file = "signals.csv", reader = "stylus.toml" }\n'
+    manifest.write_text(text.replace("[end_values]\n", profile), encoding="utf-8")
+    with pytest.raises(ReaderError, match=r"stylus.toml: no such file; expected the description of a reader"):
+        read_run(sample_run)
+
+
+@pytest.mark.parametrize("decimal", ['decimal = ","\n', ""])
+def test_quoted_decimal_commas_between_commas(made, decimal):
+    reader = made(f'separator = ","\nheader_lines = 0\n{decimal}' + LEAST)
+    table = read(reader, b'"t","V"\n"0,00050","0,03"\n"0,00100","-1"\n')
+    assert [column.values.tolist() for column in table.columns] == [[0.0005, 0.001], [0.03, -1.0]]

@@ -117,7 +117,7 @@ def test_row_with_too_few_fields_is_named():
 
 
 def test_a_field_that_is_no_number_is_named():
-    assert column(read(SMALL.replace(b"5.0190", b"-----")), "DAQ.Fz (N)").first_bad == (5, "-----")
+    assert column(read(SMALL.replace(b"5.0190", b"5.0.1")), "DAQ.Fz (N)").first_bad == (5, "5.0.1")
 
 
 def test_decimal_commas_between_semicolons():

@@ -69,7 +69,10 @@ def test_cut_anywhere_it_is_right_or_refused():
 def test_broken_frames_are_missing_samples_with_a_count():
     table = read(READER, FRAMES + b"<STX>   0.0\x00<CR><LF>\n" + FRAMES)
     assert np.isnan(table.columns[0].values).tolist() == [False, False, False, True, False, False, False]
-    assert table.notes == ("1 of 7 frames are broken, frame 4 first: missing samples", NO_TIME)
+    assert table.notes == (
+        "1 of 7 frames are broken and taken as missing samples, the first is frame 4: '0.0\\x00<CR><LF>'",
+        NO_TIME,
+    )
 
 
 def test_what_stands_before_the_first_frame_is_the_header():

@@ -122,9 +122,9 @@ def test_row_in_the_middle_with_too_few_fields():
 
 
 def test_a_field_that_is_no_number_is_named():
-    force = read(SMALL.replace(b"16,13", b"-----")).columns[1]
-    assert force.first_bad == (3, "-----")
-    assert force.values.tolist() == ["4,80", "-----", "17,04"]
+    force = read(SMALL.replace(b"16,13", b"8.0.1")).columns[1]
+    assert force.first_bad == (3, "8.0.1")
+    assert force.values.tolist() == ["4,80", "8.0.1", "17,04"]
 
 
 def test_found_by_content_whatever_the_name():

@@ -8,6 +8,7 @@ import math
 import numpy as np
 
 from tribopipe.errors import ReaderError
+from tribopipe.glitches import mended
 from tribopipe.motion import slip_per_rotation
 from tribopipe.records.manifest import RunManifest, TwinDisc
 from tribopipe.records.signals import SignalName
@@ -35,7 +36,8 @@ def _complete_sliding(columns: Columns, origins: Origins, manifest: RunManifest)
     """Derive time or sliding distance of a pin from the other one, or from the rotations of the disc below it."""
     radius = manifest.conditions.track_radius
     if "sliding_distance" not in columns and "rotations" in columns and radius is not None:
-        columns["sliding_distance"] = 2 * math.pi * radius.value * continuous(columns["rotations"])
+        rotations = mended(columns["rotations"], columns.get("time")).values
+        columns["sliding_distance"] = 2 * math.pi * radius.value * continuous(rotations)
         origins["sliding_distance"] = "derived from rotations"
     have_time, have_distance = "time" in columns, "sliding_distance" in columns
     if not have_time and not have_distance:
@@ -99,7 +101,7 @@ def _complete_rolling(columns: Columns, origins: Origins, manifest: RunManifest,
         columns["time"] = continuous(columns["rotations"]) * _time_per_rotation(manifest, discs, "time")
         origins["time"] = "derived from nominal speed"
     if "sliding_distance" not in columns:
-        columns["sliding_distance"] = continuous(columns["rotations"]) * slipped
+        columns["sliding_distance"] = continuous(mended(columns["rotations"], columns.get("time")).values) * slipped
         origins["sliding_distance"] = "derived from nominal slip"
 
 

@@ -22,6 +22,7 @@ from tribopipe.depth_model.posterior import depth_posterior
 from tribopipe.depth_model.samples import baseline
 from tribopipe.depth_model.summary import depth_model
 from tribopipe.depth_reading import (
+    depth_record,
     disc_reading,
     nominal_pin,
     pin_reading,

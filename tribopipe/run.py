@@ -121,6 +121,8 @@ class RawRun:
     """run.toml first, then the instrument's files, byte for byte."""
     notes: tuple[str, ...] = ()
     """What readers had to say about their files; kept in an archive among the findings."""
+    unused: tuple[str, ...] = ()
+    """Columns that seem to be signals and are not used, with the reason; kept in an archive among the findings."""
     profiles: Mapping[str, Profile] = field(default_factory=dict)
     """Profiles across wear tracks by where run.toml names them: "end_values.curved_disc_profile"."""
     recording: Recording | None = None

@@ -182,6 +182,17 @@ def files_were_read_as_they_stand(run: RawRun) -> Iterator[Trouble]:
         )
 
 
+@check("warning")
+def recorded_signals_are_used(run: RawRun) -> Iterator[Trouble]:
+    """Name columns that seem to be signals and are not used."""
+    for why in run.unused:
+        yield Trouble(
+            "signals",
+            f"found that {why}; expected each recorded signal to be used",
+            "map it under [signals.columns] in run.toml, with its unit",
+        )
+
+
 @check("note")
 def uncertainties_are_stated(run: RawRun) -> Iterator[Trouble]:
     """Name the inputs for which a default uncertainty will be used."""

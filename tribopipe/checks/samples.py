@@ -12,6 +12,7 @@ from tribopipe.clean_up.strokes import whole_strokes
 from tribopipe.end_values.measured import stated_or_default
 from tribopipe.end_values.pin_on_disc import end_wear
 from tribopipe.errors import FitError
+from tribopipe.glitches import mended
 from tribopipe.records.clean_up import ContinuousAxes
 from tribopipe.records.manifest import PinOnDisc, RunManifest, TwinDisc
 from tribopipe.records.quantity import Quantity
@@ -93,7 +94,7 @@ def axis_runs_forward(run: RawRun) -> Iterator[Trouble]:
         if name not in _AXES:
             continue
         verdict = ", which is no count" if name == "rotations" else ""
-        below, back = np.flatnonzero(values < 0), segments(values).fault
+        below, back = np.flatnonzero(values < 0), segments(_without_glitches(run, name)).fault
         if back is not None:
             before = values[:back][np.isfinite(values[:back])][-1]
             yield Trouble(
@@ -108,6 +109,28 @@ def axis_runs_forward(run: RawRun) -> Iterator[Trouble]:
                 f"found {_shown(name, values[below[0]])} at {run.numbered(below[0])}{verdict}; expected rotations "
                 "from 0 upwards",
                 "map the column that counts them",
+            )
+
+
+def _without_glitches(run: RawRun, name: SignalName) -> Column:
+    return run.columns[name] if name == "time" else mended(run.columns[name], _clock(run)).values
+
+
+def _clock(run: RawRun) -> Column | None:
+    return run.columns.get("time") if run.origins.get("time") == "measured" else None
+
+
+@check("warning")
+def counter_has_no_glitches(run: RawRun) -> Iterator[Trouble]:
+    """Name a few readings of a counter that fall back, or leap ahead, while time goes on."""
+    for name, values in _measured(run):
+        found = mended(values, _clock(run)).samples if name in _AXES and name != "time" else ()
+        if found:
+            yield Trouble(
+                name,
+                f"found {len(found)} wrong reading{'s' if len(found) > 1 else ''}, the first {values[found[0]]:g} "
+                f"{SIGNALS[name].unit} at {run.numbered(found[0])} after {values[found[0] - 1]:g}; expected it to grow",
+                "clean-up interpolates it between the readings around it; check the counter",
             )
 
 
@@ -209,7 +232,10 @@ def samples_are_not_missing(run: RawRun) -> Iterator[Trouble]:
         missing = int(np.count_nonzero(~np.isfinite(values)))
         if name not in _AXES and 0 < missing < len(values):
             yield Trouble(
-                name, f"found {missing} of {len(values)} samples missing; expected all", "they are left out of fits"
+                name,
+                f"found {missing} of {len(values)} samples missing, the first at "
+                f"{run.numbered(int(np.flatnonzero(~np.isfinite(values))[0]))}; expected all",
+                "they are left out of fits",
             )
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from tribopipe.clean_up.workbench import Bench
+from tribopipe.glitches import mended
 from tribopipe.records.clean_up import ContinuousAxes
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.signals import SIGNALS, SignalName
@@ -19,7 +20,7 @@ _CLOCK = 100.0
 def join_axes(bench: Bench, step: ContinuousAxes) -> None:
     """Join what restarts, and let what was carried over begin at 0."""
     for name in _AXES:
-        axis = bench.measured(name)
+        axis = _without_glitches(bench, name)
         if axis is None:
             continue
         joined = continuous(axis)
@@ -29,6 +30,19 @@ def join_axes(bench: Bench, step: ContinuousAxes) -> None:
     leads = {name: _lead(axis) for name in _AXES if (axis := bench.measured(name)) is not None}
     for name in leads:
         _begin(bench, name, leads, step)
+
+
+def _without_glitches(bench: Bench, name: SignalName) -> Column | None:
+    """Interpolate the glitches of a counter, and return it."""
+    axis = bench.measured(name)
+    if axis is None or name == "time":
+        return axis
+    found = mended(axis, bench.measured("time"))
+    if found.samples:
+        count = len(found.samples)
+        what = f"{count} wrong reading{'s' if count > 1 else ''} interpolated, the first at {found.samples[0] + 1}"
+        bench.put(name, found.values, what, "a counter does not go back while time goes on")
+    return found.values
 
 
 def _begin(bench: Bench, name: SignalName, leads: dict[SignalName, float], step: ContinuousAxes) -> None:

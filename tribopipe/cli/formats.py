@@ -114,7 +114,7 @@ def _document(path: Path, export: "Export") -> dict[str, Any]:
         "rows": export.rows,
         "columns": [_column(export, column) for column in export.table.columns],
         "facts": dict(export.table.facts),
-        "notes": list(export.table.notes),
+        "notes": list(export.notes),
     }
 
 
@@ -141,7 +141,7 @@ def _show(path: Path, export: "Export") -> None:
         say(f"  or else {other.name}, {_sure(match.confidence)} sure: {match.why}")
     for key, value in export.table.facts.items():
         say(f"  {key}: {value}")
-    for note in export.table.notes:
+    for note in export.notes:
         say(f"  note: {note}")
     columns = ["column", "unit", "means", "least", "largest", "missing"]
     table(f"  {export.rows} rows", columns, [_row(export, column) for column in export.table.columns])

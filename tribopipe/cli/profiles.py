@@ -80,6 +80,7 @@ def show_profile_file(path: Path, asked: ProfileOptions, *, as_json: bool) -> No
     """Show the profiles in a file: areas, width and depth of the track in each, and figures where asked for."""
     from tribopipe.errors import ReaderError
     from tribopipe.ingest.columns import read_source
+    from tribopipe.ingest.fields import remarks
     from tribopipe.ingest.profiles import Units, profiles_in
     from tribopipe.profile.track import examined
     from tribopipe.records.manifest import ProfileSource
@@ -97,7 +98,7 @@ def show_profile_file(path: Path, asked: ProfileOptions, *, as_json: bool) -> No
     profiles = dict(zip(keys, lines, strict=True))
     found = {key: examined(profile, radius) for key, profile in profiles.items()}
     figures = save_profile_figures(profiles, found, _FIGURES, path.stem) if asked.plot else {}
-    shown, said = _Shown(profiles, found, figures), [*read.notes, *notes]
+    shown, said = _Shown(profiles, found, figures), [*remarks(read), *notes]
     if as_json:
         print_json({"file": str(path), "notes": said, "profiles": shown.document()})
         return

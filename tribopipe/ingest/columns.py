@@ -10,6 +10,7 @@ from tribopipe.errors import ReaderError, UnitError, did_you_mean
 from tribopipe.files import beside, leads_out, read_file
 from tribopipe.ingest.names import bare_name
 from tribopipe.ingest.reader import ReadColumn, ReadTable
+from tribopipe.ingest.tables import is_number
 from tribopipe.records.manifest import ColumnSource
 from tribopipe.run import Column, SourceFile
 from tribopipe.units import KINDS, is_unit_of, to_si
@@ -88,8 +89,9 @@ def column_in_si(
     if column.first_bad is not None:
         line, text = column.first_bad
         raise ReaderError(
-            f"{file}, line {line}, column {column.name!r}: found {text!r}; expected a number for {meaning}; "
-            "mend that line, or map another column"
+            f"{file}, line {line}, column {column.name!r}: found {text!r}; expected a number for {meaning}"
+            f"{' with the decimal sign of the others' if is_number(text, '.,') else ''}; "
+            "mend that line, leave the field empty for a missing sample, or map another column"
         )
     unit = unit_of(column, source)
     if unit is None and needs_unit(kind):

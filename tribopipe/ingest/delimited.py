@@ -11,30 +11,31 @@ Line ends may be LF, CRLF, lone CR or a mixture; blank lines are skipped. Lines 
 kept verbatim. Units stand in a row above or below the row of names, or inside the names: "Depth [um]",
 "Fz (N)", "time / s". Rows may end in separators that the header lacks.
 
-"", "NaN", "nan" and "NA" are missing samples; anything else that is no plain finite number leaves its
-column as text. Where the head of a file can be understood in two ways that give different numbers, the
-file is refused rather than guessed.
+"", "NaN", "nan" and "NA" are missing samples, and so are placeholders such as "OVL" or "---", which are counted.
+Anything else that is no plain finite number leaves its column as text, with line and text of the first. Where the
+head of a file can be understood in two ways that give different numbers, the file is refused rather than guessed.
 """
 
 import csv
-import math
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from io import BytesIO, TextIOWrapper
 from itertools import accumulate, islice, pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tribopipe.errors import ReaderError
+from tribopipe.ingest.fields import Parsed, parse_fields
 from tribopipe.ingest.layout import Layout, find_layout
 from tribopipe.ingest.names import split_name, without_brackets
-from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, ReadTable
-from tribopipe.ingest.tables import MISSING, find_table, is_number
+from tribopipe.ingest.placeholders import MISSING
+from tribopipe.ingest.reader import Hints, Holds, Match, Placeholders, ReadColumn, ReadTable
+from tribopipe.ingest.tables import find_table
 from tribopipe.ingest.text import BLANKS, LINE_END, LONGEST_LINE, SAMPLE_BYTES, Row, Text, decode, split_rows
 from tribopipe.run import SourceFile
 from tribopipe.units import is_unit
@@ -104,18 +105,6 @@ def without_closing_words(text: Text, layout: Layout) -> tuple[Text, list[str]]:
     return (replace(text, content=text.content[: before + len(tail)]) if left_out else text), left_out
 
 
-class _Parsed(NamedTuple):
-    """One column, with row and text of its first field that is no number."""
-
-    values: NDArray[Any]
-    bad: tuple[int, str] | None = None
-
-    @property
-    def missing(self) -> NDArray[np.bool_]:
-        """Whether each field is empty."""
-        return np.isnan(self.values) if self.values.dtype != object else np.asarray(self.values == "", dtype=bool)
-
-
 def read_table(text: Text, layout: Layout, *, keep_empty: bool = False) -> ReadTable:
     """Read the body of a table whose layout is known; columns without a name that are empty are left out, or kept.
 
@@ -134,17 +123,32 @@ def read_table(text: Text, layout: Layout, *, keep_empty: bool = False) -> ReadT
     if not all(column.missing.all() for column in parsed[len(layout.names) :]):
         raise _too_wide(text, layout)
     names, notes = _unique_names(layout.names)
-    lines = _line_numbers(text, layout, {column.bad[0] for column in parsed if column.bad})
+    lines = _line_numbers(text, layout, {row for column in parsed for row in _rows_to_name(column)})
     columns = tuple(
-        ReadColumn(
-            name, column.values, _unit(layout, number), first_bad=column.bad and (lines[column.bad[0]], column.bad[1])
-        )
+        _column(name, column, _unit(layout, number), lines)
         for number, (name, column) in enumerate(zip(names, parsed, strict=False))
         if keep_empty or layout.names[number] or not column.missing.all()
     )
     if text.unterminated and layout.width == layout.least:
         notes.append("the last line has no line end; its last number may have been cut short")
     return ReadTable(columns, layout.header, (*text.notes, *notes))
+
+
+def _rows_to_name(parsed: Parsed) -> Iterator[int]:
+    """Give the rows whose lines a person may have to look at."""
+    if parsed.bad:
+        yield parsed.bad[0]
+    if parsed.placeholders:
+        yield parsed.placeholders[1]
+
+
+def _column(name: str, parsed: Parsed, unit: str | None, lines: Mapping[int, int]) -> ReadColumn:
+    bad = parsed.bad and (lines[parsed.bad[0]], parsed.bad[1])
+    gaps = None
+    if parsed.placeholders:
+        count, row, text = parsed.placeholders
+        gaps = Placeholders(count, lines[row], text)
+    return ReadColumn(name, parsed.values, unit, first_bad=bad, placeholders=gaps)
 
 
 def _unique_names(written: tuple[str, ...]) -> tuple[list[str], list[str]]:
@@ -189,10 +193,10 @@ def _body_rows(text: Text, layout: Layout, start: int | None = None) -> Iterator
         raise _unclosed(text, line) from None
 
 
-def _parsed(text: Text, layout: Layout) -> list[_Parsed]:
+def _parsed(text: Text, layout: Layout) -> list[Parsed]:
     columns, textual = _columns(text, layout)
     return [
-        _from_texts([str(field).strip() for field in values], layout, number) if number in textual else _Parsed(values)
+        _from_texts([str(field).strip() for field in values], layout, number) if number in textual else Parsed(values)
         for number, values in enumerate(columns)
     ]
 
@@ -336,17 +340,10 @@ def _read_csv(text: Text, layout: Layout, part: memoryview, options: dict[str, A
         raise _too_wide(text, layout) from None
 
 
-def _from_texts(fields: list[str], layout: Layout, column: int) -> _Parsed:
-    """Turn the fields of a column into numbers, or leave all as they are where one is none."""
-    decimal = layout.decimal
-    numbers = np.full(len(fields), math.nan)
-    for row, field in enumerate(fields):
-        if field in MISSING:
-            continue
-        if not is_number(field, decimal) or not math.isfinite(number := float(field.replace(decimal, "."))):
-            return _Parsed(np.array(fields, dtype=object), (row, field))
-        numbers[row] = number
-    return _Parsed(np.array(fields, dtype=object) if column in layout.words else numbers)
+def _from_texts(fields: list[str], layout: Layout, column: int) -> Parsed:
+    """Turn the fields of a column into numbers, unless they are to stay texts."""
+    found = parse_fields(fields, layout.decimal)
+    return found if found.bad or column not in layout.words else Parsed(np.array(fields, dtype=object))
 
 
 def _line_numbers(text: Text, layout: Layout, wanted: set[int]) -> dict[int, int]:
@@ -355,7 +352,7 @@ def _line_numbers(text: Text, layout: Layout, wanted: set[int]) -> dict[int, int
     return {index: row.line for index, row in enumerate(rows) if index in wanted}
 
 
-def _refuse_short_rows(text: Text, layout: Layout, last: _Parsed) -> None:
+def _refuse_short_rows(text: Text, layout: Layout, last: Parsed) -> None:
     """Refuse rows that end early: pandas fills them up, so that their last field is missing."""
     if not last.missing.any() or _is_even(text, layout, len(last.values)):
         return

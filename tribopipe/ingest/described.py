@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tribopipe.errors import ReaderError
-from tribopipe.ingest.columns import find_column
+from tribopipe.ingest.columns import find_column, read_source
 from tribopipe.ingest.delimited import read_table
 from tribopipe.ingest.headed import cells_of, head_lines, layout_below, refused, without_cut_row
 from tribopipe.ingest.layout import Decimal, Layout, find_layout
@@ -30,6 +30,16 @@ def load_reader_profile(path: Path) -> ReaderProfile:
 def described_reader(profile: ReaderProfile) -> "DescribedReader":
     """Make the reader that a profile describes."""
     return DescribedReader(profile)
+
+
+def reader_in(folder: Path, named: str, sources: list[SourceFile], key: str) -> "DescribedReader":
+    """Make the reader that a file of a run folder describes, and make that file a source of the run, once.
+
+    Raises ``ReaderError`` or ``ManifestError`` where there is no such file, or it describes none.
+    """
+    if all(source.name != named for source in sources):
+        sources.append(read_source(folder, named, key, "description of a reader"))
+    return described_reader(load_reader_profile(folder / named))
 
 
 class DescribedReader:

@@ -73,15 +73,18 @@ def _two_signs(table: Table) -> str | None:
 
 
 def _maybe_thousands(table: Table) -> str | None:
-    """Doubt numbers such as 1,234 in a column with plain integers, where no other shows the decimal sign."""
-    if table.separator == ",":
+    """Doubt numbers such as 1,234 in a column with plain integers, where no other shows the decimal sign.
+
+    Between commas, where such a number stands in quotation marks, it is in doubt in any column.
+    """
+    if table.separator == "," and "," not in table.signs:
         return None
     signed = [entry for entry in table.numbers if not INTEGER.fullmatch(entry[2])]
     plain = {column for _, column, number in table.numbers if INTEGER.fullmatch(number)}
     if not all(_MAYBE_THOUSANDS.fullmatch(number) for _, _, number in signed):
         return None
     for line, column, number in signed:
-        if column in plain:
+        if column in plain or table.separator == ",":
             return (
                 f"line {line}: found {number!r} among integers; expected to see whether it is a decimal number or "
                 "thousands; name decimal in run.toml, and leave out signs between thousands"

@@ -11,6 +11,7 @@ import numpy as np
 from tribopipe.errors import ReaderError, did_you_mean
 from tribopipe.files import beside, pieces_of, read_file
 from tribopipe.ingest import long_text
+from tribopipe.ingest.fields import remarks
 from tribopipe.ingest.long_text import LongText
 from tribopipe.ingest.meanings import Meaning, meanings_of
 from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, Reader, ReadTable
@@ -46,6 +47,11 @@ class Export:
         if self.most_rows is not None:
             return self.most_rows
         return max((len(column.values) for column in self.table.columns), default=0)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a person should know of how it was read."""
+        return remarks(self.table)
 
     @cached_property
     def meanings(self) -> Mapping[str, Meaning]:

@@ -14,7 +14,7 @@ from tribopipe.ingest.profiles import read_profiles
 from tribopipe.ingest.reader import Reader
 from tribopipe.ingest.registry import detect, reader_named
 from tribopipe.ingest.stream import Condensed, LongRun, long_run
-from tribopipe.ingest.understood import Part, hints_of, meanings_in, notes_on, part_of, spoken
+from tribopipe.ingest.understood import Part, doubts_on, hints_of, meanings_in, notes_on, part_of, spoken
 from tribopipe.records.manifest import RunManifest, SignalFile, is_described, manifest_path, read_manifest
 from tribopipe.records.signals import SIGNALS, SignalName
 from tribopipe.run import Column, ExtraColumn, Origin, RawRun, Recording, SourceFile
@@ -28,6 +28,7 @@ class _Gathered:
     extras: dict[str, ExtraColumn] = field(default_factory=dict)
     headers: dict[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+    unused: list[str] = field(default_factory=list)
 
     @property
     def length(self) -> int | None:
@@ -70,6 +71,7 @@ def _read_files(manifest: RunManifest, folder: Path, written: SourceFile) -> Raw
         headers=gathered.headers,
         sources=tuple(sources),
         notes=tuple(gathered.notes),
+        unused=tuple(gathered.unused),
         profiles=profiles,
         recording=recording,
     )
@@ -96,6 +98,7 @@ def _read_long(run: LongRun, manifest: RunManifest, sources: list[SourceFile], g
             sources.append(one.source)
             gathered.headers[one.source.name] = one.header
             gathered.notes += one.notes
+            gathered.unused += one.unused
         parts = [one.part for one in condensed[-1]]
         _add(gathered, _joined(signals.names, parts, gathered.notes), spoken(signals.names))
     return run.recording(condensed[0])
@@ -109,11 +112,9 @@ def _named_reader(signals: SignalFile, folder: Path, sources: list[SourceFile]) 
     if signals.reader is None:
         return None if signals.separator is None else reader_named("delimited")
     if is_described(signals.reader):
-        from tribopipe.ingest.described import described_reader, load_reader_profile
+        from tribopipe.ingest.described import reader_in
 
-        if all(source.name != signals.reader for source in sources):
-            sources.append(read_source(folder, signals.reader, "signals.reader", "description of a reader"))
-        return described_reader(load_reader_profile(folder / signals.reader))
+        return reader_in(folder, signals.reader, sources, "signals.reader")
     try:
         return reader_named(signals.reader)
     except ReaderError as error:
@@ -126,6 +127,7 @@ def _read_part(gathered: _Gathered, source: SourceFile, reader: Reader, signals:
     meanings = meanings_in(table, signals, source.name)
     gathered.headers[source.name] = table.header
     gathered.notes += notes_on(table, meanings, source.name)
+    gathered.unused += doubts_on(table, signals, source.name)
     return part_of(table, meanings, source.name)
 
 

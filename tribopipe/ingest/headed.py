@@ -11,7 +11,18 @@ from tribopipe.ingest.delimited import read_table
 from tribopipe.ingest.layout import Decimal, Layout
 from tribopipe.ingest.names import bare_name
 from tribopipe.ingest.reader import Match, ReadTable
-from tribopipe.ingest.text import BLANKS, LONGEST_LINE, SAMPLE_BYTES, Text, decode, sample_lines, sampled_rows, trimmed
+from tribopipe.ingest.tables import is_number
+from tribopipe.ingest.text import (
+    BLANKS,
+    LONGEST_LINE,
+    SAMPLE_BYTES,
+    Row,
+    Text,
+    decode,
+    sample_lines,
+    sampled_rows,
+    trimmed,
+)
 from tribopipe.run import SourceFile
 
 _YEAR_FIRST = re.compile(
@@ -23,6 +34,7 @@ _YEAR_LAST = re.compile(
     r"(?::(?P<seconds>\d\d))?(?: *(?P<half>[AaPp])[Mm])?(?!\d)",
     re.ASCII,
 )
+_SIGN = re.compile(rb"\d([.,])\d")
 _BRACKETS = re.compile(r"\s*\[[^\[\]]*\]$")
 _ALIKE = 10
 """Rows that have to end alike before a last line without a line end is taken for a whole one."""
@@ -63,7 +75,7 @@ def layout_below(
     usual = max(widths, key=lambda width: (widths[width], width), default=0)
     return Layout(
         separator=separator,
-        decimal=decimal or _decimal_sign(text, len(header.encode()), separator),
+        decimal=decimal or _decimal_sign(text, len(header.encode()), rows, separator),
         names=names,
         line=body + 1,
         header=header,
@@ -72,10 +84,12 @@ def layout_below(
     )
 
 
-def _decimal_sign(text: Text, header_bytes: int, separator: str) -> Decimal:
-    """Tell which sign comes first: numbers with another are no numbers then."""
-    point, comma = (text.content.find(sign, text.start + header_bytes) for sign in (b".", b","))
-    return "," if separator != "," and comma >= 0 and (point < 0 or comma < point) else "."
+def _decimal_sign(text: Text, header_bytes: int, rows: Iterable[Row], separator: str) -> Decimal:
+    """Tell which sign most numbers of the sample have, or else the first one below it: others are no numbers then."""
+    numbers = [cell for row in rows for cell in row.cells if is_number(cell, ".,")]
+    points, commas = (sum(sign in number for number in numbers) for sign in ".,")
+    first = None if points or commas or separator == "," else _SIGN.search(text.content, text.start + header_bytes)
+    return "," if commas > points or (first and first[1] == b",") else "."
 
 
 def without_cut_row(text: Text, separator: str) -> Text:

@@ -6,8 +6,9 @@ from typing import Literal
 
 from tribopipe.ingest.doubts import find_doubt
 from tribopipe.ingest.names import INTEGER
+from tribopipe.ingest.placeholders import MISSING
 from tribopipe.ingest.reader import Hints
-from tribopipe.ingest.tables import MISSING, Table, find_table, is_number
+from tribopipe.ingest.tables import Table, find_table, is_number
 from tribopipe.ingest.text import LINE_END, Row, Text, lines_from, sampled_rows, trimmed
 
 Decimal = Literal[".", ","]

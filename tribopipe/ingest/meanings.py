@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Literal, NamedTuple
 
+from tribopipe.ingest.fields import is_mostly_numbers
 from tribopipe.ingest.names import bare_name
 from tribopipe.ingest.reader import ReadColumn
 from tribopipe.records.signals import SIGNALS, SignalName
@@ -49,33 +50,60 @@ _SYNONYMS: dict[SignalName, str] = {
 }
 _NAMED = {signal: frozenset(written.split()) for signal, written in _SYNONYMS.items()}
 NO_UNIT = "its unit is not known"
+By = Literal["by the format", "by its name"]
 
 
 class Meaning(NamedTuple):
     """What one column means, and by whose word."""
 
     signal: SignalName
-    by: Literal["by the format", "by its name"]
+    by: By
     lacks: str = ""
     """Why it cannot be taken so without a person's word."""
+    synonym: bool = False
+    """Whether the name is another one than the signal's own."""
 
 
-def meanings_of(columns: Sequence[ReadColumn]) -> dict[str, Meaning]:
+def meanings_of(columns: Sequence[ReadColumn], given: frozenset[SignalName] = frozenset()) -> dict[str, Meaning]:
     """Say what columns mean, by name: by the format's word, else by their own names where the unit fits.
 
-    No two columns are the same signal: the format's word goes before a signal's own name, that before a synonym, and
-    where two synonyms stand for one signal both are in doubt.
+    Signals that are ``given`` by other columns are left out. No two columns are the same signal: the format's word goes
+    before a signal's own name, that before a synonym, and where two synonyms stand for one signal both are in doubt. A
+    column of numbers keeps its meaning although a field of it is none, for which it is refused later; one of words has
+    a meaning that cannot be taken.
     """
     counted = Counter(column.name for column in columns)
-    numbers = [column for column in columns if column.first_bad is None and counted[column.name] == 1 and column.name]
+    named = [column for column in columns if counted[column.name] == 1 and column.name]
+    numbers = [column for column in named if is_mostly_numbers(column)]
     found: dict[str, Meaning] = {}
     for column in numbers:
         if column.signal is not None and not _taken(column.signal, found):
             lacks = NO_UNIT if column.unit is None and not _fits(None, column.signal) else ""
             found[column.name] = Meaning(column.signal, "by the format", lacks)
     for told in (_by_own_name, _by_synonym):
-        _add_named([column for column in numbers if column.name not in found], found, told)
-    return found
+        left = [column for column in numbers if column.name not in found]
+        _add_named([column for column in left if told(column) not in given], found, told)
+    for column in named:
+        meaning = _strange(column)
+        if column.name not in found and meaning and meaning.signal not in given and not _taken(meaning.signal, found):
+            found[column.name] = meaning
+    return {name: meaning for name, meaning in found.items() if meaning.signal not in given}
+
+
+def _strange(column: ReadColumn) -> Meaning | None:
+    """Say which signal a column is called as although it holds words, or its unit is of another kind."""
+    own = column.signal or _by_own_name(column)
+    by: By = "by the format" if column.signal else "by its name"
+    if is_mostly_numbers(column) or column.first_bad is None:
+        return Meaning(own, by) if own else None
+    signal, (line, text) = own or _by_synonym(column), column.first_bad
+    lacks = f"it holds words, the first of them {text!r} in line {line}"
+    return Meaning(signal, by, lacks, synonym=own is None) if signal else None
+
+
+def is_synonym(column: ReadColumn, signal: SignalName) -> bool:
+    """Tell whether a column that is a signal by its name is called otherwise than the signal."""
+    return column.signal is None and _by_own_name(column) != signal
 
 
 def _by_own_name(column: ReadColumn) -> SignalName | None:
@@ -98,9 +126,9 @@ def _add_named(
     for column, signal in meant:
         if _fits(column.unit, signal):
             lacks = "another column could be it too" if fitting[signal] > 1 else _other_sense(column, signal)
-            found[column.name] = Meaning(signal, "by its name", lacks)
+            found[column.name] = Meaning(signal, "by its name", lacks, synonym=told is _by_synonym)
         elif column.unit is None:
-            found[column.name] = Meaning(signal, "by its name", NO_UNIT)
+            found[column.name] = Meaning(signal, "by its name", NO_UNIT, synonym=told is _by_synonym)
 
 
 def _other_sense(column: ReadColumn, signal: SignalName) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribopipe.errors import ReaderError
+from tribopipe.ingest.fields import is_mostly_numbers, together
 from tribopipe.ingest.names import bare_name
 from tribopipe.ingest.reader import ReadColumn, ReadTable
 
@@ -42,7 +43,7 @@ def join_parts(file: str, kind: str, parts: Mapping[str, ReadTable]) -> ReadTabl
 
 def _is_record(table: ReadTable) -> bool:
     """Tell whether a table may be a record of a test: two columns of numbers, two rows."""
-    numeric = [column for column in table.columns if column.values.dtype.kind == "f"]
+    numeric = [column for column in table.columns if is_mostly_numbers(column)]
     return len(numeric) > 1 and len(numeric[0].values) > 1
 
 
@@ -68,7 +69,7 @@ def _one_after_the_other(columns: Sequence[ReadColumn]) -> ReadColumn:
     first = columns[0]
     bad = next((column.first_bad for column in columns if column.first_bad), None)
     values = below_each_other([column.values for column in columns], texts=bad is not None)
-    return ReadColumn(first.name, values, first.unit, first.signal, first.axis, bad)
+    return ReadColumn(first.name, values, first.unit, first.signal, first.axis, bad, together(columns))
 
 
 def below_each_other(parts: Sequence[NDArray[Any]], *, texts: bool) -> NDArray[Any]:

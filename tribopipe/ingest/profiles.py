@@ -20,12 +20,13 @@ from numpy.typing import NDArray
 
 from tribopipe.errors import ReaderError
 from tribopipe.ingest.columns import column_in_si, find_column, read_source
+from tribopipe.ingest.fields import remarks
 from tribopipe.ingest.names import bare_name
 from tribopipe.ingest.reader import Axis, Hints, ReadColumn, Reader, ReadTable
 from tribopipe.ingest.registry import candidates, detect, is_sure, reader_named
-from tribopipe.records.manifest import DISCS, ColumnSource, EndValues, ProfileSource, RunManifest
+from tribopipe.records.manifest import DISCS, ColumnSource, EndValues, ProfileSource, RunManifest, is_described
 from tribopipe.run import Column, Profile, SourceFile
-from tribopipe.units import show
+from tribopipe.units import is_unit_of, show
 
 _FEWEST = 20
 """Points by which shoulders and track can be told apart."""
@@ -47,8 +48,15 @@ class _Read:
         """Read a file, once."""
         known = source.name, named.reader
         if known not in self.tables:
-            self.tables[known] = _table(source, named, key)
+            self.tables[known] = self._reader(source, named, key).read(source, Hints())
         return self.tables[known]
+
+    def _reader(self, source: SourceFile, named: ProfileSource, key: str) -> Reader:
+        if named.reader is None or not is_described(named.reader):
+            return _reader_for(source, named, key)
+        from tribopipe.ingest.described import reader_in
+
+        return reader_in(self.folder, named.reader, self.sources, f"{key}.reader")
 
     def source(self, key: str, file: str) -> SourceFile:
         """Return a file, which may be a source already."""
@@ -60,7 +68,7 @@ class _Read:
         if source not in self.sources:
             self.sources.append(source)
             self.headers[source.name] = table.header
-            self.notes += [f"{source.name}: {note}" for note in (*table.notes, *notes)]
+            self.notes += [f"{source.name}: {note}" for note in (*remarks(table), *notes)]
 
 
 def read_profiles(
@@ -121,12 +129,8 @@ def profiles_in(
 
     ``key`` is where run.toml names the file, for errors. Raises ``ReaderError``.
     """
-    table = _table(source, named, key)
+    table = _reader_for(source, named, key).read(source, Hints())
     return table, *_profiles_of(table, named, key, units or Units.of(named))
-
-
-def _table(source: SourceFile, named: ProfileSource, key: str) -> ReadTable:
-    return _reader_for(source, named, key).read(source, Hints())
 
 
 def _profiles_of(table: ReadTable, named: ProfileSource, key: str, units: Units) -> tuple[list[Profile], list[str]]:
@@ -219,10 +223,7 @@ def _axes(table: ReadTable) -> dict[Axis, list[ReadColumn]]:
 
 
 def _is_length(column: ReadColumn) -> bool:
-    try:
-        return column.unit is not None and len(column_in_si(column, None, "position", "length", "")) > 0
-    except ReaderError:
-        return False
+    return column.unit is not None and is_unit_of(column.unit, "length")
 
 
 def _in_si(column: ReadColumn, unit: str | None, what: str, file: str) -> Column:

@@ -7,7 +7,7 @@ Renaming, conversion to SI and everything that several formats have in common is
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, Protocol, runtime_checkable
+from typing import Any, Literal, NamedTuple, Protocol, runtime_checkable
 
 from numpy.typing import NDArray
 
@@ -29,6 +29,17 @@ class Hints:
     decimal: Literal[".", ","] | None = None
 
 
+class Placeholders(NamedTuple):
+    """Fields of a column that say that there is no number, such as OVL or ---; they are missing samples."""
+
+    fields: int
+    """How many there are."""
+    line: int
+    """Number of the line of the first one."""
+    text: str
+    """The first one."""
+
+
 @dataclass(frozen=True)
 class ReadColumn:
     """One column as it stands in the file, before any conversion."""
@@ -45,6 +56,8 @@ class ReadColumn:
     """Which coordinate of a profile it is; a file may hold several columns of heights, one for each pass."""
     first_bad: tuple[int, str] | None = None
     """Line number and text of the first field that is no number, where there is one."""
+    placeholders: Placeholders | None = None
+    """Fields that were taken as missing samples, though something stands there."""
 
 
 @dataclass(frozen=True)

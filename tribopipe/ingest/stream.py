@@ -6,7 +6,7 @@ archived. No file is held whole, and no temporary one is written.
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import chain
 from pathlib import Path
@@ -18,11 +18,12 @@ from numpy.typing import NDArray
 from tribopipe.files import pieces_of
 from tribopipe.ingest import long_text
 from tribopipe.ingest.columns import with_file
+from tribopipe.ingest.fields import together
 from tribopipe.ingest.long_text import LongText, OtherWords, Words, changed
 from tribopipe.ingest.means import Means, Places, samples_in_a_mean
-from tribopipe.ingest.reader import ReadTable
+from tribopipe.ingest.reader import ReadColumn, ReadTable
 from tribopipe.ingest.registry import detect
-from tribopipe.ingest.understood import Meanings, Part, hints_of, meanings_in, notes_on, part_of
+from tribopipe.ingest.understood import Meanings, Part, doubts_on, hints_of, meanings_in, notes_on, part_of
 from tribopipe.records.manifest import RunManifest, SignalFile
 from tribopipe.records.signals import SignalName
 from tribopipe.run import Column, ExtraColumn, Recording, SourceFile, UnheldSource
@@ -48,6 +49,30 @@ class Condensed(NamedTuple):
     """Samples in the file."""
     header: str
     notes: tuple[str, ...]
+    unused: list[str]
+    """Columns that seem to be signals and are not used."""
+
+
+@dataclass
+class _Seen:
+    """What a person should know of the blocks of a file so far."""
+
+    notes: dict[str, None] = field(default_factory=dict)
+    columns: list[ReadColumn] = field(default_factory=list)
+    """Those of the first block, with the placeholders of all."""
+
+    def add(self, table: ReadTable) -> None:
+        """Add a block."""
+        self.notes |= dict.fromkeys(table.notes)
+        before = self.columns or table.columns
+        self.columns = [
+            replace(first, placeholders=together([first, column] if first is not column else [first]))
+            for first, column in zip(before, table.columns, strict=True)
+        ]
+
+    def table(self) -> ReadTable:
+        """Return the first block as one with the notes and placeholders of all."""
+        return ReadTable(tuple(self.columns), notes=tuple(self.notes))
 
 
 @dataclass
@@ -80,12 +105,12 @@ class _LongFile:
                 self.words = other.found
 
     def _condensed(self, samples: int) -> Condensed:
-        means, notes = Means(samples), dict[str, None]()
+        means, seen = Means(samples), _Seen()
         every = self.rows()
         first = next(every)
-        for table, meanings, part in chain([first], every):
+        for table, _, part in chain([first], every):
             means.add(dict(part.columns) | dict(enumerate(extra.values for extra in part.extras.values())))
-            notes |= dict.fromkeys(notes_on(table, meanings, self.text.source.name))
+            seen.add(table)
         columns, starts = means.finish()
         extras = {
             label: ExtraColumn(columns[number], extra.unit)
@@ -93,7 +118,9 @@ class _LongFile:
             if label not in self.text.unnamed or not _is_empty(columns[number])
         }
         kept = Part({name: columns[name] for name in first.part.columns}, extras)
-        return Condensed(self.text.source, kept, starts, means.rows, first.table.header, tuple(notes))
+        name, whole = self.text.source.name, seen.table()
+        notes, unused = notes_on(whole, first.meanings, name), doubts_on(whole, self.signals, name)
+        return Condensed(self.text.source, kept, starts, means.rows, first.table.header, tuple(notes), unused)
 
 
 def _is_empty(column: NDArray[Any]) -> bool:

@@ -7,12 +7,12 @@ from functools import cached_property, lru_cache
 
 from tribopipe.errors import ReaderError
 from tribopipe.ingest.names import is_unit_row
+from tribopipe.ingest.placeholders import is_gap
 from tribopipe.ingest.reader import Hints
 from tribopipe.ingest.text import BLANKS, MOST_COLUMNS, SAMPLE_LINES, Row, Text, sample_lines, sampled_rows, trimmed
 
 _STRONG_SEPARATORS = ("\t", ";", "|")
 _SEPARATORS = (*_STRONG_SEPARATORS, ",", BLANKS)
-MISSING = ("", "NaN", "nan", "NA")
 _NUMBER = {
     signs: re.compile(rf"[+-]?(?:{digits})(?:[eE][+-]?\d+)?", re.ASCII)
     for signs, digits in {
@@ -21,6 +21,7 @@ _NUMBER = {
         ".,": r"\d+(?:[.,]\d*)?|\.\d+",
     }.items()
 }
+_QUOTED_COMMA = re.compile(r'"\s*[+-]?\d+,\d+(?:[eE][+-]?\d+)?\s*"', re.ASCII)
 _NAME_AMONG_BLANKS = re.compile(r"\S+(?:[ \t]*(?:\[[^\[\]]*\]|\([^()]*\))|[ \t]+/[ \t]+\S+)?")
 
 
@@ -61,12 +62,12 @@ class Table:
         if len(row.cells) != self.width or not count_numbers(row, self.signs):
             return False
         cells = [cell for column, cell in enumerate(row.cells) if column not in self.textual]
-        return all(cell in MISSING or is_number(cell, self.signs) for cell in cells)
+        return all(is_gap(cell) or is_number(cell, self.signs) for cell in cells)
 
     @property
     def coverage(self) -> float:
         """Share of the body's characters that stand in numbers."""
-        cells = [cell for row in self.rows[self.body :] for cell in row.cells if cell not in MISSING]
+        cells = [cell for row in self.rows[self.body :] for cell in row.cells if not is_gap(cell)]
         return sum(len(cell) for cell in cells if is_number(cell, self.signs)) / max(1, sum(map(len, cells)))
 
     @property
@@ -89,16 +90,21 @@ def count_numbers(row: Row, signs: str) -> int:
 
 def _looks_like_names(row: Row) -> bool:
     cells = [cell for cell in row.cells if cell]
-    lettered = sum(any(map(str.isalpha, cell)) for cell in cells if cell not in MISSING)
+    lettered = sum(any(map(str.isalpha, cell)) for cell in cells if not is_gap(cell))
     return len(row.cells) > 1 and 2 * lettered >= max(1, len(cells))
 
 
 def find_table(text: Text, hints: Hints) -> tuple[Table, list[str]]:
     """Find the table in the head of a text, and the lines looked at; ``ReaderError`` where there is none."""
     lines = sample_lines(text)
-    wanted = _wanted(text, hints)
+    quoted = has_quoted_commas(lines)
+    wanted = _wanted(text, hints, quoted=quoted)
     written = [separator for separator in wanted if any(sign in line for line in lines for sign in _written(separator))]
-    tables = [table for separator in written or wanted if (table := _table(lines, separator, _signs(separator, hints)))]
+    tables = [
+        table
+        for separator in written or wanted
+        if (table := _table(lines, separator, decimal_signs(separator, hints, quoted=quoted)))
+    ]
     table = _chosen([table for table in tables if table.top >= 0 and max(table.width, len(table.names)) > 1])
     if table is None:
         raise ReaderError(_why_none(text, hints, lines, tables))
@@ -111,20 +117,25 @@ def find_table(text: Text, hints: Hints) -> tuple[Table, list[str]]:
     return table, lines
 
 
-def _wanted(text: Text, hints: Hints) -> tuple[str, ...]:
+def has_quoted_commas(lines: list[str]) -> bool:
+    """Tell whether numbers with a comma stand in quotation marks, so that commas may separate as well."""
+    return any(map(_QUOTED_COMMA.search, lines))
+
+
+def _wanted(text: Text, hints: Hints, *, quoted: bool) -> tuple[str, ...]:
     """Name the separators to try."""
     separator = hints.separator
     if separator is None:
-        return tuple(each for each in _SEPARATORS if each != "," or hints.decimal != ",")
+        return tuple(each for each in _SEPARATORS if each != "," or hints.decimal != "," or quoted)
     if len(separator) != 1 or not separator.isascii() or separator.isalnum() or separator in '"+-.\r\n\0':
         raise ReaderError(
             f"{text.name}: found the separator {separator!r} in run.toml; expected one character such as "
             '";" or "\\t", or " " for runs of blanks; correct it'
         )
-    if separator == hints.decimal:
+    if separator == hints.decimal and not quoted:
         raise ReaderError(
-            f"{text.name}: found {separator!r} as separator and as decimal sign in run.toml; expected two "
-            "different signs; correct one of them"
+            f"{text.name}: found {separator!r} as separator and as decimal sign in run.toml, and no number in "
+            "quotation marks; expected two different signs; correct one of them"
         )
     return (separator,)
 
@@ -134,8 +145,9 @@ def _written(separator: str) -> str:
     return " \t" if separator == BLANKS else separator
 
 
-def _signs(separator: str, hints: Hints) -> str:
-    return hints.decimal or ("." if separator == "," else ".,")
+def decimal_signs(separator: str, hints: Hints, *, quoted: bool) -> str:
+    """Return the decimal signs that numbers may have."""
+    return hints.decimal or ("." if separator == "," and not quoted else ".,")
 
 
 def _table(lines: list[str], separator: str, signs: str) -> Table | None:
@@ -155,7 +167,7 @@ def _table(lines: list[str], separator: str, signs: str) -> Table | None:
     certain = [row for row in certain if len(row.cells) == width]
     columns = [[row.cells[column] for row in certain] for column in range(width)]
     numeric = frozenset(column for column, cells in enumerate(columns) if _is_numeric(cells, signs))
-    filled = frozenset(column for column, cells in enumerate(columns) if not set(cells) <= set(MISSING))
+    filled = frozenset(column for column, cells in enumerate(columns) if not all(map(is_gap, cells)))
     table = Table(separator, signs, rows, rows.index(certain[0]), width, numeric, filled - numeric)
     table = replace(table, body=next((i for i, row in enumerate(rows) if table.has_sample(row)), table.body))
     return _with_header(table, lines, [index for index in named if index < table.body][-20:])
@@ -170,7 +182,7 @@ def _usual_width(rows: list[Row], signs: str) -> int:
 
 def _is_numeric(cells: list[str], signs: str) -> bool:
     numbers = sum(is_number(cell, signs) for cell in cells)
-    return 2 * numbers > sum(cell not in MISSING for cell in cells)
+    return 2 * numbers > sum(not is_gap(cell) for cell in cells)
 
 
 def _with_header(table: Table, lines: list[str], named: list[int]) -> Table:
@@ -207,7 +219,7 @@ def _below_names(table: Table, top: int) -> tuple[list[str], int]:
         row = table.rows[index]
         if not units and is_unit_row(row.cells):
             units = row.cells
-        elif count_numbers(row, table.signs) or (len(row.cells) > 1 and set(row.cells) <= set(MISSING)):
+        elif count_numbers(row, table.signs) or (len(row.cells) > 1 and all(map(is_gap, row.cells))):
             return units, index
     return units, table.body
 
@@ -215,7 +227,7 @@ def _below_names(table: Table, top: int) -> tuple[list[str], int]:
 def _with_numbered_names(table: Table) -> Table:
     """Take the row above the numbers as names although it holds numbers, unless it holds nothing else."""
     above = table.rows[table.body - 1].cells if table.body else []
-    if len(above) != table.width or all(cell in MISSING or is_number(cell, table.signs) for cell in above):
+    if len(above) != table.width or all(is_gap(cell) or is_number(cell, table.signs) for cell in above):
         return table
     return replace(table, names=tuple(above), top=table.body - 1, fits=True)
 

@@ -1,12 +1,13 @@
 """What the columns of a table mean by the manifest's word, or else by the file's, and the signals among them in SI."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from tribopipe.errors import ReaderError
-from tribopipe.ingest.columns import column_in_si, find_column, is_a_weight, needs_unit, unit_of
-from tribopipe.ingest.names import bare_name
-from tribopipe.ingest.reader import Hints, ReadColumn, ReadTable
+from tribopipe.ingest.columns import column_in_si, find_column, is_a_weight, unit_of
+from tribopipe.ingest.fields import remarks
+from tribopipe.ingest.meanings import Meaning, is_synonym, meanings_of
+from tribopipe.ingest.reader import Hints, ReadTable
 from tribopipe.records.manifest import ColumnSource, SignalFile
 from tribopipe.records.signals import SIGNALS, SignalName
 from tribopipe.run import Column, ExtraColumn
@@ -28,17 +29,14 @@ Meanings = dict[str, list[tuple[SignalName, ColumnSource | None]]]
 
 
 def meanings_in(table: ReadTable, signals: SignalFile, file: str) -> Meanings:
-    """Say for each column by name which signals it is: by the manifest's word, else by the format's or its own name."""
+    """Say for each column by name which signals it is: by the manifest's word, else by the format's or its own name.
+
+    Where the manifest maps no column of the file, names that stand for a signal count, too.
+    """
     meanings: Meanings = {}
     for name, source in signals.columns.items():
         meanings.setdefault(find_column(table, source.column, name, file).name, []).append((name, source))
-    taken = set(signals.columns)
-    for column in table.columns:
-        known = column.signal or _by_own_name(column.name)
-        if known is None or known in taken or column.name in meanings or not _usable(column, known):
-            continue
-        meanings[column.name] = [(known, None)]
-        taken.add(known)
+    meanings |= {name: [(meaning.signal, None)] for name, meaning in _by_the_file(table, signals) if not meaning.lacks}
     if not meanings:
         names = ", ".join(repr(column.name) for column in table.columns[:8])
         raise ReaderError(
@@ -48,14 +46,22 @@ def meanings_in(table: ReadTable, signals: SignalFile, file: str) -> Meanings:
     return meanings
 
 
-def _usable(column: ReadColumn, signal: SignalName) -> bool:
-    """Tell whether a column may be taken by its name alone: numbers, with a unit where one is needed."""
-    return column.first_bad is None and (column.unit is not None or not needs_unit(SIGNALS[signal].kind))
+def _by_the_file(table: ReadTable, signals: SignalFile) -> Iterator[tuple[str, Meaning]]:
+    """Give what columns mean that the manifest does not map, and signals that it maps to none."""
+    mapped = {find_column(table, source.column, "", "").name for source in signals.columns.values()}
+    columns = [column for column in table.columns if column.name not in mapped]
+    for name, meaning in meanings_of(columns, frozenset(signals.columns)).items():
+        if not (meaning.synonym and signals.columns):
+            yield name, meaning
 
 
-def _by_own_name(name: str) -> SignalName | None:
-    wanted = bare_name(name).lower().replace(" ", "_")
-    return next((signal for signal in SIGNALS if signal == wanted), None)
+def doubts_on(table: ReadTable, signals: SignalFile, file: str) -> list[str]:
+    """Say which columns seem to be signals and are not used, and why."""
+    return [
+        f"{file}: column {name!r} seems to be {meaning.signal} and is not used: {meaning.lacks}"
+        for name, meaning in _by_the_file(table, signals)
+        if meaning.lacks
+    ]
 
 
 def part_of(table: ReadTable, meanings: Meanings, file: str, before: int = 0) -> Part:
@@ -74,13 +80,19 @@ def part_of(table: ReadTable, meanings: Meanings, file: str, before: int = 0) ->
 
 def notes_on(table: ReadTable, meanings: Meanings, file: str) -> list[str]:
     """Return what a person should know of how a file was read and understood."""
+    synonyms = [
+        f"column {column.name!r} is taken as {name}, by its name"
+        for column in table.columns
+        for name, told in meanings.get(column.name, [])
+        if told is None and is_synonym(column, name)
+    ]
     weights = [
         f"{name} in {unit_of(column, told)} is taken as the weight of that mass"
         for column in table.columns
         for name, told in meanings.get(column.name, [])
         if is_a_weight(column, told, SIGNALS[name].kind)
     ]
-    return [f"{file}: {note}" for note in (*table.notes, *weights)]
+    return [f"{file}: {note}" for note in (*remarks(table), *synonyms, *weights)]
 
 
 def spoken(names: Sequence[str]) -> str:

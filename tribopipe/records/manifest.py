@@ -340,8 +340,9 @@ class ProfileSource(Record):
 
     file: FileName
     """Name of the file, relative to run.toml."""
-    reader: str | None = None
-    """Format, where it should not be detected: "dektak", "points"…"""
+    reader: Annotated[str, AfterValidator(_named_or_described)] | None = None
+    """Format, where it should not be detected: "dektak", "points"…, or a reader described in a file of the run folder:
+    "our-rig.toml"."""
     position: Annotated[ColumnSource, BeforeValidator(_column_by_name)] | None = None
     """Column of the position across the track, where the format does not say."""
     height: Annotated[ColumnSource, BeforeValidator(_column_by_name)] | None = None

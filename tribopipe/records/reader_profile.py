@@ -189,8 +189,6 @@ class ReaderProfile(Record):
                 "units_row: found it without a row of names whose place is told; expected it beside starts_at or "
                 "header_lines alone; give units under columns instead"
             )
-        if self.separator is not None and self.separator == self.decimal:
-            raise ValueError(f"separator: found {self.separator!r}, the decimal sign too; expected two different signs")
         return self
 
     @model_validator(mode="after")

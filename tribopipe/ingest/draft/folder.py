@@ -122,7 +122,7 @@ def make_run(wanted: Wanted, ask: Ask | None = None, say: Say = print) -> NewRun
     wanted.into.mkdir(parents=True, exist_ok=True)
     with _building(target) as part:
         problem = _fill(part, draft, sources)
-    notes = dict.fromkeys(f"{export.name}: {note}" for export in exports for note in export.table.notes)
+    notes = dict.fromkeys(f"{export.name}: {note}" for export in exports for note in export.notes)
     notes |= dict.fromkeys(profiles_left_open(draft.known))
     notes |= dict.fromkeys(_one_test(group) for group in draft.groups if group.clocks_begin_anew)
     lacks, bodies_lack = draft.known.lacks, draft.known.bodies_lack

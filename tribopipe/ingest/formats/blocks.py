@@ -16,16 +16,24 @@ from numpy.typing import NDArray
 
 from tribopipe.errors import ReaderError, UnitError
 from tribopipe.ingest.delimited import read_table
+from tribopipe.ingest.fields import is_mostly_numbers, together
 from tribopipe.ingest.layout import Decimal, Layout
 from tribopipe.ingest.parts import SEGMENT, below_each_other
+from tribopipe.ingest.placeholders import PLACEHOLDER
 from tribopipe.ingest.reader import ReadColumn, ReadTable
+from tribopipe.ingest.tables import is_number
 from tribopipe.ingest.text import LINE_END, LONGEST_LINE, Text, sampled_rows
 from tribopipe.records.signals import SIGNALS, SignalName
 from tribopipe.units import to_si
 
 _SAMPLE_ROWS = 50
 _MOST_LISTED = 4
-_NO_WORD = rb"(?!(?i:nan|na|inf|infinity)(?![A-Za-z]))"
+_GAP = b"(?i:" + PLACEHOLDER.encode() + b")"
+# A placeholder with a number, or another one, behind it is the first field of a row.
+_NO_WORD = (
+    rb"(?!(?i:nan|na|inf|infinity)(?![A-Za-z]))"
+    rb"(?!" + _GAP + rb"\"?(?: *[,;\t]| ) *\"?(?:[+-]?[.,]?\d|" + _GAP + rb"\"? *[,;\t\r\n]))"
+)
 _WORDS = re.compile(rb"[\r\n] *[\"'+-]?" + _NO_WORD + rb"[A-Za-z_*#<\[(\\\x80-\xff][^\r\n]*")
 _BLANK_LINES = re.compile(rb"(?:[ \t,;]*(?:\r\n?|\n))*")
 _ROW = re.compile(rb"[^\r\n ][^\r\n]*")
@@ -126,6 +134,24 @@ def decimal_sign(rows: Sequence[Sequence[str]], separator: str) -> Decimal:
     return "," if separator != "," and commas and not any("." in cell for cell in cells) else "."
 
 
+def refuse_torn_rows(text: Text, segments: Sequence[Segment], blocks: Sequence[Block]) -> None:
+    """Refuse a row that a word at its beginning makes the first line of the next head, so that it would be lost.
+
+    Raises ``ReaderError`` with its line.
+    """
+    layouts = {segment.block.end: segment.layout for segment in segments if segment.block.start < segment.block.end}
+    for block, following in pairwise(blocks):
+        layout = layouts.get(block.end)
+        first, *others = _split(following.head[0].encode(), layout.separator)[0] if layout and following.head else [""]
+        numbers = [cell for cell in others if cell]
+        whole = layout and len(others) + 1 >= layout.least > 1
+        if whole and numbers and all(is_number(cell, ".,") for cell in numbers):
+            raise ReaderError(
+                f"{text.name}, line {line_at(text, block.end)}: found {first!r} at the beginning of a row; expected a "
+                "number; mend or delete that line"
+            )
+
+
 def read_segments(text: Text, segments: Sequence[Segment], *, numbered: bool = True) -> ReadTable:
     """Read the rows of all segments, one below the other; ``numbered`` adds the column that counts the segments.
 
@@ -221,7 +247,8 @@ def _one_column(text: Text, name: str, named: Sequence[Mapping[str, ReadColumn]]
         for each, length in zip(named, lengths, strict=True)
     ]
     bad = next((column.first_bad for column in found if column.first_bad), None)
-    return replace(found[0], values=below_each_other(values, texts=bad is not None), first_bad=bad)
+    whole = below_each_other(values, texts=bad is not None)
+    return replace(found[0], values=whole, first_bad=bad, placeholders=together(found))
 
 
 def _broken_claims(segments: Sequence[Segment], counts: Sequence[int]) -> list[str]:
@@ -263,6 +290,7 @@ def measures(unit: str | None, signal: SignalName) -> bool:
 
 def with_meaning(column: ReadColumn, signal: SignalName | None) -> ReadColumn:
     """Say what a column of numbers is, where its unit allows that and it is not empty."""
-    if signal is None or column.first_bad or not measures(column.unit, signal) or np.isnan(column.values).all():
+    if signal is None or not measures(column.unit, signal) or not is_mostly_numbers(column):
         return column
-    return replace(column, signal=signal)
+    empty = column.first_bad is None and np.isnan(column.values).all()
+    return column if empty else replace(column, signal=signal)

@@ -30,6 +30,7 @@ from dataclasses import dataclass, replace
 
 from tribopipe.errors import ReaderError
 from tribopipe.ingest.delimited import read_table
+from tribopipe.ingest.fields import is_mostly_numbers
 from tribopipe.ingest.headed import head_lines, refused
 from tribopipe.ingest.layout import Layout
 from tribopipe.ingest.names import split_name
@@ -135,7 +136,7 @@ def _with_unit(column: ReadColumn) -> ReadColumn:
 
 def _with_axes(columns: list[ReadColumn]) -> list[ReadColumn]:
     """Name position and height: of several heights the raw ones, else the first."""
-    heights = [column for column in columns[1:] if column.first_bad is None]
+    heights = [column for column in columns[1:] if is_mostly_numbers(column)]
     raw = [column for column in heights if column.name.lower().startswith("raw")] or heights
     axes: dict[str, Axis] = {column.name: "z" for column in raw[:1]}
     return [replace(columns[0], axis="x"), *(replace(column, axis=axes.get(column.name)) for column in columns[1:])]

@@ -26,7 +26,9 @@ import numpy as np
 
 from tribopipe.errors import ReaderError
 from tribopipe.ingest.delimited import read_table
+from tribopipe.ingest.fields import together
 from tribopipe.ingest.layout import Layout
+from tribopipe.ingest.placeholders import is_gap
 from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.ingest.tables import is_number
 from tribopipe.ingest.text import BLANKS, Text, decode, sample_lines
@@ -82,7 +84,7 @@ class GwyddionReader:
         points = (
             ReadColumn("x", x, extents.wide[1], axis="x"),
             ReadColumn("y", y, extents.high[1], axis="y"),
-            ReadColumn("z", heights.ravel(), extents.value_unit, axis="z"),
+            ReadColumn("z", heights.ravel(), extents.value_unit, axis="z", placeholders=together(table.columns)),
         )
         return ReadTable(points, table.header, (*table.notes, *_oblong(extents, rows, columns)))
 
@@ -104,7 +106,7 @@ class _Extents(NamedTuple):
 def _find_extents(text: Text) -> _Extents:
     """Read the header. Raises ``ReaderError`` where it is none of Gwyddion's, or no row of numbers follows."""
     lines = sample_lines(text)
-    header = lines[: next((at for at, line in enumerate(lines) if not line.startswith("#")), len(lines))]
+    header = lines[: next((at for at, line in enumerate(lines) if not _is_comment(line)), len(lines))]
     said = [found["said"].strip() for line in header if (found := _COMMENT.match(line))]
     extents = [(_number(found["number"]), found["unit"]) for each in said if (found := _EXTENT.fullmatch(each))]
     unit = said[-1] if said else ""
@@ -121,12 +123,18 @@ def _find_extents(text: Text) -> _Extents:
             f"{text.name}: found a map of {extents[0][0]:g} {extents[0][1]} by {extents[1][0]:g} {extents[1][1]}; "
             "expected extents above zero; export the map again"
         )
-    if not all(is_number(cell, ".,") or cell.lower() == "nan" for cell in first.split()):
+    if not all(is_number(cell, ".,") or is_gap(cell) for cell in first.split()):
         raise ReaderError(
             f"{text.name}, line {len(header) + 1}: found {first.strip()[:40]!r} below the comments; expected a row of "
             "numbers; export the map from Gwyddion as a matrix"
         )
     return _Extents(extents[0], extents[1], unit, header, first)
+
+
+def _is_comment(line: str) -> bool:
+    """Tell whether a line belongs to the header; "#ERR 1.5e-09" is a row."""
+    first, *_ = line.split() or [""]
+    return line.startswith("#") and (first == "#" or not is_gap(first))
 
 
 def _oblong(extents: _Extents, rows: int, columns: int) -> Iterator[str]:

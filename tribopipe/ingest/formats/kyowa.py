@@ -31,6 +31,7 @@ from tribopipe.errors import ReaderError
 from tribopipe.ingest.delimited import read_table
 from tribopipe.ingest.headed import cells_of, head_lines, layout_below, moment, refused, without_cut_row
 from tribopipe.ingest.names import bare_name, count_in, without_brackets
+from tribopipe.ingest.placeholders import is_gap
 from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.ingest.tables import is_number
 from tribopipe.ingest.text import decode, sample_lines, trimmed
@@ -124,7 +125,7 @@ def _head(lines: list[str]) -> _Head | None:
             said[_LABELS[label]] = trimmed(cells)
         if _LABELS.get(label) == "units":
             below = cells_of(lines[index + 1], ",") if index + 1 < len(lines) else ()
-            named = bool(below) and not is_number(below[0], ".")
+            named = bool(below) and not is_number(below[0], ".") and not (below[0] and is_gap(below[0]))
             names = tuple(trimmed(below)) if named else _names(said)
             return _Head(said, names, index + 2 if named else index + 1)
     return None

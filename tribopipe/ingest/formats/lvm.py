@@ -258,12 +258,15 @@ def _with_x(columns: Sequence[ReadColumn], headings: Sequence[_Heading]) -> tupl
 
 def _with_time(columns: Sequence[ReadColumn], headings: Sequence[_Heading]) -> tuple[list[ReadColumn], list[str]]:
     """Take the values of x as the time where they are one, the same for all channels."""
-    xs = [column for column in columns if re.fullmatch(rf"{_X}(?: \(\d+\))?", column.name) and not column.first_bad]
+    xs = [column for column in columns if re.fullmatch(rf"{_X}(?: \(\d+\))?", column.name)]
+    broken = next((column for column in xs if column.first_bad), None)
+    if broken is not None:
+        xs = [broken]  # taken as the time, it is refused with its line
     if not xs or not all(heading.is_time for heading in headings):
         return list(columns), []
     if any(not np.array_equal(xs[0].values, other.values, equal_nan=True) for other in xs[1:]):
         return list(columns), ["channels have times of their own, so that none is the time of all"]
-    if np.nanmax(xs[0].values, initial=0.0) > _SINCE_1904:
+    if broken is None and np.nanmax(xs[0].values, initial=0.0) > _SINCE_1904:
         return list(columns), ["X_Value counts seconds from 1904, not from the start, and is not taken as time"]
     return [with_meaning(column, "time") if column is xs[0] else column for column in columns], []
 

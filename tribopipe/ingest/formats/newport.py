@@ -22,6 +22,7 @@ from typing import NamedTuple
 from tribopipe.errors import ReaderError
 from tribopipe.ingest.delimited import read_table
 from tribopipe.ingest.headed import cells_of, head_lines, layout_below, refused, without_cut_row
+from tribopipe.ingest.placeholders import PLACEHOLDER
 from tribopipe.ingest.reader import Hints, Holds, Match, ReadTable
 from tribopipe.ingest.tables import is_number
 from tribopipe.ingest.text import decode, sample_lines
@@ -45,7 +46,8 @@ _CHANNELS = {
 }
 _SETTINGS = 16
 _LOAD = 4
-_ROW = re.compile(r"(?:[+-]?\d+\.\d+;){6}[+-]?\d+\.\d+\s*", re.ASCII)
+_FIELD = rf"(?:[+-]?\d+\.\d+|{PLACEHOLDER})?"
+_ROW = re.compile(rf"(?:{_FIELD};){{6}}{_FIELD}\s*", re.ASCII | re.IGNORECASE)
 
 
 class NewportReader:

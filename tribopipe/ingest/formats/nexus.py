@@ -14,12 +14,14 @@
 import json
 import struct
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from tribopipe.errors import ReaderError
 from tribopipe.ingest.apart import answer_of
+from tribopipe.ingest.fields import text_column
 from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.records.signals import SIGNALS
 from tribopipe.run import SourceFile
@@ -91,7 +93,7 @@ def _columns(listed: list[dict[str, Any]], numbers: Any) -> Iterator[ReadColumn]
             yield ReadColumn(name, numbers[start : start + column["rows"]].astype(np.float64), unit, signal)
             start += column["rows"]
         else:
-            yield ReadColumn(name, np.array(texts, dtype=object), unit, signal, first_bad=(1, "".join(texts[:1])))
+            yield replace(text_column(name, texts, unit), signal=signal)
 
 
 def _check(source: SourceFile, columns: tuple[ReadColumn, ...]) -> None:

@@ -59,6 +59,7 @@ from tribopipe.ingest.formats.blocks import (
     line_at,
     listed,
     read_segments,
+    refuse_torn_rows,
     sample_rows,
     with_meaning,
 )
@@ -66,6 +67,7 @@ from tribopipe.ingest.headed import cells_of, head_lines, moment_by, refused
 from tribopipe.ingest.layout import Layout
 from tribopipe.ingest.names import bare_name
 from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, ReadTable
+from tribopipe.ingest.tables import is_number
 from tribopipe.ingest.text import Text, decode, trimmed
 from tribopipe.records.signals import SignalName
 from tribopipe.run import SourceFile
@@ -152,7 +154,7 @@ def _segments(text: Text, blocks: Sequence[Block], hints: Hints) -> tuple[list[S
         rows = sample_rows(text, block, separator)
         if not step or not any(len(row) > 1 for row in rows):
             continue
-        if len(names) < 2 or names[0] == "Step type":
+        if len(names) < 2 or names[0] == "Step type" or any(is_number(name, ".,") for name in names):
             _refuse_nameless(text, block)
         width = max(len(names), *(len(row) for row in rows if not any(row[len(names) :])), 0)
         decimal = hints.decimal or decimal_sign(rows, separator)
@@ -163,6 +165,7 @@ def _segments(text: Text, blocks: Sequence[Block], hints: Hints) -> tuple[list[S
             f"{text.name}: found no step with a table of numbers; expected at least one; export the test again with "
             "its data"
         )
+    refuse_torn_rows(text, segments, blocks)
     return segments, steps
 
 

@@ -25,8 +25,9 @@ from tribopipe.ingest.delimited import read_table
 from tribopipe.ingest.doubts import find_doubt
 from tribopipe.ingest.layout import Decimal, Layout
 from tribopipe.ingest.names import INTEGER, count_in, without_brackets
+from tribopipe.ingest.placeholders import is_gap
 from tribopipe.ingest.reader import Axis, Hints, Holds, Match, ReadColumn, ReadTable
-from tribopipe.ingest.tables import MISSING, Table, count_numbers, is_number
+from tribopipe.ingest.tables import Table, count_numbers, decimal_signs, has_quoted_commas, is_number
 from tribopipe.ingest.text import BLANKS, SAMPLE_BYTES, Row, Text, decode, sample_lines, sampled_rows, trimmed
 from tribopipe.run import Column, SourceFile
 from tribopipe.units import to_si
@@ -107,8 +108,9 @@ class _Points:
 def _find_points(text: Text, hints: Hints) -> _Points:
     """Find two or three bare columns. Raises ``ReaderError`` where there is something else."""
     lines = sample_lines(text)
+    quoted = has_quoted_commas(lines)
     for separator in [hints.separator] if hints.separator else _SEPARATORS:
-        signs = hints.decimal or ("." if separator == "," else ".,")
+        signs = decimal_signs(separator, hints, quoted=quoted)
         rows = sampled_rows(lines, separator)
         body = next((at for at, row in enumerate(rows) if _is_point(row, signs)), len(rows))
         if body < len(rows) and _are_points(rows[body:], len(trimmed(rows[body].cells)), signs, text):
@@ -130,8 +132,8 @@ def _are_points(rows: list[Row], width: int, signs: str, text: Text) -> bool:
     whole = rows[:-1] if text.unterminated and len(rows) > 1 else rows
     return all(
         len(trimmed(row.cells)) <= width <= len(row.cells)
-        and is_number(row.cells[0], signs)
-        and all(cell in MISSING or is_number(cell, signs) for cell in row.cells)
+        and bool(row.cells[0])
+        and all(is_gap(cell) or is_number(cell, signs) for cell in row.cells)
         for row in whole
     )
 

@@ -41,6 +41,7 @@ from tribopipe.ingest.formats.blocks import (
 from tribopipe.ingest.headed import cells_of, head_lines, moment_by, refused
 from tribopipe.ingest.layout import Layout
 from tribopipe.ingest.names import bare_name
+from tribopipe.ingest.placeholders import PLACEHOLDER
 from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.ingest.text import Text, decode, trimmed
 from tribopipe.records.signals import SignalName
@@ -48,6 +49,8 @@ from tribopipe.run import SourceFile
 
 _SEPARATORS = (",", ";", "\t")
 _CHANNEL = re.compile(r"[A-Za-z]\w*\.[A-Za-z][\w .]*\([^)]*\)")
+_FIRST = re.compile(rf"[,;\t\d.+-]|{PLACEHOLDER} *[,;\t]", re.IGNORECASE)
+"""How a row begins."""
 _MOST_ABOVE = 5
 """Lines among which the names have to be: they come first, or below names and values of what is known of the test."""
 _DEVICES = ("DAQ.", "XYZ.", "ROTARY.")
@@ -81,7 +84,7 @@ class RtecReader:
         if at is None:
             return Match(0.0, "no row of names at the top has Timestamp and channels such as 'DAQ.Fz (N)' in it")
         # A last line may be cut: it is for reading to say so.
-        if len(lines) > at + 2 and not re.match(r"[,;\t\d.+-]|NaN", lines[at + 1]):
+        if len(lines) > at + 2 and not _FIRST.match(lines[at + 1]):
             return Match(0.0, f"names of channels stand above {lines[at + 1].strip()[:40]!r}, which is no row")
         channels = [name for name in _names(lines[at]) if _CHANNEL.fullmatch(name)]
         if any(name.upper().startswith(_DEVICES) for name in channels):
@@ -92,6 +95,7 @@ class RtecReader:
         """Parse the file; ``ReaderError`` with file and line where it is broken."""
         text = decode(source, hints.encoding)
         blocks = find_blocks(text)
+        _refuse_words_below_names(text, blocks)
         at = next((n for n, block in enumerate(blocks) if block.head and _names(block.head[-1])), None)
         if at is None or blocks[at].start == blocks[at].end:
             raise ReaderError(
@@ -103,6 +107,16 @@ class RtecReader:
         table = read_segments(text, [_rows(text, blocks[at], hints)], numbered=False)
         columns = tuple(map(_with_unit, table.columns))
         return replace(table, columns=_with_meanings(columns), notes=(*table.notes, *notes), facts=facts)
+
+
+def _refuse_words_below_names(text: Text, blocks: Sequence[Block]) -> None:
+    """Refuse a first row that begins with a word."""
+    for block in blocks:
+        if block.start < block.end and any(map(_names, block.head)) and not _names(block.head[-1]):
+            raise ReaderError(
+                f"{text.name}, line {line_at(text, block.start) - 1}: found {block.head[-1][:60]!r} between the row of "
+                "names and the numbers; expected a row of numbers; mend or delete that line"
+            )
 
 
 def _names(line: str) -> list[str]:

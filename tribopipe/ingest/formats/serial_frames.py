@@ -62,7 +62,11 @@ class SerialFramesReader:
         unit = _unit(source.name, {frame["unit"].upper() for frame in found if frame})
         broken = [number for number, frame in enumerate(found, 1) if frame is None]
         if broken:
-            notes.append(f"{len(broken)} of {len(found)} frames are broken, frame {broken[0]} first: missing samples")
+            text = frames[broken[0] - 1].decode(errors="replace").strip()
+            notes.append(
+                f"{len(broken)} of {len(found)} frames are broken and taken as missing samples, the first is frame "
+                f"{broken[0]}: {text[:40]!r}"
+            )
         notes.append("frames carry no time; map time or sliding distance from a file with a row for each frame")
         columns = (
             ReadColumn("load", np.array([_number(frame) for frame in found]), unit),

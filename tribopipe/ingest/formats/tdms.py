@@ -32,6 +32,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tribopipe.errors import ReaderError
+from tribopipe.ingest.fields import text_column
 from tribopipe.ingest.names import split_name
 from tribopipe.ingest.parts import is_time, join_parts, seconds_since_first
 from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, ReadTable
@@ -215,8 +216,7 @@ class _Group:
             notes.append(f"channel {name!r} holds dates; given are seconds since {_iso(values[0])} UTC")
             return ReadColumn(name, seconds_since_first(values), "s", "time")
         if values.dtype.kind in "OU":
-            texts = np.array([_plain(value) for value in values], dtype=object)
-            return ReadColumn(name, texts, first_bad=(1, texts[0]))
+            return text_column(name, [_plain(value) for value in values], _unit(channel, notes))
         notes.append(f"channel {name!r} holds neither numbers nor texts and is left out")
         return None
 

@@ -45,6 +45,7 @@ from tribopipe.ingest.formats.blocks import (
     find_blocks,
     line_at,
     read_segments,
+    refuse_torn_rows,
     sample_rows,
     with_meaning,
 )
@@ -147,6 +148,7 @@ def _segments(text: Text, blocks: Sequence[Block], hints: Hints) -> list[Segment
             f"{text.name}: found no rows of numbers below the names of UMT's channels; expected a step with names such "
             "as 'Fx,Fz,Z,T', units and numbers; export the test again with its data"
         )
+    refuse_torn_rows(text, segments, blocks)
     return segments
 
 
@@ -261,7 +263,7 @@ def _load(lines: Sequence[str], columns: Sequence[ReadColumn]) -> str | None:
         if (setting := _SETTING.match(line)) and setting["key"].strip() == "Set Force"
     }
     force = next((column for column in columns if column.signal == "normal_force"), None)
-    if len(found) != 1 or force is None or force.unit is None:
+    if len(found) != 1 or force is None or force.unit is None or force.first_bad:
         return None
     load = found.pop().lstrip("+-").replace(",", ".")
     held = float(np.nanquantile(np.abs(force.values), 0.5, method="lower"))  # no mean, which may overflow

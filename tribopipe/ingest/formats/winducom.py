@@ -23,13 +23,14 @@ from tribopipe.errors import ReaderError
 from tribopipe.ingest.delimited import read_table
 from tribopipe.ingest.headed import head_lines, refused
 from tribopipe.ingest.layout import Layout
+from tribopipe.ingest.placeholders import PLACEHOLDER
 from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.ingest.text import Text, decode, sample_lines, split_rows
 from tribopipe.records.signals import SignalName
 from tribopipe.run import SourceFile
 
 _HEADER = re.compile(r" +TIME;(?: +[^;\s][^;]*;)*\s*")
-_ROW = re.compile(r"(?: *[+-]?\d+(?:,\d+)?;)+;\s*", re.ASCII)
+_ROW = re.compile(rf"(?: *(?:[+-]?\d+(?:,\d+)?|{PLACEHOLDER})?;)+;\s*", re.ASCII | re.IGNORECASE)
 _CHANNELS: dict[str, tuple[SignalName, str]] = {
     "TIME": ("time", "s"),
     "FF": ("friction_force", "N"),

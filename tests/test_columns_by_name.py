@@ -1,0 +1,137 @@
+"""Columns without [signals.columns]: what is promised is used, and what is not used is named."""
+
+import json
+
+import numpy as np
+import pytest
+
+from tribopipe.checks.registry import check_run
+from tribopipe.errors import ReaderError
+from tribopipe.ingest import long_text
+from tribopipe.ingest.exports import read_export
+from tribopipe.ingest.harmonise import read_run
+
+HEAD = 'schema = "tribopipe.run/1"\nid = "run"\n[conditions]\nnormal_load = "{load}"\nsliding_speed = "0.1 m/s"\n'
+NAMES = "Time [s];Depth [um];Ff [mN];Fn [mN]"
+ROWS = [f"{n * 0.1:.1f};{n * 0.01:.2f};{100 + n % 3}.0;{200 + n % 2}.0" for n in range(2000)]
+
+
+def made(folder, rows=ROWS, *, names=NAMES, load="200 mN", more=""):
+    (folder / "signals.csv").write_text("\n".join([names, *rows]) + "\n", encoding="utf-8")
+    text = HEAD.format(load=load) + '[[signals]]\nfile = "signals.csv"\n' + more
+    (folder / "run.toml").write_text(text, encoding="utf-8")
+    return folder
+
+
+def spoiled(row: int, column: int, text: str) -> list[str]:
+    rows = list(ROWS)
+    cells = rows[row].split(";")
+    cells[column] = text
+    rows[row] = ";".join(cells)
+    return rows
+
+
+def findings(run):
+    return {finding.code: finding for finding in check_run(run)}
+
+
+def test_what_detect_promises_is_used(tmp_path, run_cli):
+    run = read_run(made(tmp_path, load="250 mN"))
+    promised = json.loads(run_cli("formats", "detect", tmp_path / "signals.csv", "--json").stdout)["files"][0][
+        "columns"
+    ]
+    assert {column["signal"] for column in promised} == {"time", "depth", "friction_force", "normal_force"}
+    assert {name for name, origin in run.origins.items() if origin == "measured"} == {c["signal"] for c in promised}
+    assert run.columns["normal_force"][:2] == pytest.approx([0.2, 0.201])
+    assert run.origins["friction_coefficient"] == "derived from measured load"
+    assert "found a median of 0.2005 N" in findings(run)["load_is_the_nominal_one"].message
+    assert "signals.csv: column 'Fn [mN]' is taken as normal_force, by its name" in run.notes
+
+
+MORE = "[signals.columns]\ntime = 'Time [s]'\nfriction_force = 'Ff [mN]'\nnormal_force = 'Fn [mN]'\n"
+
+
+@pytest.mark.parametrize("more", ["", MORE], ids=["by name", "declared"])
+@pytest.mark.parametrize("token", ["OVL", "-", "---", "...", "*****", "#ERR", "1.#INF", "n/a"])
+def test_a_placeholder_is_a_missing_sample_that_is_named(tmp_path, token, more):
+    run = read_run(made(tmp_path, spoiled(1234, 2, token), more=more))
+    assert np.flatnonzero(np.isnan(run.columns["friction_force"])).tolist() == [1234]
+    assert "signals.csv: column 'Ff [mN]': 1 field holds a placeholder, taken as missing; the first is " + (
+        f"{token!r} in line 1236"
+    ) in " ".join(run.notes)
+    assert "1 of 2000 samples missing, the first at" in findings(run)["samples_are_not_missing"].message
+
+
+@pytest.mark.parametrize("more", ["", MORE], ids=["by name", "declared"])
+@pytest.mark.parametrize("junk", ["8.0.1", "59,841", "abc"])
+def test_anything_else_is_refused_with_its_place(tmp_path, junk, more):
+    with pytest.raises(ReaderError) as caught:
+        read_run(made(tmp_path, spoiled(1234, 2, junk), more=more))
+    said = str(caught.value)
+    assert f"signals.csv, line 1236, column 'Ff [mN]': found {junk!r}; expected a number for friction_force" in said
+    assert ("decimal sign of the others" in said) == (junk == "59,841")
+
+
+def test_a_recorded_coefficient_is_not_replaced_by_another(tmp_path):
+    names = "Time [s];COF;Ff [mN]"
+    rows = [f"{n * 0.1:.1f};0.5;100" for n in range(2000)]
+    rows[1000] = "100.0;OVL;100"
+    run = read_run(made(tmp_path, rows, names=names, load="250 mN"))
+    assert run.origins["friction_coefficient"] == "measured"
+    assert np.nanmean(run.columns["friction_coefficient"]) == pytest.approx(0.5)
+    rows[1000] = "100.0;0.5.0;100"
+    with pytest.raises(ReaderError, match=r"line 1002, column 'COF': found '0\.5\.0'"):
+        read_run(made(tmp_path, rows, names=names, load="250 mN"))
+
+
+@pytest.mark.parametrize(
+    ("names", "why"),
+    [
+        (
+            NAMES.replace("Ff [mN]", "Ff"),
+            "column 'Ff' seems to be friction_force and is not used: its unit is not known",
+        ),
+        (NAMES.replace("Depth [um]", "Fz [N]"), "column 'Fz [N]' seems to be normal_force and is not used: another"),
+    ],
+)
+def test_what_is_not_used_is_named(tmp_path, names, why):
+    found = check_run(read_run(made(tmp_path, names=names)))
+    warnings = [finding for finding in found if finding.code == "recorded_signals_are_used"]
+    assert {(warning.severity, warning.where) for warning in warnings} == {("warning", "signals")}
+    assert any(why in warning.message for warning in warnings)
+
+
+def test_words_under_the_name_of_a_signal_are_named(tmp_path):
+    rows = [row.replace(";100.0;", ";on;").replace(";101.0;", ";off;").replace(";102.0;", ";on;") for row in ROWS]
+    run = read_run(made(tmp_path, rows, names=NAMES.replace("Ff [mN]", "friction_force")))
+    assert "'friction_force' seems to be friction_force and is not used: it holds words, the first of them 'on'" in (
+        findings(run)["recorded_signals_are_used"].message
+    )
+
+
+def test_a_column_that_is_declared_leaves_synonyms_alone(tmp_path):
+    run = read_run(made(tmp_path, more="[signals.columns]\nfriction_force = 'Ff [mN]'\n"))
+    assert "normal_force" not in run.columns
+    assert not run.unused
+
+
+def test_placeholders_of_a_long_file_are_counted_over_its_blocks(tmp_path, monkeypatch):
+    rows = spoiled(1500, 2, "OVL")
+    rows[1900] = rows[1900].replace(rows[1900].split(";")[2], "---", 1)
+    monkeypatch.setattr(long_text, "LARGE", 1)
+    monkeypatch.setattr(long_text, "PIECE", 4096)
+    monkeypatch.setattr(long_text, "TAIL", 4096)
+    run = read_run(made(tmp_path, rows))
+    assert run.notes[0] == (
+        "signals.csv: column 'Ff [mN]': 2 fields hold placeholders, taken as missing; the first is 'OVL' in line 1502"
+    )
+    assert np.flatnonzero(np.isnan(run.columns["friction_force"])).tolist() == [1500, 1900]
+
+
+def test_detect_names_placeholders_and_words(tmp_path):
+    made(tmp_path, spoiled(10, 2, "OVL"))
+    assert "'OVL' in line 12" in " ".join(read_export(tmp_path / "signals.csv").notes)
+    made(tmp_path, spoiled(10, 2, "8.0.1"))
+    export = read_export(tmp_path / "signals.csv")
+    assert "column 'Ff [mN]': kept as text, since line 12 holds '8.0.1', which is no number" in export.notes
+    assert export.meanings["Ff [mN]"].signal == "friction_force"
