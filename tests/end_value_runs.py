@@ -4,8 +4,10 @@ import math
 
 import numpy as np
 from conftest import MANIFEST
+from scipy.integrate import quad
+from scipy.optimize import brentq
 
-from tribopipe.geometry import groove_area, scar_depth, scar_radius_at, worn_volume
+from tribopipe.geometry import scar_depth, scar_radius_at, worn_volume
 from tribopipe.records.manifest import RunManifest
 from tribopipe.records.quantity import Quantity
 from tribopipe.run import Profile, RawRun
@@ -79,7 +81,30 @@ STROKE = {"stroke": si(5e-3, "m"), "sliding_speed": "400 mm/s"}
 
 def track(path, half, flat):
     """Depth and volume of a track along a circle of 8 mm, or along a stroke of 5 mm."""
-    depth = float(scar_depth(scar_radius=half, sphere_radius=RADIUS, flat_radius=flat))
-    area = float(groove_area(half_width=half, sphere_radius=RADIUS, flat_radius=flat))
-    ends = float(worn_volume(depth=depth, sphere_radius=RADIUS, flat_radius=flat))
-    return depth, 2 * math.pi * 8e-3 * area if path is CIRCLE else 5e-3 * area + ends
+    depth, profile = groove(half, flat)
+    area = 2 * quad(profile, 0, half, epsabs=0, epsrel=1e-11)[0]
+    if path is CIRCLE:
+        return depth, 2 * math.pi * 8e-3 * area
+    return depth, 5e-3 * area + 2 * math.pi * quad(lambda x: x * profile(x), 0, half, epsabs=0, epsrel=1e-11)[0]
+
+
+def groove(half, scar):
+    """Depth of the groove of a ball worn to a scar of this half length, and its profile, each slice by bracketing."""
+    depth = float(scar_depth(scar_radius=half, sphere_radius=RADIUS, flat_radius=scar))
+
+    def lost(rho, chord):
+        return rho**2 * math.asin(chord / rho) - chord * math.sqrt(rho**2 - chord**2)
+
+    def profile(x):
+        rho, most = math.sqrt(RADIUS**2 - x**2), math.sqrt(max(half**2 - x**2, 0.0))
+        if scar == 0 or most == 0:
+            return float(scar_depth(scar_radius=half, sphere_radius=RADIUS, flat_radius=x))
+        kappa = depth / lost(RADIUS, scar)
+
+        def left(chord):
+            below = scar_depth(scar_radius=half, sphere_radius=RADIUS, flat_radius=math.hypot(x, chord))
+            return kappa * lost(rho, chord) - float(below)
+
+        return kappa * lost(rho, brentq(left, 0.0, most, xtol=1e-18, rtol=1e-14))
+
+    return depth, profile

@@ -17,6 +17,7 @@ from end_value_runs import (
     STROKE,
     described,
     flat_of,
+    groove,
     measured,
     run_of,
     si,
@@ -32,7 +33,7 @@ from tribopipe.checks.registry import check_run
 from tribopipe.drift import correct_drift
 from tribopipe.end_values.pin_on_disc import end_wear, pin_on_disc_wear
 from tribopipe.errors import FitError
-from tribopipe.geometry import scar_depth, scar_radius_at, short_cap_error, short_track_error
+from tribopipe.geometry import scar_radius_at, short_cap_error, short_track_error
 from tribopipe.profile.track import worn_area
 from tribopipe.records.manifest import Conditions, EndValues, RunManifest
 from tribopipe.records.quantity import Quantity, of_readings
@@ -140,9 +141,9 @@ def test_surest_end_value_is_taken():
 
 def grooved(shape, half, pin_depth, x):
     """Height across the groove of a pin worn by this depth."""
-    flat = float(scar_radius_at(depth=pin_depth, sphere_radius=RADIUS, flat_radius=flat_of(shape)))
-    deep = scar_depth(scar_radius=half, sphere_radius=RADIUS, flat_radius=np.clip(np.abs(x), flat, half))
-    return -np.asarray(deep)
+    scar = float(scar_radius_at(depth=pin_depth, sphere_radius=RADIUS, flat_radius=flat_of(shape)))
+    _, profile = groove(half, scar)
+    return -np.asarray([profile(min(abs(place), half)) for place in x])
 
 
 @pytest.mark.parametrize("pin_depth", [0.0, 4e-6])
@@ -205,7 +206,7 @@ def test_track_no_wider_than_the_flat_on_the_pin_tells_nothing():
     worn = pin_on_disc_wear(run_of(manifest), DEFAULTS)
     assert worn.disc[0].depth is None
     assert worn.disc[0].volume is None
-    assert any("no wider than the flat of 200 µm" in note for note in worn.notes)
+    assert any("disc_track_width is no more than the scar on the pin" in note for note in worn.notes)
     assert end_wear(run_of(manifest), DEFAULTS).anchor == "pin_scar_diameter"
 
 
@@ -213,8 +214,11 @@ def test_track_no_wider_than_the_flat_on_the_pin_tells_nothing():
     ("shape", "end", "conditions", "note"),
     [
         ("spherical", {"disc_wear_depth": "2 um"}, {}, "track_radius, or stroke, is missing"),
-        ("flat", {"disc_wear_depth": "2 um"}, CIRCLE, "tell no volume of the disc"),
-        ("spherical", {"disc_wear_depth": "2 um"}, CIRCLE, "disc_wear_depth alone was measured"),
+        ("flat", {"disc_track_width": "2 mm"}, CIRCLE, "tell no volume of the disc"),
+        ("flat", {"disc_wear_depth": "2 um"}, CIRCLE, "the wear of the pin is unknown"),
+        ("spherical", {"disc_wear_depth": "2 um"}, CIRCLE, "the wear of the pin is unknown"),
+        ("spherical", {"disc_wear_depth": "2 um", "pin_wear_depth": "1 um"}, CIRCLE, "by disc_wear_depth and pin_wear"),
+        ("spherical", {"disc_wear_depth": "2 um", "disc_track_width": "0.2 mm"}, STROKE, "in the middle of the stroke"),
     ],
 )
 def test_what_is_lacking_and_what_is_taken_for_granted_is_said(shape, end, conditions, note):
@@ -334,7 +338,7 @@ def test_end_values_that_contradict_each_other_are_named(way):
 
     assert found(agreeing) == []
     (finding,) = found(wrong)
-    assert f"going by {way}" in finding.message
+    assert f"by {way}" in finding.message
 
 
 def test_volume_and_mass_of_the_disc_are_compared():

@@ -9,14 +9,13 @@ from hypothesis import strategies as st
 from tribopipe.geometry import (
     cap_height,
     circle_volume,
-    groove_area,
     scar_depth,
     scar_radius_at,
+    segment_area,
     short_cap_error,
     short_cap_volume,
     short_track_error,
     short_track_volume,
-    stroke_volume,
     worn_depth,
     worn_volume,
 )
@@ -56,13 +55,12 @@ def test_volume_between_two_flats_is_that_of_50_digits(radius, share, flat_share
     assert float(lost) == pytest.approx(float(volume), rel=1e-14)
 
 
-@given(radii, shares, flats)
-def test_groove_of_a_ball_is_that_of_50_digits(radius, share, flat_share):
-    half, flat = share * radius, flat_share * share * radius
+@given(radii, shares)
+def test_segment_is_that_of_50_digits(radius, share):
+    half = share * radius
     with mpmath.workdps(50):
-        area = segment(mpf(radius), mpf(half)) - segment(mpf(radius), mpf(flat))
-    found = groove_area(half_width=half, sphere_radius=radius, flat_radius=flat)
-    assert float(found) == pytest.approx(float(area), rel=1e-14)
+        expected = segment(mpf(radius), mpf(half))
+    assert float(segment_area(half_chord=half, radius=radius)) == pytest.approx(float(expected), rel=1e-13)
 
 
 @given(radii, shares, flats)
@@ -91,26 +89,12 @@ def test_volume_of_a_thin_slice_is_its_flat_times_its_height():
     assert float(volume) == pytest.approx(np.pi * 0.09e-6 * 1e-12, rel=1e-8)
 
 
-@pytest.mark.parametrize("flat", [0.0, 0.2e-3])
-def test_section_and_ends_are_what_quadrature_makes_of_the_groove(flat):
-    radius, half = 0.794e-3, 0.35e-3
-    x = np.linspace(-half, half, 200_001)
-    bottom = cap_height(scar_radius=np.maximum(np.abs(x), flat), sphere_radius=radius)
-    lost = cap_height(scar_radius=half, sphere_radius=radius) - bottom
-    area = groove_area(half_width=half, sphere_radius=radius, flat_radius=flat)
-    assert np.trapezoid(lost, x) == pytest.approx(float(area), rel=1e-8)
-    depth = scar_depth(scar_radius=half, sphere_radius=radius, flat_radius=flat)
-    ends = worn_volume(depth=depth, sphere_radius=radius, flat_radius=flat)
-    assert np.pi * np.trapezoid(np.abs(x) * lost, x) == pytest.approx(float(ends), rel=1e-8)
-    assert stroke_volume(area=area, stroke=5e-3, ends=ends) == pytest.approx(float(area) * 5e-3 + float(ends))
-
-
 def test_circular_track_is_that_of_astm_g99():
     # 2πR[r²·asin(d/2r) − (d/4)·√(4r² − d²)] with R = 10 mm, r = 3 mm, d = 0.7 mm, in 50-digit arithmetic.
     with mpmath.workdps(50):
         r, half = mpf("3e-3"), mpf("0.35e-3")
         volume = 2 * mpmath.pi * mpf("10e-3") * segment(r, half)
-    area = groove_area(half_width=0.35e-3, sphere_radius=3e-3)
+    area = segment_area(half_chord=0.35e-3, radius=3e-3)
     assert float(circle_volume(area=area, track_radius=10e-3)) == pytest.approx(float(volume), rel=1e-14)
 
 
@@ -133,7 +117,7 @@ def test_short_formulas_and_their_errors_belong_together():
     error = short_cap_error(scar_diameter=0.4e-3, sphere_radius=0.8e-3)
     assert float(short / exact) == pytest.approx(1 + float(error), rel=1e-14)
     track = short_track_volume(width=0.4e-3, sphere_radius=0.8e-3, track_radius=5e-3)
-    whole = circle_volume(area=groove_area(half_width=0.2e-3, sphere_radius=0.8e-3), track_radius=5e-3)
+    whole = circle_volume(area=segment_area(half_chord=0.2e-3, radius=0.8e-3), track_radius=5e-3)
     off = short_track_error(width=0.4e-3, sphere_radius=0.8e-3)
     assert float(track / whole) == pytest.approx(1 + float(off), rel=1e-14)
 
@@ -144,4 +128,4 @@ def test_arrays_of_draws_broadcast_and_stay_finite_beyond_the_sphere():
     depth = worn_depth(volume=volume, sphere_radius=radius, flat_radius=50e-6)
     assert depth.shape == (2, 3)
     assert np.all(np.isfinite(depth))
-    assert np.all(np.isfinite(groove_area(half_width=1e-3, sphere_radius=radius)))
+    assert np.all(np.isfinite(segment_area(half_chord=1e-3, radius=radius)))

@@ -12,9 +12,9 @@ from end_value_runs import CIRCLE, RADIUS, described, run_of, si, track
 
 from tribopipe.archive.steps import STEPS
 from tribopipe.archive.store import Archive
+from tribopipe.contact.pin_on_track import SphereOnTrack
 from tribopipe.drift import correct_drift
 from tribopipe.end_values.specific_wear import specific_wear
-from tribopipe.geometry import cap_radius, worn_volume
 from tribopipe.ingest.harmonise import read_run
 from tribopipe.pipeline import evaluate_archived_wear, ingest
 from tribopipe.records.base import Record
@@ -117,7 +117,11 @@ def test_run_without_bodies_passes_through():
 
 def test_disc_takes_what_measures_it_before_what_follows_from_the_pin():
     depth, volume = track(CIRCLE, 0.12e-3, 0.0)
-    end = {"disc_wear_depth": si(depth, "m", 1e-9), "disc_wear_volume": si(1.1 * volume, "m^3", 0.2 * volume)}
+    end = {
+        "pin_wear_depth": si(0.0, "m"),
+        "disc_wear_depth": si(depth, "m", 1e-9),
+        "disc_wear_volume": si(1.1 * volume, "m^3", 0.2 * volume),
+    }
     found = specific_wear(run_with(CIRCLE, **end)).disc
     assert (found.volume_by, found.depth_by) == ("disc_wear_volume", "disc_wear_depth")
     assert [one.by for one in found.measured] == ["disc_wear_depth", "disc_wear_volume"]
@@ -173,8 +177,9 @@ def test_rate_of_a_simulated_run_is_its_true_coefficient(short_runs):
 def test_simulated_run_tells_the_same_coefficient_by_every_end_value(sample_run):
     truth = json.loads((sample_run / "truth.json").read_text(encoding="ascii"))
     depth, k = truth["end_pin_wear_depth"]["value"], truth["wear_coefficient"]["value"]
-    volume = float(worn_volume(depth=depth, sphere_radius=RADIUS))
-    scar = 2 * float(cap_radius(height=depth, sphere_radius=RADIUS))
+    disc_depth = read_run(sample_run).manifest.end_values.disc_wear_depth.value
+    state = SphereOnTrack(RADIUS).at_depths(depth, disc_depth)
+    volume, scar = float(state.pin_volume), float(state.half_length + state.half_width)
     ways = {
         "pin_wear_depth": f"{depth * 1e6} um",
         "pin_scar_diameter": f"{scar * 1e6} um",

@@ -79,20 +79,15 @@ def worn_depth(*, volume: ArrayLike, sphere_radius: ArrayLike, flat_radius: Arra
     return np.asarray(np.copysign(depth, lost))
 
 
-def groove_area(*, half_width: ArrayLike, sphere_radius: ArrayLike, flat_radius: ArrayLike = 0.0) -> Column:
-    """Return the cross-section of the groove that a sphere with a flat a presses into a plane, m².
+def segment_area(*, half_chord: ArrayLike, radius: ArrayLike) -> Column:
+    """Return the area between a circle and a chord of half length b: R²·(θ − sin θ·cos θ), θ = arcsin(b/R), m².
 
-    Its bottom is as wide as the flat, its walls are arcs of R up to the half width b:
-
-        A = h·(a + b) + R²·(Δ − sin Δ),    Δ = arcsin(b/R) − arcsin(a/R),    h = scar_depth
-
-    Without a flat that is the segment r²·arcsin(d/2r) − (d/4)·√(4r² − d²) of ASTM G99, with d = 2b. All in m, a ≤ b.
+    It is the r²·arcsin(d/2r) − (d/4)·√(4r² − d²) of ASTM G99, with d = 2b: the groove of a ball that has not worn. Both
+    in m, b ≤ R.
     """
-    b, r, a = (np.asarray(x, dtype=float) for x in (half_width, sphere_radius, flat_radius))
-    depth = scar_depth(scar_radius=b, sphere_radius=r, flat_radius=a)
-    across = b * _leg(r, a) + a * _leg(r, b)
-    sine = np.divide((b - a) * (b + a), across, out=np.zeros(np.broadcast(across).shape), where=across > 0)
-    return np.asarray(depth * (a + b) + r**2 * _angle_less_sine(np.arcsin(np.minimum(sine, 1.0))))
+    b, r = np.asarray(half_chord, dtype=float), np.asarray(radius, dtype=float)
+    share = np.divide(b, r, out=np.zeros(np.broadcast(b, r).shape), where=r > 0)
+    return np.asarray(r**2 / 2 * _angle_less_sine(2 * np.arcsin(np.minimum(share, 1.0))))
 
 
 def circle_volume(*, area: ArrayLike, track_radius: ArrayLike) -> Column:
@@ -136,7 +131,7 @@ def short_track_volume(*, width: ArrayLike, sphere_radius: ArrayLike, track_radi
 def short_track_error(*, width: ArrayLike, sphere_radius: ArrayLike) -> Column:
     """Return the relative error of ``short_track_volume``: too small, by 3(d/2R)²/10 for shallow tracks."""
     d, r = np.asarray(width, dtype=float), np.asarray(sphere_radius, dtype=float)
-    exact = groove_area(half_width=d / 2, sphere_radius=r)
+    exact = segment_area(half_chord=d / 2, radius=r)
     return np.asarray(d**3 / (12 * r) / exact - 1)
 
 
@@ -146,7 +141,7 @@ def _leg(hypotenuse: Column, other: Column) -> Column:
 
 
 def _angle_less_sine(angle: Column) -> Column:
-    """Return θ − sin θ of an angle from 0 to π/2: θ³/6·(1 − θ²/20·(1 − θ²/42·(…))) where it is small."""
+    """Return θ − sin θ of an angle from 0 to π: θ³/6·(1 − θ²/20·(1 − θ²/42·(…))) where it is small."""
     series = np.ones_like(angle)
     for n in range(21, 3, -2):
         series = 1 - angle**2 / (n * (n - 1)) * series

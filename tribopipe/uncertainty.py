@@ -1,4 +1,4 @@
-"""Propagation of uncertainty: to first order (JCGM 100:2008), and of distributions by Monte Carlo (JCGM 101:2008).
+"""Propagation of uncertainty: term by term (JCGM 100:2008), and of distributions by Monte Carlo (JCGM 101:2008).
 
 A model is anything that turns a random generator and a number of draws into that many values of the measurand, or of
 several that belong together (JCGM 102:2011). The
@@ -23,6 +23,7 @@ BLOCK = 10_000
 TAILS = (0.025, 0.975)
 """Ends of the probabilistically symmetric 95 % interval (7.7.2)."""
 _MOST_BLOCKS = 100
+_NODE = math.sqrt(3)
 
 
 @dataclass(frozen=True)
@@ -52,18 +53,22 @@ class Distribution:
         return float(low), float(high)
 
 
-def first_order(function: Callable[..., float], given: Sequence[Quantity], unit: str) -> Quantity:
-    """Return a function of independent quantities with its standard uncertainty to first order (JCGM 100:2008, 5.1.3).
+def combined(function: Callable[..., float], given: Sequence[Quantity], unit: str) -> Quantity:
+    """Return a function of independent quantities with its combined standard uncertainty (JCGM 100:2008, 5.1).
 
-    Each is moved by its standard uncertainty to either side; half of what that changes is its contribution.
+    What each contributes is the root mean square of f − f(best) over a normal distribution, by Gauss–Hermite quadrature
+    with the nodes −√3u, 0 and √3u: u·|df/dx| where f is linear. Terms of second order are exact as well, so that a
+    derivative that vanishes, as that of a cap's volume at no wear, does not make the result certain (5.1.2, note). Of
+    a rectangular distribution the nodes are its ends and its middle, and the rule is Simpson's.
     """
     best = [float(one.value) for one in given]
+    value = float(function(*best))
     shares = []
     for place, one in enumerate(given):
         spread = one.standard_uncertainty or 0.0
-        low, high = ([*best[:place], best[place] + step, *best[place + 1 :]] for step in (-spread, spread))
-        shares.append((function(*high) - function(*low)) / 2 if spread else 0.0)
-    return Quantity(value=float(function(*best)), unit=unit, standard_uncertainty=math.hypot(*shares))
+        moved = ([*best[:place], best[place] + step * spread, *best[place + 1 :]] for step in (-_NODE, _NODE))
+        shares += [(function(*there) - value) / math.sqrt(6) for there in moved] if spread else []
+    return Quantity(value=value, unit=unit, standard_uncertainty=math.hypot(*shares))
 
 
 def numerical_tolerance(standard_uncertainty: float, digits: int) -> float:

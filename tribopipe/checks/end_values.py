@@ -1,13 +1,13 @@
 """Checks of what was measured on the specimens: what cannot be, what contradicts itself, what tells no wear."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from itertools import combinations
 from typing import Literal
 
 from tribopipe.checks.registry import Trouble, check
 from tribopipe.contact.twin_disc import disc_pair, nominal_values
-from tribopipe.end_values.measured import BodyWear
+from tribopipe.end_values.body_wear import BodyWear, contradictions, surest
 from tribopipe.end_values.pin_on_disc import pin_on_disc_wear
 from tribopipe.end_values.pin_tip import PinTip
 from tribopipe.end_values.twin_disc import DiscMeasurement, disc_measurements
@@ -69,7 +69,7 @@ def _impossible_on_the_pin(where: str, end: EndValues, contact: PinOnDisc) -> It
             "within the tip",
             "check both units",
         )
-    scar = end.pin_scar_diameter
+    scar = end.pin_scar_diameter or end.pin_scar_length or end.pin_scar_width
     if scar is not None and scar.value + 3 * _spread(scar) < 2 * tip.flat_radius:
         yield Trouble(
             f"{where}.pin_scar_diameter",
@@ -126,23 +126,25 @@ def _pin_end_values_agree(run: RawRun) -> Iterator[Trouble]:
         worn = pin_on_disc_wear(run, DefaultUncertainty())
     except FitError:
         return
-    yield from _compared("pin", worn.pin, "depth", "um")
-    yield from _compared("disc", worn.disc, "depth", "um")
-    yield from _compared("disc", worn.disc, "volume", "mm^3")
+    yield from _contradicting("pin", worn.pin, "depth", "um")
+    yield from _contradicting("disc", worn.disc, "depth", "um")
+    yield from _contradicting("disc", worn.disc, "volume", "mm^3")
 
 
-def _compared(body: str, ways: Iterable[BodyWear], what: Literal["depth", "volume"], unit: str) -> Iterator[Trouble]:
-    """Compare each two ways that tell a depth or volume without taking the shape of the other body for granted."""
-    told = [(way.name, found) for way in ways if (found := getattr(way, what)) is not None and what not in way.assumed]
-    for (one, first), (other, second) in combinations(told, 2):
-        gap, spread = abs(first.value - second.value), math.hypot(_spread(first), _spread(second))
-        if gap > max(3 * spread, 0.05 * max(first.value, second.value)):
-            yield Trouble(
-                "end_values",
-                f"found a {what} of the {body}'s wear of {first.shown(unit)} going by {one}, and of "
-                f"{second.shown(unit)} going by {other}; expected them to agree",
-                "measure again, or check both units",
-            )
+def _contradicting(
+    body: Literal["pin", "disc"], ways: tuple[BodyWear, ...], what: Literal["depth", "volume"], unit: str
+) -> Iterator[Trouble]:
+    """Name end values that contradict each other, and the one that is used."""
+    used = surest(ways, what)
+    for found in contradictions(body, ways, what):
+        first, second = (getattr(way, what).shown(unit) for way in (found.one, found.other))
+        apart = f", {found.deviation:.1f} standard uncertainties apart" if math.isfinite(found.deviation) else ""
+        yield Trouble(
+            "end_values",
+            f"found a wear {what} of the {body} of {first} by {found.one.name} and of {second} by {found.other.name}"
+            f"{apart}; expected them to agree; {'' if used is None else used.name} is used, not their mean",
+            "measure again, or check both units",
+        )
 
 
 def _disc_end_values_agree(run: RawRun) -> Iterator[Trouble]:

@@ -1,7 +1,7 @@
 """What was measured on the specimens, before it is turned into wear: named, with its uncertainty and who stated it."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -12,10 +12,18 @@ from tribopipe.noise import effective_samples
 from tribopipe.profile.track import Track, worn_area
 from tribopipe.records.quantity import EndValue, Quantity, of_readings
 from tribopipe.run import Profile, RawRun
-from tribopipe.uncertainty import first_order
+from tribopipe.uncertainty import combined
 
 Source = Literal["manifest", "default"]
-PinWay = Literal["pin_wear_depth", "pin_scar_diameter", "pin_wear_volume", "pin_mass_loss", "pin_profile"]
+PinWay = Literal[
+    "pin_wear_depth",
+    "pin_scar_diameter",
+    "pin_scar_length",
+    "pin_scar_width",
+    "pin_wear_volume",
+    "pin_mass_loss",
+    "pin_profile",
+]
 DiscWay = Literal["disc_wear_depth", "disc_track_width", "disc_wear_volume", "disc_mass_loss", "disc_profile"]
 FEWEST_PLACES = 4
 """Places along a track at which it should be measured (ASTM G99)."""
@@ -35,29 +43,8 @@ class EndValueUsed:
     source: Source
     per_radius: float = 0.0
     """Its derivative by the pin's radius, where a profile was levelled on a sphere of that radius."""
-
-
-@dataclass(frozen=True)
-class BodyWear:
-    """Depth and volume that one body has lost, by one way of measuring; none where that way does not tell."""
-
-    name: str
-    source: Source
-    depth: Quantity | None = None
-    volume: Quantity | None = None
-    assumed: frozenset[Literal["depth", "volume"]] = frozenset()
-    """What of it follows from the shape of the pin alone, not from what was measured on the body."""
-
-
-def surest(ways: Iterable[BodyWear], what: Literal["depth", "volume"]) -> BodyWear | None:
-    """Return the way that tells a depth or volume with the least relative uncertainty, one that measures it first."""
-
-    def rank(way: BodyWear) -> tuple[bool, float]:
-        found = getattr(way, what)
-        spread = found.standard_uncertainty or 0.0
-        return what in way.assumed, spread / abs(found.value) if found.value else math.inf
-
-    return min((way for way in ways if getattr(way, what) is not None), key=rank, default=None)
+    on_unworn_track: float = 1.0
+    """What a pin worn as deep on a track that does not wear would have of it: less volume, a narrower scar."""
 
 
 def stated_or_default(quantity: Quantity, default: float) -> tuple[Quantity, Source]:
@@ -75,7 +62,7 @@ def certain(value: EndValue, default: float) -> tuple[Quantity, Source]:
 
 def volume_of_mass(mass: Quantity, density: Quantity) -> Quantity:
     """Return the volume m/ρ of a mass, m³."""
-    return first_order(lambda m, rho: m / rho, (mass, density), "m^3")
+    return combined(lambda m, rho: m / rho, (mass, density), "m^3")
 
 
 def profiles_at(run: RawRun, key: str) -> dict[str, Profile]:

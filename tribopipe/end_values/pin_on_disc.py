@@ -1,18 +1,22 @@
 """What was measured on a pin and its disc, at the end of a run or in between, turned into the wear of each."""
 
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 from numpy.typing import ArrayLike
 
-from tribopipe.end_values.disc_track import Groove, SlidingPath, disc_notes, disc_wear
-from tribopipe.end_values.measured import BodyWear, EndValueUsed, stated_or_default, surest
-from tribopipe.end_values.pin_tip import PinTip, pin_values, pin_wear
+from tribopipe.end_values.body_wear import BodyWear, surest
+from tribopipe.end_values.disc_track import disc_notes, disc_readings, disc_wear
+from tribopipe.end_values.measured import EndValueUsed, stated_or_default
+from tribopipe.end_values.pin_tip import PinTip, pin_values
+from tribopipe.end_values.worn_pair import UNKNOWN_SHARE, WIDTHS, SlidingPath, WornPair
 from tribopipe.records.manifest import EndValues
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import DefaultUncertainty
 from tribopipe.run import Column, RawRun
-from tribopipe.uncertainty import first_order
+from tribopipe.uncertainty import combined
 
 
 @dataclass(frozen=True)
@@ -29,7 +33,7 @@ class EndWear:
 
         Its uncertainty is that of the end value alone; the tip radius is an input of k_D by itself.
         """
-        return first_order(lambda value: float(self.pin_depth_of(value, self.tip.radius)), (self.pin.quantity,), "m")
+        return combined(lambda value: float(self.pin_depth_of(value, self.tip.radius)), (self.pin.quantity,), "m")
 
     def pin_depth_of(self, end_value: ArrayLike, pin_radius: ArrayLike) -> Column:
         """Return the pin's wear depth, m, were end value and tip radius these."""
@@ -47,7 +51,7 @@ class EndWear:
         """Wear of pin and disc together, m: what a displacement sensor has seen."""
         if self.disc is None:
             return self.pin_depth
-        return first_order(lambda pin, disc: pin + disc, (self.pin_depth, self.disc.quantity), "m")
+        return combined(lambda pin, disc: pin + disc, (self.pin_depth, self.disc.quantity), "m")
 
     @property
     def anchor(self) -> str:
@@ -67,28 +71,17 @@ def end_wear(run: RawRun, defaults: DefaultUncertainty, interruption: int | None
 
     Raises ``FitError`` for a mass without density, and for profiles of which nothing can be taken.
     """
-    where, end = measured_at(run, interruption)
-    best = _surest_pin(_pins(run, where, end, defaults))
-    if best is None:
-        return None
-    disc = surest(disc_wear(run, where, end, _groove(run, best, defaults), defaults), "depth")
-    if disc is None or disc.depth is None:
+    found = _Found.of(run, *measured_at(run, interruption), defaults)
+    pins = [EndWear(found.on_unworn_track(pin), None, found.pair.tip) for pin in found.pins]
+    best = min(pins, key=lambda wear: wear.pin_depth.standard_uncertainty or 0.0, default=None)
+    disc = surest(found.disc, "depth")
+    if best is None or disc is None or disc.depth is None:
         return best
     return replace(best, disc=EndValueUsed(disc.name, disc.depth, disc.source))
 
 
-def _pins(run: RawRun, where: str, end: EndValues, defaults: DefaultUncertainty) -> list[EndWear]:
-    """Return the wear of the pin by each end value."""
-    tip = PinTip.of(run.manifest.pin_on_disc.pin)
-    return [EndWear(used, None, tip) for used in pin_values(run, where, end, defaults)]
-
-
-def _surest_pin(found: list[EndWear]) -> EndWear | None:
-    return min(found, key=lambda wear: wear.pin_depth.standard_uncertainty or 0.0, default=None)
-
-
 def measured_at(run: RawRun, interruption: int | None = None) -> tuple[str, EndValues]:
-    """Return what was measured at the end of a run, or at an interruption, and the key it stands under."""
+    """Return the key that the end values of a run, or of an interruption, stand under, and what was measured."""
     if interruption is None:
         return "end_values", run.manifest.end_values
     return f"interruptions[{interruption}]", run.manifest.interruptions[interruption]
@@ -110,13 +103,11 @@ def pin_on_disc_wear(run: RawRun, defaults: DefaultUncertainty) -> PinOnDiscWear
     Raises ``FitError`` for a mass without density, and for profiles of which nothing can be taken.
     """
     where, end = measured_at(run)
-    pins, radius = _pins(run, where, end, defaults), tip_radius(run, defaults)
-    groove = _groove(run, _surest_pin(pins), defaults)
-    discs = tuple(disc_wear(run, where, end, groove, defaults))
+    found = _Found.of(run, where, end, defaults)
     return PinOnDiscWear(
-        pin=tuple(pin_wear(wear.tip, wear.pin, radius) for wear in pins),
-        disc=discs,
-        notes=tuple(disc_notes(run, end, discs, groove)),
+        pin=tuple(found.wear_of(pin) for pin in found.pins),
+        disc=found.disc,
+        notes=tuple(disc_notes(run, end, found.disc)),
     )
 
 
@@ -127,11 +118,99 @@ def tip_radius(run: RawRun, defaults: DefaultUncertainty) -> Quantity:
     return known
 
 
-def _groove(run: RawRun, pin: EndWear | None, defaults: DefaultUncertainty) -> Groove | None:
-    """Return the groove of the pin as it is worn at the end, or of its unworn tip; none for a flat pin."""
-    tip = PinTip.of(run.manifest.pin_on_disc.pin)
-    if tip.shape == "flat":
-        return None
-    worn = Quantity(value=0.0, unit="m") if pin is None else pin.pin_depth
-    flat = first_order(lambda depth: float(tip.scar_radius(depth, tip.radius)), (worn,), "m")
-    return Groove(tip_radius(run, defaults), flat, SlidingPath.of(run.manifest.conditions, defaults))
+_NO_TRACK = EndValueUsed("disc_wear_depth", Quantity(value=0.0, unit="m"), "default")
+"""Where nothing was measured on the disc: then the pin's wear is that on a track which does not wear."""
+
+
+@dataclass(frozen=True)
+class _Found:
+    """All readings of pin and disc at one time, each to be taken with the best of the other body."""
+
+    pair: WornPair
+    """The best reading of either body."""
+    pins: tuple[EndValueUsed, ...]
+    disc: tuple[BodyWear, ...]
+
+    @classmethod
+    def of(cls, run: RawRun, where: str, end: EndValues, defaults: DefaultUncertainty) -> "_Found":
+        tip, path = PinTip.of(run.manifest.pin_on_disc.pin), SlidingPath.of(run.manifest.conditions, defaults)
+        pins = tuple(pin_values(run, where, end, defaults))
+        readings = [*disc_readings(run, where, end, defaults), *(pin for pin in pins if pin.name == "pin_scar_width")]
+        best = min(pins, key=lambda pin: _rank(pin, tip), default=UNKNOWN_SHARE)
+        pair = WornPair(tip, tip_radius(run, defaults), path, best, _NO_TRACK)
+        found = cls(pair, pins, tuple(disc_wear(run, where, readings, pair))).with_best_track(readings)
+        if not any(pin.name == "pin_scar_diameter" for pin in pins) or found.pair.disc is _NO_TRACK:
+            return found
+        pins = tuple(found.in_any_direction(pin) for pin in pins)
+        best = next((pin for pin in pins if pin.name == best.name), UNKNOWN_SHARE)
+        pair = replace(found.pair, pin=best)
+        return cls(pair, pins, tuple(disc_wear(run, where, readings, pair)))
+
+    def with_best_track(self, readings: Iterable[EndValueUsed]) -> "_Found":
+        """Return the same with the reading of the track that tells its depth most certainly."""
+        way = surest(self.disc, "depth")
+        name = None if way is None else way.name
+        disc = next((one for one in readings if one.name == name), _NO_TRACK)
+        return replace(self, pair=replace(self.pair, disc=disc))
+
+    def in_any_direction(self, pin: EndValueUsed) -> EndValueUsed:
+        """Return a diameter of a scar that may have been measured along it, across it, or between."""
+        if pin.name != "pin_scar_diameter":
+            return pin
+        shape = self.taken_with_track(pin).contact()
+        along = float(shape.half_width - shape.half_length) / math.sqrt(3)
+        return _with_uncertainty(pin, math.hypot(pin.quantity.standard_uncertainty or 0.0, along))
+
+    def taken_with_track(self, pin: EndValueUsed) -> WornPair:
+        """Return a reading of the pin with the best one of the track."""
+        if pin.name in WIDTHS and self.pair.disc.name in WIDTHS:
+            return self.pair
+        return replace(self.pair, pin=pin)
+
+    def wear_of(self, pin: EndValueUsed) -> BodyWear:
+        """Return depth and volume that the pin has lost by one reading."""
+        if self.pair.disc is _NO_TRACK:
+            return _on_unworn_track(self.pair, pin)
+        pair = self.taken_with_track(pin)
+        return BodyWear(pin.name, pin.source, pair.find("pin_depth"), pair.find("pin_volume"), pair=pair)
+
+    def on_unworn_track(self, pin: EndValueUsed) -> EndValueUsed:
+        """Return a reading with what the wear of the track makes of it, and as uncertain as both readings make it."""
+        if self.pair.disc is _NO_TRACK:
+            return pin
+        pair, tip = self.taken_with_track(pin), self.pair.tip
+        known = replace(pair, radius=pair.radius.model_copy(update={"standard_uncertainty": 0.0}))
+        depth = known.find("pin_depth")
+        if depth.value <= 0 or pin.quantity.value <= 0:
+            return pin
+        pin = replace(pin, on_unworn_track=tip.value(pin, depth.value) / pin.quantity.value)
+        alone = EndWear(pin, None, tip).pin_depth.standard_uncertainty or 0.0
+        if not alone:
+            return pin
+        wider = max(1.0, (depth.standard_uncertainty or 0.0) / alone)
+        return _with_uncertainty(pin, wider * (pin.quantity.standard_uncertainty or 0.0))
+
+
+def _on_unworn_track(pair: WornPair, pin: EndValueUsed) -> BodyWear:
+    """Return depth and volume of a pin whose track has not worn."""
+    tip, given = pair.tip, (pin.quantity, pair.radius)
+
+    def depth(value: float, radius: float) -> float:
+        return float(tip.depth(pin, value, radius))
+
+    def volume(value: float, radius: float) -> float:
+        deep = depth(value, radius)
+        return math.copysign(float(tip.volume(abs(deep), radius)), deep)
+
+    return BodyWear(
+        pin.name, pin.source, combined(depth, given, "m"), combined(volume, given, "m^3"), pair=replace(pair, pin=pin)
+    )
+
+
+def _with_uncertainty(used: EndValueUsed, spread: float) -> EndValueUsed:
+    return replace(used, quantity=used.quantity.model_copy(update={"standard_uncertainty": spread}))
+
+
+def _rank(pin: EndValueUsed, tip: PinTip) -> tuple[bool, float]:
+    """Return what a reading of the pin is chosen by: the uncertainty of its depth, a width of the scar last."""
+    return pin.name in WIDTHS, EndWear(pin, None, tip).pin_depth.standard_uncertainty or 0.0

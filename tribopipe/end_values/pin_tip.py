@@ -12,9 +12,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tribopipe.contact.pin_on_track import FlatOnTrack, SphereOnTrack
 from tribopipe.end_values.measured import (
     A_MAP,
-    BodyWear,
     EndValueUsed,
     certain,
     over_places,
@@ -29,8 +29,8 @@ from tribopipe.records.manifest import EndValues, Pin
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import DefaultUncertainty
 from tribopipe.run import Column, Profile, RawRun
-from tribopipe.uncertainty import first_order
 
+SCARS = ("pin_scar_diameter", "pin_scar_length", "pin_scar_width")
 _STEP = 1e-4
 """Share of the tip's radius by which it is varied to see what it does to a profile's depth."""
 
@@ -52,8 +52,8 @@ class PinTip:
 
     def depth(self, used: EndValueUsed, value: ArrayLike, radius: ArrayLike) -> Column:
         """Return the wear depth, m, were this end value and the tip's radius these; odd about no wear."""
-        measured, r = np.asarray(value, dtype=float), np.asarray(radius, dtype=float)
-        if used.name == "pin_scar_diameter":
+        measured, r = used.on_unworn_track * np.asarray(value, dtype=float), np.asarray(radius, dtype=float)
+        if used.name in SCARS:
             depth = scar_depth(scar_radius=np.abs(measured) / 2, sphere_radius=r, flat_radius=self.flat_radius)
             return np.where(measured < 0, -depth, depth)
         if used.name in ("pin_wear_volume", "pin_mass_loss"):
@@ -64,11 +64,11 @@ class PinTip:
         return measured
 
     def value(self, used: EndValueUsed, depth: float) -> float:
-        """Return what this way of measuring would find at a depth, m."""
-        if used.name == "pin_scar_diameter":
-            return 2 * float(self.scar_radius(depth, self.radius))
+        """Return what this way of measuring would find at a depth, m, the track worn in proportion."""
+        if used.name in SCARS:
+            return 2 * float(self.scar_radius(depth, self.radius)) / used.on_unworn_track
         if used.name in ("pin_wear_volume", "pin_mass_loss"):
-            return float(self.volume(depth, self.radius))
+            return float(self.volume(depth, self.radius)) / used.on_unworn_track
         if used.name == "pin_profile":
             return depth + float(cap_height(scar_radius=self.flat_radius, sphere_radius=self.radius))
         return depth
@@ -85,6 +85,10 @@ class PinTip:
             return np.asarray(volume / (np.pi * radius**2))
         return worn_depth(volume=volume, sphere_radius=radius, flat_radius=self.flat_radius)
 
+    def on_track(self, radius: float) -> SphereOnTrack | FlatOnTrack:
+        """Return the contact of such a tip, of this radius, m, with a track that wears as well."""
+        return FlatOnTrack(radius) if self.shape == "flat" else SphereOnTrack(radius, self.flat_radius)
+
     def scar_radius(self, depth: ArrayLike, radius: ArrayLike) -> Column:
         """Return the radius of the flat at a depth, m."""
         if self.shape == "flat":
@@ -99,8 +103,10 @@ def pin_values(run: RawRun, where: str, end: EndValues, defaults: DefaultUncerta
     """
     if end.pin_wear_depth is not None:
         yield EndValueUsed("pin_wear_depth", *certain(end.pin_wear_depth, defaults.wear_depth.value))
-    if end.pin_scar_diameter is not None:
-        yield EndValueUsed("pin_scar_diameter", *certain(end.pin_scar_diameter, defaults.pin_scar_diameter.value))
+    for name in SCARS:
+        scar = getattr(end, name)
+        if scar is not None:
+            yield EndValueUsed(name, *certain(scar, defaults.pin_scar_diameter.value))
     if end.pin_wear_volume is not None:
         spread = defaults.wear_volume * end.pin_wear_volume.value
         yield EndValueUsed("pin_wear_volume", *certain(end.pin_wear_volume, spread))
@@ -160,17 +166,3 @@ def _through_the_middle(run: RawRun, profiles: Mapping[str, Profile], radius: fl
         raise failed
     deepest = max(depths, key=lambda name: depths[name])
     return {deepest: profiles[deepest]}
-
-
-def pin_wear(tip: PinTip, used: EndValueUsed, radius: Quantity) -> BodyWear:
-    """Return depth and volume that the pin has lost by one end value; uncertain by that and by the tip's radius."""
-
-    def depth(value: float, r: float) -> float:
-        return float(tip.depth(used, value, r))
-
-    return BodyWear(
-        used.name,
-        used.source,
-        depth=first_order(depth, (used.quantity, radius), "m"),
-        volume=first_order(lambda value, r: float(tip.volume(depth(value, r), r)), (used.quantity, radius), "m^3"),
-    )

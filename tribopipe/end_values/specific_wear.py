@@ -10,8 +10,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from tribopipe.end_values.body_wear import BodyWear, surest
 from tribopipe.end_values.disc_track import told_by
-from tribopipe.end_values.measured import BodyWear, stated_or_default, surest
+from tribopipe.end_values.measured import stated_or_default
 from tribopipe.end_values.pin_on_disc import pin_on_disc_wear
 from tribopipe.end_values.twin_disc import disc_measurements
 from tribopipe.records.manifest import DISCS, TwinDisc
@@ -19,7 +20,7 @@ from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import DefaultUncertainty, Recipe
 from tribopipe.records.specific_wear import BodyWearRate, MeasuredWear, SpecificWear
 from tribopipe.run import RawRun
-from tribopipe.uncertainty import first_order
+from tribopipe.uncertainty import combined
 
 
 def specific_wear(run: RawRun, recipe: Recipe | None = None) -> SpecificWear:
@@ -125,4 +126,4 @@ def _together(volumes: Iterable[Quantity], load: Quantity, distance: Quantity) -
     def rate(force: float, slid: float, *lost: float) -> float:
         return math.fsum(lost) / (force * slid)
 
-    return first_order(rate, (load, distance, *volumes), "m^2/N")
+    return combined(rate, (load, distance, *volumes), "m^2/N")

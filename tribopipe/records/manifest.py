@@ -363,7 +363,11 @@ class EndValues(Record):
     pin_wear_depth: MeasuredDepth | None = None
     """Height worn off the pin."""
     pin_scar_diameter: MeasuredLength | None = None
-    """Diameter of the flat circular scar on a spherical pin; its cap height is the wear depth."""
+    """Diameter of the scar on a spherical pin; where the disc has worn, the mean of length and width."""
+    pin_scar_length: MeasuredLength | None = None
+    """Length of the scar on a spherical pin, along the sliding direction."""
+    pin_scar_width: MeasuredLength | None = None
+    """Width of the scar on a spherical pin, across the sliding direction."""
     pin_wear_volume: MeasuredVolume | None = None
     """Volume worn off the pin."""
     pin_mass_loss: MeasuredMass | None = None
@@ -586,22 +590,26 @@ class RunManifest(Record):
 
 
 def _refuse_impossible_wear(where: str, measured: EndValues, pin: Pin) -> None:
-    scar, depth, radius = measured.pin_scar_diameter, measured.pin_wear_depth, pin.radius
-    if scar is not None and pin.shape == "flat":
-        raise ValueError(
-            f"{where}.pin_scar_diameter: found one for a flat pin, whose contact does not grow; "
-            "give pin_wear_depth instead"
-        )
-    if scar is not None and scar.value >= 2 * radius.value:
-        raise ValueError(
-            f"{where}.pin_scar_diameter: found {scar.shown('um')}, no smaller "
-            f"than the pin's diameter of {show(2 * radius.value, None, 'm', 'um')}; expected a scar on the tip; "
-            "check both units"
-        )
+    for name in ("pin_scar_diameter", "pin_scar_length", "pin_scar_width"):
+        scar = getattr(measured, name)
+        if scar is not None:
+            _refuse_impossible_scar(f"{where}.{name}", scar, pin)
+    depth, radius = measured.pin_wear_depth, pin.radius
     if depth is not None and pin.shape != "flat" and depth.value >= radius.value:
         raise ValueError(
             f"{where}.pin_wear_depth: found {depth.shown('um')}, no less than the pin "
             f"radius of {radius.shown('um')}; expected a depth within the tip; check both units"
+        )
+
+
+def _refuse_impossible_scar(key: str, scar: EndValue, pin: Pin) -> None:
+    if pin.shape == "flat":
+        raise ValueError(f"{key}: found one for a flat pin, whose contact does not grow; give pin_wear_depth instead")
+    if scar.value >= 2 * pin.radius.value:
+        raise ValueError(
+            f"{key}: found {scar.shown('um')}, no smaller "
+            f"than the pin's diameter of {show(2 * pin.radius.value, None, 'm', 'um')}; expected a scar on the tip; "
+            "check both units"
         )
 
 

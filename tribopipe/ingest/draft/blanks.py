@@ -73,6 +73,8 @@ BLANKS: dict[str, Blank] = {
     "conditions.temperature": Blank('"23 degC"', "room temperature"),
     "conditions.relative_humidity": Blank('"45 %"', "relative humidity of the air"),
     "end_values.pin_scar_diameter": Blank(_WIDTH.example, "diameter of the flat scar on the pin"),
+    "end_values.pin_scar_length": Blank(_WIDTH.example, "where the disc wore: length of the scar, along the sliding"),
+    "end_values.pin_scar_width": Blank(_WIDTH.example, "where the disc wore: width of the scar, across the sliding"),
     "end_values.pin_wear_depth": Blank(_DEPTH.example, "height worn off the pin"),
     "end_values.pin_wear_volume": _VOLUME,
     "end_values.pin_mass_loss": _MASS,
