@@ -21,6 +21,7 @@ from tribopipe.archive.steps import (
     StepName,
     Table,
     inputs_digest,
+    method_number,
 )
 from tribopipe.archive.store import Archive
 from tribopipe.clean_up.cleaning import clean_run
@@ -109,7 +110,8 @@ def _planned(
     **told: str,
 ) -> PlannedStep:
     """Plan a step that stands on the raw run, on the steps before it, and on fingerprints of what else it is told."""
-    return PlannedStep(run_id, name, options, archive.stands_on(run_id, name) | told, compute)
+    by_method = {**options, "method": method_number(name)}
+    return PlannedStep(run_id, name, by_method, archive.stands_on(run_id, name) | told, compute)
 
 
 def clean_up(archive: Archive, run_id: str, recipe: Recipe) -> PlannedStep:

@@ -34,6 +34,7 @@ from tribopipe.ingest.harmonise import read_run
 from tribopipe.records.base import Record
 from tribopipe.records.document import parse_toml, read_bytes
 from tribopipe.records.finding import Finding
+from tribopipe.records.headline import Headline, headline
 from tribopipe.records.manifest import MANIFEST_NAME, manifest_path
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName, Recipe
@@ -71,6 +72,10 @@ class Outcome:
     error: TribopipeError | None = None
     place: int = 0
     """Place of its run in a batch, by which outcomes are put in order whichever came first."""
+    step: StepName | None = None
+    """Step of the run that it is about, which names the law; none of ingest, studies and figures."""
+    previous: Headline | None = None
+    """Main values of the result that this one has replaced; none where there was none, or where they are the same."""
     dropped: tuple[StepName, ...] | None = None
     """Steps that stood on the run.toml before it was amended; none where it was not."""
 
@@ -84,10 +89,16 @@ class Outcome:
         return {
             "id": self.run_id,
             "stage": self.stage,
+            "step": self.step,
             "status": self.status,
+            "previous": None if self.previous is None else {name: _json(old) for name, old in self.previous.items()},
             "findings": [finding.model_dump(mode="json") for finding in self.findings],
             "error": None if self.error is None else str(self.error),
         }
+
+
+def _json(quantity: Quantity | None) -> dict[str, Any] | None:
+    return None if quantity is None else quantity.model_dump(mode="json")
 
 
 def attempted(run_id: str, stage: Stage, step: Callable[[], Outcome]) -> Outcome:
@@ -233,16 +244,37 @@ def _advance(archive: Archive, step: PlannedStep, stage: Stage, *, force: bool) 
     """Take a step and archive it, unless it is there already, made from the same."""
     there = archive.fingerprints(step.run_id, step.name)
     if there is not None and there.inputs == step.inputs_sha256 and not force:
-        before = archive.result(step.run_id, step.name, Record)
-        return Outcome(step.run_id, stage, "unchanged", before, findings=_findings_of(before))
+        found = archive.result(step.run_id, step.name, Record)
+        return Outcome(step.run_id, stage, "unchanged", found, step=step.name, findings=_findings_of(found))
     taken = step.take()
     archive.put_step(step.run_id, taken)
-    return Outcome(step.run_id, stage, "done", taken.result, findings=_findings_of(taken.result))
+    return Outcome(step.run_id, stage, "done", taken.result, step=step.name, findings=_findings_of(taken.result))
 
 
 def _findings_of(result: Record | None) -> tuple[Finding, ...]:
     """Return what speaks against a result; nothing of results that are not judged."""
     return tuple(getattr(result, "findings", ()))
+
+
+def compared(archive: Archive, run_id: str, outcomes: Iterator[Outcome]) -> Iterator[Outcome]:
+    """Yield outcomes of steps of a run, each with the main values that the archive had before the first of them.
+
+    All of these are read at the start, since a step whose result has changed drops those that stand on it.
+    """
+    earlier = _headlines(archive, run_id)
+    for outcome in outcomes:
+        before = earlier.get(outcome.step) if outcome.step else None
+        replaced = outcome.status == "done" and outcome.result is not None and before is not None
+        yield replace(outcome, previous=before) if replaced and before != headline(outcome.result) else outcome
+
+
+def _headlines(archive: Archive, run_id: str) -> dict[StepName, Headline]:
+    """Return the main values of each archived step; nothing of one whose result cannot be read any more."""
+    found = {}
+    for name in archive.step_names(run_id):
+        with suppress(ArchiveError):
+            found[name] = headline(archive.result(run_id, name, Record))
+    return {name: values for name, values in found.items() if values}
 
 
 def process(
@@ -363,8 +395,7 @@ def _process_one(path: Path, archive: Archive, recipe: Recipe, *, force: bool, a
         ("wear_fit", partial(fit_archived_wear, archive, run_id, law, recipe, force=force))
         for law in recipe.wear.models
     ]
-    for stage, advance in stages:
-        yield attempted(run_id, stage, advance)
+    yield from compared(archive, run_id, (attempted(run_id, stage, advance) for stage, advance in stages))
 
 
 def predict_from_lightest(

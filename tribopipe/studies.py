@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from tribopipe.archive.digest import digest
+from tribopipe.archive.steps import METHODS
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
 from tribopipe.clean_up.cleaning import clean_run
@@ -98,10 +99,10 @@ class PlannedStudy:
 
     @property
     def options(self) -> dict[str, Any]:
-        """What it is told, as JSON types, and which packages its laws are of."""
+        """What it is told, as JSON types, by which methods it is evaluated, and which packages its laws are of."""
         packages = [package for law in self.study.laws if (package := law_package(law)) is not None]
         told = self.recipe.model_dump(mode="json", by_alias=True)
-        return told | ({"law_packages": packages} if packages else {})
+        return told | {"methods": METHODS} | ({"law_packages": packages} if packages else {})
 
     @property
     def inputs_sha256(self) -> str:

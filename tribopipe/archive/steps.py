@@ -23,6 +23,20 @@ StepName: TypeAlias = str
 """Such as "drift_correction" or "wear_fit_archard": steps under a wear law end in its name."""
 
 
+METHODS: dict[str, int] = {
+    "clean_up": 1,
+    "drift_correction": 1,
+    "friction_fit": 1,
+    "specific_wear": 1,
+    "wear_fit": 1,
+    "prediction": 1,
+    "local_wear": 1,
+    "study": 1,
+}
+"""Number of the method of each step, under any law. Raise it by one where a change gives other numbers from the same
+inputs: archived steps are then done again, and `process` shows the earlier and the new values."""
+
+
 class StepKind(NamedTuple):
     """What a step returns, by tribometer, and the steps of the same run it stands on."""
 
@@ -112,6 +126,11 @@ class _Steps(Mapping[StepName, StepKind]):
 
 
 STEPS = _Steps()
+
+
+def method_number(name: StepName) -> int:
+    """Return the number of the method by which a step is done now."""
+    return next(number for step, number in METHODS.items() if name == step or name.startswith(f"{step}_"))
 
 
 def steps_among(names: Iterable[str]) -> list[StepName]:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 
 from tribopipe.archive.results import archived_correction, archived_friction
+from tribopipe.archived_steps import recipe_of
 from tribopipe.browse.drawing import MICRONS, VOLUME, Curve, Mark, Panel, Role, Unit, mark
 from tribopipe.browse.local_plots import COEFFICIENT_LABEL, law_curves, measured_curve
 from tribopipe.browse.plots import PlotOffer, coefficient_offer
@@ -10,7 +11,6 @@ from tribopipe.browse.samples import StudyFile
 from tribopipe.records.disc_results import spoken
 from tribopipe.records.disc_verdict import TwinDiscLawResult, TwinDiscStudyResult
 from tribopipe.records.manifest import DISCS, DiscName
-from tribopipe.records.recipe import Recipe
 from tribopipe.records.verdict import LawResult, StudyResult
 from tribopipe.run import Column
 from tribopipe.study.discs import DiscStudyCurve
@@ -127,7 +127,7 @@ def _draw_coefficient(study: StudyFile, result: StudyResult) -> tuple[Panel, ...
 
 
 def _effective(study: StudyFile, runs: Sequence[str]) -> list[EffectiveCoefficient]:
-    recipe = Recipe.model_validate(study.stored.options)
+    recipe = recipe_of(study.stored.options)
     members = [Member(archived_correction(study.archive, run), archived_friction(study.archive, run)) for run in runs]
     found = [effective_coefficient(member.pose("sarkar", recipe), recipe.monte_carlo.seed) for member in members]
     return [one for one in found if one is not None]

@@ -20,7 +20,7 @@ from tribopipe.cli.options import (
 )
 from tribopipe.cli.output import Advance, finish, in_order, print_json, progress, record_json, say
 from tribopipe.cli.runs import RunPaths, run_folders, say_amended, say_warnings
-from tribopipe.cli.steps import say_clean_up
+from tribopipe.cli.steps import say_change, say_clean_up
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
@@ -101,6 +101,7 @@ def _followed(coming: "Iterable[Outcome]", advance: "Advance") -> "list[Outcome]
         say_amended(outcome)
         say_warnings(outcome)
         say_clean_up(outcome)
+        say_change(outcome)
         _say_doubts(outcome)
         kept.append(outcome if outcome.stage == "study" else replace(outcome, result=None))
     return in_order(kept)

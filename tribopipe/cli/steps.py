@@ -91,18 +91,24 @@ def _fit_json(store: "Archive", run_id: str, law: Law) -> dict[str, Any]:
 def _corrected(run_id: str, store: "Archive", how: "Recipe", *, force: bool) -> "Iterator[Outcome]":
     from tribopipe import pipeline
 
-    yield pipeline.clean_archived(store, run_id, how)
-    yield pipeline.correct_archived_drift(store, run_id, how, force=force)
+    def steps() -> "Iterator[Outcome]":
+        yield pipeline.clean_archived(store, run_id, how)
+        yield pipeline.correct_archived_drift(store, run_id, how, force=force)
+
+    return pipeline.compared(store, run_id, steps())
 
 
 def _fitted(run_id: str, store: "Archive", how: "Recipe", model: Law, *, force: bool) -> "Iterator[Outcome]":
     from tribopipe import pipeline
 
-    yield pipeline.clean_archived(store, run_id, how)
-    yield pipeline.correct_archived_drift(store, run_id, how)
-    yield pipeline.fit_archived_friction(store, run_id, how, force=force)
-    yield pipeline.evaluate_archived_wear(store, run_id, how, force=force)
-    yield pipeline.fit_archived_wear(store, run_id, model, how, force=force)
+    def steps() -> "Iterator[Outcome]":
+        yield pipeline.clean_archived(store, run_id, how)
+        yield pipeline.correct_archived_drift(store, run_id, how)
+        yield pipeline.fit_archived_friction(store, run_id, how, force=force)
+        yield pipeline.evaluate_archived_wear(store, run_id, how, force=force)
+        yield pipeline.fit_archived_wear(store, run_id, model, how, force=force)
+
+    return pipeline.compared(store, run_id, steps())
 
 
 _Stage = Literal["drift_correction", "wear_fit"]
@@ -146,8 +152,19 @@ def say_clean_up(outcome: "Outcome") -> None:
         say(f"{outcome.run_id}: {outcome.result}")
 
 
+def say_change(outcome: "Outcome") -> None:
+    """Say which main values of an earlier result have changed, unless the digits shown are the same."""
+    if outcome.previous is None:
+        return
+    from tribopipe.records.headline import changes
+
+    for told in changes(outcome.previous, outcome.result):
+        say(f"{outcome.run_id}: {told}")
+
+
 def tell(outcome: "Outcome") -> None:
     """Say what became of a step."""
+    say_change(outcome)
     if outcome.stage == "clean_up":
         say_clean_up(outcome)
     elif outcome.status == "unchanged":

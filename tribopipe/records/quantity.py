@@ -67,6 +67,12 @@ def between(ends: tuple[Quantity, Quantity], unit: str) -> str:
     return f"{low.removesuffix(f' {units.pretty(unit)}')} to {high}"
 
 
+def change(before: Quantity | None, after: Quantity | None, unit: str) -> str:
+    """Write what a value was and what it is now, the unit once: "13 → 15 µm"."""
+    old, new = ("none" if one is None else one.shown(unit) for one in (before, after))
+    return f"{old if after is None else old.removesuffix(f' {units.pretty(unit)}')} → {new}"
+
+
 class EndValue(Quantity):
     """A quantity measured on a specimen after the test."""
 

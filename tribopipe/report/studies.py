@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from tribopipe.archive.results import archived_correction, archived_friction
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
+from tribopipe.archived_steps import recipe_of
 from tribopipe.records.disc_verdict import TwinDiscStudyResult
 from tribopipe.records.recipe import Recipe
 from tribopipe.records.verdict import StudyResult
@@ -31,7 +32,7 @@ def study_figures(archive: Archive, study_id: str) -> "dict[str, Figure]":
     ``ArchiveError`` where the study or one of its runs is not in the archive.
     """
     stored = archive.study(study_id)
-    recipe = Recipe.model_validate(stored.options)
+    recipe = recipe_of(stored.options)
     runs = [
         Member(archived_correction(archive, run.id), archived_friction(archive, run.id))
         for run in stored.result.laws[0].runs
