@@ -191,7 +191,7 @@ def _computed_again(asked_for: tuple[Path, str]) -> str:
 
 
 def _named(look: Look) -> str:
-    return ", ".join(sorted({finding.check for finding in look.findings if finding.severity != "note"}))
+    return ", ".join(sorted({finding.code for finding in look.findings if finding.severity != "note"}))
 
 
 def flip_bits(points: int, seed: int, scratch: Path) -> list[Seen]:

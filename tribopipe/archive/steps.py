@@ -25,13 +25,13 @@ StepName: TypeAlias = str
 
 METHODS: dict[str, int] = {
     "clean_up": 1,
-    "drift_correction": 1,
+    "drift_correction": 2,
     "friction_fit": 1,
-    "specific_wear": 1,
-    "wear_fit": 1,
+    "specific_wear": 2,
+    "wear_fit": 2,
     "prediction": 1,
     "local_wear": 1,
-    "study": 1,
+    "study": 2,
 }
 """Number of the method of each step, under any law. Raise it by one where a change gives other numbers from the same
 inputs: archived steps are then done again, and `process` shows the earlier and the new values."""

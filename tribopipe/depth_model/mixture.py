@@ -9,6 +9,7 @@ Learning, 2006, 2.7). All of them together, each with its evidence, are the post
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,7 @@ _NOISE_RANGE = 0.6
 """ln σ_e is sought so far on either side of what differences of neighboring blocks tell."""
 _LEAST_WANDER, _MOST_WANDER = 0.1, 3.0
 """σ_f is sought from this share of σ_e to this many times the wear."""
-_NO_WANDER = 0.3
+NO_WANDER = 0.3
 """Prior probability that there is none."""
 _WINDOW = 9.0
 """Ways whose logarithm of evidence is lower by more than this do not matter."""
@@ -70,20 +71,25 @@ class Regression:
 
 
 @dataclass(frozen=True)
-class Way:
-    """One way in which the reading may have come about: a Gaussian posterior of its coefficients."""
+class Ways:
+    """All ways in which a reading may have come about that matter, each a Gaussian posterior of its coefficients."""
 
-    log_evidence: float
-    """By the reading alone, prior probability included."""
-    log_anchored: float
+    log_evidence: Column
+    """By the reading alone, prior probability included; shape (ways,)."""
+    log_anchored: Column
     """With the anchor; without one the same."""
-    alternative: Alternative
-    wander: Wander | None
-    deviations: tuple[float, float]
-    """σ_f and σ_e, m."""
+    alternative: NDArray[np.intp]
+    """Number of the alternative of terms."""
+    wander: NDArray[np.intp]
+    """Number of the process; −1 where nothing wanders."""
+    slow: Column
+    """σ_f, m."""
+    noise: Column
+    """σ_e, m."""
     mean: Column = field(repr=False)
-    """Of all coefficients, those that are not part of this way 0."""
+    """Of all coefficients, those that are not part of a way 0; shape (ways, coefficients)."""
     covariance: Column = field(repr=False)
+    """Shape (ways, coefficients, coefficients)."""
 
 
 def noise_of_differences(reading: Column, weights: Column) -> float:
@@ -93,21 +99,26 @@ def noise_of_differences(reading: Column, weights: Column) -> float:
     return float(1.4826 * np.median(np.abs(second / expected)))
 
 
-def ways(regression: Regression, wanders: Sequence[Wander]) -> list[Way]:
+def ways(regression: Regression, wanders: Sequence[Wander]) -> Ways:
     """Return all ways in which a reading may have come about that matter, with their evidence."""
+    share = (1 - NO_WANDER) / max(1, len(wanders))
     found = []
-    for wander, prior in ((None, _NO_WANDER), *((one, (1 - _NO_WANDER) / len(wanders)) for one in wanders)):
+    for number, wander in enumerate((None, *wanders), start=-1):
         projected = _Projected(regression, wander)
         grid = _grid(regression, wander, _COARSE)
-        found.append((projected, prior, grid, projected.log_evidences(*grid)))
-    mattering = _mattering([evidence for *_, evidence in found])
+        prior = float(np.log(NO_WANDER if wander is None else share))
+        found.append((number, projected, prior, grid, projected.log_evidences(*grid)))
     refined = []
-    for (projected, prior, grid, _), near in zip(found, mattering, strict=True):
+    for (number, projected, prior, grid, _), near in zip(found, _mattering([one[-1] for one in found]), strict=True):
         if np.any(near):
             fine = _refined(grid, np.any(near, axis=0), with_wander=projected.wander is not None)
-            refined.append((projected, fine, projected.log_evidences(*fine[:2]) + np.log(prior) + fine[2]))
-    mattering = _mattering([evidence for *_, evidence in refined])
-    return [way for one, near in zip(refined, mattering, strict=True) for way in _kept(*one, near)]
+            refined.append((number, projected, fine, projected.log_evidences(*fine[:2]) + prior + fine[2]))
+    parts = [
+        part
+        for (number, projected, fine, evidence), near in zip(refined, _mattering([r[-1] for r in refined]), strict=True)
+        for part in _kept(number, projected, fine[:2], evidence, near)
+    ]
+    return Ways(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
 
 def _mattering(evidences: Sequence[Column]) -> list[NDArray[np.bool_]]:
@@ -117,17 +128,28 @@ def _mattering(evidences: Sequence[Column]) -> list[NDArray[np.bool_]]:
 
 
 def _kept(
-    projected: "_Projected", fine: tuple[Column, Column, float], evidence: Column, near: NDArray[np.bool_]
-) -> Iterator[Way]:
+    number: int,
+    projected: "_Projected",
+    deviations: tuple[Column, Column],
+    evidence: Column,
+    near: NDArray[np.bool_],
+) -> Iterator[tuple[Any, ...]]:
+    """Give the columns of ``Ways`` for each alternative that matters with a process."""
     for place, alternative in enumerate(projected.regression.alternatives):
         points = np.flatnonzero(near[place])
         if len(points):
-            deviations = fine[0][points], fine[1][points]
-            mean, covariance = projected.coefficients(alternative, *deviations)
-            for row, point in enumerate(points.tolist()):
-                pair = float(deviations[0][row]), float(deviations[1][row])
-                alone, anchored = evidence[:, place, point].tolist()
-                yield Way(alone, anchored, alternative, projected.wander, pair, mean[row], covariance[row])
+            slow, noise = deviations[0][points], deviations[1][points]
+            same = np.ones(len(points), dtype=np.intp)
+            alone, anchored = evidence[:, place, points]
+            yield (
+                alone,
+                anchored,
+                place * same,
+                number * same,
+                slow,
+                noise,
+                *projected.coefficients(alternative, slow, noise),
+            )
 
 
 def _grid(regression: Regression, wander: Wander | None, spacing: tuple[float, float]) -> tuple[Column, Column]:

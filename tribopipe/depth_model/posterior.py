@@ -10,11 +10,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tribopipe.depth_model.mixture import Anchor, Regression, Way, noise_of_differences, ways
+from tribopipe.depth_model.mixture import NO_WANDER, Anchor, Regression, Ways, noise_of_differences, ways
 from tribopipe.depth_model.terms import OptionalTerms, optional_terms
-from tribopipe.depth_model.wander import wanders
+from tribopipe.depth_model.wander import Wander, wanders
 from tribopipe.run import Column
 
 SCORES = np.linspace(-8.0, 8.0, 65)
@@ -30,7 +29,12 @@ _REACH = np.linspace(-8.0, 8.0, 65)
 """Standard deviations about each way at which the density of H is known."""
 _MOVED = (-0.03, -0.01, -0.003, 0.003, 0.01, 0.03)
 """Shares of H by which errors of the inputs move what was measured."""
-_FACTORS = 33
+_NODE = 0.25
+"""Standard uncertainties of the measurement between factors for which the distribution of H is known,"""
+_LEAST_SPACING = 2e-5
+"""and the least difference of these."""
+_ALIKE = 0.1
+"""Relative difference of standard deviations, and half of that of means in these, of ways that are merged."""
 _LEAST_NOISE = 1e-12
 """Standard deviation, m, below which a reading counts as without noise."""
 _LEAST_WEAR = 1e-9
@@ -146,7 +150,9 @@ class DepthPosterior:
     """All ways in which a reading may have come about, each with its evidence."""
 
     reading: DepthReading
-    ways: tuple[Way, ...]
+    ways: Ways
+    processes: tuple[Wander, ...]
+    """Those that the ways number."""
     reference: float
     """H about which the wear was taken for linear in H, m."""
     anchor: Anchor | None
@@ -155,25 +161,17 @@ class DepthPosterior:
     @cached_property
     def weights(self) -> Column:
         """Probability of each way, by reading and measurement."""
-        return _normalized(np.array([way.log_anchored for way in self.ways]))
+        return _normalized(self.ways.log_anchored)
 
     @cached_property
     def weights_alone(self) -> Column:
         """Probability of each way by the reading alone."""
-        return _normalized(np.array([way.log_evidence for way in self.ways]))
-
-    @cached_property
-    def _means(self) -> Column:
-        return np.array([way.mean for way in self.ways])
-
-    @cached_property
-    def _covariances(self) -> Column:
-        return np.array([way.covariance for way in self.ways])
+        return _normalized(self.ways.log_evidence)
 
     @property
     def alone(self) -> tuple[float, float]:
         """H and its standard uncertainty by the reading alone, m."""
-        mean, deviation = _moments(self.weights_alone, self._means[:, 0], self._covariances[:, 0, 0])
+        mean, deviation = _moments(self.weights_alone, self.ways.mean[:, 0], self.ways.covariance[:, 0, 0])
         return self.reference + mean, deviation
 
     @property
@@ -187,10 +185,10 @@ class DepthPosterior:
     def _anchored(self) -> tuple[Column, Column]:
         """Means and covariances of the coefficients in each way, with the measurement."""
         if self.anchor is None:
-            return self._means, self._covariances
-        gain = self._covariances[:, :, 0] / (self._covariances[:, :1, 0] + self.anchor.uncertainty**2)
-        means = self._means + gain * (self.anchor.value - self._means[:, :1])
-        return means, self._covariances - gain[:, :, None] * self._covariances[:, None, :, 0]
+            return self.ways.mean, self.ways.covariance
+        gain = self.ways.covariance[:, :, 0] / (self.ways.covariance[:, :1, 0] + self.anchor.uncertainty**2)
+        means = self.ways.mean + gain * (self.anchor.value - self.ways.mean[:, :1])
+        return means, self.ways.covariance - gain[:, :, None] * self.ways.covariance[:, None, :, 0]
 
     @cached_property
     def terms(self) -> tuple[Column, Column]:
@@ -212,49 +210,46 @@ class DepthPosterior:
     @cached_property
     def wander(self) -> Column:
         """Mean of f at each block, m."""
-        root = np.sqrt(self.reading.weights)
+        root, ways = np.sqrt(self.reading.weights), self.ways
         rows = self.reading.depth - self.reading.course(self.reference)
-        columns = np.column_stack([self._slope, self.reading.columns])
-        means, found = self._anchored[0], np.zeros(len(root))
-        for probability, way, mean in zip(self.weights, self.ways, means, strict=True):
-            if way.wander is not None and probability > _NEGLIGIBLE:
-                left = way.wander.basis.T @ (root * (rows - columns @ mean))
-                precise = left / (way.deviations[1] ** 2 + way.deviations[0] ** 2 * way.wander.powers)
-                pulled = way.wander.correlation @ (root * (way.wander.basis @ precise))
-                found += probability * way.deviations[0] ** 2 * pulled
+        left = root * (rows - self._anchored[0] @ np.column_stack([self._slope, self.reading.columns]).T)
+        found = np.zeros(len(root))
+        for number, process in enumerate(self.processes):
+            mine = np.flatnonzero((ways.wander == number) & (self.weights > _NEGLIGIBLE))
+            precision = 1 / (ways.noise[mine, None] ** 2 + ways.slow[mine, None] ** 2 * process.powers)
+            weighted = (self.weights * ways.slow**2)[mine, None] * precision * (left[mine] @ process.basis)
+            found += process.correlation @ (root * (process.basis @ np.sum(weighted, axis=0)))
         return found
 
     @cached_property
     def disturbance(self) -> Column:
         """Covariance of wander and noise at the blocks, averaged over all ways, m²; shape (blocks, blocks)."""
-        found = np.diag(self._average(lambda way: way.deviations[1] ** 2) / self.reading.weights)
-        both = list(zip(self.weights.tolist(), self.ways, strict=True))
-        wanders = {id(way.wander): way.wander for way in self.ways if way.wander is not None}
-        for key, wander in wanders.items():
-            share = float(np.sum([w * way.deviations[0] ** 2 for w, way in both if id(way.wander) == key]))
-            found = found + share * wander.correlation
+        found = np.diag(self.noise**2 / self.reading.weights)
+        for number, process in enumerate(self.processes):
+            found = (
+                found + float(self.weights @ (self.ways.slow**2 * (self.ways.wander == number))) * process.correlation
+            )
         return found
 
     @property
     def noise(self) -> float:
         """Standard deviation of the noise of a block of mean size, m."""
-        return float(np.sqrt(self._average(lambda way: way.deviations[1] ** 2)))
+        return float(np.sqrt(self.weights @ self.ways.noise**2))
 
     @cached_property
     def log_odds(self) -> float:
         """Evidence, as a logarithm of odds, that the reading is more than wear by the law, a line and noise."""
-        plain = np.array([way.wander is None and way.alternative.name == "none" for way in self.ways])
-        logs = np.array([way.log_anchored for way in self.ways])
+        plain = (self.ways.wander < 0) & (self.ways.alternative == 0)
         if not np.any(plain):
             return np.inf
-        return float(np.logaddexp.reduce(logs[~plain], initial=-np.inf) - np.logaddexp.reduce(logs[plain])) - _PRIOR
+        logs = self.ways.log_anchored
+        others = np.logaddexp.reduce(logs[~plain], initial=-np.inf)
+        return float(others - np.logaddexp.reduce(logs[plain])) - _log_prior_odds(self.reading.optional)
 
     def probability_of(self, name: str) -> float:
         """Return the probability of an alternative of terms."""
-        return float(self._average(lambda way: float(way.alternative.name == name)))
-
-    def _average(self, of: Callable[[Way], float]) -> float:
-        return float(self.weights @ [of(way) for way in self.ways])
+        named = np.array([one.name == name for one in self.reading.optional.alternatives])
+        return float(self.weights @ named[self.ways.alternative])
 
     @cached_property
     def _slope(self) -> Column:
@@ -277,63 +272,96 @@ class DepthPosterior:
         Column
             H, at least 0 and no deeper than the specimen, shape (draws,).
         """
-        used = self.reading.measured if measured else ()
-        grid, log_density = self._density
-        nodes = np.linspace(np.min(factor), np.max(factor), _FACTORS) if used and np.ptp(factor) > 0 else np.ones(1)
-        place = np.zeros(len(factor))
-        if len(nodes) > 1:
-            place = (factor - nodes[0]) / (nodes[1] - nodes[0])
+        if not measured or not self.reading.measured:
+            grid, log_density = self._density
+            return np.asarray(np.interp(probability, _cumulative(grid, log_density), grid))
         # A factor between two nodes takes one of them, the nearer one more often.
-        chosen = np.minimum(np.floor(place + np.modf(probability * 1e4)[0]), len(nodes) - 1).astype(int)
+        place = (factor - 1) / self._node_spacing + np.modf(probability * 1e4)[0]
+        nodes = np.floor(place).astype(int)
         found = np.empty(len(probability))
-        for node, value in enumerate(nodes.tolist()):
-            some = chosen == node
-            if np.any(some):
-                scores = sum((one.score(grid, value) ** 2 for one in used), np.zeros(len(grid)))
-                found[some] = np.interp(probability[some], _cumulative(grid, log_density - scores / 2), grid)
+        for node in np.unique(nodes).tolist():
+            some = nodes == node
+            found[some] = np.interp(probability[some], self._measured_cumulative(node), self._density[0])
         return found
+
+    @cached_property
+    def _node_spacing(self) -> float:
+        """Difference of factors between which the distribution of H hardly changes."""
+        end = self.reading.measured[0]
+        return max(_NODE * end.uncertainty / max(abs(end.depth), end.uncertainty), _LEAST_SPACING)
+
+    def _measured_cumulative(self, node: int) -> Column:
+        """Return the cumulative distribution of H, with what was measured, at the grid of its density."""
+        if node not in self._known_nodes:
+            grid, log_density = self._density
+            factor = 1 + node * self._node_spacing
+            scores = sum((one.score(grid, factor) ** 2 for one in self.reading.measured), np.zeros(len(grid)))
+            self._known_nodes[node] = _cumulative(grid, log_density - scores / 2)
+        return self._known_nodes[node]
+
+    @cached_property
+    def _known_nodes(self) -> dict[int, Column]:
+        return {}
 
     @cached_property
     def _density(self) -> tuple[Column, Column]:
         """A grid of H, m, and the logarithm of its density by the reading alone."""
-        means, deviations = self._means[:, 0], np.sqrt(self._covariances[:, 0, 0])
-        mattering = np.flatnonzero(np.maximum(self.weights, self.weights_alone) > _NEGLIGIBLE)
-        grid = self._grid(mattering)
-        logs = np.array([way.log_evidence for way in self.ways])[mattering] - np.log(deviations[mattering])
-        apart = (grid[:, None] - self.reference - means[mattering]) / deviations[mattering]
-        terms = logs - 0.5 * apart**2
+        means, deviations = self.ways.mean[:, 0], np.sqrt(self.ways.covariance[:, 0, 0])
+        logs, means, deviations = _merged(self.ways.log_evidence, self.ways.log_anchored, means, deviations)
+        grid = self._grid()
+        apart = (grid[:, None] - self.reference - means) / deviations
+        terms = logs - np.log(deviations) - 0.5 * apart**2
         top = np.max(terms, axis=1)
         return grid, top + np.log(np.sum(np.exp(terms - top[:, None]), axis=1))
 
-    def _grid(self, mattering: NDArray[np.intp]) -> Column:
+    def _grid(self) -> Column:
         """Return places that resolve every way in which H may have come about."""
         found = []
-        for means, covariances in (self._anchored, (self._means, self._covariances)):
-            for way in self._typical(mattering):
+        for means, covariances in (self._anchored, (self.ways.mean, self.ways.covariance)):
+            for way in self._typical():
                 reach = means[way, 0] + _REACH * np.sqrt(covariances[way, 0, 0])
                 found += [reach, *(reach[::8] + by * self.reference for by in _MOVED)]
         grid = np.unique(np.concatenate(found)) + self.reference
         return np.asarray(grid[(grid >= 0) & (grid < self.reading.most)])
 
-    def _typical(self, mattering: NDArray[np.intp]) -> list[int]:
+    def _typical(self) -> list[int]:
         """Return the most probable way with each process and each kind of terms."""
-        best: dict[tuple[int, str], int] = {}
-        for way in sorted(mattering.tolist(), key=lambda place: -self.weights[place]):
-            best.setdefault((id(self.ways[way].wander), self.ways[way].alternative.name), way)
+        kinds = np.unique([one.name for one in self.reading.optional.alternatives], return_inverse=True)[1]
+        best: dict[tuple[int, int], int] = {}
+        for way in np.argsort(-self.weights).tolist():
+            best.setdefault((int(self.ways.wander[way]), int(kinds[self.ways.alternative[way]])), way)
         return list(best.values())
 
 
-_PRIOR = float(np.log((1 - 0.3 * 0.5) / (0.3 * 0.5)))
-"""Logarithm of the prior odds of anything but wear, a line and noise."""
+def _merged(alone: Column, anchored: Column, means: Column, deviations: Column) -> tuple[Column, Column, Column]:
+    """Return Gaussians of H, those that are nearly alike merged: logarithms of their weights, means, deviations."""
+    mattering = np.maximum(_normalized(alone), _normalized(anchored)) > _NEGLIGIBLE / 100
+    alone, means, deviations = alone[mattering], means[mattering], deviations[mattering]
+    size = np.round(np.log(deviations) / _ALIKE)
+    place = np.round(means / (2 * _ALIKE * np.exp(size * _ALIKE)))
+    _, group = np.unique(np.stack([size, place]), axis=1, return_inverse=True)
+    top = np.full(int(group.max()) + 1, -np.inf)
+    np.maximum.at(top, group, alone)
+    share = np.exp(alone - top[group])
+    weight = np.bincount(group, share)
+    mean = np.bincount(group, share * means) / weight
+    variance = np.bincount(group, share * (deviations**2 + (means - mean[group]) ** 2)) / weight
+    return top + np.log(weight), mean, np.sqrt(variance)
+
+
+def _log_prior_odds(optional: OptionalTerms) -> float:
+    """Return the logarithm of the prior odds of anything but wear, a line and noise."""
+    plain = NO_WANDER * optional.alternatives[0].probability
+    return float(np.log((1 - plain) / plain))
 
 
 def depth_posterior(reading: DepthReading) -> DepthPosterior:
     """Return what a reading, with what was measured on the specimens, tells of the wear at the end."""
-    processes = wanders(reading.time, reading.weights)
+    processes = tuple(wanders(reading.time, reading.weights))
     reference = min(max(reading.expected, 0.1 * reading.scale), 0.9 * reading.most)
     for _ in range(_MOST_PASSES):
         regression = regression_of(reading, reference)
-        posterior = DepthPosterior(reading, tuple(ways(regression, processes)), reference, regression.anchor)
+        posterior = DepthPosterior(reading, ways(regression, processes), processes, reference, regression.anchor)
         mean, deviation = posterior.together
         moved = min(max(mean, 0.1 * reading.scale), 0.9 * reading.most)
         if abs(moved - reference) < max(_NEARLY * deviation, _NEARLY * reference):

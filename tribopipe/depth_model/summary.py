@@ -39,13 +39,10 @@ def depth_model(posterior: DepthPosterior, duration: float) -> DepthModel:
 
 
 def _settling_time(posterior: DepthPosterior, duration: float) -> Quantity:
-    settling = [
-        (weight, posterior.reading.optional.time_constants[way.alternative.columns[0]])
-        for weight, way in zip(posterior.weights, posterior.ways, strict=True)
-        if way.alternative.name == "settling"
-    ]
-    weights = np.array([weight for weight, _ in settling])
-    times = np.array([constant or 0.0 for _, constant in settling])
+    settling = [one.columns[0] if one.name == "settling" else -1 for one in posterior.reading.optional.alternatives]
+    place = np.array(settling)[posterior.ways.alternative]
+    constants = np.array([constant or 0.0 for constant in posterior.reading.optional.time_constants])
+    times, weights = constants[place[place >= 0]], posterior.weights[place >= 0]
     mean = float(np.average(times, weights=weights))
     spread = float(np.sqrt(np.average((times - mean) ** 2, weights=weights)))
     return Quantity(value=mean * duration, unit="s", standard_uncertainty=spread * duration)

@@ -5,6 +5,7 @@ from typing import Literal
 from pydantic import Field
 
 from tribopipe.records.base import Record
+from tribopipe.records.finding import Finding
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import Correction, LawName, WearEngine
 
@@ -116,6 +117,8 @@ class RunVerdict(Record):
     """Where the wear rate would leave the law."""
     engines: EngineComparison | None = None
     """k_D by even and by local pressure, of a run with a spherical pin that identified k_D."""
+    findings: tuple[Finding, ...] = ()
+    """What speaks against the curve of the run."""
     end_of_life: EndOfLife | None = None
     """Where the run reaches the wanted depth; none where its k_D is rather zero, or no depth is wanted."""
 

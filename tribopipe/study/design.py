@@ -35,7 +35,7 @@ def design(
     """
     if not wanted > 0:
         raise FitError(f"plan: found a wanted interval of {wanted:g}; expected one above zero, such as '10 %'")
-    lines = budget(run.problem, run.coefficient)
+    lines = budget(run.problem.condensed(), run.coefficient)
     now = half_width(lines)
     common = {name.replace("_", " ") for name in (*shared, *law_named(law).inputs())}
     by_shared = half_width([line for line in lines if line.name in common])
@@ -77,7 +77,7 @@ def levers(lines: Collection[Contribution]) -> list[Lever]:
 
 def _length(run: PosedRun, wanted: float) -> tuple[float | None, float]:
     return shortest(
-        lambda length: half_width(budget(at_length(run.problem, run.coefficient, length), run.coefficient)), wanted
+        lambda length: half_width(budget(at_length(run.plain, run.coefficient, length), run.coefficient)), wanted
     )
 
 

@@ -19,6 +19,7 @@ from tribopipe.records.verdict import (
     Role,
     RunVerdict,
     StudyResult,
+    Verdict,
 )
 from tribopipe.run import Column
 from tribopipe.study.combine import Combination, combine
@@ -28,6 +29,8 @@ from tribopipe.study.member import Member, PosedRun, RunDraws, chosen
 from tribopipe.study.shape import Shape, compare_laws
 from tribopipe.study.verdict import Comparison, compare, decide, exponent, ratio, sentence, single_run_note
 from tribopipe.uncertainty import propagate
+from tribopipe.wear.depth_problem import DepthProblem
+from tribopipe.wear.doubts import shape_is_rejected, wear_findings
 from tribopipe.wear.inputs import PIN_SHARED, default_notes
 from tribopipe.wear.laws import law_named
 
@@ -169,7 +172,7 @@ class _Law:
             id=run.member.id,
             role=role,
             normal_load=manifest.conditions.normal_load,
-            outcome=decide(comparison, lambda factor: float(run.predicted(best * factor)[-1])),
+            outcome=_withheld(decide(comparison, lambda factor: float(run.predicted(best * factor)[-1])), run),
             sentence="",
             notes=(*engine_notes(engines), *_extrapolations(run, comparison), *default_notes(run.problem.inputs)),
             sliding_distance=_metres(run.problem.trace.slid),
@@ -186,6 +189,7 @@ class _Law:
             exponent=exponent(draws, comparison, run.predicted(run.coefficient)),
             change_point=shape.change_point(self.recipe.monte_carlo.seed),
             engines=engines,
+            findings=tuple(wear_findings(run.problem)) if isinstance(run.problem, DepthProblem) else (),
             end_of_life=self._end_of_life(draws, coefficients),
         )
         return verdict.model_copy(update={"sentence": sentence(self.law, role, verdict)})
@@ -193,6 +197,15 @@ class _Law:
     def _end_of_life(self, draws: RunDraws, coefficients: Column) -> EndOfLife | None:
         wanted = self.study.end_of_life
         return None if wanted is None else end_of_life(draws, coefficients, wanted.value)
+
+
+def _withheld(outcome: Verdict, run: PosedRun) -> Verdict:
+    """Return the outcome; a law whose shape the curve rejects is not supported by it, whatever the depth at the end."""
+    problem = run.problem
+    doubtful = isinstance(problem, DepthProblem) and (
+        problem.basis == "measurement" or shape_is_rejected(problem.posterior)
+    )
+    return "not decidable" if outcome == "supported" and doubtful else outcome
 
 
 def _metres(value: float, spread: float | None = None) -> Quantity:

@@ -1,7 +1,7 @@
 """One run as it enters a study: its wear as measured and as a law has it, for draws of everything uncertain."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,7 +15,7 @@ from tribopipe.records.study import Study
 from tribopipe.records.verdict import LeftOut
 from tribopipe.run import Column, CorrectedRun
 from tribopipe.study.bodies import check_bodies
-from tribopipe.wear.depth_problem import depth_problem
+from tribopipe.wear.depth_problem import DepthProblem, depth_problem
 from tribopipe.wear.draws import solve_draws
 from tribopipe.wear.inputs import draw_values
 from tribopipe.wear.joint import JointProblem, joint_problem
@@ -82,6 +82,18 @@ class PosedRun:
     def coefficient(self) -> float:
         """k_D of this run alone, m²/N."""
         return self.problem.coefficient()
+
+    @cached_property
+    def plain(self) -> WearProblem:
+        """The same run with noise alone, as much of it as leaves k_D as uncertain: what tests of other lengths are.
+
+        A wander that was seen once says nothing of a longer test.
+        """
+        if not isinstance(self.problem, DepthProblem):
+            return self.problem
+        white = self.joint.random_uncertainty(self.coefficient)
+        louder = self.problem.random_uncertainty(self.coefficient) / white if white else 1.0
+        return replace(self.joint, noise=self.joint.noise * max(1.0, louder) ** 2)
 
     @cached_property
     def places(self) -> Column:

@@ -33,7 +33,7 @@ def rate_change(problem: DepthProblem) -> RateChange | None:
         found[place, ratio] = _evidence(_changed(problem, place * slid, ratio), problem.posterior.reference)
     best = max(found, key=lambda key: found[key])
     together = float(np.logaddexp.reduce(list(found.values()))) - np.log(len(found))
-    others = float(np.logaddexp.reduce([way.log_anchored for way in problem.posterior.ways]))
+    others = float(np.logaddexp.reduce(problem.posterior.ways.log_anchored))
     return RateChange(best[0] * slid, best[1]) if together > others + _CLEARLY else None
 
 
@@ -56,4 +56,4 @@ def _changed(problem: DepthProblem, change: float, ratio: float) -> DepthReading
 def _evidence(reading: DepthReading, reference: float) -> float:
     """Return ln of the evidence of a reading as wear by its course, a line and noise."""
     plain = replace(regression_of(reading, reference), alternatives=reading.optional.alternatives[:1])
-    return float(np.logaddexp.reduce([way.log_anchored for way in ways(plain, [])]))
+    return float(np.logaddexp.reduce(ways(plain, []).log_anchored))
