@@ -248,7 +248,20 @@ def test_several_readings_of_one_end_value():
     kept = EndValues(pin_scar_diameter=found)
     assert EndValues.model_validate_json(kept.model_dump_json(by_alias=True)) == kept
     two = end_values({"values": ["380 um", "388 um"]})
-    assert two.standard_uncertainty == pytest.approx(np.std([380, 388], ddof=1) / 2**0.5 * 1e-6)
+    assert two.standard_uncertainty == pytest.approx(
+        12.7062 / 1.95996 * np.std([380, 388], ddof=1) / 2**0.5 * 1e-6, rel=1e-4
+    )
+
+
+@pytest.mark.parametrize("count", [2, 3, 4, 5])
+@pytest.mark.parametrize("common", [0.0, 1.0])
+def test_intervals_of_few_readings_hold_the_truth(count, common):
+    rng = np.random.default_rng(count)
+    held, runs = 0, 4000
+    for readings in 100 + rng.standard_normal((runs, count)) + common * rng.standard_normal((runs, 1)):
+        mean, spread = of_readings(readings, common)
+        held += abs(mean - 100) < 1.96 * spread
+    assert held / runs > 0.94
 
 
 def test_readings_that_are_all_the_same_tell_no_scatter():

@@ -81,7 +81,7 @@ def members(archive: Archive, run_ids: Sequence[str], recipe: Recipe) -> tuple[d
             left_out.append(LeftOut(id=run_id, reason=f"marked bad: {mark.reason}"))
             continue
         run = clean_run(archive.raw(run_id), recipe).run
-        found[run_id] = Member(correct_drift(run, recipe), fit_friction(run, recipe.friction))
+        found[run_id] = Member(correct_drift(run, recipe), fit_friction(run, recipe.friction, recipe.uncertainty))
     return found, left_out
 
 
