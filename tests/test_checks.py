@@ -141,9 +141,51 @@ CASES = {
         "normal_force",
         samples_set("normal_force", slice(500), -0.4),
     ),
+    "load_is_in_the_unit_of_the_nominal_one": (
+        "error",
+        manifest(conditions__normal_load="400 N"),
+        "conditions.normal_load",
+        column("normal_force", lambda load: load * 0.5),
+    ),
+    "modulus_is_in_the_unit_of_the_material": (
+        "error",
+        manifest(contact__pin__youngs_modulus="304 MPa"),
+        "contact.pin.youngs_modulus",
+        manifest(contact__pin__youngs_modulus="100 GPa"),
+    ),
+    "properties_are_those_of_the_material": (
+        "warning",
+        manifest(contact__disc__vickers_hardness=16.5),
+        "contact.disc.vickers_hardness",
+        manifest(contact__pin__material="our own", contact__pin__youngs_modulus="20 GPa"),
+    ),
+    "radius_is_no_diameter": (
+        "warning",
+        manifest(contact__pin__radius="1.588 mm"),
+        "contact.pin.radius",
+        manifest(contact__pin__diameter="1 mm"),
+    ),
+    "radius_can_be_compared": (
+        "note",
+        manifest(contact__pin__diameter=None),
+        "contact.pin.radius",
+        manifest(contact__pin__diameter="6 mm"),
+    ),
+    "contact_starts_elastic": (
+        "warning",
+        both(manifest(conditions__normal_load="400 N"), without("normal_force")),
+        "conditions.normal_load",
+        both(manifest(conditions__normal_load="100 N"), without("normal_force")),
+    ),
+    "scar_is_no_radius": (
+        "warning",
+        manifest(end_values__pin_scar_diameter="10 um"),
+        "end_values.pin_scar_diameter",
+        manifest(end_values__pin_scar_diameter="200 um"),
+    ),
     "load_is_the_nominal_one": (
         "warning",
-        column("normal_force", lambda load: load / 9.81),
+        column("normal_force", lambda load: load * 0.95),
         "normal_force",
         column("normal_force", lambda load: load * 1.02),
     ),
@@ -282,7 +324,7 @@ MORE = {
     ),
     "load upside down and too small": (
         "load_is_the_nominal_one",
-        column("normal_force", lambda load: load / -9.81),
+        column("normal_force", lambda load: load / -2),
         "normal_force",
     ),
     "strokes beside a large offset": (
@@ -295,7 +337,11 @@ MORE = {
         both(manifest(conditions__stroke="5 mm"), there_and_back(2)),
         "friction_coefficient",
     ),
-    "load in kg": ("load_is_the_nominal_one", column("normal_force", lambda load: load * 1000), "normal_force"),
+    "load in kg": (
+        "load_is_in_the_unit_of_the_nominal_one",
+        column("normal_force", lambda load: load / 9.81),
+        "conditions.normal_load",
+    ),
     "wear below the scar's cap": (
         "end_values_agree",
         manifest(end_values__pin_wear_depth={"value": "8 um", "standard_uncertainty": "0.2 um"}),

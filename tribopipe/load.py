@@ -1,7 +1,8 @@
 """The normal load that pressed the bodies together: as it was recorded, else as run.toml states it.
 
-Wear is proportional to ∫F_N ds, so a recorded load counts by its mean over the sliding distance. How far its calibration
-may be off, nobody but the lab knows: it is taken to be as uncertain, relatively, as the nominal load is stated to be.
+Wear is proportional to ∫F_N ds, so a recorded load counts by its mean over the sliding distance. How far its
+calibration may be off, nobody but the lab knows: it is taken to be as uncertain, relatively, as the nominal load is
+stated to be.
 """
 
 import math
