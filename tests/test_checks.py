@@ -426,6 +426,53 @@ def test_remedy_for_a_depth_that_counts_down_names_the_step(sound, factor, named
     assert ('"turn-over" with signals = ["depth"]' in str(finding)) == named
 
 
+def drifting(amount, temperature=None):
+    """Let the reading drift by so many meters, and the room by so many kelvins."""
+
+    def spoil(run):
+        share = np.linspace(0, 1, len(run))
+        columns = {**run.columns, "depth": run.columns["depth"] + amount * share}
+        if temperature is not None:
+            columns["temperature"] = 295 + temperature * share
+        return replace(run, columns=columns, origins={**dict.fromkeys(columns, "measured"), **run.origins})
+
+    return spoil
+
+
+@pytest.mark.parametrize(
+    ("temperature", "words"),
+    [
+        (
+            None,
+            "thermal drift is likely: let the tribometer settle before the test, and record a temperature; or check",
+        ),
+        (0.1, "thermal drift is likely: let the tribometer settle before the test; or check"),
+        (3.0, "thermal drift is likely, since the temperature moved by 3 K"),
+    ],
+)
+def test_thermal_drift_is_named_before_sign_and_unit(sound, temperature, words):
+    (finding,) = found_by("depth_is_plausible", drifting(20e-6, temperature)(sound))
+    assert finding.remedy.startswith(words)
+    assert "check sign and unit" in finding.remedy
+
+
+def test_thermal_drift_comes_last_where_it_cannot_be_so_large(sound):
+    spoil = both(drifting(300e-6), manifest(end_values__pin_wear_depth="3 um"))
+    (finding,) = found_by("depth_is_plausible", spoil(sound))
+    assert finding.remedy.endswith("thermal drift is seldom that large")
+
+
+def test_scar_given_by_its_radius_is_named_beside_the_depth(sound):
+    scar = sound.manifest.end_values.pin_scar_diameter
+    deep = both(
+        manifest(end_values__pin_scar_diameter="200 um"),
+        column("depth", lambda depth: np.linspace(0, 200e-6**2 / (2 * 0.794e-3), len(depth))),
+    )
+    assert scar is not None
+    (finding,) = found_by("depth_is_plausible", deep(sound))
+    assert "pin_scar_diameter is no radius" in finding.remedy
+
+
 def test_errors_come_first_and_refuse_the_run(sound):
     spoil = both(samples_set("time", 7, 0.5), samples_set("depth", 7, NAN), manifest(contact__pin__density="3 kg/m^3"))
     findings = check_run(spoil(sound))
