@@ -106,6 +106,18 @@ def straight(depth):
     return Profile(position, -depth * np.maximum(0.0, 1 - (position / 1e-4) ** 2))
 
 
+def depth(micrometers):
+    return {"value": f"{micrometers} um", "standard_uncertainty": "0.02 um"}
+
+
+def weighings(*depths):
+    """The wear of the pin, µm, measured after each 10 m."""
+    places = (f"{10 * number} m" for number in range(1, len(depths) + 1))
+    return [
+        {"sliding_distance": place, "pin_wear_depth": depth(one)} for place, one in zip(places, depths, strict=True)
+    ]
+
+
 NAN = float("nan")
 AS_IT_IS = both()
 
@@ -176,6 +188,12 @@ CASES = {
         both(manifest(conditions__normal_load="400 N"), without("normal_force")),
         "conditions.normal_load",
         both(manifest(conditions__normal_load="100 N"), without("normal_force")),
+    ),
+    "overall_rate_is_the_steady_one": (
+        "warning",
+        manifest(interruptions=weighings(4.0, 4.7, 5.4, 6.1), end_values__pin_wear_depth=depth(6.8)),
+        "interruptions, end_values of the pin",
+        manifest(interruptions=weighings(3.8, 5.4, 6.6, 7.6), end_values__pin_wear_depth=depth(8.5)),
     ),
     "scar_is_no_radius": (
         "warning",

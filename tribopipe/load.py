@@ -11,7 +11,7 @@ import numpy as np
 
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import DefaultUncertainty, Recipe
-from tribopipe.run import RawRun
+from tribopipe.run import Column, RawRun
 
 _FEWEST = 2
 _DEVIATIONS = 1.4826
@@ -42,6 +42,18 @@ def recorded_load(run: RawRun) -> Quantity | None:
     mean = float(np.trapezoid(force, slid) / np.ptp(slid))
     noise = _DEVIATIONS * float(np.median(np.abs(np.diff(force)))) / math.sqrt(2 * len(force))
     return Quantity(value=mean, unit="N", standard_uncertainty=noise) if mean > 0 else None
+
+
+def load_path(run: RawRun, distances: Column) -> Column:
+    """Return ∫F_N ds until these sliding distances, N·m: by the recorded load, else by the nominal one."""
+    force, slid = run.columns.get("normal_force"), run.columns["sliding_distance"]
+    if force is None or recorded_load(run) is None:
+        return run.manifest.conditions.normal_load.value * distances
+    seen = np.isfinite(force) & np.isfinite(slid)
+    # The first sample stands for what was slid before it.
+    force, slid = np.append(force[seen][0], force[seen]), np.append(0.0, slid[seen])
+    path = np.append(0.0, np.cumsum((force[1:] + force[:-1]) / 2 * np.diff(slid)))
+    return np.asarray(np.interp(distances, slid, path))
 
 
 def applied_load(run: RawRun, recipe: Recipe) -> Quantity:

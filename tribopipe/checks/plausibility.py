@@ -5,16 +5,19 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from tribopipe.checks.materials import DENSEST_SOLID, LIGHTEST_SOLID, Expected, Range, expected_of
-from tribopipe.checks.registry import Trouble, check
+from tribopipe.checks.registry import Trouble, check, check_cleaned
+from tribopipe.clean_up.cleaning import CleanedRun
 from tribopipe.contact.elliptic import hertz_ellipse
 from tribopipe.contact.mechanics import HARDNESS_UNIT, contact_modulus, hertz_radius
-from tribopipe.errors import ContactError
+from tribopipe.end_values.interval_wear import CLEARLY
+from tribopipe.end_values.specific_wear import specific_wear
+from tribopipe.errors import ContactError, FitError
 from tribopipe.load import applied_load
 from tribopipe.records.manifest import EndValues, Pin, PinOnDisc, Specimen, TwinDisc
 from tribopipe.records.quantity import EndValue, Quantity
 from tribopipe.records.recipe import Recipe
 from tribopipe.run import RawRun
-from tribopipe.units import show
+from tribopipe.units import SPECIFIC_WEAR_RATE, show
 
 _FAR_OFF = 10.0
 """By this factor beyond its range a modulus is in a wrong unit."""
@@ -221,6 +224,26 @@ def contact_starts_elastic(run: RawRun) -> Iterator[Trouble]:
         f"{softer.words}",
         "check load, radius and Young's moduli with their units, and vickers_hardness",
     )
+
+
+@check_cleaned("warning")
+def overall_rate_is_the_steady_one(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+    """Find running-in that the overall specific wear rate of an interrupted test includes."""
+    if not run.manifest.interruptions or run.manifest.contact is None:
+        return
+    try:
+        bodies = specific_wear(cleaned.run).bodies
+    except (ContactError, FitError):
+        return
+    for name, body in bodies.items():
+        overall, steady = body.specific_wear_rate, body.steady_rate
+        if overall is not None and steady is not None and abs(body.steady_deviation or 0.0) > CLEARLY:
+            yield Trouble(
+                f"interruptions, end_values of the {name.replace('_', ' ')}",
+                f"found an overall specific wear rate of {overall.shown(SPECIFIC_WEAR_RATE)} and a steady one of "
+                f"{steady.shown(SPECIFIC_WEAR_RATE)}; expected them to agree after a short running-in",
+                "report the steady rate for long tests; the overall rate and k_D hold for this distance alone",
+            )
 
 
 @check("warning")

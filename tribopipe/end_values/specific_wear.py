@@ -5,11 +5,12 @@ where it was recorded, else as run.toml states it.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
 from tribopipe.end_values.disc_track import told_by
+from tribopipe.end_values.interval_wear import CLEARLY, interval_wear
 from tribopipe.end_values.measured import BodyWear, stated_or_default, surest
 from tribopipe.end_values.pin_on_disc import pin_on_disc_wear
 from tribopipe.end_values.twin_disc import disc_measurements
@@ -40,13 +41,14 @@ def specific_wear(run: RawRun, recipe: Recipe | None = None) -> SpecificWear:
         return SpecificWear(outcome="not evaluated", notes=(*notes, "nothing slid"))
     load = _load(run, recipe)
     rates = {name: _rate(ways, load, distance) for name, ways in worn.items()}
+    rates = {name: rate.model_copy(update=interval_wear(run, recipe, name)) for name, rate in rates.items()}
     volumes = [rate.volume for rate in rates.values() if rate.volume is not None]
     lacking = [
         f"nothing was measured on the {name.replace('_', ' ')}" for name, rate in rates.items() if not rate.measured
     ]
     return SpecificWear(
         outcome="evaluated" if volumes else "not evaluated",
-        notes=(*lacking, *notes),
+        notes=(*lacking, *notes, *_running_in(rates)),
         sliding_distance=distance,
         normal_load=load,
         load="nominal" if recorded_load(run) is None else "measured",
@@ -110,6 +112,15 @@ def _rate(ways: Iterable[BodyWear], load: Quantity, distance: Quantity) -> BodyW
         specific_wear_rate=None if volume is None else _together([volume], load, distance),
         measured=tuple(MeasuredWear(by=way.name, depth=way.depth, volume=way.volume) for way in ways),
     )
+
+
+def _running_in(rates: Mapping[str, BodyWearRate]) -> Iterator[str]:
+    """Name the bodies whose overall rate is not that after running-in."""
+    for name, rate in rates.items():
+        overall, steady = rate.specific_wear_rate, rate.steady_rate
+        if overall is not None and steady is not None and abs(rate.steady_deviation or 0.0) > CLEARLY:
+            times = overall.value / steady.value
+            yield f"the overall rate of the {name.replace('_', ' ')} is {times:.2g} times its steady rate: running-in"
 
 
 def _together(volumes: Iterable[Quantity], load: Quantity, distance: Quantity) -> Quantity:
