@@ -106,15 +106,15 @@ def straight(depth):
     return Profile(position, -depth * np.maximum(0.0, 1 - (position / 1e-4) ** 2))
 
 
-def depth(micrometers):
-    return {"value": f"{micrometers} um", "standard_uncertainty": "0.02 um"}
+def volume(thousandths):
+    return {"value": f"{thousandths}e-3 mm^3", "standard_uncertainty": "0.02e-3 mm^3"}
 
 
-def weighings(*depths):
-    """The wear of the pin, µm, measured after each 10 m."""
-    places = (f"{10 * number} m" for number in range(1, len(depths) + 1))
+def weighings(*volumes):
+    """The wear of the pin, 10⁻³ mm³, measured after each 10 m."""
+    places = (f"{10 * number} m" for number in range(1, len(volumes) + 1))
     return [
-        {"sliding_distance": place, "pin_wear_depth": depth(one)} for place, one in zip(places, depths, strict=True)
+        {"sliding_distance": place, "pin_wear_volume": volume(one)} for place, one in zip(places, volumes, strict=True)
     ]
 
 
@@ -191,9 +191,9 @@ CASES = {
     ),
     "overall_rate_is_the_steady_one": (
         "warning",
-        manifest(interruptions=weighings(4.0, 4.7, 5.4, 6.1), end_values__pin_wear_depth=depth(6.8)),
+        manifest(interruptions=weighings(4.0, 4.7, 5.4, 6.1), end_values__pin_wear_volume=volume(6.8)),
         "interruptions, end_values of the pin",
-        manifest(interruptions=weighings(3.8, 5.4, 6.6, 7.6), end_values__pin_wear_depth=depth(8.5)),
+        manifest(interruptions=weighings(1.0, 2.0, 3.0, 4.0), end_values__pin_wear_volume=volume(5.0)),
     ),
     "scar_is_no_radius": (
         "warning",

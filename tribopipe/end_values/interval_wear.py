@@ -4,8 +4,8 @@ Each measurement tells the volume V lost until then, so that V against the load 
 is the specific wear rate. After running-in it is straight: its slope there is found by weighted least squares with a
 free intercept. Where running-in ends is decided by the Bayesian information criterion (G. Schwarz, Annals of
 Statistics 6 (1978) 461) among all measurements that leave three for the line, and averaged over them with the weights
-it gives. What all measurements share, such as the density, the radius of the tip and the load, scales the slope and is no
-scatter.
+it gives. What all measurements share, such as the density, the radius of the tip and the load, scales the slope and is
+no scatter.
 """
 
 import math
