@@ -34,7 +34,7 @@ from tribopipe.end_values.pin_on_disc import end_wear, pin_on_disc_wear
 from tribopipe.errors import FitError
 from tribopipe.geometry import scar_depth, scar_radius_at, short_cap_error, short_track_error
 from tribopipe.profile.track import worn_area
-from tribopipe.records.manifest import Conditions, EndValues, RunManifest
+from tribopipe.records.manifest import Conditions, EndValues, Interruption, RunManifest
 from tribopipe.records.quantity import Quantity, of_readings
 from tribopipe.records.recipe import DefaultUncertainty, MonteCarloRecipe, Recipe
 from tribopipe.run import Profile
@@ -360,10 +360,13 @@ def test_volume_and_mass_of_the_disc_are_compared():
 def test_examples_of_the_manual_can_be_written():
     text = (ROOT / "docs" / "end_values.md").read_text(encoding="utf-8")
     blocks = re.findall(r"(?s)```toml\n(.*?)```", text)
-    assert len(blocks) == 3
+    assert len(blocks) == 4
     for block in blocks:
         document = tomllib.loads(block)
-        assert EndValues.model_validate(document["end_values"]) != EndValues()
+        for stop in document.get("interruptions", ()):
+            assert Interruption.model_validate(stop).pin_mass_loss is not None
+        stated = EndValues.model_validate(document.get("end_values", {}))
+        assert (stated != EndValues()) == ("interruptions" not in document)
         Conditions.model_validate({"normal_load": "1 N", **document.get("conditions", {})})
 
 
