@@ -74,5 +74,6 @@ def test_intervals_of_friction_hold_the_truth(bare_run, noise):
             found += 1
             for place, one in enumerate((fit.amplitude, fit.steady_state, fit.running_in_distance)):
                 held[place] += abs(one.value - truth[place]) < 1.96 * one.standard_uncertainty
-    assert found > 60
+    # Where the wander hides the running-in, the steady value alone is reported.
+    assert found > 40
     assert np.all(held / found >= 0.93 - 3 * (0.95 * 0.05 / found) ** 0.5)
