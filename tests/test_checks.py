@@ -106,6 +106,18 @@ def straight(depth):
     return Profile(position, -depth * np.maximum(0.0, 1 - (position / 1e-4) ** 2))
 
 
+def volume(thousandths):
+    return {"value": f"{thousandths}e-3 mm^3", "standard_uncertainty": "0.02e-3 mm^3"}
+
+
+def weighings(*volumes):
+    """The wear of the pin, 10⁻³ mm³, measured after each 10 m."""
+    places = (f"{10 * number} m" for number in range(1, len(volumes) + 1))
+    return [
+        {"sliding_distance": place, "pin_wear_volume": volume(one)} for place, one in zip(places, volumes, strict=True)
+    ]
+
+
 NAN = float("nan")
 AS_IT_IS = both()
 
@@ -147,9 +159,57 @@ CASES = {
         "normal_force",
         samples_set("normal_force", slice(500), -0.4),
     ),
+    "load_is_in_the_unit_of_the_nominal_one": (
+        "error",
+        manifest(conditions__normal_load="400 N"),
+        "conditions.normal_load",
+        column("normal_force", lambda load: load * 0.5),
+    ),
+    "modulus_is_in_the_unit_of_the_material": (
+        "error",
+        manifest(contact__pin__youngs_modulus="304 MPa"),
+        "contact.pin.youngs_modulus",
+        manifest(contact__pin__youngs_modulus="100 GPa"),
+    ),
+    "properties_are_those_of_the_material": (
+        "warning",
+        manifest(contact__disc__vickers_hardness=16.5),
+        "contact.disc.vickers_hardness",
+        manifest(contact__pin__material="our own", contact__pin__youngs_modulus="20 GPa"),
+    ),
+    "radius_is_no_diameter": (
+        "warning",
+        manifest(contact__pin__radius="1.588 mm"),
+        "contact.pin.radius",
+        manifest(contact__pin__diameter="1 mm"),
+    ),
+    "radius_can_be_compared": (
+        "note",
+        manifest(contact__pin__diameter=None),
+        "contact.pin.radius",
+        manifest(contact__pin__diameter="6 mm"),
+    ),
+    "contact_starts_elastic": (
+        "warning",
+        both(manifest(conditions__normal_load="400 N"), without("normal_force")),
+        "conditions.normal_load",
+        both(manifest(conditions__normal_load="100 N"), without("normal_force")),
+    ),
+    "overall_rate_is_the_steady_one": (
+        "warning",
+        manifest(interruptions=weighings(4.0, 4.7, 5.4, 6.1), end_values__pin_wear_volume=volume(6.8)),
+        "interruptions, end_values of the pin",
+        manifest(interruptions=weighings(1.0, 2.0, 3.0, 4.0), end_values__pin_wear_volume=volume(5.0)),
+    ),
+    "scar_is_no_radius": (
+        "warning",
+        manifest(end_values__pin_scar_diameter="10 um"),
+        "end_values.pin_scar_diameter",
+        manifest(end_values__pin_scar_diameter="200 um"),
+    ),
     "load_is_the_nominal_one": (
         "warning",
-        column("normal_force", lambda load: load / 9.81),
+        column("normal_force", lambda load: load * 0.95),
         "normal_force",
         column("normal_force", lambda load: load * 1.02),
     ),
@@ -294,7 +354,7 @@ MORE = {
     ),
     "load upside down and too small": (
         "load_is_the_nominal_one",
-        column("normal_force", lambda load: load / -9.81),
+        column("normal_force", lambda load: load / -2),
         "normal_force",
     ),
     "strokes beside a large offset": (
@@ -307,7 +367,11 @@ MORE = {
         both(manifest(conditions__stroke="5 mm"), there_and_back(2)),
         "friction_coefficient",
     ),
-    "load in kg": ("load_is_the_nominal_one", column("normal_force", lambda load: load * 1000), "normal_force"),
+    "load in kg": (
+        "load_is_in_the_unit_of_the_nominal_one",
+        column("normal_force", lambda load: load / 9.81),
+        "conditions.normal_load",
+    ),
     "wear below the scar's cap": (
         "end_values_agree",
         manifest(end_values__pin_wear_depth={"value": "8 um", "standard_uncertainty": "0.2 um"}),
@@ -390,6 +454,53 @@ def test_check_also_finds(sound, case):
 def test_remedy_for_a_depth_that_counts_down_names_the_step(sound, factor, named):
     (finding,) = found_by("depth_is_plausible", column("depth", lambda depth: factor * depth)(sound))
     assert ('"turn-over" with signals = ["depth"]' in str(finding)) == named
+
+
+def drifting(amount, temperature=None):
+    """Let the reading drift by so many meters, and the room by so many kelvins."""
+
+    def spoil(run):
+        share = np.linspace(0, 1, len(run))
+        columns = {**run.columns, "depth": run.columns["depth"] + amount * share}
+        if temperature is not None:
+            columns["temperature"] = 295 + temperature * share
+        return replace(run, columns=columns, origins={**dict.fromkeys(columns, "measured"), **run.origins})
+
+    return spoil
+
+
+@pytest.mark.parametrize(
+    ("temperature", "words"),
+    [
+        (
+            None,
+            "thermal drift is likely: let the tribometer settle before the test, and record a temperature; or check",
+        ),
+        (0.1, "thermal drift is likely: let the tribometer settle before the test; or check"),
+        (3.0, "thermal drift is likely, since the temperature moved by 3 K"),
+    ],
+)
+def test_thermal_drift_is_named_before_sign_and_unit(sound, temperature, words):
+    (finding,) = found_by("depth_is_plausible", drifting(20e-6, temperature)(sound))
+    assert finding.remedy.startswith(words)
+    assert "check sign and unit" in finding.remedy
+
+
+def test_thermal_drift_comes_last_where_it_cannot_be_so_large(sound):
+    spoil = both(drifting(300e-6), manifest(end_values__pin_wear_depth="3 um"))
+    (finding,) = found_by("depth_is_plausible", spoil(sound))
+    assert finding.remedy.endswith("thermal drift is seldom that large")
+
+
+def test_scar_given_by_its_radius_is_named_beside_the_depth(sound):
+    scar = sound.manifest.end_values.pin_scar_diameter
+    deep = both(
+        manifest(end_values__pin_scar_diameter="200 um"),
+        column("depth", lambda depth: np.linspace(0, 200e-6**2 / (2 * 0.794e-3), len(depth))),
+    )
+    assert scar is not None
+    (finding,) = found_by("depth_is_plausible", deep(sound))
+    assert "pin_scar_diameter is no radius" in finding.remedy
 
 
 def test_errors_come_first_and_refuse_the_run(sound):

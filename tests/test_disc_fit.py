@@ -175,6 +175,14 @@ def test_shares_of_the_budget_fall():
         assert shares == sorted(shares, reverse=True)
 
 
+def test_recorded_load_is_the_load():
+    run = exact_run(VOLUMES)
+    load = 1.05 * run.manifest.conditions.normal_load.value
+    heavier = replace(run, columns={**run.columns, "normal_force": np.full(len(run), load)})
+    nominal, recorded = (fit_discs(one, recipe=recipe()).curved_disc for one in (run, heavier))
+    assert recorded.wear_coefficient.value == pytest.approx(nominal.wear_coefficient.value / 1.05, rel=1e-6)
+
+
 def test_friction_has_a_line_in_the_budget_of_sarkar():
     run = recorded(PLANNED["4pct-250k"])
     friction = fit_friction(run)

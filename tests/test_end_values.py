@@ -35,7 +35,7 @@ from tribopipe.end_values.pin_on_disc import end_wear, pin_on_disc_wear
 from tribopipe.errors import FitError
 from tribopipe.geometry import scar_radius_at, short_cap_error, short_track_error
 from tribopipe.profile.track import worn_area
-from tribopipe.records.manifest import Conditions, EndValues, RunManifest
+from tribopipe.records.manifest import Conditions, EndValues, Interruption, RunManifest
 from tribopipe.records.quantity import Quantity, of_readings
 from tribopipe.records.recipe import DefaultUncertainty, MonteCarloRecipe, Recipe
 from tribopipe.run import Profile
@@ -252,7 +252,20 @@ def test_several_readings_of_one_end_value():
     kept = EndValues(pin_scar_diameter=found)
     assert EndValues.model_validate_json(kept.model_dump_json(by_alias=True)) == kept
     two = end_values({"values": ["380 um", "388 um"]})
-    assert two.standard_uncertainty == pytest.approx(np.std([380, 388], ddof=1) / 2**0.5 * 1e-6)
+    assert two.standard_uncertainty == pytest.approx(
+        12.7062 / 1.95996 * np.std([380, 388], ddof=1) / 2**0.5 * 1e-6, rel=1e-4
+    )
+
+
+@pytest.mark.parametrize("count", [2, 3, 4, 5])
+@pytest.mark.parametrize("common", [0.0, 1.0])
+def test_intervals_of_few_readings_hold_the_truth(count, common):
+    rng = np.random.default_rng(count)
+    held, runs = 0, 4000
+    for readings in 100 + rng.standard_normal((runs, count)) + common * rng.standard_normal((runs, 1)):
+        mean, spread = of_readings(readings, common)
+        held += abs(mean - 100) < 1.96 * spread
+    assert held / runs > 0.94
 
 
 def test_readings_that_are_all_the_same_tell_no_scatter():
@@ -351,10 +364,13 @@ def test_volume_and_mass_of_the_disc_are_compared():
 def test_examples_of_the_manual_can_be_written():
     text = (ROOT / "docs" / "end_values.md").read_text(encoding="utf-8")
     blocks = re.findall(r"(?s)```toml\n(.*?)```", text)
-    assert len(blocks) == 3
+    assert len(blocks) == 4
     for block in blocks:
         document = tomllib.loads(block)
-        assert EndValues.model_validate(document["end_values"]) != EndValues()
+        for stop in document.get("interruptions", ()):
+            assert Interruption.model_validate(stop).pin_mass_loss is not None
+        stated = EndValues.model_validate(document.get("end_values", {}))
+        assert (stated != EndValues()) == ("interruptions" not in document)
         Conditions.model_validate({"normal_load": "1 N", **document.get("conditions", {})})
 
 

@@ -27,7 +27,9 @@ def certain(quantity: Quantity) -> Quantity:
 
 def friction_noise(test: VirtualTest) -> np.ndarray:
     columns, _ = test.record()
-    return columns["friction_force"] / columns["normal_force"] - test.friction.coefficient(test.distance)
+    # The load cell shows the nominal load; friction acts under the true one.
+    pressed = columns["normal_force"] * test.load.value / test.run.normal_load.value
+    return columns["friction_force"] / pressed - test.friction.coefficient(test.distance)
 
 
 def depth_noise(test: VirtualTest) -> np.ndarray:
@@ -51,8 +53,11 @@ def test_friction_at_a_certain_speed_is_the_same_with_errors_and_without():
     speed = certain(SHORT.sliding_speed)
     with_errors, without = (virtual(errors=errors, sliding_speed=speed) for errors in (True, False))
     (one, one_end), (other, other_end) = with_errors.record(), without.record()
-    for name in ("time", "normal_force", "friction_force"):
+    for name in ("time", "normal_force"):
         np.testing.assert_array_equal(one[name], other[name])
+    off = with_errors.load.value / without.load.value
+    assert off != 1
+    np.testing.assert_allclose(one["friction_force"], off * other["friction_force"], rtol=1e-12)
     assert not np.array_equal(one["depth"], other["depth"])
     # The end value is off by the same, about another truth.
     assert one_end["pin_scar_diameter"] != other_end["pin_scar_diameter"]

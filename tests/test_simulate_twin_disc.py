@@ -212,7 +212,9 @@ def noise_of(test: VirtualTwinDiscTest) -> dict[str, np.ndarray]:
     columns, _ = test.record()
     worn = test.state.curved_depth + test.state.flat_depth
     true = worn / test.depth_scale + test.run.drift_rate.value * test.time + test.run.zero_offset.value
-    mu = columns["friction_force"] / columns["normal_force"]
+    # The load cell shows the nominal load; friction acts under the true one.
+    pressed = columns["normal_force"] * test.values["normal_load"] / test.load.value
+    mu = columns["friction_force"] / pressed
     return {
         "depth": columns["depth"] - true,
         "friction": mu - test.friction.coefficient(test.distance),

@@ -119,8 +119,36 @@ def test_new_takes_the_runs_of_the_archive_but_for_bad_ones(run_cli, home):
     result = run_cli("study", "new", cwd=home)
     assert result.exit_code == 0, result.stderr
     study = load_toml(home / "study.toml", Study)
-    # The run without an end value is of the same bodies.
-    assert (study.fit, set(study.predict)) == ((LIGHT,), {HEAVY, NO_END})
+    assert (study.fit, study.predict) == ((LIGHT,), (HEAVY,))
+    assert f"{AGAIN}: left out: marked bad: slipped" in result.stderr
+    assert f"{NO_END}: left out: lacks an end value of the pin" in result.stderr
+
+
+def test_new_leaves_out_an_aborted_run_and_one_that_cannot_be_read(run_cli, runs, tmp_path):
+    for run_id in (LIGHT, HEAVY, AGAIN):
+        shutil.copytree(runs / run_id, tmp_path / run_id)
+    table = (tmp_path / AGAIN / "signals.csv").read_text(encoding="utf-8").splitlines(keepends=True)
+    (tmp_path / AGAIN / "signals.csv").write_text("".join(table[: len(table) // 2]), encoding="utf-8")
+    shutil.copytree(tmp_path / HEAVY, tmp_path / "lost")
+    described = (tmp_path / "lost" / "run.toml").read_text(encoding="utf-8").replace(f'"{HEAVY}"', '"lost"')
+    (tmp_path / "lost" / "run.toml").write_text(described, encoding="utf-8")
+    (tmp_path / "lost" / "signals.csv").unlink()
+    result = run_cli("study", "new", tmp_path, "--into", tmp_path)
+    assert result.exit_code == 0, result.stderr
+    assert f"{AGAIN}: left out: aborted: 49.96 m of the planned 100 m" in result.stderr
+    assert "lost: left out: " in result.stderr
+    study = load_toml(tmp_path / "study.toml", Study)
+    assert (study.fit, study.predict) == ((LIGHT,), (HEAVY,))
+
+
+def test_new_drafts_no_law_that_needs_friction_where_a_run_has_none(run_cli, runs, tmp_path):
+    for run_id in (LIGHT, HEAVY):
+        shutil.copytree(runs / run_id, tmp_path / run_id)
+    path = tmp_path / HEAVY / "run.toml"
+    lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+    path.write_text("".join(line for line in lines if not line.startswith("friction_force")), encoding="utf-8")
+    assert run_cli("study", "new", tmp_path, "--into", tmp_path).exit_code == 0
+    assert load_toml(tmp_path / "study.toml", Study).laws == ("archard",)
 
 
 def test_new_refuses_to_overwrite_unless_forced(run_cli, runs, tmp_path):

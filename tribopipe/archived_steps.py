@@ -141,12 +141,13 @@ def friction_fit(archive: Archive, run_id: str, recipe: Recipe) -> PlannedStep:
 
     def compute() -> Found:
         run = archive.cleaned(run_id)
-        fit = fit_friction(run, recipe.friction)
+        fit = fit_friction(run, recipe.friction, recipe.uncertainty)
         path = fitted_path(fit)
         curves = {} if path is None else {"friction_coefficient": (path.coefficient(run.sliding_distance), "1")}
         return Found(fit, curves)
 
-    return _planned(archive, run_id, "friction_fit", {"friction": _told(recipe.friction)}, compute)
+    options = {"friction": _told(recipe.friction), "uncertainty": _told(recipe.uncertainty)}
+    return _planned(archive, run_id, "friction_fit", options, compute)
 
 
 def specific_wear_rates(archive: Archive, run_id: str, recipe: Recipe) -> PlannedStep:

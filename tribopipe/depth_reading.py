@@ -19,6 +19,7 @@ from tribopipe.depth_model.steps import steps
 from tribopipe.end_values.pin_on_disc import EndWear, end_wear
 from tribopipe.end_values.twin_disc import DiscEndWear
 from tribopipe.errors import FitError
+from tribopipe.load import applied_load
 from tribopipe.records.manifest import RunManifest
 from tribopipe.records.recipe import Recipe
 from tribopipe.run import Column, RawRun
@@ -119,13 +120,13 @@ def remountings(manifest: RunManifest, distance: Column) -> Column:
     return np.asarray(np.searchsorted(stops, distance), dtype=float)
 
 
-def nominal_pin(run: RawRun) -> PinContact:
+def best_pin(run: RawRun, recipe: Recipe) -> PinContact:
     """Return the pin of a run by the best estimates of its inputs."""
     contact = run.manifest.pin_on_disc
     return pin_contact(
         contact,
         {
-            "normal_load": run.manifest.conditions.normal_load.value,
+            "normal_load": applied_load(run, recipe).value,
             "pin_radius": contact.pin.radius.value,
             "pin_modulus": contact.pin.youngs_modulus.value,
             "disc_modulus": contact.disc.youngs_modulus.value,

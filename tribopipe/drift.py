@@ -22,9 +22,9 @@ from tribopipe.depth_model.posterior import depth_posterior
 from tribopipe.depth_model.samples import baseline
 from tribopipe.depth_model.summary import depth_model
 from tribopipe.depth_reading import (
+    best_pin,
     depth_record,
     disc_reading,
-    nominal_pin,
     pin_reading,
     require_samples,
     sliding_time,
@@ -72,7 +72,7 @@ def read_trace(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> Senso
     start, duration = sliding_time(distance[placed], time[placed])
     slid = float(distance[placed][-1])
     share = np.maximum(distance[seen], 0.0) / slid
-    wear = _pin_wear(run, end, share) if isinstance(end, EndWear) else _disc_wear(run, end, share, recipe)
+    wear = _pin_wear(run, end, share, recipe) if isinstance(end, EndWear) else _disc_wear(run, end, share, recipe)
     zero, last = _ends(distance[seen], reading[seen], wear, slid, recipe.drift.window)
     return SensorTrace(
         reading=reading,
@@ -84,9 +84,9 @@ def read_trace(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> Senso
     )
 
 
-def _pin_wear(run: RawRun, end: EndWear, share: Column) -> Column:
+def _pin_wear(run: RawRun, end: EndWear, share: Column, recipe: Recipe) -> Column:
     """Return the wear depth of a pin that reaches its end value at the end, m, against the share of the distance."""
-    pin = nominal_pin(run)
+    pin = best_pin(run, recipe)
     return pin.worn(pin.volume(max(end.pin_depth.value, _LEAST_WEAR)) * share).depth
 
 
@@ -174,7 +174,7 @@ def _by_model(
     if isinstance(end, DiscEndWear):
         reading = disc_reading(run, samples, end, recipe, slid)
     else:
-        pin = nominal_pin(run)
+        pin = best_pin(run, recipe)
         reading = pin_reading(run, samples, end, recipe, pin=pin, share=lambda s: s / slid, slid=slid)
     posterior = depth_posterior(reading)
     found = depth_model(posterior, record.duration)

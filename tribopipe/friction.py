@@ -14,9 +14,11 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tribopipe.noise import effective_samples, inflation
+from tribopipe.load import load_share
+from tribopipe.long_memory import parameter_covariance
+from tribopipe.noise import effective_samples
 from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import FrictionRecipe
+from tribopipe.records.recipe import DefaultUncertainty, FrictionRecipe
 from tribopipe.records.results import FrictionFit
 from tribopipe.run import Column, RawRun
 
@@ -59,18 +61,24 @@ class _Exponential:
         return float(self.parameters[2])
 
 
-def fit_friction(run: RawRun, recipe: FrictionRecipe | None = None) -> FrictionFit:
+def fit_friction(
+    run: RawRun, recipe: FrictionRecipe | None = None, defaults: DefaultUncertainty | None = None
+) -> FrictionFit:
     """Fit Eq. 7 to a run's friction coefficient against sliding distance.
 
     Amplitude A and steady state b are ratios, the running-in distance c is in m. A run without friction passes
     through, and the result says so; of one without a distance the steady value is reported.
+
+    Where μ was derived from the friction force, A and b are uncertain by the load as well: were the load higher, both
+    would be lower by the same share. Its uncertainty is what run.toml states, else ``defaults``. A μ that the
+    instrument recorded was divided by a load that run.toml says nothing of: there A and b are uncertain by noise alone.
     """
-    recipe = recipe or FrictionRecipe()
+    recipe, share = recipe or FrictionRecipe(), _load_share(run, defaults or DefaultUncertainty())
     if "friction_coefficient" not in run.columns:
         return FrictionFit(outcome="none", notes=("the run lacks a friction signal",))
     distance, mu = run.sliding_distance, run.columns["friction_coefficient"]
     if run.origins["sliding_distance"] == "unknown":
-        return _without_distance(run, mu[np.isfinite(mu)])
+        return _with_load(_without_distance(run, mu[np.isfinite(mu)]), share)
     seen = np.isfinite(mu) & np.isfinite(distance)
     first = _loading_ramp_end(run, mu) if recipe.start is None else recipe.start.value
     last = np.inf if recipe.end is None else recipe.end.value
@@ -78,9 +86,8 @@ def fit_friction(run: RawRun, recipe: FrictionRecipe | None = None) -> FrictionF
     fit = _fit_window(distance[inside], mu[inside])
     trimmed = (f"loading ramp of {first:.3g} m left out",) if recipe.start is None and first > 0 else ()
     mean, deviation = _vendor_statistics(mu[seen])
-    return fit.model_copy(
-        update={"notes": trimmed + fit.notes, "load": _load(run), "mean": mean, "standard_deviation": deviation}
-    )
+    found = {"notes": trimmed + fit.notes, "load": _load(run), "mean": mean, "standard_deviation": deviation}
+    return _with_load(fit.model_copy(update=found), share)
 
 
 def _without_distance(run: RawRun, mu: Column) -> FrictionFit:
@@ -98,6 +105,27 @@ def _load(run: RawRun) -> Literal["measured", "nominal", "recorded"]:
     if origin == "derived from measured load":
         return "measured"
     return "nominal" if origin == "derived from nominal load" else "recorded"
+
+
+def _load_share(run: RawRun, defaults: DefaultUncertainty) -> float | None:
+    """Return the relative standard uncertainty of the load that friction was divided by; none of a recorded μ."""
+    derived = run.origins.get("friction_coefficient", "measured") != "measured"
+    return load_share(run, defaults) if derived else None
+
+
+def _with_load(fit: FrictionFit, share: float | None) -> FrictionFit:
+    """Add the uncertainty of the load, which A and b share, and which c does not have."""
+    if share is None or fit.steady_state is None:
+        return fit
+    changed: dict[str, object] = {"load_uncertainty": _ratio(share)}
+    levels = np.array([0.0 if level is None else level.value for level in (fit.amplitude, fit.steady_state)] + [0.0])
+    for name, level in (("amplitude", fit.amplitude), ("steady_state", fit.steady_state)):
+        if level is not None:
+            changed[name] = _ratio(level.value, math.hypot(level.standard_uncertainty or 0.0, share * level.value))
+    if fit.covariance is not None:
+        together = np.asarray(fit.covariance) + share**2 * np.outer(levels, levels)
+        changed["covariance"] = tuple(tuple(row) for row in together.tolist())
+    return fit.model_copy(update=changed)
 
 
 def _vendor_statistics(mu: Column) -> tuple[Quantity | None, Quantity | None]:
@@ -168,15 +196,15 @@ def _fit_window(distance: Column, mu: Column) -> FrictionFit:
 
 def _steady_only(mu: Column, reasons: tuple[str, ...], window: tuple[Quantity, Quantity] | None) -> FrictionFit:
     later = mu[len(mu) // 2 :]
-    deviation = float(np.std(later, ddof=1))
-    independent = effective_samples(later)
+    mean, deviation = float(np.mean(later)), float(np.std(later, ddof=1))
+    variance = float(parameter_covariance(np.ones((1, len(later))), later - mean)[0, 0])
     return FrictionFit(
         outcome="steady-only",
         notes=(*reasons, "steady value is the mean of the later half"),
-        steady_state=_ratio(float(np.mean(later)), deviation / math.sqrt(independent)),
+        steady_state=_ratio(mean, math.sqrt(variance)),
         window=window,
         residual_deviation=_ratio(deviation),
-        effective_samples=independent,
+        effective_samples=effective_samples(later),
     )
 
 
@@ -188,13 +216,12 @@ def _fit_exponential(distance: Column, mu: Column) -> _Exponential:
     if not (found.last_step < _SETTLED and np.all((bounds[0] < found.parameters) & (found.parameters < bounds[1]))):
         found = _within(bounds, distance, mu, start)
     amplitude, steady, log_c = found.parameters.tolist()
-    scale, independent = np.diag([1.0, 1.0, math.exp(log_c)]), effective_samples(found.residuals)
-    covariance = scale @ np.linalg.pinv(found.normal) @ scale * inflation(found.residuals, 3, independent)
+    slopes = _decays(distance, log_c)[:3] * [[1.0], [1.0], [amplitude / math.exp(log_c)]]
     return _Exponential(
         parameters=np.array([amplitude, steady, math.exp(log_c)]),
-        covariance=covariance,
+        covariance=parameter_covariance(slopes, found.residuals),
         residuals=found.residuals,
-        independent=independent,
+        independent=effective_samples(found.residuals),
         shortest=math.exp(bounds[0, 2]),
         longest=math.exp(bounds[1, 2]),
     )

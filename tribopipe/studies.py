@@ -14,6 +14,7 @@ from tribopipe.archive.digest import digest
 from tribopipe.archive.steps import METHODS
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
+from tribopipe.checks.samples import broken_off
 from tribopipe.clean_up.cleaning import clean_run
 from tribopipe.drift import correct_drift
 from tribopipe.environment import environment
@@ -35,6 +36,7 @@ from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.study import STUDY_NAME, STUDY_SUFFIX, Study
 from tribopipe.records.verdict import BetweenRuns, LawResult, LeftOut, StudyResult
+from tribopipe.run import RawRun
 from tribopipe.study.bodies import bodies, severity
 from tribopipe.study.design import design
 from tribopipe.study.disc_design import design_discs
@@ -43,9 +45,11 @@ from tribopipe.study.evaluate import Evaluation, evaluate
 from tribopipe.study.member import Member
 from tribopipe.units import from_si
 from tribopipe.version import VERSION
-from tribopipe.wear.laws import law_package
+from tribopipe.wear.laws import law_named, law_package
 from tribopipe.wear.predict import KnownPin
+from tribopipe.wear.problem import WearProblem, wear_problem
 from tribopipe.wear.twin_disc.predict import KnownDiscs
+from tribopipe.wear.twin_disc.problem import disc_problem
 
 
 def find_studies(path: Path) -> list[Path]:
@@ -82,7 +86,7 @@ def members(archive: Archive, run_ids: Sequence[str], recipe: Recipe) -> tuple[d
             left_out.append(LeftOut(id=run_id, reason=f"marked bad: {mark.reason}"))
             continue
         run = clean_run(archive.raw(run_id), recipe).run
-        found[run_id] = Member(correct_drift(run, recipe), fit_friction(run, recipe.friction))
+        found[run_id] = Member(correct_drift(run, recipe), fit_friction(run, recipe.friction, recipe.uncertainty))
     return found, left_out
 
 
@@ -250,10 +254,35 @@ def _scatter(result: StudyResult | TwinDiscStudyResult, law: LawName) -> tuple[f
     return (*known, None, None)[:2]
 
 
-def draft_studies(manifests: Sequence[RunManifest]) -> list[Study]:
+def unfit_for_study(run: RawRun, recipe: Recipe) -> str | None:
+    """Return why a study cannot use a run: it was aborted, or what k_D needs is missing; none of a sound run."""
+    short = broken_off(run)
+    if short is not None:
+        return f"aborted: {short}"
+    try:
+        lacks = _lacks(clean_run(run, recipe).run, recipe)
+    except TribopipeError as error:
+        return str(error)
+    return f"lacks {' and '.join(lacks)}" if lacks else None
+
+
+def _lacks(run: RawRun, recipe: Recipe) -> tuple[str, ...]:
+    """Return what a run lacks for a k_D under Archard's law. Raises ``TribopipeError`` where its wear tells none."""
+    if run.manifest.rolls:
+        discs = disc_problem(run, "archard", None, recipe)
+        return discs if isinstance(discs, tuple) else ()
+    pin = wear_problem(correct_drift(run, recipe), "archard", None, recipe)
+    if not isinstance(pin, WearProblem):
+        return pin
+    pin.coefficient()
+    return ()
+
+
+def draft_studies(manifests: Sequence[RunManifest], without_friction: Collection[str] = ()) -> list[Study]:
     """Propose a study for each set of runs of the same bodies: the lightest load identifies k_D, as in the paper.
 
-    Of twin-disc runs it is the lightest load with the least slip.
+    Of twin-disc runs it is the lightest load with the least slip. Laws that need friction are left out of a study with
+    a run ``without_friction``.
 
     Raises ``FitError`` where no two runs belong together.
     """
@@ -263,7 +292,10 @@ def draft_studies(manifests: Sequence[RunManifest]) -> list[Study]:
     drafts: list[Study] = []
     for group in groups.values():
         if len(group) > 1:
-            drafts.append(_draft(group, {draft.id for draft in drafts}))
+            drafted = _draft(group, {draft.id for draft in drafts})
+            silent = any(manifest.id in without_friction for manifest in group)
+            laws = tuple(law for law in drafted.laws if not (silent and law_named(law).needs_friction))
+            drafts.append(drafted.model_copy(update={"laws": laws}))
     if not drafts:
         raise FitError(
             f"study: found {len(manifests)} runs, of which no two are of the same bodies in the same medium; expected "

@@ -4,15 +4,14 @@ from collections.abc import Iterator
 from datetime import UTC, datetime
 from typing import NamedTuple, get_args
 
+import tribopipe.checks.plausibility  # noqa: F401 - registers further checks of what run.toml says
+from tribopipe.checks.materials import DENSEST_SOLID, LIGHTEST_SOLID
 from tribopipe.checks.registry import Trouble, check
 from tribopipe.end_values.measured import DiscWay, PinWay
 from tribopipe.motion import slip
 from tribopipe.records.manifest import DISCS, RunManifest, TwinDisc
 from tribopipe.records.quantity import Quantity
 from tribopipe.run import RawRun
-
-_LIGHTEST_SOLID, _DENSEST_SOLID = 30.0, 23_000.0
-"""kg/m³: lighter than any foam a specimen is made of; denser than osmium (22 590)."""
 
 
 def _bodies(run: RawRun) -> Iterator[tuple[str, Quantity | None, Quantity]]:
@@ -24,9 +23,9 @@ def _bodies(run: RawRun) -> Iterator[tuple[str, Quantity | None, Quantity]]:
 def density_is_that_of_a_solid(run: RawRun) -> Iterator[Trouble]:
     """Catch g/cm³ written as kg/m³, as in the paper's Table 1, and the reverse."""
     for where, density, _ in _bodies(run):
-        if density is None or _LIGHTEST_SOLID <= density.value <= _DENSEST_SOLID:
+        if density is None or LIGHTEST_SOLID <= density.value <= DENSEST_SOLID:
             continue
-        meant = density.value * 1000 if density.value < _LIGHTEST_SOLID else density.value / 1000
+        meant = density.value * 1000 if density.value < LIGHTEST_SOLID else density.value / 1000
         as_meant = Quantity(value=meant, unit=density.unit).shown("g/cm^3")
         yield Trouble(
             f"{where}.density",

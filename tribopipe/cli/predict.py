@@ -263,7 +263,7 @@ def _measured_friction(run: Path, recipe: "Recipe") -> "FrictionPath | None":
     from tribopipe.wear.friction_path import run_path
 
     read = clean_run(read_run(run), recipe).run
-    return run_path(read, fit_friction(read, recipe.friction), recipe.wear.friction)
+    return run_path(read, fit_friction(read, recipe.friction, recipe.uncertainty), recipe.wear.friction)
 
 
 def _archived(store: "Archive", run_id: str, asked: _Asked) -> _Subject:

@@ -1,7 +1,7 @@
 """Commands on several runs under one law: study new, study run, study show, study figures; plan."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
@@ -25,8 +25,10 @@ if TYPE_CHECKING:
 
     from tribopipe.archive.store import Archive
     from tribopipe.records.disc_verdict import TwinDiscStudyResult
+    from tribopipe.records.manifest import RunManifest
     from tribopipe.records.recipe import Recipe
     from tribopipe.records.verdict import StudyResult
+    from tribopipe.run import RawRun
 
 study_app = typer.Typer(
     help="Fit some runs, predict others, and say where the wear law does not hold.", no_args_is_help=True
@@ -48,22 +50,20 @@ def new(
 ) -> None:
     """Draft a study for each set of runs of the same bodies: the lightest load is fitted, the others predicted.
 
-    Writes study.toml, or <id>.study.toml for each of several; read it and change it before you run it.
+    Runs that are marked bad, were aborted or lack what k_D needs are left out, and named. Writes study.toml, or
+    <id>.study.toml for each of several; read it and change it before you run it.
     """
     from tribopipe.errors import ManifestError
     from tribopipe.files import write_file
-    from tribopipe.pipeline import find_runs
-    from tribopipe.records.manifest import manifest_path, read_manifest
     from tribopipe.records.study import STUDY_NAME, STUDY_SUFFIX
     from tribopipe.studies import draft_studies, study_toml
 
-    if paths:
-        folders = [run for path in paths for run in find_runs(path)]
-        manifests = [read_manifest(manifest_path(folder))[0] for folder in folders]
-    else:
-        store = load_archive(archive)
-        manifests = [store.manifest(run_id) for run_id in store.ids() if store.bad(run_id) is None]
-    drafts = draft_studies(manifests)
+    found = _read(paths) if paths else _archived(load_archive(archive))
+    sound = [one for one in found if one.unfit is None]
+    for one in found:
+        if one.unfit is not None:
+            say(f"{one.manifest.id}: left out: {one.unfit}")
+    drafts = draft_studies([one.manifest for one in sound], {one.manifest.id for one in sound if not one.friction})
     documents = {into / (STUDY_NAME if len(drafts) == 1 else f"{draft.id}{STUDY_SUFFIX}"): draft for draft in drafts}
     for path in documents if not force else ():
         if path.exists():
@@ -72,6 +72,50 @@ def new(
     for path, draft in documents.items():
         write_file(path, study_toml(draft).encode("utf-8"))
         say(f"{path}: fits {', '.join(draft.fit)}; predicts {', '.join(draft.predict) or 'none'}")
+
+
+class _Candidate(NamedTuple):
+    """A run that a study may use."""
+
+    manifest: "RunManifest"
+    unfit: str | None
+    """Why the study cannot use it."""
+    friction: bool
+
+
+def _candidate(run: "RawRun") -> _Candidate:
+    from tribopipe.records.recipe import Recipe
+    from tribopipe.studies import unfit_for_study
+
+    return _Candidate(run.manifest, unfit_for_study(run, Recipe()), "friction_coefficient" in run.columns)
+
+
+def _read(paths: "Sequence[Path]") -> list[_Candidate]:
+    """Read run folders; one whose recording cannot be read is left out."""
+    from tribopipe.errors import ReaderError
+    from tribopipe.ingest.harmonise import read_run
+    from tribopipe.pipeline import find_runs
+    from tribopipe.records.manifest import manifest_path, read_manifest
+
+    found = []
+    for folder in (run for path in paths for run in find_runs(path)):
+        manifest, _ = read_manifest(manifest_path(folder))
+        try:
+            found.append(_candidate(read_run(folder)))
+        except ReaderError as error:
+            found.append(_Candidate(manifest, str(error), friction=False))
+    return found
+
+
+def _archived(store: "Archive") -> list[_Candidate]:
+    found = []
+    for run_id in store.ids():
+        mark = store.bad(run_id)
+        if mark is None:
+            found.append(_candidate(store.raw(run_id)))
+        else:
+            found.append(_Candidate(store.manifest(run_id), f"marked bad: {mark.reason}", friction=False))
+    return found
 
 
 @study_app.command("run")

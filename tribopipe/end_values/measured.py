@@ -84,7 +84,7 @@ def tracks_in(run: RawRun, profiles: Mapping[str, Profile], radius: float | None
 def over_places(found: Sequence[Quantity]) -> Quantity:
     """Return the mean of what was measured at several places, with their scatter and what each is uncertain by itself.
 
-    u² = s²/n·(n − 1)/(n − 3) + Σu²/n², as of repeated readings; what each is uncertain by is its own noise. Of so many
+    u² = q²·s²/n + Σu²/n², with q as of repeated readings; what each is uncertain by is its own noise. Of so many
     that they may be the lines of a map, s²/n counts as many as are independent of each other.
     """
     own = math.hypot(*(one.standard_uncertainty or 0.0 for one in found)) / len(found)

@@ -97,12 +97,12 @@ class PinOnDiscWear:
     """What stands in the way of a volume, and what is taken for granted."""
 
 
-def pin_on_disc_wear(run: RawRun, defaults: DefaultUncertainty) -> PinOnDiscWear:
-    """Return depth and volume of both bodies by each end value.
+def pin_on_disc_wear(run: RawRun, defaults: DefaultUncertainty, interruption: int | None = None) -> PinOnDiscWear:
+    """Return depth and volume of both bodies by each end value, or by what was measured at an interruption.
 
     Raises ``FitError`` for a mass without density, and for profiles of which nothing can be taken.
     """
-    where, end = measured_at(run)
+    where, end = measured_at(run, interruption)
     found = _Found.of(run, where, end, defaults)
     return PinOnDiscWear(
         pin=tuple(found.wear_of(pin) for pin in found.pins),

@@ -1,20 +1,21 @@
 """The specific wear rate k = V/(F_N·s) of each body of a run, mm³/(N·m), from its end values.
 
 V is the volume by the most certain end value, s the distance slid, F_N the normal load: its mean over that distance
-where it was recorded, else as run.toml states it. The mean of a recorded load is as uncertain as the load itself is by
-its calibration; beside that its noise is nothing.
+where it was recorded, else as run.toml states it.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
 from tribopipe.end_values.body_wear import BodyWear, surest
 from tribopipe.end_values.disc_track import told_by
+from tribopipe.end_values.interval_wear import CLEARLY, interval_wear
 from tribopipe.end_values.measured import stated_or_default
 from tribopipe.end_values.pin_on_disc import pin_on_disc_wear
 from tribopipe.end_values.twin_disc import disc_measurements
+from tribopipe.load import applied_load, recorded_load
 from tribopipe.records.manifest import DISCS, TwinDisc
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import DefaultUncertainty, Recipe
@@ -30,7 +31,8 @@ def specific_wear(run: RawRun, recipe: Recipe | None = None) -> SpecificWear:
 
     Raises ``FitError`` for a mass without density, and for profiles of which nothing can be taken.
     """
-    defaults = (recipe or Recipe()).uncertainty
+    recipe = recipe or Recipe()
+    defaults = recipe.uncertainty
     contact = run.manifest.contact
     if contact is None:
         return SpecificWear(outcome="not evaluated", notes=("the bodies are not described in run.toml",))
@@ -38,18 +40,19 @@ def specific_wear(run: RawRun, recipe: Recipe | None = None) -> SpecificWear:
     distance = _distance(run, defaults)
     if distance is None:
         return SpecificWear(outcome="not evaluated", notes=(*notes, "nothing slid"))
-    load, measured = _load(run, defaults)
+    load = _load(run, recipe)
     rates = {name: _rate(ways, load, distance) for name, ways in worn.items()}
+    rates = {name: rate.model_copy(update=interval_wear(run, recipe, name)) for name, rate in rates.items()}
     volumes = [rate.volume for rate in rates.values() if rate.volume is not None]
     lacking = [
         f"nothing was measured on the {name.replace('_', ' ')}" for name, rate in rates.items() if not rate.measured
     ]
     return SpecificWear(
         outcome="evaluated" if volumes else "not evaluated",
-        notes=(*lacking, *notes),
+        notes=(*lacking, *notes, *_running_in(rates)),
         sliding_distance=distance,
         normal_load=load,
-        load="measured" if measured else "nominal",
+        load="nominal" if recorded_load(run) is None else "measured",
         total=_together(volumes, load, distance) if len(volumes) == len(rates) else None,
         **rates,
     )
@@ -90,19 +93,11 @@ def _distance(run: RawRun, defaults: DefaultUncertainty) -> Quantity | None:
     return Quantity(value=distance, unit="m", standard_uncertainty=spread)
 
 
-def _load(run: RawRun, defaults: DefaultUncertainty) -> tuple[Quantity, bool]:
-    """Return the mean load over the distance, N, and whether it was measured."""
-    stated = run.manifest.conditions.normal_load
-    nominal, _ = stated_or_default(stated, defaults.normal_load * stated.value)
-    force, slid = run.columns.get("normal_force"), run.columns["sliding_distance"]
-    seen = np.zeros(len(slid), dtype=bool) if force is None else np.isfinite(force) & np.isfinite(slid)
-    if force is None or np.count_nonzero(seen) < 2 or not np.ptp(slid[seen]) > 0:
-        return nominal, False
-    mean = float(np.trapezoid(force[seen], slid[seen]) / np.ptp(slid[seen]))
-    if not mean > 0:
-        return nominal, False
-    share = (nominal.standard_uncertainty or 0.0) / nominal.value
-    return Quantity(value=mean, unit="N", standard_uncertainty=share * mean), True
+def _load(run: RawRun, recipe: Recipe) -> Quantity:
+    """Return the load over the distance, N, with its standard uncertainty, stated or by default."""
+    load = applied_load(run, recipe)
+    known, _ = stated_or_default(load, recipe.uncertainty.normal_load * load.value)
+    return known
 
 
 def _rate(ways: Iterable[BodyWear], load: Quantity, distance: Quantity) -> BodyWearRate:
@@ -118,6 +113,15 @@ def _rate(ways: Iterable[BodyWear], load: Quantity, distance: Quantity) -> BodyW
         specific_wear_rate=None if volume is None else _together([volume], load, distance),
         measured=tuple(MeasuredWear(by=way.name, depth=way.depth, volume=way.volume) for way in ways),
     )
+
+
+def _running_in(rates: Mapping[str, BodyWearRate]) -> Iterator[str]:
+    """Name the bodies whose overall rate is not that after running-in."""
+    for name, rate in rates.items():
+        overall, steady = rate.specific_wear_rate, rate.steady_rate
+        if overall is not None and steady is not None and abs(rate.steady_deviation or 0.0) > CLEARLY:
+            times = overall.value / steady.value
+            yield f"the overall rate of the {name.replace('_', ' ')} is {times:.2g} times its steady rate: running-in"
 
 
 def _together(volumes: Iterable[Quantity], load: Quantity, distance: Quantity) -> Quantity:

@@ -13,8 +13,8 @@ from tribopipe.errors import UnitError
 from tribopipe.records.base import Record
 
 _FEWEST_READINGS = 2
-_FEWEST_FOR_T = 4
-"""Readings from which the variance of Student's t exists."""
+_FEW_READINGS = {2: 12.706204736 / 1.959963985, 3: 4.302652730 / 1.959963985}
+"""Student's t₀.₉₇₅ over that of a normal distribution, by the number of readings for which t has no variance."""
 _LEAST, _MOST = 1e-40, 1e40
 """In SI: products of seven numbers in between are numbers still."""
 _ROUNDING = 1e-14
@@ -83,21 +83,21 @@ class EndValue(Quantity):
 
 
 def of_readings(readings: Sequence[float], common: float | None = None) -> tuple[float, float | None]:
-    """Return the mean of repeated readings and its standard uncertainty √(s²/n·(n − 1)/(n − 3) + u²).
+    """Return the mean of repeated readings and its standard uncertainty √(q²·s²/n + u²).
 
-    s is the standard deviation of the n readings, u what is uncertain of all of them together. From 4 readings on the
-    t-factor (n − 1)/(n − 3) accounts for s being an estimate itself (JCGM 101:2008, 6.4.9.4); for 2 and 3 that variance
-    does not exist, and plain s/√n is taken. Readings that are all the same tell no scatter: then only u is left.
+    s is the standard deviation of the n readings, u what is uncertain of all of them together, and q accounts for s
+    being an estimate itself: from 4 readings on it is that of Student's t, q² = (n − 1)/(n − 3) (JCGM 101:2008,
+    6.4.9.4). For 2 and 3 that variance does not exist; there q = t₀.₉₇₅(n − 1)/1.96, 6.48 and 2.20, which makes ±1.96
+    standard uncertainties the 95 % interval of Student's t (JCGM 100:2008, G.3). Readings that are all the same tell no
+    scatter: then only u is left.
     """
     count = len(readings)
     mean = math.fsum(readings) / count
     squares = math.fsum((reading - mean) ** 2 for reading in readings)
     if squares <= (_ROUNDING * mean) ** 2:
         return mean, common
-    variance = squares / (count - 1) / count
-    if count >= _FEWEST_FOR_T:
-        variance *= (count - 1) / (count - 3)
-    return mean, math.hypot(math.sqrt(variance), common or 0.0)
+    widened = _FEW_READINGS[count] if count in _FEW_READINGS else math.sqrt((count - 1) / (count - 3))
+    return mean, math.hypot(widened * math.sqrt(squares / (count - 1) / count), common or 0.0)
 
 
 def _take(written: Any, *, kind: str, repeated: bool = False) -> Any:

@@ -114,7 +114,9 @@ class FrictionFit(Record):
     running_in_distance: Metres | None = None
     """c: distance over which the start decays by a factor e."""
     covariance: tuple[tuple[float, ...], ...] | None = None
-    """Of (A, b, c), autocorrelation of the residuals included."""
+    """Of (A, b, c): by the noise, its memory included, and by the load."""
+    load_uncertainty: Number | None = None
+    """Relative standard uncertainty of the load in that of A and b; none where the instrument gave μ itself."""
     window: tuple[Metres, Metres] | None = None
     """Sliding distances between which friction was fitted."""
     residual_deviation: Number | None = None
@@ -127,6 +129,18 @@ class FrictionFit(Record):
     """Standard deviation of μ over the whole run, as vendor software prints it."""
     load: Literal["measured", "nominal", "recorded"] | None = None
     """What friction force was divided by; "recorded" where the instrument gave μ itself."""
+
+    @property
+    def noise_covariance(self) -> tuple[tuple[float, ...], ...] | None:
+        """Covariance of (A, b, c) at a given load: by the noise alone."""
+        if self.covariance is None or self.amplitude is None or self.steady_state is None:
+            return None
+        levels = (self.amplitude.value, self.steady_state.value, 0.0)
+        share = 0.0 if self.load_uncertainty is None else self.load_uncertainty.value
+        return tuple(
+            tuple(both - share**2 * one * other for both, other in zip(row, levels, strict=True))
+            for row, one in zip(self.covariance, levels, strict=True)
+        )
 
     def __str__(self) -> str:
         if self.outcome == "none":

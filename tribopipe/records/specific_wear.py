@@ -18,6 +18,19 @@ class MeasuredWear(Record):
     """Volume lost; none where this end value does not tell it."""
 
 
+class WearInterval(Record):
+    """Wear of one body between two measurements."""
+
+    start: Metres
+    """Sliding distance at its beginning."""
+    end: Metres
+    """Sliding distance at its end."""
+    volume: CubicMetres
+    """Volume lost in it."""
+    specific_wear_rate: SquareMetresPerNewton
+    """That volume over load and distance slid in it."""
+
+
 class BodyWearRate(Record):
     """Wear of one body at the end of a run."""
 
@@ -33,13 +46,22 @@ class BodyWearRate(Record):
     """Volume over normal load and sliding distance, k = V/(F_N·s)."""
     measured: tuple[MeasuredWear, ...] = ()
     """Everything measured on the body, as depth and volume."""
+    intervals: tuple[WearInterval, ...] = ()
+    """Wear between one measurement and the next, where the test was interrupted."""
+    steady_rate: SquareMetresPerNewton | None = None
+    """Specific wear rate after running-in: slope of volume over ∫F_N ds; none of less than four measurements."""
+    steady_from: Metres | None = None
+    """Sliding distance at which running-in is over."""
+    steady_deviation: float | None = None
+    """Overall less steady rate, over the standard uncertainty of the difference."""
 
     def __str__(self) -> str:
         if self.volume is None or self.specific_wear_rate is None:
             return "no volume" if self.depth is None else f"{self.depth.shown('um')} deep, no volume"
         rate = self.specific_wear_rate.shown(SPECIFIC_WEAR_RATE)
         depth = "" if self.depth is None else f", {self.depth.shown('um')} deep"
-        return f"{rate}, {self.volume.shown('mm^3')} by {self.volume_by}{depth}"
+        steady = "" if self.steady_rate is None else f", steady {self.steady_rate.shown(SPECIFIC_WEAR_RATE)}"
+        return f"{rate}{steady}, {self.volume.shown('mm^3')} by {self.volume_by}{depth}"
 
 
 class SpecificWear(Record):

@@ -1,6 +1,6 @@
 """What each step of a run has found, on a page: a sentence, single facts, notes and tables."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from tribopipe.archive.outline import StepOutline
@@ -11,7 +11,7 @@ from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction, spok
 from tribopipe.records.local_wear import LocalWearResult
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
-from tribopipe.records.specific_wear import SpecificWear
+from tribopipe.records.specific_wear import BodyWearRate, SpecificWear
 from tribopipe.report.facts import NOTHING, facts, interval, listed, shown
 from tribopipe.report.page import StagePage, TextTable
 from tribopipe.report.prediction_stages import disc_prediction_told, local_wear_told, prediction_told
@@ -125,6 +125,11 @@ def _specific_wear_told(result: SpecificWear, _: Steps) -> Told:
                 (f"rate of the {name}", shown(body.specific_wear_rate, SPECIFIC_WEAR_RATE))
                 for name, body in bodies.items()
             ),
+            *(
+                (f"steady rate of the {name}", _steady(body))
+                for name, body in bodies.items()
+                if body.steady_rate is not None
+            ),
             ("rate of both", shown(result.total, SPECIFIC_WEAR_RATE)),
             *((f"volume of the {name}", _found_by(body.volume, body.volume_by)) for name, body in bodies.items()),
             *((f"depth of the {name}", _found_by(body.depth, body.depth_by)) for name, body in bodies.items()),
@@ -132,8 +137,32 @@ def _specific_wear_told(result: SpecificWear, _: Steps) -> Told:
             ("under a normal load of", None if load is None else f"{shown(load)}, {result.load}"),
         ),
         result.notes,
-        (TextTable("wear by each end value", ("body", "by", "depth", "volume"), tuple(rows)),),
+        (TextTable("wear by each end value", ("body", "by", "depth", "volume"), tuple(rows)), *_intervals(bodies)),
     )
+
+
+def _steady(body: BodyWearRate) -> str:
+    return f"{shown(body.steady_rate, SPECIFIC_WEAR_RATE)}, from {shown(body.steady_from, 'm')} on"
+
+
+def _intervals(bodies: Mapping[str, BodyWearRate]) -> Iterator[TextTable]:
+    """Yield a table of the wear between one measurement and the next, where a test was interrupted."""
+    rows = [
+        (
+            name,
+            shown(one.start, "m"),
+            shown(one.end, "m"),
+            shown(one.volume),
+            shown(one.specific_wear_rate, SPECIFIC_WEAR_RATE),
+        )
+        for name, body in bodies.items()
+        for one in body.intervals
+    ]
+    if rows:
+        head = ("body", "from", "to", "volume", "specific wear rate")
+        yield TextTable(
+            "wear between measurements", head, tuple(tuple(cell or NOTHING for cell in row) for row in rows)
+        )
 
 
 def _found_by(quantity: Quantity | None, by: str | None) -> str | None:

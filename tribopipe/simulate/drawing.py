@@ -33,13 +33,18 @@ def read_depth(true: Column, time: Column, sensors: RecordingSensors, rng: Gener
     return np.asarray(np.round((true + sensors.depth_noise.value * noise) / step) * step)
 
 
-def read_forces(friction: Column, load: float, sensors: RecordingSensors, rng: Generator) -> tuple[Column, Column]:
-    """Return friction force and normal force as recorded, N, from the true friction coefficient."""
+def read_forces(
+    friction: Column, load: float, nominal: float, sensors: RecordingSensors, rng: Generator
+) -> tuple[Column, Column]:
+    """Return friction force and normal force as recorded, N, from the true friction coefficient and the true load.
+
+    The load cell shows the nominal load: by how much the true one is off is the error of its calibration.
+    """
     count = len(friction)
     noise = correlated(rng, count, sensors.friction_correlation_time.value * sensors.sampling_rate.value)
     mu = friction + sensors.friction_noise.value * noise
-    pressed = load * (1 + sensors.load_noise.value * rng.standard_normal(count))
-    return mu * pressed, pressed
+    wobble = 1 + sensors.load_noise.value * rng.standard_normal(count)
+    return mu * (load * wobble), nominal * wobble
 
 
 def correlated(rng: Generator, count: int, length: float) -> Column:

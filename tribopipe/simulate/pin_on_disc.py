@@ -38,10 +38,10 @@ class VirtualTest:
         self.friction = stated_path(run.friction)
         contact = _off(series.contact, off)
         self.pin_radius = contact.pin.radius.value
-        load = Quantity(value=off(run.normal_load), unit="N")
+        self.load = Quantity(value=off(run.normal_load), unit="N")
         self.law = true_law(series)
         # Under Archard's law the effective distance wears as much as the distance does under this one.
-        archard = WearScenario(contact, load, run.wear_coefficient)
+        archard = WearScenario(contact, self.load, run.wear_coefficient)
         state = archard.worn(self.law.effective_distance(self.distance, self.friction))
         self.pin_wear, self.disc_wear = state.depth, self._disc_wear(state.radius)
 
@@ -75,7 +75,8 @@ class VirtualTest:
             + run.drift_rate.value * self.time
         )
         depth = read_depth(shown, self.time, sensors, rng)
-        rubbing, load = read_forces(self.friction.coefficient(self.distance), run.normal_load.value, sensors, rng)
+        mu, nominal = self.friction.coefficient(self.distance), run.normal_load.value
+        rubbing, load = read_forces(mu, self.load.value, nominal, sensors, rng)
         columns = {"time": self.time, "depth": depth, "normal_force": load, "friction_force": rubbing}
         return columns, self._end_values(sensors, rng)
 

@@ -99,7 +99,8 @@ class VirtualTwinDiscTest:
         worn = self.state.curved_depth + self.state.flat_depth
         shown = run.zero_offset.value + worn / self.depth_scale + run.drift_rate.value * self.time
         depth = read_depth(shown, self.time, sensors, rng)
-        rubbing, load = read_forces(self.friction.coefficient(self.distance), self.load.value, sensors, rng)
+        mu, pressing = self.friction.coefficient(self.distance), self.values["normal_load"]
+        rubbing, load = read_forces(mu, pressing, self.load.value, sensors, rng)
         columns = {
             "time": self.time,
             "rotations": self.rotations,

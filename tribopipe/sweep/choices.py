@@ -75,7 +75,7 @@ def fitted(run: RawRun, choice: Choice) -> WearFit | TwinDiscFit:
     """Take a run through the whole line in memory. Raises ``FitError`` where nothing is to be found."""
     recipe = choice.recipe
     cleaned = clean_run(run, recipe).run
-    friction = fit_friction(cleaned, recipe.friction)
+    friction = fit_friction(cleaned, recipe.friction, recipe.uncertainty)
     if cleaned.manifest.rolls:
         return fit_discs(cleaned, choice.law, friction, recipe)
     return fit_wear(correct_drift(cleaned, recipe), choice.law, friction, recipe)

@@ -98,7 +98,7 @@ def _in_folder(folder: Path, recipe: Recipe, *, frictional: bool) -> _Source:
         return _Source(manifest, "", end, stated_path(conditions.friction))
     read = read_run(folder)
     run = clean_run(read, recipe).run
-    fit = fit_friction(run, recipe.friction)
+    fit = fit_friction(run, recipe.friction, recipe.uncertainty)
     return _Source(manifest, _sources(read), end, run_path(run, fit, recipe.wear.friction), fit)
 
 

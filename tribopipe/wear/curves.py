@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tribopipe.load import applied_load
 from tribopipe.records.recipe import LawName, Recipe
 from tribopipe.records.results import COVERAGE_FACTOR, FrictionFit, WearFit, WearPrediction
 from tribopipe.run import Column, RawRun
@@ -29,7 +30,7 @@ def run_scenario(
     path = run_path(run, friction, recipe.wear.friction)
     return WearScenario(
         run.manifest.pin_on_disc,
-        conditions.normal_load,
+        applied_load(run, recipe),
         known.coefficient,
         law,
         path,

@@ -36,6 +36,8 @@ class ExponentialFriction:
     amplitude: Numbers
     steady_state: Numbers
     running_in_distance: Numbers = 1.0
+    divided_by_load: bool = False
+    """Whether it was derived from a friction force, so that it depends on the load that it was divided by."""
 
     def coefficient(self, distance: ArrayLike) -> Column:
         """Return μ at sliding distances in m."""
@@ -94,9 +96,12 @@ def fitted_path(fit: FrictionFit | None) -> FrictionPath | None:
     """Return μ(s) as fitted: Eq. 7, or the steady value where that is all there is; none without friction."""
     if fit is None or fit.steady_state is None:
         return None
+    divided = fit.load_uncertainty is not None
     if fit.amplitude is None or fit.running_in_distance is None:
-        return ExponentialFriction(0.0, fit.steady_state.value)
-    return ExponentialFriction(fit.amplitude.value, fit.steady_state.value, fit.running_in_distance.value)
+        return ExponentialFriction(0.0, fit.steady_state.value, divided_by_load=divided)
+    return ExponentialFriction(
+        fit.amplitude.value, fit.steady_state.value, fit.running_in_distance.value, divided_by_load=divided
+    )
 
 
 def measured_path(run: RawRun) -> FrictionPath | None:

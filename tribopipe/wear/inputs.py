@@ -14,6 +14,7 @@ from numpy.random import Generator
 
 from tribopipe.end_values.disc_track import told_by
 from tribopipe.end_values.measured import stated_or_default
+from tribopipe.load import applied_load
 from tribopipe.records.manifest import PinOnDisc
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import FrictionSource, LawName, Recipe
@@ -107,6 +108,19 @@ def contact_inputs(contact: PinOnDisc, normal_load: Quantity, recipe: Recipe) ->
     }
 
 
+def load_input(run: RawRun, recipe: Recipe) -> Input:
+    """Return the load of a run, recorded or nominal, and who stated how far its calibration may be off."""
+    stated = run.manifest.conditions.normal_load.standard_uncertainty is not None
+    load = relative_input(applied_load(run, recipe), recipe.uncertainty.normal_load)
+    return Input(load.quantity, "manifest" if stated else "default")
+
+
+def pin_inputs(run: RawRun, recipe: Recipe) -> dict[str, Input]:
+    """Collect load, tip radius and moduli of a run, the load as it was recorded."""
+    load = load_input(run, recipe)
+    return contact_inputs(run.manifest.pin_on_disc, load.quantity, recipe) | {"normal_load": load}
+
+
 def instrument_inputs(run: RawRun, recipe: Recipe) -> dict[str, Input]:
     """Collect the sensor's scale, and the sliding speed or track radius where sliding distance was derived from it."""
     found = {"depth_scale": relative_input(run.manifest.sensors.depth_scale, recipe.uncertainty.depth_scale)}
@@ -141,7 +155,7 @@ class LawFriction(NamedTuple):
     inputs: Mapping[str, Input] = MappingProxyType({})
     """A, b and c, where the path is Eq. 7 as fitted."""
     covariance: tuple[tuple[float, ...], ...] | None = None
-    """Of (A, b, c)."""
+    """Of (A, b, c) at a given load: the load varies by itself, and ``friction_along`` carries it over to A and b."""
 
 
 def law_friction(run: RawRun, law: LawName, fit: FrictionFit | None, source: FrictionSource) -> LawFriction | None:
@@ -152,8 +166,22 @@ def law_friction(run: RawRun, law: LawName, fit: FrictionFit | None, source: Fri
     if path is None:
         return None
     if isinstance(path, ExponentialFriction) and fit is not None:
-        return LawFriction(path, friction_inputs(fit), fit.covariance)
+        return LawFriction(path, friction_inputs(fit), fit.noise_covariance)
     return LawFriction(path)
+
+
+def friction_along(path: FrictionPath | None, values: Values, best: Values) -> FrictionPath | None:
+    """Return the friction that values of the inputs stand for: Eq. 7 by A, b and c, or the path as it is.
+
+    The friction force is what was measured, so that A and b are lower by the share by which the load is higher than its
+    best estimate, unless the instrument recorded μ itself.
+    """
+    if "friction_steady_state" not in values:
+        return path
+    divided = isinstance(path, ExponentialFriction) and path.divided_by_load
+    share = best["normal_load"] / values["normal_load"] if divided else 1.0
+    amplitude, steady, running_in = (values[name] for name in FRICTION_INPUTS)
+    return ExponentialFriction(amplitude * share, steady * share, running_in, divided_by_load=divided)
 
 
 def relative_input(quantity: Quantity, share: float) -> Input:

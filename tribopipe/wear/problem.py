@@ -30,16 +30,17 @@ from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName, Recipe, WearEngine
 from tribopipe.records.results import FrictionFit
 from tribopipe.run import Column, CorrectedRun, Numbers, Values
-from tribopipe.wear.friction_path import ExponentialFriction, FrictionPath
+from tribopipe.wear.friction_path import FrictionPath
 from tribopipe.wear.inputs import (
     FRICTION_INPUTS,
     Input,
     best_values,
-    contact_inputs,
     distance_scale,
+    friction_along,
     instrument_inputs,
     law_friction,
     law_inputs,
+    pin_inputs,
 )
 from tribopipe.wear.laws import WearLaw, law_named
 from tribopipe.wear.own_parameters import Tangent, indistinct, law_columns, law_covariance
@@ -102,13 +103,7 @@ class WearProblem:
 
     def effective_distance(self, values: Values, distance: Column | None = None) -> Column:
         """Return the law's S(s), m, longer or shorter as speed or track radius is above or below its best estimate."""
-        friction = self.friction
-        if "friction_steady_state" in values:
-            friction = ExponentialFriction(
-                values.get("friction_amplitude", 0.0),
-                values["friction_steady_state"],
-                values.get("running_in_distance", 1.0),
-            )
+        friction = friction_along(self.friction, values, self.values)
         effective = self.law.at(values).effective_distance(self.distance if distance is None else distance, friction)
         return np.asarray(effective * distance_scale(values, self.values))
 
@@ -349,7 +344,7 @@ def wear_problem(
     known = law_friction(run, law, friction, recipe.wear.friction)
     if known is None:
         return ("a friction signal",)
-    inputs = contact_inputs(manifest.pin_on_disc, manifest.conditions.normal_load, recipe)
+    inputs = pin_inputs(run, recipe)
     inputs |= instrument_inputs(run, recipe)
     inputs |= known.inputs
     trace = _seen(read_trace(run, end, recipe), seen := np.isfinite(corrected.wear_depth))

@@ -6,6 +6,7 @@ from typing import Literal
 
 import numpy as np
 
+from tribopipe.load import applied_load
 from tribopipe.motion import slip
 from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction
 from tribopipe.records.recipe import LawName, Recipe
@@ -67,7 +68,7 @@ def disc_scenario(
     conditions = run.manifest.conditions
     return DiscScenario(
         contact=run.manifest.twin_disc,
-        normal_load=conditions.normal_load,
+        normal_load=applied_load(run, recipe),
         slip=slip(run.manifest),
         known=known,
         model=law,

@@ -3,12 +3,12 @@
 import numpy as np
 
 from tribopipe.motion import slip
-from tribopipe.records.manifest import RunManifest, TwinDisc
+from tribopipe.records.manifest import TwinDisc
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import Recipe
-from tribopipe.run import Column
+from tribopipe.run import Column, RawRun
 from tribopipe.wear.friction_path import FrictionPath
-from tribopipe.wear.inputs import DISC_INPUTS, Input, relative_input
+from tribopipe.wear.inputs import DISC_INPUTS, Input, load_input, relative_input
 from tribopipe.wear.laws import WearLaw
 
 
@@ -38,9 +38,10 @@ def disc_inputs(contact: TwinDisc, normal_load: Quantity, nominal_slip: Quantity
     return inputs | {"slip": relative_input(nominal_slip, defaults.slip)}
 
 
-def run_inputs(manifest: RunManifest, recipe: Recipe) -> dict[str, Input]:
-    """Collect the inputs of a run."""
-    return disc_inputs(manifest.twin_disc, manifest.conditions.normal_load, slip(manifest), recipe)
+def run_inputs(run: RawRun, recipe: Recipe) -> dict[str, Input]:
+    """Collect the inputs of a run, the load as it was recorded."""
+    load = load_input(run, recipe)
+    return disc_inputs(run.manifest.twin_disc, load.quantity, slip(run.manifest), recipe) | {"normal_load": load}
 
 
 def effective_rotations(

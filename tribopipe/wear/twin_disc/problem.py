@@ -21,8 +21,8 @@ from tribopipe.records.manifest import TwinDisc
 from tribopipe.records.recipe import DistanceConvention, LawName, Recipe
 from tribopipe.records.results import FrictionFit
 from tribopipe.run import Column, RawRun, Values
-from tribopipe.wear.friction_path import ExponentialFriction, FrictionPath
-from tribopipe.wear.inputs import FRICTION_INPUTS, Input, best_values, draw_values, law_friction, law_inputs
+from tribopipe.wear.friction_path import FrictionPath
+from tribopipe.wear.inputs import Input, best_values, draw_values, friction_along, law_friction, law_inputs
 from tribopipe.wear.laws import WearLaw, law_named
 from tribopipe.wear.own_parameters import law_as_given
 from tribopipe.wear.twin_disc.inputs import effective_rotations, run_inputs
@@ -80,9 +80,7 @@ class DiscProblem:
 
     def effective_rotations(self, values: Values, rotations: Column) -> Column:
         """Return the rotations in which Archard's law would wear as much: N·S(s)/s with the slip distance s."""
-        friction = self.friction
-        if "friction_steady_state" in values:
-            friction = ExponentialFriction(*(values[name] for name in FRICTION_INPUTS))
+        friction = friction_along(self.friction, values, self.values)
         return effective_rotations(self.law.at(values), rotations, self.slip_per_rotation, friction)
 
     def wear(self, coefficients: Column, values: Values, rotations: Column) -> DiscWear:
@@ -296,7 +294,7 @@ def disc_problem(
     known = law_friction(run, law, friction, recipe.wear.friction)
     if known is None:
         return ("a friction signal",)
-    inputs = run_inputs(run.manifest, recipe) | dict(known.inputs)
+    inputs = run_inputs(run, recipe) | dict(known.inputs)
     inputs |= {one.name: Input(one.quantity, one.source) for one in measurements}
     inputs |= law_inputs(law_named(law), recipe)
     return DiscProblem(

@@ -1,0 +1,138 @@
+"""The load that wear and friction are evaluated with, and what its uncertainty does to friction and k_D."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from end_value_runs import described, run_of, si
+
+from tribopipe.derived import coefficient
+from tribopipe.friction import fit_friction
+from tribopipe.load import applied_load
+from tribopipe.records.recipe import DefaultUncertainty, Recipe
+from tribopipe.wear.friction_path import ExponentialFriction
+from tribopipe.wear.inputs import friction_along, law_friction, pin_inputs
+
+DISTANCE = np.linspace(0, 500, 1001)
+
+
+def pressed(load=None, stated=None, mu=None):
+    """A run under a nominal load of 0.2 N, with a recorded load (N) and a friction force of μ times that."""
+    run = run_of(described(conditions={"normal_load": si(0.2, "N", stated) if stated else {"value": 0.2, "unit": "N"}}))
+    columns, origins = dict(run.columns), dict(run.origins)
+    if load is not None:
+        columns["normal_force"], origins["normal_force"] = np.broadcast_to(load, DISTANCE.shape) * 1.0, "measured"
+    if mu is not None:
+        columns["friction_force"] = mu * columns.get("normal_force", 0.2)
+        columns["friction_coefficient"], origins["friction_coefficient"] = coefficient(columns, run.manifest)
+    return replace(run, columns=columns, origins=origins)
+
+
+def test_recorded_load_is_the_load():
+    rng = np.random.default_rng(1)
+    load = applied_load(pressed(0.21 + 0.002 * rng.standard_normal(len(DISTANCE))), Recipe())
+    assert load.value == pytest.approx(0.21, rel=1e-3)
+    assert load.standard_uncertainty == pytest.approx(0.01 * 0.21, rel=0.01)
+
+
+def test_recorded_load_counts_over_the_distance_not_over_the_samples():
+    run = pressed(np.where(DISTANCE < 100, 0.1, 0.2))
+    slow = np.concatenate([np.linspace(0, 100, 801), np.linspace(100, 500, 200)])
+    load = np.where(slow < 100, 0.1, 0.2)
+    run = replace(run, columns={**run.columns, "sliding_distance": slow, "normal_force": load})
+    assert applied_load(run, Recipe()).value == pytest.approx(0.18, rel=0.01)
+
+
+def test_calibration_is_as_uncertain_as_the_nominal_load_is_stated_to_be():
+    load = applied_load(pressed(0.21, stated=0.004), Recipe())
+    assert load.standard_uncertainty == pytest.approx(0.02 * 0.21)
+
+
+@pytest.mark.parametrize("load", [None, np.nan, 0.0, -0.2])
+def test_nominal_load_is_the_fallback_as_it_is_stated(load):
+    run = pressed(load, stated=0.004)
+    assert applied_load(run, Recipe()) == run.manifest.conditions.normal_load
+
+
+@pytest.mark.parametrize(("stated", "source", "share"), [(None, "default", 0.03), (0.004, "manifest", 0.02)])
+@pytest.mark.parametrize("load", [None, 0.21])
+def test_wear_takes_the_recorded_load_and_says_who_stated_its_uncertainty(load, stated, source, share):
+    given = pin_inputs(pressed(load, stated), Recipe(uncertainty=DefaultUncertainty(normal_load=0.03)))["normal_load"]
+    assert (given.quantity.value, given.source) == (pytest.approx(load or 0.2), source)
+    assert given.spread == pytest.approx(share * given.quantity.value)
+
+
+MU = 0.2 * np.exp(-DISTANCE / 60) + 0.5
+
+
+def noisy(**known):
+    return pressed(mu=MU + 0.005 * np.random.default_rng(3).standard_normal(len(DISTANCE)), **known)
+
+
+@pytest.mark.parametrize("load", [None, 0.21])
+def test_load_makes_a_and_b_uncertain_together_and_leaves_c_alone(load):
+    run = noisy(load=load, stated=0.006)
+    with_load = fit_friction(run)
+    assert with_load.load_uncertainty.value == pytest.approx(0.03)
+    noise, both = np.asarray(with_load.noise_covariance), np.asarray(with_load.covariance)
+    a, b = with_load.amplitude, with_load.steady_state
+    np.testing.assert_allclose(
+        both - noise, 0.03**2 * np.outer([a.value, b.value, 0], [a.value, b.value, 0]), atol=1e-12
+    )
+    assert b.standard_uncertainty == pytest.approx(math.sqrt(both[1, 1]))
+    assert b.standard_uncertainty > 0.03 * b.value
+    assert with_load.running_in_distance.standard_uncertainty == pytest.approx(math.sqrt(noise[2, 2]))
+
+
+def test_default_uncertainty_of_the_load_counts_where_none_is_stated():
+    assert fit_friction(noisy(), defaults=DefaultUncertainty(normal_load=0.05)).load_uncertainty.value == 0.05
+
+
+def test_steady_value_is_uncertain_by_the_load_too():
+    fit = fit_friction(pressed(mu=0.4 + 0.001 * np.random.default_rng(5).standard_normal(len(DISTANCE)), stated=0.004))
+    assert fit.outcome == "steady-only"
+    assert fit.steady_state.standard_uncertainty == pytest.approx(0.02 * 0.4, rel=0.01)
+
+
+def test_friction_that_the_instrument_recorded_was_divided_by_a_load_of_its_own():
+    run = noisy(stated=0.02)
+    fit = fit_friction(replace(run, origins={**run.origins, "friction_coefficient": "measured"}))
+    assert fit.load_uncertainty is None
+    assert fit.steady_state.standard_uncertainty < 0.01 * fit.steady_state.value
+
+
+def test_intervals_of_a_and_b_hold_the_truth_with_the_load_off():
+    held, runs = np.zeros(2), 100
+    for seed in range(runs):
+        rng = np.random.default_rng(seed)
+        off = 1 + 0.01 * rng.standard_normal()
+        fit = fit_friction(pressed(mu=off * MU + 0.005 * rng.standard_normal(len(DISTANCE))))
+        for place, (found, truth) in enumerate(((fit.amplitude, 0.2), (fit.steady_state, 0.5))):
+            held[place] += abs(found.value - truth) < 1.96 * found.standard_uncertainty
+    assert np.all(held / runs >= 0.9)
+
+
+def test_wear_law_does_not_count_the_load_twice():
+    run = noisy(stated=0.006)
+    fit = fit_friction(run)
+    known = law_friction(run, "sarkar", fit, "fitted")
+    np.testing.assert_allclose(known.covariance, fit.noise_covariance)
+    best = {name: given.quantity.value for name, given in known.inputs.items()} | {"normal_load": 0.2}
+    # The friction force stays, so that μ is lower by as much as the load is higher.
+    path = friction_along(known.path, best | {"normal_load": 0.22}, best)
+    np.testing.assert_allclose(path.coefficient(DISTANCE) * 0.22, known.path.coefficient(DISTANCE) * 0.2, rtol=1e-12)
+
+
+def test_load_does_not_move_a_friction_coefficient_that_was_recorded():
+    path = ExponentialFriction(0.2, 0.5, 60.0)
+    values = {"friction_amplitude": 0.2, "friction_steady_state": 0.5, "running_in_distance": 60.0}
+    moved = friction_along(path, values | {"normal_load": 0.3}, values | {"normal_load": 0.2})
+    np.testing.assert_allclose(moved.coefficient(DISTANCE), path.coefficient(DISTANCE), rtol=1e-15)
+
+
+def test_covariance_without_a_load_is_that_of_the_noise():
+    run = noisy()
+    fit = fit_friction(replace(run, origins={**run.origins, "friction_coefficient": "measured"}))
+    assert fit.noise_covariance == fit.covariance
+    assert fit.model_copy(update={"covariance": None}).noise_covariance is None
