@@ -100,7 +100,7 @@ SERIES = {
     ],
 }
 """Virtual runs whose wear runs in by the same truth."""
-JOINT = Recipe(wear=WearRecipe(correction="joint"), monte_carlo=MonteCarloRecipe(significant_digits=0))
+JOINT = Recipe(wear=WearRecipe(correction="model"), monte_carlo=MonteCarloRecipe(significant_digits=0))
 
 
 def series_of(**changes) -> Series:

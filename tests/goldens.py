@@ -48,7 +48,7 @@ SWEEP = f"""schema = "tribopipe.sweep/1"
 [choices]
 runs = ["{PIN}"]
 [vary.recipe]
-wear.correction = ["two-step", "joint"]
+wear.correction = ["two-step", "model"]
 """
 COMMANDS: Mapping[str, str] = {
     "formats-list": "formats list",

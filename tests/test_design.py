@@ -17,7 +17,7 @@ from tribopipe.study.member import Member, PosedRun
 from tribopipe.wear.identify import budget
 from tribopipe.wear.problem import WearProblem, wear_problem
 
-JOINT = Recipe(wear=WearRecipe(correction="joint"))
+JOINT = Recipe(wear=WearRecipe(correction="model"))
 WC_CO, SI3N4 = "wc-co-water-400mN", "si3n4-air-200mN"
 HERTZ = Quantity(value=1.0, unit="1/s")
 """A sampling rate at which depth noise is about as informative as at the usual ten, and everything quicker."""

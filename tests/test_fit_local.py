@@ -47,7 +47,7 @@ def locally_worn(monkeypatch):
 
 @pytest.mark.parametrize(
     ("run_id", "correction", "within"),
-    [(LIGHT, "two-step", 3e-3), (HEAVY, "two-step", 3e-3), (LIGHT, "joint", 1e-4), (NITRIDE, "joint", 1e-4)],
+    [(LIGHT, "two-step", 3e-3), (HEAVY, "two-step", 3e-3), (LIGHT, "model", 1e-4), (NITRIDE, "model", 1e-4)],
 )
 def test_coefficient_of_local_wear_comes_back(locally_worn, run_id, correction, within):
     series, run = CASES[run_id]
@@ -67,7 +67,7 @@ def test_coefficient_of_local_wear_comes_back(locally_worn, run_id, correction, 
 def test_giwm_finds_too_much_where_wear_is_shallow(locally_worn, run_id, least, most):
     series, run = CASES[run_id]
     raw = locally_worn(series, run, sensors=quiet() | SLOW)
-    for correction in ("two-step", "joint"):
+    for correction in ("two-step", "model"):
         how = recipe("giwm", correction)
         found = fit_wear(correct_drift(raw, how), "archard", recipe=how).wear_coefficient.value
         assert least < found / run.wear_coefficient.value - 1 < most

@@ -226,7 +226,7 @@ def test_intervals_of_friction_hold_the_truth_as_often_as_they_say(run_id):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("correction", ["two-step", "joint"])
+@pytest.mark.parametrize("correction", ["two-step", "model"])
 @pytest.mark.parametrize("run_id", ["si3n4-air-200mN", "wc-co-water-400mN"])
 def test_intervals_of_the_coefficient_hold_the_truth_as_often_as_they_say(run_id, correction):
     series, run = CASES[run_id]

@@ -26,7 +26,7 @@ from tribopipe.wear.inputs import FRICTION_INPUTS, draw_values
 from tribopipe.wear.joint import JointProblem, fit_joint, joint_problem
 from tribopipe.wear.problem import WearProblem, wear_problem
 
-JOINT = Recipe(wear=WearRecipe(correction="joint"), monte_carlo=MonteCarloRecipe(significant_digits=0))
+JOINT = Recipe(wear=WearRecipe(correction="model"), monte_carlo=MonteCarloRecipe(significant_digits=0))
 SILICON_NITRIDE = [run_id for run_id in CASES if run_id.startswith("si3n4")]
 HERTZ, USUAL = Quantity(value=1.0, unit="1/s"), Quantity(value=5.0, unit="1/s")
 """Sampling rates at which depth noise is about as informative as at the ten of the samples, and everything quicker."""
@@ -262,7 +262,7 @@ def test_recipe_makes_the_joint_coefficient_the_headline(run_id):
     _, raw = virtual(run_id)
     corrected = correct_drift(raw)
     two_step, joint = (fit_wear(corrected, recipe=recipe) for recipe in (FIRST_ORDER, JOINT))
-    assert (two_step.correction, joint.correction) == ("two-step", "joint")
+    assert (two_step.correction, joint.correction) == ("two-step", "model")
     assert two_step.joint == joint.joint
     assert alike(joint.wear_coefficient.value, joint.joint.wear_coefficient.value, 1e-9)
     assert not alike(joint.wear_coefficient.value, two_step.wear_coefficient.value, 1e-3)
@@ -312,7 +312,7 @@ def test_depth_of_the_wrong_sign_leaves_nothing_to_fit_jointly(run_id):
 
 
 @pytest.mark.parametrize("law", ["archard", "sarkar"])
-@pytest.mark.parametrize("correction", ["two-step", "joint"])
+@pytest.mark.parametrize("correction", ["two-step", "model"])
 def test_monte_carlo_and_first_order_agree_where_the_model_is_nearly_linear(correction, law):
     _, raw = virtual("si3n4-air-400mN")
     corrected, friction = correct_drift(raw), fit_friction(raw)
@@ -402,7 +402,7 @@ def test_joint_coefficient_is_where_the_squares_are_least_however_low_the_end_va
 
 
 @pytest.mark.parametrize("law", ["archard", "sarkar"])
-@pytest.mark.parametrize("which", [0, 1], ids=["two-step", "joint"])
+@pytest.mark.parametrize("which", [0, 1], ids=["two-step", "model"])
 def test_solving_columns_of_draws_is_solving_one_by_one(which, law):
     _, raw = virtual("si3n4-air-400mN", sensors={"sampling_rate": HERTZ})
     problem = problems(raw, law)[which].pooled()

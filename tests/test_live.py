@@ -179,7 +179,7 @@ def test_half_a_line_waits_for_its_other_half(sample_run):
 @pytest.mark.usefixtures("few_draws")
 @pytest.mark.parametrize("law", ["archard", "sarkar"])
 def test_a_finished_run_has_the_joint_fit_of_fit(sample_run, law):
-    recipe = Recipe(wear=WearRecipe(correction="joint", friction="measured"))
+    recipe = Recipe(wear=WearRecipe(correction="model", friction="measured"))
     run = read_run(sample_run)
     fit = fit_wear(correct_drift(run, recipe), law, None, recipe).joint
     found = session_of(sample_run, law=law, recipe=recipe, planned=50.0).look().estimate

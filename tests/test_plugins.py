@@ -206,7 +206,7 @@ def test_the_whole_line_with_another_package(package, tmp_path):
     finally:
         sys.path.pop(0)
     record(tmp_path / "run", RunningIn())
-    recipe = '[wear]\nmodels = ["archard", "running_in"]\ncorrection = "joint"\n'
+    recipe = '[wear]\nmodels = ["archard", "running_in"]\ncorrection = "model"\n'
     (tmp_path / "recipe.toml").write_text(f'schema = "tribopipe.recipe/1"\n{recipe}', encoding="utf-8")
 
     assert "rig-log" in tribopipe("formats", "list").stderr

@@ -360,12 +360,12 @@ def test_what_runs_state_is_put_together():
 
 
 def test_options_say_what_differs_from_the_defaults():
-    joint = Recipe(wear=WearRecipe(correction="joint")).model_dump(mode="json", by_alias=True)
+    joint = Recipe(wear=WearRecipe(correction="model")).model_dump(mode="json", by_alias=True)
     usual = Recipe().model_dump(mode="json", by_alias=True)
     told = {"one": {"wear": joint["wear"], "drift": joint["drift"]}, "other": {"wear": usual["wear"]}}
     found = options_used(told)
     (changed,) = [option for option in found if option.changed]
-    assert changed == ("wear.correction", "joint", "two-step", ("one",))
+    assert changed == ("wear.correction", "two-step", "model", ("one",))
     limit = next(option for option in found if option.name == "drift.discrepancy_limit")
     assert limit == ("drift.discrepancy_limit", "2.5×10⁻⁷ m", "2.5×10⁻⁷ m", ())
 

@@ -46,7 +46,7 @@ ODD = Recipe.model_validate(
         "clean_up": [{"step": "mask", "limits": {"friction_coefficient": {"highest": 0.68}}}, {"step": "despike"}],
         "drift": {"window": 0.05},
         "friction": {"start": "3 m"},
-        "wear": {"friction": "measured", "correction": "joint"},
+        "wear": {"friction": "measured", "correction": "model"},
         "uncertainty": {"normal_load": 0.03},
         "monte_carlo": {"seed": 7},
     }
@@ -185,7 +185,7 @@ def test_run_with_files_in_folders_is_read_again(runs, tmp_path):
 
 
 def test_changed_result_is_found_with_its_name(done):
-    edit_result(done, LIGHT, "wear_fit_sarkar", "joint", "drift_rate", "value", factor=1 + 1e-6)
+    edit_result(done, LIGHT, "wear_fit_sarkar", "model", "drift_rate", "value", factor=1 + 1e-6)
     step = only(reproduce(done, LIGHT), "wear_fit_sarkar")
     (difference,) = step.differences
     assert (step.outcome, difference.where) == ("different", "result.joint.drift_rate.value")

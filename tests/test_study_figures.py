@@ -325,7 +325,7 @@ def test_runs_left_out_are_not_drawn_and_archard_alone_needs_no_coefficient(stud
 def test_study_that_finds_drift_itself_is_not_drawn_with_drift_found_otherwise(studied, tmp_path):
     archive = Archive(tmp_path / "archive")
     shutil.copytree(studied.folder, archive.folder)
-    recipe = Recipe(wear=WearRecipe(correction="joint"))
+    recipe = Recipe(wear=WearRecipe(correction="model"))
     study = SI3N4.model_copy(update={"id": "joint", "laws": ("sarkar",)})
     assert [one for one in run_study(archive, study, recipe) if one.status == "failed"] == []
     wear, _, coefficient = save_study_figures(archive, "joint", suffixes=(".svg",))

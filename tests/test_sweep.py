@@ -37,7 +37,7 @@ schema = "tribopipe.sweep/1"
 [vary]
 law = ["archard", "sarkar"]
 [vary.recipe]
-wear.correction = ["two-step", "joint"]
+wear.correction = ["two-step", "model"]
 drift.window = [0.02, 0.05]
 """
 FEW = CHOICES.replace("[0.02, 0.05]", "[0.05]")
@@ -118,7 +118,7 @@ def test_draws_depend_on_seed_repeat_and_key_alone(seed):
     alone = drawn(seed)
     assert len(set(alone)) == 3
     assert all(0.01 <= one <= 0.05 for one in alone)
-    assert drawn(seed, wear={"correction": ["two-step", "joint"]}) == alone * 2
+    assert drawn(seed, wear={"correction": ["two-step", "model"]}) == alone * 2
     assert drawn(seed + 1) != alone
 
 
@@ -174,12 +174,12 @@ def test_choices_are_what_single_fits_find_and_the_archive_stays(swept, archive,
         row
         for row in document["rows"]
         if (row["case"]["law"], row["case"]["recipe.wear.correction"], row["case"]["recipe.drift.window"])
-        == ("sarkar", "joint", 0.05)
+        == ("sarkar", "model", 0.05)
     )
     changed = recipe.model_copy(
         update={
             "drift": recipe.drift.model_copy(update={"window": 0.05}),
-            "wear": recipe.wear.model_copy(update={"correction": "joint"}),
+            "wear": recipe.wear.model_copy(update={"correction": "model"}),
         }
     )
     fit = fit_archived_wear(store, RUN, "sarkar", changed).result

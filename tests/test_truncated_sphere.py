@@ -137,7 +137,7 @@ def test_pin_contact_takes_the_flat_of_run_toml():
     assert float(pin_contact(contact, values).worn(1e-13).depth) == float(truncated(FLAT).worn(1e-13).depth)
 
 
-@pytest.mark.parametrize("correction", ["two-step", "joint"])
+@pytest.mark.parametrize("correction", ["two-step", "model"])
 def test_coefficient_comes_back_from_a_scar(correction):
     end = truncated(FLAT).worn(K_D * LOAD * 500.0)
     missing = float(cap_height(scar_radius=FLAT, sphere_radius=RADIUS))

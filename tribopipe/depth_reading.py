@@ -25,7 +25,7 @@ from tribopipe.records.recipe import Recipe
 from tribopipe.run import Column, RawRun
 
 FEWEST_SAMPLES = 16
-_SPIKE_WINDOW, _SPIKE_THRESHOLD = 11, 10.0
+_SPIKE_WINDOW, _SPIKE_THRESHOLD = 31, 20.0
 """Samples, and standard deviations off their median, beyond which one is a spike."""
 _MOST_SPIKES = 0.02
 """Share of the samples above which they are no spikes."""

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tribopipe.end_values.measured import BodyWear
+from tribopipe.end_values.body_wear import BodyWear
 from tribopipe.end_values.pin_on_disc import pin_on_disc_wear
 from tribopipe.end_values.twin_disc import disc_measurements
 from tribopipe.load import load_path, load_share
