@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 from tribopipe.errors import ReaderError
 from tribopipe.ingest.columns import find_column
+from tribopipe.ingest.draft.splitting import rotational_speeds
 from tribopipe.ingest.draft.toml import toml
 from tribopipe.ingest.exports import Export
 from tribopipe.ingest.meanings import NO_UNIT
@@ -38,14 +39,26 @@ class Mapped(NamedTuple):
         return ", ".join(part for part in (shown, self.by, self.lacks) if part)
 
 
-def mapped_columns(export: Export, told: Mapping[str, Any], told_by: str) -> list[Mapped]:
-    """Map columns to signals by what a template tells, as far as the file has those columns, and by their meanings."""
+_TELLS_SPEED: tuple[SignalName, ...] = ("sliding_speed", "sliding_distance", "rotations")
+NO_RADIUS = "needs conditions.track_radius"
+
+
+def mapped_columns(export: Export, told: Mapping[str, Any], told_by: str, *, on_track: bool = False) -> list[Mapped]:
+    """Map columns to signals by what a template tells, as far as the file has those columns, and by their meanings.
+
+    A rotational speed is the sliding speed where no other column tells how far the pin slides; ``on_track`` says that
+    the radius of its track is known.
+    """
     found = [mapped for signal, source in told.items() if (mapped := _as_told(export, signal, source, told_by))]
     signals, names = {mapped.signal for mapped in found}, {mapped.column.name for mapped in found}
     for column in export.table.columns:
         meaning = export.meanings.get(column.name)
         if meaning is not None and meaning.signal not in signals and column.name not in names:
             found.append(Mapped(meaning.signal, column, meaning.by, lacks=meaning.lacks))
+    turning = rotational_speeds(export)
+    if len(turning) == 1 and not any(one.signal in _TELLS_SPEED and not one.lacks for one in found):
+        found = [one for one in found if one.signal != "sliding_speed"]
+        found.append(Mapped("sliding_speed", turning[0], "times the track radius", lacks="" if on_track else NO_RADIUS))
     order = list(SIGNALS)
     return sorted(found, key=lambda mapped: order.index(mapped.signal))
 
