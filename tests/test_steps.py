@@ -71,8 +71,10 @@ def test_recorded_load_and_speed_of_a_step_are_proposed_and_not_taken(lab):
     export = put(lab, "ladder.csv", rtec_ladder())
     made = make_runs(Wanted([export], lab, split="Step"))
     text = (made[1].folder / "run.toml").read_text(encoding="utf-8")
-    assert re.search(r"^# rotational_speed = \"143 rpm\" +# median of 'Rotary.Velocity \(rpm\)' in step 7$", text, re.M)
-    assert re.search(r"^# normal_load = \"[45]\.?\d* N\" +# median of 'DAQ.Fz \(N\)' in step 7$", text, re.M)
+    assert re.search(
+        r"^# rotational_speed = \"143 rpm\" +# median of 'Rotary.Velocity \(rpm\)' in step 7$", text, re.MULTILINE
+    )
+    assert re.search(r"^# normal_load = \"[45]\.?\d* N\" +# median of 'DAQ.Fz \(N\)' in step 7$", text, re.MULTILINE)
     assert made[1].lacks == ("conditions.normal_load",)
 
 
@@ -106,7 +108,7 @@ def test_choices_that_cannot_be_are_refused(lab, signals, told):
 
 
 def test_no_column_of_steps(lab):
-    with pytest.raises(ReaderError, match="log.csv: found no column that numbers the steps; expected one"):
+    with pytest.raises(ReaderError, match=r"log\.csv: found no column that numbers the steps; expected one"):
         read_run(run_folder(lab, b"Time [s],Fx [N]\n" + b"0,1\n1,2\n" * 3, "steps = [1]"))
 
 
@@ -180,7 +182,7 @@ def test_a_counter_that_is_one_back_is_not_begun_again():
 
 def test_a_workbook_of_three_tests_is_refused_with_the_choice(lab):
     export = put(lab, "tests.xlsx", workbook_of(["Run 1", "Run 2", "Run 3"]))
-    told = "table like that of a test in each of the sheets 'Run 1', 'Run 2' and 'Run 3'; expected one test; .*--sheet.*--each-sheet"
+    told = "a test in each of the sheets 'Run 1', 'Run 2' and 'Run 3'; expected one test; .*--sheet.*--each-sheet"
     with pytest.raises(ReaderError, match=told):
         make_runs(Wanted([export], lab / "runs"))
     assert not (lab / "runs").exists()
