@@ -154,3 +154,31 @@ def umt(truth: Reciprocation = RECIPROCATION) -> bytes:
             lines.append(f"{fx:.6f},{fz:.6f},-0.6850,0.000000,{x:.6f},0.0,0.0,0.0,{t:.4f},{ff:.6f},{ff / -fz:.6f}")
         lines.append("")
     return "".join(f"{line}\r\n" for line in lines).encode()
+
+
+SRV_COLUMNS = {
+    "Tick": "",
+    "Time": "[s]",
+    "Temperature 1": "[°C]",
+    "OelPump Temperature": "[°C]",
+    "Frequency": "[Hz]",
+    "OelPump Speed": "[%]",
+    "Stroke sliding speed average value current": "[m/s]",
+    "Friction COF effective value": "",
+    "Load": "[N]",
+    "Friction absolute integral": "[1/µm]",
+    "COF (peak)": "",
+    "COF hysteresis value": "",
+    "Stroke": "[mm]",
+}
+
+
+def srv(rows: int = 120) -> bytes:
+    """Write the numeric sheet of an SRV: 50 Hz, 1 mm, 200 N, one row per second, friction defined in three ways."""
+    rng = np.random.default_rng(50)
+    table = [list(SRV_COLUMNS), [unit or None for unit in SRV_COLUMNS.values()]]
+    for t in range(rows):
+        friction = 0.11 + float(rng.normal(0, 0.001))
+        row = [float(t), float(t), 50.1, 22.0, 50.0, 0.0, 0.1, friction, 200.0 + float(rng.normal(0, 0.2))]
+        table.append([*row, 1.002 * friction, 1.55 * friction, 0.0, 1.0])
+    return xlsx({"SheetName Numeric SRA": table})

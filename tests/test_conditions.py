@@ -1,12 +1,13 @@
 """What is recorded of load and motion is held against run.toml and against itself; strokes are found and used."""
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from instrument_shapes import Polymer, Reciprocation, phoenix, rtec_ladder, umt
+from instrument_shapes import Polymer, Reciprocation, phoenix, rtec_ladder, srv, umt
 
 from tribopipe.checks.conditions import levels_of
 from tribopipe.checks.registry import check_run
@@ -229,3 +230,53 @@ def test_an_unsigned_channel_beside_a_signed_one_is_flagged(tmp_path):
     assert told.startswith(
         "friction_coefficient: found no sign that changes with the stroke, so that no coefficient per "
     )
+
+
+# --- three definitions of friction ---
+
+
+def test_definitions_of_friction_are_named_and_none_is_taken_by_itself(tmp_path):
+    path = tmp_path / "test.xlsx"
+    path.write_bytes(srv())
+    made = make_run(Wanted([path], tmp_path, settings=["conditions.normal_load=200 N"]))
+    told = (
+        "3 definitions of friction, 'Friction COF effective value' (median 0.11), 'Friction absolute integral' (median "
+        "0.11) and 'COF (peak)' (median 0.17); none is taken: name the one that you report as friction_coefficient "
+        "under [signals.columns]"
+    )
+    assert f"test.xlsx: {told}" in made.notes
+    manifest = made.folder / "run.toml"
+    text = manifest.read_text(encoding="utf-8")
+    for name in ("Friction COF effective value", "Friction absolute integral", "COF (peak)"):
+        assert f'# friction_coefficient = "{name}"' in text
+    manifest.write_text(text.replace('# friction_coefficient = "COF (peak)"', 'friction_coefficient = "COF (peak)"'))
+    run = read_run(made.folder)
+    assert np.median(run.columns["friction_coefficient"]) == pytest.approx(0.1705, abs=1e-3)
+    assert f"test.xlsx: {told.replace('none is', repr('COF (peak)') + ' is')}" in run.notes
+
+
+def test_one_definition_of_friction_needs_no_word(tmp_path):
+    run = run_of(tmp_path, "a.txt", umt(TRUTH), normal_load="1.9613 N", stroke="5 mm", frequency="1 Hz")
+    assert not any("definitions of friction" in note for note in run.notes)
+
+
+def test_detect_proposes_units_and_names_the_steps(tmp_path, run_cli):
+    rows = "".join(
+        f"{t},{1 + t // 10},6100,59.841,{14.96 + t / 100:.3f},{(14.96 + t / 100) / 59.841:.6f}\n" for t in range(40)
+    )
+    (tmp_path / "a.csv").write_text(f"Time,Step,Mass,Load,Friction Force,COF\n{rows}")
+    done = run_cli("formats", "detect", "a.csv", "--json", cwd=tmp_path)
+    columns = {one["name"]: one for one in json.loads(done.stdout)["files"][0]["columns"]}
+    assert {name: one["proposed_unit"] for name, one in columns.items()} == {
+        "Time": None,
+        "Step": None,
+        "Mass": "g",
+        "Load": "N",
+        "Friction Force": "N",
+        "COF": "1",
+    }
+    assert "numbers the steps" in done.stderr
+    made = make_run(Wanted([tmp_path / "a.csv"], tmp_path))
+    text = (made.folder / "run.toml").read_text(encoding="utf-8")
+    assert '# normal_force = { column = "Load", unit = "N" }' in text
+    assert "its unit is not known; N is proposed by F_f/F_N = μ, m·g = F_N" in text

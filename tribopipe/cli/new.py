@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tribopipe.cli.formats import ReaderName
+from tribopipe.cli.formats import ReaderName, SheetName
 from tribopipe.cli.options import AsJson
 from tribopipe.cli.output import print_json, say
 
@@ -42,9 +42,7 @@ def new(
         list[str] | None,
         typer.Option("--profile", help="Profile measured on a body: disc=track.txt.", metavar="BODY=FILE"),
     ] = None,
-    sheet: Annotated[
-        str | None, typer.Option("--sheet", help="Sheet of a workbook, where several hold a test.")
-    ] = None,
+    sheet: SheetName = None,
     each_sheet: Annotated[
         bool, typer.Option("--each-sheet", help="Make a run folder of each sheet of a workbook that holds a test.")
     ] = False,

@@ -13,8 +13,10 @@ from tribopipe.files import beside, pieces_of, read_file
 from tribopipe.ingest import long_text
 from tribopipe.ingest.long_text import LongText
 from tribopipe.ingest.meanings import Meaning, meanings_of
+from tribopipe.ingest.open_units import OpenUnit, open_units, roles_of
 from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, Reader, ReadTable
 from tribopipe.ingest.registry import Judged, candidates, chosen, reader_named
+from tribopipe.ingest.sheets import refuse_sheet
 from tribopipe.records.manifest import is_described
 from tribopipe.run import SourceFile
 
@@ -52,6 +54,14 @@ class Export:
         """What columns mean, by their names; none for a profile."""
         return meanings_of(self.table.columns) if self.reader.holds == "signals" else {}
 
+    @cached_property
+    def open_units(self) -> Mapping[str, OpenUnit]:
+        """Units that the header leaves open, by the name of the column; as identities propose them."""
+        if self.reader.holds != "signals":
+            return {}
+        roles = roles_of(self.table.columns)
+        return {roles[role].name: unit for role, unit in open_units(roles).items()}
+
 
 class Range(NamedTuple):
     """Least and largest value of a column, none where it holds no number, and how many are missing."""
@@ -84,6 +94,7 @@ def read_export(
             return long
     source = open_export(path)
     best, *others = _judged(source, reader, holds)
+    refuse_sheet(hints.sheet, best.reader, source.name)
     return Export(source, best.reader, best.match, tuple(others), best.reader.read(source, hints))
 
 

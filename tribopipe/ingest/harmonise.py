@@ -10,13 +10,14 @@ import numpy as np
 from tribopipe.derived import derive_missing
 from tribopipe.errors import ReaderError
 from tribopipe.ingest.columns import read_source
+from tribopipe.ingest.friction_definitions import definitions_note
 from tribopipe.ingest.profiles import read_profiles
 from tribopipe.ingest.reader import Reader
 from tribopipe.ingest.registry import detect, reader_named
 from tribopipe.ingest.sheets import refuse_sheet
 from tribopipe.ingest.steps import Steps
 from tribopipe.ingest.stream import Condensed, LongRun, long_run
-from tribopipe.ingest.understood import Part, hints_of, meanings_in, notes_on, part_of, spoken
+from tribopipe.ingest.understood import Meanings, Part, hints_of, meanings_in, notes_on, part_of, spoken
 from tribopipe.records.manifest import RunManifest, SignalFile, is_described, manifest_path, read_manifest
 from tribopipe.records.signals import SIGNALS, SignalName
 from tribopipe.run import Column, ExtraColumn, Origin, RawRun, Recording, SourceFile
@@ -131,10 +132,17 @@ def _read_part(
     meanings = meanings_in(table, signals, source.name)
     gathered.headers[source.name] = table.header
     gathered.notes += notes_on(table, meanings, source.name)
+    definitions = definitions_note(table.columns, _taken_for("friction_coefficient", meanings))
+    gathered.notes += [f"{source.name}: {definitions}"] if definitions else []
     steps = Steps(signals, source.name)
     part = steps.chosen(part_of(table, meanings, source.name, track_radius=track_radius), table.line_of)
     steps.refuse_missing()
     return part
+
+
+def _taken_for(signal: SignalName, meanings: Meanings) -> str | None:
+    """Name the column that is taken for a signal."""
+    return next((name for name, meant in meanings.items() if any(one == signal for one, _ in meant)), None)
 
 
 def _joined(names: Sequence[str], parts: Sequence[Part], notes: list[str]) -> Part:

@@ -13,7 +13,7 @@ import numpy as np
 from tribopipe.identities import Identity, Role, ratios
 from tribopipe.ingest.meanings import plain_name
 from tribopipe.ingest.reader import ReadColumn
-from tribopipe.units import to_si
+from tribopipe.units import is_unit_of, to_si
 
 _UNITS: dict[Role, tuple[str, ...]] = {
     "time": ("s", "min", "h", "ms"),
@@ -73,12 +73,17 @@ def roles_of(columns: Sequence[ReadColumn]) -> dict[Role, ReadColumn]:
     """
     found: dict[Role, ReadColumn] = {}
     for role, names in _NAMES.items():
-        for name in names.split():
-            column = next((one for one in columns if one.first_bad is None and plain_name(one) == name), None)
-            if column is not None and all(column is not other for other in found.values()):
-                found[role] = column
-                break
+        fitting = [one for one in columns if _may_be(one, role) and all(one is not other for other in found.values())]
+        named = {plain_name(one): one for one in reversed(fitting)}
+        name = next((name for name in names.split() if name in named), None)
+        if name is not None:
+            found[role] = named[name]
     return found
+
+
+def _may_be(column: ReadColumn, role: Role) -> bool:
+    """Tell whether a column is one of numbers whose unit, where it has one, fits."""
+    return column.first_bad is None and (column.unit is None or is_unit_of(column.unit, _KINDS[role]))
 
 
 def open_units(roles: Mapping[Role, ReadColumn]) -> dict[Role, OpenUnit]:

@@ -8,6 +8,7 @@ from tribopipe.ingest.columns import find_column
 from tribopipe.ingest.draft.splitting import rotational_speeds
 from tribopipe.ingest.draft.toml import toml
 from tribopipe.ingest.exports import Export
+from tribopipe.ingest.friction_definitions import definitions_note, friction_definitions
 from tribopipe.ingest.meanings import NO_UNIT
 from tribopipe.ingest.reader import ReadColumn
 from tribopipe.records.signals import SIGNALS, SignalName
@@ -59,8 +60,29 @@ def mapped_columns(export: Export, told: Mapping[str, Any], told_by: str, *, on_
     if len(turning) == 1 and not any(one.signal in _TELLS_SPEED and not one.lacks for one in found):
         found = [one for one in found if one.signal != "sliding_speed"]
         found.append(Mapped("sliding_speed", turning[0], "times the track radius", lacks="" if on_track else NO_RADIUS))
+    found = _with_definitions(export, _with_open_units(export, found))
     order = list(SIGNALS)
     return sorted(found, key=lambda mapped: order.index(mapped.signal))
+
+
+def _with_open_units(export: Export, found: list[Mapped]) -> list[Mapped]:
+    """Propose the units that the header leaves open, by the identities that hold with them."""
+    return [
+        one._replace(unit=unit.unit, lacks=f"{NO_UNIT}; {unit.unit} is proposed by {unit.why}")
+        if one.lacks == NO_UNIT and (unit := export.open_units.get(one.column.name))
+        else one
+        for one in found
+    ]
+
+
+def _with_definitions(export: Export, found: list[Mapped]) -> list[Mapped]:
+    """Offer the columns that define friction differently, where none of them is taken."""
+    if any(one.signal == "friction_coefficient" for one in found):
+        return found
+    columns = {column.name: column for column in export.table.columns}
+    names = [one.column for one in friction_definitions(export.table.columns)]
+    lacks = f"one of {len(names)} definitions of friction"
+    return found + [Mapped("friction_coefficient", columns[name], "by its name", lacks=lacks) for name in names]
 
 
 def _as_told(export: Export, signal: Any, source: Any, told_by: str) -> Mapped | None:
@@ -86,3 +108,12 @@ def unmapped_columns(export: Export, mapped: list[Mapped]) -> list[str]:
         for column in export.table.columns
         if column.name not in names
     ]
+
+
+def friction_left_open(export: Export) -> str | None:
+    """Say which columns of a file define friction differently; nothing where there is one at most."""
+    taken = (
+        name for name, meant in export.meanings.items() if meant.signal == "friction_coefficient" and not meant.lacks
+    )
+    note = definitions_note(export.table.columns, next(taken, None)) if export.reader.holds == "signals" else None
+    return note and f"{export.name}: {note}"

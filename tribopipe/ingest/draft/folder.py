@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from tribopipe.errors import ManifestError, ReaderError
+from tribopipe.ingest.draft.columns import friction_left_open
 from tribopipe.ingest.draft.gathering import gather
 from tribopipe.ingest.draft.grouping import Group, grouped
 from tribopipe.ingest.draft.hints import doubt_names
@@ -29,7 +30,6 @@ from tribopipe.ingest.draft.writing import Draft, manifest_text
 from tribopipe.ingest.exports import Export, chosen_reader, open_export, read_export
 from tribopipe.ingest.harmonise import read_run
 from tribopipe.ingest.reader import Hints
-from tribopipe.ingest.sheets import refuse_sheet
 from tribopipe.interrupts import undone_by
 from tribopipe.records.base import read_document
 from tribopipe.records.manifest import MANIFEST_NAME, MANIFEST_SCHEMA, RunManifest, is_described
@@ -107,12 +107,9 @@ class _Defaults:
         hints: Any = self.dialect | ({} if sheet is None else {"sheet": sheet})
         named = self.reader or ("delimited" if "separator" in hints else None)
         if named is None:
-            export = read_export(path, hints=Hints(**hints))
-        else:
-            reader = chosen_reader(named if self.description is None else str(self.description))
-            export = read_export(path, reader, Hints(**hints))
-        refuse_sheet(sheet, export.reader, export.name)
-        return export
+            return read_export(path, hints=Hints(**hints))
+        reader = chosen_reader(named if self.description is None else str(self.description))
+        return read_export(path, reader, Hints(**hints))
 
 
 @dataclass(frozen=True)
@@ -207,6 +204,7 @@ def _new_run(plan: _Plan, problem: str | None) -> NewRun:
     notes = dict.fromkeys(f"{export.name}: {note}" for export in plan.exports for note in export.table.notes)
     notes |= dict.fromkeys(profiles_left_open(draft.known))
     notes |= dict.fromkeys(_one_test(group) for group in draft.groups if group.clocks_begin_anew)
+    notes |= dict.fromkeys(note for export in plan.exports if (note := friction_left_open(export)))
     if draft.step is None:
         notes |= dict.fromkeys(note for export in plan.exports if (note := steps_left_together(export)))
     lacks, bodies_lack = draft.known.lacks, draft.known.bodies_lack
