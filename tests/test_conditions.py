@@ -247,6 +247,8 @@ def test_definitions_of_friction_are_named_and_none_is_taken_by_itself(tmp_path)
     assert f"test.xlsx: {told}" in made.notes
     manifest = made.folder / "run.toml"
     text = manifest.read_text(encoding="utf-8")
+    assert '# frequency = "50 Hz"' in text
+    assert '# stroke = "1 mm"' in text
     for name in ("Friction COF effective value", "Friction absolute integral", "COF (peak)"):
         assert f'# friction_coefficient = "{name}"' in text
     manifest.write_text(text.replace('# friction_coefficient = "COF (peak)"', 'friction_coefficient = "COF (peak)"'))

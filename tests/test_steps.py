@@ -10,12 +10,13 @@ import pytest
 from instrument_shapes import LADDER, rtec_ladder, workbook_of
 
 from tribopipe.errors import ReaderError
+from tribopipe.ingest import long_text
 from tribopipe.ingest.draft.folder import Wanted, make_runs
 from tribopipe.ingest.harmonise import read_run
 from tribopipe.ingest.steps import Steps
 from tribopipe.ingest.understood import Part
 from tribopipe.records.manifest import SignalFile
-from tribopipe.run import ExtraColumn
+from tribopipe.run import ExtraColumn, UnheldSource
 
 LOAD = "conditions.normal_load=5 N"
 
@@ -170,6 +171,21 @@ def test_rows_given_part_after_part_are_those_given_at_once():
     assert whole.columns["rotations"][-1] == counter[159] - counter[39]
 
 
+def test_steps_of_a_file_too_long_to_be_held(lab, monkeypatch):
+    rows = "".join(f"{t / 10:.1f},{1 + t // 50},{0.2 + t / 1000:.4f}\n" for t in range(200))
+    signals = 'steps = [2, 4]\n[signals.columns]\ntime = "Time [s]"\nfriction_coefficient = "COF"'
+    folder = run_folder(lab, f"Time [s],Step,COF\n{rows}".encode(), signals, 'sliding_speed = "0.1 m/s"')
+    whole = read_run(folder)
+    monkeypatch.setattr(long_text, "LARGE", 0)
+    monkeypatch.setattr(long_text, "PIECE", 200)
+    read = read_run(folder)
+    assert isinstance(read.sources[1], UnheldSource)
+    assert len(read) == len(whole) == 100
+    for name, values in whole.columns.items():
+        assert np.allclose(read.columns[name], values)
+    assert read.sliding_distance[-1] == pytest.approx(1.0)
+
+
 def test_a_counter_that_is_one_back_is_not_begun_again():
     counter = np.array([100.0, 101, 102, 101, 104])
     part = Part({"rotations": counter}, {"Step": ExtraColumn(np.array([1.0, 2, 2, 2, 2]))})
@@ -197,6 +213,13 @@ def test_one_sheet_is_one_run(lab):
     assert run.manifest.signals[0].sheet == "Run 2"
     assert len(run) == 60
     assert np.all(run.columns["friction_coefficient"] == 0.2)
+
+
+def test_a_template_may_name_the_sheet(lab):
+    export = put(lab, "tests.xlsx", workbook_of(["Info", "Data"]))
+    template = put(lab, "lab.toml", b'schema = "tribopipe.template/1"\n[signals]\nsheet = "Data"\n')
+    (made,) = make_runs(Wanted([export], lab, settings=[LOAD], template=template))
+    assert 'sheet = "Data"' in (made.folder / "run.toml").read_text(encoding="utf-8")
 
 
 def test_each_sheet_is_a_run(lab):

@@ -119,8 +119,15 @@ def _document(path: Path, export: "Export") -> dict[str, Any]:
         "rows": export.rows,
         "columns": [_column(export, column) for column in export.table.columns],
         "facts": dict(export.table.facts),
-        "notes": list(export.table.notes),
+        "notes": _notes(export),
     }
+
+
+def _notes(export: "Export") -> list[str]:
+    from tribopipe.ingest.friction_definitions import definitions_note
+
+    note = definitions_note(export.table.columns, export.friction) if export.reader.holds == "signals" else None
+    return [*export.table.notes, *([note] if note else [])]
 
 
 def _column(export: "Export", column: "ReadColumn") -> dict[str, Any]:
@@ -147,7 +154,7 @@ def _show(path: Path, export: "Export") -> None:
         say(f"  or else {other.name}, {_sure(match.confidence)} sure: {match.why}")
     for key, value in export.table.facts.items():
         say(f"  {key}: {value}")
-    for note in export.table.notes:
+    for note in _notes(export):
         say(f"  note: {note}")
     columns = ["column", "unit", "means", "least", "largest", "missing"]
     table(f"  {export.rows} rows", columns, [_row(export, column) for column in export.table.columns])

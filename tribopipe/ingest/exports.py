@@ -54,6 +54,12 @@ class Export:
         """What columns mean, by their names; none for a profile."""
         return meanings_of(self.table.columns) if self.reader.holds == "signals" else {}
 
+    @property
+    def friction(self) -> str | None:
+        """Name of the column that is taken for the friction coefficient."""
+        taken = (name for name, meant in self.meanings.items() if meant.signal == "friction_coefficient")
+        return next((name for name in taken if not self.meanings[name].lacks), None)
+
     @cached_property
     def open_units(self) -> Mapping[str, OpenUnit]:
         """Units that the header leaves open, by the name of the column; as identities propose them."""

@@ -112,8 +112,5 @@ def unmapped_columns(export: Export, mapped: list[Mapped]) -> list[str]:
 
 def friction_left_open(export: Export) -> str | None:
     """Say which columns of a file define friction differently; nothing where there is one at most."""
-    taken = (
-        name for name, meant in export.meanings.items() if meant.signal == "friction_coefficient" and not meant.lacks
-    )
-    note = definitions_note(export.table.columns, next(taken, None)) if export.reader.holds == "signals" else None
+    note = definitions_note(export.table.columns, export.friction) if export.reader.holds == "signals" else None
     return note and f"{export.name}: {note}"

@@ -25,7 +25,13 @@ from tribopipe.ingest.draft.profiles import (
     which_profile,
 )
 from tribopipe.ingest.draft.questions import Ask, Say, ask_for_missing
-from tribopipe.ingest.draft.splitting import propose_conditions, sheets_of, split_steps, steps_left_together
+from tribopipe.ingest.draft.splitting import (
+    propose_conditions,
+    propose_motion,
+    sheets_of,
+    split_steps,
+    steps_left_together,
+)
 from tribopipe.ingest.draft.writing import Draft, manifest_text
 from tribopipe.ingest.exports import Export, chosen_reader, open_export, read_export
 from tribopipe.ingest.harmonise import read_run
@@ -155,6 +161,7 @@ def _by_sheet(wanted: Wanted) -> list[Wanted]:
 def _planned(wanted: Wanted) -> list[_Plan]:
     """Return the run folder that is wanted, or one for each step."""
     defaults = _defaults(wanted)
+    wanted = replace(wanted, sheet=wanted.sheet or defaults.signals.get("sheet"))
     exports = [defaults.read(path, wanted.sheet) for path in wanted.files]
     measured = [read_profile(written) for written in wanted.profiles]
     if wanted.split is None:
@@ -240,6 +247,7 @@ def _drafted(wanted: Wanted, defaults: _Defaults, exports: Sequence[Export], mea
     known = gather(defaults.template, defaults.name, wanted.settings, in_order)
     add_profiles(known, measured)
     which_profile(known, [export for export in exports if export.reader.holds == "profile"])
+    propose_motion(known, in_order)
     doubt_names(known, [export.name for export in in_order])
     run_id = fit_for_id(in_order[0].name) if wanted.id is None else wanted.id
     columns = defaults.signals.get("columns", {})

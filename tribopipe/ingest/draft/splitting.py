@@ -11,15 +11,17 @@ from tribopipe.ingest.columns import find_column
 from tribopipe.ingest.draft.known import LOAD, Known
 from tribopipe.ingest.exports import Export, chosen_reader, open_export
 from tribopipe.ingest.formats.workbook import WorkbookReader
+from tribopipe.ingest.names import bare_name
 from tribopipe.ingest.reader import Hints, ReadColumn
 from tribopipe.ingest.registry import detect
 from tribopipe.ingest.steps import Step, Steps, spoken_steps, step_column, steps_in
 from tribopipe.ingest.understood import Part
 from tribopipe.records.manifest import SignalFile
 from tribopipe.run import Column, ExtraColumn
-from tribopipe.units import is_rotational
+from tribopipe.units import is_rotational, is_unit_of
 
 _FEW_DIGITS = ".4g"
+_MOTION = {"conditions.frequency": "frequency", "conditions.stroke": "length"}
 
 
 @dataclass(frozen=True)
@@ -108,6 +110,19 @@ def propose_conditions(known: Known, step: StepOfFiles) -> None:
         value = f"{float(np.nanmedian(np.abs(values))):{_FEW_DIGITS}} {column.unit}"
         if key not in known.given and known.fits(key, value):
             known.doubt(key, value, f"median of {column.name!r} in step {step.number}")
+
+
+def propose_motion(known: Known, exports: Sequence[Export]) -> None:
+    """Note as doubts what was recorded of frequency and stroke, where nobody has stated them."""
+    for export in exports:
+        for column in export.table.columns:
+            key = f"conditions.{bare_name(column.name).casefold()}"
+            kind = _MOTION.get(key)
+            if kind is None or key in known.given or column.first_bad or not is_unit_of(column.unit or "1", kind):
+                continue
+            value = f"{float(np.nanmedian(column.values)):{_FEW_DIGITS}} {column.unit}"
+            if known.fits(key, value):
+                known.doubt(key, value, f"median of {column.name!r}")
 
 
 def _recorded(step: StepOfFiles) -> Iterator[tuple[str, ReadColumn, Column]]:
