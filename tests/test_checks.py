@@ -359,6 +359,11 @@ MORE = {
         manifest(end_values__pin_wear_depth={"value": "8 um", "standard_uncertainty": "0.2 um"}),
         "end_values",
     ),
+    "nominal load in a column": (
+        "conditions_are_steady",
+        extra("Nominal Load [N]", "N", lambda time: np.where(time < time[len(time) // 3], 0.4, 0.8)),
+        "Nominal Load [N]",
+    ),
     "clock without a time zone": (
         "start_is_in_the_past",
         manifest(started=f"{datetime.now(UTC) + timedelta(days=1):%Y-%m-%dT%H:%M:%S}"),

@@ -9,10 +9,10 @@ matter where they start, and steps at which one of them falls are passed over.
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import reduce
 from typing import Literal, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tribopipe.run import Column, Numbers
 
@@ -81,12 +81,10 @@ def _ratio(identity: Identity, values: Mapping[Role, Numbers]) -> float | None:
     parts = {role: _increments(role, each) if grows else np.abs(each) for role, each in values.items()}
     left = identity.factor * _product(parts, identity.left)
     right = _product(parts, identity.right)
-    sound = (
-        np.isfinite(left)
-        & np.isfinite(right)
-        & reduce(np.logical_and, (_sound(role, part) for role, part in parts.items()))
+    known = np.isfinite(left) & np.isfinite(right)
+    sound = np.atleast_1d(
+        np.logical_and.reduce([known, *(np.broadcast_to(_sound(*each), known.shape) for each in parts.items())])
     )
-    sound = np.atleast_1d(sound)
     left, right = np.broadcast_to(left, sound.shape)[sound], np.broadcast_to(right, sound.shape)[sound]
     if not len(right) or not np.any(right > 0):
         return None
@@ -107,15 +105,15 @@ def _increments(role: Role, values: Numbers) -> Numbers:
     return np.diff(values) if role in _GROWING else (np.abs(values[1:]) + np.abs(values[:-1])) / 2
 
 
-def _sound(role: Role, part: Numbers) -> Column:
+def _sound(role: Role, part: Numbers) -> NDArray[np.bool_]:
     """Tell where what grows does not fall, and everything else is on."""
-    part = np.asarray(part)
+    values = np.asarray(part)
     if role in _GROWING or role in ("track_radius", "mass"):
-        return np.asarray(part >= 0)
+        return np.asarray(values >= 0, dtype=bool)
     if role in ("sliding_speed", "rotational_speed"):
-        return np.asarray(np.isfinite(part))
-    usual = float(np.nanpercentile(part, 90)) if np.any(np.isfinite(part)) else 0.0
-    return np.asarray(part > _ON * usual)
+        return np.asarray(np.isfinite(values), dtype=bool)
+    usual = float(np.nanpercentile(values, 90)) if np.any(np.isfinite(values)) else 0.0
+    return np.asarray(values > _ON * usual, dtype=bool)
 
 
 ROLES: tuple[Role, ...] = get_args(Role)

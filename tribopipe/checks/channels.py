@@ -8,7 +8,7 @@ import numpy as np
 
 from tribopipe.records.signals import SIGNALS, SignalName
 from tribopipe.run import Column, RawRun
-from tribopipe.units import is_rotational, is_unit_of, show, to_si
+from tribopipe.units import KINDS, is_rotational, is_unit_of, show, to_si
 
 _SIGNALS: tuple[SignalName, ...] = (
     *("time", "sliding_distance", "sliding_speed", "rotations"),
@@ -19,6 +19,8 @@ _EXTRAS = {
     "mass": ("mass", "mass|deadmass"),
     "rotations": ("count", "revolutions|totalrevolutions|numberofrevolutions|laps"),
     "frequency": ("frequency", "frequency|frequenz"),
+    "nominal_load": ("force", "nominalload|setload|setforce|loadsetpoint"),
+    "nominal_speed": ("speed", "nominalspeed|setspeed|maxlinearspeed|speedsetpoint"),
     "stroke": ("length", "stroke|hub|strokelength"),
 }
 """Kind of number and names, written in small letters alone."""
@@ -60,7 +62,7 @@ def _from_extras(run: RawRun) -> Iterator[tuple[str, Channel]]:
             yield "rotational_speed", _channel(run, name, "rotational speed", "rad/s")
         for role, (kind, names) in _EXTRAS.items():
             if re.fullmatch(names, _plain(name)) and is_unit_of(extra.unit or "1", kind):
-                yield role, _channel(run, name, kind, {"length": "m", "mass": "kg", "frequency": "1/s"}.get(kind, "1"))
+                yield role, _channel(run, name, kind, KINDS[kind].si)
 
 
 def positions(run: RawRun) -> Iterator[Channel]:

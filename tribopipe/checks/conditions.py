@@ -27,7 +27,10 @@ _FLAT, _NOISY, _STEP = 0.05, 0.15, 0.1
 _OFF = 0.05
 """Share of the usual value below which a channel is off."""
 _MOST_LEVELS = 6
-_RECORDED = ("normal_force", "sliding_speed", "rotational_speed", "track_radius", "frequency", "stroke")
+_RECORDED = (
+    *("normal_force", "nominal_load", "sliding_speed", "nominal_speed", "rotational_speed"),
+    *("track_radius", "frequency", "stroke"),
+)
 _STATED = ("track_radius", "rotational_speed", "frequency", "stroke", "sliding_speed")
 _STROKE_TOLERANCE = 0.1
 
