@@ -1,6 +1,7 @@
 """Checks of the recorded channels against what run.toml states of the test, and against each other."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -75,12 +76,20 @@ def levels_of(values: Column) -> Levels | None:
     on = medians > _OFF * np.percentile(medians, 90) if len(medians) else np.empty(0, dtype=bool)
     known, medians = known[on], medians[on]
     changes = _changes(medians)
-    if not changes:
-        return None
     parts = np.split(medians, changes)
+    if not changes or not _apart(parts):
+        return None
     levels = [float(np.median(part)) for part in parts]
     first = max(0, int(known[changes[0]]) - _PLATEAU) * size
     return Levels(levels, first + _turn(values[first : first + 2 * _PLATEAU * size], levels[0], levels[1]))
+
+
+def _apart(parts: Sequence[Column]) -> bool:
+    """Tell whether what follows each other are levels, and not the ups and downs of one."""
+    medians = [float(np.median(part)) for part in parts]
+    spread = max(float(np.subtract(*np.percentile(part, [75, 25]))) for part in parts)
+    nearest = min(abs(other - one) for one, other in pairwise(medians))
+    return min(map(len, parts)) >= _PLATEAU and nearest > _FLAT * min(medians) and spread < nearest / 2
 
 
 def _turn(values: Column, one: float, other: float) -> int:
