@@ -42,7 +42,7 @@ from tribopipe.study.member import Member
 
 PLAN = load_toml(Path(__file__).parents[1] / "sample_runs" / "plan.toml", Plan)
 SAMPLES: dict[str, tuple[Series, VirtualRun]] = {run.id: (series, run) for series in PLAN.series for run in series.runs}
-CORRECTIONS: tuple[Correction, ...] = ("two-step", "joint")
+CORRECTIONS: tuple[Correction, ...] = ("two-step", "model")
 _ZERO_OFFSET = (0.5e-6, 2.5e-6)
 _DRIFT_RATE = 15e-9 / 60
 

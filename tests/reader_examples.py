@@ -85,6 +85,31 @@ EXAMPLES: dict[str, list[Example]] = {
             values={"Step": [1, 1, 3], "Timestamp": [0.01, 0.02, 0.01]},
         )
     ],
+    "phoenix-compend": [
+        Example(
+            "test.tsv",
+            b"Data file\t\tTEST_2.TSV\r\nTest started at 20:09:56 on 2019-04-09\r\n"
+            b"\tTime\tThis Step\tStep Time\tTest Time\tMass\tLoad\tFriction Force"
+            b"\tFriction Coefficient\tFriction Force\r\n"
+            b"\t1\t1\t3600,\t1\t6100\t59,841\t14,960\t0,25000\t14,91\r\n"
+            b"\t2\t1\t3600,\t2\t6100\t59,841\t15,559\t0,26000\t15,49\r\n"
+            b"\t3\t2\t3600,\t3\t6100\t59,841\t16,157\t0,27000\t16,07\r\n",
+            rows=3,
+            columns={
+                "Time": "s",
+                "This Step": None,
+                "Step Time": "s",
+                "Test Time": "s",
+                "Mass": "g",
+                "Load": "N",
+                "Friction Force": "N",
+                "Friction Coefficient": "1",
+                "Friction Force (2)": "N",
+            },
+            signals={"Time": "time", "Load": "normal_force", "Friction Force": "friction_force"},
+            values={"Step Time": [3600, 3600, 3600], "This Step": [1, 1, 2], "Load": [59.841, 59.841, 59.841]},
+        )
+    ],
     "anton-paar": [
         Example(
             "trb3.txt",

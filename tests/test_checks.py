@@ -6,12 +6,12 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 import pytest
 
-from tribopipe.checks import documents, end_values, samples  # noqa: F401 - importing registers their checks
+from tribopipe.checks import conditions, documents, end_values, samples  # noqa: F401 - importing registers their checks
 from tribopipe.checks.registry import CHECKS, check_run, refuse_errors
 from tribopipe.errors import CheckError
 from tribopipe.ingest.harmonise import read_run
 from tribopipe.records.manifest import RunManifest
-from tribopipe.run import Profile, Recording
+from tribopipe.run import ExtraColumn, Profile, Recording
 
 
 @pytest.fixture(scope="module")
@@ -118,6 +118,22 @@ def weighings(*volumes):
     ]
 
 
+def extra(name, unit, values):
+    """Add a column without a meaning: its values, or what makes them of the time."""
+
+    def spoil(run):
+        made = values(run.columns["time"]) if callable(values) else np.full(len(run), float(values))
+        return replace(run, extras={**run.extras, name: ExtraColumn(made, unit)})
+
+    return spoil
+
+
+def unsigned(run):
+    """Take the sign off the friction."""
+    names = ("friction_force", "friction_coefficient")
+    return replace(run, columns={**run.columns, **{name: np.abs(run.columns[name]) for name in names}})
+
+
 NAN = float("nan")
 AS_IT_IS = both()
 
@@ -127,8 +143,50 @@ def folded(run):
     return replace(run, recording=Recording(5 * len(run), 5, 5 * np.arange(len(run)), lambda: iter(())))
 
 
+THERE_AND_BACK = both(manifest(conditions__stroke="5 mm"), there_and_back(60))
 # For each check: its severity, what it must find, where, and what it must leave alone.
 CASES = {
+    "conditions_are_steady": (
+        "warning",
+        column("normal_force", lambda load: load * np.where(np.arange(len(load)) < 600, 1.0, 1.2)),
+        "normal_force",
+        column("normal_force", lambda load: load * np.linspace(1, 1.2, len(load))),
+    ),
+    "recording_fits_conditions": (
+        "warning",
+        both(manifest(conditions__track_radius="6 mm"), extra("Radius", "mm", 8)),
+        "conditions.track_radius",
+        both(manifest(conditions__track_radius="6.2 mm"), extra("Radius", "mm", 6)),
+    ),
+    "channels_fit_each_other": (
+        "warning",
+        extra("Mass", "g", 80),
+        "Mass",
+        extra("Mass", "g", 41),
+    ),
+    "strokes_fit_conditions": (
+        "warning",
+        both(manifest(conditions__sliding_speed=None, conditions__frequency="0.1 Hz"), THERE_AND_BACK),
+        "conditions.frequency",
+        THERE_AND_BACK,
+    ),
+    "strokes_are_used": (
+        "warning",
+        both(
+            there_and_back(60, offset=0),
+            lambda run: replace(
+                run, columns={**run.columns, "friction_coefficient": np.abs(run.columns["friction_coefficient"])}
+            ),
+        ),
+        "friction_force",
+        THERE_AND_BACK,
+    ),
+    "friction_is_taken_by_stroke": (
+        "note",
+        both(THERE_AND_BACK, unsigned),
+        "friction_coefficient",
+        THERE_AND_BACK,
+    ),
     "there_are_samples": ("error", first(1), "signals", first(2)),
     "channel_is_recorded": (
         "error",
@@ -376,6 +434,11 @@ MORE = {
         "end_values_agree",
         manifest(end_values__pin_wear_depth={"value": "8 um", "standard_uncertainty": "0.2 um"}),
         "end_values",
+    ),
+    "nominal load in a column": (
+        "conditions_are_steady",
+        extra("Nominal Load [N]", "N", lambda time: np.where(time < time[len(time) // 3], 0.4, 0.8)),
+        "Nominal Load [N]",
     ),
     "clock without a time zone": (
         "start_is_in_the_past",

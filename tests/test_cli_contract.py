@@ -22,8 +22,9 @@ STEP = COMMON | {"--recipe", "--force"}
 MANY = {"--jobs", "--scheduler"}
 FLAGS = {
     "formats list": {"--json"},
-    "formats detect": {"--reader", "--json"},
-    "new": {"--into", "--id", "--template", "--reader", "--set", "--profile", "--json"},
+    "formats detect": {"--reader", "--sheet", "--json"},
+    "new": {"--into", "--id", "--template", "--reader", "--set", "--profile", "--json"}
+    | {"--sheet", "--each-sheet", "--split"},
     "check": {"--json"},
     "ingest": COMMON | MANY | {"--force", "--amend", "--shard"},
     "process": STEP | MANY | {"--amend", "--figures", "--no-figures", "--shard"},

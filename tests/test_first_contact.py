@@ -20,7 +20,7 @@ from test_light_import import heavy_modules_after
 
 from tribopipe import errors
 from tribopipe.archive.store import Archive
-from tribopipe.checks import documents, end_values, samples  # noqa: F401, which register their checks
+from tribopipe.checks import conditions, documents, end_values, samples  # noqa: F401, which register their checks
 from tribopipe.checks.registry import CHECKS, refuse_errors
 from tribopipe.cli.app import app
 from tribopipe.cli.completion import SHELLS, complete

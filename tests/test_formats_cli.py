@@ -53,7 +53,7 @@ def test_a_format_is_told_with_what_is_in_the_file(run_cli, files):
     assert "WINDUCOM" in told["why"]
     assert told["candidates"][0]["format"] == "delimited"
     assert told["rows"] == 2
-    common = {"axis": None, "missing": 0}
+    common = {"axis": None, "missing": 0, "proposed_unit": None}
     assert told["columns"] == [
         {"name": "TIME", "unit": "s", "signal": "time", "least": 0.915, "largest": 1.824} | common,
         {"name": "FF", "unit": "N", "signal": "friction_force", "least": 4.8, "largest": 16.13} | common,

@@ -251,3 +251,10 @@ def test_shown_numbers_keep_two_digits_of_the_uncertainty(value, relative):
 def test_nothing_is_shown_without_a_sign():
     assert show(-0.02, 1.7, "m") == "0.0 ± 1.7 m"
     assert show(-0.2, 1.7, "m") == "-0.2 ± 1.7 m"
+
+
+@pytest.mark.parametrize(
+    "text", ["60 rpm", "60 1/min", "60 min^-1", "1 Hz", "1 1/s", "6.283185307179586 rad/s", "360 deg/s"]
+)
+def test_rotational_speeds_without_an_angle_are_revolutions(text):
+    assert parse(text, "rotational speed") == pytest.approx(2 * math.pi)

@@ -40,18 +40,24 @@ def test_the_table_of_each_kind(kind):
     assert table.notes == ()
 
 
-def test_sheets_with_the_same_columns_are_segments():
-    table = read(xlsx({"Notes": [["Dear reader"]], "1": ROWS, "2": ROWS[:4]}))
-    assert columns(table)["segment"] == [1, 1, 1, 2]
-    assert columns(table)["Ft"] == [1.5, -2.5e-7, 12345678.9, 1.5]
+def test_sheets_in_which_time_goes_on_are_segments():
+    later = [*ROWS[:3], [0.3, 1.0], [0.4, 2.0]]
+    table = read(xlsx({"Notes": [["Dear reader"]], "1": ROWS, "2": later}))
+    assert columns(table)["segment"] == [1, 1, 1, 2, 2]
+    assert columns(table)["Ft"] == [1.5, -2.5e-7, 12345678.9, 1, 2]
 
 
-def test_different_tables_are_refused_by_name():
-    other = [["Time [s]", "Fz"], [0.0, 1.0], [1.0, 2.0]]
+@pytest.mark.parametrize("names", [["Time [s]", "Ft"], ["Time [s]", "Fz"]], ids=["the same", "different"])
+def test_several_tests_are_refused_until_one_is_named(names):
+    book = xlsx({"A": ROWS, "B": [names, [0.0, 1.0], [1.0, 2.0]]})
     with pytest.raises(
-        ReaderError, match=r"different tables in the sheets 'A' \(Time \[s\], Ft\) and 'B' \(Time \[s\], Fz\)"
+        ReaderError, match=r"run.xlsx: found a table like that of a test in each of the sheets 'A' and 'B'"
     ):
-        read(xlsx({"A": ROWS, "B": other}))
+        read(book)
+    assert list(columns(read(book, sheet="B"))) == names
+    assert read(book, sheet="B").notes == ()
+    with pytest.raises(ReaderError, match=r"found no sheet 'C'; expected one of 'A', 'B'"):
+        read(book, sheet="C")
 
 
 def test_sheet_of_words_alone_is_no_table():

@@ -65,6 +65,8 @@ _TO_SUPERSCRIPT = str.maketrans("-0123456789", _SUPERSCRIPTS)
 _POWER = r"(?:\^|\*\*)\s*(?:[+-]?\d{1,2}(?:\.\d)?|\([+-]?\d{1,2}(?:/\d{1,2})?\))(?![\d.])"
 _UNIT = re.compile(rf"(?:(?:[^\W\d_]\w*+|\))(?:\s*{_POWER})?|1(?=\s*/)|[%*/.(\s])+")
 """Names, small powers and the signs between them: pint would go on to compute 9^9^9, and skip what it does not know."""
+_ANGLE = re.compile("rad|deg|°|rpm|rev|turn")
+"""In units of angle per time; any other rotational speed, such as 1/min or Hz, is given in revolutions."""
 _EXACT = Context(prec=40, traps=[])
 """Decimal arithmetic in which a number too large becomes infinite rather than an exception."""
 
@@ -120,6 +122,11 @@ def is_unit_of(text: str, kind: str) -> bool:
     return is_unit(text) and _unit(text).dimension == _unit(KINDS[kind].si).dimension
 
 
+def is_rotational(text: str) -> bool:
+    """Tell whether the text is a unit of rotational speed alone; Hz and 1/s may as well be those of a frequency."""
+    return is_unit_of(text, "rotational speed") and text.casefold() not in ("hz", "khz", "1/s", "s^-1")
+
+
 def _checked_unit(text: str, kind: str) -> _Unit:
     wanted = KINDS[kind]
     try:
@@ -129,7 +136,8 @@ def _checked_unit(text: str, kind: str) -> _Unit:
     if unit.dimension != _unit(wanted.si).dimension:
         found = f"the unit {text!r}" if text.strip() else "no unit"
         raise UnitError(f"found {found}, which is no unit of {kind}; expected one such as {wanted.shown!r}")
-    return unit
+    turns = kind == "rotational speed" and not _ANGLE.search(text)
+    return unit._replace(slope=unit.slope * Decimal(math.tau)) if turns else unit
 
 
 def parse(text: str, kind: str) -> float:

@@ -173,10 +173,8 @@ def _verdict(corrected: CorrectedRun, friction: FrictionFit, law: str, recipe: R
 
 def _drift_rate(corrected: CorrectedRun, fit: WearFit) -> Quantity | None:
     """Return the drift rate that belongs to the headline k_D."""
-    own: Quantity | None = getattr(fit, "drift_rate", None)
-    if own is None and fit.correction == "joint" and fit.joint is not None:
-        own = fit.joint.drift_rate
-    return own or corrected.correction.drift_rate
+    by_fit = fit.sensor is not None and fit.correction == "model"
+    return fit.sensor.drift_rate if by_fit and fit.sensor else corrected.correction.drift_rate
 
 
 def _friction_held(fit: FrictionFit, truth: Truth) -> dict[str, bool] | None:

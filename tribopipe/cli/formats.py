@@ -17,6 +17,9 @@ ReaderName = Annotated[
     str | None,
     typer.Option("--reader", help="Format, or a TOML file that describes one, where it should not be detected."),
 ]
+SheetName = Annotated[
+    str | None, typer.Option("--sheet", help="Sheet of a workbook, where several hold a test.", metavar="NAME")
+]
 # Packages that a reader's extra brings, by the extra's name.
 _EXTRAS = {"excel": "python_calamine", "tdms": "nptdms", "surface": "SurfaceTopography"}
 _NEEDS = {"workbook": "excel", "ni-tdms": "tdms", "surface-topography": "surface"}
@@ -54,18 +57,20 @@ def _needed(one: dict[str, Any]) -> str:
 def detect_formats(
     files: Annotated[list[Path], typer.Argument(help="Files that an instrument wrote.", metavar="FILE")],
     reader: ReaderName = None,
+    sheet: SheetName = None,
     as_json: AsJson = False,
 ) -> None:
     """Say of which format each file is, how sure and why, and what is in it. Exit code 1 where none is known."""
     from tribopipe.errors import TribopipeError
     from tribopipe.ingest.exports import chosen_reader, read_export
+    from tribopipe.ingest.reader import Hints
 
     errors: list[TribopipeError] = []
     told: list[dict[str, Any]] = []
     named = None if reader is None else chosen_reader(reader)
     for path in files:
         try:
-            export = read_export(path, named)
+            export = read_export(path, named, Hints(sheet=sheet))
         except TribopipeError as error:
             errors.append(located(path, error))
             told.append({"file": str(path), "error": str(errors[-1]), "candidates": _tried(path)})
@@ -114,8 +119,15 @@ def _document(path: Path, export: "Export") -> dict[str, Any]:
         "rows": export.rows,
         "columns": [_column(export, column) for column in export.table.columns],
         "facts": dict(export.table.facts),
-        "notes": list(export.notes),
+        "notes": _notes(export),
     }
+
+
+def _notes(export: "Export") -> list[str]:
+    from tribopipe.ingest.friction_definitions import definitions_note
+
+    note = definitions_note(export.table.columns, export.friction) if export.reader.holds == "signals" else None
+    return [*export.notes, *([note] if note else [])]
 
 
 def _column(export: "Export", column: "ReadColumn") -> dict[str, Any]:
@@ -125,6 +137,7 @@ def _column(export: "Export", column: "ReadColumn") -> dict[str, Any]:
     return {
         "name": column.name,
         "unit": column.unit,
+        "proposed_unit": unit.unit if (unit := export.open_units.get(column.name)) else None,
         "signal": meaning.signal if meaning and not meaning.lacks else None,
         "axis": column.axis,
         "least": found.least,
@@ -141,7 +154,7 @@ def _show(path: Path, export: "Export") -> None:
         say(f"  or else {other.name}, {_sure(match.confidence)} sure: {match.why}")
     for key, value in export.table.facts.items():
         say(f"  {key}: {value}")
-    for note in export.notes:
+    for note in _notes(export):
         say(f"  note: {note}")
     columns = ["column", "unit", "means", "least", "largest", "missing"]
     table(f"  {export.rows} rows", columns, [_row(export, column) for column in export.table.columns])
@@ -156,10 +169,14 @@ def _row(export: "Export", column: "ReadColumn") -> list[str]:
 
 
 def _meaning(export: "Export", column: "ReadColumn") -> str:
-    meaning = export.meanings.get(column.name)
+    from tribopipe.ingest.steps import step_column
+
+    meaning, unit = export.meanings.get(column.name), export.open_units.get(column.name)
+    proposed = f"; {unit.unit} is proposed by {unit.why}" if unit else ""
     if meaning is None:
-        return column.axis or "–"
-    return f"{meaning.signal}, {meaning.by}" + (f"? {meaning.lacks}" if meaning.lacks else "")
+        steps = step_column({one.name: one.values for one in export.table.columns})
+        return (column.axis or ("numbers the steps" if column.name == steps else "–")) + proposed
+    return f"{meaning.signal}, {meaning.by}" + (f"? {meaning.lacks}" if meaning.lacks else "") + proposed
 
 
 COMMANDS = {"list": list_formats, "detect": detect_formats}

@@ -2,11 +2,11 @@
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tribopipe.cli.formats import ReaderName
+from tribopipe.cli.formats import ReaderName, SheetName
 from tribopipe.cli.options import AsJson
 from tribopipe.cli.output import print_json, say
 
@@ -42,29 +42,47 @@ def new(
         list[str] | None,
         typer.Option("--profile", help="Profile measured on a body: disc=track.txt.", metavar="BODY=FILE"),
     ] = None,
+    sheet: SheetName = None,
+    each_sheet: Annotated[
+        bool, typer.Option("--each-sheet", help="Make a run folder of each sheet of a workbook that holds a test.")
+    ] = False,
+    split: Annotated[
+        str | None,
+        typer.Option(
+            "--split", help="Make a run folder of each step, by the column that numbers them.", metavar="COLUMN"
+        ),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Make a run folder from files of an instrument: copies them, and writes run.toml with all that they tell.
 
+    With --each-sheet or --split it makes a folder of each test in the file, each with its own copy of it.
+
     On a terminal it asks for what only the lab knows; elsewhere, and where nothing is answered, run.toml has a
     commented line for it. The files themselves stay as they are.
     """
-    from tribopipe.ingest.draft.folder import Wanted, make_run
+    from tribopipe.ingest.draft.folder import Wanted, make_runs
 
-    wanted = Wanted(files, into, run_id, template, reader, settings or (), profiles or ())
-    made = make_run(wanted, _somebody_to_ask(), say)
-    _tell(made)
+    wanted = Wanted(
+        files, into, run_id, template, reader, settings or (), profiles or (), sheet, each_sheet=each_sheet, split=split
+    )
+    made = make_runs(wanted, _somebody_to_ask(), say)
+    for one in made:
+        _tell(one)
     if as_json:
-        print_json(
-            {
-                "id": made.folder.name,
-                "folder": str(made.folder),
-                "files": [{"format": group.first.reader.name, "names": group.names} for group in made.groups],
-                "still_to_be_filled_in": made.lacks,
-                "problem": made.problem,
-                "notes": made.notes,
-            }
-        )
+        documents = [_document(one) for one in made]
+        print_json({"runs": documents} if each_sheet or split else documents[0])
+
+
+def _document(made: "NewRun") -> dict[str, Any]:
+    return {
+        "id": made.folder.name,
+        "folder": str(made.folder),
+        "files": [{"format": group.first.reader.name, "names": group.names} for group in made.groups],
+        "still_to_be_filled_in": made.lacks,
+        "problem": made.problem,
+        "notes": made.notes,
+    }
 
 
 def _somebody_to_ask() -> "Ask | None":

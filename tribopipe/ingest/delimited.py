@@ -131,7 +131,12 @@ def read_table(text: Text, layout: Layout, *, keep_empty: bool = False) -> ReadT
     )
     if text.unterminated and layout.width == layout.least:
         notes.append("the last line has no line end; its last number may have been cut short")
-    return ReadTable(columns, layout.header, (*text.notes, *notes))
+    return ReadTable(
+        columns,
+        layout.header,
+        (*text.notes, *notes),
+        line_of=lambda row: _line_numbers(text, layout, {row})[row],
+    )
 
 
 def _rows_to_name(parsed: Parsed) -> Iterator[int]:

@@ -14,8 +14,10 @@ from tribopipe.ingest import long_text
 from tribopipe.ingest.fields import remarks
 from tribopipe.ingest.long_text import LongText
 from tribopipe.ingest.meanings import Meaning, meanings_of
+from tribopipe.ingest.open_units import OpenUnit, open_units, roles_of
 from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, Reader, ReadTable
 from tribopipe.ingest.registry import Judged, candidates, chosen, reader_named
+from tribopipe.ingest.sheets import refuse_sheet
 from tribopipe.records.manifest import is_described
 from tribopipe.run import SourceFile
 
@@ -58,6 +60,20 @@ class Export:
         """What columns mean, by their names; none for a profile."""
         return meanings_of(self.table.columns) if self.reader.holds == "signals" else {}
 
+    @property
+    def friction(self) -> str | None:
+        """Name of the column that is taken for the friction coefficient."""
+        taken = (name for name, meant in self.meanings.items() if meant.signal == "friction_coefficient")
+        return next((name for name in taken if not self.meanings[name].lacks), None)
+
+    @cached_property
+    def open_units(self) -> Mapping[str, OpenUnit]:
+        """Units that the header leaves open, by the name of the column; as identities propose them."""
+        if self.reader.holds != "signals":
+            return {}
+        roles = roles_of(self.table.columns)
+        return {roles[role].name: unit for role, unit in open_units(roles).items()}
+
 
 class Range(NamedTuple):
     """Least and largest value of a column, none where it holds no number, and how many are missing."""
@@ -90,6 +106,7 @@ def read_export(
             return long
     source = open_export(path)
     best, *others = _judged(source, reader, holds)
+    refuse_sheet(hints.sheet, best.reader, source.name)
     return Export(source, best.reader, best.match, tuple(others), best.reader.read(source, hints))
 
 

@@ -10,11 +10,14 @@ import numpy as np
 from tribopipe.derived import derive_missing
 from tribopipe.errors import ReaderError
 from tribopipe.ingest.columns import read_source
+from tribopipe.ingest.friction_definitions import definitions_note
 from tribopipe.ingest.profiles import read_profiles
 from tribopipe.ingest.reader import Reader
 from tribopipe.ingest.registry import detect, reader_named
+from tribopipe.ingest.sheets import refuse_sheet
+from tribopipe.ingest.steps import Steps
 from tribopipe.ingest.stream import Condensed, LongRun, long_run
-from tribopipe.ingest.understood import Part, doubts_on, hints_of, meanings_in, notes_on, part_of, spoken
+from tribopipe.ingest.understood import Meanings, Part, doubts_on, hints_of, meanings_in, notes_on, part_of, spoken
 from tribopipe.records.manifest import RunManifest, SignalFile, is_described, manifest_path, read_manifest
 from tribopipe.records.signals import SIGNALS, SignalName
 from tribopipe.run import Column, ExtraColumn, Origin, RawRun, Recording, SourceFile
@@ -80,12 +83,12 @@ def _read_files(manifest: RunManifest, folder: Path, written: SourceFile) -> Raw
 def _read_whole(manifest: RunManifest, folder: Path, sources: list[SourceFile], gathered: _Gathered) -> None:
     for signals in manifest.signals:
         reader = _named_reader(signals, folder, sources)
-        parts = []
+        parts, radius = [], manifest.conditions.track_radius
         for name in signals.names:
             sources.append(read_source(folder, name))
             # Files that continue each other are of one format, which the first may show better than a short one.
             reader = reader or detect(sources[-1], holds="signals")
-            parts.append(_read_part(gathered, sources[-1], reader, signals))
+            parts.append(_read_part(gathered, sources[-1], reader, signals, radius.value if radius else None))
         _add(gathered, _joined(signals.names, parts, gathered.notes), spoken(signals.names))
 
 
@@ -121,14 +124,27 @@ def _named_reader(signals: SignalFile, folder: Path, sources: list[SourceFile]) 
         raise ReaderError(f"run.toml: signals.reader of {signals.names[0]}: {error}") from None
 
 
-def _read_part(gathered: _Gathered, source: SourceFile, reader: Reader, signals: SignalFile) -> Part:
-    """Read one file: its signals in SI, and what no signal is made of."""
+def _read_part(
+    gathered: _Gathered, source: SourceFile, reader: Reader, signals: SignalFile, track_radius: float | None
+) -> Part:
+    """Read one file: its signals in SI, and what no signal is made of; of the steps that run.toml chooses."""
+    refuse_sheet(signals.sheet, reader, source.name)
     table = reader.read(source, hints_of(signals))
     meanings = meanings_in(table, signals, source.name)
     gathered.headers[source.name] = table.header
     gathered.notes += notes_on(table, meanings, source.name)
     gathered.unused += doubts_on(table, signals, source.name)
-    return part_of(table, meanings, source.name)
+    definitions = definitions_note(table.columns, _taken_for("friction_coefficient", meanings))
+    gathered.notes += [f"{source.name}: {definitions}"] if definitions else []
+    steps = Steps(signals, source.name)
+    part = steps.chosen(part_of(table, meanings, source.name, track_radius=track_radius), table.line_of)
+    steps.refuse_missing()
+    return part
+
+
+def _taken_for(signal: SignalName, meanings: Meanings) -> str | None:
+    """Name the column that is taken for a signal."""
+    return next((name for name, meant in meanings.items() if any(one == signal for one, _ in meant)), None)
 
 
 def _joined(names: Sequence[str], parts: Sequence[Part], notes: list[str]) -> Part:

@@ -11,7 +11,7 @@ from tribopipe.ingest.reader import ReadColumn
 from tribopipe.records.signals import SIGNALS, SignalName
 from tribopipe.units import is_unit_of
 
-# As _plain writes names: small Latin letters and digits alone, accents taken off.
+# As plain_name writes names: small Latin letters and digits alone, accents taken off.
 _SYNONYMS: dict[SignalName, str] = {
     "time": "testtime elapsedtime runtime t zeit messzeit testzeit versuchszeit czas tiempo temps tempo tid aika cas",
     "rotations": "revolutions numberofrevolutions umdrehungen anzahlumdrehungen obroty liczbaobrotow vueltas giri",
@@ -107,13 +107,13 @@ def is_synonym(column: ReadColumn, signal: SignalName) -> bool:
 
 
 def _by_own_name(column: ReadColumn) -> SignalName | None:
-    name = _plain(column)
+    name = plain_name(column)
     return next((signal for signal in SIGNALS if name == signal.replace("_", "")), None)
 
 
 def _by_synonym(column: ReadColumn) -> SignalName | None:
     """Give the signal that a column's name stands for: one that its unit fits, where there is one."""
-    name = _plain(column)
+    name = plain_name(column)
     meant = [signal for signal in SIGNALS if name in _NAMED[signal]]
     return next((signal for signal in meant if _fits(column.unit, signal)), meant[0] if meant else None)
 
@@ -149,7 +149,7 @@ def _fits(unit: str | None, signal: SignalName) -> bool:
     return is_unit_of(unit or "1", kind) or (kind == "force" and is_unit_of(unit or "1", "mass"))
 
 
-def _plain(column: ReadColumn) -> str:
+def plain_name(column: ReadColumn) -> str:
     """Write a name without its unit in small Latin letters and digits: "Reibkraft [N]", "fz_N", "µ", "Fₙ"."""
     spelt = (
         bare_name(column.name.removesuffix(f"_{column.unit}"))

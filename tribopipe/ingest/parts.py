@@ -41,6 +41,11 @@ def join_parts(file: str, kind: str, parts: Mapping[str, ReadTable]) -> ReadTabl
     )
 
 
+def tests_among(parts: Mapping[str, ReadTable]) -> dict[str, ReadTable]:
+    """Return the parts that may each be the record of a test."""
+    return {name: table for name, table in parts.items() if _is_record(table)}
+
+
 def _is_record(table: ReadTable) -> bool:
     """Tell whether a table may be a record of a test: two columns of numbers, two rows."""
     numeric = [column for column in table.columns if is_mostly_numbers(column)]

@@ -5,7 +5,7 @@ Renaming, conversion to SI and everything that several formats have in common is
 ``tribopipe.readers`` whose value is a class with the shape of ``Reader``.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple, Protocol, runtime_checkable
 
@@ -27,6 +27,8 @@ class Hints:
     encoding: str | None = None
     separator: str | None = None
     decimal: Literal[".", ","] | None = None
+    sheet: str | None = None
+    """Sheet of a workbook."""
 
 
 class Placeholders(NamedTuple):
@@ -72,6 +74,8 @@ class ReadTable:
     facts: Mapping[str, str] = field(default_factory=dict)
     """What the header says of the run, by the keys of run.toml and as run.toml would hold it:
     {"conditions.normal_load": "5 N", "started": "2022-05-12T12:21:58", "instrument": "UMT TriboLab"}."""
+    line_of: Callable[[int], int] | None = field(default=None, repr=False, compare=False)
+    """Gives the line on which a row stands, the first row being 0; none where the file has no lines."""
 
 
 @dataclass(frozen=True)

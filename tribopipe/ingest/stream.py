@@ -23,6 +23,7 @@ from tribopipe.ingest.long_text import LongText, OtherWords, Words, changed
 from tribopipe.ingest.means import Means, Places, samples_in_a_mean
 from tribopipe.ingest.reader import ReadColumn, ReadTable
 from tribopipe.ingest.registry import detect
+from tribopipe.ingest.steps import Steps
 from tribopipe.ingest.understood import Meanings, Part, doubts_on, hints_of, meanings_in, notes_on, part_of
 from tribopipe.records.manifest import RunManifest, SignalFile
 from tribopipe.records.signals import SignalName
@@ -79,6 +80,7 @@ class _Seen:
 class _LongFile:
     text: LongText
     signals: SignalFile
+    track_radius: float | None = None
     words: Words = field(default_factory=dict)
     """Columns that were found to hold words."""
 
@@ -86,11 +88,14 @@ class _LongFile:
         """Give the rows block by block. Raises ``OtherWords`` where a column that began with numbers has words."""
         meanings: Meanings = {}
         before, name = 0, self.text.source.name
+        steps = Steps(self.signals, name)
         for table in self.text.tables(self.words):
             meanings = meanings or meanings_in(table, self.signals, name)
-            part = part_of(table, meanings, name, before)
+            part = steps.chosen(part_of(table, meanings, name, before, self.track_radius), table.line_of)
             before += len(table.columns[0].values)
-            yield _Rows(table, meanings, part)
+            if len(next(iter(part.columns.values()))):
+                yield _Rows(table, meanings, part)
+        steps.refuse_missing()
 
     def beginning(self) -> dict[SignalName, Column]:
         """Return the signals of the first block."""
@@ -177,7 +182,8 @@ def long_run(manifest: RunManifest, folder: Path) -> LongRun | None:
         return None
     groups: list[list[_LongFile]] = []
     for signals in manifest.signals:
-        group = _opened(signals, folder)
+        radius = manifest.conditions.track_radius
+        group = _opened(signals, folder, radius.value if radius else None)
         if group is None:
             return None
         groups.append(group)
@@ -195,7 +201,7 @@ def _bytes(signals: SignalFile, folder: Path) -> int:
     return size
 
 
-def _opened(signals: SignalFile, folder: Path) -> list[_LongFile] | None:
+def _opened(signals: SignalFile, folder: Path, track_radius: float | None) -> list[_LongFile] | None:
     """Go through files once each; none where one cannot be read block by block."""
     named = signals.reader or (long_text.READER if signals.separator is not None else None)
     if (named or with_file(folder, signals.names[0], _detected)) != long_text.READER:
@@ -205,7 +211,7 @@ def _opened(signals: SignalFile, folder: Path) -> list[_LongFile] | None:
         text = with_file(folder, name, partial(long_text.long_text, name=name, hints=hints_of(signals)))
         if text is None:
             return None
-        files.append(_LongFile(text, signals))
+        files.append(_LongFile(text, signals, track_radius))
     return files
 
 

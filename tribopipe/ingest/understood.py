@@ -7,10 +7,11 @@ from tribopipe.errors import ReaderError
 from tribopipe.ingest.columns import column_in_si, find_column, is_a_weight, unit_of
 from tribopipe.ingest.fields import remarks
 from tribopipe.ingest.meanings import Meaning, is_synonym, meanings_of
-from tribopipe.ingest.reader import Hints, ReadTable
+from tribopipe.ingest.reader import Hints, ReadColumn, ReadTable
 from tribopipe.records.manifest import ColumnSource, SignalFile
 from tribopipe.records.signals import SIGNALS, SignalName
 from tribopipe.run import Column, ExtraColumn
+from tribopipe.units import is_rotational
 
 
 class Part(NamedTuple):
@@ -22,7 +23,7 @@ class Part(NamedTuple):
 
 def hints_of(signals: SignalFile) -> Hints:
     """Return what the manifest says of how files are written."""
-    return Hints(encoding=signals.encoding, separator=signals.separator, decimal=signals.decimal)
+    return Hints(signals.encoding, signals.separator, signals.decimal, signals.sheet)
 
 
 Meanings = dict[str, list[tuple[SignalName, ColumnSource | None]]]
@@ -64,18 +65,37 @@ def doubts_on(table: ReadTable, signals: SignalFile, file: str) -> list[str]:
     ]
 
 
-def part_of(table: ReadTable, meanings: Meanings, file: str, before: int = 0) -> Part:
+def part_of(
+    table: ReadTable, meanings: Meanings, file: str, before: int = 0, track_radius: float | None = None
+) -> Part:
     """Return the signals of a table in SI, and what no signal is made of; so many rows were read ``before`` it.
+
+    A rotational speed n that is given for the sliding speed is one on a track of radius R, m: v = 2πR·n.
 
     Raises ``ReaderError`` where a column does not hold what it should.
     """
     part = Part({}, {})
     for column in table.columns:
         for name, told in meanings.get(column.name, []):
+            if name == "sliding_speed" and is_rotational(unit_of(column, told) or "1"):
+                part.columns[name] = _on_track(column, told, file, before, track_radius)
+                continue
             part.columns[name] = column_in_si(column, told, name, SIGNALS[name].kind, file, before)
         if column.name not in meanings:
             part.extras[column.name] = ExtraColumn(column.values, column.unit)
     return part
+
+
+def _on_track(
+    column: ReadColumn, told: ColumnSource | None, file: str, before: int, track_radius: float | None
+) -> Column:
+    """Return the sliding speed, m/s, of a rotational speed. Raises ``ReaderError`` where no track radius is stated."""
+    if track_radius is None:
+        raise ReaderError(
+            f"{file}, column {column.name!r}: found a rotational speed for sliding_speed and no track radius in "
+            'run.toml; expected both, v = 2πR·n; add conditions.track_radius = "6 mm" or the like'
+        )
+    return track_radius * column_in_si(column, told, "sliding_speed", "rotational speed", file, before)
 
 
 def notes_on(table: ReadTable, meanings: Meanings, file: str) -> list[str]:

@@ -316,8 +316,21 @@ class SignalFile(Record):
     """Column separator, where it should not be detected: ";", "\\t", or " " for runs of blanks."""
     decimal: Literal[".", ","] | None = None
     """Decimal sign, where it should not be detected."""
+    sheet: str | None = Field(default=None, min_length=1)
+    """Sheet of a workbook, where several hold a table of a test."""
+    steps: tuple[int, ...] = ()
+    """Numbers of the steps to be read, where a file holds several; left out, all rows are one test."""
+    step_column: str | None = Field(default=None, min_length=1)
+    """Column that numbers the steps, where it should not be recognized: "Step"."""
     columns: dict[SignalName, Annotated[ColumnSource, BeforeValidator(_column_by_name)]] = Field(default_factory=dict)
     """Signal → column. Left out, columns are recognised by their names."""
+
+    @model_validator(mode="after")
+    def _each_step_is_chosen_once(self) -> Self:
+        twice = next((step for step, count in Counter(self.steps).items() if count > 1), None)
+        if twice is not None:
+            raise ValueError(f"steps: found step {twice} twice; expected each once; take one out")
+        return self
 
     @model_validator(mode="after")
     def _names_one_file_or_several(self) -> Self:

@@ -57,7 +57,8 @@ Template: type[Record] = _part_of(
     contact=_optional(_PIN_ON_DISC | _TWIN_DISC, "The two bodies, as far as they stay the same.", discriminator="kind"),
     conditions=_optional(_part_of(Conditions), "How tests are run."),
     signals=_optional(
-        _part_of(SignalFile, without=("file", "files")), "How every file is read, and what its columns mean."
+        _part_of(SignalFile, without=("file", "files", "steps", "step_column")),
+        "How every file is read, and what its columns mean.",
     ),
     end_values=_optional(_part_of(EndValues), "What is measured on the specimens afterwards."),
     sensors=_optional(_part_of(Sensors), "How far the sensors can be trusted beside their noise."),

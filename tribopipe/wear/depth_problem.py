@@ -35,6 +35,8 @@ MOST_DEVIATION = 3.0
 _COMPARED = 4_000
 """Draws by which they are compared."""
 _SEED = 1
+_LEAST_SHARE = 0.5
+"""Of the standard uncertainty of a measurement that shows no wear: the wear that it is evaluated with."""
 _QUANTILES = (np.arange(1000) + 0.5) / 1000
 
 
@@ -93,7 +95,7 @@ class DepthProblem(WearProblem):
     def _together(self) -> tuple[float, float]:
         """H, m, and its standard uncertainty at the best estimates of the inputs, by what is trusted."""
         if self.basis == "measurement":
-            return self.end.pin_depth.value, self._measured_spread
+            return max(self.end.pin_depth.value, _LEAST_SHARE * self._measured_spread), self._measured_spread
         probability = _QUANTILES
         drawn = self.posterior.end_depths(probability, np.ones(len(probability)), measured=self.basis != "reading")
         return float(np.mean(drawn)), float(np.std(drawn))
@@ -268,7 +270,7 @@ class DepthProblem(WearProblem):
         stretched = np.asarray(values["depth_scale"] / self.values["depth_scale"])
         depth = stretched * found
         if self.basis == "measurement":
-            depth = np.maximum(self.end_depth(values), 1e-3 * self._measured_spread)
+            depth = np.maximum(self.end_depth(values), _LEAST_SHARE * self._measured_spread)
         elif self.basis == "reading and measurement":
             measured = self.end.pin_depth_of(self.end.pin.quantity.value, values["pin_radius"])
             taken = min(1.0, (deviation / self._measured_spread) ** 2)

@@ -5,8 +5,10 @@ from typing import Any, NamedTuple
 
 from tribopipe.errors import ReaderError
 from tribopipe.ingest.columns import find_column
+from tribopipe.ingest.draft.splitting import rotational_speeds
 from tribopipe.ingest.draft.toml import toml
 from tribopipe.ingest.exports import Export
+from tribopipe.ingest.friction_definitions import definitions_note, friction_definitions
 from tribopipe.ingest.meanings import NO_UNIT
 from tribopipe.ingest.reader import ReadColumn
 from tribopipe.records.signals import SIGNALS, SignalName
@@ -38,16 +40,49 @@ class Mapped(NamedTuple):
         return ", ".join(part for part in (shown, self.by, self.lacks) if part)
 
 
-def mapped_columns(export: Export, told: Mapping[str, Any], told_by: str) -> list[Mapped]:
-    """Map columns to signals by what a template tells, as far as the file has those columns, and by their meanings."""
+_TELLS_SPEED: tuple[SignalName, ...] = ("sliding_speed", "sliding_distance", "rotations")
+NO_RADIUS = "needs conditions.track_radius"
+
+
+def mapped_columns(export: Export, told: Mapping[str, Any], told_by: str, *, on_track: bool = False) -> list[Mapped]:
+    """Map columns to signals by what a template tells, as far as the file has those columns, and by their meanings.
+
+    A rotational speed is the sliding speed where no other column tells how far the pin slides; ``on_track`` says that
+    the radius of its track is known.
+    """
     found = [mapped for signal, source in told.items() if (mapped := _as_told(export, signal, source, told_by))]
     signals, names = {mapped.signal for mapped in found}, {mapped.column.name for mapped in found}
     for column in export.table.columns:
         meaning = export.meanings.get(column.name)
         if meaning is not None and meaning.signal not in signals and column.name not in names:
             found.append(Mapped(meaning.signal, column, meaning.by, lacks=meaning.lacks))
+    turning = rotational_speeds(export)
+    if len(turning) == 1 and not any(one.signal in _TELLS_SPEED and not one.lacks for one in found):
+        found = [one for one in found if one.signal != "sliding_speed"]
+        found.append(Mapped("sliding_speed", turning[0], "times the track radius", lacks="" if on_track else NO_RADIUS))
+    found = _with_definitions(export, _with_open_units(export, found))
     order = list(SIGNALS)
     return sorted(found, key=lambda mapped: order.index(mapped.signal))
+
+
+def _with_open_units(export: Export, found: list[Mapped]) -> list[Mapped]:
+    """Propose the units that the header leaves open, by the identities that hold with them."""
+    return [
+        one._replace(unit=unit.unit, lacks=f"{NO_UNIT}; {unit.unit} is proposed by {unit.why}")
+        if one.lacks == NO_UNIT and (unit := export.open_units.get(one.column.name))
+        else one
+        for one in found
+    ]
+
+
+def _with_definitions(export: Export, found: list[Mapped]) -> list[Mapped]:
+    """Offer the columns that define friction differently, where none of them is taken."""
+    if any(one.signal == "friction_coefficient" for one in found):
+        return found
+    columns = {column.name: column for column in export.table.columns}
+    names = [one.column for one in friction_definitions(export.table.columns)]
+    lacks = f"one of {len(names)} definitions of friction"
+    return found + [Mapped("friction_coefficient", columns[name], "by its name", lacks=lacks) for name in names]
 
 
 def _as_told(export: Export, signal: Any, source: Any, told_by: str) -> Mapped | None:
@@ -73,3 +108,9 @@ def unmapped_columns(export: Export, mapped: list[Mapped]) -> list[str]:
         for column in export.table.columns
         if column.name not in names
     ]
+
+
+def friction_left_open(export: Export) -> str | None:
+    """Say which columns of a file define friction differently; nothing where there is one at most."""
+    note = definitions_note(export.table.columns, export.friction) if export.reader.holds == "signals" else None
+    return note and f"{export.name}: {note}"

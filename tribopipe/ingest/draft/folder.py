@@ -5,16 +5,18 @@ import secrets
 import shutil
 import unicodedata
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from tribopipe.errors import ManifestError, ReaderError
+from tribopipe.ingest.draft.columns import friction_left_open
 from tribopipe.ingest.draft.gathering import gather
 from tribopipe.ingest.draft.grouping import Group, grouped
 from tribopipe.ingest.draft.hints import doubt_names
+from tribopipe.ingest.draft.known import Known
 from tribopipe.ingest.draft.profiles import (
     Measured,
     add_profiles,
@@ -23,6 +25,13 @@ from tribopipe.ingest.draft.profiles import (
     which_profile,
 )
 from tribopipe.ingest.draft.questions import Ask, Say, ask_for_missing
+from tribopipe.ingest.draft.splitting import (
+    propose_conditions,
+    propose_motion,
+    sheets_of,
+    split_steps,
+    steps_left_together,
+)
 from tribopipe.ingest.draft.writing import Draft, manifest_text
 from tribopipe.ingest.exports import Export, chosen_reader, open_export, read_export
 from tribopipe.ingest.harmonise import read_run
@@ -54,6 +63,12 @@ class Wanted:
     """Keys of run.toml with their values: "conditions.normal_load=50 N"."""
     profiles: Sequence[str] = ()
     """Bodies with files of profiles measured on them: "disc=track.txt"."""
+    sheet: str | None = None
+    """Sheet of a workbook."""
+    each_sheet: bool = False
+    """Whether each sheet of a workbook is a run."""
+    split: str | None = None
+    """Column that numbers the steps of a file, each of which is a run."""
 
 
 @dataclass(frozen=True)
@@ -93,9 +108,9 @@ class _Defaults:
         """How text is written."""
         return {name: self.signals[name] for name in _DIALECT if name in self.signals}
 
-    def read(self, path: Path) -> Export:
-        """Read a file of signals."""
-        hints: Any = self.dialect
+    def read(self, path: Path, sheet: str | None = None) -> Export:
+        """Read a file of signals, or a sheet of it."""
+        hints: Any = self.dialect | ({} if sheet is None else {"sheet": sheet})
         named = self.reader or ("delimited" if "separator" in hints else None)
         if named is None:
             return read_export(path, hints=Hints(**hints))
@@ -103,30 +118,104 @@ class _Defaults:
         return read_export(path, reader, Hints(**hints))
 
 
+@dataclass(frozen=True)
+class _Plan:
+    """A run folder to be made."""
+
+    draft: Draft
+    exports: Sequence[Export]
+    sources: Sequence[SourceFile]
+    target: Path
+
+
 def make_run(wanted: Wanted, ask: Ask | None = None, say: Say = print) -> NewRun:
-    """Make a run folder, asking for what is missing where there is somebody to ask.
+    """Make the run folder of one test; see ``make_runs``."""
+    return make_runs(wanted, ask, say)[0]
+
+
+def make_runs(wanted: Wanted, ask: Ask | None = None, say: Say = print) -> list[NewRun]:
+    """Make a run folder, or one of each sheet or step, asking once for what is missing where there is somebody to ask.
 
     Raises ``ManifestError`` or ``ReaderError`` where that cannot be done, and then leaves nothing behind.
     """
+    plans = [plan for each in _by_sheet(wanted) for plan in _planned(each)]
+    _refuse_places(plans)
+    if ask is not None:
+        _ask_once([plan.draft.known for plan in plans], ask, say)
+    wanted.into.mkdir(parents=True, exist_ok=True)
+    with ExitStack() as stack:
+        parts = [stack.enter_context(_building(plan.target)) for plan in plans]
+        problems = [_fill(part, plan.draft, plan.sources) for part, plan in zip(parts, plans, strict=True)]
+    return [_new_run(plan, problem) for plan, problem in zip(plans, problems, strict=True)]
+
+
+def _by_sheet(wanted: Wanted) -> list[Wanted]:
+    """Return what is wanted of each sheet, where each is a run."""
+    if not wanted.each_sheet:
+        return [wanted]
+    names = sheets_of(wanted.files, wanted.reader)
+    base = fit_for_id(wanted.files[0].name) if wanted.id is None else wanted.id
+    return [replace(wanted, sheet=name, each_sheet=False, id=fit_for_id(f"{base}-{name}")) for name in names]
+
+
+def _planned(wanted: Wanted) -> list[_Plan]:
+    """Return the run folder that is wanted, or one for each step."""
     defaults = _defaults(wanted)
-    exports = [defaults.read(path) for path in wanted.files]
+    wanted = replace(wanted, sheet=wanted.sheet or defaults.signals.get("sheet"))
+    exports = [defaults.read(path, wanted.sheet) for path in wanted.files]
     measured = [read_profile(written) for written in wanted.profiles]
-    draft = _drafted(wanted, defaults, exports, measured)
+    if wanted.split is None:
+        return [_plan(wanted, defaults, exports, measured)]
+    plans = []
+    for step in split_steps(exports, wanted.split):
+        plan = _plan(wanted, defaults, step.exports, measured)
+        draft = replace(plan.draft, id=f"{plan.draft.id}-step-{step.number}", step=step)
+        propose_conditions(draft.known, step)
+        plans.append(replace(plan, draft=draft, target=wanted.into / draft.id))
+    return plans
+
+
+def _plan(wanted: Wanted, defaults: _Defaults, exports: Sequence[Export], measured: list[Measured]) -> _Plan:
+    draft = replace(_drafted(wanted, defaults, exports, measured), sheet=wanted.sheet)
     described = [open_export(defaults.description)] if defaults.description else []
     sources = [export.source for export in [*exports, *(one.export for one in measured)]] + described
-    target = wanted.into / draft.id
-    _refuse_names(draft.id, sources)
-    _refuse_taken(target)
-    if ask is not None:
-        ask_for_missing(draft.known, ask, say)
-    wanted.into.mkdir(parents=True, exist_ok=True)
-    with _building(target) as part:
-        problem = _fill(part, draft, sources)
-    notes = dict.fromkeys(f"{export.name}: {note}" for export in exports for note in export.notes)
+    return _Plan(draft, exports, sources, wanted.into / draft.id)
+
+
+def _refuse_places(plans: Sequence[_Plan]) -> None:
+    """Refuse names that run.toml cannot hold, and places that are taken or wanted twice."""
+    taken: set[Path] = set()
+    for plan in plans:
+        _refuse_names(plan.draft.id, plan.sources)
+        _refuse_taken(plan.target)
+        if plan.target in taken:
+            raise ManifestError(
+                f"{plan.target}: found two runs of that id; expected one each; rename the sheets, or make a run of "
+                "each with --sheet and --id"
+            )
+        taken.add(plan.target)
+
+
+def _ask_once(known: Sequence[Known], ask: Ask, say: Say) -> None:
+    """Ask for what is missing in the first of several runs, and take the answers for all of them."""
+    first, *others = known
+    before = dict(first.given)
+    ask_for_missing(first, ask, say)
+    for other in others:
+        for key in first.given.keys() - before.keys():
+            other.take(key, first.given[key].value)
+
+
+def _new_run(plan: _Plan, problem: str | None) -> NewRun:
+    draft = plan.draft
+    notes = dict.fromkeys(f"{export.name}: {note}" for export in plan.exports for note in export.notes)
     notes |= dict.fromkeys(profiles_left_open(draft.known))
     notes |= dict.fromkeys(_one_test(group) for group in draft.groups if group.clocks_begin_anew)
+    notes |= dict.fromkeys(note for export in plan.exports if (note := friction_left_open(export)))
+    if draft.step is None:
+        notes |= dict.fromkeys(note for export in plan.exports if (note := steps_left_together(export)))
     lacks, bodies_lack = draft.known.lacks, draft.known.bodies_lack
-    return NewRun(target, tuple(draft.groups), tuple(lacks), tuple(bodies_lack), problem, tuple(notes))
+    return NewRun(plan.target, tuple(draft.groups), tuple(lacks), tuple(bodies_lack), problem, tuple(notes))
 
 
 def _one_test(group: Group) -> str:
@@ -147,7 +236,7 @@ def _defaults(wanted: Wanted) -> _Defaults:
     return _Defaults(template, name, Path(reader).name, beside / reader)
 
 
-def _drafted(wanted: Wanted, defaults: _Defaults, exports: list[Export], measured: list[Measured]) -> Draft:
+def _drafted(wanted: Wanted, defaults: _Defaults, exports: Sequence[Export], measured: list[Measured]) -> Draft:
     groups = grouped([export for export in exports if export.reader.holds == "signals"])
     if not groups:
         raise ReaderError(
@@ -158,6 +247,7 @@ def _drafted(wanted: Wanted, defaults: _Defaults, exports: list[Export], measure
     known = gather(defaults.template, defaults.name, wanted.settings, in_order)
     add_profiles(known, measured)
     which_profile(known, [export for export in exports if export.reader.holds == "profile"])
+    propose_motion(known, in_order)
     doubt_names(known, [export.name for export in in_order])
     run_id = fit_for_id(in_order[0].name) if wanted.id is None else wanted.id
     columns = defaults.signals.get("columns", {})

@@ -9,6 +9,7 @@ from tribopipe.ingest.draft.blanks import BLANKS
 from tribopipe.ingest.draft.columns import Mapped, mapped_columns, unmapped_columns
 from tribopipe.ingest.draft.grouping import Group
 from tribopipe.ingest.draft.known import BODIES, SECTIONS, Known
+from tribopipe.ingest.draft.splitting import StepOfFiles
 from tribopipe.ingest.draft.toml import comment, one_line, toml
 from tribopipe.ingest.exports import Export
 from tribopipe.records.manifest import MANIFEST_SCHEMA
@@ -38,6 +39,10 @@ class Draft:
     """Encoding, separator and decimal sign of all files."""
     columns: Mapping[str, Any] = field(default_factory=dict)
     """What columns mean."""
+    sheet: str | None = None
+    """Sheet of a workbook."""
+    step: StepOfFiles | None = None
+    """Step of which the run is made."""
 
 
 class _Line(NamedTuple):
@@ -115,16 +120,27 @@ def _aligned(lines: Sequence[_Line]) -> list[str]:
 
 def _signals(group: Group, draft: Draft) -> list[str]:
     """Write what run.toml says of files that continue each other."""
-    first, mapped = group.first, mapped_columns(group.first, draft.columns, f"by {draft.template}")
+    on_track = "conditions.track_radius" in draft.known.given
+    first, mapped = group.first, mapped_columns(group.first, draft.columns, f"by {draft.template}", on_track=on_track)
     lines = [
         _Line("[[signals]]"),
         *_files(group),
         _Line(f"reader = {toml(draft.reader or first.reader.name)}", first.match.why),
         *(_Line(f"{name} = {toml(value)}", f"from {draft.template}") for name, value in draft.dialect.items()),
+        *_part_of_file(draft),
     ]
     named = any(not one.lacks for one in mapped)
     columns = [_Line(f"{'' if named else '# '}[signals.columns]"), *(_Line(one.code, one.remark) for one in mapped)]
     return [*_aligned(lines), *_aligned(columns), *_unmapped(first, mapped)]
+
+
+def _part_of_file(draft: Draft) -> Iterator[_Line]:
+    """Write which sheet and step of the files the run is made of."""
+    if draft.sheet is not None:
+        yield _Line(f"sheet = {toml(draft.sheet)}")
+    if draft.step is not None:
+        yield _Line(f"step_column = {toml(draft.step.column)}")
+        yield _Line(f"steps = [{draft.step.number}]")
 
 
 def _files(group: Group) -> list[_Line]:

@@ -8,6 +8,7 @@ other, with a column ``segment`` that counts them from 1.
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import accumulate, groupby, pairwise
 from typing import Any, NamedTuple
 
@@ -178,7 +179,16 @@ def read_segments(text: Text, segments: Sequence[Segment], *, numbered: bool = T
     if numbered:
         number = np.repeat(np.arange(1.0, len(counts) + 1), counts)
         columns = (*columns, ReadColumn(SEGMENT, number, "1"))
-    return ReadTable(columns, outside(text, segments), (*text.notes, *notes))
+    return ReadTable(columns, outside(text, segments), (*text.notes, *notes), line_of=partial(_line_of, tables))
+
+
+def _line_of(tables: Sequence[ReadTable], row: int) -> int:
+    """Give the line of a row of tables that stand one below the other."""
+    first, *others = tables
+    rows = len(first.columns[0].values)
+    if row >= rows and others:
+        return _line_of(others, row - rows)
+    return first.line_of(row) if first.line_of is not None else row + 1
 
 
 def _without_cut_row(text: Text, segments: Sequence[Segment]) -> tuple[list[Segment], list[str]]:

@@ -25,7 +25,8 @@ r"""CETR / Bruker UMT, as its Data Viewer exports a test: a head and rows for ea
   with the stroke. Signs stay as they are.
 * T counts seconds from the start of the step.
 
-Channels: T time, Fz normal force, Ff the friction force, or else Fx, COF the friction coefficient, Z depth. Others are
+Channels: T time, Fz normal force, COF the friction coefficient, Z depth; the friction force is Fx where it changes its
+sign stroke by stroke, since Ff has lost that sign, and else Ff, or Fx where there is no Ff. Others are
 kept without a meaning, and ``segment`` counts the steps that have rows. The header holds no material and no medium;
 the units of radius and speed are not written, those of the set force are those of Fz.
 """
@@ -37,6 +38,7 @@ from datetime import datetime
 
 import numpy as np
 
+from tribopipe.clean_up.strokes import whole_strokes
 from tribopipe.errors import ReaderError
 from tribopipe.ingest.formats.blocks import (
     Block,
@@ -70,7 +72,6 @@ _MEANINGS: dict[str, SignalName] = {
     "T": "time",
     "TIME": "time",
     "FZ": "normal_force",
-    "FF": "friction_force",
     "COF": "friction_coefficient",
     "Z": "depth",
 }
@@ -105,8 +106,13 @@ class UmtReader:
         segments = _segments(text, blocks, hints)
         table = read_segments(text, segments)
         names = {bare_name(column.name).upper() for column in table.columns}
-        columns = tuple(_with_meaning(column, "FF" in names) for column in table.columns)
+        reciprocates = "FF" in names and any(map(_is_signed_by_stroke, table.columns))
+        columns = tuple(_with_meaning(column, "FX" if reciprocates else "FF", names) for column in table.columns)
         facts, notes = _facts(blocks, columns)
+        if reciprocates:
+            notes.append(
+                "Fx changes its sign with each stroke and is the friction force; Ff has no sign and is not used"
+            )
         return replace(
             table, columns=columns, facts=facts, notes=(*table.notes, *_missing_steps(blocks, segments), *notes)
         )
@@ -203,12 +209,20 @@ def _setting(head: Sequence[str], key: str) -> int | None:
     return count_in(found[-1]["value"]) if found else None
 
 
-def _with_meaning(column: ReadColumn, has_friction: bool) -> ReadColumn:
+def _is_signed_by_stroke(column: ReadColumn) -> bool:
+    """Tell whether a column is Fx and goes there and back."""
+    is_fx = bare_name(column.name).upper() == "FX" and column.first_bad is None
+    return is_fx and bool(whole_strokes(np.asarray(column.values, dtype=float)))
+
+
+def _with_meaning(column: ReadColumn, friction: str, names: set[str]) -> ReadColumn:
+    """Give a column its unit and meaning; ``friction`` names the friction force, in the place of which Fx may stand."""
     name = bare_name(column.name).upper()
     if name.startswith("F") and column.unit in _FORCES:
         column = replace(column, unit=_FORCES[column.unit])
-    if name == "FX" and not has_friction:
-        return with_meaning(column, "friction_force")
+    if name in ("FX", "FF"):
+        is_friction = name == (friction if friction in names else "FX")
+        return with_meaning(column, "friction_force" if is_friction else None)
     return with_meaning(column, _MEANINGS.get(name))
 
 

@@ -4,8 +4,9 @@
   an OLE2 file with a stream called Workbook or Book.
 * The table is found as in delimited text: a row of names, perhaps a row of units, rows of numbers; the rows above it
   are the header, its cells separated by tabs. Line numbers in messages are the row numbers of the sheet.
-* Sheets with the same columns are segments of one test, in the order of the workbook. Sheets without a table, and
-  lists of settings, are left out, hidden sheets with a note. Different tables in one workbook are refused.
+* One sheet is one test. Several sheets with a table of a test are refused until one of them is named; where time goes
+  on from each to the next, as in a test with more rows than a sheet holds, they are segments of one test. Sheets
+  without a table, and lists of settings, are left out, hidden sheets with a note.
 * Numbers are read with all digits stored, whatever a cell shows. Empty cells and errors (#DIV/0!) are missing samples;
   a formula gives the value that the spreadsheet program saved. A number stored as text is text, unless it is written
   with a point, or with the decimal sign that run.toml names.
@@ -17,10 +18,11 @@ Reading takes the package python-calamine: pip install "tribopipe[excel]".
 import json
 import re
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from io import BytesIO
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -29,8 +31,9 @@ from tribopipe.errors import ReaderError
 from tribopipe.ingest.apart import answer_of
 from tribopipe.ingest.delimited import read_table
 from tribopipe.ingest.layout import find_layout
-from tribopipe.ingest.parts import is_time, join_parts, seconds_since_first
+from tribopipe.ingest.parts import is_time, join_parts, seconds_since_first, tests_among
 from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, ReadTable
+from tribopipe.ingest.sheets import several_tests, unknown_sheet
 from tribopipe.ingest.text import Text
 from tribopipe.run import SourceFile
 
@@ -41,6 +44,8 @@ _ODS_TYPE = b"application/vnd.oasis.opendocument.spreadsheet"
 _OLE2 = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 _STREAMS = tuple(f"{name}\0".encode("utf-16-le") for name in ("Workbook", "Book", "EncryptedPackage"))
 _MOST_BYTES = 1 << 30
+_INTERVALS = 3
+"""Sampling intervals within which a test goes on in the next sheet."""
 _REMEDY = "save the workbook again, without a password, or export the table as text"
 _DURATION = re.compile(r"PT(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)S")
 _DATE = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(?:\.\d{1,6})?")
@@ -70,13 +75,42 @@ class WorkbookReader:
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:
         """Parse the file; ``ReaderError`` where it is damaged or locked, or holds no table, or several."""
-        _refuse_bombs(source)
         decimal = hints.decimal or "."
         filled = _filled_sheets(source, decimal)
-        tables = _tables(source, [sheet for sheet in filled if sheet["visible"]], Hints(None, "\t", decimal))
+        chosen = [sheet for sheet in filled if sheet["visible"]]
+        if hints.sheet is not None:
+            chosen = [sheet for sheet in filled if sheet["name"] == hints.sheet]
+            if not chosen:
+                raise unknown_sheet(source.name, hints.sheet, [sheet["name"] for sheet in filled])
+        tables = _tables(source, chosen, Hints(None, "\t", decimal))
+        tests = tests_among(tables)
+        if len(tests) > 1 and not _go_on(list(tests.values())):
+            raise several_tests(source.name, list(tests))
         joined = join_parts(source.name, "sheet", tables)
-        hidden = [f"sheet {sheet['name']!r} is hidden and is left out" for sheet in filled if not sheet["visible"]]
+        left = [sheet["name"] for sheet in filled if not sheet["visible"] and hints.sheet is None]
+        hidden = [f"sheet {name!r} is hidden and is left out" for name in left]
         return replace(joined, notes=(*joined.notes, *hidden))
+
+    def sheets(self, source: SourceFile, hints: Hints) -> list[str]:
+        """Name the visible sheets that hold a table like that of a test. Raises ``ReaderError`` where none does."""
+        decimal = hints.decimal or "."
+        visible = [sheet for sheet in _filled_sheets(source, decimal) if sheet["visible"]]
+        tables = _tables(source, visible, Hints(None, "\t", decimal))
+        return list(tests_among(tables)) or list(tables)[:1]
+
+
+def _go_on(tables: Sequence[ReadTable]) -> bool:
+    """Tell whether time goes on from each table to the next of the same columns, by about one sampling interval."""
+    times = [next((column.values for column in table.columns if is_time(column)), None) for table in tables]
+    if len({tuple(column.name for column in table.columns) for table in tables}) > 1:
+        return False
+    return all(
+        before is not None
+        and after is not None
+        and before.dtype.kind == after.dtype.kind == "f"
+        and 0 < after[0] - before[-1] <= _INTERVALS * np.median(np.diff(before))
+        for before, after in pairwise(times)
+    )
 
 
 def _directory(content: bytes) -> bytes:
@@ -105,6 +139,7 @@ def _refuse_bombs(source: SourceFile) -> None:
 
 def _filled_sheets(source: SourceFile, decimal: str) -> list[dict[str, Any]]:
     """Give each sheet that is not empty: its name, whether it is visible, and its cells as text."""
+    _refuse_bombs(source)
     if find_spec("python_calamine") is None:
         raise ReaderError(
             f"{source.name}: found a spreadsheet; expected the package python-calamine, which reads it, to be "

@@ -1,0 +1,284 @@
+"""What is recorded of load and motion is held against run.toml and against itself; strokes are found and used."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from instrument_shapes import Polymer, Reciprocation, phoenix, rtec_ladder, srv, umt
+
+from tribopipe.checks.conditions import levels_of
+from tribopipe.checks.registry import check_run
+from tribopipe.clean_up.cleaning import clean_run
+from tribopipe.identities import IDENTITIES, ratios
+from tribopipe.ingest.draft.folder import Wanted, make_run
+from tribopipe.ingest.formats.umt import UmtReader
+from tribopipe.ingest.harmonise import read_run
+from tribopipe.ingest.open_units import open_units, roles_of
+from tribopipe.ingest.reader import Hints, ReadColumn
+from tribopipe.run import RawRun, SourceFile
+
+TRUTH = Reciprocation()
+
+
+def run_of(folder: Path, name: str, content: bytes, **conditions: str) -> RawRun:
+    path = folder / name
+    path.write_bytes(content)
+    made = make_run(Wanted([path], folder, settings=[f"conditions.{key}={value}" for key, value in conditions.items()]))
+    assert made.problem is None
+    return read_run(made.folder)
+
+
+def found_in(run: RawRun) -> dict[str, list[str]]:
+    found: dict[str, list[str]] = {}
+    for finding in check_run(run):
+        found.setdefault(finding.code, []).append(str(finding))
+    return found
+
+
+# --- several levels under one nominal value ---
+
+
+def test_a_ladder_in_one_run_is_flagged(tmp_path):
+    found = found_in(run_of(tmp_path, "log.csv", rtec_ladder(), normal_load="5 N", sliding_speed="0.1 m/s"))
+    (told,) = found["conditions_are_steady"]
+    assert told.startswith(
+        "Rotary.Velocity (rpm): found 119 rpm, 143 rpm, 168 rpm and 191 rpm one after the other, the first change at "
+        "sample 1801; expected one value in a run, as run.toml states one; make a run of each step with"
+    )
+
+
+def test_a_step_of_the_ladder_is_not_flagged(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_bytes(rtec_ladder())
+    made = make_run(Wanted([path], tmp_path, settings=["conditions.normal_load=5 N"], split="Step"))
+    assert "conditions_are_steady" not in found_in(read_run(made.folder))
+
+
+@pytest.mark.parametrize("ratio", [1.2, 2.0, 5.0])
+@pytest.mark.parametrize("noise", [0.0, 0.01, 0.05])
+def test_levels_are_found_where_they_are(ratio, noise):
+    rng = np.random.default_rng(3)
+    load = np.repeat([5.0, 5.0 * ratio, 5.0], [700, 900, 400]) * (1 + rng.normal(0, noise, 2000))
+    levels = levels_of(load)
+    assert levels is not None
+    assert levels.values == pytest.approx([5, 5 * ratio, 5], rel=0.02)
+    assert abs(levels.change - 700) <= 3
+
+
+@given(st.integers(0, 2**32), st.floats(0, 0.3), st.integers(50, 5000))
+def test_noise_and_drift_are_no_levels(seed, noise, rows):
+    rng = np.random.default_rng(seed)
+    load = 5 * (1 + rng.normal(0, noise, rows)) * np.linspace(1, 1.15, rows)
+    load[: rows // 20] *= np.linspace(0, 1, rows // 20)
+    assert levels_of(np.abs(load)) is None
+
+
+# --- identities ---
+
+
+def test_identities_hold_for_what_they_are_true_of():
+    rng = np.random.default_rng(9)
+    time = np.cumsum(rng.uniform(0.5, 1.5, 200))
+    turning, radius = 2 + np.sin(time / 30), 0.025
+    angle = np.concatenate([[0], np.cumsum(np.diff(time) * (turning[1:] + turning[:-1]) / 2)])
+    values = {
+        "time": time,
+        "rotational_speed": turning,
+        "rotations": angle / (2 * np.pi),
+        "track_radius": radius,
+        "sliding_speed": radius * turning,
+        "sliding_distance": radius * angle + 7,
+        "mass": 6.1,
+        "normal_force": np.full(200, -6.1 * 9.80665),
+        "friction_force": np.sin(time) * 6.1 * 9.80665,
+        "friction_coefficient": np.abs(np.sin(time)),
+    }
+    found = dict(ratios(values))
+    assert set(found) == set(IDENTITIES)
+    assert list(found.values()) == pytest.approx([1] * len(found))
+    values["mass"] = 12.2
+    assert {one.formula for one, ratio in ratios(values) if ratio != pytest.approx(1)} == {"m·g = F_N"}
+
+
+POLYMER = Polymer(rows=300)
+STATED = {"normal_load": "60 N", "track_radius": "25 mm", "rotational_speed": "191 rpm"}
+
+
+def test_a_sound_recording_breaks_no_identity(tmp_path):
+    found = found_in(run_of(tmp_path, "a.tsv", phoenix(POLYMER), **STATED))
+    assert not found.keys() & {"channels_fit_each_other", "recording_fits_conditions", "conditions_are_steady"}
+
+
+@pytest.mark.parametrize(
+    ("changed", "told"),
+    [
+        (
+            {"track_radius": "30 mm"},
+            "conditions.track_radius: found 30 mm stated where 'Radius' recorded a median of 25",
+        ),
+        (
+            {"rotational_speed": "328 rpm"},
+            "conditions.rotational_speed: found 328 rpm stated where 'Speed' recorded a ",
+        ),
+    ],
+)
+def test_stated_values_are_held_against_their_channels(tmp_path, changed, told):
+    found = found_in(run_of(tmp_path, "a.tsv", phoenix(POLYMER), **STATED | changed))
+    assert any(one.startswith(told) for one in found["recording_fits_conditions"])
+
+
+def test_a_friction_force_of_another_scale_is_flagged(tmp_path):
+    run = run_of(tmp_path, "a.tsv", phoenix(POLYMER), **STATED)
+    run.columns["friction_force"][:] *= 0.5
+    (told,) = found_in(run)["channels_fit_each_other"]
+    assert told.startswith(
+        "friction_force: found F_f/F_N = μ broken, with 'friction_force', 'normal_force', 'friction_coefficient': the "
+        "left side is 0.5 times the right one; expected 1 within 5%"
+    )
+
+
+def test_units_that_a_header_leaves_open_follow_from_identities():
+    rows = 100
+    time = np.arange(rows) / 60  # min
+    speed = 2 * np.pi * 0.025 * 191 / 60
+    mu = 0.2 + 0.01 * np.sin(np.arange(rows))
+    given_columns = {
+        "Time": time,
+        "Sliding Velocity": np.full(rows, speed),
+        "Speed": np.full(rows, 191.0),
+        "Radius": np.full(rows, 25.0),
+        "Distance": speed * time * 60,
+        "Mass": np.full(rows, 6100.0),
+        "Load": np.full(rows, 59.841),
+        "Friction Force": mu * 59.841,
+        "Friction Coefficient": mu,
+    }
+    columns = [ReadColumn(name, values) for name, values in given_columns.items()]
+    proposed = {role: (one.unit, one.why) for role, one in open_units(roles_of(columns)).items()}
+    assert {role: unit for role, (unit, _) in proposed.items()} == {
+        "time": "min",
+        "sliding_speed": "m/s",
+        "rotational_speed": "rpm",
+        "track_radius": "mm",
+        "sliding_distance": "m",
+        "mass": "g",
+        "normal_force": "N",
+        "friction_force": "N",
+        "friction_coefficient": "1",
+    }
+    assert proposed["normal_force"][1] == "F_f/F_N = μ, m·g = F_N"
+    assert open_units(roles_of([ReadColumn("Load", np.ones(9)), ReadColumn("Time", np.arange(9.0))])) == {}
+
+
+# --- there and back ---
+
+
+def test_the_signed_channel_is_the_friction_force_of_a_reciprocating_test():
+    table = UmtReader().read(SourceFile("a.txt", umt(TRUTH)), Hints())
+    meant = {one.signal: one.name for one in table.columns if one.signal}
+    assert meant["friction_force"] == "Fx"
+    assert (
+        "Fx changes its sign with each stroke and is the friction force; Ff has no sign and is not used" in table.notes
+    )
+
+
+def test_the_middle_of_the_strokes_is_the_friction_coefficient(tmp_path):
+    run = run_of(tmp_path, "a.txt", umt(TRUTH), normal_load="1.9613 N", stroke="5 mm", frequency="1 Hz")
+    cleaned = clean_run(run)
+    assert np.nanmean(cleaned.run.columns["friction_coefficient"]) == pytest.approx(TRUTH.friction, rel=1e-3)
+    assert np.mean(run.columns["friction_coefficient"]) < 0.9 * TRUTH.friction
+    found = found_in(run)
+    assert not found.keys() & {"strokes_fit_conditions", "strokes_are_used", "friction_is_taken_by_stroke"}
+    assert "recording_fits_conditions" not in found
+
+
+def test_strokes_without_a_stated_stroke_are_flagged(tmp_path):
+    found = found_in(run_of(tmp_path, "a.txt", umt(TRUTH), normal_load="1.9613 N", sliding_speed="10 mm/s"))
+    (told,) = found["strokes_are_used"]
+    assert told.startswith(
+        "friction_force: found 160 strokes there and back, of which no coefficient per stroke is taken"
+    )
+
+
+def test_a_frequency_that_the_strokes_contradict_is_flagged(tmp_path):
+    found = found_in(run_of(tmp_path, "a.txt", umt(TRUTH), normal_load="1.9613 N", stroke="5 mm", frequency="0.1 Hz"))
+    (told,) = found["strokes_fit_conditions"]
+    assert told.startswith(
+        "conditions.frequency: found 160 strokes of 0.5 s in friction_force, which is 1 Hz; expected the stated 0.1 Hz"
+    )
+
+
+def test_a_stroke_that_the_position_contradicts_is_flagged(tmp_path):
+    found = found_in(run_of(tmp_path, "a.txt", umt(TRUTH), normal_load="1.9613 N", stroke="10 mm", frequency="1 Hz"))
+    (told,) = found["strokes_fit_conditions"]
+    assert told.startswith("conditions.stroke: found 10 mm stated where 'X' moves by 4.9")
+
+
+def test_an_unsigned_channel_beside_a_signed_one_is_flagged(tmp_path):
+    run = run_of(tmp_path, "a.txt", umt(TRUTH), normal_load="1.9613 N", stroke="5 mm", frequency="1 Hz")
+    path = tmp_path / "a" / "run.toml"
+    path.write_text(path.read_text(encoding="utf-8").replace('= "Fx"', '= "Ff"'), encoding="utf-8")
+    run = read_run(tmp_path / "a")
+    found = found_in(run)
+    assert found["strokes_are_used"][0].startswith(
+        "friction_force: found a friction without sign where the column 'Fx' changes its sign with the stroke"
+    )
+    (told,) = found["friction_is_taken_by_stroke"]
+    assert told.startswith(
+        "friction_coefficient: found no sign that changes with the stroke, so that no coefficient per "
+    )
+
+
+# --- three definitions of friction ---
+
+
+def test_definitions_of_friction_are_named_and_none_is_taken_by_itself(tmp_path):
+    path = tmp_path / "test.xlsx"
+    path.write_bytes(srv())
+    made = make_run(Wanted([path], tmp_path, settings=["conditions.normal_load=200 N"]))
+    told = (
+        "3 definitions of friction, 'Friction COF effective value' (median 0.11), 'Friction absolute integral' (median "
+        "0.11) and 'COF (peak)' (median 0.17); none is taken: name the one that you report as friction_coefficient "
+        "under [signals.columns]"
+    )
+    assert f"test.xlsx: {told}" in made.notes
+    manifest = made.folder / "run.toml"
+    text = manifest.read_text(encoding="utf-8")
+    assert '# frequency = "50 Hz"' in text
+    assert '# stroke = "1 mm"' in text
+    for name in ("Friction COF effective value", "Friction absolute integral", "COF (peak)"):
+        assert f'# friction_coefficient = "{name}"' in text
+    manifest.write_text(text.replace('# friction_coefficient = "COF (peak)"', 'friction_coefficient = "COF (peak)"'))
+    run = read_run(made.folder)
+    assert np.median(run.columns["friction_coefficient"]) == pytest.approx(0.1705, abs=1e-3)
+    assert f"test.xlsx: {told.replace('none is', repr('COF (peak)') + ' is')}" in run.notes
+
+
+def test_one_definition_of_friction_needs_no_word(tmp_path):
+    run = run_of(tmp_path, "a.txt", umt(TRUTH), normal_load="1.9613 N", stroke="5 mm", frequency="1 Hz")
+    assert not any("definitions of friction" in note for note in run.notes)
+
+
+def test_detect_proposes_units_and_names_the_steps(tmp_path, run_cli):
+    rows = "".join(
+        f"{t},{1 + t // 10},6100,59.841,{14.96 + t / 100:.3f},{(14.96 + t / 100) / 59.841:.6f}\n" for t in range(40)
+    )
+    (tmp_path / "a.csv").write_text(f"Time,Step,Mass,Load,Friction Force,COF\n{rows}")
+    done = run_cli("formats", "detect", "a.csv", "--json", cwd=tmp_path)
+    columns = {one["name"]: one for one in json.loads(done.stdout)["files"][0]["columns"]}
+    assert {name: one["proposed_unit"] for name, one in columns.items()} == {
+        "Time": None,
+        "Step": None,
+        "Mass": "g",
+        "Load": "N",
+        "Friction Force": "N",
+        "COF": "1",
+    }
+    assert "numbers the steps" in done.stderr
+    made = make_run(Wanted([tmp_path / "a.csv"], tmp_path))
+    text = (made.folder / "run.toml").read_text(encoding="utf-8")
+    assert '# normal_force = { column = "Load", unit = "N" }' in text
+    assert "its unit is not known; N is proposed by F_f/F_N = μ, m·g = F_N" in text
