@@ -28,6 +28,8 @@ _LEAST_WANDER, _MOST_WANDER = 0.1, 3.0
 """σ_f is sought from this share of σ_e to this many times the wear."""
 NO_WANDER = 0.3
 """Prior probability that there is none."""
+_WIDE = 30.0
+"""Prior standard deviation of H about its reference, in times the wear."""
 _WINDOW = 9.0
 """Ways whose logarithm of evidence is lower by more than this do not matter."""
 
@@ -237,6 +239,8 @@ class _Projected:
         optional = [alternative.deviation * self.regression.scale] * len(alternative.columns)
         deviations = np.asarray([*self.regression.known_deviation, *optional])
         matrix = normal[:, np.asarray(used)[:, None], used].copy()
+        # So wide a prior of H changes nothing but where drift and wear cannot be told apart, as on a flat pin.
+        matrix[:, 0, 0] += (_WIDE * self.regression.scale) ** -2.0
         diagonal = np.arange(len(used))[self.regression.flat.shape[1] :]
         matrix[:, diagonal, diagonal] += deviations**-2.0
         return matrix, normal[:, used, -1], normal[:, -1, -1], float(2 * np.sum(np.log(deviations)))

@@ -239,12 +239,15 @@ class DepthPosterior:
     @cached_property
     def log_odds(self) -> float:
         """Evidence, as a logarithm of odds, that the reading is more than wear by the law, a line and noise."""
-        plain = (self.ways.wander < 0) & (self.ways.alternative == 0)
+        noisy = np.array([False, *(process.is_noise for process in self.processes)])
+        plain = ((self.ways.wander < 0) | noisy[self.ways.wander + 1]) & (self.ways.alternative == 0)
         if not np.any(plain):
             return np.inf
         logs = self.ways.log_anchored
         others = np.logaddexp.reduce(logs[~plain], initial=-np.inf)
-        return float(others - np.logaddexp.reduce(logs[plain])) - _log_prior_odds(self.reading.optional)
+        noise = NO_WANDER + (1 - NO_WANDER) * float(np.mean(noisy[1:]))
+        prior = noise * self.reading.optional.alternatives[0].probability
+        return float(others - np.logaddexp.reduce(logs[plain]) - np.log((1 - prior) / prior))
 
     def probability_of(self, name: str) -> float:
         """Return the probability of an alternative of terms."""
@@ -347,12 +350,6 @@ def _merged(alone: Column, anchored: Column, means: Column, deviations: Column) 
     mean = np.bincount(group, share * means) / weight
     variance = np.bincount(group, share * (deviations**2 + (means - mean[group]) ** 2)) / weight
     return top + np.log(weight), mean, np.sqrt(variance)
-
-
-def _log_prior_odds(optional: OptionalTerms) -> float:
-    """Return the logarithm of the prior odds of anything but wear, a line and noise."""
-    plain = NO_WANDER * optional.alternatives[0].probability
-    return float(np.log((1 - plain) / plain))
 
 
 def depth_posterior(reading: DepthReading) -> DepthPosterior:

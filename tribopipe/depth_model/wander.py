@@ -10,8 +10,10 @@ import numpy as np
 
 from tribopipe.run import Column
 
-LENGTHS = {1.5: (0.02, 0.06, 0.2, 0.6), 0.5: (0.06, 0.6)}
+LENGTHS = {1.5: (0.02, 0.06, 0.2, 0.6), 0.5: (0.02, 0.06, 0.6)}
 """Correlation lengths, as shares of the test, by the order of the process."""
+_NOISE_MEMORY = 0.06
+"""Correlation length up to which a process of order 1/2 is noise with a memory, and no misfit."""
 
 
 def matern(time: Column, length: float, order: float) -> Column:
@@ -35,6 +37,8 @@ class Wander:
     """Eigenvectors, shape (blocks, blocks)."""
     correlation: Column
     """Of f at the blocks."""
+    is_noise: bool
+    """Whether it is noise with a short memory, as sensors have it, rather than a misfit."""
 
 
 def wanders(time: Column, weights: Column) -> list[Wander]:
@@ -53,5 +57,6 @@ def wanders(time: Column, weights: Column) -> list[Wander]:
         for length in lengths:
             correlation = matern(time, length, order)
             powers, basis = np.linalg.eigh(correlation * np.outer(root, root))
-            found.append(Wander(np.maximum(powers, 0.0), basis, correlation))
+            is_noise = order == 0.5 and length <= _NOISE_MEMORY
+            found.append(Wander(np.maximum(powers, 0.0), basis, correlation, is_noise))
     return found
