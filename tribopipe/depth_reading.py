@@ -4,6 +4,7 @@ Everything that the model has to know of a contact is in here: how deep a run th
 way, and what the post-test measurements say of H.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -25,6 +26,8 @@ from tribopipe.records.recipe import Recipe
 from tribopipe.run import Column, RawRun
 
 FEWEST_SAMPLES = 16
+_COURSE = 0.1
+"""Share of the wear of a disc by which its course may be another than ∫ds/a."""
 _SPIKE_WINDOW, _SPIKE_THRESHOLD = 31, 20.0
 """Samples, and standard deviations off their median, beyond which one is a spike."""
 _MOST_SPIKES = 0.02
@@ -224,7 +227,7 @@ def _track(samples: DepthSamples, end: EndWear | None, pin: PinContact, share: S
     grown[order] = np.cumsum((rate[1:] + rate[:-1]) * np.diff(root))
     shape = samples.nodes.averaged(grown[:-1] / grown[-1])
     disc = end.disc.quantity
-    return [KnownTerm(shape, disc.value, disc.standard_uncertainty or 0.0)]
+    return [KnownTerm(shape, disc.value, math.hypot(disc.standard_uncertainty or 0.0, _COURSE * disc.value))]
 
 
 def disc_reading(run: RawRun, samples: DepthSamples, end: DiscEndWear, recipe: Recipe, slid: float) -> DepthReading:

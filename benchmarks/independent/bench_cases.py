@@ -1,7 +1,7 @@
 """Three recordings as ordinary laboratories write them: ball on disc, reciprocating ball, and three replicates.
 
 Each case returns its runs with their truth; `bench_files.py` writes the files. Depth is pin + disc + thermal settling +
-day cycle + runout + noise + offset. The scar diameter is that of a circle whose cap holds the volume worn off the ball.
+day cycle + runout + noise + offset. The scar diameter is the mean of length and width.
 """
 
 from collections.abc import Callable, Mapping
@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from independent.noise import Autoregressive, Column
+from independent.noise import Autoregressive
 from independent.regimes import Friction
 from independent.runs import Recorded, Truth, stated
-from independent.wear import Tip, both_worn
+from independent.wear import Tip, beside_groove, both_worn, scar_diameter
 
 _RADIUS = 3e-3
 _UM = 1e-6
@@ -56,7 +56,7 @@ def _rotating(
     pressed = load * (1 + 0.03 * np.sin(turns + phase + 1) + 0.01 * rng.standard_normal(count))
     friction = Friction(0.23, 0.62, 60.0)
     mu = friction.at(slid) + Autoregressive(0.015, 2.0).draw(rng, count, 1 / rate)
-    ends = _scar(_cap_depth(coefficient * load * slid[-1]), rng)
+    ends = _scar(float(worn.ball[-1]), float(worn.groove[-1]), rng)
     if section is not None:
         volume = disc_coefficient * load * slid[-1]
         ends["disc_wear_volume"] = stated(volume * (1 + section * rng.standard_normal()), section * volume, "m^3")
@@ -79,7 +79,11 @@ def reciprocating(rng: Generator) -> list[Recorded]:
     time = np.arange(round(1800 * rate) + 1) / rate
     slid, cycle, count = 4 * half * frequency * time, 2 * np.pi * frequency * time, len(time)
     tip = Tip("spherical", _RADIUS, load, np.inf)
-    ball, groove = tip.worn(coefficient * load * slid).depth, 4 * _UM * (slid / slid[-1]) ** 0.7
+    groove = 4 * _UM * (slid / slid[-1]) ** 0.7
+    some = np.linspace(0, count - 1, 400).astype(int)
+    plane = tip.worn(coefficient * load * slid).depth
+    less = beside_groove(tip, coefficient * load * slid[some], groove[some]).depth / np.maximum(plane[some], 1e-15)
+    ball = plane * np.interp(slid, slid[some], less)
     disturbed = 1.2 * -np.expm1(-time / 600) + 2 * np.sin(cycle + 0.7) + 0.3 * rng.standard_normal(count)
     pressed = load + 0.2 * np.sin(cycle + 0.3) + 0.05 * rng.standard_normal(count)
     friction = Friction(0.25, 0.12, 8.0)
@@ -91,7 +95,7 @@ def reciprocating(rng: Generator) -> list[Recorded]:
         "normal_force": pressed,
         "depth": ball + groove + disturbed * _UM + rng.uniform(5, 50) * _UM,
     }
-    ends = _scar(float(ball[-1]), rng)
+    ends = _scar(float(ball[-1]), float(groove[-1]), rng)
     ends["disc_wear_depth"] = stated(4 * _UM + 0.2 * _UM * rng.standard_normal(), 0.2 * _UM, "m")
     motion = {"stroke": f"{2 * half} m", "frequency": f"{frequency} Hz"}
     truth = Truth(coefficient, friction, 0.0, float(ball[-1]))
@@ -106,14 +110,8 @@ CASES: Mapping[str, Callable[[Generator], list[Recorded]]] = {
 """The cases by name."""
 
 
-def _cap_depth(volume: float) -> float:
-    """Return the depth at which a ball worn by a plane has lost a volume, m."""
-    depth: Column = Tip("spherical", _RADIUS, 1.0, np.inf).worn(np.array([volume])).depth
-    return float(depth[-1])
-
-
-def _scar(depth: float, rng: Generator) -> dict[str, Any]:
-    diameter = Tip("spherical", _RADIUS, 1.0, np.inf).scar(depth)
+def _scar(depth: float, groove: float, rng: Generator) -> dict[str, Any]:
+    diameter = scar_diameter(Tip("spherical", _RADIUS, 1.0, np.inf), depth, groove)
     return {"pin_scar_diameter": stated(diameter + _SCAR * rng.standard_normal(), _SCAR, "m")}
 
 

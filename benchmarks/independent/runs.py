@@ -9,12 +9,14 @@ from numpy.random import Generator
 
 from independent.noise import Column
 from independent.regimes import UNCERTAIN, Friction, Regime
-from independent.wear import Tip, disc_growth
+from independent.wear import Tip, beside_groove, disc_growth, scar_diameter
 
 _OFFSETS = (0.5e-6, 2.5e-6)
 _STEP = 1e-8
 """Depth, m, to which readings are rounded."""
 _LOAD_NOISE = 0.002
+_COARSE = 300
+"""Places at which a pin beside a groove is worn; between them its ratio to a pin on a plane is interpolated."""
 _PER_CYCLE = 8
 """Samples per cycle from which the sign of reciprocating friction is recorded."""
 Errors = Mapping[str, float]
@@ -68,10 +70,14 @@ def course(regime: Regime, errors: Errors, coefficient: float, disc: float) -> C
     load = regime.load * (1 + regime.load_error) * off["load"]
     tip = Tip(regime.shape, regime.radius * off["radius"], load, _contact_modulus(regime, off))
     effective, factor = _effective(regime, distance)
-    pin = tip.worn(coefficient * load * effective)
-    grown = disc * disc_growth(pin.contact, distance) if disc else np.zeros_like(distance)
-    end = float(pin.depth[-1])
-    return Course(time, distance, (pin.depth + grown) / off["scale"], _anchor(regime, tip, end), end, factor)
+    volume = coefficient * load * effective
+    coarse = np.unique(np.linspace(0, len(distance) - 1, min(len(distance), _COARSE)).astype(int))
+    grown = disc * disc_growth(tip.worn(volume).contact, distance) if disc else np.zeros_like(distance)
+    beside = beside_groove(tip, volume[coarse], grown[coarse]).depth / np.maximum(tip.worn(volume[coarse]).depth, 1e-15)
+    depth = tip.worn(volume).depth * np.interp(distance, distance[coarse], beside)
+    end = float(depth[-1])
+    anchor = _anchor(regime, tip, end, float(grown[-1]), float(volume[-1]))
+    return Course(time, distance, (depth + grown) / off["scale"], anchor, end, factor)
 
 
 def _contact_modulus(regime: Regime, off: Mapping[str, float]) -> float:
@@ -98,10 +104,11 @@ def _integral(values: Column, over: Column) -> Column:
     return np.concatenate([[0.0], np.cumsum((values[1:] + values[:-1]) / 2 * np.diff(over))])
 
 
-def _anchor(regime: Regime, tip: Tip, depth: float) -> float:
+def _anchor(regime: Regime, tip: Tip, depth: float, groove: float, volume: float) -> float:
     if regime.anchor.name == "pin_scar_diameter":
-        return tip.scar(depth)
-    return tip.volume(depth) * regime.pin.density if regime.anchor.name == "pin_mass_loss" else depth
+        return scar_diameter(tip, depth, groove)
+    lost = volume if groove else tip.volume(depth)
+    return lost * regime.pin.density if regime.anchor.name == "pin_mass_loss" else depth
 
 
 def anchor_spread(regime: Regime, measured: float) -> float:

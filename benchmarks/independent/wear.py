@@ -93,6 +93,29 @@ def disc_growth(contact: Column, distance: Column) -> Column:
     return np.asarray(grown / grown[-1])
 
 
+def beside_groove(tip: Tip, volume: Column, groove: Column) -> WornPin:
+    """Return a pin that has lost volumes, m³, on a disc with a groove of these depths, m.
+
+    Its scar x² + z² + q·|z|³/b = b²(1 + q), q = h_d/h_p, is the wider the deeper the groove, so that the pin is less
+    deep for its volume than on a disc that does not wear.
+    """
+    worn = tip.worn(volume)
+    if tip.shape == "flat" or not np.any(groove > 0):
+        return worn
+    t = (np.arange(400) + 0.5) / 400
+    for _ in range(30):
+        ratio = groove / np.maximum(worn.depth, 1e-12)
+        grown = 16 / np.pi * np.mean(t**2 * np.sqrt(1 - t**2 + ratio[:, None] * (1 - t**3)), axis=1)
+        worn = tip.worn(volume / grown)
+    return worn
+
+
+def scar_diameter(tip: Tip, depth: float, groove: float) -> float:
+    """Return the mean of length and width of a scar, as ASTM G99 has a diameter measured."""
+    length = tip.scar(depth)
+    return 0.5 * length * (1 + float(np.sqrt(1 + groove / depth)))
+
+
 class BothWorn(NamedTuple):
     """Depths of ball and groove at the middle of the contact, m."""
 

@@ -17,6 +17,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from tribopipe.contact.pin_on_disc import PinContact
+from tribopipe.contact.pin_on_track import volume_growth
 from tribopipe.depth_reading import remountings
 from tribopipe.drift import SensorTrace, read_trace
 from tribopipe.end_values.measured import EndValueUsed
@@ -112,8 +113,17 @@ class WearProblem:
         return self.pin(values).worn(coefficient * self.unit_volume(values, distance)).depth
 
     def unit_volume(self, values: Values, distance: Column | None = None) -> Column:
-        """Return the volume worn at k_D = 1, F_N·S(s)."""
-        return values["normal_load"] * self.effective_distance(values, distance)
+        """Return the volume worn at k_D = 1, F_N·S(s), as that of a pin on a disc that does not wear.
+
+        On a disc that does, the pin has lost more at the same depth (tribopipe.contact.pin_on_track).
+        """
+        return values["normal_load"] * self.effective_distance(values, distance) / self._groove_growth(values)
+
+    def _groove_growth(self, values: Values) -> Numbers:
+        depth = self.end.pin_depth.value
+        if "disc_end_value" not in values or self.contact.pin.shape == "flat" or not depth > 0:
+            return 1.0
+        return volume_growth(np.maximum(values["disc_end_value"], 0.0) / depth)
 
     def rows(self, values: Values) -> Column:
         """Return what is measured, m."""
