@@ -45,7 +45,7 @@ def hostile_archive(folder: Path, into: Path) -> Archive:
         extras={HOSTILE: ExtraColumn(np.zeros(len(run)), HOSTILE)},
     )
     archive = Archive(into)
-    archive.add(spoiled, [Finding(severity="warning", check="x", where=HOSTILE, message=HOSTILE, remedy=HOSTILE)])
+    archive.add(spoiled, [Finding(severity="warning", code="x", where=HOSTILE, message=HOSTILE, remedy=HOSTILE)])
     archive.mark(run.id, Mark(kind="bad", reason=HOSTILE, date=HOSTILE, operator=HOSTILE))
     archive.mark(run.id, Mark(kind="good", reason=HOSTILE, date=HOSTILE, operator=HOSTILE))
     archive.annotate(run.id, Annotation(kind="tag", text=SCRIPT, date=HOSTILE))

@@ -72,7 +72,7 @@ def test_raw_run_comes_back_bit_for_bit(bare_run, values, texts):
 
 
 def test_findings_are_kept(bare_run, tmp_path):
-    finding = Finding(severity="warning", check="gaps", where="time", message="found a gap", remedy="look there")
+    finding = Finding(severity="warning", code="gaps", where="time", message="found a gap", remedy="look there")
     archive = Archive(tmp_path)
     archive.add(run_with(bare_run, np.arange(10.0)), [finding])
     assert archive.findings("bare") == [finding]

@@ -406,7 +406,7 @@ def test_unknown_id_suggests_the_nearest(run_cli, archive, command):
 
 RECIPES = {
     "unknown key": ("[drift]\nwindw = 0.1", ["recipe.toml", "drift.windw", "unknown key", "did you mean 'window'?"]),
-    "bare length": ("[drift]\nsensor_resolution = 1", ["recipe.toml", "drift.sensor_resolution", "bare number 1"]),
+    "bare length": ("[drift]\nprior = 1", ["recipe.toml", "drift.prior", "bare number 1"]),
     "share above one": ("[drift]\nwindow = 1.5", ["recipe.toml", "drift.window", "1.5", "less than 0.5"]),
     "unknown law": ('[wear]\nmodels = ["archad"]', ["recipe.toml", "wear.models[0]", "'archad'", "archard"]),
     "no TOML": ("[drift", ["recipe.toml", "no valid TOML", "Expected ']'"]),

@@ -14,7 +14,7 @@ from tribopipe.friction import fit_friction
 from tribopipe.pipeline import clean_archived, correct_archived_drift
 from tribopipe.records.clean_up import AUTOMATIC, Change, CleanUp, TurnOver
 from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import Recipe
+from tribopipe.records.recipe import Recipe, WearRecipe
 from tribopipe.records.signals import SIGNALS
 from tribopipe.report.archived import save_run_figures
 from tribopipe.report.clean_up_figures import plot_clean_up
@@ -60,7 +60,8 @@ def test_figures_of_a_run_without_end_value_and_friction_say_what_is_missing(sam
         manifest=raw.manifest.model_copy(update={"end_values": end}),
         columns={name: raw.columns[name] for name in ("time", "sliding_distance", "depth")},
     )
-    assert "lacks an end value" in plot_depth(correct_drift(bare)).axes[0].texts[0].get_text()
+    in_two_steps = Recipe(wear=WearRecipe(correction="two-step"))
+    assert "lacks an end value" in plot_depth(correct_drift(bare, in_two_steps)).axes[0].texts[0].get_text()
     assert "lacks a friction signal" in plot_friction(bare, fit_friction(bare)).axes[0].texts[0].get_text()
 
 

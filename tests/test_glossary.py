@@ -15,9 +15,9 @@ from tribopipe.records.disc_results import ConventionCoefficients, DiscCoefficie
 from tribopipe.records.manifest import RunManifest
 from tribopipe.records.results import (
     Contribution,
+    DepthModel,
     DriftCorrection,
     FrictionFit,
-    JointFit,
     MonteCarlo,
     PredictedPoint,
     WearFit,
@@ -46,7 +46,7 @@ LINES = [
     and cells[0] != "term"
 ]
 RESULTS: list[type[Record]] = [
-    *(DriftCorrection, FrictionFit, SpecificWear, BodyWearRate, MeasuredWear, WearFit, JointFit, MonteCarlo),
+    *(DriftCorrection, FrictionFit, SpecificWear, BodyWearRate, MeasuredWear, WearFit, DepthModel, MonteCarlo),
     *(Contribution, TwinDiscFit, DiscCoefficient, HertzStart, FittedValue, ConventionCoefficients),
     *(WearPrediction, PredictedPoint),
 ]

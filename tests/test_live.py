@@ -32,8 +32,9 @@ from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import Recipe, WearRecipe
 from tribopipe.records.results import DriftCorrection
 from tribopipe.run import RawRun
-from tribopipe.wear.identify import fit_wear
+from tribopipe.wear.joint import fit_joint, joint_problem
 from tribopipe.wear.predict import WearScenario
+from tribopipe.wear.problem import wear_problem
 
 END = 500.0
 TRUE_K = Quantity(value=13.5e-15, unit="m^2/N")
@@ -178,10 +179,10 @@ def test_half_a_line_waits_for_its_other_half(sample_run):
 
 @pytest.mark.usefixtures("few_draws")
 @pytest.mark.parametrize("law", ["archard", "sarkar"])
-def test_a_finished_run_has_the_joint_fit_of_fit(sample_run, law):
-    recipe = Recipe(wear=WearRecipe(correction="model", friction="measured"))
-    run = read_run(sample_run)
-    fit = fit_wear(correct_drift(run, recipe), law, None, recipe).joint
+def test_a_finished_run_has_the_joint_fit(sample_run, law):
+    recipe = Recipe(wear=WearRecipe(friction="measured"))
+    corrected = correct_drift(read_run(sample_run), recipe)
+    fit = fit_joint(joint_problem(wear_problem(corrected, law, None, recipe), corrected, recipe))
     found = session_of(sample_run, law=law, recipe=recipe, planned=50.0).look().estimate
     assert found.finished
     spread = fit.wear_coefficient.standard_uncertainty

@@ -79,7 +79,7 @@ def test_fit_shows_the_earlier_value_too(run_cli, archive):
 
 def test_earlier_fit_is_shown_though_another_drift_correction_has_dropped_it(run_cli, archive):
     earlier = k_d(archive, "archard")
-    (archive.parent / "recipe.toml").write_text("[drift]\nwindow = 0.1\n", encoding="utf-8")
+    (archive.parent / "recipe.toml").write_text('[wear]\ncorrection = "two-step"\n', encoding="utf-8")
     result = run_cli("fit", RUN, "--archive", archive, "--recipe", archive.parent / "recipe.toml")
     now = k_d(archive, "archard")
     assert now != earlier

@@ -46,9 +46,7 @@ from tribopipe.records.mark import Mark
 from tribopipe.records.quantity import EndValue, Quantity
 from tribopipe.records.results import (
     Contribution,
-    DriftCorrection,
     FrictionFit,
-    JointFit,
     MonteCarlo,
     PredictedPoint,
     WearFit,
@@ -296,15 +294,7 @@ def test_every_step_has_a_title_and_every_kind_of_result_is_told():
     assert set(_TOLD) == {record for kind in STEPS.values() for record in kind.records}
 
 
-def test_wear_fit_tells_budget_draws_and_both_ways_of_correction():
-    joint = JointFit(
-        zero_offsets=(q(0, "m"),),
-        drift_rate=q(1e-10, "m/s"),
-        wear_coefficient=q(1.34e-14, "m^2/N", 2e-16),
-        end_wear_depth=q(2.3e-5, "m"),
-        end_value_deviation=0.5,
-        anchors=1,
-    )
+def test_wear_fit_tells_budget_draws_and_what_k_d_is_by_each_way():
     drawn = MonteCarlo(
         draws=20_000,
         mean=K,
@@ -320,10 +310,10 @@ def test_wear_fit_tells_budget_draws_and_both_ways_of_correction():
     )
     fit = WearFit(
         model="archard", outcome="fitted", wear_coefficient=K, interval=ENDS, budget=budget, monte_carlo=drawn,
-        joint=joint, fitted_end_depth=q(2.35e-5, "m"), notes=("beware",),
+        fitted_end_depth=q(2.35e-5, "m"), notes=("beware",), basis="measurement", deviation=4.2,
+        by_reading=q(1.6e-14, "m^2/N", 5e-16), by_measurement=K,
     )  # fmt: skip
-    drift = DriftCorrection(outcome="corrected", drift_rate=q(-2e-10, "m/s"))
-    page = stage(fit, "wear_fit_archard", ("drift_correction", drift))
+    page = stage(fit, "wear_fit_archard")
     told = facts_of(page, "")
     assert told["k_D by Archard's law"] == "(1.350 ± 0.030)×10⁻⁸ mm³/(N·mm)"
     assert told["95 % interval"] == "1.3×10⁻⁸ to 1.4×10⁻⁸ mm³/(N·mm)"
@@ -335,14 +325,10 @@ def test_wear_fit_tells_budget_draws_and_both_ways_of_correction():
     )
     first, second = table(page, "k_D by draws and to first order")
     assert (first[0], first[3], second[3]) == ("Monte Carlo, 20,000 draws, not yet stable", "they do not agree", "")
-    two, one = table(page, "drift and wear in two steps and in one fit")
-    assert (two[2], two[4]) == ("-12 nm/min", "–")
-    assert (one[2], one[4]) == ("6 nm/min", "+0.5 standard uncertainties")
-    (one,) = table(
-        stage(fit.model_copy(update={"correction": "joint"}), "wear_fit_archard"),
-        "drift and wear in two steps and in one fit",
-    )
-    assert one[0] == "one fit"
+    reading, measured, reported, apart = table(page, "k_D by reading and by measurement")
+    assert reading[:2] == ("depth reading alone", "(1.600 ± 0.050)×10⁻⁸ mm³/(N·mm)")
+    assert (measured[1], reported[1:]) == (reported[1], ("(1.350 ± 0.030)×10⁻⁸ mm³/(N·mm)", "measurement"))
+    assert apart[1] == "4.2 standard uncertainties"
 
 
 def test_run_that_could_not_be_fitted_says_why():

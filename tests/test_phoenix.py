@@ -89,10 +89,10 @@ def test_a_counter_one_back_is_kept_as_it_is():
     assert turns[57:60].tolist() == [186, 185, 188]
 
 
-def test_a_field_that_is_no_number_is_named():
+def test_a_field_that_is_no_number_is_missing_and_named():
     table = read(phoenix(TRUTH).replace(b"\t6100\t", b"\tOVL\t", 1))
     mass = next(one for one in table.columns if one.name == "Mass")
-    assert mass.first_bad == (13, "OVL")
+    assert (mass.placeholders.line, mass.placeholders.text) == (13, "OVL")
 
 
 @pytest.mark.parametrize("content", [b"Time\tThis Step\n1\t2\n", b"\tTime\tLoad\n\t1\t2\n"])

@@ -132,7 +132,11 @@ def drift_correction(archive: Archive, run_id: str, recipe: Recipe) -> PlannedSt
         found = {"wear_depth": corrected.wear_depth, "pin_wear_depth": corrected.pin_wear_depth}
         return Found(corrected.correction, {name: (curve, "m") for name, curve in found.items() if curve is not None})
 
-    options = {"drift": _told(recipe.drift), "uncertainty": _told(recipe.uncertainty)}
+    options = {
+        "drift": _told(recipe.drift),
+        "uncertainty": _told(recipe.uncertainty),
+        "wear": {"correction": recipe.wear.correction},
+    }
     return _planned(archive, run_id, "drift_correction", options | _convention(archive, run_id, recipe), compute)
 
 

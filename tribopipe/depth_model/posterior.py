@@ -221,14 +221,15 @@ class DepthPosterior:
             found += process.correlation @ (root * (process.basis @ np.sum(weighted, axis=0)))
         return found
 
-    @cached_property
-    def disturbance(self) -> Column:
-        """Covariance of wander and noise at the blocks, averaged over all ways, m²; shape (blocks, blocks)."""
+    def disturbance(self, misfit: float = 1.0) -> Column:
+        """Return the covariance of noise and wander at the blocks, averaged over all ways, m²; shape (blocks, blocks).
+
+        ``misfit`` is the share of the wander, noise with a short memory aside, that counts.
+        """
         found = np.diag(self.noise**2 / self.reading.weights)
         for number, process in enumerate(self.processes):
-            found = (
-                found + float(self.weights @ (self.ways.slow**2 * (self.ways.wander == number))) * process.correlation
-            )
+            power = float(self.weights @ (self.ways.slow**2 * (self.ways.wander == number)))
+            found = found + (1.0 if process.is_noise else misfit**2) * power * process.correlation
         return found
 
     @property

@@ -39,6 +39,8 @@ class Member:
         """Pose the fit of a law to this run. Raises ``FitError`` where the run lacks something for it."""
         law_as_given(law, recipe)
         problem = wear_problem(self.corrected, law, self.friction, recipe)
+        if isinstance(problem, WearProblem) and self.corrected.correction.anchor is None:
+            problem = ("an end value of the pin (its depth, scar, volume, mass or profile)",)
         if not isinstance(problem, WearProblem):
             raise FitError(
                 f"{self.id}: found a run that lacks {' and '.join(problem)}; expected depth, end value and, "

@@ -47,16 +47,28 @@ def fitted_curve(
 ) -> LawCurve | None:
     """Return the fitted law along its run, with the band of what was fitted; none where nothing was."""
     known = known_pin(fit)
-    if known is None or fit.interval is None:
+    if known is None or fit.interval is None or fit.fitted_end_depth is None:
         return None
     scenario = run_scenario(run, fit.model, known, friction, recipe or Recipe())
     if known.covariance is not None:
         return _band(fit, scenario.worn(run.sliding_distance).depth, scenario.fitted_uncertainty(run.sliding_distance))
+    # On a disc that wears, a pin loses more volume at the same depth: the curve ends on the fitted one.
+    share = _volume_share(scenario, run, fit.fitted_end_depth.value)
     depth, lower, upper = (
-        replace(scenario, wear_coefficient=k).worn(run.sliding_distance).depth
+        replace(scenario, wear_coefficient=k.model_copy(update={"value": share * k.value}))
+        .worn(run.sliding_distance)
+        .depth
         for k in (known.coefficient, *fit.interval)
     )
     return LawCurve(fit, depth, lower, upper)
+
+
+def _volume_share(scenario: WearScenario, run: RawRun, depth: float) -> float:
+    """Return the volume of the pin at its depth at the end over that worn, k_D·F_N·S."""
+    pin = scenario.pin(scenario.values)
+    end = np.asarray([np.nanmax(run.sliding_distance)])
+    worn = float(np.asarray(pin.volume(scenario.worn(end).depth))[0])
+    return float(np.asarray(pin.volume(depth))) / worn if worn > 0 else 1.0
 
 
 def predicted_curve(run: RawRun, scenario: WearScenario, prediction: WearPrediction) -> LawCurve:

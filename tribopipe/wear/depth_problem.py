@@ -235,12 +235,11 @@ class DepthProblem(WearProblem):
     def _disturbing(self) -> Column:
         """Root of the covariance of what the mean of the other terms leaves of noise and wander, m."""
         posterior, reading = self.posterior, self.reading
-        noise = np.diag(posterior.noise**2 * np.mean(reading.samples) / reading.samples)
-        covariance = noise + self.missed**2 * (posterior.disturbance - noise)
+        covariance = posterior.disturbance(self.missed)
         offsets = reading.offsets.shape[1] + len(self.fitted_parameters)
         line = reading.columns[:, : offsets + 1]
         pull = np.linalg.solve(covariance, line)
-        left = np.eye(len(noise)) - line @ np.linalg.solve(line.T @ pull, pull.T)
+        left = np.eye(len(covariance)) - line @ np.linalg.solve(line.T @ pull, pull.T)
         powers, along = np.linalg.eigh(left @ covariance @ left.T)
         return np.asarray(along * np.sqrt(np.maximum(powers, 0.0)))
 
