@@ -17,7 +17,7 @@ from tribopipe.study.member import Member, PosedRun
 from tribopipe.wear.identify import budget
 from tribopipe.wear.problem import WearProblem, wear_problem
 
-JOINT = Recipe(wear=WearRecipe(correction="model"))
+TWO_STEP = Recipe(wear=WearRecipe(correction="two-step"))
 WC_CO, SI3N4 = "wc-co-water-400mN", "si3n4-air-200mN"
 HERTZ = Quantity(value=1.0, unit="1/s")
 """A sampling rate at which depth noise is about as informative as at the usual ten, and everything quicker."""
@@ -25,7 +25,7 @@ HERTZ = Quantity(value=1.0, unit="1/s")
 
 def posed(run_id: str, recipe: Recipe | None = None, law: str = "archard", **changes) -> PosedRun:
     raw = record(*CASES[run_id], sensors={"sampling_rate": HERTZ}, **changes)
-    return Member(correct_drift(raw), fit_friction(raw)).pose(law, recipe or Recipe())
+    return Member(correct_drift(raw), fit_friction(raw)).pose(law, recipe or TWO_STEP)
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +54,7 @@ def relative(lines) -> float:
 
 @pytest.mark.parametrize("run_id", [WC_CO, SI3N4])
 @pytest.mark.parametrize("law", ["archard", "sarkar"])
-@pytest.mark.parametrize("recipe", [Recipe(), JOINT], ids=["two-step", "joint"])
+@pytest.mark.parametrize("recipe", [TWO_STEP], ids=["two-step"])
 def test_test_as_long_as_the_run_has_the_budget_of_the_run(run_id, law, recipe):
     run = posed(run_id, recipe, law)
     as_it_is = {line.name: line.relative for line in budget(run.problem, run.coefficient)}
@@ -82,7 +82,7 @@ def test_longer_test_slides_farther_with_as_many_samples_a_metre(wc_co):
     assert float(longer.solve(longer.values)) / wc_co.coefficient == pytest.approx(1, rel=1e-6)
 
 
-@pytest.mark.parametrize("recipe", [Recipe(), JOINT], ids=["two-step", "joint"])
+@pytest.mark.parametrize("recipe", [TWO_STEP], ids=["two-step"])
 def test_longer_tests_know_k_d_of_hard_metal_better_until_a_floor(recipe):
     run = posed(WC_CO, recipe)
     lengths = np.geomspace(1, 100, 7)

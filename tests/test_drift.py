@@ -12,10 +12,14 @@ from tribopipe.drift import correct_drift
 from tribopipe.errors import FitError
 from tribopipe.records.manifest import EndValues
 from tribopipe.records.quantity import EndValue
+from tribopipe.records.recipe import Recipe, WearRecipe
 from tribopipe.run import RawRun
 from tribopipe.simulate.drawing import correlated as _correlated
 
 WEAR_END = 23e-6
+
+
+TWO_STEP = Recipe(wear=WearRecipe(correction="two-step"))
 
 
 def with_depth(run: RawRun, reading, end: EndValues, distance=None) -> RawRun:
@@ -53,7 +57,7 @@ def test_corrected_curve_ends_on_the_end_value_and_starts_at_zero(bare_run):
     distance = np.linspace(0, 500, 2001)
     reading = 3e-6 + wear_curve(distance) - 1e-9 * distance / 0.4
     end = EndValues(pin_wear_depth=metres(WEAR_END), disc_wear_depth=metres(0.15e-6))
-    corrected = correct_drift(with_depth(bare_run, reading, end))
+    corrected = correct_drift(with_depth(bare_run, reading, end), TWO_STEP)
     assert corrected.wear_depth[-1] == pytest.approx(WEAR_END + 0.15e-6, abs=1e-9)
     assert corrected.correction.anchor == "pin_wear_depth + disc_wear_depth"
     assert corrected.pin_wear_depth[-1] == pytest.approx(WEAR_END, abs=1e-9)
@@ -81,17 +85,12 @@ def test_of_depth_and_scar_the_more_certain_one_is_the_anchor(bare_run):
     assert correct_drift(with_depth(bare_run, reading, end)).correction.anchor == "pin_wear_depth"
 
 
-@pytest.mark.parametrize(
-    ("discrepancy", "paper", "sensor"), [(0.1e-6, True, True), (0.6e-6, False, True), (2e-6, False, False)]
-)
-def test_discrepancy_is_held_against_the_paper_s_limit_and_the_sensor_s_resolution(
-    bare_run, discrepancy, paper, sensor
-):
+@pytest.mark.parametrize("discrepancy", [0.1e-6, 0.6e-6, 2e-6])
+def test_discrepancy_is_what_sensor_and_end_value_differ_by(bare_run, discrepancy):
     distance = np.linspace(0, 500, 2001)
     reading = wear_curve(distance) + discrepancy * distance / 500
     correction = correct_drift(with_depth(bare_run, reading, EndValues(pin_wear_depth=metres(WEAR_END)))).correction
     assert correction.discrepancy.value == pytest.approx(discrepancy, rel=0.05)
-    assert (correction.within_discrepancy_limit, correction.within_sensor_resolution) == (paper, sensor)
 
 
 @pytest.mark.parametrize("memory", [0.01, 4.0])
@@ -100,7 +99,7 @@ def test_stated_uncertainties_are_those_of_repeated_runs(bare_run, memory):
     end = EndValues(pin_wear_depth=metres(WEAR_END, 0.0))
     found = [
         correct_drift(
-            with_depth(bare_run, wear_curve(distance) + 1e-7 * _correlated(rng, 4001, memory), end)
+            with_depth(bare_run, wear_curve(distance) + 1e-7 * _correlated(rng, 4001, memory), end), TWO_STEP
         ).correction
         for _ in range(200)
     ]
@@ -114,7 +113,7 @@ def test_stated_uncertainties_are_those_of_repeated_runs(bare_run, memory):
     ("end", "lacks"), [(EndValues(), "end value"), (EndValues(disc_wear_depth=metres(1e-7)), "end value")]
 )
 def test_run_without_an_end_value_of_the_pin_passes_through(bare_run, end, lacks):
-    corrected = correct_drift(with_depth(bare_run, np.linspace(0, 1e-5, 100), end))
+    corrected = correct_drift(with_depth(bare_run, np.linspace(0, 1e-5, 100), end), TWO_STEP)
     assert corrected.wear_depth is None
     assert lacks in str(corrected.correction)
 

@@ -176,14 +176,18 @@ def test_defaults_used_are_named():
     assert {line.source for line in fit.budget if line.name == "normal load"} == {"default"}
 
 
-def test_end_value_of_no_wear_is_refused():
+def test_end_value_of_no_wear_is_refused_in_two_steps_and_bounds_k_d_by_the_model():
     raw = record(*CASES["wc-co-water-400mN"])
     end = raw.manifest.end_values.model_copy(
         update={"pin_scar_diameter": None, "pin_wear_depth": EndValue(value=0.0, unit="m", standard_uncertainty=1e-8)}
     )
     raw = replace(raw, manifest=raw.manifest.model_copy(update={"end_values": end}))
+    in_two_steps = Recipe(wear=WearRecipe(correction="two-step"))
     with pytest.raises(FitError, match="without wear"):
-        fit_wear(correct_drift(raw), "archard")
+        fit_wear(correct_drift(raw, in_two_steps), "archard", recipe=in_two_steps)
+    fit = fit_wear(correct_drift(raw), "archard")
+    truth = CASES["wc-co-water-400mN"][1].wear_coefficient.value
+    assert fit.interval[0].value < fit.wear_coefficient.value < 0.01 * truth
 
 
 def test_run_without_what_the_fit_needs_says_what_it_lacks():
@@ -243,7 +247,8 @@ def test_intervals_of_the_coefficient_hold_the_truth_as_often_as_they_say(run_id
 def test_depth_that_contradicts_the_end_value_is_said_to_be_in_doubt():
     raw = record(*CASES["si3n4-air-200mN"])
     fit = fit_wear(correct_drift(replace(raw, columns={**raw.columns, "depth": -raw.columns["depth"]})))
-    assert any("more than the sensor's resolution" in note for note in fit.notes)
+    assert "reading_contradicts_measurement" in {finding.code for finding in fit.findings}
+    assert fit.wear_coefficient.value == pytest.approx(fit.by_measurement.value, rel=5e-3, abs=0)
 
 
 def test_k_d_is_as_uncertain_as_the_track_radius_its_distance_was_derived_from():

@@ -251,7 +251,8 @@ def test_report_of_several_runs_has_each_in_its_contents(studied):
 
 
 def test_run_without_a_fit_says_what_it_lacks(studied):
-    fit_archived_wear(studied, NO_END, "archard", QUICK)
+    in_two_steps = QUICK.model_copy(update={"wear": WearRecipe(correction="two-step")})
+    fit_archived_wear(studied, NO_END, "archard", in_two_steps)
     page = Page(run_report(studied, [NO_END]))
     assert_readable(page)
     assert "no wear coefficient: the run lacks an end value of the pin" in page.text
@@ -360,14 +361,14 @@ def test_what_runs_state_is_put_together():
 
 
 def test_options_say_what_differs_from_the_defaults():
-    joint = Recipe(wear=WearRecipe(correction="model")).model_dump(mode="json", by_alias=True)
+    other = Recipe(wear=WearRecipe(correction="two-step")).model_dump(mode="json", by_alias=True)
     usual = Recipe().model_dump(mode="json", by_alias=True)
-    told = {"one": {"wear": joint["wear"], "drift": joint["drift"]}, "other": {"wear": usual["wear"]}}
+    told = {"one": {"wear": other["wear"], "drift": other["drift"]}, "other": {"wear": usual["wear"]}}
     found = options_used(told)
     (changed,) = [option for option in found if option.changed]
     assert changed == ("wear.correction", "two-step", "model", ("one",))
-    limit = next(option for option in found if option.name == "drift.discrepancy_limit")
-    assert limit == ("drift.discrepancy_limit", "2.5×10⁻⁷ m", "2.5×10⁻⁷ m", ())
+    prior = next(option for option in found if option.name == "drift.prior")
+    assert prior == ("drift.prior", "2.5×10⁻⁷ m", "2.5×10⁻⁷ m", ())
 
 
 # --- the command ---

@@ -38,7 +38,9 @@ def parse_fields(fields: Sequence[str], decimal: str) -> Parsed:
     for row, field in enumerate(fields):
         if field in MISSING:
             continue
-        if is_number(field, decimal) and math.isfinite(number := float(field.replace(decimal, "."))):
+        # A number may end in its decimal comma: "3600,".
+        digits = field.removesuffix(",") if decimal == "," else field
+        if is_number(digits, decimal) and math.isfinite(number := float(digits.replace(decimal, "."))):
             numbers[row] = number
         elif is_placeholder(field):
             gaps.append(row)

@@ -10,6 +10,7 @@ from tribopipe.records.quantity import (
     Newtons,
     Number,
     Quantity,
+    Seconds,
     SquareMetresPerNewton,
     between,
     force,
@@ -33,8 +34,8 @@ class DepthModel(Record):
     """Probability that the reading settles exponentially, a·(1 − exp(−t/τ))."""
     settling: Metres
     """Amplitude a; it counts as 0 as far as there is no settling."""
-    settling_time: Quantity | None = None
-    """Time constant τ, s; none where settling is improbable."""
+    settling_time: Seconds | None = None
+    """Time constant τ; none where settling is improbable."""
     thermal_probability: float | None = None
     """Probability that the reading follows the recorded temperature; none where that is missing or steady."""
     thermal_shift: Metres | None = None

@@ -308,7 +308,9 @@ class DepthProblem(WearProblem):
         if self.reading.known and self.inputs["disc_end_value"].spread:
             place = self.reading.columns.shape[1] - self.reading.optional.columns.shape[1] - 1
             covariance = self.posterior.terms_per_depth[place] * self.posterior.together[1] ** 2
-            found["disc_end_value"] = covariance / self.inputs["disc_end_value"].spread * self._per_depth
+            by_depth = covariance / self.inputs["disc_end_value"].spread * self._per_depth
+            low, high = np.ravel(self._log_coefficient(self.moved(["disc_end_value"])))
+            found["disc_end_value"] = by_depth + float(high - low) / 2
         return {name: by for name, by in found.items() if self.inputs[name].spread}
 
     def random_uncertainty(self, coefficient: float) -> float:  # noqa: ARG002

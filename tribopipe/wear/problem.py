@@ -151,7 +151,7 @@ class WearProblem:
     @property
     def measured_inputs(self) -> Collection[str]:
         """Names of inputs that what is measured depends on, but not what the model says."""
-        return ("pin_end_value", "disc_end_value", "zero_offset", "end_reading", "depth_scale")
+        return ("pin_end_value", "zero_offset", "end_reading", "depth_scale")
 
     @cached_property
     def root_weights(self) -> Column:

@@ -120,7 +120,7 @@ def _understood(columns: Sequence[ReadColumn]) -> tuple[tuple[ReadColumn, ...], 
     meant: list[ReadColumn] = []
     for column in told:
         signal = _SIGNALS.get(_key(column))
-        known = column.first_bad is None and (signal != "friction_force" or column.name == friction)
+        known = signal != "friction_force" or column.name == friction
         unit = None if column.name in open_ else column.unit
         meant.append(replace(column, unit=unit, signal=signal if known else None))
     if any(one.signal == "depth" for one in meant):

@@ -1,0 +1,170 @@
+"""What a depth sensor reads besides wear: the model against closed forms, and against disturbances of known size."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import multivariate_normal
+from test_identify import CASES, record
+
+from tribopipe.contact.pin_on_track import volume_growth
+from tribopipe.depth_model.blocks import blocks_of
+from tribopipe.depth_model.mixture import Regression, _Projected
+from tribopipe.depth_model.posterior import SCORES, DepthReading, MeasuredDepth, depth_posterior
+from tribopipe.depth_model.steps import steps
+from tribopipe.depth_model.terms import optional_terms
+from tribopipe.depth_model.wander import wanders
+from tribopipe.drift import correct_drift
+from tribopipe.records.manifest import EndValues
+from tribopipe.wear.doubts import DECISIVE
+from tribopipe.wear.identify import fit_wear
+
+DEPTH, NOISE, SAMPLES = 20e-6, 50e-9, 4000
+
+
+def reading(rng, disturbance=0.0, spread=0.2e-6) -> DepthReading:
+    """Block averages of √s wear with an offset, a drift, noise and a disturbance, and a measured end."""
+    time = np.arange(1, SAMPLES + 1) / SAMPLES
+    disturbed = disturbance(time, rng) if callable(disturbance) else disturbance
+    depth = DEPTH * np.sqrt(time) + 2e-6 - 0.4e-6 * time + NOISE * rng.standard_normal(SAMPLES) + disturbed
+    blocks = blocks_of(time)
+    nodes = blocks.nodes(500 * time)
+    shape = nodes.averaged(np.sqrt(nodes.distance / 500))
+    measured = DEPTH + spread * rng.standard_normal() + spread * SCORES
+    return DepthReading(
+        time=blocks.mean(time),
+        depth=blocks.mean(depth),
+        samples=blocks.counts,
+        course=lambda end: end * shape,
+        segments=np.zeros(len(shape)),
+        measured=(MeasuredDepth(measured, lambda end: end),),
+    )
+
+
+def test_block_means_of_wear_are_those_over_the_samples():
+    time = np.arange(1, 12_001) / 12_000
+    blocks = blocks_of(time)
+    nodes = blocks.nodes(500 * time)
+    exact = blocks.mean(np.sqrt(time))
+    np.testing.assert_allclose(nodes.averaged(np.sqrt(nodes.distance / 500)), exact, rtol=1e-9)
+
+
+def test_evidence_is_that_of_a_multivariate_normal():
+    rng, count = np.random.default_rng(1), 30
+    time = np.linspace(0.02, 1, count)
+    weights = rng.uniform(0.5, 1.5, count)
+    weights /= np.mean(weights)
+    optional = optional_terms(time, None)
+    # With proper priors on every column the marginal likelihood is that of one normal distribution.
+    regression = Regression(
+        reading=rng.standard_normal(count),
+        weights=weights,
+        flat=np.empty((count, 0)),
+        normal=np.column_stack([np.sqrt(time), np.ones(count), time, optional.columns]),
+        known_mean=np.array([0.1, 0.2, -0.1]),
+        known_deviation=np.array([30.0, 2.0, 3.0]),
+        alternatives=optional.alternatives,
+        scale=1.0,
+        noise=1.0,
+    )
+    wander = wanders(time, weights)[1]
+    found = _Projected(regression, wander).log_evidences(np.array([0.7]), np.array([0.4]))[0, :, 0]
+    # The first column has the wide prior of H besides: as one more independent statement about it.
+    deviations = regression.known_deviation.copy()
+    for place in (0, 3, 12):
+        one = optional.alternatives[place]
+        covariance = np.diag(0.4**2 / weights) + 0.7**2 * wander.correlation
+        columns = regression.normal[:, :3]
+        precision = deviations**-2.0
+        precision[0] += 30.0**-2.0
+        covariance = covariance + (columns / precision) @ columns.T
+        for column in one.columns:
+            covariance = covariance + one.deviation**2 * np.outer(*2 * [optional.columns[:, column]])
+        mean = columns @ regression.known_mean
+        expected = multivariate_normal(mean, covariance).logpdf(regression.reading) + np.log(one.probability)
+        reference = multivariate_normal(mean, np.eye(count)).logpdf(mean)
+        if place == 0:
+            offset = found[place] - (expected - reference)
+        assert found[place] - (expected - reference) == pytest.approx(offset, abs=1e-8)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_sound_reading_tells_the_wear_and_is_not_doubted(seed):
+    posterior = depth_posterior(reading(np.random.default_rng(seed)))
+    depth, spread = posterior.together
+    assert abs(depth - DEPTH) < 3.5 * spread
+    assert spread < 0.1e-6
+    assert posterior.log_odds < DECISIVE
+
+
+DISTURBED = {
+    "settling": lambda time, _: 2e-6 * -np.expm1(-time / 0.2),
+    "sine": lambda time, _: 0.5e-6 * np.sin(14 * time),
+    "falling rate": lambda time, _: 2e-6 * np.minimum(time, 0.3),
+}
+
+
+@pytest.mark.parametrize("name", DISTURBED)
+def test_disturbed_reading_tells_the_wear_and_is_doubted(name):
+    for seed in range(3):
+        posterior = depth_posterior(reading(np.random.default_rng(seed), DISTURBED[name]))
+        depth, spread = posterior.together
+        assert abs(depth - DEPTH) < 3.5 * spread
+        assert posterior.log_odds > DECISIVE
+
+
+def test_walk_of_the_sensor_leaves_the_wear_to_the_measurement():
+    def walk(time, rng):
+        return 2e-6 * np.cumsum(rng.standard_normal(len(time))) / np.sqrt(len(time))
+
+    posterior = depth_posterior(reading(np.random.default_rng(5), walk))
+    depth, spread = posterior.together
+    assert abs(depth - DEPTH) < 3.5 * spread
+    assert spread > 0.1e-6
+
+
+def test_draws_of_the_end_depth_have_its_moments():
+    posterior = depth_posterior(reading(np.random.default_rng(3)))
+    probability = (np.arange(4000) + 0.5) / 4000
+    drawn = posterior.end_depths(probability, np.ones(4000))
+    depth, spread = posterior.together
+    assert np.mean(drawn) == pytest.approx(depth, abs=0.05 * spread)
+    assert np.std(drawn) == pytest.approx(spread, rel=0.05)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(0.1, 0.9), st.sampled_from([-1.0, 1.0]), st.integers(0, 1000))
+def test_step_is_found_at_its_sample(place, sign, seed):
+    rng = np.random.default_rng(seed)
+    time = np.arange(1, SAMPLES + 1) / SAMPLES
+    at = int(place * SAMPLES)
+    depth = DEPTH * np.sqrt(time) + NOISE * rng.standard_normal(SAMPLES) + sign * 1e-6 * (np.arange(SAMPLES) >= at)
+    (found,) = steps(time, 500 * time, depth)
+    assert abs(found - at) <= 1
+
+
+@pytest.mark.parametrize("name", DISTURBED)
+def test_smooth_curves_have_no_steps(name):
+    rng = np.random.default_rng(7)
+    time = np.arange(1, SAMPLES + 1) / SAMPLES
+    depth = DEPTH * np.sqrt(time) + NOISE * rng.standard_normal(SAMPLES) + DISTURBED[name](time, rng)
+    assert steps(time, 500 * time, depth) == []
+
+
+def test_run_without_measurement_is_fitted_by_the_sensor_alone_and_says_so():
+    raw = record(*CASES["si3n4-air-200mN"])
+    bare = replace(raw, manifest=raw.manifest.model_copy(update={"end_values": EndValues()}))
+    fit = fit_wear(correct_drift(bare), "archard")
+    assert (fit.basis, fit.measured_end_depth) == ("reading", None)
+    assert "no_post_test_measurement" in {finding.code for finding in fit.findings}
+    truth = CASES["si3n4-air-200mN"][1].wear_coefficient.value
+    assert abs(fit.wear_coefficient.value - truth) < 3.5 * fit.wear_coefficient.standard_uncertainty
+
+
+@pytest.mark.parametrize(("groove", "pin"), [(2.27431338e-3, 0.0226845810), (0.0116358510, 0.0203924148)])
+def test_pin_on_a_wearing_track_has_lost_the_volume_that_archard_s_law_says(groove, pin):
+    radius, volume = 0.794, 1.35e-8 * 0.2 * 500e3
+    cap = np.pi * pin**2 * (radius - pin / 3)
+    assert cap * volume_growth(groove / pin) == pytest.approx(volume, rel=3e-3)
