@@ -134,11 +134,11 @@ def test_normal_draws_have_their_mean_and_deviation():
 
 def test_how_well_a_quantity_is_known_can_be_drawn():
     limit = {"value": 2e-7, "unit": "m", "standard_uncertainty": 1e-8}
-    subject = Subject(Choice, {"recipe": {"drift": {"discrepancy_limit": limit}}}, "here")
-    path = "recipe.drift.discrepancy_limit.standard_uncertainty"
+    subject = Subject(Choice, {"recipe": {"drift": {"prior": limit}}}, "here")
+    path = "recipe.drift.prior.standard_uncertainty"
     sweep = Sweep.model_validate({"choices": {}, "repeats": 1, "vary": {path: {"uniform": ["1 nm", "5 nm"]}}})
     (one,) = combinations(parameters(sweep.vary, subject), 1, 1)
-    drawn = subject.changed(one.settings).recipe.drift.discrepancy_limit
+    drawn = subject.changed(one.settings).recipe.drift.prior
     assert drawn.value == 2e-7
     assert drawn.standard_uncertainty == one.cells[path]
     assert 1e-9 <= one.cells[path] <= 5e-9
@@ -146,17 +146,17 @@ def test_how_well_a_quantity_is_known_can_be_drawn():
 
 def test_a_quantity_keeps_the_relative_uncertainty_of_what_it_replaces():
     load = {"value": 2e-7, "unit": "m", "standard_uncertainty": 1e-8}
-    subject = Subject(Choice, {"recipe": {"drift": {"discrepancy_limit": load}}}, "here")
-    path = "recipe.drift.discrepancy_limit"
+    subject = Subject(Choice, {"recipe": {"drift": {"prior": load}}}, "here")
+    path = "recipe.drift.prior"
     assert subject.value(path, "400 nm").given == {"value": 4e-7, "unit": "m", "standard_uncertainty": 2e-8}
     own = {"value": "400 nm", "standard_uncertainty": "1 nm"}
     assert subject.value(path, own).given["standard_uncertainty"] == 1e-9
-    better = subject.changed({f"{path}.standard_uncertainty": "1 %"}).recipe.drift.discrepancy_limit
+    better = subject.changed({f"{path}.standard_uncertainty": "1 %"}).recipe.drift.prior
     assert (better.value, better.standard_uncertainty) == (2e-7, pytest.approx(2e-9))
     assert subject.value(f"{path}.standard_uncertainty", "1 %").unit == "m"
     with pytest.raises(ManifestError, match="bare standard_uncertainty"):
         subject.value(f"{path}.standard_uncertainty", 2e-9)
-    assert subject.base["recipe"]["drift"]["discrepancy_limit"] == load
+    assert subject.base["recipe"]["drift"]["prior"] == load
 
 
 # --- each case is what a single command finds ---
