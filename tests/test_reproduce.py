@@ -185,10 +185,10 @@ def test_run_with_files_in_folders_is_read_again(runs, tmp_path):
 
 
 def test_changed_result_is_found_with_its_name(done):
-    edit_result(done, LIGHT, "wear_fit_sarkar", "model", "drift_rate", "value", factor=1 + 1e-6)
+    edit_result(done, LIGHT, "wear_fit_sarkar", "sensor", "drift_rate", "value", factor=1 + 1e-6)
     step = only(reproduce(done, LIGHT), "wear_fit_sarkar")
     (difference,) = step.differences
-    assert (step.outcome, difference.where) == ("different", "result.joint.drift_rate.value")
+    assert (step.outcome, difference.where) == ("different", "result.sensor.drift_rate.value")
     assert difference.relative == pytest.approx(1e-6, rel=1e-3)
     assert difference.then == pytest.approx(difference.now * (1 + 1e-6), rel=1e-12)
 

@@ -22,7 +22,7 @@ from tribopipe.pipeline import correct_archived_drift, fit_archived_wear, ingest
 from tribopipe.records.base import load_toml
 from tribopipe.records.manifest import RunManifest, manifest_path, read_manifest
 from tribopipe.records.mark import Mark
-from tribopipe.records.recipe import DriftRecipe, Recipe
+from tribopipe.records.recipe import DriftRecipe, Recipe, WearRecipe
 from tribopipe.records.results import WearPrediction
 from tribopipe.records.study import Study
 from tribopipe.records.verdict import LeftOut, StudyResult
@@ -46,7 +46,7 @@ QUICK = STUDY.model_copy(update={"laws": ("archard",)})
 DATE = "2026-07-01T10:00:00+00:00"
 BAD = Mark(kind="bad", reason="the pin slipped", date=DATE)
 GOOD = Mark(kind="good", reason="it was another run", date=DATE)
-OTHER_WINDOW = Recipe(drift=DriftRecipe(window=0.05))
+OTHER_WINDOW = Recipe(drift=DriftRecipe(window=0.05), wear=WearRecipe(correction="two-step"))
 
 
 @pytest.fixture(scope="module")
@@ -676,7 +676,7 @@ def test_every_material_gives_a_draft(material):
 
 
 IDS = st.from_regex(r"r[A-Za-z0-9._+-]{0,20}[A-Za-z0-9]", fullmatch=True)
-TEXTS = st.text(st.characters(codec="utf-8"), min_size=1, max_size=40)
+TEXTS = st.text(st.characters(codec="utf-8", exclude_characters="\0"), min_size=1, max_size=40)
 
 
 def read_back(study: Study, folder: Path) -> Study:

@@ -42,10 +42,10 @@ def parse_fields(fields: Sequence[str], decimal: str) -> Parsed:
         digits = field.removesuffix(",") if decimal == "," else field
         if is_number(digits, decimal) and math.isfinite(number := float(digits.replace(decimal, "."))):
             numbers[row] = number
-        elif is_placeholder(field):
+        elif is_placeholder(digits):
             gaps.append(row)
         else:
-            return Parsed(np.array(fields, dtype=object), (row, field))
+            return Parsed(np.array(fields, dtype=object), (row, digits))
     return Parsed(numbers, None, (len(gaps), gaps[0], fields[gaps[0]]) if gaps else None)
 
 
