@@ -25,6 +25,7 @@ from tribopipe.identities import Identity, Role, ratios
 from tribopipe.ingest.headed import bare_key, cells_of, head_lines, read_below, refused
 from tribopipe.ingest.open_units import NEAR, roles_of, unit_kind
 from tribopipe.ingest.reader import Hints, Holds, Match, ReadColumn, ReadTable
+from tribopipe.ingest.tables import is_number
 from tribopipe.ingest.text import decode, sample_lines
 from tribopipe.records.signals import SignalName
 from tribopipe.run import SourceFile
@@ -130,7 +131,7 @@ def _understood(columns: Sequence[ReadColumn]) -> tuple[tuple[ReadColumn, ...], 
 
 def _friction_force(columns: Sequence[ReadColumn]) -> str | None:
     """Name the friction force that is μ times the load, or else the first one."""
-    forces = [one for one in columns if _key(one) == "frictionforce" and one.first_bad is None]
+    forces = [one for one in columns if _key(one) == "frictionforce"]
     others = roles_of([one for one in columns if _key(one) != "frictionforce"])
 
     def misfit(force: ReadColumn) -> float:
@@ -144,8 +145,18 @@ def _in_si(roles: Mapping[Role, ReadColumn]) -> dict[Role, np.ndarray]:
     values = {}
     for role, column in roles.items():
         unit = column.unit or _UNITS.get(_key(column), "1")
-        values[role] = np.asarray(to_si(np.asarray(column.values[:_MOST_ROWS], dtype=float), unit, unit_kind(role)))
+        values[role] = np.asarray(to_si(_numbers(column), unit, unit_kind(role)))
     return values
+
+
+def _numbers(column: ReadColumn) -> np.ndarray:
+    """Return the first rows of a column as numbers; NaN where one is none, so that its column can still be judged."""
+    some = column.values[:_MOST_ROWS]
+    if column.first_bad is None:
+        return np.asarray(some, dtype=float)
+    return np.array(
+        [float(text) if is_number(text := str(one).strip(",").replace(",", "."), ".") else np.nan for one in some]
+    )
 
 
 def _contradicted(roles: Mapping[Role, ReadColumn]) -> tuple[set[str], list[str]]:
