@@ -221,7 +221,9 @@ def test_second_run_says_unchanged_and_writes_nothing(run_cli, evaluated):
 
 
 def test_force_and_another_recipe_redo_a_study(run_cli, evaluated):
-    (evaluated / "recipe.toml").write_text("[drift]\nwindow = 0.05\n", encoding="utf-8")
+    (evaluated / "recipe.toml").write_text(
+        '[drift]\nwindow = 0.05\n[wear]\ncorrection = "two-step"\n', encoding="utf-8"
+    )
     dates = [archived(evaluated).study("air").date]
     before = archived(evaluated).study("air").result
     forced = run_cli("study", "run", "study.toml", "--no-figures", "--force", cwd=evaluated)

@@ -271,6 +271,8 @@ def _lacks(run: RawRun, recipe: Recipe) -> tuple[str, ...]:
     if run.manifest.rolls:
         discs = disc_problem(run, "archard", None, recipe)
         return discs if isinstance(discs, tuple) else ()
+    # Two-step correction needs what a study needs, a post-test measurement, and takes a moment.
+    recipe = recipe.model_copy(update={"wear": recipe.wear.model_copy(update={"correction": "two-step"})})
     pin = wear_problem(correct_drift(run, recipe), "archard", None, recipe)
     if not isinstance(pin, WearProblem):
         return pin
