@@ -334,7 +334,7 @@ def test_a_number_that_no_instrument_gives_is_refused(sample_run, refusal, writt
 
 def test_segments_of_numbers_and_texts_are_texts():
     (example,) = EXAMPLES["labview-lvm"]
-    content = example.content.replace(b"0.500000\t13.257429\t165.995293", b"0.500000\t13.257429\toverflow", 1)
+    content = example.content.replace(b"0.500000\t13.257429\t165.995293", b"0.500000\t13.257429\t8.0.1", 1)
     dx = read(readers()["labview-lvm"], content).columns[2]
     assert dx.first_bad is not None
     assert {type(value) for value in dx.values} == {str}
