@@ -127,8 +127,8 @@ def test_a_profile_named_many_times_is_read_once(sample_run, tmp_path, monkeypat
     heights = (f"{0.001 * n:.3f} {n % 3} {n % 4}\n" for n in range(40))
     (sample_run / "track.txt").write_text("x [mm] a [um] b [um]\n" + "".join(heights), encoding="utf-8")
     read_often: list[str] = []
-    table = profiles._table
-    monkeypatch.setattr(profiles, "_table", lambda *asked: read_often.append(asked[2]) or table(*asked))
+    reader_for = profiles._reader_for
+    monkeypatch.setattr(profiles, "_reader_for", lambda *asked: read_often.append(asked[2]) or reader_for(*asked))
     named = [f'{{ file = "track.txt", position = "x", height = "{column}" }}' for column in ("a", "b")]
     replace_in(sample_run / "run.toml", r"(?m)^\[end_values\]$", f"[end_values]\ndisc_profile = [{', '.join(named)}]")
     ingest(sample_run, Archive(tmp_path / "new"))
