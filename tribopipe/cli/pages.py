@@ -55,9 +55,14 @@ def _show_stage(stage: "StagePage", *, apart: bool) -> None:
     paragraph(stage.sentence)
     show_facts(stage.facts, _widest(stage.facts))
     for note in stage.notes:
-        paragraph(f"note: {note}")
+        paragraph(_noted(note))
     for told in stage.tables:
         _show_table(told)
+
+
+def _noted(note: str) -> str:
+    """Say that something is a note, unless it is a finding, which says itself how grave it is."""
+    return note if note.startswith(("warning: ", "note: ")) else f"note: {note}"
 
 
 def show_study_page(page: "StudyPage") -> None:
@@ -73,7 +78,7 @@ def show_study_page(page: "StudyPage") -> None:
         for verdict in law.verdicts:
             paragraph(f"{verdict.run_id}: {verdict.sentence}", "")
             for note in verdict.notes:
-                paragraph(f"{verdict.run_id}: note: {note}", "")
+                paragraph(f"{verdict.run_id}: {_noted(note)}", "")
     for sentence in page.sentences:
         paragraph(sentence, "")
 

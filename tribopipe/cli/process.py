@@ -95,16 +95,26 @@ def _followed(coming: "Iterable[Outcome]", advance: "Advance") -> "list[Outcome]
 
     Results of thousands of runs would fill the memory, and are in the archive.
     """
-    kept = []
+    kept: list[Outcome] = []
+    warned: set[tuple[str, str, str]] = set()
     for outcome in coming:
         advance(f"{outcome.run_id}: {outcome.stage.replace('_', ' ')}", by=int(outcome.stage == "ingest"))
         say_amended(outcome)
-        say_warnings(outcome)
+        say_warnings(_less_repeated(outcome, warned))
         say_clean_up(outcome)
         say_change(outcome)
         _say_doubts(outcome)
         kept.append(outcome if outcome.stage == "study" else replace(outcome, result=None))
     return in_order(kept)
+
+
+def _less_repeated(outcome: "Outcome", warned: "set[tuple[str, str, str]]") -> "Outcome":
+    """Leave out findings of a fit that an earlier fit of the run has had; ``warned`` names these."""
+    if outcome.stage != "wear_fit":
+        return outcome
+    fresh = tuple(one for one in outcome.findings if (outcome.run_id, one.code, one.where) not in warned)
+    warned.update((outcome.run_id, one.code, one.where) for one in fresh)
+    return replace(outcome, findings=fresh)
 
 
 def _draw(store: "Archive", outcomes: "list[Outcome]", who: "Crew") -> "list[Outcome]":

@@ -21,6 +21,7 @@ from tribopipe.cli.options import (
     load_recipe,
 )
 from tribopipe.cli.output import finish, print_json, progress, record_json, say
+from tribopipe.cli.runs import say_warnings
 from tribopipe.cli.studies import show_together
 
 if TYPE_CHECKING:
@@ -173,6 +174,7 @@ def tell(outcome: "Outcome") -> None:
         say(f"{outcome.run_id}: {outcome.result}")
         for note in getattr(outcome.result, "notes", ()) if outcome.stage == "wear_fit" else ():
             say(f"{outcome.run_id}: note: {note}")
+    say_warnings(outcome)
 
 
 COMMANDS = {"correct-drift": correct_drift, "fit": fit}

@@ -1,5 +1,6 @@
 """What a check found in a run."""
 
+from collections.abc import Iterable
 from typing import Literal
 
 from tribopipe.records.base import Record
@@ -23,3 +24,22 @@ class Finding(Record):
 
     def __str__(self) -> str:
         return f"{self.where}: {self.message}; {self.remedy}"
+
+
+def first_of_each_code(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Return the first finding of each code at each place: two laws fitted to one reading share what speaks against it.
+
+    Parameters
+    ----------
+    findings
+        Findings of the fits of one run, the main law first.
+
+    Returns
+    -------
+    tuple of Finding
+        In the same order.
+    """
+    firsts: dict[tuple[str, str], Finding] = {}
+    for finding in findings:
+        firsts.setdefault((finding.code, finding.where), finding)
+    return tuple(firsts.values())

@@ -240,7 +240,18 @@ def _draw_law(ax: "Axes", distance: Column, curve: LawCurve, colour: str, style:
 
 
 def _wear_words(fit: WearFit | WearPrediction) -> str:
-    return f"{law_label(fit.model)}: $k_\\mathrm{{D}}$ = {_shown(fit.wear_coefficient, WEAR_COEFFICIENT)}"
+    coefficient = f"{law_label(fit.model)}: $k_\\mathrm{{D}}$ = {_shown(fit.wear_coefficient, WEAR_COEFFICIENT)}"
+    return coefficient if isinstance(fit, WearPrediction) else coefficient + _caveat(fit)
+
+
+def _caveat(fit: WearFit) -> str:
+    """Say in a few words why k_D may differ from what the curve shows."""
+    if fit.basis == "measurement":
+        return "; reading not trusted, by the measurement"
+    if fit.basis == "reading":
+        return "; by the depth sensor alone"
+    contradicts = any(finding.code == "reading_contradicts_measurement" for finding in fit.findings)
+    return "; reading contradicts the measurement" if contradicts else ""
 
 
 def _shown(quantity: Quantity | None, unit: str) -> str:

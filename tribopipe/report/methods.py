@@ -39,6 +39,7 @@ AKAIKE = (
     "H. Akaike, “A new look at the statistical model identification”, IEEE Transactions on Automatic Control 19 "
     "(1974) 716."
 )
+MATERN = "M. L. Stein, Interpolation of Spatial Data: Some Theory for Kriging, Springer, New York, 1999, section 2.7."
 SCHWARZ = "G. Schwarz, “Estimating the dimension of a model”, Annals of Statistics 6 (1978) 461."
 ISO_13528 = "ISO 13528, Statistical methods for use in proficiency testing by interlaboratory comparison (E_n number)."
 
@@ -145,6 +146,21 @@ _DRIFT = Method(
     "h_end the wear by the end values. Zero offset and end reading are fitted to the first and the last part of the "
     "signal.",
     (PAPER,),
+)
+_DRIFT_BY_MODEL = Method(
+    "Model of the depth reading",
+    "Wear and everything else that the depth sensor reads were fitted together, with what was measured after the "
+    "test. The corrected wear is the reading minus the mean of all that is not wear:",
+    (
+        Equation(r"g y ( t ) = z + r t + h ( s ; k_D ) + h_d + a ( 1 − e^{− t / τ} ) + f ( t ) + e ( t )"),
+        Equation(r"h_{\text{end}} = h ( s_{\text{end}} ; k_D ) ± u ( h_{\text{end}} )"),
+    ),
+    "y is the reading, g the scale of the sensor, z the zero offset, r the drift rate, h the wear of the pin, h_d that "
+    "of the disc, and h_end the pin's wear as measured. Settling with the amplitude a and the time constant τ, or "
+    "instead of it a shift with the recorded temperature, is one possibility among others; each counts by its "
+    "evidence. f is slow wander, a stationary Matérn process whose amplitude and correlation length are marginalized; "
+    "e is the noise of block averages.",
+    references=(MATERN,),
 )
 _FRICTION = Method(
     "Friction",
@@ -279,10 +295,14 @@ _TWO_STEPS = Method(
     "Identification of k_D",
     "k_D is what brings the law's curve closest, in least squares, to the wear that was corrected for drift before.",
 )
-_JOINT = Method(
+_MODEL = Method(
     "Identification of k_D together with drift",
-    "Zero offset, drift rate and k_D were found in one least-squares fit to the reading, in which each depth measured "
-    "on the pin is one more value with its own weight.",
+    "The wear depth H at the end of the test was found in one model of the depth reading, with the wear law's own "
+    "course h(s; k_D), and with the post-test measurement. It has one k_D:",
+    (Equation(r"k_D = \frac{V ( H )}{F_N S}"),),
+    "V is the worn volume at the depth H, and S the sliding distance weighted by the wear law. Where reading and "
+    "measurement differ by more than three standard uncertainties of their difference, the reading is not trusted, "
+    "and k_D is that of the measurement. Where nothing was measured after the test, k_D is that of the reading.",
 )
 _BOTH_DISCS = Method(
     "Identification of both k_D",
@@ -349,6 +369,13 @@ def _counted(convention: DistanceConvention) -> Callable[[Evidence], object]:
     return lambda told: any(one.distance_per_rotation == convention for one in told.discs)
 
 
+def _drift_was_corrected(correction: Correction) -> Callable[[Evidence], object]:
+    return lambda told: told.any(
+        DriftCorrection,
+        lambda one: isinstance(one, DriftCorrection) and (one.outcome, one.correction) == ("corrected", correction),
+    )
+
+
 def _is_local(told: Evidence) -> bool:
     compared = told.study.laws if isinstance(told.study, StudyResult) else ()
     return (
@@ -376,7 +403,8 @@ _WRITTEN = ("archard", "sarkar")
 """Laws whose methods are written here."""
 _METHODS: tuple[tuple[Callable[[Evidence], object], Method], ...] = (
     (lambda told: told.any(CleanUp, lambda one: getattr(one, "changes", ())), _CLEAN_UP),
-    (lambda told: told.any(DriftCorrection, lambda one: getattr(one, "outcome", "") == "corrected"), _DRIFT),
+    (_drift_was_corrected("two-step"), _DRIFT),
+    (_drift_was_corrected("model"), _DRIFT_BY_MODEL),
     (lambda told: told.any(FrictionFit, lambda one: getattr(one, "outcome", "") == "exponential"), _FRICTION),
     (lambda told: told.any(FrictionFit, lambda one: getattr(one, "outcome", "") == "steady-only"), _STEADY),
     (lambda told: told.any(SpecificWear, lambda one: getattr(one, "outcome", "") == "evaluated"), _SPECIFIC),
@@ -390,7 +418,7 @@ _METHODS: tuple[tuple[Callable[[Evidence], object], Method], ...] = (
     (lambda told: told.discs, _DISCS),
     *((_counted(convention), method) for convention, method in _CONVENTIONS.items()),
     (lambda told: "two-step" in told.corrections, _TWO_STEPS),
-    (lambda told: "joint" in told.corrections, _JOINT),
+    (lambda told: "model" in told.corrections, _MODEL),
     (lambda told: told.discs, _BOTH_DISCS),
     (_has_budget, _BUDGET),
     (_has_draws, _DRAWN),

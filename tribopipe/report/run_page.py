@@ -6,8 +6,10 @@ from tribopipe.archive.outline import RunOutline
 from tribopipe.archive.store import Archive
 from tribopipe.motion import slip
 from tribopipe.records.disc_results import spoken
+from tribopipe.records.finding import Finding, first_of_each_code
 from tribopipe.records.manifest import Conditions, RunManifest
 from tribopipe.records.quantity import Quantity
+from tribopipe.records.results import WearFit
 from tribopipe.report.facts import duration, facts, listed, record_facts, shown
 from tribopipe.report.page import Fact, FactGroup, Remark, RunPage, SourceEntry
 from tribopipe.report.stages import stage_pages
@@ -28,12 +30,17 @@ def run_page(archive: Archive, run_id: str) -> RunPage:
         tags=archive.tags(run_id),
         remarks=_remarks(archive, run_id, run),
         facts=tuple(group for group in _groups(run) if group.facts),
-        findings=run.findings,
+        findings=(*run.findings, *_fit_findings(run)),
         stages=stage_pages(run.steps),
         sources=tuple(SourceEntry(n, one.name, one.size, one.sha256) for n, one in enumerate(run.sources)),
         raw_sha256=run.raw_sha256,
         studies=tuple(archive.studies_of(run_id)),
     )
+
+
+def _fit_findings(run: RunOutline) -> tuple[Finding, ...]:
+    fits = (step.result for step in run.steps.values() if isinstance(step.result, WearFit))
+    return first_of_each_code(finding for fit in fits for finding in fit.findings)
 
 
 def _remarks(archive: Archive, run_id: str, run: RunOutline) -> tuple[Remark, ...]:

@@ -10,9 +10,9 @@ from tribopipe.records.clean_up import CleanUp
 from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction, spoken
 from tribopipe.records.local_wear import LocalWearResult
 from tribopipe.records.quantity import Quantity
-from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
+from tribopipe.records.results import DepthModel, DriftCorrection, FrictionFit, WearFit, WearPrediction
 from tribopipe.records.specific_wear import BodyWearRate, SpecificWear
-from tribopipe.report.facts import NOTHING, facts, interval, listed, shown
+from tribopipe.report.facts import NOTHING, duration, facts, interval, listed, shown
 from tribopipe.report.page import StagePage, TextTable
 from tribopipe.report.prediction_stages import disc_prediction_told, local_wear_told, prediction_told
 from tribopipe.report.told import Steps, Told
@@ -77,14 +77,32 @@ def _drift_correction_told(result: DriftCorrection, _: Steps) -> Told:
         str(result),
         facts(
             ("drift rate", shown(result.drift_rate, "nm/min")),
+            ("drift rate by two-step correction", _by_two_steps(result)),
             ("zero offset", shown(result.zero_offset)),
             ("discrepancy at the end", shown(result.discrepancy)),
             ("anchored on", result.anchor),
             ("wear depth at the end", shown(result.end_wear_depth)),
             ("of that, pin", shown(result.pin_wear_depth)),
             ("of that, disc", shown(result.disc_wear_depth)),
+            *(() if result.model is None else _besides_wear(result.model)),
         ),
     )
+
+
+def _by_two_steps(result: DriftCorrection) -> str | None:
+    return None if result.model is None else shown(result.two_step_rate, "nm/min")
+
+
+def _besides_wear(model: DepthModel) -> Iterator[tuple[str, str | None]]:
+    """Yield what the model finds in a depth reading besides wear and a line."""
+    yield "probability of settling", f"{model.settling_probability:.2f}"
+    yield "amplitude of the settling", shown(model.settling)
+    yield "time constant of the settling", duration(model.settling_time)
+    if model.thermal_probability is not None:
+        yield "probability of a shift with the temperature", f"{model.thermal_probability:.2f}"
+    yield "shift over the range of the temperature", shown(model.thermal_shift)
+    yield "slow wander, root mean square", shown(model.wander, "nm")
+    yield "noise of a block average, standard deviation", shown(model.noise, "nm")
 
 
 def _friction_told(result: FrictionFit, _: Steps) -> Told:

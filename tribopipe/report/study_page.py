@@ -84,7 +84,9 @@ def _with_interval(found: LawResult | StudiedDisc) -> str:
 
 
 def _verdict_line(verdict: RunVerdict | TwinDiscVerdict) -> VerdictLine:
-    return VerdictLine(verdict.id, verdict.role, verdict.outcome, verdict.sentence, verdict.notes)
+    findings = verdict.findings if isinstance(verdict, RunVerdict) else ()
+    notes = (*(f"{one.severity}: {one}" for one in findings), *verdict.notes)
+    return VerdictLine(verdict.id, verdict.role, verdict.outcome, verdict.sentence, notes)
 
 
 def _scatter(what: str, between: BetweenRuns | None) -> Iterator[str]:
