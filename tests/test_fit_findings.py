@@ -1,0 +1,88 @@
+"""What speaks against a k_D is said in the same words wherever the k_D is shown."""
+
+import re
+
+import pytest
+from folders import ROOT, replace_in
+
+from tribopipe.archive.store import Archive
+from tribopipe.records.finding import Finding, first_of_each_code
+from tribopipe.records.results import DepthModel, DriftCorrection, WearFit
+from tribopipe.report.figures import _caveat
+from tribopipe.report.run_page import run_page
+
+CODE = "reading_contradicts_measurement"
+
+pytestmark = pytest.mark.usefixtures("few_draws")
+
+
+def finding(code: str, message: str = "found x", severity: str = "warning") -> Finding:
+    return Finding(severity=severity, code=code, where="depth", message=message, remedy="do y")
+
+
+@pytest.fixture
+def contradicted(other_run):
+    """A run folder whose scar is too small for its depth reading."""
+    replace_in(
+        other_run / "run.toml", r'pin_scar_diameter = \{ value = "[\d.]+ um"', 'pin_scar_diameter = { value = "150 um"'
+    )
+    return other_run
+
+
+def test_finding_of_a_fit_is_seen_on_every_surface(run_cli, contradicted, tmp_path):
+    place = ("--archive", tmp_path / "found")
+    processed = run_cli("process", contradicted, *place)
+    (run_id,) = Archive(tmp_path / "found").ids()
+    fit = Archive(tmp_path / "found").result(run_id, "wear_fit_archard", WearFit)
+    (said,) = [str(one) for one in fit.findings if one.code == CODE]
+    assert processed.stderr.count(f"{run_id}: warning: {said}\n") == 1
+    assert len(re.findall(r"warning: depth: .* by the post-test measurement alone", processed.stderr)) == 1
+    for more in ((), ("--force",)):
+        assert f"{run_id}: warning: {said}\n" in run_cli("fit", run_id, *place, *more).stderr
+    shown = run_cli("show", run_id, *place)
+    assert f"warning: {said}" in shown.stderr + shown.stdout
+    page = run_page(Archive(tmp_path / "found"), run_id)
+    assert [one.code for one in page.findings].count(CODE) == 1
+    assert run_cli("report", run_id, *place, "--output", tmp_path / "report.html").exit_code == 0
+    assert "by the post-test measurement alone" in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
+def test_the_first_finding_of_each_code_counts():
+    first, same, other = finding("a", "found 1"), finding("a", "found 2"), finding("b")
+    assert first_of_each_code([first, same, other]) == (first, other)
+
+
+@pytest.mark.parametrize(
+    ("found", "words"),
+    [
+        ({"basis": "measurement"}, "; reading not trusted, by the measurement"),
+        ({"basis": "reading"}, "; by the depth sensor alone"),
+        ({"findings": (finding(CODE),)}, "; reading contradicts the measurement"),
+        ({"basis": "reading and measurement", "findings": (finding("curve_shape"),)}, ""),
+    ],
+)
+def test_wear_figure_says_what_k_d_is_by(found, words):
+    assert _caveat(WearFit(model="archard", outcome="fitted", **found)) == words
+
+
+@pytest.mark.parametrize("package", ["wear/doubts.py"])
+def test_every_code_has_a_section_of_its_own(package):
+    source = (ROOT / "tribopipe" / package).read_text(encoding="utf-8")
+    codes = set(re.findall(r'(?:code=|_finding\(\s*)"(\w+)"', source))
+    assert len(codes) == 9
+    sections = set(
+        re.findall(r"^### (\w+)$", (ROOT / "docs" / "messages.md").read_text(encoding="utf-8"), re.MULTILINE)
+    )
+    assert codes - sections == set()
+
+
+def test_drift_page_shows_both_rates_and_what_the_model_finds(archive):
+    page = run_page(Archive(archive), "si3n4-air-200mN")
+    (drift,) = [stage for stage in page.stages if stage.name == "drift_correction"]
+    correction = Archive(archive).result("si3n4-air-200mN", "drift_correction", DriftCorrection)
+    told = {fact.name: fact.value for fact in drift.facts}
+    assert isinstance(correction.model, DepthModel)
+    assert told["drift rate"] == correction.drift_rate.shown("nm/min")
+    assert told["drift rate by two-step correction"] == correction.two_step_rate.shown("nm/min")
+    assert told["probability of settling"] == f"{correction.model.settling_probability:.2f}"
+    assert told["slow wander, root mean square"] == correction.model.wander.shown("nm")
