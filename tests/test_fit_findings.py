@@ -6,6 +6,7 @@ import pytest
 from folders import ROOT, replace_in
 
 from tribopipe.archive.store import Archive
+from tribopipe.browse.answers import run_answer
 from tribopipe.records.finding import Finding, first_of_each_code
 from tribopipe.records.results import DepthModel, DriftCorrection, WearFit
 from tribopipe.report.figures import _caveat
@@ -43,6 +44,8 @@ def test_finding_of_a_fit_is_seen_on_every_surface(run_cli, contradicted, tmp_pa
     assert f"warning: {said}" in shown.stderr + shown.stdout
     page = run_page(Archive(tmp_path / "found"), run_id)
     assert [one.code for one in page.findings].count(CODE) == 1
+    on_the_web = run_answer(run_id, page, [], [])["findings"]
+    assert {"severity": "warning", "text": said} in on_the_web
     assert run_cli("report", run_id, *place, "--output", tmp_path / "report.html").exit_code == 0
     assert "by the post-test measurement alone" in (tmp_path / "report.html").read_text(encoding="utf-8")
 

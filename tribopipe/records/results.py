@@ -275,7 +275,7 @@ class WearFit(Record):
     fitted_end_depth: Metres | None = None
     """Pin wear depth at the end by the fitted law."""
     residual_deviation: Metres | None = None
-    """Standard deviation of the corrected pin wear about the fit."""
+    """Standard deviation of the corrected pin wear about the fit; of block averages, except of two-step correction."""
     effective_samples: float | None = None
     """Number of independent samples the residuals amount to."""
 

@@ -24,7 +24,7 @@ def wear_fit_told(result: WearFit, _: Steps) -> Told:
             ("uncertainty by noise of the depth alone", shown(result.random_uncertainty, WEAR_COEFFICIENT)),
             ("pin wear at the end, fitted", shown(result.fitted_end_depth)),
             ("pin wear at the end, measured", shown(result.measured_end_depth)),
-            ("standard deviation about the fit", shown(result.residual_deviation)),
+            (f"standard deviation{_of_blocks(result)} about the fit", shown(result.residual_deviation)),
             ("independent samples", None if samples is None else f"{samples:,.0f}"),
             ("pressure", "even (GIWM)" if result.engine == "giwm" else result.engine),
             ("correction for drift", "two-step" if result.correction == "two-step" else "one model with k_D"),
@@ -39,6 +39,10 @@ def wear_fit_told(result: WearFit, _: Steps) -> Told:
             _ways(result),
         ),
     )
+
+
+def _of_blocks(fit: WearFit) -> str:
+    return " of block averages" if fit.correction == "model" else ""
 
 
 def _budget(what: str, budget: Sequence[Contribution]) -> TextTable:
