@@ -18,13 +18,13 @@ from tribopipe.friction import fit_friction
 from tribopipe.records.manifest import EndValues, Interruption
 from tribopipe.records.quantity import EndValue, Quantity
 from tribopipe.records.recipe import MonteCarloRecipe, Recipe, WearRecipe
-from tribopipe.records.results import COVERAGE_FACTOR, JointFit
+from tribopipe.records.results import COVERAGE_FACTOR
 from tribopipe.run import RawRun
 from tribopipe.simulate import VirtualTest
 from tribopipe.wear.draws import coefficient_draws, solve_draws
 from tribopipe.wear.identify import fit_wear
 from tribopipe.wear.inputs import FRICTION_INPUTS, draw_values
-from tribopipe.wear.joint import JointProblem, fit_joint, joint_problem
+from tribopipe.wear.joint import JointFit, JointProblem, fit_joint, joint_problem
 from tribopipe.wear.problem import WearProblem, wear_problem
 
 FIRST_ORDER = Recipe(wear=WearRecipe(correction="two-step"), monte_carlo=MonteCarloRecipe(significant_digits=0))

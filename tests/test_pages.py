@@ -31,6 +31,7 @@ from tribopipe.records.disc_verdict import (
     TwinDiscStudyResult,
     TwinDiscVerdict,
 )
+from tribopipe.records.finding import Finding
 from tribopipe.records.local_wear import LocalDiscPoint, LocalPinPoint, LocalWearResult
 from tribopipe.records.manifest import (
     Conditions,
@@ -473,6 +474,18 @@ def verdict(run_id: str = "a", **changes) -> RunVerdict:
         "coefficient_ratio": q(0.5, "1", 0.01),
     }  # fmt: skip
     return RunVerdict(**(told | changes))
+
+
+def test_study_page_tells_warnings_on_a_curve_but_no_notes():
+    said = {"where": "depth", "message": "found x", "remedy": "do y"}
+    findings = (Finding(severity="warning", code="curve_shape", **said), Finding(severity="note", code="s", **said))
+    (line,) = study_page_of(study(verdict("a", findings=findings, notes=("far off",)))).laws[0].verdicts
+    assert line.notes == ("warning: depth: found x; do y", "far off")
+
+
+def study(*runs: RunVerdict) -> StudyResult:
+    law = LawResult(model="archard", wear_coefficient=K, interval=ENDS, draws=9, rejected=0, runs=runs)
+    return StudyResult(id="s", correction="model", laws=(law,))
 
 
 def test_study_page_tells_verdicts_and_all_else():

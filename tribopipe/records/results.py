@@ -186,29 +186,6 @@ class MonteCarlo(Record):
     """Whether both ends agree with it within those digits (8.1)."""
 
 
-class JointFit(Record):
-    """Zero offsets, drift rate and k_D estimated together, to first order."""
-
-    zero_offsets: tuple[Quantity, ...]
-    """Sensor reading at the start of sliding, and after each remounting less what drift had added."""
-    drift_rate: MetresPerSecond
-    """Slope against time of what the sensor reads beside wear."""
-    wear_coefficient: SquareMetresPerNewton
-    """k_D."""
-    end_wear_depth: Metres
-    """Pin wear depth at the end by the fitted law."""
-    end_value_deviation: float
-    """End value of the pin minus fitted depth, over the end value's standard uncertainty."""
-    anchors: int
-    """Number of depths measured on the pin, at interruptions and at the end."""
-
-    def __str__(self) -> str:
-        return (
-            f"k_D = {self.wear_coefficient.shown(WEAR_COEFFICIENT)}, drift {_in(self.drift_rate, 'nm/min')}, end value "
-            f"{self.end_value_deviation:+.1f} standard uncertainties off"
-        )
-
-
 Basis = Literal["reading and measurement", "measurement", "reading"]
 """What a wear coefficient is based on."""
 

@@ -85,8 +85,8 @@ def _with_interval(found: LawResult | StudiedDisc) -> str:
 
 def _verdict_line(verdict: RunVerdict | TwinDiscVerdict) -> VerdictLine:
     findings = verdict.findings if isinstance(verdict, RunVerdict) else ()
-    notes = (*(f"{one.severity}: {one}" for one in findings), *verdict.notes)
-    return VerdictLine(verdict.id, verdict.role, verdict.outcome, verdict.sentence, notes)
+    warnings = (f"warning: {one}" for one in findings if one.severity == "warning")
+    return VerdictLine(verdict.id, verdict.role, verdict.outcome, verdict.sentence, (*warnings, *verdict.notes))
 
 
 def _scatter(what: str, between: BetweenRuns | None) -> Iterator[str]:
