@@ -1,6 +1,7 @@
 """What somebody meets who has never seen tribopipe: what to do next, pages of help, the demo, completion."""
 
 import os
+import re
 import shlex
 import shutil
 import subprocess
@@ -32,6 +33,7 @@ from tribopipe.records.finding import Finding
 from tribopipe.records.mark import Mark
 from tribopipe.shipped import shipped
 from tribopipe.verify.look import CheckName
+from tribopipe.wear import doubts
 
 RUN = "si3n4-air-200mN"
 NOW = "2026-03-01T12:00:00+00:00"
@@ -253,8 +255,13 @@ def test_what_cannot_be_read_is_named_and_hurts_nobody(commands, lab):
 # --- help ---
 
 
+def codes_of_fits() -> set[str]:
+    source = Path(doubts.__file__).read_text(encoding="utf-8")
+    return set(re.findall(r'(?:code=|_finding\(\s*)"(\w+)"', source))
+
+
 def test_every_error_and_finding_has_a_section_and_no_section_is_of_nothing():
-    codes = kinds_of_error() | CHECKS.keys() | {f"verify-{name}" for name in get_args(CheckName)}
+    codes = kinds_of_error() | CHECKS.keys() | codes_of_fits() | {f"verify-{name}" for name in get_args(CheckName)}
     assert codes == set(sections())
     assert all(len(said) > 20 for said in sections().values())
 

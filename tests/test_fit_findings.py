@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from folders import ROOT, replace_in
+from folders import replace_in
 
 from tribopipe.archive.store import Archive
 from tribopipe.browse.answers import run_answer
@@ -66,17 +66,6 @@ def test_the_first_finding_of_each_code_counts():
 )
 def test_wear_figure_says_what_k_d_is_by(found, words):
     assert _caveat(WearFit(model="archard", outcome="fitted", **found)) == words
-
-
-@pytest.mark.parametrize("package", ["wear/doubts.py"])
-def test_every_code_has_a_section_of_its_own(package):
-    source = (ROOT / "tribopipe" / package).read_text(encoding="utf-8")
-    codes = set(re.findall(r'(?:code=|_finding\(\s*)"(\w+)"', source))
-    assert len(codes) == 9
-    sections = set(
-        re.findall(r"^### (\w+)$", (ROOT / "docs" / "messages.md").read_text(encoding="utf-8"), re.MULTILINE)
-    )
-    assert codes - sections == set()
 
 
 def test_drift_page_shows_both_rates_and_what_the_model_finds(archive):
