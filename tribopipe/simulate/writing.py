@@ -34,8 +34,14 @@ def write_run(folder: Path, layout: Layout, columns: Mapping[str, Column], manif
     folder.mkdir(parents=True, exist_ok=True)
     write_file(folder / SIGNALS_NAME, _csv(layout, columns).encode("ascii"))
     write_file(folder / "run.toml", ("\n".join(manifest) + "\n").encode("utf-8"))
-    document = truth.model_dump_json(indent=2, by_alias=True, exclude_none=True)
+    exact = truth.model_dump_json(by_alias=True, exclude_none=True)
+    document = json.dumps(json.loads(exact, parse_float=_same_on_every_machine), indent=2)
     write_file(folder / TRUTH_NAME, (document + "\n").encode("ascii"))
+
+
+def _same_on_every_machine(digits: str) -> float:
+    """Read a number to 12 digits: processors differ in the last of 17, and the file is to be the same byte for byte."""
+    return float(f"{float(digits):.12g}")
 
 
 def _csv(layout: Layout, columns: Mapping[str, Column]) -> str:
