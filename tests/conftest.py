@@ -50,7 +50,8 @@ def short_plan(tmp_path_factory) -> Path:
     kept = text.partition('[[series.runs]]\nid = "si3n4-air-800mN"')[0]
     assert kept.count("[[series.runs]]") == 2
     path = tmp_path_factory.mktemp("plan") / "plan.toml"
-    path.write_text(kept.replace('sliding_distance = "500 m"', 'sliding_distance = "50 m"'), encoding="utf-8")
+    short = kept.replace('sliding_distance = "500 m"', 'sliding_distance = "50 m"')
+    path.write_text(short.replace('"120 nm"', '"30 nm"').replace('"150 nm"', '"35 nm"'), encoding="utf-8")
     return path
 
 

@@ -27,6 +27,8 @@ def record_runs(folder: Path) -> Path:
     """Record 100 m at 200 mN, at 200 mN once more and at 400 mN, and runs that do not belong to these."""
     series = load_toml(SAMPLES / "plan.toml", Plan).series[0]
     light, heavy, _ = series.runs
+    little = light.disc_wear_depth.model_copy(update={"value": 25e-9})
+    light, heavy = (run.model_copy(update={"disc_wear_depth": little}) for run in (light, heavy))
     runs = (light, light.model_copy(update={"id": AGAIN, "seed": 141}), heavy)
     series = series.model_copy(update={"sliding_distance": Quantity(value=100.0, unit="m"), "runs": runs})
     simulate_plan(Plan(schema="tribopipe.plan/1", series=(series,)), folder)

@@ -32,6 +32,7 @@ MODEL = Recipe(wear=WearRecipe(correction="model"), monte_carlo=MonteCarloRecipe
 SILICON_NITRIDE = [run_id for run_id in CASES if run_id.startswith("si3n4")]
 HERTZ, USUAL = Quantity(value=1.0, unit="1/s"), Quantity(value=5.0, unit="1/s")
 """Sampling rates at which depth noise is about as informative as at the ten of the samples, and everything quicker."""
+GIWM = Recipe(wear=WearRecipe(engine="giwm"))
 
 
 def metres(value: float, spread: float | None = None) -> EndValue:
@@ -70,11 +71,11 @@ def stop_at(truth: VirtualTest, distance: float, spread: float, *, remounted: bo
 
 
 def problems(raw: RawRun, law="archard") -> tuple[WearProblem, JointProblem]:
-    """The two fits of a run, posed."""
-    corrected = correct_drift(raw)
-    problem = wear_problem(corrected, law, fit_friction(raw) if law == "sarkar" else None, Recipe())
+    """The two fits of a run by the simulator's GIWM, posed."""
+    corrected = correct_drift(raw, GIWM)
+    problem = wear_problem(corrected, law, fit_friction(raw) if law == "sarkar" else None, GIWM)
     assert isinstance(problem, WearProblem)
-    return problem, joint_problem(problem, corrected, Recipe())
+    return problem, joint_problem(problem, corrected, GIWM)
 
 
 def joint_fit(raw: RawRun) -> JointFit:

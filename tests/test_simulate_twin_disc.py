@@ -298,7 +298,9 @@ def test_manifest_states_what_was_meant_whatever_is_off(tmp_path, errors):
         assert found.standard_uncertainty == pytest.approx(end.standard_uncertainty, rel=1e-5)
         assert found.method is not None
     told = TwinDiscTruth.model_validate(json.loads((tmp_path / "truth.json").read_text(encoding="utf-8")))
-    assert told == truth
+    assert told.curved_wear_coefficient == truth.curved_wear_coefficient
+    assert told.end_track_width.value == pytest.approx(truth.end_track_width.value, rel=1e-11)
+    assert told.end_flat_wear_volume.value == pytest.approx(truth.end_flat_wear_volume.value, rel=1e-11)
 
 
 def test_width_of_a_disc_is_written(tmp_path):

@@ -4,7 +4,6 @@ Everything that the model has to know of a contact is in here: how deep a run th
 way, and what the post-test measurements say of H.
 """
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -12,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribopipe.clean_up.spikes import spikes
-from tribopipe.contact.pin_on_disc import PinContact, pin_contact
+from tribopipe.contact.pin_on_disc import PinContact
+from tribopipe.contact.pin_on_track import depth_growth
 from tribopipe.contact.twin_disc import disc_pair, nominal_values
 from tribopipe.depth_model.posterior import SCORES, DepthReading, KnownTerm, MeasuredDepth
 from tribopipe.depth_model.samples import DepthSamples
@@ -21,19 +21,24 @@ from tribopipe.end_values.pin_on_disc import EndWear, end_wear
 from tribopipe.end_values.twin_disc import DiscEndWear
 from tribopipe.errors import FitError
 from tribopipe.load import applied_load
+from tribopipe.local_wear.pin_curve import pin_curve
 from tribopipe.records.manifest import RunManifest
-from tribopipe.records.recipe import Recipe
+from tribopipe.records.recipe import Recipe, WearEngine
 from tribopipe.run import Column, RawRun
 
 FEWEST_SAMPLES = 16
-_COURSE = 0.1
-"""Share of the wear of a disc by which its course may be another than ∫ds/a."""
+_COURSE = 0.13
+"""Standard uncertainty of the exponent of a disc's course, relative to that by Archard's law."""
 _SPIKE_WINDOW, _SPIKE_THRESHOLD = 31, 20.0
 """Samples, and standard deviations off their median, beyond which one is a spike."""
 _MOST_SPIKES = 0.02
 """Share of the samples above which they are no spikes."""
+_HARDLY = 0.01
+"""Share of the pin's wear depth by which a disc may wear and still count as one that does not."""
 _SAME_PLACE = 0.01
 """Share of the distance within which a step belongs to a remounting."""
+Course = Callable[[float, Column], Column]
+"""Wear depth at each sliding distance, m, of a pin that ends at a depth, m."""
 Share = Callable[[Column], Column]
 """Share of the wear volume at the end that is worn at each sliding distance, by a law."""
 
@@ -123,18 +128,34 @@ def remountings(manifest: RunManifest, distance: Column) -> Column:
     return np.asarray(np.searchsorted(stops, distance), dtype=float)
 
 
-def best_pin(run: RawRun, recipe: Recipe) -> PinContact:
-    """Return the pin of a run by the best estimates of its inputs."""
+def engine_of(end: EndWear | None, recipe: Recipe) -> WearEngine:
+    """Return the engine that a recipe asks for, or else the one that fits what was measured on the disc.
+
+    The GIWM is made for a disc that does not wear. Where one does, beyond what its measurement may be off by twice and
+    a hundredth of the pin's wear, k_D·F_N·s is the volume that the pin lacks.
+    """
+    if recipe.wear.engine is not None:
+        return recipe.wear.engine
+    if end is None or end.disc is None:
+        return "giwm"
+    worn, unsure = end.disc.quantity.value, end.disc.quantity.standard_uncertainty or 0.0
+    return "volume" if worn > max(2 * unsure, _HARDLY * end.pin_depth.value) else "giwm"
+
+
+def best_pin(run: RawRun, end: EndWear | None, recipe: Recipe) -> PinContact:
+    """Return the pin of a run by the best estimates of its inputs.
+
+    Local wear counts as the GIWM here: of the drift the two differ by next to nothing.
+    """
     contact = run.manifest.pin_on_disc
-    return pin_contact(
-        contact,
-        {
-            "normal_load": applied_load(run, recipe).value,
-            "pin_radius": contact.pin.radius.value,
-            "pin_modulus": contact.pin.youngs_modulus.value,
-            "disc_modulus": contact.disc.youngs_modulus.value,
-        },
-    )
+    values = {
+        "normal_load": applied_load(run, recipe).value,
+        "pin_radius": contact.pin.radius.value,
+        "pin_modulus": contact.pin.youngs_modulus.value,
+        "disc_modulus": contact.disc.youngs_modulus.value,
+    }
+    engine = engine_of(end, recipe)
+    return pin_curve(contact, values, "giwm" if engine == "local" else engine)
 
 
 def pin_reading(
@@ -145,7 +166,6 @@ def pin_reading(
     *,
     pin: PinContact,
     share: Share,
-    slid: float,
     free: Column | None = None,
 ) -> DepthReading:
     """Return the depth reading of a pin and its disc.
@@ -164,14 +184,15 @@ def pin_reading(
         Depth against worn volume.
     share
         Share of the volume at the end that is worn at each sliding distance.
-    slid
-        Sliding distance at the end, m.
     free
         Columns of what else is free, shape (blocks, n).
     """
+    ratio = _depth_ratio(run, end)
 
     def course(end_depth: float, distance: Column) -> Column:
-        return np.asarray(pin.worn(pin.volume(end_depth) * share(distance)).depth)
+        worn = share(distance)
+        depth = pin.worn(pin.volume(end_depth) * worn).depth
+        return np.asarray(depth * depth_growth(worn, ratio) if ratio else depth)
 
     most = (
         float(np.min(pin.worn(pin.most_volume * (1 - 1e-9)).depth)) if np.all(np.isfinite(pin.most_volume)) else np.inf
@@ -180,7 +201,7 @@ def pin_reading(
         course,
         tuple(_measured_depths(run, end, recipe, pin, share)),
         drift_deviation=None if end is not None else recipe.drift.prior.value,
-        known=tuple(_track(samples, end, pin, share, slid)),
+        known=tuple(_track(samples, end, course)),
         free=free,
         most=most,
     )
@@ -209,25 +230,29 @@ def _depths(end: EndWear) -> Column:
     return np.maximum.accumulate(end.pin_depth_of(moved, end.tip.radius))
 
 
-def _track(samples: DepthSamples, end: EndWear | None, pin: PinContact, share: Share, slid: float) -> list[KnownTerm]:
-    """Return what the disc has worn by each block, where it was measured.
+def _track(samples: DepthSamples, end: EndWear | None, course: Course) -> list[KnownTerm]:
+    """Return what the disc has worn by each block, where it was measured: as measured, and by another course.
 
-    By Archard's law a point of the track, passing under a contact of radius a once a turn, wears as ∫ds/a.
+    By Archard's law the groove is as deep as the area that the pin has lost in its middle slice, over the length of the
+    path and by the ratio of coefficients. To first order another exponent adds the logarithm of that.
     """
     if end is None or end.disc is None:
         return []
-    distance = np.append(samples.nodes.distance, slid)
-    depth = max(end.pin_depth.value, 1e-9)
-    radius = pin.worn(pin.volume(depth) * share(distance)).radius
-    order = np.argsort(distance, kind="stable")
-    # By the trapezoidal rule over √s, in which 2√s/a is smooth and begins at 0.
-    root = np.concatenate([[0.0], np.sqrt(distance[order])])
-    rate = np.concatenate([[0.0], root[1:] / radius[order]])
-    grown = np.empty(len(distance))
-    grown[order] = np.cumsum((rate[1:] + rate[:-1]) * np.diff(root))
-    shape = samples.nodes.averaged(grown[:-1] / grown[-1])
-    disc = end.disc.quantity
-    return [KnownTerm(shape, disc.value, math.hypot(disc.standard_uncertainty or 0.0, _COURSE * disc.value))]
+    disc, depth = end.disc.quantity, max(end.pin_depth.value, 1e-9)
+    contact = end.tip.on_track(end.tip.radius)
+    share = contact.middle_slice(course(depth, samples.nodes.distance)) / contact.middle_slice(depth)
+    bent = share * np.log(np.maximum(share, 1e-9))
+    return [
+        KnownTerm(samples.nodes.averaged(share), disc.value, disc.standard_uncertainty or 0.0),
+        KnownTerm(samples.nodes.averaged(bent), 0.0, _COURSE * abs(disc.value)),
+    ]
+
+
+def _depth_ratio(run: RawRun, end: EndWear | None) -> float:
+    """Return the depth of the groove over that of the pin where that shapes the scar, and 0 where it does not."""
+    if end is None or end.disc is None or run.manifest.pin_on_disc.pin.shape == "flat" or not end.pin_depth.value > 0:
+        return 0.0
+    return max(end.disc.quantity.value, 0.0) / end.pin_depth.value
 
 
 def disc_reading(run: RawRun, samples: DepthSamples, end: DiscEndWear, recipe: Recipe, slid: float) -> DepthReading:

@@ -86,7 +86,7 @@ def read_trace(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> Senso
 
 def _pin_wear(run: RawRun, end: EndWear, share: Column, recipe: Recipe) -> Column:
     """Return the wear depth of a pin that reaches its end value at the end, m, against the share of the distance."""
-    pin = best_pin(run, recipe)
+    pin = best_pin(run, end, recipe)
     return pin.worn(pin.volume(max(end.pin_depth.value, _LEAST_WEAR)) * share).depth
 
 
@@ -174,8 +174,8 @@ def _by_model(
     if isinstance(end, DiscEndWear):
         reading = disc_reading(run, samples, end, recipe, slid)
     else:
-        pin = best_pin(run, recipe)
-        reading = pin_reading(run, samples, end, recipe, pin=pin, share=lambda s: s / slid, slid=slid)
+        pin = best_pin(run, end, recipe)
+        reading = pin_reading(run, samples, end, recipe, pin=pin, share=lambda s: s / slid)
     posterior = depth_posterior(reading)
     found = depth_model(posterior, record.duration)
     time, segments = (run.columns["time"] - record.start) / record.duration, record.segments(run.sliding_distance)

@@ -104,6 +104,11 @@ class Regime:
         return self.distance / self.speed
 
     @property
+    def both_wear(self) -> bool:
+        """Whether the disc wears as well, by more than those of the paper, and its wear was measured."""
+        return self.disc_stated and self.disc_wear is not None and self.disc_wear[0] > UM
+
+    @property
     def samples(self) -> int:
         """Number of samples."""
         return round(self.duration * self.rate) + 1

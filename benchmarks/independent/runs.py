@@ -68,7 +68,9 @@ def course(regime: Regime, errors: Errors, coefficient: float, disc: float) -> C
     time = np.arange(regime.samples) / regime.rate
     distance = regime.speed * off["speed"] * time
     load = regime.load * (1 + regime.load_error) * off["load"]
-    tip = Tip(regime.shape, regime.radius * off["radius"], load, _contact_modulus(regime, off))
+    # Where both bodies wear, volumes are those of the shapes; the paper's elastic approach is for a disc that does not.
+    modulus = np.inf if regime.both_wear else _contact_modulus(regime, off)
+    tip = Tip(regime.shape, regime.radius * off["radius"], load, modulus)
     effective, factor = _effective(regime, distance)
     volume = coefficient * load * effective
     coarse = np.unique(np.linspace(0, len(distance) - 1, min(len(distance), _COARSE)).astype(int))

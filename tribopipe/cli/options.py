@@ -70,12 +70,12 @@ Law = Annotated[
         help="Wear law: archard, sarkar, or one that another package adds.",
     ),
 ]
-WearEngine = Literal["giwm", "local"]
+WearEngine = Literal["giwm", "volume", "local"]
 Pressure = Annotated[
     WearEngine | None,
     typer.Option(
         "--engine",
-        help="Pressure on a pin: even, by the Global Incremental Wear Model, or local; wins over a recipe.",
+        help="Depth of a pin by the Global Incremental Wear Model, its volume, or local wear; wins over a recipe.",
     ),
 ]
 

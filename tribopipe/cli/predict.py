@@ -326,7 +326,7 @@ def _known_pin(subject: _Subject, asked: _Asked) -> "KnownPin":
     fitted = known_pin(subject.fit) if isinstance(subject.fit, WearFit) else None
     if fitted is None:
         given = quantity("--wear-coefficient", asked.coefficients[0], "wear coefficient")
-        return KnownPin(given, asked.recipe.wear.engine)
+        return KnownPin(given, asked.recipe.wear.engine or "giwm")
     if asked.engine not in (None, fitted.engine):
         raise FitError(
             f"{subject.manifest.id}: found a k_D that was fitted with --engine {fitted.engine}; expected "

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from tribopipe.contact.mechanics import contact_modulus, elastic_approach, hertz_radius
 from tribopipe.errors import ContactError
-from tribopipe.geometry import cap_height, cap_radius
+from tribopipe.geometry import cap_height, cap_radius, scar_radius_at, worn_depth, worn_volume
 from tribopipe.records.manifest import PinOnDisc
 from tribopipe.run import Column, Values
 from tribopipe.units import show
@@ -24,6 +24,8 @@ _CONVERGED = 1e-9
 """Relative Newton step after which the next one, by quadratic convergence, is below the last digit."""
 _BLOCK = 16_384
 """Places solved at a time, so that they stay in the processor's cache."""
+_POINT = 1e-9
+"""Contact radius of an unworn rigid sphere over its own: none would make its pressure infinite."""
 _CUBICALLY_CONVERGED = 1e-5
 """Relative step of Halley's method after which the next one is."""
 
@@ -167,11 +169,7 @@ class SphericalPin:
         """
         v = np.asarray(volume, dtype=float)
         if np.any(v > self.most_volume):
-            raise ContactError(
-                f"contact: found a worn volume of {show(np.max(v), None, 'm^3', 'mm^3')}, more than the tip holds "
-                f"({show(np.min(self.most_volume), None, 'm^3', 'mm^3')}); expected wear within the tip; check "
-                "wear coefficient, load and distance"
-            )
+            raise worn_away(v, self.most_volume)
         if v.ndim != 1 or v.size <= _BLOCK:
             return self._worn_by(self._growth_of_volume(v))
         blocks = [self.worn(v[first : first + _BLOCK]) for first in range(0, v.size, _BLOCK)]
@@ -235,11 +233,7 @@ class SphericalPin:
         """Invert h(d), which is concave, by Newton from below."""
         (start, approach, centre), (_, radius, _) = self._start, self._inputs
         if np.any(depth < 0) or np.any(depth > self._worn_by(centre).depth):
-            raise ContactError(
-                f"contact: found a wear depth of {show(np.max(np.abs(depth)), None, 'm', 'um')}; expected one between "
-                f"0 and the tip's height of {show(np.min(radius - self._missing_height), None, 'm', 'um')}; check the "
-                "depth and its unit"
-            )
+            raise no_such_depth(depth, radius - self._missing_height)
         growth = np.asarray(depth / (1 + approach * centre / start**2))
         for _ in range(_MOST_ITERATIONS):
             state = self._worn_by(growth)
@@ -275,6 +269,74 @@ class SphericalPin:
             a = (2 * radius * total - total * total) ** 0.5
             elastic = load / (2 * modulus * a)
         return np.array(depths)
+
+
+@dataclass(frozen=True)
+class RigidSphere:
+    """A sphere, truncated or not, that has lost exactly the volume that its shape lacks.
+
+    Elastic approach widens the contact of the GIWM, which so takes a pin for having lost more than it lacks: by as much
+    as the approach is of its depth, times about four. Local wear keeps to the volume of the shape within 0.3 % once the
+    pin has worn by more than its Hertzian approach.
+    """
+
+    radius: ArrayLike
+    flat_radius: ArrayLike = 0.0
+    """a₀ of a truncated sphere, m; 0 for a whole one."""
+
+    @property
+    def most_volume(self) -> Column:
+        """Volume, m³, of half a sphere beyond the flat it began with."""
+        height = np.sqrt(np.square(self.radius) - np.square(self.flat_radius))
+        return worn_volume(depth=height, sphere_radius=self.radius, flat_radius=self.flat_radius)
+
+    def worn(self, volume: ArrayLike) -> WornState:
+        """Return depth and contact radius after wearing off a volume, m³.
+
+        Raises ``ContactError`` where more than half a sphere would be gone.
+        """
+        v = np.asarray(volume, dtype=float)
+        if np.any(v > self.most_volume):
+            raise worn_away(v, self.most_volume)
+        depth = worn_depth(volume=v, sphere_radius=self.radius, flat_radius=self.flat_radius)
+        scar = scar_radius_at(depth=depth, sphere_radius=self.radius, flat_radius=self.flat_radius)
+        return _evenly_worn(depth, np.maximum(scar, _POINT * np.asarray(self.radius)))
+
+    def volume(self, depth: ArrayLike) -> Column:
+        """Return the volume, m³, worn off at a depth, m. Raises ``ContactError`` where the tip is not as high."""
+        height = np.sqrt(np.square(self.radius) - np.square(self.flat_radius))
+        if np.any(np.less(depth, 0)) or np.any(np.greater(depth, height)):
+            raise no_such_depth(depth, height)
+        return worn_volume(depth=depth, sphere_radius=self.radius, flat_radius=self.flat_radius)
+
+    def published_depth(self, volume_steps: ArrayLike) -> Column:
+        """Refuse: the paper's Euler steps are the GIWM's."""
+        raise no_published_scheme(volume_steps, "volumes by the shape alone")
+
+
+def worn_away(volume: Column, most: Column) -> ContactError:
+    """Return the refusal of a volume that a tip does not hold."""
+    return ContactError(
+        f"contact: found a worn volume of {show(np.max(volume), None, 'm^3', 'mm^3')}, more than the tip holds "
+        f"({show(np.min(most), None, 'm^3', 'mm^3')}); expected wear within the tip; check "
+        "wear coefficient, load and distance"
+    )
+
+
+def no_such_depth(depth: ArrayLike, height: ArrayLike) -> ContactError:
+    """Return the refusal of a wear depth that a tip cannot have."""
+    return ContactError(
+        f"contact: found a wear depth of {show(np.max(np.abs(depth)), None, 'm', 'um')}; expected one between "
+        f"0 and the tip's height of {show(np.min(height), None, 'm', 'um')}; check the depth and its unit"
+    )
+
+
+def no_published_scheme(volume_steps: ArrayLike, engine: str) -> ContactError:
+    """Return the refusal of the paper's scheme under another engine than the paper's."""
+    return ContactError(
+        f"published scheme: found {np.size(volume_steps)} steps of {engine}; expected the GIWM, whose flow chart "
+        "(Fig. 2) it follows; take the exact scheme, or a k_D fitted with --engine giwm"
+    )
 
 
 def pin_contact(contact: PinOnDisc, values: Values) -> PinContact:

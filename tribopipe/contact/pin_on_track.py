@@ -31,6 +31,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 _MOST_ITERATIONS = 80
 _EXACT = 1e-13
 _CONVERGED = 1e-9
+_GROWTH_NODES = 201
 """Relative step after which a root that converges faster than linearly is exact."""
 
 
@@ -293,3 +294,29 @@ def volume_growth(depth_ratio: ArrayLike) -> NDArray[np.float64]:
     t = 1 - x**2
     under = np.sqrt(1 - t**2 + ratio[..., None] * (1 - t**3))
     return np.asarray(16 / np.pi * np.sum(_WEIGHTS * x * t**2 * under, axis=-1))
+
+
+def depth_growth(share: ArrayLike, depth_ratio: float) -> NDArray[np.float64]:
+    """Return by what factor a sphere has worn deeper on its way than on a track that does not wear.
+
+    Of a paraboloid, whose scar was x times as long as at the end, the depth was x² and that of the groove x³ of the
+    last one; the share of the volume follows by ``volume_growth``:
+
+        V_1/V_end = x⁴·g(q·x)/g(q),        factor = x²/√(V_1/V_end)
+
+    Parameters
+    ----------
+    share
+        Share of the volume at the end that the pin has lost, from 0 to 1; any shape.
+    depth_ratio
+        q, depth of the groove over wear depth of the pin, at the end.
+
+    Returns
+    -------
+    ndarray
+        1 at the end, √g(q) at the start; of the same shape.
+    """
+    x = np.linspace(0.0, 1.0, _GROWTH_NODES)
+    grown = volume_growth(depth_ratio * x)
+    lost = x**4 * grown / grown[-1]
+    return np.asarray(np.interp(_floats(share), lost, np.sqrt(grown[-1] / grown)))

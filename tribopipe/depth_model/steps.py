@@ -11,6 +11,8 @@ _FEWEST = 60
 _TERMS = 9
 _DECISIVE = 8.0
 """Standard deviations of usual changes from bin to bin beyond which one is a step."""
+_LEAST = 2e-4
+"""Usual change, over the range of the reading, below which no step matters."""
 _KEPT = 0.6
 """Share of a step that has to last."""
 _SPAN = 6
@@ -41,11 +43,11 @@ def steps(time: Column, progress: Column, depth: Column) -> list[int]:
     smooth = _without_wear(np.add.reduceat(progress, edges[:-1]) / counts, mean)
     change = smooth[2:] - smooth[:-2]
     center = np.median(change)
-    scale = _TO_DEVIATION * float(np.median(np.abs(change - center)))
+    scale = max(_TO_DEVIATION * float(np.median(np.abs(change - center))), _LEAST * float(np.ptp(mean)))
     found: list[int] = []
     for place in np.argsort(-np.abs(change - center)).tolist():
         size = change[place] - center
-        if abs(size) <= _DECISIVE * max(scale, 1e-12):
+        if abs(size) <= _DECISIVE * scale:
             break
         if all(abs(place - other) > _SPAN for other in found) and _lasts(smooth, place + 1, size):
             found.append(place)

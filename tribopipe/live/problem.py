@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from tribopipe.depth_reading import remountings
+from tribopipe.depth_reading import engine_of, remountings
 from tribopipe.drift import SensorTrace
 from tribopipe.end_values.measured import EndValueUsed
 from tribopipe.end_values.pin_on_disc import EndWear, end_wear
@@ -171,7 +171,7 @@ def live_problem(asked: Asked, state: State) -> LiveProblem:
         or EndWear(EndValueUsed("pin_wear_depth", Quantity(value=0.0, unit="m"), "default"), None, PinTip.of(pin)),
         friction=_friction(asked, fine),
         inputs=_inputs(asked, anchors, end),
-        engine=asked.recipe.wear.engine,
+        engine=engine_of(end, asked.recipe),
         weights=means.samples,
         noise=noise.variance,
         most_noise=noise.most,

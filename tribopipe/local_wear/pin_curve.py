@@ -1,4 +1,4 @@
-"""Depth of a pin against worn volume by either wear engine: the GIWM's even pressure, or local wear.
+"""Depth of a pin against worn volume by each wear engine: the GIWM's even pressure, its shape alone, or local wear.
 
 Local wear of a sphere is the GIWM's and an excess that is one curve for all spheres (tribopipe.local_wear.excess):
 
@@ -16,7 +16,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tribopipe.contact.mechanics import hertz_radius
-from tribopipe.contact.pin_on_disc import PinContact, SphericalPin, WornState, pin_contact
+from tribopipe.contact.pin_on_disc import (
+    PinContact,
+    RigidSphere,
+    SphericalPin,
+    WornState,
+    no_published_scheme,
+    pin_contact,
+)
 from tribopipe.errors import ContactError
 from tribopipe.local_wear.excess import excess
 from tribopipe.records.manifest import PinOnDisc
@@ -77,10 +84,7 @@ class LocalSphere:
 
     def published_depth(self, volume_steps: ArrayLike) -> Column:
         """Refuse: the paper's Euler steps are the GIWM's."""
-        raise ContactError(
-            f"published scheme: found {np.size(volume_steps)} steps of local wear; expected the GIWM, whose flow chart "
-            "(Fig. 2) it follows; take the exact scheme, or a k_D fitted with --engine giwm"
-        )
+        raise no_published_scheme(volume_steps, "local wear")
 
 
 def pin_curve(contact: PinOnDisc, values: Values, engine: WearEngine) -> PinContact:
@@ -91,6 +95,8 @@ def pin_curve(contact: PinOnDisc, values: Values, engine: WearEngine) -> PinCont
     pin = pin_contact(contact, values)
     if engine == "giwm" or not isinstance(pin, SphericalPin):
         return pin
+    if engine == "volume":
+        return RigidSphere(pin.radius, pin.flat_radius)
     if contact.pin.flat_radius is not None:
         raise ContactError(
             f"local wear: found a truncated sphere with a flat of {contact.pin.flat_radius.shown('um')}; expected a "

@@ -37,8 +37,9 @@ class FrictionRecipe(Record):
     """Where the fit ends; left out, at the end of the run."""
 
 
-WearEngine = Literal["giwm", "local"]
-"""How the pressure on a pin is found: spread evenly, as the GIWM does, or solved for at each point as it wears."""
+WearEngine = Literal["giwm", "volume", "local"]
+"""How the depth of a pin follows from its worn volume: under even pressure and elastic approach, as the GIWM has it; by
+its shape alone, so that k_D·F_N·s is the volume it lacks; or by the pressure solved for at each point as it wears."""
 Correction = Literal["model", "two-step"]
 DistanceConvention = Literal["full-slip", "contact-width", "line-load", "volume-conserving"]
 """What counts as the distance that a point of a disc slides in one rotation (tribopipe.contact.twin_disc)."""
@@ -51,8 +52,9 @@ class WearRecipe(Record):
     """Wear laws that `process` fits."""
     parameters: dict[LawName, dict[str, GivenParameter]] = Field(default_factory=dict)
     """Parameters of a wear law beside k_D that are known; those left out are fitted with k_D of a pin."""
-    engine: WearEngine = "giwm"
-    """Pressure on a pin: even (the Global Incremental Wear Model) or local; k_D is right with its own engine only."""
+    engine: WearEngine | None = None
+    """Depth against volume of a pin: by the Global Incremental Wear Model, by the volume it lacks, or by local wear; left
+    out, by the GIWM, or by the volume where the disc wore as well. k_D is right with its own engine only."""
     friction: FrictionSource = "fitted"
     """μ in Sarkar's law: Eq. 7 as fitted, or the measured curve."""
     correction: Correction = "model"

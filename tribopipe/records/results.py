@@ -324,7 +324,7 @@ class WearPrediction(Record):
 
 def by(engine: WearEngine) -> str:
     """Say the engine that a k_D was found by, after its law; nothing of the GIWM."""
-    return "" if engine == "giwm" else ", local pressure"
+    return {"giwm": "", "volume": ", by volume", "local": ", local pressure"}[engine]
 
 
 def _with(parameters: tuple[LawValue, ...] | None) -> str:

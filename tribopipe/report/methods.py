@@ -239,6 +239,16 @@ _FLAT = Method(
     (Equation(r"h = \frac{v}{π a^2} , \quad v = k_D F_N S , \quad S = ∫_0^s f d s"),),
     "f is 1 in Archard's law and √(1 + 3μ²) in Sarkar's.",
 )
+_BY_VOLUME = Method(
+    "Volume of a pin on a disc that wears",
+    "Where the disc has worn as well, the pin has lost the volume that its shape lacks, elastic approach left out. Its "
+    "scar is the wider the deeper the groove, h_d, beside its own depth, h_p:",
+    (
+        Equation(r"v = k_D F_N S = g ( h_d / h_p ) V_{\text{cap}} ( h_p ) , \quad S = ∫_0^s f d s"),
+        Equation(r"g ( q ) = \frac{16}{π} ∫_0^1 t^2 \sqrt{1 − t^2 + q ( 1 − t^3 )} d t"),
+    ),
+    "f is 1 in Archard's law and √(1 + 3μ²) in Sarkar's.",
+)
 _LOCAL = Method(
     "Local wear",
     "Where results say so, the pressure at each point of the contact was solved for as it wears, instead of being "
@@ -414,6 +424,7 @@ _METHODS: tuple[tuple[Callable[[Evidence], object], Method], ...] = (
     (lambda told: told.shapes & {"spherical", "truncated-sphere"}, _SPHERE),
     (lambda told: "truncated-sphere" in told.shapes, _TRUNCATED),
     (lambda told: "flat" in told.shapes, _FLAT),
+    (lambda told: any(one.engine == "volume" for one in told.pins), _BY_VOLUME),
     (_is_local, _LOCAL),
     (lambda told: told.discs, _DISCS),
     *((_counted(convention), method) for convention, method in _CONVENTIONS.items()),

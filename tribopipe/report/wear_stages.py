@@ -4,12 +4,15 @@ from collections.abc import Iterator, Sequence
 
 from tribopipe.records.disc_results import DiscCoefficient, TwinDiscFit, spoken
 from tribopipe.records.quantity import Quantity
+from tribopipe.records.recipe import WearEngine
 from tribopipe.records.results import Contribution, MonteCarlo, WearFit
 from tribopipe.report.facts import NOTHING, facts, interval, shown, signed_share
 from tribopipe.report.page import TextTable
 from tribopipe.report.told import Steps, Told, cells
 from tribopipe.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT
 from tribopipe.wear.laws import law_title
+
+_ENGINES: dict[WearEngine, str] = {"giwm": "GIWM, even pressure", "volume": "by shape", "local": "local pressure"}
 
 
 def wear_fit_told(result: WearFit, _: Steps) -> Told:
@@ -26,7 +29,7 @@ def wear_fit_told(result: WearFit, _: Steps) -> Told:
             ("pin wear at the end, measured", shown(result.measured_end_depth)),
             (f"standard deviation{_of_blocks(result)} about the fit", shown(result.residual_deviation)),
             ("independent samples", None if samples is None else f"{samples:,.0f}"),
-            ("pressure", "even (GIWM)" if result.engine == "giwm" else result.engine),
+            ("depth against volume", _ENGINES[result.engine]),
             ("correction for drift", "two-step" if result.correction == "two-step" else "one model with k_D"),
             ("based on", result.basis),
             ("friction", result.friction),

@@ -7,9 +7,11 @@ import numpy as np
 from numpy.random import Generator
 
 from tribopipe.contact.mechanics import HARDNESS_UNIT, contact_modulus, hertz_radius
+from tribopipe.depth_reading import engine_of
+from tribopipe.end_values.pin_on_disc import end_wear
 from tribopipe.errors import ContactError
 from tribopipe.records.quantity import Quantity, wear_coefficient
-from tribopipe.records.recipe import LawName, Recipe
+from tribopipe.records.recipe import LawName, Recipe, WearEngine
 from tribopipe.records.study import Study
 from tribopipe.records.verdict import (
     EndOfLife,
@@ -71,6 +73,7 @@ def evaluate(
     """
     recipe = recipe or Recipe()
     fit, predict = chosen(study, members, left_out)
+    recipe = _one_engine(recipe, fit)
     laws, curves, shapes = [], [], {}
     for law in study.laws:
         found = _Law(study, law, recipe, fit, predict)
@@ -90,6 +93,14 @@ def evaluate(
         notes=single_run_note([member.id for member in fit]),
     )
     return Evaluation(result, tuple(curves))
+
+
+def _one_engine(recipe: Recipe, fit: Sequence[Member]) -> Recipe:
+    """Return the recipe with one engine for all runs: that of a disc that wears, if one of those fitted does."""
+    ends = (end_wear(member.corrected.run, recipe.uncertainty) for member in fit)
+    engines = {engine_of(end, recipe) for end in ends if end is not None}
+    chosen_engine: WearEngine = "giwm" if engines <= {"giwm"} else engines.difference({"giwm"}).pop()
+    return recipe.model_copy(update={"wear": recipe.wear.model_copy(update={"engine": chosen_engine})})
 
 
 class _Law:
@@ -119,7 +130,7 @@ class _Law:
         ]
         return LawResult(
             model=self.law,
-            engine=self.recipe.wear.engine,
+            engine=self.recipe.wear.engine or "giwm",
             wear_coefficient=wear_coefficient(best, found.standard_uncertainty),
             interval=(wear_coefficient(found.interval[0]), wear_coefficient(found.interval[1])),
             draws=len(found.draws),

@@ -91,7 +91,7 @@ def predicted(subject: Subject[Condition], settings: Settings, wanted: Wanted) -
 def _pin(condition: Condition, friction: FrictionPath | None, wanted: Wanted) -> Iterator[Row]:
     conditions, known = condition.run.conditions, wanted.known.get(condition.law)
     if condition.wear_coefficient is not None:
-        known = KnownPin(condition.wear_coefficient, condition.recipe.wear.engine)
+        known = KnownPin(condition.wear_coefficient, condition.recipe.wear.engine or "giwm")
     if not isinstance(known, KnownPin):
         raise _unknown(condition)
     scenario = WearScenario(

@@ -11,7 +11,11 @@ from tribopipe.wear.twin_disc.predict import known_discs
 
 _MEASURED = "k_D was identified with friction as measured; the subroutine takes the fit of Eq. 7."
 _FLAT_DISC = "in the test the flat disc wore too, which this leaves out: it wears the curved disc alone."
-_PRESSURES = {"giwm": "even pressure (the Global Incremental Wear Model)", "local": "local pressure"}
+_PRESSURES = {
+    "giwm": "even pressure (the Global Incremental Wear Model)",
+    "volume": "the volume that the pin lacks",
+    "local": "local pressure",
+}
 
 
 @dataclass(frozen=True)

@@ -69,7 +69,6 @@ class DepthProblem(WearProblem):
             self.recipe,
             pin=self.pin(values),
             share=lambda distance: self.effective_distance(values, distance) / whole,
-            slid=self.trace.slid,
             free=self._law_terms,
         )
 
@@ -306,7 +305,7 @@ class DepthProblem(WearProblem):
             low, high = one.course(np.asarray([self._together[0] - step, self._together[0] + step]))
             found[name] = variance * (high - low) / (2 * step) / one.uncertainty * self._per_depth
         if self.reading.known and self.inputs["disc_end_value"].spread:
-            place = self.reading.columns.shape[1] - self.reading.optional.columns.shape[1] - 1
+            place = self.reading.columns.shape[1] - self.reading.optional.columns.shape[1] - len(self.reading.known)
             covariance = self.posterior.terms_per_depth[place] * self.posterior.together[1] ** 2
             by_depth = covariance / self.inputs["disc_end_value"].spread * self._per_depth
             low, high = np.ravel(self._log_coefficient(self.moved(["disc_end_value"])))

@@ -54,7 +54,7 @@ def fit_wear(
     recipe = recipe or Recipe()
     problem = wear_problem(corrected, model, friction, recipe)
     if not isinstance(problem, WearProblem):
-        return WearFit(model=model, engine=recipe.wear.engine, outcome="not fitted", lacks=problem)
+        return WearFit(model=model, engine=recipe.wear.engine or "giwm", outcome="not fitted", lacks=problem)
     if len(problem.distance) < _FEWEST_SAMPLES:
         raise FitError(
             f"{corrected.id}: found {len(problem.distance)} samples of depth; expected at least "

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from tribopipe.contact.pin_on_disc import PinContact
 from tribopipe.contact.pin_on_track import volume_growth
-from tribopipe.depth_reading import remountings
+from tribopipe.depth_reading import engine_of, remountings
 from tribopipe.drift import SensorTrace, read_trace
 from tribopipe.end_values.measured import EndValueUsed
 from tribopipe.end_values.pin_on_disc import EndWear, end_wear
@@ -368,7 +368,7 @@ def wear_problem(
         end=end,
         friction=known.path,
         inputs=inputs,
-        engine=recipe.wear.engine,
+        engine=engine_of(end, recipe),
         friction_covariance=known.covariance,
         noise=_sensor_noise(trace, run.sliding_distance[seen], remountings(manifest, run.sliding_distance[seen])),
     )

@@ -284,9 +284,10 @@ def disc_problem(
 
     Raises ``FitError`` where local wear is asked for, which a pin alone is fitted by.
     """
-    if recipe.wear.engine != "giwm":
+    if recipe.wear.engine not in (None, "giwm"):
         raise FitError(
-            f"{run.id}: found two discs to fit by local wear; expected a pin; fit discs by the GIWM, --engine giwm"
+            f"{run.id}: found two discs to fit by --engine {recipe.wear.engine}; expected a pin; "
+            "fit discs by the GIWM, --engine giwm"
         )
     measurements = disc_measurements(run, recipe.uncertainty)
     if not any(one.disc == "curved_disc" for one in measurements):

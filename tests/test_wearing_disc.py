@@ -1,0 +1,110 @@
+"""k_D of a ball whose disc wears as well: the volume that the ball lacks, and the course of both depths."""
+
+import numpy as np
+import pytest
+from test_identify import CASES, record
+
+from tribopipe.contact.pin_on_disc import RigidSphere, SphericalPin
+from tribopipe.contact.pin_on_track import SphereOnTrack, depth_growth
+from tribopipe.depth_reading import engine_of
+from tribopipe.drift import correct_drift
+from tribopipe.end_values.pin_on_disc import end_wear
+from tribopipe.errors import ContactError
+from tribopipe.geometry import worn_volume
+from tribopipe.records.manifest import EndValue, EndValues
+from tribopipe.records.recipe import DefaultUncertainty, Recipe, WearRecipe
+from tribopipe.run import RawRun
+from tribopipe.wear.identify import fit_wear
+
+RADIUS = 0.794e-3
+SHARE = np.linspace(0.0, 1.0, 21)
+
+
+def depth(value: float, spread: float) -> EndValue:
+    return EndValue(value=value, unit="m", standard_uncertainty=spread)
+
+
+def recorded(pin: EndValue, disc: EndValue | None) -> RawRun:
+    raw = record(*CASES["si3n4-air-200mN"])
+    ends = EndValues(pin_wear_depth=pin, disc_wear_depth=disc)
+    return RawRun(raw.manifest.model_copy(update={"end_values": ends}), raw.columns, raw.origins, {}, {}, ())
+
+
+def recorded_by_the_volume(coefficient: float, disc_share: float) -> RawRun:
+    """A reading of rigid bodies without noise: pin and groove by the volumes of both, slice by slice."""
+    raw = recorded(depth(1e-5, 5e-8), None)
+    conditions = raw.manifest.conditions
+    root = np.linspace(0.0, np.sqrt(raw.sliding_distance[-1]), 500)
+    volume = coefficient * conditions.normal_load.value * root**2
+    path = 2 * np.pi * 4e-3
+    worn = SphereOnTrack(RADIUS).worn(volume, disc_share * volume / path)
+    both = np.interp(np.sqrt(np.maximum(raw.sliding_distance, 0.0)), root, worn.approach)
+    ends = EndValues(
+        pin_wear_depth=depth(float(worn.pin_depth[-1]), 5e-8),
+        disc_wear_depth=depth(float(worn.groove_depth[-1]), 2e-8),
+    )
+    manifest = raw.manifest.model_copy(update={"end_values": ends})
+    return RawRun(manifest, raw.columns | {"depth": both + 3e-6}, raw.origins, {}, {}, ())
+
+
+@pytest.mark.parametrize("flat", [0.0, 60e-6])
+def test_rigid_sphere_lacks_what_it_has_lost(flat):
+    pin = RigidSphere(RADIUS, flat)
+    depths = np.array([0.0, 1e-9, 1e-6, 3e-5, 4e-4])
+    np.testing.assert_allclose(pin.worn(pin.volume(depths)).depth, depths, rtol=1e-11)
+    volumes = worn_volume(depth=depths, sphere_radius=RADIUS, flat_radius=flat)
+    np.testing.assert_allclose(pin.volume(depths), volumes, rtol=1e-14)
+
+
+def test_rigid_sphere_is_the_limit_of_a_hard_one():
+    volumes = np.array([1e-15, 1e-13, 1e-11])
+    hard = SphericalPin(normal_load=0.2, radius=RADIUS, modulus=1e20)
+    np.testing.assert_allclose(RigidSphere(RADIUS).worn(volumes).depth, hard.worn(volumes).depth, rtol=1e-6)
+
+
+@pytest.mark.parametrize("depth", [-1e-6, 1.0e-3])
+def test_depth_that_a_rigid_sphere_cannot_have_is_refused(depth):
+    with pytest.raises(ContactError, match="tip's height of 794 µm"):
+        RigidSphere(RADIUS).volume(depth)
+
+
+def test_volume_that_a_rigid_sphere_does_not_hold_is_refused():
+    with pytest.raises(ContactError, match="more than the tip holds"):
+        RigidSphere(RADIUS).worn(2e-9)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 10.0, 60.0, 300.0])
+def test_pin_is_deeper_on_its_way_than_its_share_of_the_last_volume_says(ratio):
+    # The sphere itself, slice by slice, against the paraboloid of depth_growth.
+    volume = 1.35e-14 * 0.2 * 500 * SHARE
+    worn = SphereOnTrack(RADIUS).worn(volume, ratio * volume / (2 * np.pi * 4e-3))
+    last = float(worn.groove_depth[-1] / worn.pin_depth[-1])
+    alone = RigidSphere(RADIUS)
+    plain = alone.worn(SHARE[1:] * alone.volume(float(worn.pin_depth[-1]))).depth
+    np.testing.assert_allclose(plain * depth_growth(SHARE[1:], last), worn.pin_depth[1:], rtol=4e-3)
+
+
+@pytest.mark.parametrize(
+    ("disc", "engine"),
+    [
+        (None, "giwm"),
+        (depth(50e-9, 40e-9), "giwm"),
+        (depth(90e-9, 10e-9), "giwm"),
+        (depth(150e-9, 20e-9), "volume"),
+        (depth(3e-6, 1e-6), "volume"),
+    ],
+)
+def test_disc_that_has_worn_measurably_makes_the_volume_count(disc, engine):
+    end = end_wear(recorded(depth(10e-6, 5e-8), disc), DefaultUncertainty())
+    assert engine_of(end, Recipe()) == engine
+    assert engine_of(end, Recipe(wear=WearRecipe(engine="local"))) == "local"
+
+
+@pytest.mark.parametrize("ratio", [10.0, 60.0])
+def test_both_worn_by_archard_s_law_give_k_d_of_the_pin(ratio):
+    raw = recorded_by_the_volume(1.35e-14, ratio)
+    fit = fit_wear(correct_drift(raw))
+    assert (fit.engine, fit.basis) == ("volume", "reading and measurement")
+    assert fit.by_reading.value == pytest.approx(1.35e-14, rel=5e-3)
+    assert fit.wear_coefficient.value == pytest.approx(1.35e-14, rel=5e-3)
+    assert not [finding for finding in fit.findings if finding.severity != "note"]
