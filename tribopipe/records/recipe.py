@@ -53,8 +53,10 @@ class WearRecipe(Record):
     parameters: dict[LawName, dict[str, GivenParameter]] = Field(default_factory=dict)
     """Parameters of a wear law beside k_D that are known; those left out are fitted with k_D of a pin."""
     engine: WearEngine | None = None
-    """Depth against volume of a pin: by the Global Incremental Wear Model, by the volume it lacks, or by local wear; left
-    out, by the GIWM, or by the volume where the disc wore as well. k_D is right with its own engine only."""
+    """Depth against volume of a pin: by the Global Incremental Wear Model, by the volume it lacks, or by local wear.
+
+    Left out, it is the model's, or by volume where the disc wore as well. k_D is right with its own engine only.
+    """
     friction: FrictionSource = "fitted"
     """μ in Sarkar's law: Eq. 7 as fitted, or the measured curve."""
     correction: Correction = "model"
