@@ -30,6 +30,8 @@ NO_WANDER = 0.3
 """Prior probability that there is none."""
 _WIDE = 30.0
 """Prior standard deviation of H about its reference, in times the wear."""
+_SAME = 1e-12
+"""What is added to a squared correlation of one, so that columns that are the same have an inverse."""
 _WINDOW = 9.0
 """Ways whose logarithm of evidence is lower by more than this do not matter."""
 
@@ -188,6 +190,10 @@ class _Projected:
         root = np.sqrt(regression.weights)
         known = regression.normal[:, : len(regression.known_mean)]
         rows = regression.reading - known @ regression.known_mean
+        # What has a flat prior may be taken out before: squares of small rows lose no digits.
+        beside = regression.flat[:, 1:]
+        self.taken = np.linalg.lstsq(beside * root[:, None], rows * root, rcond=None)[0]
+        rows = rows - beside @ self.taken
         columns = np.column_stack([regression.flat, regression.normal, rows]) * root[:, None]
         if wander is not None:
             columns = wander.basis.T @ columns
@@ -201,10 +207,9 @@ class _Projected:
         anchor, found = self.regression.anchor, []
         for alternative in self.regression.alternatives:
             matrix, pull, square, log_prior = self._equations(alternative, normal)
-            inverse = np.linalg.inv(matrix)
+            inverse, log_det = _inverse(matrix)
             solution = (inverse @ pull[..., None])[..., 0]
             left = square - np.vecdot(pull, solution)
-            log_det = np.linalg.slogdet(matrix)[1]
             alone = np.log(alternative.probability) + 0.5 * (log_weights - log_det - log_prior - left)
             with_anchor = 0.0 if anchor is None else anchor.log_evidence(solution[:, 0], np.asarray(inverse[:, 0, 0]))
             found.append((alone, alone + with_anchor))
@@ -214,11 +219,12 @@ class _Projected:
         """Return mean and covariance of all coefficients, those that are not part of the alternative 0."""
         normal, _ = self._normal(wander, noise)
         matrix, pull, *_ = self._equations(alternative, normal)
-        inverse = np.linalg.inv(matrix)
+        inverse, _ = _inverse(matrix)
         used = self._used(alternative)
         mean = np.zeros((len(wander), self.count - 1))
         mean[:, used] = (inverse @ pull[..., None])[..., 0]
         flat = self.regression.flat.shape[1]
+        mean[:, 1:flat] += self.taken
         mean[:, flat : flat + len(self.regression.known_mean)] += self.regression.known_mean
         covariance = np.zeros((len(wander), self.count - 1, self.count - 1))
         covariance[:, np.asarray(used)[:, None], used] = inverse
@@ -244,3 +250,14 @@ class _Projected:
         diagonal = np.arange(len(used))[self.regression.flat.shape[1] :]
         matrix[:, diagonal, diagonal] += deviations**-2.0
         return matrix, normal[:, used, -1], normal[:, -1, -1], float(2 * np.sum(np.log(deviations)))
+
+
+def _inverse(matrices: Column) -> tuple[Column, Column]:
+    """Return inverses and logarithms of determinants of normal matrices, whatever the units of their columns.
+
+    Where columns are as good as the same, what each has of them is left wide open.
+    """
+    size = np.sqrt(np.einsum("pii->pi", matrices))
+    outer = size[:, :, None] * size[:, None, :]
+    scaled = matrices / outer + _SAME * np.eye(matrices.shape[-1])
+    return np.linalg.inv(scaled) / outer, np.linalg.slogdet(scaled)[1] + 2 * np.sum(np.log(size), axis=1)
