@@ -103,9 +103,11 @@ def compared(fit: Member, other: Member, *shared: str, law: str = "archard") -> 
 @pytest.mark.parametrize("law", LAWS)
 def test_400_mn_is_supported_and_800_mn_over_predicted_from_200_mn(nitride, law):
     told = {one.id: (one.role, one.outcome) for one in nitride.result.law(law).runs}
+    # The runs were simulated with Archard's law: by Sarkar's, the curve at 400 mN contradicts its own end value.
+    middle = "supported" if law == "archard" else "not decidable"
     assert told == {
         LIGHT: ("fitted", "supported"),
-        MIDDLE: ("predicted", "supported"),
+        MIDDLE: ("predicted", middle),
         HEAVY: ("predicted", "over-predicts"),
     }
 
@@ -159,7 +161,8 @@ def test_e_n_is_about_that_of_iso_13528(nitride):
 def test_exponents_are_those_of_a_sphere(nitride):
     for one in nitride.result.law("archard").runs:
         assert one.exponent.by_law == pytest.approx(0.5, abs=0.01)
-        assert abs(one.exponent.measured.value - 0.5) < 3 * one.exponent.measured.standard_uncertainty
+        off = one.exponent.measured.value - one.exponent.by_law
+        assert abs(off) < 3 * one.exponent.measured.standard_uncertainty
 
 
 def test_laws_are_compared_where_a_study_has_both(nitride, carbide):
@@ -179,16 +182,19 @@ def test_one_fitted_run_is_said_to_tell_nothing_of_scatter(nitride):
 @pytest.mark.parametrize("law", LAWS)
 def test_sentences_hold_law_load_and_e_n(nitride, law):
     for one, load in zip(nitride.result.law(law).runs, ("200 mN", "400 mN", "800 mN"), strict=True):
-        assert one.sentence.startswith(f"{law.capitalize()}'s law ")
-        assert f"the wear at {load}: " in one.sentence
+        start, where = f"{law.capitalize()}'s law ", f"the wear at {load}: "
+        if one.outcome == "not decidable":
+            start, where = f"Whether {start}holds", f"at {load} cannot be decided: "
+        assert one.sentence.startswith(start)
+        assert where in one.sentence
         assert f"E_n = {one.e_n:+.2f}" in one.sentence
         assert one.predicted_depth.shown("um") in one.sentence
         assert one.measured_depth.shown("um") in one.sentence
         assert f"{one.role} (95 %" in one.sentence
         assert one.sentence.endswith(".")
-    fitted, supported, over = nitride.result.law(law).runs
+    fitted, middle, over = nitride.result.law(law).runs
     assert " follows the wear" in fitted.sentence
-    assert " predicts the wear" in supported.sentence
+    assert (" predicts the wear" in middle.sentence) == (middle.outcome == "supported")
     assert " over-predicts the wear" in over.sentence
     assert f"by itself this run has {over.coefficient_ratio} times that k_D" in over.sentence
 
@@ -492,16 +498,16 @@ def test_another_seed_changes_the_draws_alone(pair):
         assert mine.value == pytest.approx(theirs.value, abs=0.5 * one.wear_coefficient.standard_uncertainty)
 
 
-def test_joint_correction_knows_k_d_of_tungsten_carbide_more_closely(members):
+def test_one_model_knows_k_d_of_tungsten_carbide_more_closely(members):
     asked = study(CARBIDE[:1], laws=["archard"])
     widths = {}
-    for correction in ("two-step", "joint"):
+    for correction in ("two-step", "model"):
         found = evaluate(asked, members, Recipe(wear=WearRecipe(correction=correction))).result
         low, high = (end.value for end in found.law("archard").interval)
         assert found.correction == correction
         assert low <= 7.5e-18 <= high
         widths[correction] = high - low
-    assert widths["joint"] < 0.9 * widths["two-step"]
+    assert widths["model"] < 0.9 * widths["two-step"]
 
 
 # --- several runs ---
