@@ -323,7 +323,8 @@ def test_a_long_run_has_the_wear_coefficient_of_every_sample_and_is_reproduced(s
     monkeypatch.setattr(long_text, "LARGE", 1 << 40)
     every = fit_wear(correct_drift(read_run(short_runs / RUN)), "archard").wear_coefficient
     found = archive.result(RUN, "wear_fit_archard", WearFit).wear_coefficient
-    assert abs(found.value - every.value) < 0.1 * every.standard_uncertainty
+    # Noise is told from fewer means than samples, and with it what the reading weighs beside the measurement.
+    assert abs(found.value - every.value) < 0.3 * every.standard_uncertainty
 
 
 @pytest.mark.usefixtures("_by_means")

@@ -33,7 +33,7 @@ material = "steel"
 youngs_modulus = "210 GPa"
 poisson_ratio = 0.3
 [conditions]
-normal_load = "10 N"
+normal_load = "200 mN"
 sliding_speed = "100 mm/s"
 [[signals]]
 file = "table.csv"
