@@ -2,7 +2,7 @@
 
 Ours of friction tells the loading ramp, the running-in, a constant and a straight line apart, and counts independent
 samples. Ours of k_D is posed anew from the corrected run: zero offset, end reading and noise of the sensor, then least
-squares on all samples and the first-order budget of all inputs. `fit_wear` adds the joint fit of drift and wear, and
+squares on all samples and the first-order budget of all inputs. `fit_wear` adds the model of the whole depth reading, and
 the Monte Carlo, which is case (d) and is left out here. `curve_fit` starts at what is typical.
 """
 
@@ -32,7 +32,7 @@ SAMPLES_A_RUN = 12_500
 TYPICAL = 1e-15
 """m²/N, 1e-9 mm³/(N mm): amid what is found of dry ceramics and metals, for a search to start from."""
 _LONGEST = 1_250_000
-_FRICTION, _WEAR, _WHOLE = "friction fit", "k_D fit and its budget", "k_D fit, budget and joint fit"
+_FRICTION, _WEAR, _WHOLE = "friction fit", "k_D fit and its budget", "k_D fit by the whole reading"
 NO_DRAWS = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
 
 
@@ -97,7 +97,7 @@ class TestRun:
         return budget(problem.condensed(), problem.coefficient())
 
     def whole_wear(self) -> object:
-        """Fit k_D, also together with drift."""
+        """Fit k_D by the whole reading."""
         return fit_wear(self.corrected, "archard", None, NO_DRAWS)
 
     def wear_by_scipy(self) -> object:
