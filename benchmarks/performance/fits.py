@@ -2,8 +2,8 @@
 
 Ours of friction tells the loading ramp, the running-in, a constant and a straight line apart, and counts independent
 samples. Ours of k_D is posed anew from the corrected run: zero offset, end reading and noise of the sensor, then least
-squares on all samples and the first-order budget of all inputs. `fit_wear` adds the model of the whole depth reading, and
-the Monte Carlo, which is case (d) and is left out here. `curve_fit` starts at what is typical.
+squares on all samples and the first-order budget of all inputs. `fit_wear` adds the model of the whole depth reading;
+the Monte Carlo is case (d) and is left out here. `curve_fit` starts at what is typical.
 """
 
 import time
