@@ -36,7 +36,7 @@ def _two_step_differs(problem: DepthProblem, two_step: Quantity) -> Iterator[Fin
     if abs(two_step.value - found) > MOST_DEVIATION * spread:
         yield _finding(
             "two_step_differs",
-            f"found k_D = {two_step.shown(WEAR_COEFFICIENT)} by two-step correction, and "
+            f"found under {problem.law.title} k_D = {two_step.shown(WEAR_COEFFICIENT)} by two-step correction, and "
             f"{wear_coefficient(found).shown(WEAR_COEFFICIENT)} by the whole reading",
             'use the default correction, correction = "model"',
         )
@@ -87,8 +87,8 @@ def _reading_not_trusted(problem: DepthProblem, two_step: Quantity | None) -> Fi
         code="reading_contradicts_measurement",
         where="depth",
         message=(
-            f"found k_D = {reading} by the depth reading alone and {measured} by the post-test measurement alone, "
-            f"{abs(problem.deviation):.1f} standard uncertainties apart: {_consequence(two_step)}"
+            f"found under {problem.law.title} k_D = {reading} by the depth reading alone and {measured} by the post-test "
+            f"measurement alone, {abs(problem.deviation):.1f} standard uncertainties apart: {_consequence(two_step)}"
         ),
         remedy="look for thermal drift, a wearing counterbody, and wrong units of either",
     )
@@ -101,31 +101,32 @@ def _consequence(two_step: Quantity | None) -> str:
 
 
 def _misfit(problem: DepthProblem) -> Finding:
-    posterior = problem.posterior
+    posterior, law = problem.posterior, problem.law.title
     change = rate_change(problem)
     if change is not None:
         where = show(float(f"{change.distance:.2g}"), None, "m")
         return _finding(
             "wear_rate_changes",
-            f"found that k_D after about {where} is {change.ratio:.2g} times that before; k_D is the mean of the test",
+            f"found under {law} that k_D after about {where} is {change.ratio:.2g} times that before; "
+            "k_D is the mean of the test",
             "divide the test there, or ask for a law with running-in",
         )
     size = _size(problem)
     if posterior.probability_of("settling") > _PROBABLE:
         return _finding(
             "reading_settles",
-            f"found that it settles like 1 − exp(−t/τ), by {size} besides wear; it was fitted as that",
+            f"found under {law} that it settles like 1 − exp(−t/τ), by {size} besides wear; it was fitted as that",
             "wait for the rig to warm up, or record the temperature",
         )
     if posterior.probability_of("temperature") > _PROBABLE:
         return _finding(
             "reading_follows_temperature",
-            f"found that it follows the temperature, by {size} besides wear; it was fitted as that",
+            f"found under {law} that it follows the temperature, by {size} besides wear; it was fitted as that",
             "keep the room steady, or wait for the rig to warm up",
         )
     return _finding(
         "curve_shape",
-        f"found a shape that neither the law nor linear drift has: {size} of it is neither",
+        f"found a shape that neither {law} nor linear drift has: {size} of it is neither",
         "look for thermal drift, running-in, and a wearing counterbody; the post-test measurement counts for more",
     )
 
