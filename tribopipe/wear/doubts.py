@@ -88,7 +88,8 @@ def _reading_not_trusted(problem: DepthProblem, two_step: Quantity | None) -> Fi
         where="depth",
         message=(
             f"found under {problem.law.title} k_D = {reading} by the depth reading alone and {measured} "
-            f"by the post-test measurement alone, {abs(problem.deviation):.1f} standard uncertainties apart: {_consequence(two_step)}"
+            f"by the post-test measurement alone, {abs(problem.deviation):.1f} standard uncertainties apart: "
+            f"{_consequence(two_step)}"
         ),
         remedy="look for thermal drift, a wearing counterbody, and wrong units of either",
     )
