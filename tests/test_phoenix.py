@@ -1,17 +1,25 @@
 """Files of Phoenix Tribology's Compend, whose header holds no units."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from instrument_shapes import Polymer, phoenix
 from read_tables import column
 
+from tribopipe.clean_up.cleaning import clean_run
+from tribopipe.drift import correct_drift
 from tribopipe.errors import ReaderError
 from tribopipe.ingest.draft.folder import Wanted, make_run
 from tribopipe.ingest.formats.phoenix import PhoenixReader
 from tribopipe.ingest.harmonise import read_run
 from tribopipe.ingest.reader import Hints, Reader, ReadTable
 from tribopipe.ingest.registry import detect
+from tribopipe.records.manifest import EndValues
+from tribopipe.records.quantity import EndValue
+from tribopipe.records.recipe import Recipe
 from tribopipe.run import SourceFile
+from tribopipe.wear.identify import fit_wear
 
 TRUTH = Polymer(rows=300)
 
@@ -61,6 +69,54 @@ def test_the_run_has_the_truth_s_distance_friction_and_wear(tmp_path):
     assert run.sliding_distance[-1] == pytest.approx(TRUTH.distance, rel=1e-5)
     assert np.mean(run.columns["friction_coefficient"]) == pytest.approx(TRUTH.friction, abs=1e-3)
     assert run.columns["depth"][0] - run.columns["depth"][-1] == pytest.approx(TRUTH.wear * 1e-6, rel=0.01)
+
+
+SETTINGS = [
+    "conditions.normal_load=60 N",
+    "contact.kind=pin-on-disc",
+    "contact.pin.shape=flat",
+    "contact.pin.radius=4 mm",
+    "contact.pin.material=PPS",
+    "contact.pin.youngs_modulus=3.6 GPa",
+    "contact.pin.poisson_ratio=0.38",
+    "contact.disc.material=steel",
+    "contact.disc.youngs_modulus=210 GPa",
+    "contact.disc.poisson_ratio=0.3",
+]
+AREA = np.pi * 4e-3**2
+
+
+def wear_fit(folder, content: bytes, end: EndValue | None):
+    path = folder / "TEST_2.TSV"
+    path.write_bytes(content)
+    made = make_run(Wanted([path], folder, settings=SETTINGS))
+    assert made.problem is None
+    run = read_run(made.folder)
+    run = replace(run, manifest=run.manifest.model_copy(update={"end_values": EndValues(pin_wear_depth=end)}))
+    # The displacement of this rig falls with wear.
+    recipe = Recipe.model_validate({"clean_up": [{"step": "turn-over", "signals": ["depth"]}]})
+    return fit_wear(correct_drift(clean_run(run, recipe).run, recipe), "archard", None, recipe)
+
+
+def test_k_d_of_a_flat_pin_is_area_times_wear_over_load_and_distance(tmp_path):
+    truth = Polymer()
+    end = EndValue(value=404e-6, unit="m", standard_uncertainty=4e-6)
+    fit = wear_fit(tmp_path, phoenix(truth), end)
+    expected = AREA * truth.wear * 1e-6 / (59.841 * truth.distance)
+    assert fit.wear_coefficient.value == pytest.approx(expected, rel=0.03)
+    # Drift is a line of any rate, and so is the wear of a flat pin: the measurement alone tells, and load and radius.
+    ideal = np.hypot(4 / 404, np.hypot(0.01, 2 * 0.002))
+    assert fit.wear_coefficient.standard_uncertainty / expected < 1.5 * ideal
+    assert [finding.code for finding in fit.findings if finding.severity != "note"] == []
+
+
+def test_k_d_of_a_flat_pin_by_the_sensor_alone_is_labeled(tmp_path):
+    truth = Polymer()
+    fit = wear_fit(tmp_path, phoenix(truth), None)
+    expected = AREA * truth.wear * 1e-6 / (59.841 * truth.distance)
+    assert fit.wear_coefficient.value == pytest.approx(expected, rel=0.03)
+    assert fit.basis == "reading"
+    assert "no_post_test_measurement" in {finding.code for finding in fit.findings}
 
 
 def test_of_two_friction_forces_that_of_the_coefficient_is_taken():
