@@ -174,6 +174,8 @@ _RECIPROCATING = replace(
     distance=36.0,
     rate=20.0,
     coefficient=6.5e-16,
+    # ASTM G133 has both length and width measured; beside a groove the length alone tells the depth.
+    anchor=Anchor("pin_scar_length", 3 * UM),
     friction=Friction(0.25, 0.40, 2.5),
     friction_noise=Autoregressive(0.02, 0.3),
     noise=(White(0.2 * UM), Autoregressive(0.1 * UM, 5.0)),

@@ -107,6 +107,8 @@ def _integral(values: Column, over: Column) -> Column:
 
 
 def _anchor(regime: Regime, tip: Tip, depth: float, groove: float, volume: float) -> float:
+    if regime.anchor.name == "pin_scar_length":
+        return tip.scar(depth)
     if regime.anchor.name == "pin_scar_diameter":
         return scar_diameter(tip, depth, groove)
     lost = volume if groove else tip.volume(depth)
