@@ -109,6 +109,7 @@ class Listed(dict[str, Any]):
 def listed(run_id: str, **known) -> Listed:
     """A run that is fitted, unless something else is known of it."""
     done = {"stage": "fitted", "steps": ["drift"], "k_d": 1e-17, "load": 200.0, "tribometer": "pin-on-disc"}
+    done |= {"end_depth": 1e-6}
     return Listed(id=run_id, run_toml=f"sha of {run_id}", **done | known)
 
 
@@ -122,6 +123,7 @@ def offered(archived=(), folders=(), **found) -> list[str]:
 PREDICT, REPORT, BROWSE = 'tribopipe predict a --load "400 mN"', "tribopipe report a", "tribopipe browse"
 WARNED, DEPTH = 'tribopipe ls --where "findings>0"', "a depth signal"
 AMEND = f"tribopipe process {Path('runs') / 'a'} --amend"
+SCAR_ONLY = {"k_d": None, "end_depth": None, "wear_rate": 1e-14, "lacks": [DEPTH]}
 ONWARDS = [PREDICT, REPORT, BROWSE]
 
 
@@ -138,9 +140,14 @@ ONWARDS = [PREDICT, REPORT, BROWSE]
         ([listed("a", findings=2)], ["tribopipe show a", *ONWARDS]),
         ([listed("a", findings=2), listed("b", findings=1, medium="oil")], [WARNED, *ONWARDS]),
         ([listed("a", stage="ingested", steps=[], mark="bad")], [BROWSE]),
-        ([listed("a", k_d=None, wear_rate=1e-14, lacks=[DEPTH])], ["tribopipe help scar_only", REPORT, BROWSE]),
+        ([listed("a", **SCAR_ONLY)], ["tribopipe help scar_only", REPORT, BROWSE]),
         ([listed("a", lacks=["a friction signal"])], ONWARDS),
         ([listed("a", k_d=None, lacks=[DEPTH, "an end value"])], [AMEND, BROWSE]),
+        ([listed("a", k_d=None, end_depth=None, lacks=[DEPTH])], [AMEND, BROWSE]),
+        ([listed("a", end_depth=None)], [AMEND, *ONWARDS]),
+        ([listed("a", end_depth=None, findings=1)], [AMEND, "tribopipe show a", *ONWARDS]),
+        ([listed("a", end_depth=None, mark="bad")], [BROWSE]),
+        ([listed("a", end_depth=None, tribometer="twin-disc")], ONWARDS),
     ],
 )
 def test_what_is_left_is_offered_and_then_what_can_be_made_of_it(archived, commands):
@@ -234,14 +241,16 @@ def test_followed_literally_it_leads_from_run_folders_to_a_report(commands, lab,
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("few_draws")
-def test_a_run_without_end_values_waits_for_them(commands, lab, short_runs, run_cli):
+def test_the_scar_of_a_run_without_end_values_is_asked_for_first(commands, lab, short_runs, run_cli):
     folder = Path(shutil.copytree(short_runs / RUN, lab / "runs" / RUN))
     replace_in(folder / "run.toml", r"\[end_values\]\n(.+\n)*", "")
     assert run_cli("process", "runs", "--no-figures", cwd=lab).exit_code == 0
-    assert commands() == [f"tribopipe process {Path('runs') / RUN} --amend", "tribopipe browse"]
-    assert "for lack of an end value of the pin" in run_cli(cwd=lab).stderr
+    onwards = [f'tribopipe predict {RUN} --load "400 mN"', f"tribopipe report {RUN}"]
+    assert commands() == [f"tribopipe process {Path('runs') / RUN} --amend", *onwards, BROWSE]
+    said = " ".join(run_cli(cwd=lab).stderr.split())
+    assert f"1 run is without an end value of the pin ({RUN}), k_D by the depth sensor alone: measure the scar" in said
     Archive(lab / "archive").mark(RUN, Mark(kind="bad", reason="it rang", date=NOW))
-    assert commands() == ["tribopipe browse"]
+    assert commands() == [BROWSE]
 
 
 def test_what_cannot_be_read_is_named_and_hurts_nobody(commands, lab):

@@ -131,11 +131,12 @@ def whole_lab(lab, short_plan) -> Path:
     (lab / "exports").mkdir()
     for source, copy in (
         (short_plan, "plan.toml"),
-        (pages / "lab.toml", "lab.toml"),
         (pages / "stroke_1.csv", "stroke_1.csv"),
         (pages / "stroke_2.csv", "exports/stroke_2.csv"),
     ):
         shutil.copy(source, lab / copy)
+    template = (pages / "lab.toml").read_text(encoding="utf-8").replace('"200 mN"', '"10 N"')  # as the strokes have it
+    (lab / "lab.toml").write_text(template, encoding="utf-8")
     (lab / "sweep.toml").write_text(SWEEP, encoding="utf-8")
     called(sys.executable, "-m", "tribopipe.cli.start", "export", "--ro-crate", "crate", cwd=lab)
     return lab

@@ -150,6 +150,12 @@ def test_row_with_too_few_fields_is_named():
         read(SMALL.replace(b"18\t25.3\t\t40.4\t", b"18\t"))
 
 
+def test_a_quotation_mark_and_a_long_word_before_a_last_row_are_refused():
+    row = "\t".join(STEPS[0][-1]).encode()
+    with pytest.raises(ReaderError, match=r"^test\.txt, line 20: found a field of more than 131072 characters"):
+        read(SMALL.replace(row, b'"' + b"x" * 140_000 + row))
+
+
 def test_numbers_without_names_are_refused():
     names = "\t".join(NAMES).encode() + b"\r\n"
     with pytest.raises(ReaderError, match=r"line 17: found numbers without names"):

@@ -140,6 +140,26 @@ def test_units_that_an_identity_contradicts_are_left_open():
     assert "the units of 'Mass' are left open; the header holds none" in table.notes
 
 
+def test_names_that_only_look_like_the_program_s_have_no_unit():
+    table = read(phoenix(TRUTH).replace(b"\tTime\t", b"\tT\x10ime\t", 1))
+    assert (column(table, "T\x10ime").unit, column(table, "T\x10ime").signal) == (None, None)
+    assert column(table, "Friction Force").signal == "friction_force"
+
+
+def test_a_speed_without_a_sliding_velocity_is_that_of_rotation():
+    table = read(phoenix(TRUTH).replace(b"\tSliding Velocity\t", b"\tMotor Current\t", 1))
+    assert (column(table, "Speed").unit, column(table, "Speed").signal) == ("rpm", None)
+    assert column(table, "Friction Force").signal == "friction_force"
+
+
+@pytest.mark.parametrize("unit", ["kg", "s"])
+def test_a_friction_force_in_a_unit_of_no_force_is_not_held_against_the_load(unit):
+    names = f"Friction Force [{unit}]\tFriction Coefficient"
+    table = read(phoenix(TRUTH).replace(b"Friction Force\tFriction Coefficient", names.encode(), 1))
+    assert column(table, "Friction Force").signal == "friction_force"
+    assert column(table, f"Friction Force [{unit}]").signal is None
+
+
 def test_a_counter_one_back_is_kept_as_it_is():
     turns = column(read(phoenix(TRUTH, glitch=True)), "TOTAL REVOLUTIONS").values
     assert turns[57:60].tolist() == [186, 185, 188]

@@ -181,6 +181,18 @@ def test_a_field_that_is_no_number_is_named():
     assert column(read(SMALL.replace(b"-0.6369", b"8.0.1")), "Z").first_bad == (38, "8.0.1")
 
 
+@pytest.mark.parametrize(("blank", "line"), [(b"", 38), (b"\r\n\r\n", 40)])
+def test_a_word_before_the_last_row_is_named(blank, line):
+    with pytest.raises(ReaderError, match=rf"^wear\.csv, line {line}: found 'x136\.519547' at the beginning of a row"):
+        read(SMALL.replace(b"136.519547", blank + b"x136.519547", 1))
+
+
+def test_a_quotation_mark_and_a_long_word_before_the_last_row_are_refused():
+    long = b'"' + b"x" * 140_000
+    with pytest.raises(ReaderError, match=r"^wear\.csv, line 38: found a field of more than 131072 characters"):
+        read(SMALL.replace(b"136.519547", long + b"136.519547", 1))
+
+
 def test_not_a_number_is_no_word():
     table = read(SMALL.replace(b"\r\n-68.727264", b"\r\nNaN"))
     assert np.isnan(column(table, "Fx").values[1])

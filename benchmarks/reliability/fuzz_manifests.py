@@ -111,7 +111,7 @@ window = 11
 signals = ["depth"]
 [drift]
 window = 0.02
-sensor_resolution = "1 um"
+prior = "0.1 um"
 [friction]
 start = "0 m"
 end = "400 m"

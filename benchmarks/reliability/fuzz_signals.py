@@ -26,13 +26,18 @@ _PROFILES: Mapping[str, Callable[[bytes], bytes]] = {
     "points": lambda head: head + b"".join(b"%.6f\t%.6f\r\n" % (n + 1, z) for n, z in enumerate(_HEIGHTS)),
 }
 """Profiles take more points than the examples have."""
-_HEAD = 'schema = "tribopipe.run/1"\nid = "{id}"\nconditions = {{ normal_load = "5 N", sliding_speed = "0.1 m/s" }}\n'
+_HEAD = (
+    'schema = "tribopipe.run/1"\nid = "{id}"\nconditions = {{ normal_load = "{load}", sliding_speed = "0.1 m/s" }}\n'
+)
+_LOAD = "5 N"
 _SIGNALS = '[[signals]]\nfile = "{file}"\n'
 _CONTACT = """[contact]
 kind = "pin-on-disc"
 pin = {{ shape = "flat", radius = "2 mm", material = "A", youngs_modulus = "200 GPa", poisson_ratio = 0.3 }}
 disc = {{ material = "B", youngs_modulus = "200 GPa", poisson_ratio = 0.3 }}
 """
+_LOADS = {"phoenix-compend": "59.84 N"}
+"""Nominal loads of examples whose recorded load is not the usual one here."""
 _COLUMNS = {
     "load-cell-frames": 'columns = { time = { column = "load", unit = "s" } }\n',
     "pcs-instruments": 'columns = { time = "Step Time" }\n',
@@ -62,8 +67,12 @@ def seeds() -> tuple[Seed, ...]:
     )
 
 
+def _head(run_id: str, load: str = _LOAD) -> str:
+    return _HEAD.format(id=run_id, load=load)
+
+
 def _folder(name: str, number: int, file: str, content: bytes) -> Seed:
-    head = _HEAD.format(id=f"{name}-{number}")
+    head = _head(f"{name}-{number}", _LOADS.get(name, _LOAD))
     if name in _PROFILES:
         content = _PROFILES[name](content)
         units = 'position = { column = "x", unit = "mm" }, height = { column = "z", unit = "um" }'
@@ -78,7 +87,7 @@ def sound() -> Case:
     """Give a run that nothing is wrong with."""
     return Case(
         "plain",
-        {"run.toml": (_HEAD.format(id="plain") + _SIGNALS.format(file="plain.csv")).encode(), "plain.csv": _PLAIN},
+        {"run.toml": (_head("plain") + _SIGNALS.format(file="plain.csv")).encode(), "plain.csv": _PLAIN},
     )
 
 

@@ -5,6 +5,7 @@ They are sealed, as anybody can compute a SHA-256.
 
 import json
 import os
+import re
 import shutil
 import struct
 import zlib
@@ -255,11 +256,22 @@ def _points_outside(path: Path) -> None:
 def _endless_heap(path: Path) -> None:
     """Say of the room that is left among texts that it has no size, so that HDF5 never gets past it."""
     content = bytearray(path.read_bytes())
-    at = content.index(b"GCOL") + 16
-    while (found := struct.unpack_from("<H6xQ", content, at))[0]:
-        at += 16 + -(-found[1] // 8) * 8
-    content[at + 8 : at + 16] = bytes(8)
+    heaps = (found.start() for found in re.finditer(b"GCOL", content))
+    room = next(room for room in (_room_in(content, heap) for heap in heaps) if room)
+    content[room + 8 : room + 16] = bytes(8)
     path.write_bytes(content)
+
+
+def _room_in(content: bytes | bytearray, heap: int) -> int | None:
+    """Return where the room that is left in a heap of texts begins; none where it is full."""
+    (size,) = struct.unpack_from("<8xQ", content, heap)
+    at = heap + 16
+    while at + 16 <= heap + size:
+        number, length = struct.unpack_from("<H6xQ", content, at)
+        if not number:
+            return at
+        at += 16 + -(-length // 8) * 8
+    return None
 
 
 def _sparse(path: Path) -> None:

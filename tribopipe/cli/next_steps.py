@@ -20,8 +20,12 @@ _NAMED = 3
 _BEFORE_A_FIT = {"ingested", "cleaned", "corrected", "friction", "wear rate"}
 """How far runs are, as the catalogue calls it, that were not fitted."""
 
-_SIGNALS = {"a depth signal", "a friction signal"}
+_DEPTH = "a depth signal"
+_SIGNALS = {_DEPTH, "a friction signal"}
 """What a run may lack that no run.toml can add."""
+_END_VALUE = "an end value of the pin"
+_MEASURED = ("end_depth", "wear_rate")
+"""Columns that hold what was measured after a test."""
 
 
 class NextStep(NamedTuple):
@@ -50,6 +54,7 @@ def next_steps(found: Whereabouts) -> Iterator[NextStep]:
         return
     left, counting = list(_left_over(found)), _counting(found)
     yield from left
+    yield from _by_sensor_alone(_as_archived(found), found)
     yield from _of_warnings(counting)
     if not left:
         yield from _onwards(counting, found)
@@ -63,13 +68,19 @@ def _left_over(found: Whereabouts) -> Iterator[NextStep]:
     yield from _of_unreadable(found)
     yield from _of_folders(new, amended, found)
     yield from _of_archived(_counting(found))
-    yield from _lacking([run for run in _counting(found) if found.folder_of(run) not in amended], found)
+    yield from _lacking(_as_archived(found), found)
     if not new:  # which are processed with the studies beside them
         yield from _of_studies(found)
 
 
 def _counting(found: Whereabouts) -> "list[ListedRun]":
     return [run for run in found.archived if not run.text("mark")]
+
+
+def _as_archived(found: Whereabouts) -> "list[ListedRun]":
+    """Return the runs that count and whose run.toml has not changed since."""
+    _, amended = _not_as_archived(found)
+    return [run for run in _counting(found) if found.folder_of(run) not in amended]
 
 
 def _standing(found: Whereabouts) -> str:
@@ -145,18 +156,40 @@ def _of_warnings(runs: "Sequence[ListedRun]") -> Iterator[NextStep]:
 
 def _lacking(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextStep]:
     """Say which runs with a [contact] have no wear coefficient, and what has to be written to their run.toml first."""
-    fitted = [run for run in runs if run.text("tribometer") and run.text("stage") not in _BEFORE_A_FIT]
-    runs = [run for run in fitted if run.value("k_d") is None and set(run.texts("lacks")) - _SIGNALS]
-    if not runs:
-        return
-    first = runs[0]
-    folder = found.folder_of(first)
-    where = _quoted(Path(first.id) if folder is None else folder)
-    lacks = " and ".join(lack for lack in first.texts("lacks") if lack not in _SIGNALS)
-    why = f"{_are(runs, 'run')} without a wear coefficient ({_named(runs)}), for lack of {lacks}"
-    yield NextStep(
-        f"{why}: write what was measured to {where}/{RUN_TOML}, then", (f"tribopipe process {where} --amend",)
-    )
+    runs = [run for run in _fitted(runs) if run.value("k_d") is None and _to_be_added(run)]
+    if runs:
+        lacks = " and ".join(_to_be_added(runs[0]))
+        why = f"{_are(runs, 'run')} without a wear coefficient ({_named(runs)}), for lack of {lacks}"
+        yield _amending(runs[0], f"{why}: write what was measured to", found)
+
+
+def _by_sensor_alone(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextStep]:
+    """Say which wear coefficients rest on the depth sensor alone, and how to give them a post-test measurement."""
+    runs = [run for run in _fitted(runs) if run.value("k_d") is not None and not _was_measured(run)]
+    if runs:
+        why = f"{_are(runs, 'run')} without {_END_VALUE} ({_named(runs)}), k_D by the depth sensor alone"
+        yield _amending(runs[0], f"{why}: measure the scar, write it to", found)
+
+
+def _fitted(runs: "Sequence[ListedRun]") -> "list[ListedRun]":
+    return [run for run in runs if run.text("tribometer") and run.text("stage") not in _BEFORE_A_FIT]
+
+
+def _was_measured(run: "ListedRun") -> bool:
+    """Tell whether wear was measured after a test, as it always was of two discs that are fitted."""
+    return run.text("tribometer") == "twin-disc" or any(run.value(name) is not None for name in _MEASURED)
+
+
+def _to_be_added(run: "ListedRun") -> list[str]:
+    """Return what a run.toml may add for a wear coefficient: a scar gives one without a recorded depth, too."""
+    lacks = [lack for lack in run.texts("lacks") if lack not in _SIGNALS]
+    return lacks or ([_END_VALUE] if _DEPTH in run.texts("lacks") and not _was_measured(run) else [])
+
+
+def _amending(run: "ListedRun", why: str, found: Whereabouts) -> NextStep:
+    folder = found.folder_of(run)
+    where = _quoted(Path(run.id) if folder is None else folder)
+    return NextStep(f"{why} {where}/{RUN_TOML}, then", (f"tribopipe process {where} --amend",))
 
 
 def _of_studies(found: Whereabouts) -> Iterator[NextStep]:

@@ -138,19 +138,36 @@ def decimal_sign(rows: Sequence[Sequence[str]], separator: str) -> Decimal:
 def refuse_torn_rows(text: Text, segments: Sequence[Segment], blocks: Sequence[Block]) -> None:
     """Refuse a row that a word at its beginning makes the first line of the next head, so that it would be lost.
 
-    Raises ``ReaderError`` with its line.
+    Raises ``ReaderError`` with its line, also where that line has a field too long to tell whether it is such a row.
     """
     layouts = {segment.block.end: segment.layout for segment in segments if segment.block.start < segment.block.end}
     for block, following in pairwise(blocks):
         layout = layouts.get(block.end)
-        first, *others = _split(following.head[0].encode(), layout.separator)[0] if layout and following.head else [""]
-        numbers = [cell for cell in others if cell]
-        whole = layout and len(others) + 1 >= layout.least > 1
-        if whole and numbers and all(is_number(cell, ".,") for cell in numbers):
-            raise ReaderError(
-                f"{text.name}, line {line_at(text, block.end)}: found {first!r} at the beginning of a row; expected a "
-                "number; mend or delete that line"
-            )
+        if layout and following.head:
+            _refuse_torn_row(text, block.end, following.head[0], layout)
+
+
+def _refuse_torn_row(text: Text, end: int, line: str, layout: Layout) -> None:
+    """Refuse the first line below the rows that end at a byte where it is a row itself, or cannot be divided."""
+    fields = next(iter(_split(line.encode(), layout.separator)), None)
+    if fields is None:
+        raise ReaderError(
+            f"{text.name}, line {_filled_line_at(text, end)}: found a field of more than {LONGEST_LINE} "
+            "characters; expected a row of numbers or the next step; mend or delete that line"
+        )
+    first, *others = fields
+    numbers = [cell for cell in others if cell]
+    if len(fields) >= layout.least > 1 and numbers and all(is_number(cell, ".,") for cell in numbers):
+        raise ReaderError(
+            f"{text.name}, line {_filled_line_at(text, end)}: found {first!r} at the beginning of a row; expected a "
+            "number; mend or delete that line"
+        )
+
+
+def _filled_line_at(text: Text, offset: int) -> int:
+    """Give the number of the first line from a byte on that holds more than blanks and separators."""
+    blank = _BLANK_LINES.match(text.content, offset)
+    return line_at(text, blank.end() if blank else offset)
 
 
 def read_segments(text: Text, segments: Sequence[Segment], *, numbered: bool = True) -> ReadTable:

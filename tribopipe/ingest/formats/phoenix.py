@@ -29,7 +29,7 @@ from tribopipe.ingest.tables import is_number
 from tribopipe.ingest.text import decode, sample_lines
 from tribopipe.records.signals import SignalName
 from tribopipe.run import SourceFile
-from tribopipe.units import to_si
+from tribopipe.units import is_unit_of, to_si
 
 _SEPARATOR = "\t"
 _MARKS = frozenset({"thisstep", "steptime", "testtime"})
@@ -114,9 +114,9 @@ def _key(column: ReadColumn) -> str:
 
 def _understood(columns: Sequence[ReadColumn]) -> tuple[tuple[ReadColumn, ...], list[str]]:
     """Give columns their units and meanings, and say which units the recording contradicts."""
-    friction = _friction_force(columns)
     told = [replace(one, unit=one.unit or _UNITS.get(_key(one))) for one in columns]
-    roles = roles_of([one for one in told if _key(one) != "frictionforce" or one.name == friction])
+    friction = _friction_force(told)
+    roles = _roles_with_units([one for one in told if _key(one) != "frictionforce" or one.name == friction])
     open_, notes = _contradicted(roles)
     meant: list[ReadColumn] = []
     for column in told:
@@ -129,12 +129,19 @@ def _understood(columns: Sequence[ReadColumn]) -> tuple[tuple[ReadColumn, ...], 
     return tuple(meant), notes
 
 
+def _roles_with_units(columns: Sequence[ReadColumn]) -> dict[Role, ReadColumn]:
+    """Say which quantities columns are; those of other names than the program's have no unit, and are none."""
+    return roles_of([one for one in columns if one.unit is not None])
+
+
 def _friction_force(columns: Sequence[ReadColumn]) -> str | None:
     """Name the friction force that is μ times the load, or else the first one."""
     forces = [one for one in columns if _key(one) == "frictionforce"]
-    others = roles_of([one for one in columns if _key(one) != "frictionforce"])
+    others = _roles_with_units([one for one in columns if _key(one) != "frictionforce"])
 
     def misfit(force: ReadColumn) -> float:
+        if not is_unit_of(force.unit or "", "force"):
+            return np.inf
         values = _in_si({**others, "friction_force": force})
         return min((abs(ratio - 1) for one, ratio in ratios(values) if "friction_force" in one.roles), default=np.inf)
 
@@ -142,11 +149,9 @@ def _friction_force(columns: Sequence[ReadColumn]) -> str | None:
 
 
 def _in_si(roles: Mapping[Role, ReadColumn]) -> dict[Role, np.ndarray]:
-    values = {}
-    for role, column in roles.items():
-        unit = column.unit or _UNITS.get(_key(column), "1")
-        values[role] = np.asarray(to_si(_numbers(column), unit, unit_kind(role)))
-    return values
+    return {
+        role: np.asarray(to_si(_numbers(column), column.unit or "", unit_kind(role))) for role, column in roles.items()
+    }
 
 
 def _numbers(column: ReadColumn) -> np.ndarray:
