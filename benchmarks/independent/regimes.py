@@ -14,7 +14,7 @@ Group = Literal["sound", "fault", "grid", "corner"]
 _STICK_SLIP = Autoregressive(0.02, 0.5)
 Disturbance = Callable[[Generator, Column], Column]
 """What is added to the depth, m, at times in s."""
-EndValue = Literal["pin_scar_diameter", "pin_wear_depth", "pin_mass_loss"]
+EndValue = Literal["pin_scar_diameter", "pin_scar_length", "pin_wear_depth", "pin_mass_loss"]
 
 
 class Body(NamedTuple):

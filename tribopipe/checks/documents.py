@@ -141,8 +141,8 @@ def _needed_of_a_pin(run: RawRun) -> Iterator[Trouble]:
     if all(getattr(end, name) in (None, ()) for name in get_args(PinWay)):
         yield Trouble(
             "end_values",
-            "found no wear of the pin; expected pin_wear_depth or pin_scar_diameter, its volume, mass or profile, for "
-            "a drift correction and a wear coefficient",
+            "found no wear of the pin; expected pin_wear_depth or pin_scar_diameter, its volume, mass or profile; "
+            "without one the wear coefficient is by the depth sensor alone",
             "add one if it was measured",
         )
     if "depth" not in run.columns:

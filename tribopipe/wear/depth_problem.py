@@ -339,6 +339,9 @@ def depth_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe)
     # The law's own parameters are sought with noise taken for white, and are free from then on.
     joint = joint_problem(problem, corrected, recipe)
     mean = samples.blocks.mean
+    measured_after = corrected.correction.anchor is not None
+    # Where nothing was measured, what the reading itself says stands for the end; it is no input.
+    inputs = {name: known for name, known in joint.inputs.items() if measured_after or name != END_ANCHOR}
     return DepthProblem(
         contact=problem.contact,
         law=joint.law,
@@ -346,7 +349,7 @@ def depth_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe)
         trace=problem.trace,
         end=problem.end,
         friction=problem.friction,
-        inputs=joint.inputs,
+        inputs=inputs,
         engine=problem.engine,
         friction_covariance=problem.friction_covariance,
         weights=samples.blocks.counts,
@@ -355,5 +358,5 @@ def depth_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe)
         record=record,
         run=run,
         recipe=recipe,
-        measured_after=corrected.correction.anchor is not None,
+        measured_after=measured_after,
     )
