@@ -85,9 +85,7 @@ def live(
             tell(update)
             if figure is not None and session.grew:
                 _draw(session, update, figure)
-    say(
-        f"`tribopipe process {run}` evaluates the run; write the wear at its end into run.toml as soon as it is measured"
-    )
+    say(f"`tribopipe process {run}` evaluates the run; write the wear at its end into run.toml once it is measured")
     if session.alarmed:
         raise typer.Exit(FAILED)
 
