@@ -14,6 +14,7 @@ from independent.bench_files import manifest_text, write_recording
 from independent.ideal import ideal_spread
 from independent.noise import Autoregressive, Pink, Walk, White
 from independent.regimes import REGIMES
+from independent.runs import course
 from independent.score import Outcome, outcome
 from independent.wear import Tip, both_worn
 
@@ -46,6 +47,12 @@ def test_ball_and_groove_wear_by_the_cubic_outline(ratio, ball, groove):
     assert (worn.ball[0] * 1e6, worn.groove[0] * 1e6) == pytest.approx((ball, groove), rel=1e-3)
     half = (worn.ball[0] * 2 * 0.794e-3) ** 0.5
     assert worn.groove[0] / worn.ball[0] == pytest.approx(4 / 3 * ratio / path * half, rel=1e-9)
+
+
+def test_a_disc_that_hardly_wears_hardly_changes_the_reading():
+    regime = REGIMES["Si3N4"]
+    plain, worn = (course(regime, {}, regime.coefficient, disc).shown for disc in (0.0, 0.1e-6))
+    assert np.all(np.abs(worn - plain) < 0.12e-6)
 
 
 @pytest.mark.parametrize("noise", [White(1.0), Autoregressive(1.0, 2.0), Pink(1.0), Walk(1.0)])

@@ -13,7 +13,7 @@ from numpy.random import Generator
 from independent.noise import Autoregressive
 from independent.regimes import Friction
 from independent.runs import Recorded, Truth, stated
-from independent.wear import Tip, beside_groove, both_worn, scar_diameter
+from independent.wear import Tip, both_worn, less_deep, scar_diameter
 
 _RADIUS = 3e-3
 _UM = 1e-6
@@ -82,7 +82,7 @@ def reciprocating(rng: Generator) -> list[Recorded]:
     groove = 4 * _UM * (slid / slid[-1]) ** 0.7
     some = np.linspace(0, count - 1, 400).astype(int)
     plane = tip.worn(coefficient * load * slid).depth
-    less = beside_groove(tip, coefficient * load * slid[some], groove[some]).depth / np.maximum(plane[some], 1e-15)
+    less = less_deep(tip, coefficient * load * slid[some], groove[some])
     ball = plane * np.interp(slid, slid[some], less)
     disturbed = 1.2 * -np.expm1(-time / 600) + 2 * np.sin(cycle + 0.7) + 0.3 * rng.standard_normal(count)
     pressed = load + 0.2 * np.sin(cycle + 0.3) + 0.05 * rng.standard_normal(count)

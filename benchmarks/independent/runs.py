@@ -9,7 +9,7 @@ from numpy.random import Generator
 
 from independent.noise import Column
 from independent.regimes import UNCERTAIN, Friction, Regime
-from independent.wear import Tip, beside_groove, disc_growth, scar_diameter
+from independent.wear import Tip, disc_growth, less_deep, scar_diameter
 
 _OFFSETS = (0.5e-6, 2.5e-6)
 _STEP = 1e-8
@@ -75,7 +75,7 @@ def course(regime: Regime, errors: Errors, coefficient: float, disc: float) -> C
     volume = coefficient * load * effective
     coarse = np.unique(np.linspace(0, len(distance) - 1, min(len(distance), _COARSE)).astype(int))
     grown = disc * disc_growth(tip.worn(volume).contact, distance) if disc else np.zeros_like(distance)
-    beside = beside_groove(tip, volume[coarse], grown[coarse]).depth / np.maximum(tip.worn(volume[coarse]).depth, 1e-15)
+    beside = less_deep(tip, volume[coarse], grown[coarse])
     depth = tip.worn(volume).depth * np.interp(distance, distance[coarse], beside)
     end = float(depth[-1])
     anchor = _anchor(regime, tip, end, float(grown[-1]), float(volume[-1]))

@@ -110,6 +110,12 @@ def beside_groove(tip: Tip, volume: Column, groove: Column) -> WornPin:
     return worn
 
 
+def less_deep(tip: Tip, volume: Column, groove: Column) -> Column:
+    """Return the depth of a pin beside a groove over that on a disc that does not wear; 1 before either wears."""
+    plane, beside = tip.worn(volume).depth, beside_groove(tip, volume, groove).depth
+    return np.divide(beside, plane, out=np.ones_like(plane), where=plane > 0)
+
+
 def scar_diameter(tip: Tip, depth: float, groove: float) -> float:
     """Return the mean of length and width of a scar, as ASTM G99 has a diameter measured."""
     length = tip.scar(depth)
