@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 from test_identify import CASES, record
@@ -136,6 +136,7 @@ def test_draws_of_the_end_depth_have_its_moments():
 
 @settings(max_examples=25, deadline=None)
 @given(st.floats(0.1, 0.9), st.sampled_from([-1.0, 1.0]), st.integers(0, 1000))
+@example(0.3125, -1.0, 500)
 def test_step_is_found_at_its_sample(place, sign, seed):
     rng = np.random.default_rng(seed)
     time = np.arange(1, SAMPLES + 1) / SAMPLES

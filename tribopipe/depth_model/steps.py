@@ -40,27 +40,30 @@ def steps(time: Column, progress: Column, depth: Column) -> list[int]:
         return []
     counts = np.diff(edges)
     mean = np.add.reduceat(depth, edges[:-1]) / counts
-    smooth = _without_wear(np.add.reduceat(progress, edges[:-1]) / counts, mean)
-    change = smooth[2:] - smooth[:-2]
-    center = np.median(change)
-    scale = max(_TO_DEVIATION * float(np.median(np.abs(change - center))), _LEAST * float(np.ptp(mean)))
+    root = np.sqrt(np.maximum(np.add.reduceat(progress, edges[:-1]) / counts, 0.0) / progress[-1])
+    curves = np.polynomial.chebyshev.chebvander(2 * root - 1, _TERMS).T
     found: list[int] = []
-    for place in np.argsort(-np.abs(change - center)).tolist():
-        size = change[place] - center
-        if abs(size) <= _DECISIVE * scale:
-            break
-        if all(abs(place - other) > _SPAN for other in found) and _lasts(smooth, place + 1, size):
-            found.append(place)
-    if len(found) > _MOST:
-        return []
+    # The smooth curve rings about a step until it is fitted as one: the next is sought beside all found so far.
+    while (place := _largest(left_of(mean, curves)[0], float(np.ptp(mean)), found)) is not None:
+        found.append(place)
+        curves = np.vstack([curves, np.arange(len(mean)) > place])
+        if len(found) > _MOST:
+            return []
     return sorted(_sample(depth, edges[place], edges[place + 3]) for place in found)
 
 
-def _without_wear(progress: Column, mean: Column) -> Column:
-    """Return a reading without what is smooth in the root of the progress: wear, drift, settling."""
-    root = np.sqrt(np.maximum(progress, 0.0) / progress[-1])
-    left, _ = left_of(mean, np.polynomial.chebyshev.chebvander(2 * root - 1, _TERMS).T)
-    return left
+def _largest(smooth: Column, reach: float, found: list[int]) -> int | None:
+    """Return the bin before the largest step of what is left of a reading; none where no change is one."""
+    change = smooth[2:] - smooth[:-2]
+    center = np.median(change)
+    scale = max(_TO_DEVIATION * float(np.median(np.abs(change - center))), _LEAST * reach)
+    for place in np.argsort(-np.abs(change - center)).tolist():
+        size = change[place] - center
+        if abs(size) <= _DECISIVE * scale:
+            return None
+        if all(abs(place - other) > _SPAN for other in found) and _lasts(smooth, place + 1, size):
+            return int(place)
+    return None
 
 
 def _lasts(smooth: Column, middle: int, size: float) -> bool:
