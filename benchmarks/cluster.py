@@ -10,6 +10,7 @@ only.
 """
 
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -27,6 +28,7 @@ sys.path.append(str(Path(__file__).parent / "reliability"))
 from short_runs import quick_recipe, short_runs
 
 from tribopipe.archive.store import Archive
+from tribopipe.batch.environment import ONE_THREAD
 
 PROGRAMS = Path(sys.executable).parent
 _LOOK_EVERY = 0.1
@@ -105,10 +107,11 @@ def own_cluster(folder: Path) -> Iterator[tuple[str, list[psutil.Process]]]:
     dask, place = str(PROGRAMS / "dask"), ["--no-dashboard", "--scheduler-file", str(told)]
     scheduler = [dask, "scheduler", "--host", "127.0.0.1", "--port", "0", *place]
     worker = [dask, "worker", "--nthreads", "1", "--no-nanny", "--local-directory", str(folder / "scratch"), *place]
+    environment = {**os.environ, **ONE_THREAD}  # as a nanny gives it, who would start a killed worker anew
     with ExitStack() as ending:
         begun = []
         for command in (scheduler, worker, worker):
-            begun.append(subprocess.Popen(command, stdout=quiet, stderr=quiet, start_new_session=True))
+            begun.append(subprocess.Popen(command, stdout=quiet, stderr=quiet, env=environment, start_new_session=True))
             ending.callback(begun[-1].wait)
             ending.callback(begun[-1].kill)
         yield _address(told), [psutil.Process(one.pid) for one in begun[1:]]
