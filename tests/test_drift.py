@@ -37,6 +37,11 @@ PIN = SphericalPin(normal_load=0.2, radius=0.794e-3, modulus=304e9 / (2 * (1 - 0
 """The bare run's pin under its load."""
 
 
+def worn_pin(spread: float | None = None) -> EndValues:
+    """The pin measured, and a disc that has not worn."""
+    return EndValues(pin_wear_depth=metres(WEAR_END, spread), disc_wear_depth=metres(0.0, 1e-9))
+
+
 def wear_curve(distance):
     return PIN.worn(PIN.volume(WEAR_END) * distance / distance[-1]).depth
 
@@ -46,7 +51,7 @@ def wear_curve(distance):
 def test_offset_and_drift_of_a_noiseless_signal_come_back(bare_run, offset, rate):
     distance = np.linspace(0, 500, 2001)
     reading = offset + wear_curve(distance) + rate * distance / 0.4
-    corrected = correct_drift(with_depth(bare_run, reading, EndValues(pin_wear_depth=metres(WEAR_END, 1e-7)), distance))
+    corrected = correct_drift(with_depth(bare_run, reading, worn_pin(1e-7), distance))
     # What drifts within the 25 s of the window at the start is small but not nothing.
     assert corrected.correction.zero_offset.value == pytest.approx(offset, abs=3e-9 + 8 * abs(rate))
     assert corrected.correction.drift_rate.value == pytest.approx(rate, abs=1e-11 + abs(rate) * 0.02)
@@ -89,7 +94,7 @@ def test_of_depth_and_scar_the_more_certain_one_is_the_anchor(bare_run):
 def test_discrepancy_is_what_sensor_and_end_value_differ_by(bare_run, discrepancy):
     distance = np.linspace(0, 500, 2001)
     reading = wear_curve(distance) + discrepancy * distance / 500
-    correction = correct_drift(with_depth(bare_run, reading, EndValues(pin_wear_depth=metres(WEAR_END)))).correction
+    correction = correct_drift(with_depth(bare_run, reading, worn_pin())).correction
     assert correction.discrepancy.value == pytest.approx(discrepancy, rel=0.05)
 
 
@@ -119,7 +124,7 @@ def test_run_without_an_end_value_of_the_pin_passes_through(bare_run, end, lacks
 
 
 def test_run_without_depth_passes_through(bare_run):
-    run = with_depth(bare_run, np.linspace(0, 1e-5, 100), EndValues(pin_wear_depth=metres(WEAR_END)))
+    run = with_depth(bare_run, np.linspace(0, 1e-5, 100), worn_pin())
     del run.columns["depth"]
     assert "depth signal" in str(correct_drift(run).correction)
 
@@ -127,13 +132,13 @@ def test_run_without_depth_passes_through(bare_run):
 def test_missing_samples_stay_missing(bare_run):
     reading = wear_curve(np.linspace(0, 500, 2001))
     reading[100:200] = np.nan
-    corrected = correct_drift(with_depth(bare_run, reading, EndValues(pin_wear_depth=metres(WEAR_END))))
+    corrected = correct_drift(with_depth(bare_run, reading, worn_pin()))
     assert np.count_nonzero(np.isnan(corrected.wear_depth)) == 100
 
 
 def test_too_few_samples_are_refused(bare_run):
     with pytest.raises(FitError, match="5 samples of depth"):
-        correct_drift(with_depth(bare_run, np.linspace(0, 1e-5, 5), EndValues(pin_wear_depth=metres(WEAR_END))))
+        correct_drift(with_depth(bare_run, np.linspace(0, 1e-5, 5), worn_pin()))
 
 
 def test_wear_before_the_first_and_after_the_last_sample_is_reckoned_with(bare_run):
@@ -141,5 +146,5 @@ def test_wear_before_the_first_and_after_the_last_sample_is_reckoned_with(bare_r
     reading = 2e-6 + wear_curve(distance) + 1e-9 * distance / 0.4
     reading[:250] = np.nan
     reading[-500:] = np.nan
-    corrected = correct_drift(with_depth(bare_run, reading, EndValues(pin_wear_depth=metres(WEAR_END)), distance))
+    corrected = correct_drift(with_depth(bare_run, reading, worn_pin(), distance))
     np.testing.assert_allclose(corrected.wear_depth[250:-500], wear_curve(distance)[250:-500], atol=0.05e-6)

@@ -37,7 +37,7 @@ from tribopipe.geometry import scar_radius_at, short_cap_error, short_track_erro
 from tribopipe.profile.track import worn_area
 from tribopipe.records.manifest import Conditions, EndValues, Interruption, RunManifest
 from tribopipe.records.quantity import Quantity, of_readings
-from tribopipe.records.recipe import DefaultUncertainty, MonteCarloRecipe, Recipe
+from tribopipe.records.recipe import DefaultUncertainty, MonteCarloRecipe, Recipe, WearRecipe
 from tribopipe.run import Profile
 from tribopipe.wear.identify import fit_wear
 
@@ -396,7 +396,8 @@ def test_every_way_of_measuring_leads_to_the_same_coefficient():
     modulus = 304e9 / (2 * (1 - 0.24**2))
     depth = SphericalPin(normal_load=0.2, radius=RADIUS, modulus=modulus).worn(k * 0.2 * distance).depth
     reading = 2e-6 + depth + 3e-9 * distance + 30e-9 * rng.standard_normal(len(distance))
-    recipe = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
+    giwm, unworn = WearRecipe(engine="giwm"), DefaultUncertainty(unseen_groove=0.0)
+    recipe = Recipe(wear=giwm, uncertainty=unworn, monte_carlo=MonteCarloRecipe(significant_digits=0))
     for way in PIN_WAYS:
         run = measured(way, "spherical", float(depth[-1]), 0.01)
         columns = {**run.columns, "depth": reading}

@@ -20,6 +20,7 @@ from tribopipe.wear.identify import WearProblem, fit_wear, wear_problem
 
 PLAN = load_toml(Path(__file__).parents[1] / "sample_runs" / "plan.toml", Plan)
 FIRST_ORDER = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
+UNWORN = EndValue(value=0.0, unit="m", standard_uncertainty=1e-12)
 CASES = {run.id: (series, run) for series in PLAN.series for run in series.runs}
 
 
@@ -72,7 +73,7 @@ def quiet() -> dict:
 @pytest.mark.parametrize("law", ["archard", "sarkar"])
 def test_true_coefficient_comes_back_without_noise(run_id, law):
     series, run = CASES[run_id]
-    raw = record(series.model_copy(update={"law": law}), run, sensors=quiet(), disc_wear_depth=None)
+    raw = record(series.model_copy(update={"law": law}), run, sensors=quiet(), disc_wear_depth=UNWORN)
     fit = fit_wear(correct_drift(raw), law, fit_friction(raw), FIRST_ORDER)
     assert fit.wear_coefficient.value == pytest.approx(run.wear_coefficient.value, rel=0.03, abs=0)
     assert fit.fitted_end_depth.value == pytest.approx(fit.measured_end_depth.value, rel=0.003, abs=20e-9)

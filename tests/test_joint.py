@@ -11,13 +11,13 @@ from scipy.optimize import minimize_scalar
 from test_identify import CASES, quiet, record
 
 from tribopipe.contact.pin_on_disc import pin_contact
-from tribopipe.contact.pin_on_track import volume_growth
+from tribopipe.contact.pin_on_track import depth_growth, volume_growth
 from tribopipe.drift import correct_drift
 from tribopipe.errors import FitError
 from tribopipe.friction import fit_friction
 from tribopipe.records.manifest import EndValues, Interruption
 from tribopipe.records.quantity import EndValue, Quantity
-from tribopipe.records.recipe import MonteCarloRecipe, Recipe, WearRecipe
+from tribopipe.records.recipe import DefaultUncertainty, MonteCarloRecipe, Recipe, WearRecipe
 from tribopipe.records.results import COVERAGE_FACTOR
 from tribopipe.run import RawRun
 from tribopipe.simulate import VirtualTest
@@ -27,12 +27,20 @@ from tribopipe.wear.inputs import FRICTION_INPUTS, draw_values
 from tribopipe.wear.joint import JointFit, JointProblem, fit_joint, joint_problem
 from tribopipe.wear.problem import WearProblem, wear_problem
 
-FIRST_ORDER = Recipe(wear=WearRecipe(correction="two-step"), monte_carlo=MonteCarloRecipe(significant_digits=0))
-MODEL = Recipe(wear=WearRecipe(correction="model"), monte_carlo=MonteCarloRecipe(significant_digits=0))
+
+def giwm(correction: str = "model", digits: int = 1) -> Recipe:
+    """A recipe for runs as they are simulated: by the GIWM, on discs that everybody knows not to wear."""
+    return Recipe(
+        wear=WearRecipe(correction=correction, engine="giwm"),
+        monte_carlo=MonteCarloRecipe(significant_digits=digits),
+        uncertainty=DefaultUncertainty(unseen_groove=0.0),
+    )
+
+
+GIWM, FIRST_ORDER, MODEL = giwm(), giwm("two-step", 0), giwm("model", 0)
 SILICON_NITRIDE = [run_id for run_id in CASES if run_id.startswith("si3n4")]
 HERTZ, USUAL = Quantity(value=1.0, unit="1/s"), Quantity(value=5.0, unit="1/s")
 """Sampling rates at which depth noise is about as informative as at the ten of the samples, and everything quicker."""
-GIWM = Recipe(wear=WearRecipe(engine="giwm"))
 
 
 def metres(value: float, spread: float | None = None) -> EndValue:
@@ -113,9 +121,12 @@ def test_truth_comes_back_without_noise(run_id, disc_share):
     # The simulator's disc wears as ∫ds/a, as a point of the track under the contact does.
     truth, raw = virtual(run_id, sensors=quiet(), **ends)
     raw = with_end(raw, pin_wear_depth=metres(worn, 250e-9), **ends)
+    # The simulated pin wears as on a disc that does not: beside a groove it would be deeper on its way.
+    deeper = truth.pin_wear * (depth_growth(truth.distance / truth.distance[-1], disc_share) - 1)
+    raw = with_depth(raw, raw.columns["depth"] + deeper)
     joint = joint_fit(raw)
     # An end value of ±250 nm says next to nothing of WC-Co: what is found, the law's shape has said.
-    # The simulated pin wears as on a disc that does not: beside a groove it would have lost more at this depth.
+    # And it would have lost more.
     more = float(volume_growth(disc_share))
     assert (1 + coefficient_error(joint.wear_coefficient, truth)) / more == pytest.approx(1, abs=1e-3)
     assert [zero.value for zero in joint.zero_offsets] == pytest.approx(
@@ -130,9 +141,9 @@ def test_truth_comes_back_without_noise(run_id, disc_share):
 @pytest.mark.parametrize("run_id", CASES)
 def test_both_corrections_agree_where_the_end_value_is_exact(run_id):
     truth, raw = virtual(run_id, sensors=quiet())
-    corrected = correct_drift(with_end(raw, pin_wear_depth=metres(truth.pin_wear[-1], 1e-12)))
+    corrected = correct_drift(with_end(raw, pin_wear_depth=metres(truth.pin_wear[-1], 1e-12)), GIWM)
     fit = fit_wear(corrected, recipe=FIRST_ORDER)
-    joint = fit_joint(joint_problem(wear_problem(corrected, "archard", None, Recipe()), corrected, Recipe()))
+    joint = fit_joint(joint_problem(wear_problem(corrected, "archard", None, GIWM), corrected, GIWM))
     assert alike(joint.wear_coefficient.value, fit.wear_coefficient.value, 3e-4)
     # Two steps take what drifts within the window at the start for no drift at all.
     assert alike(joint.drift_rate.value, corrected.correction.two_step_rate.value, 0.01)
@@ -143,7 +154,7 @@ def test_wrong_end_value_spoils_the_joint_fit_less(run_id):
     truth, raw = virtual(run_id)
     corrected = correct_drift(with_end(raw, pin_wear_depth=metres(truth.pin_wear[-1] + 1e-6, 1e-6)))
     fit = fit_wear(corrected, recipe=FIRST_ORDER)
-    joint = fit_joint(joint_problem(wear_problem(corrected, "archard", None, Recipe()), corrected, Recipe()))
+    joint = fit_joint(joint_problem(wear_problem(corrected, "archard", None, GIWM), corrected, GIWM))
     k_two, k_joint = (coefficient_error(one.wear_coefficient, truth) for one in (fit, joint))
     rates = corrected.correction.two_step_rate, joint.drift_rate
     drift_two, drift_joint = (drift_error(rate, truth) for rate in rates)
@@ -171,7 +182,7 @@ def test_depth_lost_at_the_end_leaves_the_end_value_where_it_was_measured(run_id
 @pytest.mark.parametrize("run_id", ["si3n4-air-200mN", "wc-co-water-400mN"])
 def test_fitted_end_depth_is_that_at_the_end_of_the_run_where_depth_was_lost(run_id):
     truth, raw = without_the_last_fifth(run_id)
-    fit = fit_wear(correct_drift(raw), recipe=FIRST_ORDER)
+    fit = fit_wear(correct_drift(raw, GIWM), recipe=FIRST_ORDER)
     assert alike(fit.fitted_end_depth.value, truth.pin_wear[-1], 0.02)
 
 
@@ -240,7 +251,7 @@ def test_sensor_that_started_anew_has_a_second_zero_offset(run_id, step):
 @RESTARTS
 def test_model_knows_new_starts_that_two_steps_do_not(run_id, step):
     truth, raw = started_anew(run_id, step)
-    fit = fit_wear(correct_drift(raw), recipe=MODEL)
+    fit = fit_wear(correct_drift(raw, GIWM), recipe=MODEL)
     first, second = (zero.value for zero in fit.sensor.zero_offsets)
     spread = 4 * max(zero.standard_uncertainty for zero in fit.sensor.zero_offsets)
     assert second - first == pytest.approx(step, abs=spread)
@@ -252,12 +263,12 @@ def test_two_steps_that_know_no_new_start_end_in_a_fit_or_say_that_there_is_none
     # Of a WC-Co pin the step leaves no wear to see: a k_D of any size, or a FitError, but no other.
     _, raw = started_anew("wc-co-water-400mN", -3e-6, sampling_rate=Quantity(value=10.0, unit="1/s"))
     with suppress(FitError):
-        assert fit_wear(correct_drift(raw), recipe=FIRST_ORDER).outcome == "fitted"
+        assert fit_wear(correct_drift(raw, GIWM), recipe=FIRST_ORDER).outcome == "fitted"
 
 
 def test_correction_in_two_steps_says_that_it_does_not_know_of_a_new_start():
     runs = [started_anew("si3n4-air-400mN", 3e-6, remounted=remounted) for remounted in (True, False)]
-    fits = [fit_wear(correct_drift(raw), recipe=FIRST_ORDER) for _, raw in runs]
+    fits = [fit_wear(correct_drift(raw, GIWM), recipe=FIRST_ORDER) for _, raw in runs]
     assert [any("started anew at 200 m" in note for note in fit.notes) for fit in fits] == [True, False]
     truth, _ = runs[0]
     assert abs(coefficient_error(joint_fit(runs[0][1]).wear_coefficient, truth)) < 0.01
@@ -286,7 +297,7 @@ def test_recipe_says_how_drift_is_corrected_for(run_id):
 @pytest.mark.parametrize("run_id", ["si3n4-air-200mN", "wc-co-water-400mN"])
 def test_fitted_end_depth_is_that_at_the_end_of_the_run(run_id):
     truth, raw = virtual(run_id, sensors=quiet())
-    fit = fit_wear(correct_drift(raw), recipe=MODEL)
+    fit = fit_wear(correct_drift(raw, GIWM), recipe=MODEL)
     assert alike(fit.fitted_end_depth.value, truth.pin_wear[-1], 2e-3)
 
 
@@ -305,13 +316,13 @@ def test_depth_of_the_wrong_sign_is_not_trusted(run_id):
 @pytest.mark.parametrize("correction", ["two-step", "model"])
 def test_monte_carlo_and_first_order_agree_where_the_model_is_nearly_linear(correction, law):
     _, raw = virtual("si3n4-air-400mN")
-    corrected, friction = correct_drift(raw), fit_friction(raw)
+    corrected, friction = correct_drift(raw, GIWM), fit_friction(raw)
     drawn, linear = (
         fit_wear(
             corrected,
             law,
             friction,
-            Recipe(wear=WearRecipe(correction=correction), monte_carlo=MonteCarloRecipe(significant_digits=digits)),
+            giwm(correction, digits),
         )
         for digits in (1, 0)
     )
@@ -331,7 +342,7 @@ def test_uncertain_end_value_gives_an_interval_that_no_first_order_one_comes_nea
     truth, raw = virtual("wc-co-water-400mN", sensors=quiet())
     end, spread = 725e-9, 250e-9
     raw = with_end(raw, pin_wear_depth=metres(end, spread))
-    two_step = Recipe(wear=WearRecipe(correction="two-step"))
+    two_step = giwm("two-step")
     fit = fit_wear(correct_drift(raw, two_step), recipe=two_step)
     best = fit.wear_coefficient.value
     low, high = (one.value / best for one in fit.interval)
@@ -539,7 +550,7 @@ def test_offset_and_drift_added_to_a_reading_are_found_and_change_nothing_else(o
 
 def test_what_the_depth_signal_does_not_tell_is_no_joint_fit(monkeypatch):
     _, raw = virtual(SILICON_NITRIDE[0])
-    corrected = correct_drift(raw)
+    corrected = correct_drift(raw, GIWM)
     problem = wear_problem(corrected, "archard", None, Recipe())
     assert isinstance(problem, WearProblem)
     monkeypatch.setattr("tribopipe.wear.joint._systematic_covariance", lambda _: np.full((3, 3), np.nan))

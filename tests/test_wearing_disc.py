@@ -87,17 +87,19 @@ def test_pin_is_deeper_on_its_way_than_its_share_of_the_last_volume_says(ratio):
 @pytest.mark.parametrize(
     ("disc", "engine"),
     [
-        (None, "giwm"),
+        (None, "volume"),
+        (depth(0.0, 20e-9), "giwm"),
         (depth(50e-9, 40e-9), "giwm"),
         (depth(90e-9, 10e-9), "giwm"),
         (depth(150e-9, 20e-9), "volume"),
         (depth(3e-6, 1e-6), "volume"),
     ],
 )
-def test_disc_that_has_worn_measurably_makes_the_volume_count(disc, engine):
-    end = end_wear(recorded(depth(10e-6, 5e-8), disc), DefaultUncertainty())
-    assert engine_of(end, Recipe()) == engine
-    assert engine_of(end, Recipe(wear=WearRecipe(engine="local"))) == "local"
+def test_giwm_is_for_discs_that_were_looked_at_and_have_hardly_worn(disc, engine):
+    run = recorded(depth(10e-6, 5e-8), disc)
+    end, pin = end_wear(run, DefaultUncertainty()), run.manifest.pin_on_disc.pin
+    assert engine_of(pin, end, Recipe()) == engine
+    assert engine_of(pin, end, Recipe(wear=WearRecipe(engine="local"))) == "local"
 
 
 @pytest.mark.parametrize("ratio", [10.0, 60.0])

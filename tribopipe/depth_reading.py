@@ -22,7 +22,7 @@ from tribopipe.end_values.twin_disc import DiscEndWear
 from tribopipe.errors import FitError
 from tribopipe.load import applied_load
 from tribopipe.local_wear.pin_curve import pin_curve
-from tribopipe.records.manifest import RunManifest
+from tribopipe.records.manifest import Pin, RunManifest
 from tribopipe.records.recipe import Recipe, WearEngine
 from tribopipe.run import Column, RawRun
 
@@ -128,16 +128,19 @@ def remountings(manifest: RunManifest, distance: Column) -> Column:
     return np.asarray(np.searchsorted(stops, distance), dtype=float)
 
 
-def engine_of(end: EndWear | None, recipe: Recipe) -> WearEngine:
+def engine_of(pin: Pin, end: EndWear | None, recipe: Recipe) -> WearEngine:
     """Return the engine that a recipe asks for, or else the one that fits what was measured on the disc.
 
     The GIWM is made for a disc that does not wear. Where one does, beyond what its measurement may be off by twice and
-    a hundredth of the pin's wear, k_D·F_N·s is the volume that the pin lacks.
+    a hundredth of the pin's wear, or nobody looked, k_D·F_N·s is the volume that the pin lacks. A flat pin keeps its
+    area either way.
     """
     if recipe.wear.engine is not None:
         return recipe.wear.engine
-    if end is None or end.disc is None:
+    if pin.shape == "flat":
         return "giwm"
+    if end is None or end.disc is None:
+        return "volume"
     worn, unsure = end.disc.quantity.value, end.disc.quantity.standard_uncertainty or 0.0
     return "volume" if worn > max(2 * unsure, _HARDLY * end.pin_depth.value) else "giwm"
 
@@ -154,7 +157,7 @@ def best_pin(run: RawRun, end: EndWear | None, recipe: Recipe) -> PinContact:
         "pin_modulus": contact.pin.youngs_modulus.value,
         "disc_modulus": contact.disc.youngs_modulus.value,
     }
-    engine = engine_of(end, recipe)
+    engine = engine_of(contact.pin, end, recipe)
     return pin_curve(contact, values, "giwm" if engine == "local" else engine)
 
 

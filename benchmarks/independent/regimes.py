@@ -117,6 +117,8 @@ class Regime:
 UNCERTAIN = {"load": 0.01, "radius": 0.002, "pin_modulus": 0.02, "disc_modulus": 0.02, "speed": 0.005, "scale": 0.005}
 """Relative standard uncertainties that every run.toml states, and by which every run is off."""
 UM = 1e-6
+_UNWORN = (0.0, 0.02 * UM)
+"""A disc that was looked at and has not worn."""
 _SILICON_NITRIDE = Body("Si3N4", 304e9, 0.24, 3200.0)
 _CARBIDE_PIN, _CARBIDE_DISC = Body("WC-Co", 320e9, 0.24, 15000.0), Body("WC-Co", 305e9, 0.24, 14100.0)
 _STEEL = Body("100Cr6", 210e9, 0.3, 7800.0)
@@ -147,7 +149,7 @@ WC_CO = replace(
     load=0.4,
     coefficient=0.75e-17,
     friction=Friction(0.14, 0.21, 45.0),
-    disc_wear=None,
+    disc_wear=_UNWORN,
 )
 STEEL = replace(
     SI3N4,
@@ -200,9 +202,9 @@ def _sound() -> Iterator[Regime]:
         coefficient=6e-15,
         anchor=Anchor("pin_scar_diameter", 10 * UM),
         friction=Friction(-0.12, 0.35, 90.0),
-        disc_wear=None,
+        disc_wear=_UNWORN,
     )
-    yield replace(SI3N4, name="5 m", speed=0.05, distance=5.0, friction=Friction(0.226, 0.496, 0.5), disc_wear=None)
+    yield replace(SI3N4, name="5 m", speed=0.05, distance=5.0, friction=Friction(0.226, 0.496, 0.5), disc_wear=_UNWORN)
     yield replace(SI3N4, name="60 samples", rate=59 / SI3N4.duration)
     yield replace(SI3N4, name="noise 1 µm", noise=(White(1 * UM), Autoregressive(1 * UM, 2.0)))
     yield replace(SI3N4, name="mass loss ±20 %", anchor=Anchor("pin_mass_loss", 0.2))
@@ -286,7 +288,7 @@ def _thermal(settling: float, runout: float, turn: float) -> Disturbance:
 def _grid() -> Iterator[Regime]:
     """Yield thermal settling × runout × sampling × motion, in tests of 40 minutes."""
     noise = (White(0.5 * UM), Autoregressive(0.1 * UM, 2.0))
-    base = replace(STEEL, group="grid", noise=noise, distance=240.0, coefficient=2e-15, disc_wear=None, ideal=False)
+    base = replace(STEEL, group="grid", noise=noise, distance=240.0, coefficient=2e-15, disc_wear=_UNWORN, ideal=False)
     stroke = Stroke(20e-3, _CYCLE)
     speed = 2 * stroke.length * stroke.frequency
     there_and_back = replace(base, stroke=stroke, speed=speed, distance=speed * 2400.0, coefficient=2e-15 * 0.1 / speed)
@@ -309,7 +311,7 @@ def _corner(runout: float, wobble: float) -> Disturbance:
 
 def _corners() -> Iterator[Regime]:
     """Yield runout × slow wobble on a steel ball that wears 5 µm in three hours."""
-    base = replace(STEEL, group="corner", rate=10.0, coefficient=4.8e-17, disc_wear=None, ideal=False)
+    base = replace(STEEL, group="corner", rate=10.0, coefficient=4.8e-17, disc_wear=_UNWORN, ideal=False)
     for runout in (0.0, 6.0):
         for wobble in (0.0, 0.7):
             name = f"runout {runout:g} µm, wobble {wobble:g} µm"

@@ -162,7 +162,7 @@ def _end_values(regime: Regime, worn: Course, disc: tuple[float, float], rng: Ge
     measured = (worn.anchor + spread * rng.standard_normal()) * anchor.misread
     found: dict[str, Any] = {anchor.name: stated(measured, spread, unit)}
     if regime.disc_wear is not None and regime.disc_stated:
-        found["disc_wear_depth"] = stated(disc[0] + disc[1] * rng.standard_normal(), disc[1], "m")
+        found["disc_wear_depth"] = stated(max(disc[0] + disc[1] * rng.standard_normal(), 0.0), disc[1], "m")
     return found
 
 

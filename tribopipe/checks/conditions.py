@@ -25,6 +25,8 @@ _PLATEAU, _GAP = 5, 2
 """Windows that show a level, and those between two levels in which a channel may be on its way."""
 _FLAT, _NOISY, _STEP = 0.05, 0.15, 0.1
 """Shares of a level within which it is one, without noise and with it, and by which the next one differs."""
+_LINE = 0.5
+"""Sum of squares about levels over that about a straight line, from which on it is the line."""
 _OFF = 0.05
 """Share of the usual value below which a channel is off."""
 _MOST_LEVELS = 6
@@ -89,7 +91,16 @@ def _apart(parts: Sequence[Column]) -> bool:
     medians = [float(np.median(part)) for part in parts]
     spread = max(float(np.subtract(*np.percentile(part, [75, 25]))) for part in parts)
     nearest = min(abs(other - one) for one, other in pairwise(medians))
-    return min(map(len, parts)) >= _PLATEAU and nearest > _FLAT * min(medians) and spread < nearest / 2
+    apart = nearest > _FLAT * min(medians) and spread < nearest / 2
+    return min(map(len, parts)) >= _PLATEAU and apart and not _drifts(np.concatenate(parts), parts)
+
+
+def _drifts(values: Column, parts: Sequence[Column]) -> bool:
+    """Tell whether a straight line is as near to the values as levels are."""
+    place = np.arange(len(values))
+    from_line = values - np.polyval(np.polyfit(place, values, 1), place)
+    from_levels = np.concatenate([part - np.median(part) for part in parts])
+    return bool(np.sum(from_levels**2) > _LINE * np.sum(from_line**2))
 
 
 def _turn(values: Column, one: float, other: float) -> int:

@@ -80,6 +80,30 @@ def end_wear(run: RawRun, defaults: DefaultUncertainty, interruption: int | None
     return replace(best, disc=EndValueUsed(disc.name, disc.depth, disc.source))
 
 
+def beside_unseen_groove(end: EndWear, share: float, *, by_sensor: bool) -> float:
+    """Return the volume of a pin beside a groove that nobody looked at, over that on a disc that does not wear.
+
+    Parameters
+    ----------
+    end
+        What tells the depth of the pin; where the disc was measured, or the pin is flat, the answer is 1.
+    share
+        Depth of the groove over that of the pin.
+    by_sensor
+        Whether the depth is what a displacement sensor has seen, the groove included, rather than that of the pin.
+    """
+    depth, tip = end.pin_depth.value, end.tip
+    if end.disc is not None or tip.shape == "flat" or not depth > 0:
+        return 1.0
+    contact = tip.on_track(tip.radius)
+    if by_sensor:
+        beside = contact.at_depths(depth / (1 + share), share * depth / (1 + share))
+    else:
+        groove = EndValueUsed("disc_wear_depth", Quantity(value=share * depth, unit="m"), "default")
+        beside = WornPair(tip, Quantity(value=tip.radius, unit="m"), None, end.pin, groove).contact()
+    return float(beside.pin_volume) / float(contact.at_depths(depth, 0.0).pin_volume)
+
+
 def measured_at(run: RawRun, interruption: int | None = None) -> tuple[str, EndValues]:
     """Return the key that the end values of a run, or of an interruption, stand under, and what was measured."""
     if interruption is None:

@@ -171,7 +171,7 @@ def live_problem(asked: Asked, state: State) -> LiveProblem:
         or EndWear(EndValueUsed("pin_wear_depth", Quantity(value=0.0, unit="m"), "default"), None, PinTip.of(pin)),
         friction=_friction(asked, fine),
         inputs=_inputs(asked, anchors, end),
-        engine=engine_of(end, asked.recipe),
+        engine=engine_of(pin, end, asked.recipe) if end else asked.recipe.wear.engine or "giwm",
         weights=means.samples,
         noise=noise.variance,
         most_noise=noise.most,

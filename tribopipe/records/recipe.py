@@ -98,6 +98,8 @@ class DefaultUncertainty(Record):
     """Absolute: the discrepancy the paper found at most."""
     mass_loss: Mass = Field(default_factory=lambda: _mass(1e-7))
     """Absolute: 0.1 mg, about what an analytical balance repeats."""
+    unseen_groove: float = Field(default=0.15, ge=0)
+    """Relative: depth of a groove in a disc that nobody looked at, over the wear depth of a pin that is not flat."""
 
 
 class MonteCarloRecipe(Record):

@@ -89,7 +89,8 @@ class VirtualTest:
             ends = {"pin_wear_depth": measured(worn, sensors.height_loss_uncertainty.value, rng)}
         disc = self.run.disc_wear_depth
         if disc is not None:
-            ends["disc_wear_depth"] = measured(float(self.disc_wear[-1]), disc.standard_uncertainty or 0.0, rng)
+            read = measured(float(self.disc_wear[-1]), disc.standard_uncertainty or 0.0, rng)
+            ends["disc_wear_depth"] = read.model_copy(update={"value": max(read.value, 0.0)})
         return ends
 
 

@@ -19,6 +19,8 @@ from tribopipe.run import Column
 
 _FEWEST_TO_JUDGE = 4
 """With fewer runs no outlier can be told from scatter."""
+_UNLIKELY = 0.01
+"""Probability below which runs are not taken to have agreed so well by chance."""
 _OUTLIER_LEVEL = 0.05
 """Probability of calling any run of a sound set an outlier, shared out among the runs."""
 
@@ -35,13 +37,17 @@ class Combination:
     def draw(self, draws: Column, rng: Generator) -> tuple[Column, Column]:
         """Return k_D of all runs and of a further one for draws of each run's k_D, (draws, runs).
 
-        τ is known from n runs only: in each draw it is τ·√((n − 1)/χ²), χ² with n − 1 degrees of freedom.
+        τ is known from n runs only: in each draw it is τ·√((n − 1)/χ²), χ² with n − 1 degrees of freedom. Of two or
+        three runs that has no variance, and no more of it counts than up to its 99 % quantile.
         """
+        from scipy.stats import chi2
+
         count, runs = draws.shape
         mean = np.sqrt(draws) @ self.weights
         if not self.scatter:
             return mean**2, mean**2
-        scatter = self.scatter * np.sqrt((runs - 1) / rng.chisquare(runs - 1, count))
+        least = float(chi2.ppf(_UNLIKELY, runs - 1))
+        scatter = self.scatter * np.sqrt((runs - 1) / np.maximum(rng.chisquare(runs - 1, count), least))
         of_mean = math.sqrt(float(self.weights @ self.weights))
         mean = np.maximum(mean + scatter * of_mean * rng.standard_normal(count), 0.0)
         return mean**2, np.maximum(mean + scatter * rng.standard_normal(count), 0.0) ** 2

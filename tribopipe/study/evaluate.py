@@ -96,11 +96,11 @@ def evaluate(
 
 
 def _one_engine(recipe: Recipe, fit: Sequence[Member]) -> Recipe:
-    """Return the recipe with one engine for all runs: that of a disc that wears, if one of those fitted does."""
-    ends = (end_wear(member.corrected.run, recipe.uncertainty) for member in fit)
-    engines = {engine_of(end, recipe) for end in ends if end is not None}
-    chosen_engine: WearEngine = "giwm" if engines <= {"giwm"} else engines.difference({"giwm"}).pop()
-    return recipe.model_copy(update={"wear": recipe.wear.model_copy(update={"engine": chosen_engine})})
+    """Return the recipe with one engine for all runs: the GIWM where it is right for each of those fitted."""
+    runs = [member.corrected.run for member in fit]
+    engines = {engine_of(run.manifest.pin_on_disc.pin, end_wear(run, recipe.uncertainty), recipe) for run in runs}
+    engine: WearEngine = "giwm" if engines == {"giwm"} else engines.difference({"giwm"}).pop()
+    return recipe.model_copy(update={"wear": recipe.wear.model_copy(update={"engine": engine})})
 
 
 class _Law:
@@ -152,7 +152,8 @@ class _Law:
 
     def _shared(self, rng: Generator, count: int) -> dict[str, Column]:
         names = [name for name in self.study.shared if name in PIN_SHARED]
-        return {name: rng.standard_normal(count) for name in (*names, *law_named(self.law).inputs())}
+        # Discs that nobody looked at are as good as the same.
+        return {name: rng.standard_normal(count) for name in (*names, "unseen_groove", *law_named(self.law).inputs())}
 
     def _combined(self, drawn: Sequence[RunDraws]) -> Combination:
         if self._combination is None:
@@ -211,10 +212,10 @@ class _Law:
 
 
 def _withheld(outcome: Verdict, run: PosedRun) -> Verdict:
-    """Return the outcome; a law whose shape the curve rejects is not supported by it, whatever the depth at the end."""
+    """Return the outcome; a curve that steps, or whose shape rejects a law, does not support it by its end."""
     problem = run.problem
     doubtful = isinstance(problem, DepthProblem) and (
-        problem.basis == "measurement" or shape_is_rejected(problem.posterior)
+        problem.basis == "measurement" or bool(problem.record.steps) or shape_is_rejected(problem.posterior)
     )
     return "not decidable" if outcome == "supported" and doubtful else outcome
 

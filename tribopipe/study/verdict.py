@@ -156,8 +156,9 @@ def sentence(law: LawName, role: Role, verdict: RunVerdict) -> str:
     if verdict.outcome == "supported":
         way = "follows" if role == "fitted" else "predicts"
         return f"{name} {way} the wear at {load}: {said}{_left_over(verdict)}."
-    if verdict.outcome == "not decidable" and verdict.findings:
-        return f"Whether {name} holds at {load} cannot be decided: {verdict.findings[0].message}; {said}; {ratio}."
+    doubts = [finding.message for finding in verdict.findings if finding.severity != "note"]
+    if verdict.outcome == "not decidable" and doubts:
+        return f"Whether {name} holds at {load} cannot be decided: {doubts[0]}; {said}; {ratio}."
     if verdict.outcome == "not decidable":
         return f"Whether {name} holds at {load} cannot be decided with this uncertainty: {said}; {ratio}."
     return f"{name} {verdict.outcome} the wear at {load}: {said}; {ratio}{_bend(verdict)}."

@@ -28,6 +28,8 @@ def wear_findings(problem: DepthProblem, two_step: Quantity | None = None) -> It
     if shape_is_rejected(problem.posterior):
         yield _misfit(problem)
     yield from _events(problem)
+    if "unseen_groove" in problem.inputs:
+        yield _unseen_groove(problem)
 
 
 def _two_step_differs(problem: DepthProblem, two_step: Quantity) -> Iterator[Finding]:
@@ -76,6 +78,23 @@ def _by_sensor_alone(problem: DepthProblem) -> Finding:
         where="end_values",
         message=f"found none of the pin: k_D is by the depth sensor alone, with a drift of 0 ± {drift} over the test",
         remedy="measure the scar and write it down as end_values.pin_scar_diameter",
+    )
+
+
+def _unseen_groove(problem: DepthProblem) -> Finding:
+    share = 100 * problem.recipe.uncertainty.unseen_groove
+    return Finding(
+        severity="note",
+        code="disc_not_measured",
+        where="end_values",
+        message=(
+            f"found none of the disc: k_D is uncertain by {100 * problem.inputs['unseen_groove'].spread:.2g} % for a "
+            f"groove {share:.0f} % as deep as the wear of the pin"
+        ),
+        remedy=(
+            "measure the track and write it down as end_values.disc_wear_depth, with 0 nm and its uncertainty where "
+            "there is none to be seen"
+        ),
     )
 
 

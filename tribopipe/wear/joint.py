@@ -79,13 +79,14 @@ class JointProblem(WearProblem):
     def modelled(self, values: Values) -> Callable[[Column], tuple[Column, Column]]:
         """Return wear of pin and disc at each sample and of the pin at each anchor, and slopes against ln k_D, m."""
         pin, unit = self.pin(values), self.unit_volume(values, self._row_distance)
+        grown = self._grown(self._row_distance)
 
         def model(log_coefficient: Column) -> tuple[Column, Column]:
             volume = np.exp(log_coefficient)[..., None] * unit
             state = pin.worn(volume)
-            depth = state.depth.copy()
+            depth = np.array(state.depth * grown)
             depth[..., : len(self.distance)] += self.disc_wear(state.radius, values)
-            return depth, volume / state.area
+            return depth, volume / state.area * grown
 
         return model
 

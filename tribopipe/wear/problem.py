@@ -17,11 +17,11 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from tribopipe.contact.pin_on_disc import PinContact
-from tribopipe.contact.pin_on_track import volume_growth
+from tribopipe.contact.pin_on_track import depth_growth, volume_growth
 from tribopipe.depth_reading import engine_of, remountings
 from tribopipe.drift import SensorTrace, read_trace
 from tribopipe.end_values.measured import EndValueUsed
-from tribopipe.end_values.pin_on_disc import EndWear, end_wear
+from tribopipe.end_values.pin_on_disc import EndWear, beside_unseen_groove, end_wear
 from tribopipe.end_values.pin_tip import PinTip
 from tribopipe.errors import FitError
 from tribopipe.local_wear.pin_curve import pin_curve
@@ -49,6 +49,8 @@ from tribopipe.wear.own_parameters import Tangent, indistinct, law_columns, law_
 _MOST_ITERATIONS = 60
 _CONVERGED = 1e-12
 _LEAST_STEP = 1e-300
+_LEAST_RATIO = -0.5
+"""Depth of a groove over that of the pin below which a draw of it is not taken: none is so far above the disc."""
 _LEAST_LOG_K = 14.0
 """A k_D this many e-folds below where the search starts is no wear at all."""
 NODES = 40
@@ -110,20 +112,37 @@ class WearProblem:
 
     def depth(self, coefficient: Numbers, values: Values, distance: Column | None = None) -> Column:
         """Return the model's wear depth, m, for a k_D in m²/N; at the samples unless told where."""
-        return self.pin(values).worn(coefficient * self.unit_volume(values, distance)).depth
+        deep = self.pin(values).worn(coefficient * self.unit_volume(values, distance)).depth
+        return deep * self._grown(self.distance if distance is None else distance)
 
     def unit_volume(self, values: Values, distance: Column | None = None) -> Column:
         """Return the volume worn at k_D = 1, F_N·S(s), as that of a pin on a disc that does not wear.
 
-        On a disc that does, the pin has lost more at the same depth (tribopipe.contact.pin_on_track).
+        On a disc that does, the pin has lost more at the same depth (tribopipe.contact.pin_on_track), and on one that
+        nobody looked at it may have.
         """
-        return values["normal_load"] * self.effective_distance(values, distance) / self._groove_growth(values)
+        on_plane = self._groove_growth(values) * values.get("unseen_groove", 1.0)
+        return values["normal_load"] * self.effective_distance(values, distance) / on_plane
 
     def _groove_growth(self, values: Values) -> Numbers:
+        ratio = self._depth_ratio(values)
+        return volume_growth(ratio) if np.any(ratio) else 1.0
+
+    def _grown(self, distance: Column) -> Numbers:
+        """Return by what factor the pin was deeper on its way, while the groove was shallower than at the end."""
+        ratio = float(self._depth_ratio(self.values))
+        if not ratio:
+            return 1.0
+        whole = self.effective_distance(self.values, np.asarray([self.trace.slid]))
+        return depth_growth(self.effective_distance(self.values, distance) / whole, ratio)
+
+    def _depth_ratio(self, values: Values) -> Numbers:
+        """Return the depth of the groove over that of the pin where that shapes the scar, and 0 where it does not."""
         depth = self.end.pin_depth.value
         if "disc_end_value" not in values or self.contact.pin.shape == "flat" or not depth > 0:
-            return 1.0
-        return volume_growth(np.maximum(values["disc_end_value"], 0.0) / depth)
+            return 0.0
+        # A draw of a disc that has hardly worn may be below zero, and counts as what it is, lest the mean be off.
+        return np.maximum(values["disc_end_value"] / depth, _LEAST_RATIO)
 
     def rows(self, values: Values) -> Column:
         """Return what is measured, m."""
@@ -139,12 +158,12 @@ class WearProblem:
 
     def modelled(self, values: Values) -> Callable[[Column], tuple[Column, Column]]:
         """Return the model as a function of ln k_D, with all that does not depend on k_D computed once."""
-        pin, unit = self.pin(values), self.unit_volume(values)
+        pin, unit, grown = self.pin(values), self.unit_volume(values), self._grown(self.distance)
 
         def model(log_coefficient: Column) -> tuple[Column, Column]:
             volume = np.exp(log_coefficient)[..., None] * unit
             state = pin.worn(volume)
-            return state.depth, volume / state.area
+            return state.depth * grown, volume / state.area * grown
 
         return model
 
@@ -348,8 +367,11 @@ def wear_problem(
 ) -> WearProblem | tuple[str, ...]:
     """Pose the fit of k_D to a corrected run under a law as it is to start, or say what the run lacks for it."""
     run, manifest = corrected.run, corrected.run.manifest
-    end = None if corrected.wear_depth is None else end_wear(run, recipe.uncertainty) or _end_by_reading(corrected)
-    if corrected.wear_depth is None or end is None:
+    if corrected.wear_depth is None:
+        return corrected.correction.lacks
+    measured = end_wear(run, recipe.uncertainty)
+    end = measured or _end_by_reading(corrected)
+    if end is None:
         return corrected.correction.lacks
     known = law_friction(run, law, friction, recipe.wear.friction)
     if known is None:
@@ -359,6 +381,7 @@ def wear_problem(
     inputs |= known.inputs
     trace = _seen(read_trace(run, end, recipe), seen := np.isfinite(corrected.wear_depth))
     inputs |= _trace_inputs(trace, end)
+    inputs |= _unseen_groove(end, recipe, by_sensor=measured is None)
     inputs |= law_inputs(law_named(law), recipe)
     return WearProblem(
         contact=manifest.pin_on_disc,
@@ -368,7 +391,7 @@ def wear_problem(
         end=end,
         friction=known.path,
         inputs=inputs,
-        engine=engine_of(end, recipe),
+        engine=engine_of(manifest.pin_on_disc.pin, measured, recipe),
         friction_covariance=known.covariance,
         noise=_sensor_noise(trace, run.sliding_distance[seen], remountings(manifest, run.sliding_distance[seen])),
     )
@@ -384,6 +407,13 @@ def _end_by_reading(corrected: CorrectedRun) -> EndWear | None:
     depth = max(model.end_depth.value, model.end_depth.standard_uncertainty or 0.0)
     read = Quantity(value=depth, unit="m", standard_uncertainty=model.end_depth.standard_uncertainty)
     return EndWear(EndValueUsed("pin_wear_depth", read, "manifest"), None, tip)
+
+
+def _unseen_groove(end: EndWear, recipe: Recipe, *, by_sensor: bool) -> dict[str, Input]:
+    """Return by what factor the pin may have lost more than it would have on a disc without a groove."""
+    beside = beside_unseen_groove(end, recipe.uncertainty.unseen_groove, by_sensor=by_sensor)
+    factor = Quantity(value=1.0, unit="1", standard_uncertainty=abs(beside - 1))
+    return {"unseen_groove": Input(factor, "default")} if factor.standard_uncertainty else {}
 
 
 def _sensor_noise(trace: SensorTrace, distance: Column, segments: Column) -> float:
