@@ -59,6 +59,8 @@ def law_look(law: LawName) -> LawLook:
     return _LOOKS.get(law) or LawLook(_OTHER_LAWS[place % len(_OTHER_LAWS)])
 
 
+WANDER_NAME = "wander: slow, neither wear nor drift"
+"""What the slow process of the model is called in legends."""
 _MOST_LETTERS = 90
 """That fit above a figure in one line."""
 STYLE: Any = {
@@ -113,6 +115,8 @@ def plot_depth(corrected: CorrectedRun, clean_up: CleanUp | None = None) -> "Fig
         ax.plot(
             *_micro(*thinned(along, corrected.wear_depth)), color=_BLUE, lw=0.9, label=f"corrected wear, {_both(run)}"
         )
+    if corrected.wander is not None:
+        ax.plot(*_micro(*thinned(along, corrected.wander)), color=GREEN, lw=0.8, alpha=0.7, label=WANDER_NAME)
     anchor = f"end value, 95 % ({correction.anchor})".replace("_", " ")
     _mark_end(ax, along[-1], correction.end_wear_depth, anchor)
     finish(ax, f"{run.id}: depth signal", _drift_words(correction))
