@@ -24,7 +24,7 @@ from tribopipe.run import Column, CorrectedRun
 from tribopipe.uncertainty import propagate
 from tribopipe.units import KINDS, show
 from tribopipe.wear.depth_problem import DepthProblem, depth_problem
-from tribopipe.wear.doubts import wear_findings
+from tribopipe.wear.doubts import prior_findings, wear_findings
 from tribopipe.wear.draws import coefficient_draws
 from tribopipe.wear.friction_path import ExponentialFriction
 from tribopipe.wear.inputs import FRICTION_INPUTS, default_notes, shown_unit
@@ -76,7 +76,10 @@ def fit_wear(
     )
     if whole is not None:
         two_step = fit.wear_coefficient if chosen is not whole else None
-        fit = fit.model_copy(update={"findings": tuple(wear_findings(whole, two_step))})
+        findings = [*wear_findings(whole, two_step)]
+        if chosen is whole and fit.wear_coefficient is not None:
+            findings += prior_findings(whole, fit.wear_coefficient)
+        fit = fit.model_copy(update={"findings": tuple(findings)})
     return _with_monte_carlo(fit, chosen, recipe.monte_carlo)
 
 
