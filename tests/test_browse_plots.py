@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -17,10 +18,13 @@ from tribopipe.archive.store import Archive
 from tribopipe.browse.decimate import Window, shown
 from tribopipe.browse.drawing import Curve, Drawing, Panel, Unit, plot_answer
 from tribopipe.browse.json_answer import encoded
-from tribopipe.browse.pin_plots import PIN_WEAR
+from tribopipe.browse.pin_plots import PIN_WEAR, WANDER
 from tribopipe.browse.plots import run_axes, run_plots
 from tribopipe.browse.samples import Kept, RunFile
+from tribopipe.pipeline import clean_archived, correct_archived_drift
+from tribopipe.records.recipe import Recipe
 from tribopipe.records.results import COVERAGE_FACTOR, FrictionFit, WearFit
+from tribopipe.report.figures import WANDER_NAME
 
 RUN = "si3n4-air-200mN"
 DISC_RUNS = DISC_IDS[:2]
@@ -148,6 +152,19 @@ def test_depth_is_reading_less_drift_plus_wear(run):
     with h5py.File(run.path) as file:
         for line in (reading, wear):
             assert np.allclose(1e6 * file[line["path"]][()], line["y"], rtol=1e-6)
+
+
+def test_wander_is_drawn_beside_the_corrected_wear_where_there_is_some(run, tmp_path):
+    raw, archive = run.archive.raw(RUN), Archive(tmp_path)
+    wave = 0.5e-6 * np.sin(12 * np.pi * raw.sliding_distance / raw.sliding_distance[-1])
+    archive.add(replace(raw, columns={**raw.columns, "depth": raw.columns["depth"] + wave}))
+    for step in (clean_archived, correct_archived_drift):
+        step(archive, RUN, Recipe())
+    (panel,) = answer(RunFile(archive, RUN, Kept()), "depth")["panels"]
+    wander = panel["lines"][-1]
+    assert (wander["role"], wander["name"], wander["path"]) == ("wander", WANDER_NAME, WANDER)
+    assert np.allclose(wander["y"], 1e6 * archived_correction(archive, RUN).wander, atol=1e-6)
+    assert "wander" not in {line["role"] for line in answer(run, "depth")["panels"][0]["lines"]}
 
 
 def test_friction_is_drawn_fitted_where_it_was_fitted(run):

@@ -14,8 +14,9 @@ from tribopipe.depth_model.blocks import blocks_of
 from tribopipe.depth_model.mixture import Regression, _Projected
 from tribopipe.depth_model.posterior import SCORES, DepthReading, MeasuredDepth, depth_posterior
 from tribopipe.depth_model.steps import steps
-from tribopipe.depth_model.terms import optional_terms
+from tribopipe.depth_model.terms import AMPLITUDES, optional_terms
 from tribopipe.depth_model.wander import wanders
+from tribopipe.depth_model.widened import widened
 from tribopipe.drift import correct_drift
 from tribopipe.records.manifest import EndValues
 from tribopipe.wear.doubts import DECISIVE
@@ -154,6 +155,27 @@ def test_smooth_curves_have_no_steps(name):
     assert steps(time, 500 * time, depth) == []
 
 
+@pytest.mark.parametrize("disturbance", ["none", "settling", "line"])
+@pytest.mark.parametrize("prior", ["drift", "settling"])
+def test_wider_prior_without_a_fit_is_that_of_another_fit(prior, disturbance, monkeypatch):
+    added = {**DISTURBED, "none": 0.0, "line": lambda time, _: -2e-6 * time}[disturbance]
+    one = reading(np.random.default_rng(2), added)
+    if prior == "drift":
+        one = replace(one, measured=(), drift_deviation=0.5e-6)
+        again = replace(one, drift_deviation=1e-6)
+    else:
+        again = replace(one)
+        with monkeypatch.context() as patch:
+            patch.setattr("tribopipe.depth_model.terms.AMPLITUDES", tuple(2 * share for share in AMPLITUDES))
+            assert again.optional.alternatives[1].deviation == 2 * AMPLITUDES[0]
+    before = depth_posterior(one)
+    found, fitted = widened(before, prior), depth_posterior(again)
+    assert found.together[0] == pytest.approx(fitted.together[0], abs=0.1 * fitted.together[1])
+    assert found.together[1] == pytest.approx(fitted.together[1], rel=0.1)
+    if (prior, disturbance) == ("drift", "line"):
+        assert abs(found.together[0] - before.together[0]) > 0.1 * before.together[1]
+
+
 def test_run_without_measurement_is_fitted_by_the_sensor_alone_and_says_so():
     raw = record(*CASES["si3n4-air-200mN"])
     bare = replace(raw, manifest=raw.manifest.model_copy(update={"end_values": EndValues()}))
@@ -162,6 +184,21 @@ def test_run_without_measurement_is_fitted_by_the_sensor_alone_and_says_so():
     assert "no_post_test_measurement" in {finding.code for finding in fit.findings}
     truth = CASES["si3n4-air-200mN"][1].wear_coefficient.value
     assert abs(fit.wear_coefficient.value - truth) < 3.5 * fit.wear_coefficient.standard_uncertainty
+
+
+@pytest.mark.parametrize(("drift", "codes"), [(0.0, set()), (-0.2e-6, set()), (2e-6, {"depends_on_drift_prior"})])
+def test_k_d_by_the_sensor_alone_says_whether_it_depends_on_the_prior_of_the_drift(drift, codes):
+    raw = record(*CASES["si3n4-air-200mN"])
+    ramp = drift * raw.columns["time"] / raw.columns["time"][-1]
+    manifest = raw.manifest.model_copy(update={"end_values": EndValues()})
+    fit = fit_wear(
+        correct_drift(replace(raw, manifest=manifest, columns={**raw.columns, "depth": raw.columns["depth"] + ramp}))
+    )
+    found = [finding for finding in fit.findings if finding.code.startswith("depends_on")]
+    assert {finding.code for finding in found} == codes
+    assert {finding.severity for finding in found} <= {"note"}
+    measured = fit_wear(correct_drift(replace(raw, columns={**raw.columns, "depth": raw.columns["depth"] + ramp})))
+    assert not [finding for finding in measured.findings if finding.code.startswith("depends_on")]
 
 
 @pytest.mark.parametrize(("groove", "pin"), [(2.27431338e-3, 0.0226845810), (0.0116358510, 0.0203924148)])

@@ -123,6 +123,21 @@ def test_run_without_an_end_value_of_the_pin_passes_through(bare_run, end, lacks
     assert lacks in str(corrected.correction)
 
 
+@pytest.mark.parametrize("noise", [20e-9, 0.5e-6])
+def test_wander_is_found_where_it_rises_above_the_noise(bare_run, noise):
+    distance, rng = np.linspace(0, 500, 2001), np.random.default_rng(3)
+    wave = 0.3e-6 * np.sin(12 * np.pi * distance / 500)
+    reading = wear_curve(distance) + noise * rng.standard_normal(2001)
+    end = EndValues(pin_wear_depth=metres(WEAR_END, 1e-7))
+    assert correct_drift(with_depth(bare_run, reading, end)).wander is None
+    found = correct_drift(with_depth(bare_run, reading + wave, end))
+    # Offset, drift and wear take what a wave has of their shapes.
+    shapes = np.column_stack([wave, np.ones(2001), distance, wear_curve(distance)])
+    share, *_ = np.linalg.lstsq(shapes, found.wander, rcond=None)[0]
+    assert 0.75 < share < 1.05  # noise draws it towards zero
+    assert np.std(found.wander - shapes @ np.linalg.lstsq(shapes, found.wander, rcond=None)[0]) < 20e-9 + noise / 5
+
+
 def test_run_without_depth_passes_through(bare_run):
     run = with_depth(bare_run, np.linspace(0, 1e-5, 100), worn_pin())
     del run.columns["depth"]

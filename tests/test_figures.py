@@ -19,7 +19,7 @@ from tribopipe.records.signals import SIGNALS
 from tribopipe.report.archived import save_run_figures
 from tribopipe.report.clean_up_figures import plot_clean_up
 from tribopipe.report.decimation import thinned
-from tribopipe.report.figures import plot_depth, plot_friction, plot_wear, save_figure
+from tribopipe.report.figures import WANDER_NAME, plot_depth, plot_friction, plot_wear, save_figure
 from tribopipe.wear.curves import fitted_curve
 from tribopipe.wear.identify import fit_wear
 
@@ -63,6 +63,21 @@ def test_figures_of_a_run_without_end_value_and_friction_say_what_is_missing(sam
     in_two_steps = Recipe(wear=WearRecipe(correction="two-step"))
     assert "lacks an end value" in plot_depth(correct_drift(bare, in_two_steps)).axes[0].texts[0].get_text()
     assert "lacks a friction signal" in plot_friction(bare, fit_friction(bare)).axes[0].texts[0].get_text()
+
+
+def test_depth_figure_draws_wander_where_there_is_some(sample_archive, tmp_path):
+    run = sample_archive.raw(SAMPLE_IDS[0])
+    wave = 1e-6 * np.sin(12 * np.pi * run.sliding_distance / run.sliding_distance[-1])
+    wavy, archive = replace(run, columns={**run.columns, "depth": run.columns["depth"] + wave}), Archive(tmp_path)
+    archive.add(wavy)
+    for step in (clean_archived, correct_archived_drift):
+        step(archive, run.id, Recipe())
+    assert WANDER_NAME not in labels(plot_depth(archived_correction(sample_archive, run.id)))
+    figure = plot_depth(archived_correction(archive, run.id))
+    drawn = next(line for line in figure.axes[0].lines if line.get_label() == WANDER_NAME)
+    kept = archived_correction(archive, run.id).wander
+    assert np.allclose(drawn.get_ydata(), np.interp(drawn.get_xdata(), run.sliding_distance, 1e6 * kept))
+    assert np.corrcoef(kept, wave)[0, 1] > 0.7  # offset, drift and wear take some of a wave
 
 
 def test_a_long_sentence_leaves_the_figure_its_width(sample_archive):

@@ -7,9 +7,14 @@ from folders import replace_in
 
 from tribopipe.archive.store import Archive
 from tribopipe.browse.answers import run_answer
+from tribopipe.browse.plots import run_plots
+from tribopipe.browse.samples import Kept, RunFile
+from tribopipe.pipeline import process
 from tribopipe.records.finding import Finding, first_of_each_code
 from tribopipe.records.results import DepthModel, DriftCorrection, WearFit
-from tribopipe.report.figures import _caveat
+from tribopipe.report.archived import run_figures
+from tribopipe.report.figures import basis_words
+from tribopipe.report.html.document import run_report
 from tribopipe.report.run_page import run_page
 
 CODE = "reading_contradicts_measurement"
@@ -50,22 +55,39 @@ def test_finding_of_a_fit_is_seen_on_every_surface(run_cli, contradicted, tmp_pa
     assert "by the post-test measurement alone" in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
+def test_wear_curve_on_every_surface_says_what_k_d_is_by(contradicted, tmp_path):
+    archive = Archive(tmp_path / "found")
+    list(process([contradicted], archive))
+    (run_id,) = archive.ids()
+    fit = archive.result(run_id, "wear_fit_archard", WearFit)
+    (message,) = [one.message for one in fit.findings if one.code == CODE]
+    assert message.endswith("the reading is not trusted, and k_D is that of the measurement")
+    figure = run_figures(archive, run_id)["wear"]
+    above = figure.axes[0].texts[0].get_text()
+    assert message in above.replace("\n", " ")
+    assert max(map(len, above.splitlines())) <= 90
+    (wear,) = [offer for offer in run_plots(RunFile(archive, run_id, Kept())) if offer.name == "wear"]
+    assert wear.drawing().words == f"depth: {message}"
+    report = re.sub(r"<[^>]*>|\s+", " ", run_report(archive, [run_id]))
+    assert re.sub(r"\s+", "", report).count("thereadingisnottrusted,andk") >= 2
+
+
 def test_the_first_finding_of_each_code_counts():
     first, same, other = finding("a", "found 1"), finding("a", "found 2"), finding("b")
     assert first_of_each_code([first, same, other]) == (first, other)
 
 
 @pytest.mark.parametrize(
-    ("found", "words"),
+    ("findings", "words"),
     [
-        ({"basis": "measurement"}, "; reading not trusted, by the measurement"),
-        ({"basis": "reading"}, "; by the depth sensor alone"),
-        ({"findings": (finding(CODE),)}, "; reading contradicts the measurement"),
-        ({"basis": "reading and measurement", "findings": (finding("curve_shape"),)}, ""),
+        ((finding(CODE, "found 1"), finding("curve_shape")), ["depth: found 1"]),
+        ((finding("no_post_test_measurement", "found none"),), ["depth: found none"]),
+        ((finding("curve_shape"),), []),
     ],
 )
-def test_wear_figure_says_what_k_d_is_by(found, words):
-    assert _caveat(WearFit(model="archard", outcome="fitted", **found)) == words
+def test_words_beside_a_wear_curve_are_those_of_the_findings_on_its_basis(findings, words):
+    by_both_laws = [WearFit(model=law, outcome="fitted", findings=findings) for law in ("archard", "sarkar")]
+    assert basis_words(by_both_laws) == words
 
 
 def test_drift_page_shows_both_rates_and_what_the_model_finds(archive):

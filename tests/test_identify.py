@@ -16,7 +16,9 @@ from tribopipe.records.quantity import EndValue, Quantity
 from tribopipe.records.recipe import MonteCarloRecipe, Recipe, WearRecipe
 from tribopipe.run import RawRun
 from tribopipe.simulate import VirtualTest
+from tribopipe.wear.depth_problem import depth_problem
 from tribopipe.wear.identify import WearProblem, fit_wear, wear_problem
+from tribopipe.wear.inputs import draw_values
 
 PLAN = load_toml(Path(__file__).parents[1] / "sample_runs" / "plan.toml", Plan)
 FIRST_ORDER = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
@@ -77,6 +79,29 @@ def test_true_coefficient_comes_back_without_noise(run_id, law):
     fit = fit_wear(correct_drift(raw), law, fit_friction(raw), FIRST_ORDER)
     assert fit.wear_coefficient.value == pytest.approx(run.wear_coefficient.value, rel=0.03, abs=0)
     assert fit.fitted_end_depth.value == pytest.approx(fit.measured_end_depth.value, rel=0.003, abs=20e-9)
+
+
+@pytest.mark.parametrize("correction", ["model", "two-step"])
+@pytest.mark.parametrize("law", ["archard", "sarkar"])
+def test_uncertainty_of_the_end_depth_is_that_of_draws_and_knows_no_load(law, correction):
+    series, run = CASES["si3n4-air-200mN"]
+    raw, recipe = record(series, run), FIRST_ORDER.model_copy(update={"wear": WearRecipe(correction=correction)})
+    friction, ends = fit_friction(raw), []
+    for share in (0.001, 0.05):
+        load = raw.manifest.conditions.normal_load.model_copy(update={"standard_uncertainty": share * 0.2})
+        conditions = raw.manifest.conditions.model_copy(update={"normal_load": load})
+        known = replace(raw, manifest=raw.manifest.model_copy(update={"conditions": conditions}))
+        corrected = correct_drift(known, recipe)
+        ends.append(fit_wear(corrected, law, friction, recipe).fitted_end_depth.standard_uncertainty)
+    assert ends[1] == pytest.approx(ends[0], rel=0.02)
+    problem = wear_problem(corrected, law, friction, recipe)
+    if correction == "model":
+        problem = depth_problem(problem, corrected, recipe)
+    rng = np.random.default_rng(5)
+    values = draw_values(problem.inputs, problem.friction_covariance, rng, 2_000)
+    coefficients = problem.solve(values, problem.draw_noise(rng, 2_000))
+    drawn = problem.depth(np.asarray(coefficients)[:, None], values, np.asarray([problem.trace.slid]))
+    assert ends[1] == pytest.approx(np.std(drawn), rel=0.1)
 
 
 def test_measured_friction_serves_sarkar_s_law_as_well_as_the_fitted():

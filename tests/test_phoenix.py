@@ -160,6 +160,33 @@ def test_a_friction_force_in_a_unit_of_no_force_is_not_held_against_the_load(uni
     assert column(table, f"Friction Force [{unit}]").signal is None
 
 
+@pytest.mark.parametrize(("name", "number"), [("Load", 9), ("Displacement", 17), ("Contact Potential", 12)])
+def test_an_unknown_unit_is_left_open_and_reported_with_line_and_column(name, number):
+    names = phoenix(TRUTH).replace(b"\t%s\t" % name.encode(), b"\t%s [kgff]\t" % name.encode(), 1)
+    table = read(names)
+    line = next(place for place, one in enumerate(names.splitlines(), start=1) if b"This Step" in one)
+    assert column(table, f"{name} [kgff]").unit is None
+    said = f"line {line}, column {number}: '{name} [kgff]' has the unknown unit 'kgff'; name its unit in run.toml"
+    assert said in table.notes
+
+
+def test_empty_brackets_are_no_unit():
+    table = read(phoenix(TRUTH).replace(b"\tLoad\t", b"\tLoad []\t", 1))
+    assert column(table, "Load []").unit == "N"
+    assert not any("unknown unit" in note for note in table.notes)
+
+
+def test_a_run_of_an_unknown_unit_says_so(tmp_path):
+    path = tmp_path / "TEST_2.TSV"
+    path.write_bytes(phoenix(TRUTH).replace(b"\tDisplacement\t", b"\tDisplacement [mikron]\t", 1))
+    made = make_run(Wanted([path], tmp_path, settings=["conditions.normal_load=60 N"]))
+    assert any("'Displacement [mikron]' has the unknown unit 'mikron'" in note for note in made.notes)
+    assert not any("is taken in µm" in note for note in made.notes)
+    run = read_run(made.folder)
+    assert "depth" not in run.columns
+    assert any("'Displacement [mikron]' seems to be depth and is not used" in one for one in run.unused)
+
+
 def test_a_counter_one_back_is_kept_as_it_is():
     turns = column(read(phoenix(TRUTH, glitch=True)), "TOTAL REVOLUTIONS").values
     assert turns[57:60].tolist() == [186, 185, 188]

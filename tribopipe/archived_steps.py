@@ -129,8 +129,8 @@ def drift_correction(archive: Archive, run_id: str, recipe: Recipe) -> PlannedSt
 
     def compute() -> Found:
         corrected = correct_drift(archive.cleaned(run_id), recipe)
-        found = {"wear_depth": corrected.wear_depth, "pin_wear_depth": corrected.pin_wear_depth}
-        return Found(corrected.correction, {name: (curve, "m") for name, curve in found.items() if curve is not None})
+        curves = {name: getattr(corrected, name) for name in ("wear_depth", "pin_wear_depth", "wander")}
+        return Found(corrected.correction, {name: (curve, "m") for name, curve in curves.items() if curve is not None})
 
     options = {
         "drift": _told(recipe.drift),

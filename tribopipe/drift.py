@@ -189,7 +189,10 @@ def _by_model(
         "model": found,
     }
     correction = two_step or DriftCorrection(outcome="corrected")
-    return CorrectedRun(run, correction.model_copy(update=changed), wear)
+    # f below the noise of the blocks, or as probable as noise with a short memory, would be noise that is drawn twice.
+    wanders = found.evidence > 0 and found.wander.value > found.noise.value
+    wander = np.interp(time, reading.time, posterior.wander) if wanders else None
+    return CorrectedRun(run, correction.model_copy(update=changed), wear, wander)
 
 
 def _two_step(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> CorrectedRun:

@@ -174,6 +174,8 @@ class CorrectedRun:
     correction: DriftCorrection
     wear_depth: Column | None
     """Wear of pin and disc at each sample, m; none where the run could not be corrected."""
+    wander: Column | None = None
+    """Of that, what is slow and neither wear by Archard's law nor drift, m; none where noise hides it."""
 
     @property
     def id(self) -> str:

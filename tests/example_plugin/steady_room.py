@@ -20,5 +20,5 @@ def room_stays_as_warm(run: RawRun) -> Iterator[Trouble]:
         yield Trouble(
             "temperature",
             f"found that it moves by {moved:.1f} K; expected at most {MOST:g} K",
-            "look for drift that follows it, and fit drift and wear together",
+            "look for drift that follows it, and keep the room steady",
         )

@@ -16,8 +16,8 @@ def archived_correction(archive: Archive, run_id: str) -> CorrectedRun:
     """Return the corrected run as the archive holds it. Raises ``ArchiveError`` where it was not corrected."""
     correction = archive.needed_result(run_id, "drift_correction", DriftCorrection)
     step = archive.step(run_id, "drift_correction")
-    wear = step.curves["wear_depth"][0] if step is not None and step.curves else None
-    return CorrectedRun(archive.cleaned(run_id), correction, wear)
+    curves = {} if step is None else {name: values for name, (values, _) in step.curves.items()}
+    return CorrectedRun(archive.cleaned(run_id), correction, curves.get("wear_depth"), curves.get("wander"))
 
 
 def archived_friction(archive: Archive, run_id: str) -> FrictionFit | None:

@@ -13,7 +13,7 @@ from tribopipe.records.results import COVERAGE_FACTOR
 from tribopipe.run import Column
 from tribopipe.units import from_si, interval_from_si
 
-Role = Literal["measured", "fit", "prediction", "drift", "residual"]
+Role = Literal["measured", "fit", "prediction", "drift", "wander", "residual"]
 
 
 _COLOURED = ("archard", "sarkar")

@@ -9,11 +9,13 @@ from tribopipe.browse.drawing import MICRONS, RATIO, Curve, Mark, Panel, Role, m
 from tribopipe.browse.samples import RunFile
 from tribopipe.records.recipe import LawName
 from tribopipe.records.results import DriftCorrection, FrictionFit, WearPrediction
+from tribopipe.report.figures import WANDER_NAME
 from tribopipe.run import Column
 from tribopipe.units import axis
 from tribopipe.wear.laws import law_label
 
 CORRECTED, PIN_WEAR = "/entry/drift_correction/data/wear_depth", "/entry/drift_correction/data/pin_wear_depth"
+WANDER = "/entry/drift_correction/data/wander"
 FITTED_FRICTION = "/entry/friction_fit/data/friction_coefficient"
 
 
@@ -28,6 +30,8 @@ def draw_depth(run: RunFile, x: Column) -> tuple[Panel, ...]:
     if reading is not None and wear is not None:
         curves.append(Curve("zero offset and drift", "drift", x, reading - wear, MICRONS, run.id))
         curves.append(Curve(f"corrected wear, {both}", "measured", x, wear, MICRONS, run.id, path=CORRECTED))
+    if (wander := run.curve(WANDER)) is not None:
+        curves.append(Curve(WANDER_NAME, "wander", x, wander, MICRONS, run.id, path=WANDER))
     marks: tuple[Mark, ...] = ()
     if correction is not None:
         anchor = (correction.anchor or "end value").replace("_", " ")

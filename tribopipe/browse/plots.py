@@ -21,7 +21,9 @@ from tribopipe.browse.signal_plots import (
     extras,
     recorded,
 )
+from tribopipe.records.results import WearFit
 from tribopipe.records.signals import SignalName
+from tribopipe.report.figures import basis_words
 from tribopipe.run import Column
 from tribopipe.units import axis
 from tribopipe.wear.laws import law_title
@@ -93,10 +95,16 @@ def _place(run: RunFile, name: str) -> Column:
 
 
 def _sampled(
-    run: RunFile, name: str, title: str, stage: str, path: str, draw: Callable[[RunFile, Column], tuple[Panel, ...]]
+    run: RunFile,
+    name: str,
+    title: str,
+    stage: str,
+    path: str,
+    draw: Callable[[RunFile, Column], tuple[Panel, ...]],
+    words: str = "",
 ) -> PlotOffer:
     """Offer a plot of samples."""
-    return PlotOffer(name, title, stage, path, run_axes(run), lambda against: draw(run, _place(run, against)))
+    return PlotOffer(name, title, stage, path, run_axes(run), lambda against: draw(run, _place(run, against)), words)
 
 
 def _first_step(run: RunFile, *steps: StepName) -> str:
@@ -121,7 +129,9 @@ def _wear(run: RunFile) -> Iterator[PlotOffer]:
             yield _sampled(run, "wear", "Wear of both discs", stage, path, draw_disc_wear)
             yield _sampled(run, "contact", "Contact", stage, _group(run, stage), draw_contact)
     elif PIN_WEAR in run.datasets or any(f"{curve}wear_depth" in run.datasets for curve in curves):
-        yield _sampled(run, "wear", "Wear of the pin", stage, path, draw_pin_wear)
+        fits = (run.result(step, WearFit) for step in WEAR_FITS.values())
+        words = "; ".join(basis_words(fit for fit in fits if fit is not None))
+        yield _sampled(run, "wear", "Wear of the pin", stage, path, draw_pin_wear, words)
 
 
 def _from_signals(run: RunFile) -> Iterator[PlotOffer]:

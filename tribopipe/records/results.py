@@ -58,7 +58,7 @@ class DriftCorrection(Record):
     """The drift subtracted from a depth reading, anchored on the post-test measurement."""
 
     outcome: Literal["corrected", "uncorrected"]
-    """Uncorrected where the run lacks the depth or the end value."""
+    """Uncorrected where the run lacks the depth, or an end value without which drift cannot be told from wear."""
     lacks: tuple[str, ...] = ()
     """What the run lacks for a correction."""
     anchor: str | None = None

@@ -4,7 +4,7 @@ Colours are from the Okabe–Ito palette, which people with any colour vision ca
 pyplot, so that they need no display and leave no state behind; in a notebook they show themselves.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from functools import wraps
 from io import BytesIO
@@ -17,6 +17,7 @@ import numpy as np
 from tribopipe.errors import ArchiveError
 from tribopipe.files import replacing
 from tribopipe.records.clean_up import CleanUp
+from tribopipe.records.finding import first_of_each_code
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import LawName
 from tribopipe.records.results import COVERAGE_FACTOR, DriftCorrection, FrictionFit, WearFit, WearPrediction
@@ -59,6 +60,10 @@ def law_look(law: LawName) -> LawLook:
     return _LOOKS.get(law) or LawLook(_OTHER_LAWS[place % len(_OTHER_LAWS)])
 
 
+WANDER_NAME = "wander: slow, neither wear nor drift"
+"""What the slow process of the model is called in legends."""
+_ON_BASIS = ("reading_contradicts_measurement", "no_post_test_measurement")
+"""Codes of findings by which a fitted curve is not what the reading or a measurement would have one expect."""
 _MOST_LETTERS = 90
 """That fit above a figure in one line."""
 STYLE: Any = {
@@ -113,6 +118,8 @@ def plot_depth(corrected: CorrectedRun, clean_up: CleanUp | None = None) -> "Fig
         ax.plot(
             *_micro(*thinned(along, corrected.wear_depth)), color=_BLUE, lw=0.9, label=f"corrected wear, {_both(run)}"
         )
+    if corrected.wander is not None:
+        ax.plot(*_micro(*thinned(along, corrected.wander)), color=GREEN, lw=0.8, alpha=0.7, label=WANDER_NAME)
     anchor = f"end value, 95 % ({correction.anchor})".replace("_", " ")
     _mark_end(ax, along[-1], correction.end_wear_depth, anchor)
     finish(ax, f"{run.id}: depth signal", _drift_words(correction))
@@ -226,7 +233,9 @@ def plot_wear(corrected: CorrectedRun, fits: Sequence[LawCurve], predictions: Se
     below.axhline(0, color=BLACK, lw=0.8)
     below.set_ylabel(axis("residual", "um"))
     ax.set_ylabel(axis("pin wear depth", "um"))
-    finish(ax, f"{run.id}: wear", "\n".join(_wear_words(curve.result) for curve in fits))
+    coefficients = (_wear_words(curve.result) for curve in fits)
+    told = basis_words(curve.result for curve in fits if isinstance(curve.result, WearFit))
+    finish(ax, f"{run.id}: wear", "\n".join([*coefficients, *map(in_lines, told)]))
     below.set_xlabel(slid(run))
     ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
     figure.legend(loc="outside lower center", ncols=2)
@@ -240,18 +249,13 @@ def _draw_law(ax: "Axes", distance: Column, curve: LawCurve, colour: str, style:
 
 
 def _wear_words(fit: WearFit | WearPrediction) -> str:
-    coefficient = f"{law_label(fit.model)}: $k_\\mathrm{{D}}$ = {_shown(fit.wear_coefficient, WEAR_COEFFICIENT)}"
-    return coefficient if isinstance(fit, WearPrediction) else coefficient + _caveat(fit)
+    return f"{law_label(fit.model)}: $k_\\mathrm{{D}}$ = {_shown(fit.wear_coefficient, WEAR_COEFFICIENT)}"
 
 
-def _caveat(fit: WearFit) -> str:
-    """Say in a few words why k_D may differ from what the curve shows."""
-    if fit.basis == "measurement":
-        return "; reading not trusted, by the measurement"
-    if fit.basis == "reading":
-        return "; by the depth sensor alone"
-    contradicts = any(finding.code == "reading_contradicts_measurement" for finding in fit.findings)
-    return "; reading contradicts the measurement" if contradicts else ""
+def basis_words(fits: Iterable[WearFit]) -> list[str]:
+    """Say of k_D that reading and measurement do not give together what gives it, in the words of its findings."""
+    findings = first_of_each_code(finding for fit in fits for finding in fit.findings)
+    return [f"{finding.where}: {finding.message}" for finding in findings if finding.code in _ON_BASIS]
 
 
 def _shown(quantity: Quantity | None, unit: str) -> str:

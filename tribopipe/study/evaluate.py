@@ -130,7 +130,7 @@ class _Law:
         ]
         return LawResult(
             model=self.law,
-            engine=self.recipe.wear.engine or "giwm",
+            engine=self.fitted[0].problem.engine,
             wear_coefficient=wear_coefficient(best, found.standard_uncertainty),
             interval=(wear_coefficient(found.interval[0]), wear_coefficient(found.interval[1])),
             draws=len(found.draws),

@@ -95,8 +95,11 @@ class DepthProblem(WearProblem):
         """H, m, and its standard uncertainty at the best estimates of the inputs, by what is trusted."""
         if self.basis == "measurement":
             return max(self.end.pin_depth.value, _LEAST_SHARE * self._measured_spread), self._measured_spread
-        probability = _QUANTILES
-        drawn = self.posterior.end_depths(probability, np.ones(len(probability)), measured=self.basis != "reading")
+        return self._moments(self.posterior)
+
+    def _moments(self, posterior: DepthPosterior) -> tuple[float, float]:
+        """Return H, m, and its standard uncertainty at the best estimates of the inputs, by a posterior."""
+        drawn = posterior.end_depths(_QUANTILES, np.ones(len(_QUANTILES)), measured=self.basis != "reading")
         return float(np.mean(drawn)), float(np.std(drawn))
 
     @property
@@ -153,6 +156,11 @@ class DepthProblem(WearProblem):
     def coefficient(self) -> float:
         """Return k_D, m²/N, at the best estimates."""
         return float(np.exp(self._log_coefficient(self.values)))
+
+    def coefficient_by(self, posterior: DepthPosterior) -> float:
+        """Return k_D, m²/N, at the best estimates, were the posterior of the reading another one."""
+        depth, _ = self._moments(posterior)
+        return float(self._coefficients(np.array([depth]), self.values)[0])
 
     def solve(self, values: Values, noise: Column | float = 0.0, tolerance: float = 0.0) -> Column:  # noqa: ARG002
         """Return k_D, m²/N: of each draw of inputs, with its own score, the first column of ``noise``."""

@@ -2,7 +2,11 @@
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from tribopipe.depth_model.posterior import DepthPosterior
+from tribopipe.depth_model.terms import AMPLITUDES
+from tribopipe.depth_model.widened import Prior, widened
 from tribopipe.records.finding import Finding
 from tribopipe.records.quantity import Quantity, wear_coefficient
 from tribopipe.units import WEAR_COEFFICIENT, show
@@ -30,6 +34,42 @@ def wear_findings(problem: DepthProblem, two_step: Quantity | None = None) -> It
     yield from _events(problem)
     if "unseen_groove" in problem.inputs:
         yield _unseen_groove(problem)
+
+
+def prior_findings(problem: DepthProblem, coefficient: Quantity) -> Iterator[Finding]:
+    """Note priors on which k_D of a run depends: it would move by more than its standard uncertainty by a wider one."""
+    if problem.basis == "measurement":
+        return
+    for prior, (named, remedy) in _priors(problem).items():
+        found = problem.coefficient_by(widened(problem.posterior, prior))
+        apart = abs(found - problem.coefficient()) / (coefficient.standard_uncertainty or np.inf)
+        if apart > 1:
+            shown = wear_coefficient(found).shown(WEAR_COEFFICIENT)
+            yield Finding(
+                severity="note",
+                code=f"depends_on_{prior}_prior",
+                where="depth",
+                message=(
+                    f"found under {problem.law.title} that k_D would be {shown}, {apart:.1f} standard uncertainties "
+                    f"off, were the prior of the {named}, twice as wide"
+                ),
+                remedy=remedy,
+            )
+
+
+def _priors(problem: DepthProblem) -> dict[Prior, tuple[str, str]]:
+    """Return what each prior that a run has is, and how to depend less on it."""
+    shares = ", ".join(f"{100 * share:g}" for share in AMPLITUDES)
+    found: dict[Prior, tuple[str, str]] = {
+        "settling": (
+            f"settling, {shares} % of the wear",
+            "measure the wear after the test more exactly, or record the temperature",
+        )
+    }
+    if problem.reading.drift_deviation is not None:
+        drift = f"drift, 0 ± {Quantity(value=problem.reading.drift_deviation, unit='m').shown('nm')} over the test"
+        found["drift"] = (drift, "measure the scar, or state the drift of your sensor as [drift] prior in a recipe")
+    return found
 
 
 def _two_step_differs(problem: DepthProblem, two_step: Quantity) -> Iterator[Finding]:

@@ -9,7 +9,7 @@ with y the corrected depth (JCGM 100:2008, 5.1.3): that is the budget. The inter
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,7 @@ from tribopipe.run import Column, CorrectedRun
 from tribopipe.uncertainty import propagate
 from tribopipe.units import KINDS, show
 from tribopipe.wear.depth_problem import DepthProblem, depth_problem
-from tribopipe.wear.doubts import wear_findings
+from tribopipe.wear.doubts import prior_findings, wear_findings
 from tribopipe.wear.draws import coefficient_draws
 from tribopipe.wear.friction_path import ExponentialFriction
 from tribopipe.wear.inputs import FRICTION_INPUTS, default_notes, shown_unit
@@ -76,7 +76,10 @@ def fit_wear(
     )
     if whole is not None:
         two_step = fit.wear_coefficient if chosen is not whole else None
-        fit = fit.model_copy(update={"findings": tuple(wear_findings(whole, two_step))})
+        findings = [*wear_findings(whole, two_step)]
+        if chosen is whole and fit.wear_coefficient is not None:
+            findings += prior_findings(whole, fit.wear_coefficient)
+        fit = fit.model_copy(update={"findings": tuple(findings)})
     return _with_monte_carlo(fit, chosen, recipe.monte_carlo)
 
 
@@ -164,16 +167,35 @@ def _first_order(problem: WearProblem, coefficient: float, covariance: Column | 
 
 
 def _end_depth(problem: WearProblem, coefficient: float, covariance: Column) -> Quantity:
-    """Return the depth at the end by the fit, m, with what k_D and the parameters fitted with it leave uncertain."""
-    end = np.asarray([problem.trace.slid])
+    """Return the depth at the end by the fit, m, with what k_D, its parameters and the inputs leave uncertain.
+
+    What an input does at a given k_D may undo what it does to k_D: half the load doubles k_D, and the depth stays.
+    """
+    end, names = np.asarray([problem.trace.slid]), [*problem.inputs]
     volume = coefficient * problem.unit_volume(problem.values, end)
     state = problem.pin(problem.values).worn(volume)
     slopes = volume / state.area
+    by_coefficient = float(slopes[0])
     if problem.fitted_parameters:
         beside = law_columns(problem, lambda moved: moved.depth(coefficient, moved.values, end))
         slopes = np.append(slopes, beside)
-    spread = math.sqrt(float(slopes @ covariance @ slopes))
-    return Quantity(value=float(state.depth[0]), unit="m", standard_uncertainty=spread)
+    variance = float(slopes @ covariance @ slopes)
+    by_inputs = problem.condensed().sensitivities(coefficient, names)
+    low, high = np.split(problem.depth(coefficient, problem.moved(names), end)[:, 0], 2)
+    spreads = np.array([problem.inputs[name].spread for name in names])
+    direct = np.divide(high - low, 2 * spreads, out=np.zeros(len(names)), where=spreads > 0)
+    whole = direct + 2 * by_coefficient * np.array([by_inputs[name] for name in names])
+    variance += float(direct @ _input_covariance(problem, names) @ whole)
+    return Quantity(value=float(state.depth[0]), unit="m", standard_uncertainty=math.sqrt(max(0.0, variance)))
+
+
+def _input_covariance(problem: WearProblem, names: Sequence[str]) -> Column:
+    """Return the covariance of inputs, of which A, b and c of friction are far from independent."""
+    found = np.diag([problem.inputs[name].spread ** 2 for name in names])
+    if problem.friction_covariance is not None:
+        places = [names.index(name) for name in FRICTION_INPUTS]
+        found[np.ix_(places, places)] = problem.friction_covariance
+    return found
 
 
 def budget(problem: WearProblem, coefficient: float) -> tuple[Contribution, ...]:

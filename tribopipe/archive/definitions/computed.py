@@ -80,7 +80,7 @@ def _drawn(name: StepName, tribometer: str | None) -> dict[str, str]:
     if _law(name) is not None:
         return banded(OUTCOMES) if discs else banded({"wear_depth": "m"})
     if name == "drift_correction":
-        return {"wear_depth": "m"} | ({} if discs else {"pin_wear_depth": "m"})
+        return {"wear_depth": "m", "wander": "m"} | ({} if discs else {"pin_wear_depth": "m"})
     return {"friction_coefficient": "1"} if name == "friction_fit" else {}
 
 

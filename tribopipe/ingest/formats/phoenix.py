@@ -10,6 +10,7 @@
 * The header holds no units. They are those of the program: m/s, rpm, g, N, °C, mV, mm, m, µm, s. Each is taken where
   the identities it appears in hold with it (m·g = F_N, F_f/F_N = μ, 2πR·n = v, 2πR·N = s, ds/dt = v), and left open
   where they do not; no identity contains the displacement.
+* What somebody wrote in square brackets behind a name is its unit; text that is none is reported and leaves it open.
 * Two columns may have one name. Of two friction forces the one for which F_f/F_N = μ holds is taken.
 * This Step numbers the steps of the test. Radius is a whole number of mm.
 """
@@ -29,7 +30,7 @@ from tribopipe.ingest.tables import is_number
 from tribopipe.ingest.text import decode, sample_lines
 from tribopipe.records.signals import SignalName
 from tribopipe.run import SourceFile
-from tribopipe.units import is_unit_of, to_si
+from tribopipe.units import is_unit, is_unit_of, to_si
 
 _SEPARATOR = "\t"
 _MARKS = frozenset({"thisstep", "steptime", "testtime"})
@@ -61,6 +62,7 @@ _SIGNALS: dict[str, SignalName] = {
     "specimentemp": "temperature",
 }
 _LONE_COMMA = re.compile(rb"(?<=\d),(?=[ \t\r\n])")
+_IN_BRACKETS = re.compile(r"\[([^\[\]]*)\](?: \(\d+\))?$")
 _STARTED = re.compile(r"Test started at (\d{1,2}:\d\d:\d\d) on (\d{4}-\d\d-\d\d)")
 _MOST_ROWS = 100_000
 
@@ -95,6 +97,7 @@ class PhoenixReader:
             )
         table = read_below(text, lines, at, _SEPARATOR, hints.decimal)
         columns, notes = _understood(table.columns)
+        notes += _unknown_units(cells_of(lines[at], _SEPARATOR), at + 1)
         facts = {"instrument": "Phoenix Tribology (Compend)"} | _started(table.header)
         return replace(table, columns=columns, notes=(*table.notes, *notes), facts=facts)
 
@@ -112,9 +115,30 @@ def _key(column: ReadColumn) -> str:
     return bare_key(re.sub(r" \(\d+\)$", "", column.name))
 
 
+def _programs_unit(column: ReadColumn) -> str | None:
+    """Return the unit that the program writes a column in; none where the header has one, whatever it means."""
+    return None if _bracketed(column.name) else _UNITS.get(_key(column))
+
+
+def _bracketed(name: str) -> str | None:
+    """Return what stands in the brackets behind a name; none where there are none, or they are empty."""
+    found = _IN_BRACKETS.search(name)
+    return (found[1].strip() or None) if found else None
+
+
+def _unknown_units(names: Sequence[str], line: int) -> list[str]:
+    """Say which units of the header are none."""
+    written = ((number, name, _bracketed(name)) for number, name in enumerate(names, start=1))
+    return [
+        f"line {line}, column {number}: {name!r} has the unknown unit {unit!r}; name its unit in run.toml"
+        for number, name, unit in written
+        if unit is not None and not is_unit(unit)
+    ]
+
+
 def _understood(columns: Sequence[ReadColumn]) -> tuple[tuple[ReadColumn, ...], list[str]]:
     """Give columns their units and meanings, and say which units the recording contradicts."""
-    told = [replace(one, unit=one.unit or _UNITS.get(_key(one))) for one in columns]
+    told = [replace(one, unit=one.unit or _programs_unit(one)) for one in columns]
     friction = _friction_force(told)
     roles = _roles_with_units([one for one in told if _key(one) != "frictionforce" or one.name == friction])
     open_, notes = _contradicted(roles)
@@ -124,7 +148,7 @@ def _understood(columns: Sequence[ReadColumn]) -> tuple[tuple[ReadColumn, ...], 
         known = signal != "friction_force" or column.name == friction
         unit = None if column.name in open_ else column.unit
         meant.append(replace(column, unit=unit, signal=signal if known else None))
-    if any(one.signal == "depth" for one in meant):
+    if any(one.signal == "depth" and _bracketed(one.name) is None for one in meant):
         notes.append("Displacement is taken in µm, as the program writes it; no identity bears that out")
     return tuple(meant), notes
 

@@ -116,8 +116,8 @@ export interface Line {
   name: string;
   /** Which run it belongs to. */
   run: string;
-  /** How it is drawn: "measured" thin, "fit" solid, "prediction" dashed, "drift" dashed, "residual" thin. */
-  role: "measured" | "fit" | "prediction" | "drift" | "residual";
+  /** How it is drawn: "measured" thin, "fit" solid, "prediction" dashed, "drift" dashed, "wander" faint, "residual" thin. */
+  role: "measured" | "fit" | "prediction" | "drift" | "wander" | "residual";
   law: "archard" | "sarkar" | null;
   x: number[];
   /** null where nothing was recorded. */

@@ -48,8 +48,8 @@ export default function PlotSection({ base, file, offer, height = HEIGHT }: Prop
       {error && <Failure error={error} />}
       {answer ? (
         <div className={waiting ? "is-stale" : undefined}>
-          <PlotView plot={answer} onZoom={zoom} height={height} />
           {answer.words && <p className="plot-words">{answer.words}</p>}
+          <PlotView plot={answer} onZoom={zoom} height={height} />
         </div>
       ) : (
         error === null && <div className="plot-skeleton" style={{ height: `calc(${height}px + 8.2rem)` }} />

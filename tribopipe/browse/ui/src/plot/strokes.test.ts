@@ -37,6 +37,13 @@ describe("lineStrokes", () => {
     expect(prediction!.dash).not.toEqual([]);
   });
 
+  it("draws what is slow and neither wear nor drift faint, in a colour that nothing beside it has", () => {
+    const lines = panelWith({ name: "reading" }, { role: "drift" }, { name: "wear" }, { role: "wander" });
+    const strokes = lineStrokes(lines, "role");
+    expect(strokes.map(({ alpha }) => alpha < 1)).toEqual([false, false, false, true]);
+    expect(new Set(strokes.map(({ colour }) => colour)).size).toBe(4);
+  });
+
   it("lets no two of several measured lines of a run look the same", () => {
     const strokes = lineStrokes(panelWith(...Array.from({ length: 7 }, () => ({}))), "role");
     expect(new Set(strokes.map(({ colour, shape }) => `${colour} ${shape}`)).size).toBe(7);

@@ -23,10 +23,13 @@ const LAWS = { archard: "--series-1", sarkar: "--series-5" } as const;
 const MEASURED = ["--plot-measured", "--series-1", "--series-3", "--series-4", "--series-6"];
 const MODELLED = ["--series-1", "--series-2", "--series-3", "--series-4", "--series-6"];
 const FAINT = 0.55;
-const WIDTHS = { measured: 1, fit: 2, prediction: 2, drift: 1.75, residual: 1 };
+const LIGHT = 0.75;
+const WIDTHS = { measured: 1, fit: 2, prediction: 2, drift: 1.75, wander: 1.5, residual: 1 };
+/** What a run has beside wear has a colour of its own, too. */
+const BESIDE: Partial<Record<Line["role"], string>> = { drift: "--series-5", wander: "--series-3" };
 /** Dashes tell laws apart, too. */
 const SARKAR_DASHES = { fit: [12, 3], prediction: [9, 4, 2, 4] };
-const DASHES = { measured: [], fit: [], prediction: [8, 5], drift: [6, 4], residual: [] };
+const DASHES = { measured: [], fit: [], prediction: [8, 5], drift: [6, 4], wander: [], residual: [] };
 
 /** Runs tell lines apart as soon as there are several. */
 export function colouringOf(plot: Plot, by: "role" | "run" | undefined, runs: string[] | undefined): Colouring {
@@ -41,8 +44,9 @@ export function lineStrokes({ lines }: Panel, colouring: Colouring): Stroke[] {
     const before = lines.slice(0, place);
     const width = WIDTHS[line.role];
     const dash = dashOf(line);
-    if (colouring === "role" || line.run === "") return { width, dash, alpha: 1, ...byRole(line, before) };
-    const alpha = line.role === "measured" ? FAINT : 1;
+    const byRoles = colouring === "role" || line.run === "";
+    const alpha = line.role === "wander" ? LIGHT : line.role === "measured" && !byRoles ? FAINT : 1;
+    if (byRoles) return { width, dash, alpha, ...byRole(line, before) };
     return { width, dash, alpha, ...byRun(line.run, colouring.runs) };
   });
 }
@@ -72,13 +76,13 @@ function byRun(run: string, runs: string[]): Pick<Stroke, "colour" | "shape"> {
  */
 function byRole(line: Line, before: Line[]): Pick<Stroke, "colour" | "shape"> {
   const alike = before.filter(({ role, run }) => role === line.role && run === line.run).length;
-  const unlawful = before.filter(({ role, law }) => role !== "measured" && role !== "drift" && law === null).length;
+  const unlawful = before.filter(({ role, law }) => role !== "measured" && !(role in BESIDE) && law === null).length;
   return { colour: roleColour(line, alike, unlawful), shape: shapeOf(Math.max(alike - 1, 0)) };
 }
 
 function roleColour({ role, law }: Line, alike: number, unlawful: number): string {
   if (law !== null) return LAWS[law];
-  if (role === "drift") return "--series-5";
+  if (BESIDE[role]) return BESIDE[role];
   if (role === "residual" || role === "measured") return MEASURED[alike % MEASURED.length]!;
   return MODELLED[unlawful % MODELLED.length]!;
 }

@@ -1,6 +1,5 @@
 import type { Run } from "../api";
 import { Card } from "../components/Card";
-import { Chip } from "../components/Chip";
 import PlotSection from "../plot/PlotSection";
 import { apiOf, stageId } from "./places";
 import { isFitted, tiles, type Tile } from "./glance";
@@ -35,7 +34,6 @@ function Result({ tile }: { tile: Tile }) {
       </a>
       <span className="tile-value">{tile.value}</span>
       {tile.more && <span className="tile-more">{tile.more}</span>}
-      {tile.doubtful && <Chip tone="warn">! look at the drift correction</Chip>}
     </li>
   );
 }

@@ -3,7 +3,7 @@ import { Card } from "../components/Card";
 import { Facts } from "../components/Facts";
 import { Findings } from "./Findings";
 
-/** What was tested and how, what was recorded, and what the checks found in it. */
+/** What was tested and how, what was recorded, and what the checks and the fits found in it. */
 export function Measured({ run }: { run: Run }) {
   return (
     <Card title="What was measured" id="measured">

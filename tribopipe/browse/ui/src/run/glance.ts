@@ -6,14 +6,12 @@ export interface Tile {
   value: string;
   /** In small letters below: its interval, what it is made of. */
   more: string;
-  /** Whether it is to be looked at before it is trusted. */
-  doubtful: boolean;
   stage: string;
 }
 
 type Said = Omit<Tile, "stage">;
 
-const tile = (label: string, value: string, more = "", doubtful = false): Said => ({ label, value, more, doubtful });
+const tile = (label: string, value: string, more = ""): Said => ({ label, value, more });
 
 /** What each kind of stage tells first, in the order in which it is looked for. */
 const TOLD: [stage: string, tell: (stage: Stage) => Said[]][] = [
@@ -39,18 +37,20 @@ export const isFitted = (stages: Stage[]): boolean => stages.some(({ name }) => 
 const valueOf = (stage: Stage, name: string): string | undefined =>
   stage.facts.find((fact) => fact.name === name)?.value;
 
-/** Each k_D with the interval that is told right after it. */
+/** Each k_D with the interval that is told after it, before the next. */
 function coefficients(stage: Stage): Said[] {
   const law = stage.title.split(" by ").at(-1) ?? "";
   return stage.facts.flatMap(({ name, value }, place) => {
     if (!name.startsWith("k_D")) return [];
     const label = name.includes(law) ? name : `${name}, ${law}`;
-    return [tile(label, value, interval(stage.facts[place + 1]))];
+    return [tile(label, value, interval(stage.facts.slice(place + 1)))];
   });
 }
 
-const interval = (next: Fact | undefined): string =>
-  next?.name.startsWith("95 % interval") ? `95 % interval ${next.value}` : "";
+function interval(after: Fact[]): string {
+  const next = after.find(({ name }) => /^(k_D|95 % interval)/.test(name));
+  return next?.name.startsWith("95 %") ? `95 % interval ${next.value}` : "";
+}
 
 function depth(stage: Stage): Said[] {
   const value = valueOf(stage, "wear depth at the end");
@@ -81,7 +81,5 @@ function drift(stage: Stage): Said[] {
   const rate = valueOf(stage, "drift rate");
   if (rate === undefined) return [];
   const discrepancy = valueOf(stage, "discrepancy at the end");
-  const beyond = valueOf(stage, "within its limit") === "no";
-  const limit = beyond ? "beyond its limit" : "within its limit";
-  return [tile("Drift rate", rate, discrepancy && `discrepancy ${discrepancy}, ${limit}`, beyond)];
+  return [tile("Drift rate", rate, discrepancy && `discrepancy ${discrepancy}`)];
 }
