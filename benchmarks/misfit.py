@@ -1,6 +1,6 @@
 """Are k_D, friction and drift right, or is the user told that they may not be? A table over an independent simulator.
 
-    python benchmarks/misfit.py --verdicts --write docs/results/misfit.md
+    python benchmarks/misfit.py --judge 5 --write docs/results/misfit.md
     python benchmarks/misfit.py --runs 2 --only "Si3N4" bench
 
 `benchmarks/independent` simulates runs without any code of tribopipe: sound ones, faulty ones, a grid of thermal
@@ -61,7 +61,9 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--runs", type=int, default=_RUNS, help="runs of each sound regime (%(default)s)")
     parser.add_argument("--seed", type=int, default=_SEED, help="of all runs (%(default)s)")
     parser.add_argument("--only", nargs="+", metavar="NAME", help="regimes or groups whose name holds one of these")
-    parser.add_argument("--verdicts", action="store_true", help="let a study judge each sound and faulty run, too")
+    parser.add_argument(
+        "--judge", type=int, default=0, metavar="N", help="let a study judge one of N sound and faulty runs, too"
+    )
     return parser.parse_args()
 
 
@@ -69,8 +71,8 @@ def _tasks(options: argparse.Namespace) -> Iterator[Task]:
     groups = {name: one.group for name, one in REGIMES.items()} | dict.fromkeys(CASES, "bench")
     for name, group in groups.items():
         wanted = options.only is None or any(text in name or text == group for text in options.only)
-        judged = options.verdicts and group in ("sound", "fault")
         for number in range(max(_FEWEST, round(options.runs * _SHARE[group])) if wanted else 0):
+            judged = options.judge > 0 and group in ("sound", "fault") and number % options.judge == 0
             yield name, options.seed, number, judged
 
 
