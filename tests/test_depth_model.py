@@ -19,6 +19,7 @@ from tribopipe.depth_model.wander import wanders
 from tribopipe.depth_model.widened import widened
 from tribopipe.drift import correct_drift
 from tribopipe.records.manifest import EndValues
+from tribopipe.records.recipe import DefaultUncertainty, Recipe
 from tribopipe.wear.doubts import DECISIVE
 from tribopipe.wear.identify import fit_wear
 
@@ -191,9 +192,10 @@ def test_k_d_by_the_sensor_alone_says_whether_it_depends_on_the_prior_of_the_dri
     raw = record(*CASES["si3n4-air-200mN"])
     ramp = drift * raw.columns["time"] / raw.columns["time"][-1]
     manifest = raw.manifest.model_copy(update={"end_values": EndValues()})
-    fit = fit_wear(
-        correct_drift(replace(raw, manifest=manifest, columns={**raw.columns, "depth": raw.columns["depth"] + ramp}))
+    corrected = correct_drift(
+        replace(raw, manifest=manifest, columns={**raw.columns, "depth": raw.columns["depth"] + ramp})
     )
+    fit = fit_wear(corrected, recipe=Recipe(uncertainty=DefaultUncertainty(unseen_groove=0.0)))
     found = [finding for finding in fit.findings if finding.code.startswith("depends_on")]
     assert {finding.code for finding in found} == codes
     assert {finding.severity for finding in found} <= {"note"}

@@ -266,7 +266,7 @@ def test_what_cannot_be_read_is_named_and_hurts_nobody(commands, lab):
 
 def codes_of_fits() -> set[str]:
     source = Path(doubts.__file__).read_text(encoding="utf-8")
-    return set(re.findall(r'(?:code=|_finding\(\s*)"(\w+)"', source))
+    return set(re.findall(r'(?:code=|_finding\(\s*|\(\s*(?="depends_on_))"(\w+)"', source))
 
 
 def test_every_error_and_finding_has_a_section_and_no_section_is_of_nothing():

@@ -40,14 +40,14 @@ def prior_findings(problem: DepthProblem, coefficient: Quantity) -> Iterator[Fin
     """Note priors on which k_D of a run depends: it would move by more than its standard uncertainty by a wider one."""
     if problem.basis == "measurement":
         return
-    for prior, (named, remedy) in _priors(problem).items():
+    for prior, (code, named, remedy) in _priors(problem).items():
         found = problem.coefficient_by(widened(problem.posterior, prior))
         apart = abs(found - problem.coefficient()) / (coefficient.standard_uncertainty or np.inf)
         if apart > 1:
             shown = wear_coefficient(found).shown(WEAR_COEFFICIENT)
             yield Finding(
                 severity="note",
-                code=f"depends_on_{prior}_prior",
+                code=code,
                 where="depth",
                 message=(
                     f"found under {problem.law.title} that k_D would be {shown}, {apart:.1f} standard uncertainties "
@@ -57,18 +57,20 @@ def prior_findings(problem: DepthProblem, coefficient: Quantity) -> Iterator[Fin
             )
 
 
-def _priors(problem: DepthProblem) -> dict[Prior, tuple[str, str]]:
-    """Return what each prior that a run has is, and how to depend less on it."""
+def _priors(problem: DepthProblem) -> dict[Prior, tuple[str, str, str]]:
+    """Return by what code each prior that a run has is told, what it is, and how to depend less on it."""
     shares = ", ".join(f"{100 * share:g}" for share in AMPLITUDES)
-    found: dict[Prior, tuple[str, str]] = {
+    found: dict[Prior, tuple[str, str, str]] = {
         "settling": (
+            "depends_on_settling_prior",
             f"settling, {shares} % of the wear",
             "measure the wear after the test more exactly, or record the temperature",
         )
     }
     if problem.reading.drift_deviation is not None:
         drift = f"drift, 0 ± {Quantity(value=problem.reading.drift_deviation, unit='m').shown('nm')} over the test"
-        found["drift"] = (drift, "measure the scar, or state the drift of your sensor as [drift] prior in a recipe")
+        remedy = "measure the scar, or state the drift of your sensor as [drift] prior in a recipe"
+        found["drift"] = ("depends_on_drift_prior", drift, remedy)
     return found
 
 
