@@ -4,12 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from folders import SAMPLES
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tribopipe.contact.pin_on_disc import SphericalPin
 from tribopipe.drift import correct_drift
 from tribopipe.errors import FitError
+from tribopipe.ingest.harmonise import read_run
 from tribopipe.records.manifest import EndValues
 from tribopipe.records.quantity import EndValue
 from tribopipe.records.recipe import Recipe, WearRecipe
@@ -163,3 +165,13 @@ def test_wear_before_the_first_and_after_the_last_sample_is_reckoned_with(bare_r
     reading[-500:] = np.nan
     corrected = correct_drift(with_depth(bare_run, reading, worn_pin(), distance))
     np.testing.assert_allclose(corrected.wear_depth[250:-500], wear_curve(distance)[250:-500], atol=0.05e-6)
+
+
+@pytest.mark.parametrize(("scale", "codes"), [(1.0, set()), (5.0, {"reading_contradicts_measurement"})])
+def test_reading_of_two_discs_is_held_against_what_was_measured_on_them(scale, codes):
+    run = read_run(SAMPLES / "si3n4-twin-disc-10pct-1000k-a")
+    depth = run.columns["depth"]
+    read = replace(run, columns={**run.columns, "depth": depth[0] + scale * (depth - depth[0])})
+    correction = correct_drift(read).correction
+    assert {finding.code for finding in correction.findings} == codes
+    assert all("both discs" in finding.message for finding in correction.findings)

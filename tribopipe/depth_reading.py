@@ -27,6 +27,8 @@ from tribopipe.records.recipe import Recipe, WearEngine
 from tribopipe.run import Column, RawRun
 
 FEWEST_SAMPLES = 16
+MOST_DEVIATION = 3.0
+"""Standard uncertainties by which reading and post-test measurement may differ."""
 _COURSE = 0.13
 """Standard uncertainty of the exponent of a disc's course, relative to that by Archard's law."""
 _SPIKE_WINDOW, _SPIKE_THRESHOLD = 31, 20.0

@@ -13,6 +13,7 @@ not taken for offset. The end reading is the value at the end of sliding of a st
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,7 @@ from tribopipe.depth_model.posterior import depth_posterior
 from tribopipe.depth_model.samples import baseline
 from tribopipe.depth_model.summary import depth_model
 from tribopipe.depth_reading import (
+    MOST_DEVIATION,
     best_pin,
     depth_record,
     disc_reading,
@@ -29,14 +31,17 @@ from tribopipe.depth_reading import (
     require_samples,
     sliding_time,
 )
+from tribopipe.end_values.measured import stated_or_default
 from tribopipe.end_values.pin_on_disc import EndWear, end_wear
 from tribopipe.end_values.twin_disc import DiscEndWear, disc_end_wear
 from tribopipe.noise import inflation, left_of
+from tribopipe.records.finding import Finding
 from tribopipe.records.manifest import TwinDisc
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import Recipe
-from tribopipe.records.results import DriftCorrection
+from tribopipe.records.results import DepthModel, DriftCorrection
 from tribopipe.run import Column, CorrectedRun, Numbers, RawRun
+from tribopipe.uncertainty import combined
 
 _FEWEST_IN_WINDOW = 8
 _LEAST_WEAR = 1e-9
@@ -171,11 +176,13 @@ def _by_model(
     """
     record = depth_record(run)
     samples, slid = record.samples, record.slid
-    if isinstance(end, DiscEndWear):
-        reading = disc_reading(run, samples, end, recipe, slid)
+    discs = end if isinstance(end, DiscEndWear) else None
+    if discs is not None:
+        reading = disc_reading(run, samples, discs, recipe, slid)
     else:
-        pin = best_pin(run, end, recipe)
-        reading = pin_reading(run, samples, end, recipe, pin=pin, share=lambda s: s / slid)
+        pin_end = end if isinstance(end, EndWear) else None
+        pin = best_pin(run, pin_end, recipe)
+        reading = pin_reading(run, samples, pin_end, recipe, pin=pin, share=lambda s: s / slid)
     posterior = depth_posterior(reading)
     found = depth_model(posterior, record.duration)
     time, segments = (run.columns["time"] - record.start) / record.duration, record.segments(run.sliding_distance)
@@ -187,12 +194,33 @@ def _by_model(
         "drift_rate": found.drift_rate,
         "two_step_rate": None if two_step is None else two_step.drift_rate,
         "model": found,
+        "findings": () if discs is None else tuple(_contradictions(run, found, discs.total, recipe)),
     }
     correction = two_step or DriftCorrection(outcome="corrected")
     # f below the noise of the blocks, or as probable as noise with a short memory, would be noise that is drawn twice.
     wanders = found.evidence > 0 and found.wander.value > found.noise.value
     wander = np.interp(time, reading.time, posterior.wander) if wanders else None
     return CorrectedRun(run, correction.model_copy(update=changed), wear, wander)
+
+
+def _contradictions(run: RawRun, found: DepthModel, measured: Quantity, recipe: Recipe) -> Iterator[Finding]:
+    """Say where the reading of two discs tells another wear than what was measured on them."""
+    scale, _ = stated_or_default(run.manifest.sensors.depth_scale, recipe.uncertainty.depth_scale)
+    read = combined(lambda depth, by: depth * by / scale.value, (found.end_depth_by_reading, scale), "m")
+    spread = math.hypot(read.standard_uncertainty or 0.0, measured.standard_uncertainty or 0.0)
+    deviation = (read.value - measured.value) / max(spread, 1e-15)
+    if abs(deviation) > MOST_DEVIATION:
+        yield Finding(
+            severity="warning",
+            code="reading_contradicts_measurement",
+            where="depth",
+            message=(
+                f"found both discs worn by {read.shown('um')} by the depth reading alone and by "
+                f"{measured.shown('um')} as measured after the test, {abs(deviation):.1f} standard uncertainties "
+                "apart: the reading is not trusted, and k_D of both is that of the measurements"
+            ),
+            remedy="look for thermal drift, a disc that was not measured, and wrong units of either",
+        )
 
 
 def _two_step(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> CorrectedRun:

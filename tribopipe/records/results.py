@@ -81,6 +81,8 @@ class DriftCorrection(Record):
     """The pin's part of it."""
     disc_wear_depth: Metres | None = None
     """The disc's part of it, where it was measured."""
+    findings: tuple[Finding, ...] = ()
+    """What speaks against the reading of two discs; of a pin's its fits say it."""
 
     @property
     def pin_share(self) -> float:

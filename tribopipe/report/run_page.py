@@ -9,7 +9,7 @@ from tribopipe.records.disc_results import spoken
 from tribopipe.records.finding import Finding, first_of_each_code
 from tribopipe.records.manifest import Conditions, RunManifest
 from tribopipe.records.quantity import Quantity
-from tribopipe.records.results import WearFit
+from tribopipe.records.results import DriftCorrection, WearFit
 from tribopipe.report.facts import duration, facts, listed, record_facts, shown
 from tribopipe.report.page import Fact, FactGroup, Remark, RunPage, SourceEntry
 from tribopipe.report.stages import stage_pages
@@ -39,7 +39,7 @@ def run_page(archive: Archive, run_id: str) -> RunPage:
 
 
 def _fit_findings(run: RunOutline) -> tuple[Finding, ...]:
-    fits = (step.result for step in run.steps.values() if isinstance(step.result, WearFit))
+    fits = (step.result for step in run.steps.values() if isinstance(step.result, DriftCorrection | WearFit))
     return first_of_each_code(finding for fit in fits for finding in fit.findings)
 
 

@@ -20,7 +20,7 @@ from numpy.random import Generator
 
 from tribopipe.depth_model.posterior import DepthPosterior, DepthReading, depth_posterior
 from tribopipe.depth_model.samples import DepthSamples
-from tribopipe.depth_reading import DepthRecord, depth_record, pin_reading
+from tribopipe.depth_reading import MOST_DEVIATION, DepthRecord, depth_record, pin_reading
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import Recipe
 from tribopipe.records.results import Basis
@@ -30,8 +30,6 @@ from tribopipe.wear.joint import END_ANCHOR, joint_problem
 from tribopipe.wear.own_parameters import law_columns
 from tribopipe.wear.problem import WearProblem
 
-MOST_DEVIATION = 3.0
-"""Standard uncertainties by which two ways to the same k_D may differ."""
 _COMPARED = 4_000
 """Draws by which they are compared."""
 _SEED = 1

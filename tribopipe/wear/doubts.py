@@ -7,10 +7,11 @@ import numpy as np
 from tribopipe.depth_model.posterior import DepthPosterior
 from tribopipe.depth_model.terms import AMPLITUDES
 from tribopipe.depth_model.widened import Prior, widened
+from tribopipe.depth_reading import MOST_DEVIATION
 from tribopipe.records.finding import Finding
 from tribopipe.records.quantity import Quantity, wear_coefficient
 from tribopipe.units import WEAR_COEFFICIENT, show
-from tribopipe.wear.depth_problem import MOST_DEVIATION, DepthProblem
+from tribopipe.wear.depth_problem import DepthProblem
 from tribopipe.wear.rate_change import rate_change
 
 DECISIVE = 4.6
