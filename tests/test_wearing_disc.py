@@ -8,7 +8,7 @@ from tribopipe.contact.pin_on_disc import RigidSphere, SphericalPin
 from tribopipe.contact.pin_on_track import SphereOnTrack, depth_growth
 from tribopipe.depth_reading import engine_of
 from tribopipe.drift import correct_drift
-from tribopipe.end_values.pin_on_disc import end_wear
+from tribopipe.end_values.pin_on_disc import beside_unseen_groove, end_wear
 from tribopipe.errors import ContactError
 from tribopipe.geometry import worn_volume
 from tribopipe.records.manifest import EndValue, EndValues
@@ -110,3 +110,32 @@ def test_both_worn_by_archard_s_law_give_k_d_of_the_pin(ratio):
     assert fit.by_reading.value == pytest.approx(1.35e-14, rel=5e-3)
     assert fit.wear_coefficient.value == pytest.approx(1.35e-14, rel=5e-3)
     assert not [finding for finding in fit.findings if finding.severity != "note"]
+
+
+def by_paraboloid(way: str, q: float) -> float:
+    """Volume of a pin beside a groove q times as deep, over that without one, where ``way`` was measured the same."""
+    t = (np.arange(2000) + 0.5) / 2000
+    wider = 16 / np.pi * np.mean(t**2 * np.sqrt(1 - t**2 + q * (1 - t**3)))
+    shallower = {"depth": 1.0, "scar": (2 / (1 + np.sqrt(1 + q))) ** 4, "sensor": (1 + q) ** -2.0}[way]
+    return wider * shallower
+
+
+@pytest.mark.parametrize("way", ["depth", "scar", "sensor"])
+@pytest.mark.parametrize("share", [0.05, 0.15])
+def test_groove_that_nobody_saw_changes_the_volume_as_that_of_a_paraboloid(way, share):
+    raw = recorded(depth(1e-5, 5e-8), None)
+    if way == "scar":
+        ends = EndValues(pin_scar_diameter=depth(2.5e-4, 2e-6))
+        raw = RawRun(raw.manifest.model_copy(update={"end_values": ends}), raw.columns, raw.origins, {}, {}, ())
+    found = beside_unseen_groove(end_wear(raw, DefaultUncertainty()), share, by_sensor=way == "sensor")
+    # The share is of the depth that a scar has without a groove; beside one the pin is less deep.
+    q = share * (1 + share / 2) if way == "scar" else share
+    assert found - 1 == pytest.approx(by_paraboloid(way, q) - 1, rel=0.03)
+
+
+def test_disc_that_nobody_looked_at_is_in_the_budget_and_a_note():
+    fits = [fit_wear(correct_drift(recorded(depth(2.35e-5, 2e-7), disc))) for disc in (None, depth(0.0, 2e-8))]
+    noted = [{finding.code for finding in fit.findings} >= {"disc_not_measured"} for fit in fits]
+    named = [any(line.name == "unseen groove" for line in fit.budget) for fit in fits]
+    assert noted == named == [True, False]
+    assert fits[0].wear_coefficient.standard_uncertainty > 2 * fits[1].wear_coefficient.standard_uncertainty

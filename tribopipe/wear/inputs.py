@@ -41,6 +41,7 @@ DISC_INPUTS = (
     "flat_modulus",
 )
 """Of two discs, beside their slip."""
+_ABOVE_ZERO = (*CONTACT_INPUTS, *DISC_INPUTS, "unseen_groove")
 SHOWN_UNITS = {
     "pin_radius": "mm",
     "pin_modulus": "GPa",
@@ -206,7 +207,7 @@ def draw_values(
         if shared is not None and name in shared:
             drawn[name] = (given.quantity.value + given.spread * shared[name])[:, None]
         elif friction_covariance is None or name not in FRICTION_INPUTS:
-            drawn[name] = _normal(given, rng, count, above_zero=name in (*CONTACT_INPUTS, *DISC_INPUTS))[:, None]
+            drawn[name] = _normal(given, rng, count, above_zero=name in _ABOVE_ZERO)[:, None]
     if friction_covariance is not None:
         drawn |= _draw_friction(inputs, np.asarray(friction_covariance), rng, count)
     return drawn
