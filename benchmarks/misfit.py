@@ -1,6 +1,6 @@
 """Are k_D, friction and drift right, or is the user told that they may not be? A table over an independent simulator.
 
-    python benchmarks/misfit.py --judge 5 --write docs/results/misfit.md
+    python benchmarks/misfit.py --judge 10 --write docs/results/misfit.md
     python benchmarks/misfit.py --runs 2 --only "Si3N4" bench
 
 `benchmarks/independent` simulates runs without any code of tribopipe: sound ones, faulty ones, a grid of thermal
@@ -9,8 +9,8 @@ scale and post-test measurement of each run are off within what its run.toml sta
 drawn. Each run is evaluated as `process` does it with the default recipe. What is true is k_D at the true inputs, its
 mean over the run where it changes.
 
-Seeds 1 to 999 are for development. The default seed was first used for the table in docs/results/misfit.md; a table
-made after a change that was tuned on it takes a new one.
+Seeds 1 to 999 are for development. The table in docs/results/misfit.md is of seed 2031, on which the model has
+been changed since; the default seed is new, for the next one.
 """
 
 import argparse
@@ -31,7 +31,7 @@ from independent.score import Outcome, Task, outcomes
 from labs import Report, arguments
 from scipy.stats import binomtest
 
-_SEED = 2031
+_SEED = 2032
 _RUNS = 1000
 _SHARE = {"sound": 1.0, "fault": 0.5, "grid": 0.05, "corner": 0.1, "bench": 0.1}
 """Runs of each regime of a group over those of a sound one."""

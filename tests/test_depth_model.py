@@ -11,7 +11,7 @@ from test_identify import CASES, record
 
 from tribopipe.contact.pin_on_track import volume_growth
 from tribopipe.depth_model.blocks import blocks_of
-from tribopipe.depth_model.mixture import Regression, _Projected
+from tribopipe.depth_model.mixture import Anchor, Regression, _Projected
 from tribopipe.depth_model.posterior import SCORES, DepthReading, MeasuredDepth, depth_posterior
 from tribopipe.depth_model.steps import steps
 from tribopipe.depth_model.terms import AMPLITUDES, optional_terms
@@ -20,8 +20,10 @@ from tribopipe.depth_model.widened import widened
 from tribopipe.drift import correct_drift
 from tribopipe.records.manifest import EndValues
 from tribopipe.records.recipe import DefaultUncertainty, Recipe
+from tribopipe.wear.depth_problem import depth_problem
 from tribopipe.wear.doubts import DECISIVE
 from tribopipe.wear.identify import fit_wear
+from tribopipe.wear.problem import wear_problem
 
 DEPTH, NOISE, SAMPLES = 20e-6, 50e-9, 4000
 
@@ -72,18 +74,18 @@ def test_evidence_is_that_of_a_multivariate_normal():
         noise=1.0,
     )
     wander = wanders(time, weights)[1]
-    found = _Projected(regression, wander).log_evidences(np.array([0.7]), np.array([0.4]))[0, :, 0]
+    found = _Projected(regression, wander).solved(np.array([0.7]), np.array([0.4])).log_evidences()[0, :, 0]
     # The first column has the wide prior of H besides: as one more independent statement about it.
     deviations = regression.known_deviation.copy()
-    for place in (0, 3, 12):
+    for place in (0, 3, 30):
         one = optional.alternatives[place]
         covariance = np.diag(0.4**2 / weights) + 0.7**2 * wander.correlation
         columns = regression.normal[:, :3]
         precision = deviations**-2.0
         precision[0] += 30.0**-2.0
         covariance = covariance + (columns / precision) @ columns.T
-        for column in one.columns:
-            covariance = covariance + one.deviation**2 * np.outer(*2 * [optional.columns[:, column]])
+        if one.column is not None:
+            covariance = covariance + one.deviation**2 * np.outer(*2 * [optional.settling[:, one.column]])
         mean = columns @ regression.known_mean
         expected = multivariate_normal(mean, covariance).logpdf(regression.reading) + np.log(one.probability)
         reference = multivariate_normal(mean, np.eye(count)).logpdf(mean)
@@ -117,6 +119,31 @@ def test_disturbed_reading_tells_the_wear_and_is_doubted(name):
         assert posterior.log_odds > DECISIVE
 
 
+WARMING_TIME = np.arange(1, SAMPLES + 1) / SAMPLES
+WARMING = np.sin(9 * WARMING_TIME) + 4 * WARMING_TIME
+"""Temperature of a room, K."""
+
+
+@pytest.mark.parametrize(
+    ("disturbance", "thermal", "settles"),
+    [
+        (0.0, (0.0, 0.1), (0.0, 0.1)),
+        (0.3e-6 * WARMING, (0.99, 1.0), (0.0, 0.1)),
+        (lambda time, _: 3e-6 * -np.expm1(-time / 0.15), (0.0, 0.1), (0.99, 1.0)),
+        (lambda time, _: 0.3e-6 * WARMING - 2e-6 * np.expm1(-time / 0.15), (0.99, 1.0), (0.99, 1.0)),
+    ],
+    ids=["neither", "temperature", "settling", "both"],
+)
+def test_reading_may_follow_the_temperature_settle_or_both(disturbance, thermal, settles):
+    for seed in range(3):
+        one = reading(np.random.default_rng(seed), disturbance)
+        posterior = depth_posterior(replace(one, temperature=295 + blocks_of(WARMING_TIME).mean(WARMING)))
+        depth, spread = posterior.together
+        assert abs(depth - DEPTH) < 3.5 * spread
+        assert thermal[0] <= posterior.thermal_probability <= thermal[1]
+        assert settles[0] <= posterior.settling_probability <= settles[1]
+
+
 def test_walk_of_the_sensor_leaves_the_wear_to_the_measurement():
     def walk(time, rng):
         return 2e-6 * np.cumsum(rng.standard_normal(len(time))) / np.sqrt(len(time))
@@ -134,6 +161,28 @@ def test_draws_of_the_end_depth_have_its_moments():
     depth, spread = posterior.together
     assert np.mean(drawn) == pytest.approx(depth, abs=0.05 * spread)
     assert np.std(drawn) == pytest.approx(spread, rel=0.05)
+
+
+def test_measurement_and_wear_differ_as_each_way_has_it():
+    """One way follows the curve, which is sure of another depth, and one the measurement, whose curve knows little."""
+    known = depth_posterior(reading(np.random.default_rng(4)))
+    anchor, tight, wide, apart = 0.2e-6, 0.02e-6, 2e-6, 0.6e-6
+
+    def of(*ways):
+        count = len(ways)
+        columns = np.zeros((count, known.ways.mean.shape[1]))
+        columns[:, 0] = [mean for mean, _ in ways]
+        covariance = np.zeros((count, columns.shape[1], columns.shape[1]))
+        covariance[:, 0, 0] = [deviation**2 for _, deviation in ways]
+        logs = np.zeros(count)
+        changed = replace(known.ways, mean=columns, covariance=covariance, log_evidence=logs, log_anchored=logs)
+        return replace(known, ways=changed, anchor=Anchor(0.0, anchor))
+
+    alone = of((apart, tight))
+    assert alone.shared_variance == pytest.approx(alone.together[1] ** 2, rel=1e-6)
+    both = of((apart, tight), (0.0, wide))
+    assert both.together[1] > anchor
+    assert anchor**2 - both.shared_variance == pytest.approx(anchor**2 / 2, rel=0.02)
 
 
 @settings(max_examples=25, deadline=None)
@@ -208,3 +257,18 @@ def test_pin_on_a_wearing_track_has_lost_the_volume_that_archard_s_law_says(groo
     radius, volume = 0.794, 1.35e-8 * 0.2 * 500e3
     cap = np.pi * pin**2 * (radius - pin / 3)
     assert cap * volume_growth(groove / pin) == pytest.approx(volume, rel=3e-3)
+
+
+def test_noise_of_a_curve_does_not_depend_on_the_directions_that_lapack_finds(monkeypatch):
+    corrected, recipe, eigh = correct_drift(record(*CASES["si3n4-air-200mN"])), Recipe(), np.linalg.eigh
+    problem = depth_problem(wear_problem(corrected, "archard", None, recipe), corrected, recipe)
+    drawn = problem.draw_noise(np.random.default_rng(1), 3)
+    again = replace(problem)
+    assert again.posterior.noise > 0
+
+    def turned(matrix):
+        powers, along = eigh(matrix)
+        return powers[::-1], -along[:, ::-1]
+
+    monkeypatch.setattr(np.linalg, "eigh", turned)
+    np.testing.assert_allclose(again.draw_noise(np.random.default_rng(1), 3), drawn, rtol=1e-9, atol=1e-15)

@@ -85,6 +85,26 @@ def test_load_makes_a_and_b_uncertain_together_and_leaves_c_alone(load):
     assert with_load.running_in_distance.standard_uncertainty == pytest.approx(math.sqrt(noise[2, 2]))
 
 
+@pytest.mark.parametrize(("speed", "share"), [(si(0.4, "m/s", 0.002), 0.005), (si(0.4, "m/s", 0.012), 0.03)])
+def test_running_in_distance_is_as_uncertain_as_the_speed_that_distance_was_derived_from(speed, share):
+    run = noisy()
+    conditions = run.manifest.conditions.model_validate(run.manifest.conditions.model_dump() | {"sliding_speed": speed})
+    told = replace(
+        run,
+        manifest=run.manifest.model_copy(update={"conditions": conditions}),
+        origins={**run.origins, "sliding_distance": "derived from nominal speed"},
+    )
+    recorded, derived = fit_friction(run), fit_friction(told)
+    c = derived.running_in_distance
+    assert recorded.distance_uncertainty is None
+    assert derived.distance_uncertainty.value == pytest.approx(share)
+    assert c.standard_uncertainty == pytest.approx(
+        math.hypot(recorded.running_in_distance.standard_uncertainty, share * c.value)
+    )
+    assert derived.covariance[2][2] == pytest.approx(c.standard_uncertainty**2)
+    np.testing.assert_allclose(derived.noise_covariance, recorded.noise_covariance, rtol=1e-9)
+
+
 def test_default_uncertainty_of_the_load_counts_where_none_is_stated():
     assert fit_friction(noisy(), defaults=DefaultUncertainty(normal_load=0.05)).load_uncertainty.value == 0.05
 

@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
 from tribopipe.friction import fit_friction
 from tribopipe.long_memory import parameter_covariance
+from tribopipe.noise import effective_samples
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import FrictionRecipe
 
@@ -45,7 +47,8 @@ def test_intervals_of_a_line_hold_the_truth(noise):
     for seed in range(runs):
         reading = noise(np.random.default_rng(seed))
         found = np.linalg.lstsq(jacobian.T, reading)[0]
-        covariance = parameter_covariance(jacobian, reading - found @ jacobian)
+        residuals = reading - found @ jacobian
+        covariance = parameter_covariance(jacobian, residuals, effective_samples(residuals))
         held += np.abs(found) < 1.96 * np.sqrt(np.diag(covariance))
     assert np.all(held / runs >= 0.93 - 3 * (0.95 * 0.05 / runs) ** 0.5)
 
@@ -55,9 +58,21 @@ def test_white_noise_has_the_covariance_of_ordinary_least_squares():
     for seed in range(50):
         reading = white(np.random.default_rng(seed))
         residuals = reading - np.linalg.lstsq(jacobian.T, reading)[0] @ jacobian
-        found.append(np.diag(parameter_covariance(jacobian, residuals)))
+        found.append(np.diag(parameter_covariance(jacobian, residuals, effective_samples(residuals))))
     ordinary = np.diag(np.linalg.inv(jacobian @ jacobian.T))
     np.testing.assert_allclose(np.sqrt(np.median(found, axis=0) / ordinary), 1, atol=0.2)
+
+
+def test_memory_half_as_long_as_a_block_is_not_lost():
+    jacobian, found = np.stack([np.ones(SAMPLES), np.exp(-PLACE / 0.1)]), []
+    taken = np.linalg.pinv(jacobian.T)
+    truth = np.sqrt(np.diag(taken @ toeplitz(0.8 ** np.arange(SAMPLES)) @ taken.T))
+    for seed in range(60):
+        noise = lfilter([0.6], [1, -0.8], np.random.default_rng(seed).standard_normal(2 * SAMPLES))
+        residuals = noise[SAMPLES:] - (taken @ noise[SAMPLES:]) @ jacobian
+        found.append(np.sqrt(np.diag(parameter_covariance(jacobian, residuals, effective_samples(residuals)))))
+    np.testing.assert_array_less(0.95 * truth, np.median(found, axis=0))
+    np.testing.assert_array_less(np.median(found, axis=0), 1.2 * truth)
 
 
 @pytest.mark.slow

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from end_value_runs import RADIUS, groove
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
@@ -80,6 +80,8 @@ def test_draws_are_solved_together():
 
 @settings(max_examples=50, deadline=None)
 @given(st.floats(-8, -4.2), st.floats(-8, -4.2), st.sampled_from([0.0, 60 * UM]))
+@example(-8.0, -4.25, 0.0)
+@example(-8.0, -4.2, 0.0)
 def test_volumes_lead_back_to_the_depths(pin, groove_depth, flat):
     tip = SphereOnTrack(RADIUS, flat)
     state = tip.at_depths(10**pin, 10**groove_depth)

@@ -155,7 +155,7 @@ def test_new_refuses_to_overwrite_unless_forced(run_cli, runs, tmp_path):
     path = tmp_path / "study.toml"
     path.write_bytes(b"# mine\n")
     command = ["study", "new", runs / LIGHT, runs / HEAVY, "--into", tmp_path]
-    assert_refused(run_cli(*command), str(path), "found a study there already", "--force")
+    assert_refused(run_cli(*command), str(path), "found it there already", "--force")
     assert path.read_bytes() == b"# mine\n"
     assert run_cli(*command, "--force").exit_code == 0
     assert load_toml(path, Study).predict == (HEAVY,)

@@ -11,6 +11,7 @@ order are averaged over with the weight that this likelihood and a prior give th
 ordinary least squares; their covariance is (JᵀJ)⁻¹·JᵀCJ·(JᵀJ)⁻¹ with the covariance C of the noise.
 """
 
+import math
 from functools import cache
 from typing import NamedTuple
 
@@ -43,7 +44,7 @@ class _Wander(NamedTuple):
     along: Column
 
 
-def parameter_covariance(jacobian: Column, residuals: Column) -> Column:
+def parameter_covariance(jacobian: Column, residuals: Column, independent: float) -> Column:
     """Return the covariance of least-squares parameters (JᵀJ)⁻¹·JᵀCJ·(JᵀJ)⁻¹.
 
     Parameters
@@ -52,6 +53,8 @@ def parameter_covariance(jacobian: Column, residuals: Column) -> Column:
         Derivatives of the fitted curve by its parameters, one row a parameter, one column an evenly spaced sample.
     residuals
         What the curve leaves of each sample.
+    independent
+        How many independent ones that amounts to, by their short memory (``effective_samples``).
 
     Returns
     -------
@@ -63,12 +66,24 @@ def parameter_covariance(jacobian: Column, residuals: Column) -> Column:
     counts = np.diff(np.append(starts, samples))
     normal = jacobian @ jacobian.T
     means, slopes = (np.add.reduceat(rows, starts, axis=-1) / counts for rows in (residuals, jacobian))
-    white, wander = _noise_powers(slopes, means, _wanders(len(starts)))
+    white, wander = _noise_powers(
+        slopes, means, _wanders(len(starts)), _beyond_blocks(len(starts), independent, samples)
+    )
     # Noise that alternates, as stick-slip does, is never counted as less than its own variance.
     per_sample = max(white * samples / len(starts), float(residuals @ residuals) / max(1, samples - len(jacobian)))
     pulled = slopes * counts
     inverse = np.linalg.pinv(normal)
     return np.asarray(per_sample * inverse + inverse @ (pulled @ wander @ pulled.T) @ inverse)
+
+
+def _beyond_blocks(blocks: int, independent: float, samples: int) -> float:
+    """Return by what factor noise with a short memory weighs more in a long mean than the variance of blocks tells.
+
+    Of an autoregressive process with the memory x, in blocks, 1/(1 − x·(1 − exp(−1/x))): neighboring blocks, taken for
+    independent, share some of it.
+    """
+    memory = blocks / 2 * (1 / independent - 1 / samples)
+    return 1 / (1 + memory * math.expm1(-1 / memory)) if memory > 0 else 1.0
 
 
 def _block_starts(samples: int) -> NDArray[np.intp]:
@@ -85,13 +100,17 @@ def _wanders(blocks: int) -> tuple[_Wander, ...]:
     return tuple(_Wander(np.maximum(powers, 0.0), along) for powers, along in found)
 
 
-def _noise_powers(slopes: Column, means: Column, wanders: tuple[_Wander, ...]) -> tuple[float, Column]:
-    """Return the variance of the white part of a block's mean, and the covariance of the wander over the blocks."""
+def _noise_powers(slopes: Column, means: Column, wanders: tuple[_Wander, ...], beyond: float) -> tuple[float, Column]:
+    """Return the variance of the white part of a block's mean, and the covariance of the wander over the blocks.
+
+    Where nothing wanders, the white part stands for all of the noise's memory, and is the larger by ``beyond``.
+    """
     fits = [_likelihood(slopes, means, wander) for wander in wanders]
     logs = np.array([logs + _PRIOR for logs, _ in fits])
     weights = np.exp(logs - np.max(logs))
     weights /= np.sum(weights)
     variances = weights * np.array([variances for _, variances in fits])
+    variances[:, 0] *= beyond
     wander = sum(
         (one.along * (one.powers * float(by @ _RATIOS))) @ one.along.T
         for one, by in zip(wanders, variances, strict=True)

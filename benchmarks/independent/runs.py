@@ -159,7 +159,8 @@ def _forces(regime: Regime, worn: Course, errors: Errors, rng: Generator) -> dic
 def _end_values(regime: Regime, worn: Course, disc: tuple[float, float], rng: Generator) -> dict[str, Any]:
     anchor, spread = regime.anchor, anchor_spread(regime, worn.anchor)
     unit = "kg" if anchor.name == "pin_mass_loss" else "m"
-    measured = (worn.anchor + spread * rng.standard_normal()) * anchor.misread
+    # Nobody writes down that a pin has grown.
+    measured = max(worn.anchor + spread * rng.standard_normal(), 0.0) * anchor.misread
     found: dict[str, Any] = {anchor.name: stated(measured, spread, unit)}
     if regime.disc_wear is not None and regime.disc_stated:
         found["disc_wear_depth"] = stated(max(disc[0] + disc[1] * rng.standard_normal(), 0.0), disc[1], "m")

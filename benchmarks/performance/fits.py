@@ -2,8 +2,8 @@
 
 Ours of friction tells the loading ramp, the running-in, a constant and a straight line apart, and counts independent
 samples. Ours of k_D is posed anew from the corrected run: zero offset, end reading and noise of the sensor, then least
-squares on all samples and the first-order budget of all inputs. `fit_wear` adds the model of the whole depth reading;
-the Monte Carlo is case (d) and is left out here. `curve_fit` starts at what is typical.
+squares on all samples and the first-order budget of all inputs. `fit_wear` adds the model of the whole depth reading,
+under one law or both; the Monte Carlo is case (d) and is left out here. `curve_fit` starts at what is typical.
 """
 
 import time
@@ -21,6 +21,7 @@ from tribopipe.drift import correct_drift
 from tribopipe.friction import fit_friction
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import MonteCarloRecipe, Recipe
+from tribopipe.records.results import FrictionFit
 from tribopipe.run import Column, CorrectedRun
 from tribopipe.simulate import VirtualTest
 from tribopipe.simulate.in_memory import pin_run
@@ -32,7 +33,10 @@ SAMPLES_A_RUN = 12_500
 TYPICAL = 1e-15
 """m²/N, 1e-9 mm³/(N mm): amid what is found of dry ceramics and metals, for a search to start from."""
 _LONGEST = 1_250_000
-_FRICTION, _WEAR, _WHOLE = "friction fit", "k_D fit and its budget", "k_D fit by the whole reading"
+_FRICTION, _WEAR = "friction fit", "k_D fit and its budget"
+_WHOLE, _BOTH = "k_D fit by the whole reading", "the same, under both laws"
+_MOST = 20.0
+"""Ten times what the earlier fits of k_D, in two steps and together with drift, and the budget took for one law."""
 NO_DRAWS = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
 
 
@@ -44,6 +48,7 @@ def rows(setting: Setting) -> Iterator[Row]:
     peer = "curve_fit of the exact curve"
     yield Pair(_WEAR, run.wear, run.wear_by_scipy, peer, at_most=2, clock=time.process_time)
     yield Pair(_WHOLE, run.whole_wear, run.wear_by_scipy, peer, clock=time.process_time)
+    yield Pair(_BOTH, run.both_laws, run.wear_by_scipy, peer, at_most=_MOST, clock=time.process_time)
     sizes = setting.decades(_LONGEST, small=SAMPLES_A_RUN * 2)
     for what, fit in ((_FRICTION, friction_of), (_WHOLE, wear_of)):
         yield Growth(what, sizes, fit, at_most=1.1, clock=time.process_time)
@@ -100,10 +105,18 @@ class TestRun:
         """Fit k_D by the whole reading."""
         return fit_wear(self.corrected, "archard", None, NO_DRAWS)
 
+    def both_laws(self) -> object:
+        """Fit k_D by the whole reading under either law."""
+        return [fit_wear(self.corrected, law, self._friction, NO_DRAWS) for law in ("archard", "sarkar")]
+
     def wear_by_scipy(self) -> object:
         """Fit k_D as a user would who has the curve and the corrected wear."""
         pin, unit, measured = self._given
         return curve_fit(lambda volume, k: pin.worn(k * volume).depth, unit, measured, (TYPICAL,))
+
+    @cached_property
+    def _friction(self) -> FrictionFit:
+        return fit_friction(self.corrected.run)
 
     @cached_property
     def _given(self) -> tuple[PinContact, Column, Column]:

@@ -109,21 +109,28 @@ class SphereOnTrack:
         """
         v, s = np.broadcast_arrays(_floats(pin_volume), _floats(groove_area))
         kappa = np.divide(s, v, out=np.zeros(v.shape), where=v > 0)
-        h_p = self.pin_depth_at(v, lambda depth: kappa * self.middle_slice(depth))
+        h_p = power_root(
+            lambda depth: self.at_depths(depth, kappa * self.middle_slice(depth)).pin_volume,
+            v,
+            self._about(v, s),
+            self.most,
+        )
         unworn = 0.0 if np.all(v > 0) else self.groove_depth_at(s, h_p)
         return self.at_depths(h_p, np.where(v > 0, kappa * self.middle_slice(h_p), unworn))
 
-    def pin_depth_at(self, pin_volume: ArrayLike, groove_depth: Callable[[Array], ArrayLike]) -> Array:
-        """Return the depth, m, at which the pin has lost a volume, m³, with a groove that depends on that depth."""
-        cap = worn_depth(volume=pin_volume, sphere_radius=self.radius, flat_radius=self.flat_radius)
-        return power_root(lambda h: self.at_depths(h, groove_depth(h)).pin_volume, pin_volume, cap, self.most)
+    def _about(self, pin_volume: Array, groove_area: Array) -> Array:
+        """Return about how deep, m, a pin is worn: a cap beyond the flat that the groove alone would be wide.
+
+        A cap on the tip itself would be far too deep beside a deep groove, with which a shallow scar is wide.
+        """
+        groove = np.minimum(_plain(groove_area, _floats(self.radius)), self.most / 2)
+        wide = np.maximum(self.half_width_at(groove), self.flat_radius)
+        return worn_depth(volume=pin_volume, sphere_radius=self.radius, flat_radius=wide)
 
     def groove_depth_at(self, groove_area: ArrayLike, pin_depth: ArrayLike) -> Array:
         """Return the depth, m, of a groove with this cross-section, m², under a pin worn by a depth, m."""
         s, r = _floats(groove_area), _floats(self.radius)
-        start = np.minimum(
-            np.cbrt(9 * s**2 / (32 * r)), s / SHAPE_LEAST / 2 / np.maximum(self.half_width_at(pin_depth), 1e-300)
-        )
+        start = np.minimum(_plain(s, r), s / SHAPE_LEAST / 2 / np.maximum(self.half_width_at(pin_depth), 1e-300))
         return power_root(lambda h: self.at_depths(pin_depth, h).groove_area, s, start, self.most)
 
 
@@ -177,17 +184,6 @@ class FlatOnTrack:
         unit = self.at_depths(1.0, 2 * kappa * r)
         h_p = v / unit.pin_volume
         return self.at_depths(h_p, np.where(v > 0, 2 * kappa * r * h_p, s / (2 * r)))
-
-    def pin_depth_at(self, pin_volume: ArrayLike, groove_depth: Callable[[Array], ArrayLike]) -> Array:
-        """Return the depth, m, at which the pin has lost a volume, m³, with a groove that depends on that depth."""
-        r = _floats(self.radius)
-        cap = _floats(pin_volume) / (np.pi * r**2)
-        return power_root(lambda h: self.at_depths(h, groove_depth(h)).pin_volume, pin_volume, cap, np.inf)
-
-    def groove_depth_at(self, groove_area: ArrayLike, pin_depth: ArrayLike) -> Array:
-        """Return the depth, m, of a groove with this cross-section, m², under a pin worn by a depth, m."""
-        start = _floats(groove_area) / (2 * _floats(self.radius))
-        return power_root(lambda h: self.at_depths(pin_depth, h).groove_area, groove_area, start, np.inf)
 
 
 @dataclass(frozen=True)
@@ -263,6 +259,11 @@ def power_root(function: Callable[[Array], Array], target: ArrayLike, start: Arr
             if np.all((np.abs(step) <= _CONVERGED) | (np.abs(miss) <= _EXACT) | ~there | ((x == limit) & (step > 0))):
                 break
     return np.where(there, np.exp(np.minimum(x + step, limit)), 0.0)
+
+
+def _plain(groove_area: Array, radius: Array) -> Array:
+    """Return the depth, m, of a groove that an unworn sphere ploughs, as a parabola: S = 4/3·h·√(2Rh)."""
+    return np.asarray(np.cbrt(9 * groove_area**2 / (32 * radius)))
 
 
 def _floats(values: ArrayLike) -> Array:

@@ -7,9 +7,10 @@ whose marginal likelihood has a closed form (C. E. Rasmussen, C. K. I. Williams,
 Learning, 2006, 2.7). All of them together, each with its evidence, are the posterior; nothing is fitted or chosen.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from itertools import accumulate
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +67,7 @@ class Regression:
     known_deviation: Column
     """Prior standard deviations of the known ones, m."""
     alternatives: Sequence[Alternative]
+    """Of settling: what else they hold is among the known terms."""
     scale: float
     """Wear at the end, m, of which prior deviations of optional terms are shares."""
     noise: float
@@ -91,7 +93,8 @@ class Ways:
     noise: Column
     """σ_e, m."""
     mean: Column = field(repr=False)
-    """Of all coefficients, those that are not part of a way 0; shape (ways, coefficients)."""
+    """Of the coefficients of all flat and known columns, and last of the way's own settling, 0 where there is none;
+    shape (ways, coefficients)."""
     covariance: Column = field(repr=False)
     """Shape (ways, coefficients, coefficients)."""
 
@@ -103,25 +106,25 @@ def noise_of_differences(reading: Column, weights: Column) -> float:
     return float(1.4826 * np.median(np.abs(second / expected)))
 
 
-def ways(regression: Regression, wanders: Sequence[Wander]) -> Ways:
-    """Return all ways in which a reading may have come about that matter, with their evidence."""
-    share = (1 - NO_WANDER) / max(1, len(wanders))
-    found = []
-    for number, wander in enumerate((None, *wanders), start=-1):
-        projected = _Projected(regression, wander)
-        grid = _grid(regression, wander, _COARSE)
-        prior = float(np.log(NO_WANDER if wander is None else share))
-        found.append((number, projected, prior, grid, projected.log_evidences(*grid)))
-    refined = []
-    for (number, projected, prior, grid, _), near in zip(found, _mattering([one[-1] for one in found]), strict=True):
+def ways(regressions: Sequence[Regression], wanders: Sequence[Wander]) -> Ways:
+    """Return all ways in which a reading may have come about that matter, with their evidence.
+
+    Alternatives are numbered through all regressions, which differ in the priors of their terms alone.
+    """
+    share, cases = (1 - NO_WANDER) / max(1, len(wanders)), []
+    first = accumulate((len(one.alternatives) for one in regressions[:-1]), initial=0)
+    for start, regression in zip(first, regressions, strict=True):
+        for number, wander in enumerate((None, *wanders), start=-1):
+            grid = _grid(regression, wander, _COARSE)
+            prior = float(np.log(NO_WANDER if wander is None else share))
+            cases.append(_Case(number, start, _Projected(regression, wander), grid, prior))
+    found, refined = [one.projected.solved(*one.grid).log_evidences() for one in cases], []
+    for one, near in zip(cases, _mattering(found), strict=True):
         if np.any(near):
-            fine = _refined(grid, np.any(near, axis=0), with_wander=projected.wander is not None)
-            refined.append((number, projected, fine, projected.log_evidences(*fine[:2]) + prior + fine[2]))
-    parts = [
-        part
-        for (number, projected, fine, evidence), near in zip(refined, _mattering([r[-1] for r in refined]), strict=True)
-        for part in _kept(number, projected, fine[:2], evidence, near)
-    ]
+            slow, noise, prior = _refined(one.grid, np.any(near, axis=0), with_wander=one.number >= 0)
+            solved = one.projected.solved(slow, noise)
+            refined.append((one, solved, solved.log_evidences() + one.log_prior + prior))
+    parts = [_kept(*one, near) for one, near in zip(refined, _mattering([r[-1] for r in refined]), strict=True)]
     return Ways(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
 
@@ -131,29 +134,12 @@ def _mattering(evidences: Sequence[Column]) -> list[NDArray[np.bool_]]:
     return [np.any(evidence > best[:, None, None] - _WINDOW, axis=0) for evidence in evidences]
 
 
-def _kept(
-    number: int,
-    projected: "_Projected",
-    deviations: tuple[Column, Column],
-    evidence: Column,
-    near: NDArray[np.bool_],
-) -> Iterator[tuple[Any, ...]]:
-    """Give the columns of ``Ways`` for each alternative that matters with a process."""
-    for place, alternative in enumerate(projected.regression.alternatives):
-        points = np.flatnonzero(near[place])
-        if len(points):
-            slow, noise = deviations[0][points], deviations[1][points]
-            same = np.ones(len(points), dtype=np.intp)
-            alone, anchored = evidence[:, place, points]
-            yield (
-                alone,
-                anchored,
-                place * same,
-                number * same,
-                slow,
-                noise,
-                *projected.coefficients(alternative, slow, noise),
-            )
+def _kept(case: "_Case", solved: "_Solved", evidence: Column, near: NDArray[np.bool_]) -> tuple[Any, ...]:
+    """Return the columns of ``Ways`` for the alternatives and points that matter with a process."""
+    places, points = np.nonzero(near)
+    alone, anchored = evidence[:, places, points]
+    numbers = case.first_alternative + places, np.full(len(points), case.number)
+    return alone, anchored, *numbers, solved.slow[points], solved.noise[points], *solved.coefficients(places, points)
 
 
 def _grid(regression: Regression, wander: Wander | None, spacing: tuple[float, float]) -> tuple[Column, Column]:
@@ -192,7 +178,7 @@ class _Projected:
         rows = regression.reading - known @ regression.known_mean
         # What has a flat prior may be taken out before: squares of small rows lose no digits.
         beside = regression.flat[:, 1:]
-        self.taken = np.linalg.lstsq(beside * root[:, None], rows * root, rcond=None)[0]
+        self.taken: Column = np.asarray(np.linalg.lstsq(beside * root[:, None], rows * root, rcond=None)[0])
         rows = rows - beside @ self.taken
         columns = np.column_stack([regression.flat, regression.normal, rows]) * root[:, None]
         if wander is not None:
@@ -201,55 +187,114 @@ class _Projected:
         self.count = columns.shape[1]
         self.products = (columns[:, :, None] * columns[:, None, :]).reshape(len(root), -1)
 
-    def log_evidences(self, wander: Column, noise: Column) -> Column:
-        """Return the logarithm of the marginal likelihood, alone and with the anchor: (2, alternatives, points)."""
-        normal, log_weights = self._normal(wander, noise)
-        anchor, found = self.regression.anchor, []
-        for alternative in self.regression.alternatives:
-            matrix, pull, square, log_prior = self._equations(alternative, normal)
-            inverse, log_det = _inverse(matrix)
-            solution = (inverse @ pull[..., None])[..., 0]
-            left = square - np.vecdot(pull, solution)
-            alone = np.log(alternative.probability) + 0.5 * (log_weights - log_det - log_prior - left)
-            with_anchor = 0.0 if anchor is None else anchor.log_evidence(solution[:, 0], np.asarray(inverse[:, 0, 0]))
-            found.append((alone, alone + with_anchor))
-        return np.swapaxes(np.asarray(found), 0, 1)
-
-    def coefficients(self, alternative: Alternative, wander: Column, noise: Column) -> tuple[Column, Column]:
-        """Return mean and covariance of all coefficients, those that are not part of the alternative 0."""
-        normal, _ = self._normal(wander, noise)
-        matrix, pull, *_ = self._equations(alternative, normal)
-        inverse, _ = _inverse(matrix)
-        used = self._used(alternative)
-        mean = np.zeros((len(wander), self.count - 1))
-        mean[:, used] = (inverse @ pull[..., None])[..., 0]
-        flat = self.regression.flat.shape[1]
-        mean[:, 1:flat] += self.taken
-        mean[:, flat : flat + len(self.regression.known_mean)] += self.regression.known_mean
-        covariance = np.zeros((len(wander), self.count - 1, self.count - 1))
-        covariance[:, np.asarray(used)[:, None], used] = inverse
-        return mean, covariance
-
-    def _normal(self, wander: Column, noise: Column) -> tuple[Column, Column]:
-        precision = 1 / (noise[:, None] ** 2 + wander[:, None] ** 2 * self.powers)
+    def solved(self, slow: Column, noise: Column) -> "_Solved":
+        """Solve the equations without optional terms for pairs of σ_f and σ_e, m."""
+        regression, plain = self.regression, self.regression.flat.shape[1] + len(self.regression.known_mean)
+        precision = 1 / (noise[:, None] ** 2 + slow[:, None] ** 2 * self.powers)
         normal = (precision @ self.products).reshape(-1, self.count, self.count)
-        return normal, np.sum(np.log(precision), axis=1)
+        pull, cross = normal[:, :plain, -1], normal[:, :plain, plain:-1]
 
-    def _used(self, alternative: Alternative) -> list[int]:
-        flat, known = self.regression.flat.shape[1], len(self.regression.known_mean)
-        return [*range(flat + known), *(flat + known + place for place in alternative.columns)]
-
-    def _equations(self, alternative: Alternative, normal: Column) -> tuple[Column, Column, Column, float]:
-        """Return the normal matrix with priors, its right side, the rows' square, and ln det of the priors."""
-        used = self._used(alternative)
-        optional = [alternative.deviation * self.regression.scale] * len(alternative.columns)
-        deviations = np.asarray([*self.regression.known_deviation, *optional])
-        matrix = normal[:, np.asarray(used)[:, None], used].copy()
+        matrix = normal[:, :plain, :plain].copy()
         # So wide a prior of H changes nothing but where drift and wear cannot be told apart, as on a flat pin.
-        matrix[:, 0, 0] += (_WIDE * self.regression.scale) ** -2.0
-        diagonal = np.arange(len(used))[self.regression.flat.shape[1] :]
-        matrix[:, diagonal, diagonal] += deviations**-2.0
-        return matrix, normal[:, used, -1], normal[:, -1, -1], float(2 * np.sum(np.log(deviations)))
+        matrix[:, 0, 0] += (_WIDE * regression.scale) ** -2.0
+        diagonal = np.arange(regression.flat.shape[1], plain)
+        matrix[:, diagonal, diagonal] += regression.known_deviation**-2.0
+        inverse, log_det = _inverse(matrix)
+
+        solution, shared = (inverse @ pull[..., None])[..., 0], inverse @ cross
+        left = normal[:, -1, -1] - np.vecdot(pull, solution)
+        log_prior = 2 * float(np.sum(np.log(regression.known_deviation)))
+        own = np.einsum("pii->pi", normal)[:, plain:-1]
+        return _Solved(
+            regression=regression,
+            taken=self.taken,
+            slow=slow,
+            noise=noise,
+            inverse=inverse,
+            solution=solution,
+            log_marginal=0.5 * (np.sum(np.log(precision), axis=1) - log_det - log_prior - left),
+            shared=shared,
+            unexplained=np.maximum(own - np.sum(cross * shared, axis=1), 0.0),
+            residual=normal[:, plain:-1, -1] - np.sum(cross * solution[:, :, None], axis=1),
+        )
+
+
+class _Case(NamedTuple):
+    """A regression with one process."""
+
+    number: int
+    """Of the process; −1 where nothing wanders."""
+    first_alternative: int
+    """Number of the first alternative of the regression."""
+    projected: _Projected
+    grid: tuple[Column, Column]
+    """Pairs of σ_f and σ_e, m, where the posterior is looked for."""
+    log_prior: float
+    """Of the process."""
+
+
+@dataclass(frozen=True)
+class _Solved:
+    """Equations without optional terms, for pairs of deviations; an optional term is a border of their inverse."""
+
+    regression: Regression
+    taken: Column
+    """What was taken out before of the columns with flat priors, m."""
+    slow: Column
+    """σ_f, m, shape (points,)."""
+    noise: Column
+    """σ_e, m."""
+    inverse: Column
+    """Of the normal matrix with priors, shape (points, plain, plain)."""
+    solution: Column
+    """Shape (points, plain)."""
+    log_marginal: Column
+    """Logarithm of the likelihood without an optional term."""
+    shared: Column
+    """What the others take of each optional column, shape (points, plain, optional),"""
+    unexplained: Column
+    """what they leave of its square, shape (points, optional),"""
+    residual: Column
+    """and of its product with the reading."""
+
+    def log_evidences(self) -> Column:
+        """Return the logarithm of the marginal likelihood, alone and with the anchor: (2, alternatives, points)."""
+        alternatives, anchor = self.regression.alternatives, self.regression.anchor
+        there = np.array([one.column is not None for one in alternatives])
+        place = [one.column or 0 for one in alternatives]
+        deviation = np.where(there, [one.deviation * self.regression.scale for one in alternatives], 1.0)
+        border = np.where(there, self.unexplained[:, place] + deviation**-2.0, 1.0)
+        pulled, moved = there * self.residual[:, place], there * self.shared[:, 0, place]
+        log_probability = np.log([one.probability for one in alternatives])
+        gained = 0.5 * (pulled**2 / border - np.log(border)) - np.log(deviation)
+        alone = log_probability + self.log_marginal[:, None] + gained
+        if anchor is None:
+            return np.stack([alone.T, alone.T])
+        mean = self.solution[:, :1] - moved * pulled / border
+        variance = self.inverse[:, :1, 0] + moved**2 / border
+        return np.stack([alone.T, (alone + anchor.log_evidence(mean, variance)).T])
+
+    def coefficients(self, places: NDArray[np.intp], points: NDArray[np.intp]) -> tuple[Column, Column]:
+        """Return mean and covariance of the coefficients for alternatives at points, that of the settling last."""
+        flat, plain = self.regression.flat.shape[1], self.shared.shape[1]
+        alternatives = self.regression.alternatives
+        there = np.array([one.column is not None for one in alternatives])[places]
+        column = np.array([one.column or 0 for one in alternatives])[places]
+        prior = np.array([one.deviation or 1.0 for one in alternatives])[places] * self.regression.scale
+        variance = there / (self.unexplained[points, column] + prior**-2.0)
+        shared, settled = self.shared[points, :, column], self.residual[points, column] * variance
+
+        mean = np.empty((len(points), plain + 1))
+        mean[:, :plain], mean[:, plain] = self.solution[points] - shared * settled[:, None], settled
+        mean[:, 1:flat] += self.taken
+        mean[:, flat:plain] += self.regression.known_mean
+
+        taken = shared * variance[:, None]
+        covariance = np.empty((len(points), plain + 1, plain + 1))
+        covariance[:, :plain, :plain] = self.inverse[points] + taken[:, :, None] * shared[:, None, :]
+        covariance[:, :plain, plain] = covariance[:, plain, :plain] = -taken
+        covariance[:, plain, plain] = variance
+        return mean, covariance
 
 
 def _inverse(matrices: Column) -> tuple[Column, Column]:

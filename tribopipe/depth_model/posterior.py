@@ -6,10 +6,11 @@ alone, or the measurement alone, tells it.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tribopipe.depth_model.mixture import NO_WANDER, Anchor, Regression, Ways, noise_of_differences, ways
 from tribopipe.depth_model.terms import OptionalTerms, optional_terms
@@ -27,6 +28,8 @@ _NEGLIGIBLE = 1e-4
 """Probability below which a way does not matter."""
 _REACH = np.linspace(-8.0, 8.0, 65)
 """Standard deviations about each way at which the density of H is known."""
+_WIDER, _BESIDE = 1.2, 0.5
+"""A way no wider than another by this factor, nor farther from it in its standard deviations, needs no places more."""
 _MOVED = (-0.03, -0.01, -0.003, 0.003, 0.01, 0.03)
 """Shares of H by which errors of the inputs move what was measured."""
 _NODE = 0.25
@@ -190,34 +193,58 @@ class DepthPosterior:
         means = self.ways.mean + gain * (self.anchor.value - self.ways.mean[:, :1])
         return means, self.ways.covariance - gain[:, :, None] * self.ways.covariance[:, None, :, 0]
 
+    @property
+    def shared_variance(self) -> float:
+        """Covariance of the errors of H and of the measurement, m²; in one way alone it is the variance of H."""
+        if self.anchor is None:
+            return 0.0
+        known, measured = self.ways.covariance[:, 0, 0], self.anchor.uncertainty**2
+        return float(self.weights @ (known * measured / (known + measured)))
+
     @cached_property
     def terms(self) -> tuple[Column, Column]:
         """Mean and standard uncertainty of the coefficient of each column, by reading and measurement."""
         means, covariances = self._anchored
-        mean = self.weights @ means
-        variance = self.weights @ (np.einsum("wii->wi", covariances) + (means - mean) ** 2)
-        return mean[1:], np.sqrt(variance[1:])
+        mean = self._by_column(self.weights[:, None] * means)
+        plain = means.shape[1] - 1
+        off = np.column_stack([means[:, :plain] - mean[:plain], means[:, plain]])
+        square = self._by_column(self.weights[:, None] * (np.einsum("wii->wi", covariances) + off**2))
+        square[plain:] -= mean[plain:] ** 2
+        return mean[1:], np.sqrt(np.maximum(square, 0.0))[1:]
 
     @cached_property
     def terms_per_depth(self) -> Column:
         """By how much the coefficient of each column changes with H."""
         means, covariances = self._anchored
-        mean = self.weights @ means
-        centered = means - mean
-        covariance = self.weights @ (covariances[:, :, 0] + centered * centered[:, :1])
+        off = means[:, :1] - self.weights @ means[:, 0]
+        covariance = self._by_column(self.weights[:, None] * (covariances[:, :, 0] + means * off))
         return np.asarray(covariance[1:] / covariance[0])
+
+    def _by_column(self, found: Column) -> Column:
+        """Add up what belongs to the coefficients of each way: those of each settling by themselves."""
+        settled = self._settling >= 0
+        count = self.reading.optional.settling.shape[1]
+        return np.append(np.sum(found[:, :-1], axis=0), np.bincount(self._settling[settled], found[settled, -1], count))
+
+    @cached_property
+    def _settling(self) -> NDArray[np.intp]:
+        """Number of the settling in each way; −1 where there is none."""
+        columns = [-1 if one.column is None else one.column for one in self.reading.optional.alternatives]
+        return np.array(columns, dtype=np.intp)[self.ways.alternative]
 
     @cached_property
     def wander(self) -> Column:
         """Mean of f at each block, m."""
-        root, ways = np.sqrt(self.reading.weights), self.ways
+        root, ways, optional = np.sqrt(self.reading.weights), self.ways, self.reading.optional
         rows = self.reading.depth - self.reading.course(self.reference)
-        left = root * (rows - self._anchored[0] @ np.column_stack([self._slope, self.reading.columns]).T)
+        plain = np.column_stack([self._slope, self.reading.columns[:, : -optional.settling.shape[1]]])
         found = np.zeros(len(root))
         for number, process in enumerate(self.processes):
             mine = np.flatnonzero((ways.wander == number) & (self.weights > _NEGLIGIBLE))
+            means, settling = self._anchored[0][mine], optional.settling[:, self._settling[mine]].T
+            left = root * (rows - means[:, :-1] @ plain.T - means[:, -1:] * settling)
             precision = 1 / (ways.noise[mine, None] ** 2 + ways.slow[mine, None] ** 2 * process.powers)
-            weighted = (self.weights * ways.slow**2)[mine, None] * precision * (left[mine] @ process.basis)
+            weighted = (self.weights * ways.slow**2)[mine, None] * precision * (left @ process.basis)
             found += process.correlation @ (root * (process.basis @ np.sum(weighted, axis=0)))
         return found
 
@@ -250,10 +277,18 @@ class DepthPosterior:
         prior = noise * self.reading.optional.alternatives[0].probability
         return float(others - np.logaddexp.reduce(logs[plain]) - np.log((1 - prior) / prior))
 
-    def probability_of(self, name: str) -> float:
-        """Return the probability of an alternative of terms."""
-        named = np.array([one.name == name for one in self.reading.optional.alternatives])
-        return float(self.weights @ named[self.ways.alternative])
+    @property
+    def settling_probability(self) -> float:
+        """Probability that the reading settles."""
+        return self._probability([one.column is not None for one in self.reading.optional.alternatives])
+
+    @property
+    def thermal_probability(self) -> float:
+        """Probability that the reading follows the temperature."""
+        return self._probability([one.warmed > 0 for one in self.reading.optional.alternatives])
+
+    def _probability(self, some: Sequence[bool]) -> float:
+        return min(1.0, float(self.weights @ np.array(some)[self.ways.alternative]))
 
     @cached_property
     def _slope(self) -> Column:
@@ -313,28 +348,35 @@ class DepthPosterior:
         means, deviations = self.ways.mean[:, 0], np.sqrt(self.ways.covariance[:, 0, 0])
         logs, means, deviations = _merged(self.ways.log_evidence, self.ways.log_anchored, means, deviations)
         grid = self._grid()
-        apart = (grid[:, None] - self.reference - means) / deviations
-        terms = logs - np.log(deviations) - 0.5 * apart**2
+        terms = (grid[:, None] - (self.reference + means)) * (np.sqrt(0.5) / deviations)
+        np.subtract(logs - np.log(deviations), np.square(terms, out=terms), out=terms)
         top = np.max(terms, axis=1)
-        return grid, top + np.log(np.sum(np.exp(terms - top[:, None]), axis=1))
+        np.exp(np.subtract(terms, top[:, None], out=terms), out=terms)
+        return grid, top + np.log(np.sum(terms, axis=1))
 
     def _grid(self) -> Column:
         """Return places that resolve every way in which H may have come about."""
         found = []
         for means, covariances in (self._anchored, (self.ways.mean, self.ways.covariance)):
-            for way in self._typical():
-                reach = means[way, 0] + _REACH * np.sqrt(covariances[way, 0, 0])
-                found += [reach, *(reach[::8] + by * self.reference for by in _MOVED)]
+            typical = self._typical()
+            spreads = zip(np.sqrt(covariances[typical, 0, 0]).tolist(), means[typical, 0].tolist(), strict=True)
+            resolved: list[tuple[float, float]] = []
+            for deviation, mean in sorted(spreads):
+                if not any(deviation < _WIDER * d and abs(mean - m) < _BESIDE * d for d, m in resolved):
+                    resolved.append((deviation, mean))
+                    reach = mean + _REACH * deviation
+                    found += [reach, *(reach[::8] + by * self.reference for by in _MOVED)]
         grid = np.unique(np.concatenate(found)) + self.reference
         return np.asarray(grid[(grid >= 0) & (grid < self.reading.most)])
 
     def _typical(self) -> list[int]:
         """Return the most probable way with each process and each kind of terms."""
-        kinds = np.unique([one.name for one in self.reading.optional.alternatives], return_inverse=True)[1]
-        best: dict[tuple[int, int], int] = {}
-        for way in np.argsort(-self.weights).tolist():
-            best.setdefault((int(self.ways.wander[way]), int(kinds[self.ways.alternative[way]])), way)
-        return list(best.values())
+        kinds = np.array(
+            [(one.column is not None) + 2 * (one.warmed > 0) for one in self.reading.optional.alternatives]
+        )
+        order = np.argsort(-self.weights, kind="stable")
+        alike = 4 * self.ways.wander + kinds[self.ways.alternative]
+        return [int(way) for way in order[np.unique(alike[order], return_index=True)[1]]]
 
 
 def _merged(alone: Column, anchored: Column, means: Column, deviations: Column) -> tuple[Column, Column, Column]:
@@ -343,7 +385,7 @@ def _merged(alone: Column, anchored: Column, means: Column, deviations: Column) 
     alone, means, deviations = alone[mattering], means[mattering], deviations[mattering]
     size = np.round(np.log(deviations) / _ALIKE)
     place = np.round(means / (2 * _ALIKE * np.exp(size * _ALIKE)))
-    _, group = np.unique(np.stack([size, place]), axis=1, return_inverse=True)
+    _, group = np.unique(size + 1j * place, return_inverse=True)
     top = np.full(int(group.max()) + 1, -np.inf)
     np.maximum.at(top, group, alone)
     share = np.exp(alone - top[group])
@@ -358,8 +400,9 @@ def depth_posterior(reading: DepthReading) -> DepthPosterior:
     processes = tuple(wanders(reading.time, reading.weights))
     reference = min(max(reading.expected, 0.1 * reading.scale), 0.9 * reading.most)
     for _ in range(_MOST_PASSES):
-        regression = regression_of(reading, reference)
-        posterior = DepthPosterior(reading, ways(regression, processes), processes, reference, regression.anchor)
+        regressions = regressions_of(reading, reference)
+        found = ways(regressions, processes)
+        posterior = DepthPosterior(reading, found, processes, reference, regressions[0].anchor)
         mean, deviation = posterior.together
         moved = min(max(mean, 0.1 * reading.scale), 0.9 * reading.most)
         if abs(moved - reference) < max(_NEARLY * deviation, _NEARLY * reference):
@@ -368,23 +411,29 @@ def depth_posterior(reading: DepthReading) -> DepthPosterior:
     return posterior
 
 
-def regression_of(reading: DepthReading, reference: float) -> Regression:
-    """Return a reading with its wear taken for linear in H about a reference, m."""
-    columns, flat = reading.columns, reading.flat_columns
+def regressions_of(reading: DepthReading, reference: float) -> tuple[Regression, ...]:
+    """Return a reading with its wear taken for linear in H about a reference, m: without temperature, and with it."""
+    columns, flat, alternatives = reading.columns, reading.flat_columns, reading.optional.alternatives
     line = [] if reading.drift_deviation is None else [(0.0, reading.drift_deviation)]
     known = [*line, *((term.size, max(term.uncertainty, _LEAST_NOISE)) for term in reading.known)]
-    return Regression(
+    temperatures = reading.optional.temperature.shape[1]
+    plain = Regression(
         reading=reading.depth - reading.course(reference),
         weights=reading.weights,
         flat=np.column_stack([_slope(reading, reference), columns[:, :flat]]),
         normal=columns[:, flat:],
-        known_mean=np.array([mean for mean, _ in known]),
-        known_deviation=np.array([deviation for _, deviation in known]),
-        alternatives=reading.optional.alternatives,
+        known_mean=np.array([*(mean for mean, _ in known), *[0.0] * temperatures]),
+        known_deviation=np.array([*(deviation for _, deviation in known), *[_LEAST_NOISE] * temperatures]),
+        alternatives=[one for one in alternatives if not one.warmed],
         scale=reading.scale,
         noise=max(noise_of_differences(reading.depth, reading.weights), _LEAST_NOISE),
         anchor=_anchor(reading.measured, reference),
     )
+    warmed = [one for one in alternatives if one.warmed]
+    if not warmed:
+        return (plain,)
+    deviations = np.append(plain.known_deviation[:-1], warmed[0].warmed * reading.scale)
+    return plain, replace(plain, known_deviation=deviations, alternatives=warmed)
 
 
 def _slope(reading: DepthReading, reference: float) -> Column:

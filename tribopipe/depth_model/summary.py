@@ -3,6 +3,7 @@
 import numpy as np
 
 from tribopipe.depth_model.posterior import DepthPosterior
+from tribopipe.depth_model.terms import SETTLING_TIMES
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.results import DepthModel
 
@@ -18,7 +19,7 @@ def depth_model(posterior: DepthPosterior, duration: float) -> DepthModel:
     constants = reading.optional.time_constants
     amplitudes = mean[first:]
     settles = np.array([constant is not None for constant in constants])
-    probability = posterior.probability_of("settling")
+    probability = posterior.settling_probability
     return DepthModel(
         zero_offsets=tuple(_metres(mean[place], deviation[place]) for place in range(offsets)),
         drift_rate=Quantity(
@@ -27,7 +28,7 @@ def depth_model(posterior: DepthPosterior, duration: float) -> DepthModel:
         settling_probability=probability,
         settling=_metres(float(np.sum(amplitudes[settles])), float(np.sqrt(np.sum(deviation[first:][settles] ** 2)))),
         settling_time=_settling_time(posterior, duration) if probability > _PROBABLE else None,
-        thermal_probability=None if np.all(settles) else posterior.probability_of("temperature"),
+        thermal_probability=None if np.all(settles) else posterior.thermal_probability,
         thermal_shift=None if np.all(settles) else _metres(amplitudes[~settles][0], deviation[first:][~settles][0]),
         wander=_metres(float(np.sqrt(np.average(posterior.wander**2, weights=reading.samples)))),
         noise=_metres(posterior.noise),
@@ -39,9 +40,10 @@ def depth_model(posterior: DepthPosterior, duration: float) -> DepthModel:
 
 
 def _settling_time(posterior: DepthPosterior, duration: float) -> Quantity:
-    settling = [one.columns[0] if one.name == "settling" else -1 for one in posterior.reading.optional.alternatives]
+    alternatives = posterior.reading.optional.alternatives
+    settling = [-1 if one.column is None else one.column for one in alternatives]
     place = np.array(settling)[posterior.ways.alternative]
-    constants = np.array([constant or 0.0 for constant in posterior.reading.optional.time_constants])
+    constants = np.array(SETTLING_TIMES)
     times, weights = constants[place[place >= 0]], posterior.weights[place >= 0]
     mean = float(np.average(times, weights=weights))
     spread = float(np.sqrt(np.average((times - mean) ** 2, weights=weights)))

@@ -1,7 +1,8 @@
 """Terms of a depth reading besides wear whose shape is known: offsets, a line, settling, temperature, a counterbody.
 
-Offsets and the rate of the line have flat priors; a settling or a thermal term is one alternative among several, with a
-normal prior of its amplitude about zero, and is averaged over by its evidence.
+Offsets and the rate of the line have flat priors. Whether the reading follows a recorded temperature, and whether it
+settles, are alternatives, each with a normal prior of its amplitude about zero; they are averaged over by their
+evidence. What follows the temperature may settle besides: a thermometer is never quite where the frame is warm.
 """
 
 from collections.abc import Iterator
@@ -11,24 +12,28 @@ import numpy as np
 
 from tribopipe.run import Column
 
-SETTLING_TIMES = (0.04, 0.06, 0.09, 0.13, 0.19, 0.28, 0.4, 0.6)
+SETTLING_TIMES = tuple(np.geomspace(0.04, 0.6, 22).tolist())
 """Time constants of an exponential settling, as shares of the test."""
 AMPLITUDES = (0.03, 0.15, 0.6)
-"""Standard deviations of the amplitude of a term, as shares of the wear at the end."""
+"""Standard deviations of the amplitude of a settling, as shares of the wear at the end,"""
+_WARMED = 0.6
+"""and of what a reading follows of the temperature."""
+_FOLLOWS = 0.5
+"""Prior probability that it follows a temperature that moved."""
 _LEAST_WARMING = 0.05
 """Standard deviation of a recorded temperature, K, below which nothing follows from it."""
 
 
 @dataclass(frozen=True)
 class Alternative:
-    """Terms that a reading may have besides the line, with the prior of their amplitudes."""
+    """Terms that a reading may have besides the line: settling, temperature, both or none."""
 
-    name: str
-    """"none", "settling" or "temperature"."""
-    columns: tuple[int, ...]
-    """Which of the optional columns."""
+    column: int | None
+    """Which settling, if any."""
     deviation: float
-    """Prior standard deviation of each amplitude, as a share of the wear at the end."""
+    """Prior standard deviation of the amplitude of the settling, as a share of the wear at the end."""
+    warmed: float
+    """The same of what follows the temperature; 0 where nothing does."""
     probability: float
     """Prior probability."""
 
@@ -37,11 +42,22 @@ class Alternative:
 class OptionalTerms:
     """Columns of optional terms at each block, of amplitude one, and their alternatives."""
 
-    columns: Column
-    """Shape (blocks, terms)."""
+    temperature: Column
+    """Shape (blocks, 1), or (blocks, 0) where none was recorded or it did not move."""
+    settling: Column
+    """With each of ``SETTLING_TIMES``, shape (blocks, times)."""
     alternatives: tuple[Alternative, ...]
-    time_constants: tuple[float | None, ...]
-    """Of each column: of settling, as a share of the test; none of temperature."""
+    """None of them first, and those without the temperature before those with it."""
+
+    @property
+    def columns(self) -> Column:
+        """All of them, shape (blocks, terms)."""
+        return np.hstack([self.temperature, self.settling])
+
+    @property
+    def time_constants(self) -> tuple[float | None, ...]:
+        """Of each column: of settling, as a share of the test; none of temperature."""
+        return (*[None] * self.temperature.shape[1], *SETTLING_TIMES)
 
 
 def settling(time: Column, constant: float) -> Column:
@@ -62,22 +78,20 @@ def optional_terms(time: Column, temperature: Column | None) -> OptionalTerms:
     Returns
     -------
     OptionalTerms
-        Settling with each time constant, temperature, each alone with each prior amplitude, and none of them.
+        Settling with each time constant and prior amplitude, with and without temperature, and none of them.
     """
-    columns, constants = [settling(time, constant) for constant in SETTLING_TIMES], [*SETTLING_TIMES]
-    warming = temperature is not None and float(np.std(temperature)) > _LEAST_WARMING
-    if temperature is not None and warming:
-        columns.append((temperature - temperature[0]) / float(np.ptp(temperature)))
-    found = (*_alternatives(len(SETTLING_TIMES), warming=warming),)
-    return OptionalTerms(np.column_stack(columns), found, (*constants, *([None] if warming else [])))
+    columns = np.column_stack([settling(time, constant) for constant in SETTLING_TIMES])
+    if temperature is None or float(np.std(temperature)) <= _LEAST_WARMING:
+        return OptionalTerms(np.empty((len(time), 0)), columns, (*_alternatives(0.0, 1.0),))
+    warming = (temperature - temperature[0]) / float(np.ptp(temperature))
+    alternatives = (*_alternatives(0.0, 1 - _FOLLOWS), *_alternatives(_WARMED, _FOLLOWS))
+    return OptionalTerms(warming[:, None], columns, alternatives)
 
 
-def _alternatives(settlings: int, *, warming: bool) -> Iterator[Alternative]:
-    share = 0.5 / (1 + warming)
-    yield Alternative("none", (), 0.0, 0.5)
+def _alternatives(warmed: float, probability: float) -> Iterator[Alternative]:
+    """Yield no settling, and each."""
+    yield Alternative(None, 0.0, warmed, probability / 2)
+    share = probability / 2 / len(AMPLITUDES) / len(SETTLING_TIMES)
     for deviation in AMPLITUDES:
-        each = share / len(AMPLITUDES)
-        for place in range(settlings):
-            yield Alternative("settling", (place,), deviation, each / settlings)
-        if warming:
-            yield Alternative("temperature", (settlings,), deviation, each)
+        for column in range(len(SETTLING_TIMES)):
+            yield Alternative(column, deviation, warmed, share)

@@ -66,9 +66,7 @@ def _drift(posterior: DepthPosterior) -> tuple[NDArray[np.intp], Column]:
 def _settling(posterior: DepthPosterior) -> tuple[NDArray[np.intp], Column]:
     """Return the same of the amplitude of the settling, infinite where a way has none."""
     reading, ways = posterior.reading, posterior.ways
-    first = ways.mean.shape[1] - reading.optional.columns.shape[1]
-    settling = [one.name == "settling" for one in reading.optional.alternatives]
-    places = [first + one.columns[0] if one.columns else 0 for one in reading.optional.alternatives]
-    deviations = [one.deviation * reading.scale for one in reading.optional.alternatives]
-    found = np.where(settling, deviations, np.inf)
-    return np.array(places)[ways.alternative], found[ways.alternative]
+    deviations = [
+        np.inf if one.column is None else one.deviation * reading.scale for one in reading.optional.alternatives
+    ]
+    return np.full(len(ways.noise), ways.mean.shape[1] - 1), np.array(deviations)[ways.alternative]

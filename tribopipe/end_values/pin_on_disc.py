@@ -178,11 +178,14 @@ class _Found:
         return replace(self, pair=replace(self.pair, disc=disc))
 
     def in_any_direction(self, pin: EndValueUsed) -> EndValueUsed:
-        """Return a diameter of a scar, the mean of length and width (ASTM G99, G133), taken more or less evenly."""
+        """Return a diameter of a scar, the mean of length and width (ASTM G99, G133).
+
+        Neither counts for less than a quarter of it, and most likely both count alike: a triangular distribution.
+        """
         if pin.name != "pin_scar_diameter":
             return pin
         shape = self.taken_with_track(pin).contact()
-        along = float(shape.half_width - shape.half_length) / math.sqrt(12)
+        along = float(shape.half_width - shape.half_length) / math.sqrt(24)
         return _with_uncertainty(pin, math.hypot(pin.quantity.standard_uncertainty or 0.0, along))
 
     def taken_with_track(self, pin: EndValueUsed) -> WornPair:

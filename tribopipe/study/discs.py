@@ -242,10 +242,10 @@ class _Law:
             problem.modelled(coefficients, draws.values)[:, rows],
         )
 
-        def end_with(factor: float) -> float:
+        def with_factor(factor: float) -> Column:
             changed = best.copy()
             changed[place] *= factor
-            return float(problem.modelled(changed, problem.values)[rows[-1]])
+            return np.asarray(problem.modelled(changed, problem.values)[rows])
 
         last, together = problem.measurements[rows[-1]], comparison.along(0.05)
         worst = int(np.argmax(np.abs(together)))
@@ -253,7 +253,7 @@ class _Law:
         own, drawn = float(run.coefficients[place]), draws.coefficients[:, place]
         return DiscVerdict(
             disc=disc,
-            outcome=decide(comparison, end_with, DECISIVE / 2),
+            outcome=decide(comparison, with_factor, DECISIVE / 2),
             what=last.what,
             measured=_spread(comparison.measured, comparison.measured_draws, unit),
             predicted=_spread(comparison.predicted, comparison.predicted_draws, unit),

@@ -184,7 +184,7 @@ class _Law:
             id=run.member.id,
             role=role,
             normal_load=manifest.conditions.normal_load,
-            outcome=_withheld(decide(comparison, lambda factor: float(run.predicted(best * factor)[-1])), run),
+            outcome=_withheld(decide(comparison, lambda factor: run.predicted(best * factor)), run),
             sentence="",
             notes=(*engine_notes(engines), *_extrapolations(run, comparison), *default_notes(run.problem.inputs)),
             sliding_distance=_metres(run.problem.trace.slid),

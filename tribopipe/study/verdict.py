@@ -6,7 +6,7 @@ which is the E_n number of ISO 13528 with the expanded uncertainty taken from dr
 tip radius) cancels and skewness counts. Along the curve the largest such number is held against what 95 % of drawn
 curves keep to anywhere: a simultaneous band. The law is called off only beyond the 99 % limits, half of that allowed to
 the end and half to the curve, so that a sound law is called off in about one of a hundred runs; between the 95 %
-and the 99 % limits nothing is decided, nor where a k_D off by a factor of two would go unnoticed.
+and the 99 % limits nothing is decided, nor where a k_D off by a factor of two would go unnoticed at both.
 """
 
 import math
@@ -98,31 +98,39 @@ def compare(draws: RunDraws, coefficient: float, coefficients: Column) -> Compar
     )
 
 
-def decide(comparison: Comparison, end_with: Callable[[float], float], decisive: float = DECISIVE) -> Verdict:
+def decide(comparison: Comparison, with_factor: Callable[[float], Column], decisive: float = DECISIVE) -> Verdict:
     """Say what a comparison means for the law.
 
-    ``end_with`` gives the law's depth at the end with k_D times a factor, ``decisive`` the probability, at the end and
-    along the curve each, of calling off a law that holds.
+    ``with_factor`` gives the law's depth at the places with k_D times a factor, ``decisive`` the probability, at the
+    end and along the curve each, of calling off a law that holds.
     """
     end = comparison.deviation[-1] / comparison.limits(decisive)[-1]
     curve = comparison.along(decisive)
     worst = end if abs(end) >= 1 else float(curve[np.argmax(np.abs(curve))])
     if abs(worst) >= 1:
         return "under-predicts" if worst > 0 else "over-predicts"
-    noticed = abs(comparison.deviation[-1] / comparison.limits(_NOTABLE)[-1]) >= 1
-    noticed = noticed or bool(np.any(np.abs(comparison.along(_NOTABLE)) >= 1))
-    return "not decidable" if noticed or not _telling(comparison, end_with) else "supported"
+    return "not decidable" if _noticed(comparison) or not _telling(comparison, with_factor) else "supported"
 
 
-def _telling(comparison: Comparison, end_with: Callable[[float], float]) -> bool:
-    """Say whether the end would show a k_D off by a factor of two, on one side at least."""
-    low, high = np.quantile(comparison.errors[:, -1], TAILS)
-    less, as_it_is = (end_with(1 / factor) for factor in (_NOTICED, 1.0))
-    try:
-        more = end_with(_NOTICED)
-    except ContactError:  # the tip would be worn away, which nobody overlooks
-        return True
-    return bool(as_it_is - less > high or more - as_it_is > -low)
+def _noticed(comparison: Comparison) -> bool:
+    """Say whether the deviation is beyond its 95 % limits, at the end or along the curve."""
+    at_the_end = abs(comparison.deviation[-1] / comparison.limits(_NOTABLE)[-1]) >= 1
+    return bool(at_the_end or np.any(np.abs(comparison.along(_NOTABLE)) >= 1))
+
+
+def _telling(comparison: Comparison, with_factor: Callable[[float], Column]) -> bool:
+    """Say whether a k_D off by a factor of two, on one side at least, would be noticed."""
+    as_it_is = with_factor(1.0)
+    for factor in (1 / _NOTICED, _NOTICED):
+        try:
+            off = with_factor(factor)
+        except ContactError:  # the tip would be worn away, which nobody overlooks
+            return True
+        draws = comparison.measured_draws + (off - comparison.measured)
+        expected = comparison.predicted_draws + (as_it_is - comparison.predicted)
+        if _noticed(Comparison(off, as_it_is, draws, expected)):
+            return True
+    return False
 
 
 def exponent(draws: RunDraws, comparison: Comparison, own: Column) -> Exponent | None:

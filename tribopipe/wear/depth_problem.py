@@ -179,11 +179,17 @@ class DepthProblem(WearProblem):
         return self._coefficients(depth, values)
 
     def _coupled(self, values: Values, scores: Column) -> Column:
-        """Return scores of H that share with the error of the measurement what H takes from it."""
+        """Return scores of H that share with the error of the measurement what H takes from it.
+
+        By so much that measurement and H differ by as much as they do in each way, where one may follow the
+        measurement and another the curve: u² = u_m² − Σ p·u_H² over all ways. That H is as uncertain as the measurement
+        does not mean that both are the same.
+        """
         spread = self.inputs[END_ANCHOR].spread
         if not spread:
             return scores
-        share = min(1.0, self._together[1] / self._measured_spread)
+        deviation = self._together[1]
+        share = min(1.0, (deviation**2 + self.posterior.shared_variance) / (2 * deviation * self._measured_spread))
         error = (_flat(values[END_ANCHOR]) - self.values[END_ANCHOR]) / spread
         return np.asarray(share * error + math.sqrt(1 - share**2) * scores)
 
@@ -238,7 +244,10 @@ class DepthProblem(WearProblem):
 
     @cached_property
     def _disturbing(self) -> Column:
-        """Root of the covariance of what the mean of the other terms leaves of noise and wander, m."""
+        """Root of the covariance of what the mean of the other terms leaves of noise and wander, m.
+
+        The symmetric one: of all roots it alone is the same whatever directions are found for powers that are equal.
+        """
         posterior, reading = self.posterior, self.reading
         covariance = posterior.disturbance(self.missed)
         offsets = reading.offsets.shape[1] + len(self.fitted_parameters)
@@ -246,7 +255,7 @@ class DepthProblem(WearProblem):
         pull = np.linalg.solve(covariance, line)
         left = np.eye(len(covariance)) - line @ np.linalg.solve(line.T @ pull, pull.T)
         powers, along = np.linalg.eigh(left @ covariance @ left.T)
-        return np.asarray(along * np.sqrt(np.maximum(powers, 0.0)))
+        return np.asarray(along * np.sqrt(np.maximum(powers, 0.0)) @ along.T)
 
     def measured(self, values: Values, coefficient: Column, noise: Numbers = 0.0) -> Column:
         """Return the pin's wear as the reading has it without everything else, for a k_D of the run, m."""

@@ -175,17 +175,19 @@ def _misfit(problem: DepthProblem) -> Finding:
             "divide the test there, or ask for a law with running-in",
         )
     size = _size(problem)
-    if posterior.probability_of("settling") > _PROBABLE:
+    settles = posterior.settling_probability > _PROBABLE
+    if posterior.thermal_probability > _PROBABLE:
+        follows = "follows the temperature, and settles besides," if settles else "follows the temperature,"
+        return _finding(
+            "reading_follows_temperature",
+            f"found under {law} that it {follows} by {size} besides wear; it was fitted as that",
+            "keep the room steady, or wait for the rig to warm up",
+        )
+    if settles:
         return _finding(
             "reading_settles",
             f"found under {law} that it settles like 1 − exp(−t/τ), by {size} besides wear; it was fitted as that",
             "wait for the rig to warm up, or record the temperature",
-        )
-    if posterior.probability_of("temperature") > _PROBABLE:
-        return _finding(
-            "reading_follows_temperature",
-            f"found under {law} that it follows the temperature, by {size} besides wear; it was fitted as that",
-            "keep the room steady, or wait for the rig to warm up",
         )
     return _finding(
         "curve_shape",

@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 
 from tribopipe.depth_model.mixture import ways
-from tribopipe.depth_model.posterior import DepthReading, regression_of
+from tribopipe.depth_model.posterior import DepthReading, regressions_of
 from tribopipe.run import Column
 from tribopipe.wear.depth_problem import DepthProblem
 
@@ -55,5 +55,6 @@ def _changed(problem: DepthProblem, change: float, ratio: float) -> DepthReading
 
 def _evidence(reading: DepthReading, reference: float) -> float:
     """Return ln of the evidence of a reading as wear by its course, a line and noise."""
-    plain = replace(regression_of(reading, reference), alternatives=reading.optional.alternatives[:1])
-    return float(np.logaddexp.reduce(ways(plain, []).log_anchored))
+    plain = regressions_of(reading, reference)[0]
+    plain = replace(plain, alternatives=plain.alternatives[:1])
+    return float(np.logaddexp.reduce(ways([plain], []).log_anchored))
