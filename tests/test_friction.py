@@ -99,6 +99,14 @@ def test_one_odd_first_point_is_no_running_in(bare_run):
     assert fit_friction(with_friction(bare_run, mu)).outcome == "steady-only"
 
 
+def test_a_running_in_of_few_samples_is_not_stretched_to_more(bare_run):
+    """Four samples of running-in by chance look like six in one run of fifty: longer by half, and sure of it."""
+    distance = np.linspace(0, 500, 60)
+    for seed in range(150):
+        mu = exponential(distance, *TABLE_2[200]) + 0.02 * np.random.default_rng(seed).standard_normal(60)
+        assert fit_friction(with_friction(bare_run, mu, distance)).outcome == "steady-only"
+
+
 def test_loading_ramp_is_left_out(bare_run):
     distance = np.linspace(0.1, 500, 5000)
     mu = exponential(distance, 0.2, 0.4, 60.0)

@@ -14,6 +14,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tribopipe.end_values.disc_track import told_by
 from tribopipe.load import load_share
 from tribopipe.long_memory import parameter_covariance
 from tribopipe.noise import effective_samples
@@ -33,6 +34,8 @@ _SHORTEST_RUNNING_IN = 5.0
 _DECISIVE = 6.0
 """Difference of the criterion that counts as evidence (R. E. Kass, A. E. Raftery, JASA 90 (1995) 773: 'strong')."""
 _LARGEST_RELATIVE_UNCERTAINTY = 0.5
+_SURELY = 2.0
+"""Standard uncertainties by which c must be longer than its lower bound: one that just happens to be is too long."""
 _CLEARLY = 3.0
 """Standard uncertainties by which friction must start below zero to be called negative."""
 _NEARLY_SETTLED = 1e-2
@@ -72,13 +75,15 @@ def fit_friction(
     Where μ was derived from the friction force, A and b are uncertain by the load as well: were the load higher, both
     would be lower by the same share. Its uncertainty is what run.toml states, else ``defaults``. A μ that the
     instrument recorded was divided by a load that run.toml says nothing of: there A and b are uncertain by noise alone.
+    Where the sliding distance was derived from a speed or a radius, c is as uncertain as these in the same way.
     """
-    recipe, share = recipe or FrictionRecipe(), _load_share(run, defaults or DefaultUncertainty())
+    recipe, defaults = recipe or FrictionRecipe(), defaults or DefaultUncertainty()
+    shares = _load_share(run, defaults), _distance_share(run, defaults)
     if "friction_coefficient" not in run.columns:
         return FrictionFit(outcome="none", notes=("the run lacks a friction signal",))
     distance, mu = run.sliding_distance, run.columns["friction_coefficient"]
     if run.origins["sliding_distance"] == "unknown":
-        return _with_load(_without_distance(run, mu[np.isfinite(mu)]), share)
+        return _with_inputs(_without_distance(run, mu[np.isfinite(mu)]), *shares)
     seen = np.isfinite(mu) & np.isfinite(distance)
     first = _loading_ramp_end(run, mu) if recipe.start is None else recipe.start.value
     last = np.inf if recipe.end is None else recipe.end.value
@@ -87,7 +92,7 @@ def fit_friction(
     trimmed = (f"loading ramp of {first:.3g} m left out",) if recipe.start is None and first > 0 else ()
     mean, deviation = _vendor_statistics(mu[seen])
     found = {"notes": trimmed + fit.notes, "load": _load(run), "mean": mean, "standard_deviation": deviation}
-    return _with_load(fit.model_copy(update=found), share)
+    return _with_inputs(fit.model_copy(update=found), *shares)
 
 
 def _without_distance(run: RawRun, mu: Column) -> FrictionFit:
@@ -107,23 +112,35 @@ def _load(run: RawRun) -> Literal["measured", "nominal", "recorded"]:
     return "nominal" if origin == "derived from nominal load" else "recorded"
 
 
-def _load_share(run: RawRun, defaults: DefaultUncertainty) -> float | None:
-    """Return the relative standard uncertainty of the load that friction was divided by; none of a recorded μ."""
+def _load_share(run: RawRun, defaults: DefaultUncertainty) -> float:
+    """Return the relative standard uncertainty of the load that friction was divided by; 0 of a recorded μ."""
     derived = run.origins.get("friction_coefficient", "measured") != "measured"
-    return load_share(run, defaults) if derived else None
+    return load_share(run, defaults) if derived else 0.0
 
 
-def _with_load(fit: FrictionFit, share: float | None) -> FrictionFit:
-    """Add the uncertainty of the load, which A and b share, and which c does not have."""
-    if share is None or fit.steady_state is None:
-        return fit
-    changed: dict[str, object] = {"load_uncertainty": _ratio(share)}
-    levels = np.array([0.0 if level is None else level.value for level in (fit.amplitude, fit.steady_state)] + [0.0])
-    for name, level in (("amplitude", fit.amplitude), ("steady_state", fit.steady_state)):
-        if level is not None:
-            changed[name] = _ratio(level.value, math.hypot(level.standard_uncertainty or 0.0, share * level.value))
+def _distance_share(run: RawRun, defaults: DefaultUncertainty) -> float:
+    """Return the relative standard uncertainty of the sliding distance; 0 of a recorded one."""
+    told = told_by(run, defaults)
+    return 0.0 if told is None else (told.quantity.standard_uncertainty or 0.0) / told.quantity.value
+
+
+def _with_inputs(fit: FrictionFit, load: float, distance: float) -> FrictionFit:
+    """Add the uncertainty of the load, which A and b share, and of the distance, which c has."""
+    names = ("amplitude", "steady_state", "running_in_distance")
+    levels = [getattr(fit, name) for name in names]
+    by = np.array([0.0 if level is None else level.value for level in levels]) * (load, load, distance)
+    changed: dict[str, object] = {
+        name: level.model_copy(update={"standard_uncertainty": math.hypot(level.standard_uncertainty or 0.0, spread)})
+        for name, level, spread in zip(names, levels, by.tolist(), strict=True)
+        if level is not None and spread
+    }
+    if load and fit.steady_state is not None:
+        changed["load_uncertainty"] = _ratio(load)
+    if distance and fit.running_in_distance is not None:
+        changed["distance_uncertainty"] = _ratio(distance)
     if fit.covariance is not None:
-        together = np.asarray(fit.covariance) + share**2 * np.outer(levels, levels)
+        load_part, distance_part = by * (1, 1, 0), by * (0, 0, 1)
+        together = fit.covariance + np.outer(load_part, load_part) + np.outer(distance_part, distance_part)
         changed["covariance"] = tuple(tuple(row) for row in together.tolist())
     return fit.model_copy(update=changed)
 
@@ -197,14 +214,15 @@ def _fit_window(distance: Column, mu: Column) -> FrictionFit:
 def _steady_only(mu: Column, reasons: tuple[str, ...], window: tuple[Quantity, Quantity] | None) -> FrictionFit:
     later = mu[len(mu) // 2 :]
     mean, deviation = float(np.mean(later)), float(np.std(later, ddof=1))
-    variance = float(parameter_covariance(np.ones((1, len(later))), later - mean)[0, 0])
+    independent = effective_samples(later)
+    variance = float(parameter_covariance(np.ones((1, len(later))), later - mean, independent)[0, 0])
     return FrictionFit(
         outcome="steady-only",
         notes=(*reasons, "steady value is the mean of the later half"),
         steady_state=_ratio(mean, math.sqrt(variance)),
         window=window,
         residual_deviation=_ratio(deviation),
-        effective_samples=effective_samples(later),
+        effective_samples=independent,
     )
 
 
@@ -217,11 +235,12 @@ def _fit_exponential(distance: Column, mu: Column) -> _Exponential:
         found = _within(bounds, distance, mu, start)
     amplitude, steady, log_c = found.parameters.tolist()
     slopes = _decays(distance, log_c)[:3] * [[1.0], [1.0], [amplitude / math.exp(log_c)]]
+    independent = effective_samples(found.residuals)
     return _Exponential(
         parameters=np.array([amplitude, steady, math.exp(log_c)]),
-        covariance=parameter_covariance(slopes, found.residuals),
+        covariance=parameter_covariance(slopes, found.residuals, independent),
         residuals=found.residuals,
-        independent=effective_samples(found.residuals),
+        independent=independent,
         shortest=math.exp(bounds[0, 2]),
         longest=math.exp(bounds[1, 2]),
     )
@@ -348,8 +367,8 @@ def _reasons_against(fit: _Exponential, distance: Column, mu: Column) -> tuple[s
         return (f"friction changes in a straight line, by {change:+.3f} over the fitted distance, not exponentially",)
     if fit.parameters[0] + fit.parameters[1] < -_CLEARLY * math.sqrt(fit.covariance[:2, :2].sum()):
         return ("the exponential would start at a negative friction",)
-    if c < 1.01 * fit.shortest:
-        return (f"the decay is shorter than {_SHORTEST_RUNNING_IN:.0f} samples",)
+    if c - _SURELY * spread < fit.shortest:
+        return (f"the decay may be shorter than {_SHORTEST_RUNNING_IN:.0f} samples",)
     if spread > _LARGEST_RELATIVE_UNCERTAINTY * c:
         return (f"the running-in distance is undetermined ({c:.3g} ± {spread:.2g} m)",)
     return ()

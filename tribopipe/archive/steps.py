@@ -26,7 +26,7 @@ StepName: TypeAlias = str
 METHODS: dict[str, int] = {
     "clean_up": 1,
     "drift_correction": 2,
-    "friction_fit": 1,
+    "friction_fit": 2,
     "specific_wear": 2,
     "wear_fit": 2,
     "prediction": 1,

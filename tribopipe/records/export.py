@@ -51,15 +51,22 @@ SCHEMAS: dict[str, type[Record]] = {
 
 def schema_text(name: str) -> str:
     """Return one schema as the file holds it."""
-    schema: dict[str, Any] = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    schema: dict[str, Any] = {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "$comment": "Written by tribopipe schema export.",
+    }
     schema |= SCHEMAS[name].model_json_schema(by_alias=True)
     return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
+
+
+def schema_files() -> dict[str, str]:
+    """Return which schema each file holds."""
+    return {f"{name}.schema.json": name for name in SCHEMAS}
 
 
 def write_schemas(folder: Path) -> list[Path]:
     """Write every schema into a folder and return the files."""
     folder.mkdir(parents=True, exist_ok=True)
-    written = [folder / f"{name}.schema.json" for name in SCHEMAS]
-    for path, name in zip(written, SCHEMAS, strict=True):
-        write_file(path, schema_text(name).encode("utf-8"))
-    return written
+    for file, name in schema_files().items():
+        write_file(folder / file, schema_text(name).encode("utf-8"))
+    return [folder / file for file in schema_files()]

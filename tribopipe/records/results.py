@@ -117,9 +117,11 @@ class FrictionFit(Record):
     running_in_distance: Metres | None = None
     """c: distance over which the start decays by a factor e."""
     covariance: tuple[tuple[float, ...], ...] | None = None
-    """Of (A, b, c): by the noise, its memory included, and by the load."""
+    """Of (A, b, c): by the noise, its memory included, by the load and by the sliding distance."""
     load_uncertainty: Number | None = None
     """Relative standard uncertainty of the load in that of A and b; none where the instrument gave μ itself."""
+    distance_uncertainty: Number | None = None
+    """Relative standard uncertainty of the sliding distance in that of c; none where the distance was recorded."""
     window: tuple[Metres, Metres] | None = None
     """Sliding distances between which friction was fitted."""
     residual_deviation: Number | None = None
@@ -135,15 +137,20 @@ class FrictionFit(Record):
 
     @property
     def noise_covariance(self) -> tuple[tuple[float, ...], ...] | None:
-        """Covariance of (A, b, c) at a given load: by the noise alone."""
+        """Covariance of (A, b, c) at a given load and distance: by the noise alone."""
         if self.covariance is None or self.amplitude is None or self.steady_state is None:
             return None
-        levels = (self.amplitude.value, self.steady_state.value, 0.0)
-        share = 0.0 if self.load_uncertainty is None else self.load_uncertainty.value
-        return tuple(
-            tuple(both - share**2 * one * other for both, other in zip(row, levels, strict=True))
-            for row, one in zip(self.covariance, levels, strict=True)
+        load, distance = (
+            0.0 if one is None else one.value for one in (self.load_uncertainty, self.distance_uncertainty)
         )
+        levels = (load * self.amplitude.value, load * self.steady_state.value, 0.0)
+        along = 0.0 if self.running_in_distance is None else distance * self.running_in_distance.value
+        noise = [
+            [both - one * other for both, other in zip(row, levels, strict=True)]
+            for row, one in zip(self.covariance, levels, strict=True)
+        ]
+        noise[2][2] -= along**2
+        return tuple(tuple(row) for row in noise)
 
     def __str__(self) -> str:
         if self.outcome == "none":

@@ -26,10 +26,15 @@ _CATEGORIES = {
 """NeXus' name for what a unit measures; where it has none, the unit itself stands as an example of such."""
 
 
+def definition_files() -> dict[str, Definition]:
+    """Return which definition each file holds."""
+    return {f"{name}.nxdl.xml": definition for name, definition in definitions().items()}
+
+
 def write_definitions(folder: Path) -> list[Path]:
     """Write every definition into a folder and return the files."""
     folder.mkdir(parents=True, exist_ok=True)
-    texts = {folder / f"{name}.nxdl.xml": nxdl_text(definition) for name, definition in definitions().items()}
+    texts = {folder / file: nxdl_text(definition) for file, definition in definition_files().items()}
     for path, text in texts.items():
         write_file(path, text.encode("utf-8"))
     return list(texts)
@@ -49,7 +54,7 @@ def nxdl_text(definition: Definition) -> str:
             "extends": "NXobject",
         },
     )
-    _say(root, f"{definition.doc}\n\nVersion {definition.version}.")
+    _say(root, f"{definition.doc}\n\nVersion {definition.version}, written by tribopipe schema export.")
     _add_group(root, definition.entry)
     indent(root)
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{tostring(root, encoding="unicode")}\n'
