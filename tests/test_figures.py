@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from folders import SAMPLE_IDS
+from matplotlib import rc_context
 
 from tribopipe.archive.results import archived_correction, archived_friction
 from tribopipe.archive.store import Archive
@@ -185,6 +186,19 @@ def test_same_figure_gives_the_same_bytes(sample_archive, tmp_path):
     for name in ("first.svg", "second.svg"):
         save_figure(plot_depth(corrected), tmp_path / name)
     assert (tmp_path / "first.svg").read_bytes() == (tmp_path / "second.svg").read_bytes()
+
+
+@pytest.mark.parametrize("name", ["there.png", "there.svg"])
+def test_settings_of_a_matplotlibrc_have_no_effect(sample_archive, tmp_path, name):
+    """TeX need not be installed, and a template of slides is not what a report is drawn in."""
+    theirs = {"text.usetex": True, "axes.facecolor": "black", "figure.dpi": 30, "savefig.transparent": True}
+    raw = sample_archive.raw(SAMPLE_IDS[0])
+    friction = archived_friction(sample_archive, SAMPLE_IDS[0])
+    ours, other = (tmp_path / place / name for place in ("ours", "other"))
+    for path, settings in ((ours, {}), (other, theirs)):
+        with rc_context(settings):
+            save_figure(plot_friction(raw, friction), path)
+    assert ours.read_bytes() == other.read_bytes()
 
 
 def test_thinning_keeps_the_extremes():

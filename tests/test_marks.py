@@ -3,7 +3,9 @@
 import getpass
 import json
 import re
+import sys
 from datetime import datetime, timedelta
+from io import StringIO
 from pathlib import Path
 
 import h5py
@@ -16,6 +18,7 @@ from pydantic import ValidationError
 from test_archive import nxcheck, run_with
 
 from tribopipe.archive.store import Archive
+from tribopipe.cli.output import progress
 from tribopipe.errors import ArchiveError
 from tribopipe.pipeline import fit_archived_wear, ingest, predict_from_lightest, process
 from tribopipe.records.mark import Mark
@@ -207,6 +210,28 @@ def test_marked_bad_twice_adds_to_the_history(mark_bad):
         ("bad", "first", "anna"),
         ("bad", "second", "otto"),
     ]
+
+
+def test_what_is_said_of_a_run_does_not_steer_the_terminal(run_cli, mark_bad, archive):
+    steering = "a title \x1b]0;owned\x07 and \x1b[31mred"
+    for result in (mark_bad(RUN, "--reason", steering), run_cli("note", RUN, steering, "--archive", archive)):
+        assert result.exit_code == 0, result.stderr
+        assert r"\x1b]0;owned\x07" in result.stderr
+        assert re.search("[\x07\x1b]", result.stderr) is None
+
+
+def test_bar_shows_the_name_of_a_hostile_file_as_it_is(monkeypatch):
+    class Terminal(StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setenv("TERM", "xterm")
+    with progress("verify", 2) as advance:
+        advance("[red]a\x1b]0;owned\x07.h5")
+    assert r"verify [red]a\x1b]0;owned\x07.h5" in terminal.getvalue()
+    assert "\x1b]0" not in terminal.getvalue()
 
 
 def test_reason_in_another_encoding_than_the_console_s_is_taken(run_cli, mark_bad, archive):

@@ -37,15 +37,17 @@ def demo(
 
 
 def _begin(folder: Path) -> None:
-    """Make the folder, known by the plan in it. Raises ``ManifestError`` where it is one of something else."""
-    from tribopipe.errors import ManifestError
+    """Make the folder, known by the plan in it. Raises ``OutputError`` where it is one of something else."""
+    from tribopipe.errors import OutputError
+    from tribopipe.outputs import require_outside
     from tribopipe.shipped import shipped
 
     if folder.exists() and not (folder / _PLAN).is_file() and any(folder.iterdir()):
-        raise ManifestError(
+        raise OutputError(
             f"{folder}: found a folder that holds something else; expected a new one, or that of an earlier demo; name "
             "another with --folder"
         )
+    require_outside(folder / "run")
     folder.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(shipped(f"sample_runs/{_PLAN}"), folder / _PLAN)
 

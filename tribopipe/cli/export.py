@@ -19,7 +19,6 @@ from tribopipe.cli.options import (
     friction_path,
     load_archive,
     quantity,
-    refuse_to_replace,
 )
 from tribopipe.cli.output import print_json, record_json, say
 
@@ -238,12 +237,12 @@ def _end(manifest: "RunManifest", given: str | None, own: float | None) -> float
 
 
 def _write(texts: dict[str, str], folder: Path, *, force: bool) -> list[Path]:
-    """Write every file. Raises ``ManifestError``, and writes none, where one is there and must not be replaced."""
+    """Write every file. Raises ``OutputError``, and writes none, where one must not be written."""
     from tribopipe.files import write_file
+    from tribopipe.outputs import require_free
 
     paths = {folder / name: text for name, text in texts.items()}
-    if not force:
-        refuse_to_replace(paths)
+    require_free(paths, force=force)
     for path, text in paths.items():
         path.parent.mkdir(parents=True, exist_ok=True)
         write_file(path, text.encode("ascii"))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archived_ids, load_archive, refuse_to_replace
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archived_ids, load_archive
 from tribopipe.cli.output import exit_with, print_json, progress, say
 
 if TYPE_CHECKING:
@@ -35,6 +35,8 @@ def export_csv(
 
     A run folder with the raw columns and the run's run.toml gives the same run again.
     """
+    from tribopipe.outputs import require_free
+
     store, wanted = load_archive(archive), None if what is None else _chosen(what)
     jobs: list[_Job] = []
     errors: list[TribopipeError] = []
@@ -42,8 +44,7 @@ def export_csv(
         found, lacking = _jobs(store, run_id, wanted, output)
         jobs += found
         errors += lacking
-    if not force:
-        refuse_to_replace(path for _, _, path in jobs)
+    require_free((path for _, _, path in jobs), force=force)
     written = _written(store, jobs, output, errors)
     if as_json:
         print_json({"files": [{"id": run_id, "what": kind, "file": str(path)} for run_id, kind, path in written]})

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archived_ids, load_archive, refuse_to_replace
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archived_ids, load_archive
 from tribopipe.cli.output import print_json, progress, say
 from tribopipe.cli.studies import archived_studies
 
@@ -74,9 +74,10 @@ def export_dataset(
     metadata by which machines find it. `tribopipe import` is the way back.
     """
     from tribopipe.fair.export import choose, export_crate
+    from tribopipe.outputs import require_free
 
     path = _path(ro_crate, eln)
-    _refuse_existing(path, force=force)
+    require_free([path], force=force)
     store = load_archive(archive)
     chosen = choose(store, ids or ())
     said, document = _said(dataset, archive)
@@ -103,18 +104,6 @@ def _path(ro_crate: Path | None, eln: Path | None) -> Path:
     if eln is not None and eln.suffix.lower() != ".eln":
         raise typer.BadParameter(f"--eln: found {str(eln)!r}; expected a name that ends in .eln")
     return ro_crate or eln or Path()
-
-
-def _refuse_existing(path: Path, *, force: bool) -> None:
-    from tribopipe.errors import ManifestError
-
-    if path.is_dir():
-        raise ManifestError(
-            f"{path}: found a folder there already; expected no such folder, since none is replaced; name another, or "
-            "move it away"
-        )
-    if not force:
-        refuse_to_replace([path])
 
 
 def _said(path: Path | None, archive: Path) -> "tuple[Dataset, bytes | None]":

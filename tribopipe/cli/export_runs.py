@@ -16,12 +16,15 @@ def export_runs(
     columns: Columns = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="File to write; on stdout unless said.")] = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there already.")] = False,
 ) -> None:
     """Write the list of runs as CSV: every column, numbers in the unit of the heading, each with its uncertainty."""
     from tribopipe.archive.catalogue.columns import COLUMNS, columns_named
     from tribopipe.files import write_file
+    from tribopipe.outputs import require_free
     from tribopipe.report.runs_csv import runs_csv
 
+    require_free([] if output is None else [output], force=force)
     chosen = list(COLUMNS.values()) if columns is None else columns_named(columns)
     catalogue = up_to_date(archive)
     runs = catalogue.runs(where, sort)

@@ -116,9 +116,11 @@ def export_schemas(
 
     Beside them the NeXus application definitions of archived files, for nxvalidate.
     """
-    from tribopipe.archive.definitions.nxdl import write_definitions
-    from tribopipe.records.export import write_schemas
+    from tribopipe.archive.definitions.nxdl import definition_files, write_definitions
+    from tribopipe.outputs import made_here, require_free
+    from tribopipe.records.export import schema_files, write_schemas
 
+    require_free([folder / name for name in (*schema_files(), *definition_files())], own=made_here)
     for path in (*write_schemas(folder), *write_definitions(folder)):
         say(str(path))
 

@@ -65,10 +65,12 @@ def live(
     """
     from tribopipe.live.problem import Asked
     from tribopipe.live.session import Session
+    from tribopipe.outputs import made_here, require_free
     from tribopipe.records.manifest import manifest_path, read_manifest
     from tribopipe.run import RawRun
     from tribopipe.wear.own_parameters import law_as_given
 
+    require_free([] if figure is None else [figure], own=made_here, beside_run=True)
     told = load_recipe(recipe)
     law_as_given(law, told)  # rather than wait for a test that this law cannot be fitted to
     where = manifest_path(run)

@@ -112,9 +112,12 @@ def local_wear(
     Archived runs are worn by their own k_D over their own course, and the result is archived with its fields. A run
     folder needs --wear-coefficient, and is only shown.
     """
+    from tribopipe.outputs import require_outside
     from tribopipe.pipeline import find_runs
     from tribopipe.wear.local import LocalOptions
 
+    if figures is not None:
+        require_outside(figures / "local-wear.png")
     asked = _Asked(
         law,
         load_recipe(recipe),

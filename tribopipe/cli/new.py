@@ -62,7 +62,9 @@ def new(
     commented line for it. The files themselves stay as they are.
     """
     from tribopipe.ingest.draft.folder import Wanted, make_runs
+    from tribopipe.outputs import require_outside
 
+    require_outside(into / "run")
     wanted = Wanted(
         files, into, run_id, template, reader, settings or (), profiles or (), sheet, each_sheet=each_sheet, split=split
     )

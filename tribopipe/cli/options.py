@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from tribopipe.archive.store import Archive
     from tribopipe.records.quantity import Quantity
     from tribopipe.records.recipe import Recipe
@@ -84,29 +82,25 @@ def load_archive(folder: Path, *, must_exist: bool = True) -> "Archive":
     """Open an archive folder. Raises ``ArchiveError`` where it should be there and is not."""
     from tribopipe.archive.store import Archive
 
-    if must_exist:
+    if must_exist or folder.is_dir():
         require_archive(folder)
     return Archive(folder)
 
 
 def require_archive(folder: Path) -> None:
-    """Raise ``ArchiveError`` where there is no archive folder."""
+    """Raise ``ArchiveError`` where there is no archive folder, or a run folder in its place."""
+    from tribopipe.cli.whereabouts import RUN_TOML
     from tribopipe.errors import ArchiveError
 
+    if (folder / RUN_TOML).is_file():
+        raise ArchiveError(
+            f"{folder}: found a run folder; expected a folder of archived runs; name the archive with --archive"
+        )
     if not folder.is_dir():
         raise ArchiveError(
             f"{folder}: found no archive there; expected a folder of archived runs; run `tribopipe ingest` "
             "first, or name the archive with --archive"
         )
-
-
-def refuse_to_replace(paths: "Iterable[Path]") -> None:
-    """Raise ``ManifestError`` where one of the files to be written is there already."""
-    from tribopipe.errors import ManifestError
-
-    there = next((path for path in paths if path.exists()), None)
-    if there is not None:
-        raise ManifestError(f"{there}: found it there already; expected no such file; --force replaces it")
 
 
 def load_recipe(path: Path | None, engine: WearEngine | None = None) -> "Recipe":

@@ -129,12 +129,12 @@ def progress(what: str, total: int | None) -> Iterator[Advance]:
 
     from tribopipe.interrupts import undone_by
 
-    layout = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    layout = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with undone_by(_clear_line), Progress(*layout, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(what, total=total)
 
         def advance(name: str, *, by: int = 1) -> None:
-            bar.update(task, advance=by, description=f"{what} {name}")
+            bar.update(task, advance=by, description=seen(f"{what} {name}"))
 
         yield advance
 

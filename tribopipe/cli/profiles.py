@@ -109,8 +109,9 @@ def show_profile_file(path: Path, asked: ProfileOptions, *, as_json: bool) -> No
 
 def show_run_profiles(store: "Archive", run_id: str) -> list[dict[str, Any]]:
     """Tell of the profiles of an archived run, save their figures and its others, and return it all for programs."""
+    from tribopipe.outputs import FIGURES
     from tribopipe.profile.track import examined, reference_radius
-    from tribopipe.report.archived import FOLDER, save_run_figures
+    from tribopipe.report.archived import save_run_figures
     from tribopipe.report.profile_figures import save_profile_figures
 
     raw = store.raw(run_id)
@@ -119,7 +120,7 @@ def show_run_profiles(store: "Archive", run_id: str) -> list[dict[str, Any]]:
         key: examined(profile, None if (radius := radii[key]) is None else radius.value)
         for key, profile in raw.profiles.items()
     }
-    shown = _Shown(raw.profiles, found, save_profile_figures(raw.profiles, found, store.folder / FOLDER, run_id))
+    shown = _Shown(raw.profiles, found, save_profile_figures(raw.profiles, found, store.folder / FIGURES, run_id))
     shown.tell("\ntrack across each profile")
     for path in save_run_figures(store, run_id):
         say(str(path))

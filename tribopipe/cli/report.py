@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, archived_ids, load_archive, refuse_to_replace
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, archived_ids, load_archive
 from tribopipe.cli.output import say
 from tribopipe.cli.studies import archived_studies
 
@@ -38,11 +38,12 @@ def report(
     is missing of them. It loads nothing; a browser prints it, or makes a PDF of it.
     """
     from tribopipe.files import write_file
+    from tribopipe.outputs import require_free
 
     path = output or Path(f"{ids[0]}.html" if len(ids) == 1 else "report.html")
     store = load_archive(archive)
     study = _is_study(store, ids, as_run=run)
-    _refuse_existing(path, force=force)
+    require_free([path], force=force)
     document = _document(store, ids, study=study)
     path.parent.mkdir(parents=True, exist_ok=True)
     write_file(path, document.encode("utf-8"))
@@ -69,15 +70,6 @@ def _is_study(store: "Archive", ids: "Sequence[str]", *, as_run: bool) -> bool:
             "write a report of each"
         )
     return False
-
-
-def _refuse_existing(path: Path, *, force: bool) -> None:
-    from tribopipe.errors import ManifestError
-
-    if path.is_dir():
-        raise ManifestError(f"{path}: found a folder; expected a file to write; add its name, such as report.html")
-    if not force:
-        refuse_to_replace([path])
 
 
 def _document(store: "Archive", ids: "Sequence[str]", *, study: bool) -> str:

@@ -24,7 +24,9 @@ def rescue(files: Files, into: Into, as_json: AsJson = False) -> None:
     """
     from tribopipe.archive.rescue import rescue as save
     from tribopipe.faults import in_a_sentence
+    from tribopipe.outputs import require_outside
 
+    require_outside(into / "run")
     saved: dict[Path, Rescued] = {}
     errors: dict[Path, TribopipeError] = {}
     with progress("rescue", len(files)) as advance:

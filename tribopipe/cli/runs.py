@@ -139,11 +139,13 @@ def simulate(
     as_json: AsJson = False,
 ) -> None:
     """Record runs on a virtual tribometer: run folders whose truth is known."""
+    from tribopipe.outputs import require_outside
     from tribopipe.records.base import load_toml
     from tribopipe.records.plan import Plan, Truth, TwinDiscTruth
     from tribopipe.simulate import simulate_plan
     from tribopipe.units import WEAR_COEFFICIENT
 
+    require_outside(folder / "run")
     truths = simulate_plan(load_toml(plan, Plan), folder)
     if as_json:
         print_json({"runs": [record_json(truth) for truth in truths]})

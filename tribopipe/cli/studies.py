@@ -53,8 +53,8 @@ def new(
     Runs that are marked bad, were aborted or lack what k_D needs are left out, and named. Writes study.toml, or
     <id>.study.toml for each of several; read it and change it before you run it.
     """
-    from tribopipe.errors import ManifestError
     from tribopipe.files import write_file
+    from tribopipe.outputs import require_free
     from tribopipe.records.study import STUDY_NAME, STUDY_SUFFIX
     from tribopipe.studies import draft_studies, study_toml
 
@@ -65,9 +65,7 @@ def new(
             say(f"{one.manifest.id}: left out: {one.unfit}")
     drafts = draft_studies([one.manifest for one in sound], {one.manifest.id for one in sound if not one.friction})
     documents = {into / (STUDY_NAME if len(drafts) == 1 else f"{draft.id}{STUDY_SUFFIX}"): draft for draft in drafts}
-    for path in documents if not force else ():
-        if path.exists():
-            raise ManifestError(f"{path}: found a study there already; expected none; --force replaces it")
+    require_free(documents, force=force)
     into.mkdir(parents=True, exist_ok=True)
     for path, draft in documents.items():
         write_file(path, study_toml(draft).encode("utf-8"))
@@ -205,8 +203,11 @@ def figures(
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
 ) -> None:
     """Draw a study as a paper would: wear under each law, friction, k_D against friction."""
+    from tribopipe.outputs import require_outside
     from tribopipe.report.studies import save_study_figures
 
+    if into is not None:
+        require_outside(into / "study.svg")
     known = ("svg", "png", "pdf")
     for name in formats or ():
         if name not in known:

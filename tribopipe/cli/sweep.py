@@ -58,12 +58,16 @@ def sweep(
     The document says which: how much k_D depends on choices of evaluation, wear and life under other conditions, or
     how well virtual tests find k_D.
     """
+    from tribopipe.outputs import made_here, require_free, require_outside
     from tribopipe.records.base import load_toml
     from tribopipe.records.sweep import Sweep
     from tribopipe.sweep.sweeping import Table, ensemble
 
     if figure is not None and figure.suffix not in _PICTURES:
         raise typer.BadParameter(f"--figure: found {figure.name}; expected a name that ends in {', '.join(_PICTURES)}")
+    require_free([] if figure is None else [figure], force=force, own=made_here)
+    if out is not None:
+        require_outside(out)
     asked = load_toml(document, Sweep)
     if asked.needs_archive:
         require_archive(archive)

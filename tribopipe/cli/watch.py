@@ -49,6 +49,7 @@ def watch(
     remembered with the runs, so that the next watch goes on from there.
     """
     from tribopipe.interrupts import undone_by
+    from tribopipe.outputs import require_outside
     from tribopipe.watch.event import counted
     from tribopipe.watch.journal import alone
     from tribopipe.watch.lab import Lab
@@ -66,6 +67,7 @@ def watch(
         crew=crew(jobs, None),
     )
     lab.refuse_what_cannot_be()
+    require_outside(lab.runs / "run")
     kinds: list[Kind] = []
     with alone(lab.runs), undone_by(lambda: os.write(_STDERR, f"{counted(kinds)}{os.linesep}".encode())):
         if not once:

@@ -9,6 +9,7 @@ from tribopipe.archive.local_wear import archived_local_wear
 from tribopipe.archive.results import archived_correction, archived_friction
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, Step, StepName
 from tribopipe.archive.store import Archive
+from tribopipe.outputs import FIGURES
 from tribopipe.records.clean_up import CleanUp
 from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction
 from tribopipe.records.results import WearFit, WearPrediction
@@ -23,7 +24,6 @@ from tribopipe.wear.twin_disc.curves import OUTCOMES, DiscBand, DiscCurves
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FOLDER = "figures"
 _DRAWN = ("depth", "friction", "clean-up", "wear", "contact", "local-wear", "local-pressure")
 
 
@@ -56,7 +56,7 @@ def save_run_figures(archive: Archive, run_id: str, suffix: str = ".png") -> lis
     """
     figures = run_figures(archive, run_id)
     paths = _paths(archive, run_id, suffix)
-    save_figures(archive.folder / FOLDER, {paths[what].name: figure for what, figure in figures.items()})
+    save_figures(archive.folder / FIGURES, {paths[what].name: figure for what, figure in figures.items()})
     for what in paths.keys() - figures.keys():
         paths[what].unlink(missing_ok=True)
     return [paths[what] for what in figures]
@@ -78,7 +78,7 @@ def is_since(path: Path, date: str) -> bool:
 
 
 def _paths(archive: Archive, run_id: str, suffix: str) -> dict[str, Path]:
-    return {what: archive.folder / FOLDER / f"{run_id}-{what}{suffix}" for what in _DRAWN}
+    return {what: archive.folder / FIGURES / f"{run_id}-{what}{suffix}" for what in _DRAWN}
 
 
 def _clean_up_figures(archive: Archive, cleaned: RawRun, clean_up: CleanUp) -> "dict[str, Figure]":

@@ -4,8 +4,8 @@ Colours are from the Okabe–Ito palette, which people with any colour vision ca
 pyplot, so that they need no display and leave no state behind; in a notebook they show themselves.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from functools import wraps
 from io import BytesIO
 from pathlib import Path
@@ -16,6 +16,7 @@ import numpy as np
 
 from tribopipe.errors import ArchiveError
 from tribopipe.files import replacing
+from tribopipe.outputs import MADE_BY, made_here, require_free
 from tribopipe.records.clean_up import CleanUp
 from tribopipe.records.finding import first_of_each_code
 from tribopipe.records.quantity import Quantity
@@ -84,14 +85,22 @@ STYLE: Any = {
 P = ParamSpec("P")
 
 
+@contextmanager
+def own_style(style: Any = STYLE) -> Iterator[None]:
+    """Draw with matplotlib's defaults and a style, whatever a matplotlibrc says: of TeX, sizes or colors."""
+    from matplotlib import rc_context, rcParams, rcParamsDefault
+
+    with rc_context():
+        rcParams.update({name: value for name, value in rcParamsDefault.items() if name != "backend"} | style)
+        yield
+
+
 def styled(plot: "Callable[P, Figure]", style: Any = STYLE) -> "Callable[P, Figure]":
-    """Draw in the style of this module, whatever the user's own is."""
+    """Draw in the style of this module."""
 
     @wraps(plot)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> "Figure":
-        from matplotlib import rc_context
-
-        with rc_context(style):
+        with own_style(style):
             return plot(*args, **kwargs)
 
     return drawn
@@ -305,9 +314,11 @@ def save_figure(figure: "Figure", path: Path) -> None:
 def save_figures(folder: Path, figures: "Mapping[str, Figure]") -> None:
     """Write figures under these names as ``save_figure`` does.
 
-    None takes its place before all are written, and the first takes it last.
+    None takes its place before all are written, and the first takes it last. Raises ``OutputError`` where something
+    else than a figure of ours is there.
     """
     try:
+        require_free((folder / name for name in figures), own=made_here, beside_run=True)
         folder.mkdir(parents=True, exist_ok=True)
         with ExitStack() as written:
             for name, figure in figures.items():
@@ -321,10 +332,12 @@ def save_figures(folder: Path, figures: "Mapping[str, Figure]") -> None:
 
 
 def _picture(figure: "Figure", suffix: str) -> bytes:
-    from matplotlib import rc_context
-
     picture = BytesIO()
-    dated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(suffix, {})
-    with rc_context(STYLE):
-        figure.savefig(picture, format=suffix.removeprefix("."), metadata=dated)
+    told = {
+        ".svg": {"Creator": MADE_BY, "Date": None},
+        ".pdf": {"Creator": MADE_BY, "CreationDate": None},
+        ".png": {"Software": MADE_BY},
+    }.get(suffix, {})
+    with own_style():
+        figure.savefig(picture, format=suffix.removeprefix("."), metadata=told)
     return picture.getvalue()

@@ -156,17 +156,18 @@ _DRIFT_BY_MODEL = Method(
         Equation(r"h_{\text{end}} = h ( s_{\text{end}} ; k_D ) ± u ( h_{\text{end}} )"),
     ),
     "y is the reading, g the scale of the sensor, z the zero offset, r the drift rate, h the wear of the pin, h_d that "
-    "of the disc, and h_end the pin's wear as measured. Settling with the amplitude a and the time constant τ, or "
-    "instead of it a shift with the recorded temperature, is one possibility among others; each counts by its "
-    "evidence. f is slow wander, a stationary Matérn process whose amplitude and correlation length are marginalized; "
-    "e is the noise of block averages.",
+    "of the disc, and h_end the pin's wear as measured. Settling with the amplitude a and the time constant τ, and a "
+    "shift with the recorded temperature, are possibilities beside others; each counts by its evidence. f is slow "
+    "wander, a stationary Matérn process whose amplitude and correlation length are marginalized; e is the noise of "
+    "block averages.",
     references=(MATERN,),
 )
 _FRICTION = Method(
     "Friction",
     "The friction coefficient was fitted by bounded least squares over the distance slid, the loading ramp left out:",
     (Equation(r"μ ( s ) = A e^{− s / c} + b", "7"),),
-    "Standard uncertainties of A, b and c include the autocorrelation of the residuals.",
+    "Standard uncertainties of A, b and c include the autocorrelation of the residuals; those of A and b the load's "
+    "where μ is a force over a load, and that of c the one of the speed or radius that the distance comes from.",
     (PAPER,),
 )
 _STEADY = Method(
@@ -339,8 +340,8 @@ _VERDICTS = Method(
     (Equation(r"E_n = \frac{δ}{U}"),),
     "Within ±1 measured and predicted wear agree. The interval is drawn, so that errors which both share cancel. A law "
     "is called off beyond the 99 % limits only; between 95 % and 99 % nothing is decided, nor where a k_D off by a "
-    "factor of two would not show. What is measured along the way is held against limits of its own, which 95 % of "
-    "runs keep to everywhere.",
+    "factor of two would show neither at the end nor along the curve. What is measured along the way is held against "
+    "limits of its own, which 95 % of runs keep to everywhere.",
     (ISO_13528, MONTE_CARLO),
 )
 _SEVERAL = Method(

@@ -8,10 +8,11 @@ from tribopipe.archive.results import archived_correction, archived_friction
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
 from tribopipe.archived_steps import recipe_of
+from tribopipe.outputs import FIGURES
 from tribopipe.records.disc_verdict import TwinDiscStudyResult
 from tribopipe.records.recipe import Recipe
 from tribopipe.records.verdict import StudyResult
-from tribopipe.report.archived import FOLDER, is_since
+from tribopipe.report.archived import is_since
 from tribopipe.report.disc_study_figures import plot_disc_study
 from tribopipe.report.figures import save_figures
 from tribopipe.report.study_figures import plot_study_coefficient, plot_study_friction, plot_study_wear
@@ -49,7 +50,7 @@ def save_study_figures(
     """
     figures = study_figures(archive, study_id)
     named = {f"{study_id}-{what}{suffix}": figure for what, figure in figures.items() for suffix in suffixes}
-    folder = into or archive.folder / FOLDER
+    folder = into or archive.folder / FIGURES
     save_figures(folder, named)
     return [folder / name for name in named]
 
@@ -57,7 +58,7 @@ def save_study_figures(
 def study_is_drawn(archive: Archive, study_id: str) -> bool:
     """Tell whether all figures of a study were saved after it was evaluated."""
     study = archive.study_outline(study_id)
-    first = archive.folder / FOLDER / f"{study_id}-wear-{study.result.laws[0].model}.svg"  # which is written last
+    first = archive.folder / FIGURES / f"{study_id}-wear-{study.result.laws[0].model}.svg"  # which is written last
     return first.exists() and is_since(first, study.date)
 
 

@@ -5,12 +5,16 @@ from pathlib import Path
 from tribopipe.records.plan import Plan, Truth, TwinDiscTruth
 from tribopipe.simulate.pin_on_disc import VirtualTest, simulate_run
 from tribopipe.simulate.twin_disc import VirtualTwinDiscTest, simulate_twin_disc_run
+from tribopipe.simulate.writing import require_simulated
 
 __all__ = ["VirtualTest", "VirtualTwinDiscTest", "simulate_plan", "simulate_run", "simulate_twin_disc_run"]
 
 
 def simulate_plan(plan: Plan, folder: Path) -> list[Truth | TwinDiscTruth]:
-    """Write every run of a plan into a folder of its own."""
+    """Write every run of a plan into a folder of its own. Raises ``OutputError`` where another run is in one."""
+    pin_ids = [run.id for series in plan.series for run in series.runs]
+    for run_id in (*pin_ids, *(run.id for series in plan.twin_disc_series for run in series.runs)):
+        require_simulated(folder / run_id)
     pins = [simulate_run(series, run, folder / run.id) for series in plan.series for run in series.runs]
     discs = [
         simulate_twin_disc_run(series, run, folder / run.id) for series in plan.twin_disc_series for run in series.runs

@@ -6,9 +6,10 @@ from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
 
+from tribopipe.errors import OutputError
 from tribopipe.files import write_file
 from tribopipe.records.base import Record, quoted
-from tribopipe.records.manifest import Specimen
+from tribopipe.records.manifest import MANIFEST_NAME, Specimen
 from tribopipe.records.quantity import Quantity
 from tribopipe.run import Column
 from tribopipe.units import from_si, interval_from_si
@@ -29,11 +30,21 @@ Layout = Mapping[str, Written]
 """The columns of signals.csv in their order."""
 
 
+def require_simulated(folder: Path) -> None:
+    """Raise ``OutputError`` where a run folder holds another run than a simulated one, which may be written anew."""
+    there = [name for name in (MANIFEST_NAME, SIGNALS_NAME) if (folder / name).exists()]
+    if there and not (folder / TRUTH_NAME).is_file():
+        raise OutputError(
+            f"{folder}: found {there[0]}, and no {TRUTH_NAME} beside it; expected a new folder, or a run that was "
+            "simulated; name another folder"
+        )
+
+
 def write_run(folder: Path, layout: Layout, columns: Mapping[str, Column], manifest: list[str], truth: Record) -> None:
     """Write a run folder from columns in SI and the lines of its manifest."""
     folder.mkdir(parents=True, exist_ok=True)
     write_file(folder / SIGNALS_NAME, _csv(layout, columns).encode("ascii"))
-    write_file(folder / "run.toml", ("\n".join(manifest) + "\n").encode("utf-8"))
+    write_file(folder / MANIFEST_NAME, ("\n".join(manifest) + "\n").encode("utf-8"))
     exact = truth.model_dump_json(by_alias=True, exclude_none=True)
     document = json.dumps(json.loads(exact, parse_float=_same_on_every_machine), indent=2)
     write_file(folder / TRUTH_NAME, (document + "\n").encode("ascii"))

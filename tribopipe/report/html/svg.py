@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 from markupsafe import Markup
 
-from tribopipe.report.figures import STYLE
+from tribopipe.report.figures import own_style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -40,10 +40,8 @@ def inline_svg(figure: "Figure", name: str, label: str) -> Markup:
 
 
 def _drawn(figure: "Figure") -> str:
-    from matplotlib import rc_context
-
     written = StringIO()
-    with rc_context(STYLE):
+    with own_style():
         figure.savefig(written, format="svg", metadata={"Date": None, "Creator": None})
     return written.getvalue()
 
