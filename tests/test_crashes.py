@@ -3,18 +3,21 @@ of a batch is done. What kills processes at random moments stands in benchmarks/
 
 import errno
 import os
+import re
 import shutil
 import signal
 import subprocess
 import sys
 from pathlib import Path
 
+import h5py
 import pytest
 from folders import ROOT
 from listening import listening
 
 from tribopipe import faults, interrupts
 from tribopipe.archive.store import Archive
+from tribopipe.batch.environment import ONE_THREAD
 from tribopipe.errors import ArchiveError, InternalError, ReaderError, TribopipeError
 from tribopipe.files import leftovers, write_file
 from tribopipe.ingest.apart import answer_of
@@ -149,6 +152,44 @@ def test_a_reader_of_its_own_process_ends_with_the_command(monkeypatch):
         answer_of("nexus_fields.py", SourceFile("run.h5", b""), remedy="none")
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such limits")
+def test_a_limit_that_is_there_already_is_no_damage():
+    """A node of a cluster may allow less than a reader asks for; nobody can ask for more than that."""
+    script = """
+import json, resource
+resource.setrlimit(resource.RLIMIT_AS, (700 << 20, 700 << 20))
+resource.setrlimit(resource.RLIMIT_CPU, (50, 100))
+from tribopipe.ingest.apart import answer_of
+from tribopipe.run import SourceFile
+asked = SourceFile("a pattern", json.dumps(["b(.)", ["a", "abc"]]).encode())
+print(answer_of("first_hit.py", asked, remedy="none").decode())
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, env=os.environ | ONE_THREAD)
+    assert done.stdout.strip() == '[1, "c"]', done.stderr
+
+
+# --- errors of the system ---
+
+
+@pytest.mark.parametrize("number", [errno.EMFILE, errno.ENFILE, errno.ENOMEM, errno.ESTALE, errno.EACCES, errno.EIO])
+@pytest.mark.parametrize("call", ["open", "File", "read"])
+def test_a_sound_file_that_the_system_does_not_give_is_not_called_damaged(archive, monkeypatch, call, number):
+    """Whoever is told to restore a copy may overwrite what is good."""
+
+    def fail(*_, **__):
+        if call == "read":  # as h5py says it
+            raise OSError(f"Can't synchronously read data (file read failed: errno = {number}, error message = '…')")
+        raise MemoryError if number == errno.ENOMEM else OSError(number, os.strerror(number))
+
+    patched = {"open": (Path, "open"), "File": (h5py, "File"), "read": (h5py.Group, "__getitem__")}[call]
+    monkeypatch.setattr(*patched, fail)
+    with pytest.raises((ArchiveError, OSError, MemoryError)) as raised:
+        Archive(archive).raw(RUN)
+    told = str(faults.in_a_sentence(raised.value, RUN))
+    assert re.search("damaged|copy|fault of tribopipe", told) is None
+    assert os.strerror(number) in told or "too little memory" in told
+
+
 # --- no room ---
 
 
@@ -182,11 +223,11 @@ def test_without_room_an_error_names_the_file_that_was_wanted(tmp_path, monkeypa
 def test_without_room_no_figure_takes_its_place(tmp_path, monkeypatch):
     from matplotlib.figure import Figure
 
-    (tmp_path / "a.png").write_bytes(b"old")
+    (tmp_path / "a.png").write_bytes(b"old, by tribopipe")
     monkeypatch.setattr("os.fsync", no_room)
     with pytest.raises(ArchiveError, match="figures cannot be written"):
         save_figures(tmp_path, {"a.png": Figure(), "b.png": Figure()})
-    assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("a.png", b"old")]
+    assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("a.png", b"old, by tribopipe")]
 
 
 def test_a_batch_goes_on_where_figures_have_no_room(run_cli, archive, short_runs, monkeypatch):

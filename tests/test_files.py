@@ -1,7 +1,9 @@
 """Files are read as they are, whatever their size."""
 
+import errno
 import os
 import stat
+import struct
 from pathlib import Path
 
 import pytest
@@ -57,6 +59,60 @@ def test_content_and_name_are_on_the_disk_in_that_order(tmp_path: Path, monkeypa
     monkeypatch.setattr(Path, "replace", noted_replace)
     files.write_file(tmp_path / "x.h5", b"x")
     assert said == ["file", "name", *([] if os.name == "nt" else ["folder"])]
+
+
+def test_a_folder_that_cannot_be_synced_has_the_file_all_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    sync = files.os.fsync
+
+    def of_files(handle: int) -> None:
+        if stat.S_ISDIR(os.fstat(handle).st_mode):
+            raise OSError(errno.EIO, "Input/output error")
+        sync(handle)
+
+    monkeypatch.setattr(files.os, "fsync", of_files)
+    files.write_file(tmp_path / "x.h5", b"x")
+    assert (tmp_path / "x.h5").read_bytes() == b"x"
+
+
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o664])
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such modes")
+def test_a_file_keeps_its_mode_and_group(tmp_path: Path, mode: int):
+    path = tmp_path / "x.h5"
+    path.write_bytes(b"old")
+    other = next((group for group in (*os.getgroups(), 4321) if group != path.stat().st_gid), None)
+    if other is not None and (other != 4321 or os.getuid() == 0):
+        os.chown(path, -1, other)
+    path.chmod(mode)
+    before = path.stat()
+    files.write_file(path, b"new")
+    after = path.stat()
+    assert path.read_bytes() == b"new"
+    assert (after.st_mode, after.st_gid) == (before.st_mode, before.st_gid)
+
+
+@pytest.mark.skipif(not hasattr(os, "setxattr"), reason="access lists are read and written on Linux alone")
+def test_a_file_keeps_its_access_list(tmp_path: Path):
+    path, version, anyone = tmp_path / "x.h5", 2, 0xFFFFFFFF
+    path.write_bytes(b"old")
+    # Owner, one more user, group, mask and others, as the kernel stores them: tag, rights, id.
+    entries = [(1, 6, anyone), (2, 6, 4321), (4, 4, anyone), (16, 6, anyone), (32, 0, anyone)]
+    wanted = struct.pack("<I", version) + b"".join(struct.pack("<HHI", *entry) for entry in entries)
+    try:
+        os.setxattr(path, files._ACCESS_LIST, wanted)
+    except OSError as error:
+        pytest.skip(f"this file system keeps no access lists ({error.strerror})")
+    files.write_file(path, b"new")
+    assert os.getxattr(path, files._ACCESS_LIST) == wanted
+
+
+def test_a_file_that_may_not_be_written_is_not_replaced(tmp_path: Path):
+    path = tmp_path / "x.h5"
+    path.write_bytes(b"old")
+    path.chmod(0o444)
+    with pytest.raises(PermissionError, match="read-only"):
+        files.write_file(path, b"new")
+    assert [(one.name, one.read_bytes()) for one in tmp_path.iterdir()] == [("x.h5", b"old")]
+    path.chmod(0o644)
 
 
 def test_windows_waits_for_a_reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

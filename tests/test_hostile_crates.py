@@ -91,6 +91,14 @@ def test_metadata_that_are_none_are_told(tmp_path, metadata):
     assert "found " in refused(packed(tmp_path / "crate.zip", {NAME: b"any"}, metadata), tmp_path)
 
 
+@pytest.mark.parametrize("value", [b"{}", b"[]", b'{"":0}', b'[{"a":[]}]'])
+def test_metadata_of_very_many_values_are_not_read(tmp_path, value):
+    metadata = b'{"@graph":[' + b",".join([value] * 4_100_000) + b"]}"
+    said = refused(packed(tmp_path / "crate.zip", {NAME: b"any"}, metadata), tmp_path)
+    assert "values; expected at most 4,000,000" in said
+    assert (tmp_path / "crate.zip").stat().st_size < 1 << 20
+
+
 @pytest.mark.parametrize("name", ["../evil.h5", "/evil.h5", "a/../../evil.h5", "c:/evil.h5", "..\\evil.h5"])
 def test_name_that_leads_out_is_told(content, tmp_path, name):
     entry = zipfile.ZipInfo("x")

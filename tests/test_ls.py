@@ -10,7 +10,7 @@ import sys
 
 import pytest
 from archived_files import edited
-from folders import set_key
+from folders import set_key, tree_bytes
 
 from tribopipe.archive.catalogue.columns import COLUMNS
 from tribopipe.archive.store import Archive
@@ -189,3 +189,21 @@ def test_copied_archive_lists_the_same(ls, run_cli, archive, tmp_path):
     before = ls("--json").stdout
     moved = shutil.copytree(archive, tmp_path / "moved")
     assert run_cli("ls", "--json", "--archive", moved).stdout == before
+
+
+def test_run_that_was_deleted_is_listed_no_more(run_cli, archive):
+    assert run_cli("ls", "--archive", archive).exit_code == 0
+    for path in archive.glob("*.h5"):
+        path.unlink()
+    told = run_cli("ls", "--archive", archive, "--json")
+    assert json.loads(told.stdout)["runs"] == []
+
+
+@pytest.mark.parametrize("command", ["ls", "process {}", "ingest {}", "fit", "show some", "export runs", "verify"])
+def test_run_folder_is_no_archive(run_cli, sample_run, command):
+    before = tree_bytes(sample_run)
+    told = run_cli(*command.format(sample_run).split(), "--archive", sample_run)
+    assert told.exit_code != 0
+    assert "found a run folder; expected a folder of archived runs" in told.stderr
+    assert {path.name for path in sample_run.iterdir()} == {path.split("/")[0] for path in before}
+    assert tree_bytes(sample_run) == before

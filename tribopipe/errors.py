@@ -61,6 +61,10 @@ class ArchiveError(TribopipeError):
     """An archive, or a file in it, that cannot be read or written."""
 
 
+class OutputError(TribopipeError):
+    """A file must not be written where it was to be."""
+
+
 class QueryError(TribopipeError):
     """A choice of runs, or of what is listed of them, that cannot be understood."""
 

@@ -23,7 +23,17 @@ _MENDED_BY = {
     errno.EROFS: "choose a folder that can be written",
     errno.ENOENT: "see whether it was moved, or its drive is gone",
     errno.ENOTDIR: "see whether it was moved, or its drive is gone",
+    errno.EIO: "see whether its drive or share is sound",
+    errno.ESTALE: "connect its share anew",
+    errno.EMFILE: "close files, or raise the limit of open ones",
+    errno.ENFILE: "close other programs",
+    errno.ENOMEM: "close other programs",
 }
+
+
+def mended_by(number: int) -> str:
+    """Say what to do about an error of the system, told by its number."""
+    return _MENDED_BY.get(number, "check it")
 
 
 def in_a_sentence(error: Exception, where: str = "") -> TribopipeError:
@@ -32,8 +42,9 @@ def in_a_sentence(error: Exception, where: str = "") -> TribopipeError:
         return error
     if isinstance(error, OSError):
         place, why = error.filename or where, error.strerror or error
-        mended_by = _MENDED_BY.get(error.errno or 0, "check it")
-        return TribopipeError(f"{_before(place)}cannot be read or written ({why}); expected it to be; {mended_by}")
+        return TribopipeError(
+            f"{_before(place)}cannot be read or written ({why}); expected it to be; {mended_by(error.errno or 0)}"
+        )
     if isinstance(error, MemoryError):
         return TribopipeError(
             f"{_before(where)}found too little memory; expected enough for all samples of a run; close other programs, "

@@ -22,6 +22,7 @@ _LARGE = 8 << 20
 _THREADS = 2
 _MOST_NAMED = 1000
 _PART = ".part"
+_ACCESS_LIST = "system.posix_acl_access"
 _IS_WINDOWS = os.name == "nt"
 _WAITS = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2)
 """How long to wait for readers on Windows, s."""
@@ -118,9 +119,11 @@ def replacing(path: Path) -> Iterator[Path]:
     """Give the name of a temporary file beside ``path`` that takes its place on success and vanishes on failure.
 
     The content is on the disk before it is given its name, and the name before this returns, so that a crash leaves
-    the old file or the new one, and what was said to be written is.
+    the old file or the new one, and what was said to be written is. A file that was there keeps its mode, group and
+    access list; raises ``PermissionError`` where its owner has taken away the right to write.
     """
     with _blamed_on(path):
+        there = _writable(path)
         handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=_PART, dir=path.parent)
         os.close(handle)
         part = Path(name)
@@ -128,9 +131,34 @@ def replacing(path: Path) -> Iterator[Path]:
             yield part
             with part.open("rb+") as written:
                 os.fsync(written.fileno())
-            part.chmod(0o666 & ~_umask())
+            _give_rights(part, path, there)
             _take_place(part, path)
             _sync_folder(path.parent)
+
+
+def _writable(path: Path) -> os.stat_result | None:
+    """Return what is known of a file; none where there is none."""
+    try:
+        there = path.stat()
+    except FileNotFoundError:
+        return None
+    if not there.st_mode & stat.S_IWUSR:
+        raise PermissionError(errno.EACCES, "the file is read-only", str(path))
+    return there
+
+
+def _give_rights(part: Path, path: Path, there: os.stat_result | None) -> None:
+    """Let those read and write a new file who may the old one, as far as the system lets us say so."""
+    if there is None:
+        part.chmod(0o666 & ~_umask())
+        return
+    if hasattr(os, "chown") and there.st_gid != part.stat().st_gid:
+        with suppress(PermissionError):  # of a group that we are not in
+            os.chown(part, -1, there.st_gid)
+    part.chmod(stat.S_IMODE(there.st_mode))
+    if hasattr(os, "getxattr"):
+        with suppress(OSError):  # there is none, or the file system knows none
+            os.setxattr(part, _ACCESS_LIST, os.getxattr(path, _ACCESS_LIST))
 
 
 @contextmanager
@@ -158,17 +186,19 @@ def _take_place(part: Path, path: Path) -> None:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Put the names in a folder on the disk. Windows opens no folders, and NTFS keeps a journal of names itself."""
+    """Put the names in a folder on the disk. Windows opens no folders, and NTFS keeps a journal of names itself.
+
+    A file that has its name is written: where a share cannot do this, or has an error of its own, nothing has failed,
+    and whoever believed so would write it twice.
+    """
     if _IS_WINDOWS:
         return
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    except OSError as error:
-        if error.errno not in (errno.EINVAL, errno.ENOTSUP):  # what network shares say that sync by themselves
-            raise
-    finally:
-        os.close(handle)
+    with suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
 
 
 def drive_of(folder: Path) -> int | None:

@@ -22,6 +22,8 @@ from tribopipe.fair.layout import METADATA
 from tribopipe.files import leads_out
 
 _MOST_METADATA = 64 << 20
+_MOST_PARTS = 4_000_000
+"""Signs of JSON between its values, which take 400 MB at most once they are read."""
 _MOST_DIRECTORY = 32 << 20
 """Bytes of the list of files of a zip: 300,000 of them."""
 _FREE, _MOST_PACKED = 64 << 20, 200
@@ -61,7 +63,11 @@ class Packed:
         if member.size > _MOST_METADATA:
             raise self.refused(f"{METADATA} of {member.size:,} bytes", f"at most {_MOST_METADATA:,}")
         with self._read(METADATA) as file:
-            return file.read(_MOST_METADATA)
+            content = file.read(_MOST_METADATA)
+        parts = sum(content.count(sign) for sign in b"{[:,")
+        if parts > _MOST_PARTS:
+            raise self.refused(f"{METADATA} of {parts:,} values", f"at most {_MOST_PARTS:,}")
+        return content
 
     def pieces(self, name: str, size: int, sha256: str) -> Iterator[bytes]:
         """Give the bytes of a file in pieces.

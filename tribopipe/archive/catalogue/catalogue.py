@@ -36,10 +36,9 @@ class Catalogue:
         return hashlib.sha256(seen.encode("utf-8", "surrogateescape")).hexdigest()[:16]
 
     def waiting(self) -> list[str]:
-        """Return the files that the next refresh has to look into."""
+        """Return the files that the next refresh has to look into, or to forget."""
         with self._lock:
-            looks = self._database.do(lambda connection: _to_look_into(connection, stamps(self.folder)))
-        return [name for name, _ in looks]
+            return self._database.do(lambda connection: _changed(connection, stamps(self.folder)))
 
     def refresh(self, advance: Advance | None = None) -> None:
         """Bring the catalogue up to date; ``advance`` is told the name of each file that was looked into."""
@@ -75,8 +74,7 @@ class Catalogue:
 
     def _refresh(self, connection: sqlite3.Connection, advance: Advance | None = None) -> None:
         seen = stamps(self.folder)
-        gone = noted(connection).keys() - seen.keys()
-        if gone:
+        if gone := _gone(connection, seen):
             with transaction(connection):
                 forget(connection, gone)
         waiting = iter(_to_look_into(connection, seen))
@@ -94,6 +92,14 @@ class Catalogue:
         with transaction(connection):
             keep(connection, [note for note in notes if note is not None])
             forget(connection, [name for (name, _), note in zip(batch, notes, strict=True) if note is None])
+
+
+def _changed(connection: sqlite3.Connection, seen: dict[str, Stamp]) -> list[str]:
+    return [*(name for name, _ in _to_look_into(connection, seen)), *sorted(_gone(connection, seen))]
+
+
+def _gone(connection: sqlite3.Connection, seen: dict[str, Stamp]) -> set[str]:
+    return noted(connection).keys() - seen.keys()
 
 
 def _to_look_into(connection: sqlite3.Connection, seen: dict[str, Stamp]) -> list[tuple[str, Stamp]]:
