@@ -10,7 +10,7 @@ import pytest
 from archived_files import edited
 from browse_client import serving
 from folders import DISC_IDS
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from tribopipe.archive.results import archived_correction
@@ -57,6 +57,7 @@ def test_each_column_of_pixels_keeps_its_extremes(y, width):
             assert np.isnan(of_column).all()
 
 
+@example(np.array([-1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0]), 0.0, 1.0, 1)
 @given(columns, columns, st.floats(-1e3, 1e3), st.floats(-1e3, 1e3), st.integers(1, 30))
 def test_an_axis_that_goes_back_shows_all_that_lies_in_the_window(x, y, one, other, width):
     x, y = x[: len(y)], y[: len(x)]

@@ -68,9 +68,11 @@ def shown(x: Column, span: tuple[float, float], width: int) -> Shown:
 
     Samples of which x is missing are left out. Where x goes back, columns are made of equally many samples.
     """
+    before = after = 0
     if grows(x) and np.isfinite(x[:1]).all():
-        first, last = np.searchsorted(x, span[0]), np.searchsorted(x, span[1], side="right")
-        places: slice | Places = slice(max(int(first) - 1, 0), int(last) + 1)
+        first, last = int(np.searchsorted(x, span[0])), int(np.searchsorted(x, span[1], side="right"))
+        before, after = min(first, 1), min(len(x) - last, 1)
+        places: slice | Places = slice(first - before, last + after)
         hidden = None
     else:
         inside = (x >= span[0]) & (x <= span[1])
@@ -79,4 +81,11 @@ def shown(x: Column, span: tuple[float, float], width: int) -> Shown:
         places = places[hit[0] : hit[-1] + 1] if hit.size else places[:0]
         hidden = ~inside[places]
     seen = x[places]
-    return Shown(places, seen, hidden, first_of_columns(seen, width) if len(seen) > 2 * width else None)
+    starts = _starts(seen, before, after, width) if len(seen) > 2 * width else None
+    return Shown(places, seen, hidden, starts)
+
+
+def _starts(seen: Column, before: int, after: int, width: int) -> Places:
+    """Return the first sample of each column; those beside the window have their own, lest one of them stand for it."""
+    inside = first_of_columns(seen[before : len(seen) - after], width) + before
+    return np.concatenate([np.arange(before), inside, np.arange(len(seen) - after, len(seen))])

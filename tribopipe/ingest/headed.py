@@ -35,7 +35,8 @@ _YEAR_LAST = re.compile(
     re.ASCII,
 )
 _SIGN = re.compile(rb"\d([.,])\d")
-_BRACKETS = re.compile(r"\s*\[[^\[\]]*\]$")
+_BRACKETS = re.compile(r"(?<!\s)\s*\[[^\[\]]*\]$")
+"""Where blanks begin: begun anew at each of them, a search would take the square of their number."""
 _ALIKE = 10
 """Rows that have to end alike before a last line without a line end is taken for a whole one."""
 

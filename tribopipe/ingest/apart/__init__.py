@@ -37,12 +37,12 @@ def answer_about(program: str, path: Path, size: int, *, remedy: str) -> bytes:
 
 
 def _answer(program: str, name: str, size: int, arguments: Sequence[str], remedy: str, content: bytes = b"") -> bytes:
-    script = str(Path(__file__).with_name(program))
+    bounded = str(Path(__file__).with_name("bounded.py"))
     memory = str(_LEAST_MEMORY + _MEMORY_A_BYTE * size)
     more = size // _BYTES_A_SECOND
     seconds, of_work = _LEAST_SECONDS + more, str(_LEAST_SECONDS_OF_WORK + more)
     started = subprocess.Popen(  # noqa: S603 - a program of our own
-        [sys.executable, "-P", script, memory, of_work, *arguments],
+        [sys.executable, "-P", bounded, memory, of_work, program, *arguments],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

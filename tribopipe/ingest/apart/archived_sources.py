@@ -1,6 +1,6 @@
 """The source files inside an archived run, as far as a damaged file still gives them.
 
-Arguments: bytes of memory, seconds of work, path.
+Argument: the path.
 
 The answer is a line of JSON: whether the list of sources could be read, or they had to be looked for all over the file,
 so that some may be lacking; and for each source its name, its checksum as it was written, its size, and what went wrong
@@ -36,9 +36,8 @@ _MOST_COMPRESSED = 1100
 
 def main() -> None:
     """Answer with the sources, or end with what is wrong."""
-    _bound(int(sys.argv[1]), int(sys.argv[2]))
     try:
-        with Path(sys.argv[3]).open("rb") as there:
+        with Path(sys.argv[1]).open("rb") as there:
             content = mmap.mmap(there.fileno(), 0, access=mmap.ACCESS_READ)
         with h5py.File(_as_long_as_it_was(content), "r", locking=False) as file:
             listed, notes = _notes(file, content)
@@ -49,14 +48,6 @@ def main() -> None:
     sys.stdout.buffer.write(json.dumps(said).encode("ascii") + b"\n")
     for _, source in found:
         sys.stdout.buffer.write(source)
-
-
-def _bound(memory: int, seconds: int) -> None:
-    if sys.platform != "win32":
-        import resource
-
-        resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
-        resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
 
 
 def _told(error: Exception) -> str:
@@ -76,7 +67,7 @@ def _as_long_as_it_was(content: mmap.mmap) -> str | io.BytesIO:
     start = _start(content)
     (end,) = struct.unpack_from("<Q", content, start + (40 if content[start + len(_MAGIC)] < 2 else 28))
     if end <= len(content):
-        return sys.argv[3]
+        return sys.argv[1]
     image = io.BytesIO(content)
     image.seek(end - 1)
     image.write(b"\0")

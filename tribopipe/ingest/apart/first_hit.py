@@ -1,4 +1,4 @@
-"""Where a regular expression is found first. Arguments: bytes of memory, seconds of work.
+"""Where a regular expression is found first.
 
 Standard input is JSON: the pattern, and the texts to be searched one after the other. The answer is JSON, too: the
 index of the first text with a match and what its first group matched, or else the whole match; null where none has one.
@@ -12,17 +12,8 @@ from collections.abc import Iterable
 
 def main() -> None:
     """Answer with the first hit."""
-    _bound(int(sys.argv[1]), int(sys.argv[2]))
     pattern, texts = json.load(sys.stdin.buffer)
     sys.stdout.write(json.dumps(first_hit(pattern, texts)))
-
-
-def _bound(memory: int, seconds: int) -> None:
-    if sys.platform != "win32":
-        import resource
-
-        resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
-        resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
 
 
 def first_hit(pattern: str, texts: Iterable[str]) -> tuple[int, str] | None:

@@ -1,4 +1,4 @@
-"""What was recorded in a run that tribopipe archived. Arguments: bytes of memory, seconds of work.
+"""What was recorded in a run that tribopipe archived.
 
 The answer is a line of JSON (format, manifest, headers, columns), then the numbers of the columns as float64. Links to
 other files, virtual datasets and external storage are refused; so are arrays larger than the file could hold.
@@ -19,7 +19,6 @@ _MOST_COMPRESSED = 1100
 
 def main() -> None:
     """Answer with the run, or end with what is wrong."""
-    _bound(int(sys.argv[1]), int(sys.argv[2]))
     content = sys.stdin.buffer.read()
     try:
         with h5py.File(io.BytesIO(content), "r") as file:
@@ -29,14 +28,6 @@ def main() -> None:
     sys.stdout.buffer.write(json.dumps(said).encode("ascii") + b"\n")
     for values in numbers:
         sys.stdout.buffer.write(values.tobytes())
-
-
-def _bound(memory: int, seconds: int) -> None:
-    if sys.platform != "win32":
-        import resource
-
-        resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
-        resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
 
 
 class _File:

@@ -1,4 +1,4 @@
-"""Sheets of a spreadsheet as tab-separated text, in JSON. Arguments: bytes of memory, seconds of work, decimal sign.
+"""Sheets of a spreadsheet as tab-separated text, in JSON. Argument: the decimal sign.
 
 A row of cells is a line. Numbers are written with all their digits, dates in ISO 8601, durations and times of day as
 PT12.5S, whatever their number format says; blanks, tabs and line ends inside a cell become one blank.
@@ -18,20 +18,11 @@ _BLANKS = re.compile(r"[\s\x00-\x1f]+")
 
 def main() -> None:
     """Answer with the sheets, or end with what is wrong."""
-    _bound(int(sys.argv[1]), int(sys.argv[2]))
     try:
-        sheets = list(_sheets(sys.stdin.buffer.read(), decimal=sys.argv[3]))
+        sheets = list(_sheets(sys.stdin.buffer.read(), decimal=sys.argv[1]))
     except BaseException as error:  # noqa: BLE001 - a panic of Rust is no Exception
         sys.exit(f"{type(error).__name__}: {error}".replace("\n", " "))
     sys.stdout.buffer.write(json.dumps(sheets).encode("ascii"))
-
-
-def _bound(memory: int, seconds: int) -> None:
-    if sys.platform != "win32":
-        import resource
-
-        resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
-        resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
 
 
 def _sheets(content: bytes, decimal: str) -> Iterator[dict[str, Any]]:

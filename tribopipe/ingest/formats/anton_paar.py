@@ -46,7 +46,7 @@ _MARKS = frozenset({"time", "distance", "laps"})
 _FRICTION = frozenset({*_FRICTION_COEFFICIENTS, "frictionforce"})
 _BY_DEFINITION = {"time": "s", "distance": "m", "laps": "1", **dict.fromkeys(_FRICTION_COEFFICIENTS, "1")}
 _LOST_SIGNS = {"?m": "um", "?C": "degC", "?": "deg"}
-_SETTING = re.compile(r"\s*(?P<key>[^:\t]{2,40}?)\s*[:\t]\s*(?P<value>\S.*?)\s*")
+_SETTING = re.compile(r"(?P<key>[^:\s][^:\t]{0,38}[^:\s])\s*[:\t]\s*+(?P<value>\S.*)")
 _QUANTITY = re.compile(r"(?P<number>[+-]?\d+(?:[.,]\d+)?)\s*\[?(?P<unit>[^\[\]]+?)\]?")
 _QUANTITIES = {
     "normal load": ("conditions.normal_load", "force"),
@@ -159,7 +159,7 @@ def _header_facts(lines: list[str], columns: tuple[ReadColumn, ...]) -> dict[str
     """Give what the lines above the names say of the run, where they say it once."""
     settings: dict[str, set[str]] = {}
     for line in lines:
-        setting = _SETTING.fullmatch(line)
+        setting = _SETTING.fullmatch(line.strip())
         if setting is not None:
             settings.setdefault(setting["key"].casefold(), set()).add(setting["value"])
     once = {key: values.pop() for key, values in settings.items() if len(values) == 1}

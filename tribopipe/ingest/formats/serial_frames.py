@@ -25,7 +25,7 @@ from tribopipe.run import SourceFile
 
 _START = re.compile(rb"<STX>|\x02")
 _FRAME = re.compile(
-    rb" *(?P<sign>[+-]?) *(?P<number>\d{1,12}(?:[.,]\d{0,12})?) *(?P<unit>KG|G|LB|N)(?P<motion>[ M]?)"
+    rb" *+(?P<sign>[+-]?) *+(?P<number>\d{1,12}(?:[.,]\d{0,12})?) *(?P<unit>KG|G|LB|N)(?P<motion>[ M]?)"
     rb"(?P<end>(?:<ETX>|<CR>|<LF>|[\x03\r\n])+)",
     re.IGNORECASE,
 )
