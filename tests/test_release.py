@@ -1,5 +1,6 @@
 """What says the same in several places before a release: version, licence, versions of Python."""
 
+import json
 import re
 import tomllib
 
@@ -41,3 +42,5 @@ def test_oldest_python_is_the_same_everywhere():
     tools = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]
     assert tools["ruff"]["target-version"] == f"py{oldest.replace('.', '')}"
     assert f"Python {oldest} or later" in (ROOT / "README.md").read_text(encoding="utf-8")
+    workflow = (ROOT / ".github" / "workflows" / "tests.yml").read_text(encoding="utf-8")
+    assert f"python: {json.dumps(declared)}" in workflow
