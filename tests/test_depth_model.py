@@ -55,6 +55,21 @@ def test_block_means_of_wear_are_those_over_the_samples():
     np.testing.assert_allclose(nodes.averaged(np.sqrt(nodes.distance / 500)), exact, rtol=1e-9)
 
 
+def test_runout_averages_out_over_whole_revolutions():
+    time = np.arange(180_001) / 180_000
+    for count in (3600.0, 1274.4, 60.3):
+        runout = np.sin(2 * np.pi * count * time + 0.7)
+        whole, divided = blocks_of(time, None, count * time), blocks_of(time)
+        # The last block ends with the test, wherever the disc is.
+        assert np.max(np.abs(whole.mean(runout)[:-1])) < 0.04
+        assert np.max(np.abs(divided.mean(runout))) > 0.3
+
+
+def test_few_revolutions_leave_the_blocks_as_they_are():
+    time = np.arange(10_001) / 10_000
+    np.testing.assert_array_equal(blocks_of(time, None, 49 * time).counts, blocks_of(time).counts)
+
+
 def test_evidence_is_that_of_a_multivariate_normal():
     rng, count = np.random.default_rng(1), 30
     time = np.linspace(0.02, 1, count)

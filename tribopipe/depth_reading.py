@@ -119,6 +119,7 @@ def depth_record(run: RawRun) -> DepthRecord:
         depth=depth,
         segments=np.searchsorted(stops, distance[seen]),
         temperature=None if temperature is None else temperature[seen],
+        cycle=run.manifest.conditions.cycle,
     )
     slid = float(distance[placed][-1])
     return DepthRecord(samples, start, duration, slid, stops, new, int(np.count_nonzero(spiky & ~seen)))

@@ -1,4 +1,7 @@
-"""Block averages of a depth reading: evenly spaced in time, finer where wear begins."""
+"""Block averages of a depth reading: evenly spaced in time, finer where wear begins, over whole revolutions or cycles.
+
+What a reading repeats with each revolution, as runout, is not wear: it averages out over whole ones.
+"""
 
 from dataclasses import dataclass
 
@@ -11,6 +14,8 @@ BLOCKS = 100
 """Blocks over a test: enough for whatever is slower than a fiftieth of it."""
 _FIRST_BLOCKS = 6
 """The first block is halved so often: wear of a sphere begins steeply, as √s."""
+_FEWEST_CYCLES = 50
+"""Revolutions or cycles of a test with fewer of which blocks are not made of whole ones: they would be too few."""
 _NODES = 4
 """Places in a block at which a smooth curve is averaged."""
 
@@ -58,7 +63,7 @@ class Nodes:
         return np.asarray(np.add.reduceat(at_nodes * self.share, self.first, axis=-1))
 
 
-def blocks_of(time: ArrayLike, segments: ArrayLike | None = None) -> Blocks:
+def blocks_of(time: ArrayLike, segments: ArrayLike | None = None, cycles: ArrayLike | None = None) -> Blocks:
     """Divide a test into blocks.
 
     Parameters
@@ -67,6 +72,8 @@ def blocks_of(time: ArrayLike, segments: ArrayLike | None = None) -> Blocks:
         Time of each sample as a share of the sliding time, ascending, shape (samples,); below 0 before sliding began.
     segments
         Number of the segment of each sample, ascending; no block reaches across the end of a segment.
+    cycles
+        Revolutions, or strokes there and back, before each sample, ascending; none where they are not known.
 
     Returns
     -------
@@ -76,6 +83,8 @@ def blocks_of(time: ArrayLike, segments: ArrayLike | None = None) -> Blocks:
     share = np.asarray(time, dtype=float)
     few = len(share) <= 2 * BLOCKS
     edges = share if few else _edges(share)
+    if cycles is not None and not few:
+        edges = _whole(edges, share, np.asarray(cycles, dtype=float))
     place = np.arange(len(share)) if few else np.searchsorted(edges, share, side="right")
     if segments is not None:
         place = place + (len(edges) + 1) * np.asarray(segments).astype(np.intp)
@@ -88,3 +97,12 @@ def _edges(share: Column) -> Column:
     width = 1.0 / BLOCKS
     fine = width * 0.5 ** np.arange(_FIRST_BLOCKS, -1, -1.0)
     return np.unique(np.concatenate([even, fine, [0.0]]))
+
+
+def _whole(edges: Column, share: Column, cycles: Column) -> Column:
+    """Move edges to where a cycle ends."""
+    if cycles[-1] < _FEWEST_CYCLES:
+        return edges
+    ends = np.unique(np.round(np.interp(edges, share, cycles)))
+    inside = ends[(ends > 0) & (ends < cycles[-1])]
+    return np.concatenate([[0.0], np.interp(inside, cycles, share)])

@@ -27,11 +27,13 @@ class DepthSamples:
     """Number of zero offsets that began before each sample."""
     temperature: Column | None = None
     """K; none where it was not recorded throughout."""
+    cycle: float | None = None
+    """Progress after which whatever turns or goes there and back is where it was; none where that is not known."""
 
     @cached_property
     def blocks(self) -> Blocks:
         """Which block each sample belongs to."""
-        return blocks_of(self.time, self.segments)
+        return blocks_of(self.time, self.segments, None if self.cycle is None else self.progress / self.cycle)
 
     @cached_property
     def nodes(self) -> Nodes:

@@ -252,6 +252,13 @@ class Conditions(Record):
             return _product(2.0, self.stroke, self.frequency)
         return None
 
+    @property
+    def cycle(self) -> float | None:
+        """Sliding distance of one revolution, or of one stroke there and back, m; none where neither is known."""
+        if self.track_radius is not None:
+            return 2 * math.pi * self.track_radius.value
+        return None if self.stroke is None else 2 * self.stroke.value
+
     @model_validator(mode="after")
     def _a_pin_slides_in_a_circle_or_there_and_back(self) -> Self:
         for one, other in (("stroke", "track_radius"), ("rotational_speed", "frequency")):
