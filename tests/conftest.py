@@ -1,5 +1,6 @@
 """What the tests share: a short virtual run, an archive of one, and the command run as a user runs it."""
 
+import functools
 import shutil
 import sys
 from collections.abc import Iterator
@@ -8,6 +9,7 @@ from pathlib import Path
 
 import blas  # noqa: F401, before all that loads numpy
 import pytest
+import typer.main
 from folders import DISC_IDS, SAMPLE_IDS, SAMPLES
 from hypothesis import settings
 from study_runs import fill, record_runs
@@ -32,15 +34,16 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put all that look at archived samples first, or last for twin discs, so that one process alone makes them."""
-
-    def place(item: pytest.Item) -> int:
+    """Put all that look at archived samples first, or where the second process begins, so that each makes one archive."""
+    kinds: dict[str, list[pytest.Item]] = {"sample_archive": [], "disc_archive": [], "": []}
+    for item in items:
         asked = getattr(item, "callspec", None)  # fixtures named as parameters, which tests ask for themselves
         named = [value for value in asked.params.values() if isinstance(value, str)] if asked else []
         used = {*getattr(item, "fixturenames", ()), *named}
-        return -1 if "sample_archive" in used else int("disc_archive" in used)
-
-    items.sort(key=place)
+        kinds[next(kind for kind in kinds if kind in used or not kind)].append(item)
+    samples, discs, others = kinds.values()
+    half = max(0, len(items) // 2 - len(samples))
+    items[:] = [*samples, *others[:half], *discs, *others[half:]]
 
 
 @pytest.fixture(scope="session")
@@ -118,6 +121,10 @@ class Finished:
     stderr: str
 
 
+built_once = functools.cache(typer.main.get_command)
+"""Typer builds all commands anew whenever one is called, which takes longer than most of them."""
+
+
 @pytest.fixture
 def run_cli(monkeypatch, capsys):
     """Run the `tribopipe` command with these arguments, in a folder, as the installed script does."""
@@ -126,6 +133,7 @@ def run_cli(monkeypatch, capsys):
     def run(*args, cwd: Path | None = None) -> Finished:
         with monkeypatch.context() as patch:
             patch.setattr(sys, "argv", ["tribopipe", *map(str, args)])
+            patch.setattr("typer.main.get_command", built_once)
             if cwd is not None:
                 patch.chdir(cwd)
             capsys.readouterr()

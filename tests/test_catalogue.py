@@ -82,7 +82,7 @@ def no_change_times(monkeypatch) -> None:
 # --- what it says ---
 
 
-def test_cells_say_what_the_results_say(sample_archive, disc_archive):
+def test_cells_say_what_the_results_say(sample_archive):
     catalogue = Catalogue(sample_archive.folder)
     catalogue.refresh()
     for run in catalogue.runs():
@@ -93,6 +93,9 @@ def test_cells_say_what_the_results_say(sample_archive, disc_archive):
         assert run.number("k_d") == pytest.approx(fit.wear_coefficient.value * 1e6, rel=1e-12)
         assert run.number("load") == pytest.approx(sample_archive.manifest(run.id).conditions.normal_load.value * 1e3)
         assert run.texts("material") == [run.text("pin_material")]
+
+
+def test_cells_of_two_discs_say_what_the_results_say(disc_archive):
     discs = Catalogue(disc_archive.folder)
     discs.refresh()
     for run in discs.runs():

@@ -259,6 +259,7 @@ def recorded(wc_co) -> list[tuple[WearProblem, float]]:
     return found
 
 
+@pytest.mark.slow
 def test_planned_distance_gives_the_interval_wanted_in_simulated_runs(recorded):
     found = [coefficient for _, coefficient in recorded]
     spread, truth = WANTED / COVERAGE_FACTOR, CASES[WC_CO][1].wear_coefficient.value
@@ -267,6 +268,7 @@ def test_planned_distance_gives_the_interval_wanted_in_simulated_runs(recorded):
 
 
 @pytest.mark.parametrize("name", ["pin end value", "end reading", "zero offset", "normal load"])
+@pytest.mark.slow
 def test_planned_budget_is_that_of_runs_of_this_length(wc_co, recorded, name):
     length = recorded[0][0].trace.slid / wc_co.problem.trace.slid
     assert length > 2

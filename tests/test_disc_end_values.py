@@ -198,6 +198,7 @@ def test_corrected_curve_ends_at_the_end_value_and_follows_the_truth():
     assert corrected.correction.drift_rate.value == pytest.approx(-0.2e-9 / 60, rel=0.02)
 
 
+@pytest.mark.slow
 def test_drift_pulls_follow_a_normal_distribution():
     pulls = []
     for seed in range(30):

@@ -47,7 +47,7 @@ def volume(value: float, spread: float | None) -> EndValue:
 
 
 @pytest.mark.parametrize("convention", CONVENTIONS)
-@pytest.mark.parametrize("stops", ["none", "two"])
+@pytest.mark.parametrize("stops", ["none", pytest.param("two", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("mixture", MIXTURES)
 def test_both_coefficients_come_back_exactly(mixture, stops, convention):
     run = exact_run(MIXTURES[mixture], STOPS[stops], convention=convention)
@@ -379,6 +379,7 @@ def test_flat_disc_whose_wear_is_hardly_measured_has_a_wide_interval(share):
         assert low == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.3, 0.6])
 def test_slip_hardly_known_gives_an_interval_or_a_sentence(share):
     document = BARE.model_dump(by_alias=True)

@@ -142,6 +142,7 @@ def test_a_flat_pin_wears_evenly_in_the_end():
     assert course.half_width == pytest.approx(radius[-1], abs=0)
 
 
+@pytest.mark.slow
 def test_wear_of_the_paper_s_discs():
     course = wear(FEW_CELLS, DISC_COEFFICIENT * ROTATIONS[:1], steps_per_decade=24, refresh_every=1000)
     assert course.depth[1:] == pytest.approx(DISC_DEPTHS[:1], rel=0.02)

@@ -75,6 +75,7 @@ def test_rate_without_running_in_is_steady_and_says_nothing():
     assert not any("running-in" in note for note in found.notes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ran_in", [0.0, 0.5 * RAN_IN, RAN_IN])
 @pytest.mark.parametrize("scatter", [1.0, 5.0])
 def test_intervals_of_the_steady_rate_hold_the_truth(ran_in, scatter):

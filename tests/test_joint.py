@@ -523,6 +523,7 @@ def test_standardised_errors_of_the_joint_fit_scatter_as_those_of_a_standard_dis
     assert np.all((spreads > 0.6) & (spreads < 1.2)), spreads
 
 
+@pytest.mark.slow
 def test_zero_offset_taken_from_little_wear_is_as_uncertain_as_repeated_runs_say():
     # Within the window of correction in two steps WC-Co wears some 50 nm.
     series, run = CASES["wc-co-water-400mN"]

@@ -41,6 +41,7 @@ def one_over_f(rng):
 NOISES = [white, autoregressive, wander, one_over_f]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", NOISES)
 def test_intervals_of_a_line_hold_the_truth(noise):
     jacobian, held, runs = np.stack([np.ones(SAMPLES), PLACE - 0.5]), np.zeros(2), 200

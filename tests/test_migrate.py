@@ -29,6 +29,8 @@ from tribopipe.records.mark import Mark
 from tribopipe.records.study import Study
 from tribopipe.studies import run_study
 
+pytestmark = pytest.mark.slow
+
 RUN, STUDY = "si3n4-air-200mN", "lightest"
 DATE = "2026-07-01T10:00:00+00:00"
 KEPT = f"before-format-{RUN_FORMAT.version}"

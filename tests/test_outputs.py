@@ -153,6 +153,7 @@ def test_no_folder_is_filled_in_an_archive_or_a_run(run_cli, place, option):
             refused(run_cli, place, f"{FOLDERS[option]} --force", at, "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("option", [*FILES, *FOLDERS], ids=" ".join)
 def test_same_commands_write_where_nothing_is(run_cli, place, option):
     if option == ("demo", "folder"):  # which ends in a web server

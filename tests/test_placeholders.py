@@ -34,6 +34,8 @@ PLACEHOLDERS = [
 ]
 PLAIN = ["NaN", "nan", "NA"]
 JUNK = ["8.0.1", "59.84.1", "12:30:05", "5N", "abc"]
+FIRST = ("OVL", "---", "1.#INF", "NaN", "8.0.1")
+"""One of each kind; the others are left to the slow tests."""
 BINARY = {"ni-tdms", "workbook", "tribopipe-hdf5", "surface-topography"}
 """Readers of files that are no text; of the first two, files are made here, and the others hold numbers as such."""
 _NUMBERS = [re.compile(rf"\d+(?:{sign}\d+)?(?:[eE][+-]?\d+)?") for sign in (r"\.", ",")]
@@ -86,6 +88,10 @@ def with_field(name: str, field: tuple[int, int, str, int], text: str) -> bytes:
     return (content[:start] + text + content[field[1] :]).encode(example.encoding)
 
 
+def others_slow(tokens: list[str]) -> list:
+    return [pytest.param(token, marks=[] if token in FIRST else [pytest.mark.slow]) for token in tokens]
+
+
 def text_readers() -> list[str]:
     return sorted(set(readers()) - BINARY)
 
@@ -100,7 +106,7 @@ def test_the_numbers_of_every_column_are_found(name):
     assert {column for _, _, column, _ in fields_of(name)} == numeric
 
 
-@pytest.mark.parametrize("token", [*PLACEHOLDERS, *PLAIN, *JUNK])
+@pytest.mark.parametrize("token", others_slow([*PLACEHOLDERS, *PLAIN, *JUNK]))
 @pytest.mark.parametrize("name", text_readers())
 def test_no_channel_is_lost_without_a_message(name, token):
     (example, *_) = EXAMPLES[name]
@@ -145,7 +151,7 @@ def check(name: str, whole: ReadTable, content: bytes, column: str, row: int, to
     assert token in PLAIN or token in said, f"{case} is not named: {said!r}"
 
 
-@pytest.mark.parametrize("token", [*PLACEHOLDERS, *JUNK])
+@pytest.mark.parametrize("token", others_slow([*PLACEHOLDERS, *JUNK]))
 @pytest.mark.parametrize(("name", "at"), [("workbook", 0), ("workbook", 1), ("ni-tdms", 0), ("ni-tdms", 1)])
 def test_no_channel_of_a_binary_file_is_lost_without_a_message(name, at, token):
     whole = read(name, EXAMPLES[name][0].content)

@@ -100,6 +100,7 @@ def test_groove_comes_back_under_any_tilt(depth, half, centre, tilt):
     assert track.depth.value == pytest.approx(depth, rel=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("length", [0.3, 3.0, 8.0])
 @pytest.mark.parametrize("crown", [CROWN, None])
 def test_area_lies_within_its_uncertainty(crown, length):

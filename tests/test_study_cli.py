@@ -499,6 +499,7 @@ def lab(runs, tmp_path) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 def test_process_does_runs_study_and_figures_and_the_second_time_nothing(run_cli, lab):
     command = ["process", "runs", "--recipe", "recipe.toml"]
     first = run_cli(*command, cwd=lab)

@@ -311,6 +311,7 @@ def test_a_table_is_taken_up_where_it_ends(swept, tmp_path):
     assert "left out the rows of 2 cases" in fewer.stderr
 
 
+@pytest.mark.slow
 def test_shards_make_one_table(swept, tmp_path):
     swept(TESTS, "-o", "whole.csv")
     for shard in (1, 2):
