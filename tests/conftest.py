@@ -34,7 +34,7 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put all that look at archived samples first, or where the second process begins, so that each makes one archive."""
+    """Put those that look at archived samples where a process begins, so that each makes one archive of the two."""
     kinds: dict[str, list[pytest.Item]] = {"sample_archive": [], "disc_archive": [], "": []}
     for item in items:
         asked = getattr(item, "callspec", None)  # fixtures named as parameters, which tests ask for themselves

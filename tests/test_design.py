@@ -267,8 +267,8 @@ def test_planned_distance_gives_the_interval_wanted_in_simulated_runs(recorded):
     assert np.mean(found) / truth == pytest.approx(1, abs=3 * spread / len(found) ** 0.5)
 
 
-@pytest.mark.parametrize("name", ["pin end value", "end reading", "zero offset", "normal load"])
 @pytest.mark.slow
+@pytest.mark.parametrize("name", ["pin end value", "end reading", "zero offset", "normal load"])
 def test_planned_budget_is_that_of_runs_of_this_length(wc_co, recorded, name):
     length = recorded[0][0].trace.slid / wc_co.problem.trace.slid
     assert length > 2
