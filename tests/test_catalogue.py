@@ -399,16 +399,31 @@ def test_folder_that_cannot_be_written_is_listed_in_memory(two, monkeypatch, rea
     assert not (two / FILE_NAME).exists()
 
 
-def test_locked_catalogue_hangs_nobody(two, monkeypatch):
+def test_locked_catalogue_hangs_nobody(two, monkeypatch, caplog):
     listed(two)
-    monkeypatch.setattr("tribopipe.archive.catalogue.database._WAIT", 0.1)
+    monkeypatch.setattr("tribopipe.archive.catalogue.database.SILENT", 0.1)
+    monkeypatch.setattr("tribopipe.archive.catalogue.database._WAIT", 0.2)
     other = sqlite3.connect(two / FILE_NAME, isolation_level=None)
     other.execute("BEGIN EXCLUSIVE")
     Archive(two).mark(RUN, BAD)
     assert listed(two, "mark=bad") == [RUN]
+    assert "another tribopipe is writing catalogue.sqlite: waiting for it" in caplog.text
     other.execute("ROLLBACK")
     other.close()
     assert listed(two, "mark=bad") == [RUN]
+
+
+def test_catalogue_is_waited_for_that_somebody_else_begins(two, monkeypatch, caplog):
+    monkeypatch.setattr("tribopipe.archive.catalogue.database.SILENT", 0.1)
+    other = sqlite3.connect(two / FILE_NAME, isolation_level=None, check_same_thread=False)
+    other.execute("BEGIN EXCLUSIVE")
+    done = threading.Timer(0.5, lambda: other.execute("ROLLBACK"))
+    done.start()
+    assert listed(two) == [RUN, OTHER]
+    done.join()
+    other.close()
+    assert "waiting for it" in caplog.text
+    assert (two / FILE_NAME).stat().st_size > 0
 
 
 def test_interrupted_refresh_keeps_what_was_read(two, monkeypatch, reads):

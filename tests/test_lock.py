@@ -42,11 +42,26 @@ def holder(tmp_path):
 @pytest.mark.usefixtures("holder")
 def test_another_process_is_waited_for_and_named(tmp_path, monkeypatch):
     monkeypatch.setattr(lock, "_WAIT", 0.05)
+    monkeypatch.setattr(lock, "SILENT", 0.05)
     with (
         pytest.raises(ArchiveError, match="another tribopipe that has been writing bare"),
         writers_lock(tmp_path, "bare"),
     ):
         pass
+
+
+@pytest.mark.usefixtures("holder")
+def test_a_wait_is_announced_within_two_seconds(tmp_path):
+    held_up = "from pathlib import Path; import sys; from tribopipe.archive.lock import writers_lock as lock\n"
+    code = f"{held_up}with lock(Path(sys.argv[1]), 'bare'): pass"
+    waiting = subprocess.Popen(
+        [sys.executable, "-c", code, str(tmp_path)], stderr=subprocess.PIPE, text=True, encoding="utf-8"
+    )
+    said = waiting.stderr.readline()
+    waiting.kill()
+    waiting.communicate()
+    assert said == f"{tmp_path}: another tribopipe is writing bare: waiting for it, up to 300 s\n"
+    assert lock.SILENT < 2
 
 
 def test_a_lock_ends_with_its_holder(holder, tmp_path):
@@ -58,6 +73,7 @@ def test_a_lock_ends_with_its_holder(holder, tmp_path):
 
 def test_names_that_differ_in_case_share_a_lock(tmp_path, monkeypatch):
     monkeypatch.setattr(lock, "_WAIT", 0.05)
+    monkeypatch.setattr(lock, "SILENT", 0.05)
     with writers_lock(tmp_path, "Bare"), pytest.raises(ArchiveError), writers_lock(tmp_path, "bARE"):
         pass
 

@@ -5,6 +5,7 @@ Where a file system has none, the library falls back to marker files, which it t
 Readers take no lock: files are only ever replaced whole.
 """
 
+import logging
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,7 +18,15 @@ _SHARES = 64
 """Files in the folder of locks: the archived files share them, so that there are not as many again."""
 _WAIT = 300.0
 """How long another may write, s: the longest runs take some seconds."""
+SILENT = 1.5
+"""How long a wait needs no word, s."""
 _LOOK_EVERY = 0.01
+_log = logging.getLogger(__name__)
+
+
+def say_waiting(folder: Path, name: str, seconds: float) -> None:
+    """Tell people what is waited for, as a warning of the log, which goes to stderr unless somebody catches it."""
+    _log.warning("%s: another tribopipe is writing %s: waiting for it, up to %.0f s", folder, name, seconds)
 
 
 @contextmanager
@@ -32,11 +41,17 @@ def writers_lock(folder: Path, name: str) -> Iterator[None]:
     locks.mkdir(parents=True, exist_ok=True)
     # Names that differ in case alone may be one file.
     path = locks / f"{zlib.crc32(name.casefold().encode()) % _SHARES:02}.lock"
+    lock = FileLock(path, timeout=SILENT, poll_interval=_LOOK_EVERY, mode=0o666)
     try:
-        with FileLock(path, timeout=_WAIT, poll_interval=_LOOK_EVERY, mode=0o666):
-            yield
+        try:
+            held = lock.acquire()
+        except Timeout:
+            say_waiting(folder, name, _WAIT)
+            held = lock.acquire(timeout=_WAIT)
     except Timeout:
         raise ArchiveError(
             f"{folder}: found another tribopipe that has been writing {name} for more than {_WAIT:.0f} s; expected it "
             "to end; see whether it was suspended, and run this again"
         ) from None
+    with held:
+        yield

@@ -13,6 +13,7 @@ from typing import TypeVar
 
 from tribopipe.archive.catalogue.columns import COLUMNS
 from tribopipe.archive.catalogue.query import holds, matches
+from tribopipe.archive.lock import SILENT, say_waiting
 from tribopipe.version import VERSION
 
 T = TypeVar("T")
@@ -53,6 +54,7 @@ class Database:
     def __init__(self, archive: Path) -> None:
         self._path = archive / FILE_NAME
         self._connection: sqlite3.Connection | None = None
+        self._patience = SILENT
 
     def __del__(self) -> None:
         """Close the database with the last that uses it, which Python from 3.13 on asks of everyone."""
@@ -72,7 +74,7 @@ class Database:
 
         for ready, task in ((self._kept, work), (self._anew, filled_first)):
             try:
-                return task(ready())
+                return self._done_after_others(ready, task)
             except OSError:
                 break
             except (sqlite3.DatabaseError, UnicodeDecodeError) as error:
@@ -80,10 +82,22 @@ class Database:
                     break
         return filled_first(self._in_memory())
 
+    def _done_after_others(self, ready: Callable[[], sqlite3.Connection], task: Work[T]) -> T:
+        """Do some work once no other process writes; people are told of a wait that is not short."""
+        try:
+            return task(ready())
+        except sqlite3.OperationalError as error:
+            if getattr(error, "sqlite_errorcode", 0) & 0xFF != sqlite3.SQLITE_BUSY or self._patience == _WAIT:
+                raise
+        say_waiting(self._path.parent, FILE_NAME, _WAIT)
+        self._close()
+        self._patience = _WAIT
+        return task(ready())
+
     def _kept(self) -> sqlite3.Connection:
         """Return the connection there is, or open the file as it was kept."""
         if self._connection is None:
-            self._connection = _connected(str(self._path))
+            self._connection = _connected(str(self._path), self._patience)
             _make_tables(self._connection)
         elif not _is_this_version(self._connection):
             raise sqlite3.DatabaseError("written by another version meanwhile")
@@ -91,20 +105,24 @@ class Database:
 
     def _anew(self) -> sqlite3.Connection:
         """Begin a new file. Raises ``OSError`` where the old one cannot be removed."""
-        if self._connection is not None:
-            self._connection.close()
-            self._connection = None
+        self._close()
         self._path.unlink(missing_ok=True)
         return self._kept()
 
+    def _close(self) -> None:
+        if self._connection is not None:
+            self._connection.close()
+            self._connection = None
+
     def _in_memory(self) -> sqlite3.Connection:
         """Go on in memory with what the file holds, as far as it can be read."""
-        memory, kept = _connected(":memory:"), self._connection
+        memory, kept = _connected(":memory:", 0.0), self._connection
         if kept is not None:
             with suppress(sqlite3.DatabaseError), closing(kept):
                 kept.rollback()
+                kept.execute("PRAGMA busy_timeout = 0")  # who still writes has been waited for
                 kept.execute("BEGIN")
-                kept.execute("SELECT name FROM files").fetchone()  # waits for a writer, but not for ever as backup does
+                kept.execute("SELECT name FROM files").fetchone()  # fails where backup would wait for ever
                 kept.backup(memory)
         _make_tables(memory)
         self._connection = memory
@@ -116,7 +134,7 @@ def read_only(archive: Path) -> sqlite3.Connection:
 
     Raises ``DatabaseError`` where it cannot be read, is damaged, or of another version.
     """
-    connection = _connected(f"{(archive / FILE_NAME).absolute().as_uri()}?mode=ro", uri=True)
+    connection = _connected(f"{(archive / FILE_NAME).absolute().as_uri()}?mode=ro", _WAIT, uri=True)
     try:
         if not _is_this_version(connection):
             raise sqlite3.DatabaseError("written by another version")
@@ -129,7 +147,7 @@ def read_only(archive: Path) -> sqlite3.Connection:
 
 def in_memory() -> sqlite3.Connection:
     """Return an empty catalogue that is kept nowhere."""
-    connection = _connected(":memory:")
+    connection = _connected(":memory:", 0.0)
     _make_tables(connection)
     return connection
 
@@ -138,8 +156,8 @@ def _is_damage(error: Exception) -> bool:
     return getattr(error, "sqlite_errorcode", sqlite3.SQLITE_CORRUPT) & 0xFF in _DAMAGED
 
 
-def _connected(name: str, *, uri: bool = False) -> sqlite3.Connection:
-    connection = sqlite3.connect(name, timeout=_WAIT, isolation_level=None, check_same_thread=False, uri=uri)
+def _connected(name: str, patience: float, *, uri: bool = False) -> sqlite3.Connection:
+    connection = sqlite3.connect(name, timeout=patience, isolation_level=None, check_same_thread=False, uri=uri)
     connection.row_factory = sqlite3.Row
     connection.create_function("matches", 2, matches, deterministic=True)
     connection.create_function("holds", 2, holds, deterministic=True)
