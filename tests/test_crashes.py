@@ -16,6 +16,7 @@ from folders import ROOT
 from listening import listening
 
 from tribopipe import faults, interrupts
+from tribopipe.archive.lock import writers_lock
 from tribopipe.archive.store import Archive
 from tribopipe.batch.environment import ONE_THREAD
 from tribopipe.errors import ArchiveError, InternalError, ReaderError, TribopipeError
@@ -196,6 +197,19 @@ def test_a_sound_file_that_the_system_does_not_give_is_not_called_damaged(archiv
 @pytest.fixture
 def store(archive) -> Archive:
     return Archive(archive)
+
+
+def test_what_a_killed_writer_left_goes_with_the_next_write_of_anything(store):
+    left = [store.folder / f".{RUN}.h5.abcdefgh.part", store.folder / "studies" / ".one.h5.abcdefgh.part"]
+    written = store.folder / ".written.h5.abcdefgh.part"
+    left[1].parent.mkdir(exist_ok=True)
+    for part in (*left, written):
+        part.write_bytes(b"half")
+    with writers_lock(store.folder, "written"):
+        store.annotate(RUN, NOTE)
+    assert [part.exists() for part in (*left, written)] == [False, False, True]
+    Archive(store.folder).annotate(RUN, NOTE)
+    assert leftovers(store.folder) == []
 
 
 @pytest.mark.parametrize(

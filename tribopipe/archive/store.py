@@ -71,6 +71,7 @@ class Archive:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self._drive = drive_of(folder)
+        self._is_tidy = False
 
     def __repr__(self) -> str:
         return f"Archive({str(self.folder)!r}, {len(self.ids())} runs)"
@@ -86,6 +87,7 @@ class Archive:
         self.folder, was_there = state
         there = drive_of(self.folder)
         self._drive = _NO_DRIVE if there is None and was_there else there
+        self._is_tidy = False
 
     def ids(self) -> list[str]:
         """Return the ids of all runs, in natural order."""
@@ -428,7 +430,9 @@ class Archive:
 
     @contextmanager
     def _held(self, path: Path) -> Iterator[None]:
-        """Hold the lock of a file's writers; its folder is made where there is none."""
+        """Hold the lock of a file's writers; its folder is made where there is none, and tidied the first time."""
+        if not self._is_tidy:
+            self.tidy()
         with ExitStack() as held:
             try:
                 self._make_folder(path.parent)
@@ -445,9 +449,11 @@ class Archive:
             self._refuse(error)
 
     def tidy(self) -> None:
-        """Take away what was left of runs by writers that were killed; who still writes is waited for."""
-        for part in leftovers(self.folder):
-            with suppress(ArchiveError, OSError), writers_lock(self.folder, part.name[1:].partition(SUFFIX)[0]):
+        """Take away what was left of runs and studies by writers that were killed."""
+        self._is_tidy = True
+        for part in (*leftovers(self.folder), *leftovers(self.folder / STUDIES)):
+            name = part.name[1:].partition(SUFFIX)[0]
+            with suppress(ArchiveError, OSError), writers_lock(self.folder, name, wait=False):
                 part.unlink(missing_ok=True)
 
     def _make_folder(self, folder: Path) -> None:

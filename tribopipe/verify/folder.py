@@ -33,8 +33,8 @@ def _left_over(archive: Path) -> Iterator[Look]:
         for part in leftovers(folder):
             if _is_abandoned(archive, part):
                 look = Look(_inside(archive, part))
-                message = "found what a writer left that was killed; expected none"
-                look.warning("folder", message, "remove it: the file it was to replace is as it was")
+                message = "found what a writer left that was killed; the file it was to replace is as it was"
+                look.note("folder", message, "it goes with the next command that writes, or remove it")
                 yield look
 
 
@@ -44,7 +44,7 @@ def _is_abandoned(archive: Path, part: Path) -> bool:
         if part.parent.name == _FIGURES:
             return time.time() - part.stat().st_mtime > _FIGURE_TAKES
         try:
-            with writers_lock(archive, part.name[1:].partition(SUFFIX)[0]):
+            with writers_lock(archive, part.name[1:].partition(SUFFIX)[0], wait=False):
                 return part.exists()
         except ArchiveError:
             return False
