@@ -33,7 +33,8 @@ def say_waiting(folder: Path, name: str, seconds: float) -> None:
 def writers_lock(folder: Path, name: str, *, wait: bool = True) -> Iterator[None]:
     """Hold the lock of all writers of the file of a name; without ``wait`` only if it is free at once, or nearly so.
 
-    Raises ``ArchiveError`` where another holds it for minutes, or at all where that is not waited for, ``OSError`` where the folder cannot be written.
+    Raises ``ArchiveError`` where another holds it for minutes, or at all where that is not waited for, ``OSError``
+    where the folder cannot be written.
     """
     from filelock import FileLock, Timeout
 
