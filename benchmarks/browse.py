@@ -24,7 +24,7 @@ from playwright.sync_api import Browser, Page, sync_playwright
 
 from tribopipe.archive.catalogue.catalogue import Catalogue
 from tribopipe.archive.store import Archive
-from tribopipe.browse.server import HOST, running
+from tribopipe.browse.server import HOST, Site, running
 from tribopipe.pipeline import process
 from tribopipe.records.base import load_toml
 from tribopipe.records.plan import Plan
@@ -67,11 +67,11 @@ def long_archive(folder: Path, samples: int) -> Path:
     return archive
 
 
-def answer_time(port: int, target: str) -> float:
+def answer_time(site: Site, target: str) -> float:
     """Ask, and return how long the whole answer took, s."""
-    connection = HTTPConnection(HOST, port)
+    connection = HTTPConnection(HOST, site.port)
     start = time.perf_counter()
-    connection.request("GET", target)
+    connection.request("GET", target, headers=site.headers)
     answer = connection.getresponse()
     body = answer.read()
     taken = time.perf_counter() - start
@@ -97,10 +97,10 @@ def opening_times(browser: Browser, archive: Path, path: str, there: str) -> lis
     """Return how long a page of a server just started takes until something is there, s, several times."""
     times = []
     for _ in range(REPEATS):
-        with running(archive) as port:
+        with running(archive) as site:
             page = browser.new_context().new_page()
             start = time.perf_counter()
-            page.goto(f"http://{HOST}:{port}{path}")
+            page.goto(site.address(path))
             page.wait_for_selector(there)
             times.append(time.perf_counter() - start)
             page.context.close()
@@ -109,9 +109,9 @@ def opening_times(browser: Browser, archive: Path, path: str, there: str) -> lis
 
 def search_time(browser: Browser, archive: Path) -> float:
     """Return how long the table takes to follow what is typed into its search, s."""
-    with running(archive) as port:
+    with running(archive) as site:
         page: Page = browser.new_page()
-        page.goto(f"http://{HOST}:{port}/")
+        page.goto(site.address())
         page.wait_for_selector("tbody tr.run")
         start = time.perf_counter()
         page.get_by_label("Search", exact=True).fill("DLC water")
@@ -121,19 +121,19 @@ def search_time(browser: Browser, archive: Path) -> float:
     return taken
 
 
-def plot_times(port: int, plot: str, end: int) -> tuple[float, list[float]]:
+def plot_times(site: Site, plot: str, end: int) -> tuple[float, list[float]]:
     """Return what the server takes for a plot of the whole run, and for random parts of it, s."""
     random, target = Random(1), f"/api/runs/{RUN}/plots/{plot}?width=1200"  # noqa: S311, no secret
-    first = answer_time(port, target)
+    first = answer_time(site, target)
     parts = [sorted(random.uniform(0, end) for _ in range(2)) for _ in range(ZOOMS)]
-    return first, [answer_time(port, f"{target}&from={start}&to={stop}") for start, stop in parts]
+    return first, [answer_time(site, f"{target}&from={start}&to={stop}") for start, stop in parts]
 
 
 def time_table(report: Report, browser: Browser, archive: Path, runs: int) -> bool:
     """Report on the table of runs, and return whether its mark is held."""
     usable = statistics.median(opening_times(browser, archive, "/", "tbody tr.run"))
-    with running(archive) as port:
-        revisions = [answer_time(port, "/api/revision") for _ in range(ZOOMS)]
+    with running(archive) as site:
+        revisions = [answer_time(site, "/api/revision") for _ in range(ZOOMS)]
     rows = [
         [f"table of {runs:,} runs, until it is there", f"{usable:.2f} s", f"{USABLE:g} s"],
         ["words typed into its search, until it follows", f"{search_time(browser, archive):.2f} s", "–"],
@@ -149,8 +149,8 @@ def time_long_run(report: Report, browser: Browser, archive: Path, samples: int)
     report.table(
         ["What", "Time", "Mark"], [[f"first plot of {samples:,} samples", f"{seen:.2f} s", f"{FIRST_PLOT:g} s"]]
     )
-    with running(archive) as port:
-        times = {plot: plot_times(port, plot, samples // RATE) for plot in PLOTS}
+    with running(archive) as site:
+        times = {plot: plot_times(site, plot, samples // RATE) for plot in PLOTS}
     report.table(
         ["Server, plot", "first", "zoom, median", f"zoom, longest of {ZOOMS}"],
         [

@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 from playwright.sync_api import Page, sync_playwright
 
 from tribopipe.archive.store import Archive
-from tribopipe.browse.server import HOST, running
+from tribopipe.browse.server import running
 from tribopipe.pipeline import process
 from tribopipe.records.recipe import Recipe
 from tribopipe.studies import load_studies, run_study
@@ -34,12 +34,12 @@ def main() -> None:
     SCREENSHOTS.mkdir(exist_ok=True)
     with TemporaryDirectory() as folder:
         fill(Archive(Path(folder) / "archive"))
-        with running(Path(folder) / "archive") as port, sync_playwright() as playwright:
+        with running(Path(folder) / "archive") as site, sync_playwright() as playwright:
             chromium = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
             page = chromium.new_page(color_scheme="light")
             for name, (address, width, height) in PAGES.items():
                 page.set_viewport_size({"width": width, "height": height})
-                page.goto(f"http://{HOST}:{port}/{address}")
+                page.goto(site.address(f"/{address}"))
                 take(page, SCREENSHOTS / f"{name}.png")
 
 

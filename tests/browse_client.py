@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote, urlencode
 
-from tribopipe.browse.server import HOST, running
+from tribopipe.browse.server import HOST, Site, running
 
 
 @dataclass(frozen=True)
@@ -32,12 +32,14 @@ class Answer:
 class Client:
     """Asks a server whatever it is told to."""
 
-    def __init__(self, port: int) -> None:
-        self.port = port
+    def __init__(self, site: Site) -> None:
+        self.site, self.port = site, site.port
 
     def send(self, target: str, method: str = "GET", body: bytes | None = None, **headers: str) -> Answer:
-        """Send a request to a target as it stands; headers with _ for -."""
-        sent = {"Host": f"{HOST}:{self.port}"} | {name.replace("_", "-"): value for name, value in headers.items()}
+        """Send a request to a target as it stands, with the key; headers with _ for -."""
+        sent = {"Host": f"{HOST}:{self.port}", **self.site.headers} | {
+            name.replace("_", "-"): value for name, value in headers.items()
+        }
         connection = HTTPConnection(HOST, self.port, timeout=20)
         try:
             connection.putrequest(method, target, skip_host=True, skip_accept_encoding=True)
@@ -61,5 +63,5 @@ class Client:
 @contextmanager
 def serving(folder: Path) -> Iterator[Client]:
     """Serve an archive in a thread."""
-    with running(folder) as port:
-        yield Client(port)
+    with running(folder) as site:
+        yield Client(site)

@@ -6,11 +6,24 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 
+@dataclass(frozen=True)
+class Address:
+    """Where a server listens, and its key."""
+
+    base: str
+    key: str
+
+    def of(self, path: str = "/") -> str:
+        """Return the address of a page, with the key."""
+        return f"{self.base}{path}{'&' if '?' in path else '?'}key={self.key}"
+
+
 @contextmanager
-def served(archive: Path, **env: str) -> Iterator[str]:
+def served(archive: Path, **env: str) -> Iterator[Address]:
     """Run `tribopipe browse` on an archive, and say where it listens."""
     command = [
         sys.executable,
@@ -32,11 +45,11 @@ def served(archive: Path, **env: str) -> Iterator[str]:
         process.stderr.close()
 
 
-def _address(process: "subprocess.Popen[str]") -> str:
+def _address(process: "subprocess.Popen[str]") -> Address:
     assert process.stderr is not None
     said = []
     for line in process.stderr:
-        if found := re.search(r"http://127\.0\.0\.1:\d+", line):
-            return found.group()
+        if found := re.search(r"(http://127\.0\.0\.1:\d+)/\?key=([\w-]{22}) ", line):
+            return Address(*found.groups())
         said.append(line)
     raise AssertionError(f"the server ended without saying where it listens: {''.join(said)}")

@@ -1,7 +1,9 @@
 """What the server of the pages refuses: each attack is tried by hand, and none gets what lies outside the archive."""
 
 import json
+import os
 import shutil
+import subprocess
 
 import h5py
 import numpy as np
@@ -494,3 +496,60 @@ def test_the_archive_is_read_only(client, place):
         assert client.send(target).status == 200
     assert {path.name: path.stat().st_mtime_ns for path in place.glob("*.h5")} == before
     assert {path.name for path in place.iterdir() if path.suffix != ".h5"} <= beside | {"catalogue.sqlite"}
+
+
+# --- who is let in ---
+
+ASKED = ("/", "/index.html", "/api/runs", f"/api/runs/{RUN}", f"/h5/meta?file={RUN}.h5&path=/", "/no/such/page")
+
+
+@pytest.mark.parametrize("target", ASKED)
+def test_nobody_gets_an_answer_without_the_key(client, target):
+    name, _, secret = client.site.headers["Cookie"].partition("=")
+    for cookie in ("", f"{name}=", f"{name}={secret[:-1]}", f"other={secret}", f"{name}={secret}x", f"{name}=\xe9"):
+        for key in ("", "key=", "key=x", "key=%FF", f"key={secret[:-1]}"):
+            refused = client.send(f"{target}{'&' if '?' in target else '?'}{key}", Cookie=cookie)
+            assert refused.status == 401
+            assert secret not in refused.body.decode()
+            assert "the address that `tribopipe browse` printed" in told(refused)
+
+
+def test_the_key_moves_from_the_address_into_a_cookie(client):
+    _, _, secret = client.site.headers["Cookie"].partition("=")
+    let_in = client.send(f"/runs/a%20b?key={secret}&tab=wear&x=1%262", Cookie="")
+    assert (let_in.status, let_in.headers["location"]) == (303, "/runs/a%20b?tab=wear&x=1%262")
+    cookie, *attributes = let_in.headers["set-cookie"].split("; ")
+    assert cookie == f"tribopipe-{client.port}={secret}"
+    assert {one.lower() for one in attributes} == {"path=/", "httponly", "samesite=lax"}
+    assert client.send("/", Cookie=cookie).status == 200
+
+
+@pytest.mark.parametrize("path", ["//lab.example/", "/\\lab.example/", "///lab.example", "/%2F/lab.example"])
+def test_nobody_is_led_elsewhere(client, path):
+    _, _, secret = client.site.headers["Cookie"].partition("=")
+    let_in = client.send(f"{path}?key={secret}")
+    assert let_in.status == 303
+    assert not let_in.headers["location"].startswith(("//", "/\\", "http"))
+
+
+def test_what_a_browser_is_started_with_lets_in_once(client):
+    once = client.site.key.address_for_once("/")
+    assert client.site.headers["Cookie"].partition("=")[2] not in once
+    assert [client.send(once, Cookie="").status for _ in range(3)] == [303, 401, 401]
+
+
+def test_each_server_has_a_key_of_its_own(client, place):
+    with serving(place) as other:
+        assert other.send("/", Cookie=client.site.headers["Cookie"]).status == 401
+        assert other.send("/").status == 200
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root can be another account")
+def test_another_account_is_refused(client):
+    code = (
+        "import sys, http.client as h; c = h.HTTPConnection('127.0.0.1', int(sys.argv[1])); c.request('GET', '/'); "
+        "print(c.getresponse().status)"
+    )
+    there = {"capture_output": True, "encoding": "utf-8", "cwd": "/", "timeout": 60}
+    found = subprocess.run(["/usr/bin/env", "python3", "-S", "-c", code, str(client.port)], user="nobody", **there)
+    assert found.stdout.strip() == "401", found.stderr

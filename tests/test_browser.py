@@ -11,7 +11,7 @@ from urllib.parse import quote
 import pytest
 from folders import SAMPLES
 from hostile_runs import hostile_archive
-from serving import served
+from serving import Address, served
 
 from tribopipe.archive.store import Archive
 from tribopipe.records.recipe import Recipe
@@ -56,7 +56,7 @@ def folder(sample_archive, disc_archive, tmp_path_factory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def site(folder) -> Iterator[str]:
+def site(folder) -> Iterator[Address]:
     with served(folder) as address:
         yield address
 
@@ -96,7 +96,7 @@ def expect_run(page: Page, run_id: str) -> None:
 
 
 def test_from_the_table_to_a_file(page, site, folder, tmp_path):
-    page.goto(site)
+    page.goto(site.of())
     expect(page.get_by_role("status").filter(has_text="14 of 14 runs")).to_be_visible()
     page.get_by_label("Filter", exact=True).last.fill("material=Si3N4 load>300mN tribometer=pin-on-disc")
     page.get_by_role("button", name="Apply").click()
@@ -108,7 +108,7 @@ def test_from_the_table_to_a_file(page, site, folder, tmp_path):
     settle(page)
     zoom(page)
 
-    page.goto(site)
+    page.goto(site.of())
     for run_id in (RUN, OTHER):
         page.get_by_role("checkbox", name=f"Select {run_id}").check()
     page.get_by_role("link", name="Compare 2").click()
@@ -116,7 +116,7 @@ def test_from_the_table_to_a_file(page, site, folder, tmp_path):
     expect(page.locator(".uplot").first).to_be_visible()
     assert f"runs={RUN}" in page.url
 
-    page.goto(f"{site}/runs/{RUN}")
+    page.goto(site.of(f"/runs/{RUN}"))
     settle(page)
     with page.expect_download() as started:
         page.get_by_role("link", name="signals.csv").click()
@@ -152,7 +152,7 @@ def digest(path: Path) -> str:
 
 
 def test_h5web_opens_on_the_wear_curve(page, site):
-    page.goto(f"{site}/runs/{RUN}")
+    page.goto(site.of(f"/runs/{RUN}"))
     page.get_by_role("link", name=re.compile("Open in viewer", re.IGNORECASE)).first.click()
     expect(page.get_by_text(f"Wear of the pin, run {RUN}")).to_be_visible()
     expect(page.get_by_text("archard_lower").first).to_be_visible()
@@ -164,7 +164,7 @@ def test_pages_have_no_serious_fault_of_access(chrome, site, name, theme):
     with chrome.new_context(viewport={"width": 1280, "height": 800}, color_scheme=theme) as context:
         page = context.new_page()
         heard = complaints(page)
-        page.goto(site + PAGES[name])
+        page.goto(site.of(PAGES[name]))
         settle(page)
         picture(page, f"{name}-{theme}")
         found = Axe().run(page).response["violations"]
@@ -177,14 +177,14 @@ def test_pages_have_no_serious_fault_of_access(chrome, site, name, theme):
 def test_a_phone_shows_the_pages_without_scrolling_sideways(chrome, site, name):
     with chrome.new_context(viewport={"width": 390, "height": 844}, device_scale_factor=2, has_touch=True) as context:
         page = context.new_page()
-        page.goto(site + PAGES[name])
+        page.goto(site.of(PAGES[name]))
         settle(page)
         picture(page, f"{name}-phone")
         assert page.evaluate("document.documentElement.scrollWidth") <= 390
 
 
 def test_keyboard_alone_reaches_a_run(page, site):
-    page.goto(site)
+    page.goto(site.of())
     expect(page.get_by_role("link", name=RUN)).to_be_visible()
     for _ in range(60):
         page.keyboard.press("Tab")
@@ -199,13 +199,13 @@ def test_the_archive_is_watched(chrome, folder, tmp_path):
     with served(archive) as address:
         page = chrome.new_page()
         heard = complaints(page)
-        page.goto(address)
+        page.goto(address.of())
         expect(page.get_by_role("status").filter(has_text="14 of 14 runs")).to_be_visible()
         (archive / f"{OTHER}.h5").unlink()
         expect(page.get_by_role("status").filter(has_text="13 of 13 runs")).to_be_visible(timeout=15_000)
         (archive / "wc-co-water-400mN.h5").write_bytes(b"\x89HDF no more")
         expect(page.get_by_text("wc-co-water-400mN.h5").first).to_be_visible(timeout=15_000)
-        page.goto(f"{address}/runs/{RUN}")
+        page.goto(address.of(f"/runs/{RUN}"))
         expect_run(page, RUN)
         assert heard == []
         (archive / f"{RUN}.h5").unlink()
@@ -216,10 +216,10 @@ def test_the_archive_is_watched(chrome, folder, tmp_path):
 def test_an_empty_archive_says_what_to_do(page, tmp_path):
     (tmp_path / "archive").mkdir()
     with served(tmp_path / "archive") as address:
-        page.goto(address)
+        page.goto(address.of())
         expect(page.get_by_text("tribopipe ingest").first).to_be_visible()
         for path in ("/studies", "/compare"):
-            page.goto(address + path)
+            page.goto(address.of(path))
             settle(page)
 
 
@@ -227,7 +227,7 @@ def test_an_empty_archive_says_what_to_do(page, tmp_path):
 def test_a_run_that_is_not_there_is_told(chrome, site, run_id):
     page = chrome.new_page()
     page.on("dialog", lambda dialog: pytest.fail(f"a script ran: {dialog.message}"))
-    page.goto(f"{site}/runs/{quote(run_id, safe='')}")
+    page.goto(site.of(f"/runs/{quote(run_id, safe='')}"))
     settle(page)
     expect(page.get_by_role("link", name="Runs").first).to_be_visible()
     expect(page.get_by_role("main")).not_to_be_empty()
@@ -242,8 +242,8 @@ def test_what_a_lab_wrote_is_shown_and_never_run(chrome, hostile, path):
         page = context.new_page()
         heard, foreign = complaints(page), []
         page.on("dialog", lambda dialog: heard.append(f"a script ran: {dialog.message}"))
-        page.on("request", lambda asked: foreign.append(asked.url) if not asked.url.startswith(hostile) else None)
-        page.goto(hostile + path.format(run=RUN))
+        page.on("request", lambda asked: foreign.append(asked.url) if not asked.url.startswith(hostile.base) else None)
+        page.goto(hostile.of(path.format(run=RUN)))
         settle(page)
         assert page.locator("#root script, #root iframe, #root img").count() == 0
         assert heard == []
@@ -251,7 +251,7 @@ def test_what_a_lab_wrote_is_shown_and_never_run(chrome, hostile, path):
 
 
 @pytest.fixture(scope="module")
-def hostile(short_runs, tmp_path_factory) -> Iterator[str]:
+def hostile(short_runs, tmp_path_factory) -> Iterator[Address]:
     archive = hostile_archive(short_runs / RUN, tmp_path_factory.mktemp("hostile") / "archive")
     with served(archive.folder) as address:
         yield address

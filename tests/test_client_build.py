@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
-from urllib.request import urlopen
+from urllib.request import HTTPCookieProcessor, build_opener
 from zipfile import ZipFile
 
 import pytest
@@ -293,6 +293,7 @@ def test_package_brings_its_pages_where_there_is_no_node(sample_archive, tmp_pat
     found = subprocess.run(where, cwd=tmp_path, env={**os.environ, **installed}, capture_output=True, encoding="utf-8")
     assert Path(found.stdout.strip()).is_relative_to(tmp_path / "site")
     with served(sample_archive.folder, **installed) as address:
-        page = urlopen(address).read().decode()
+        browser = build_opener(HTTPCookieProcessor())
+        page = browser.open(address.of()).read().decode()
         (script,) = re.findall(r'src="(/assets/[^"]+\.js)"', page)
-        assert len(urlopen(address + script).read()) > 10_000
+        assert len(browser.open(address.base + script).read()) > 10_000

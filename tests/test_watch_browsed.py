@@ -48,7 +48,7 @@ def page() -> Iterator[Page]:
 
 def test_new_runs_appear_by_themselves(bench, page):
     with served(bench.lab.archive) as address:
-        page.goto(f"{address}/?sort=-id")
+        page.goto(address.of("/?sort=-id"))
         count = page.get_by_role("status").filter(has_text="runs")
         expect(count).to_have_text(f"{BEFORE} of {BEFORE} runs")
         page.get_by_role("checkbox", name="Select test_05").check()

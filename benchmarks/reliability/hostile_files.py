@@ -101,10 +101,10 @@ def commands(archive: Path, out: Path) -> Commands:
 
 def _browse(archive: Path, targets: Iterable[str]) -> None:
     """Ask the server; an answer that tells a mistake of its own counts as one."""
-    with running(archive) as port:
+    with running(archive) as site:
         for target in targets:
-            connection = HTTPConnection(HOST, port, timeout=_STUCK)
-            connection.request("GET", target)
+            connection = HTTPConnection(HOST, site.port, timeout=_STUCK)
+            connection.request("GET", target, headers=site.headers)
             answer = connection.getresponse()
             if answer.status >= 500:
                 print(target, answer.read().decode(), "Traceback")

@@ -11,19 +11,20 @@ from tribopipe.browse.bundle import bundle_router
 from tribopipe.browse.guard import Guard
 from tribopipe.browse.h5 import h5_router
 from tribopipe.browse.json_answer import failure
+from tribopipe.browse.key import Key
 from tribopipe.browse.library import Library
 from tribopipe.browse.routes import api_router
 from tribopipe.errors import QueryError, TribopipeError
 
 
-def create_app(archive_folder: Path) -> FastAPI:
-    """Return the application for an archive folder; it reads the archive and writes nothing but its catalogue."""
+def create_app(archive_folder: Path, key: Key) -> FastAPI:
+    """Return the application for whoever shows a key; it reads the archive and writes nothing but its catalogue."""
     app = FastAPI(openapi_url=None, docs_url=None, redoc_url=None, redirect_slashes=False)
     app.state.library = Library(archive_folder)
     app.include_router(api_router(app.state.library))
     app.include_router(h5_router(archive_folder))
     app.include_router(bundle_router())
-    app.add_middleware(Guard)
+    app.add_middleware(Guard, key=key)
     app.add_exception_handler(HTTPException, _told)
     app.add_exception_handler(RequestValidationError, _misunderstood)
     app.add_exception_handler(TribopipeError, _unreadable)

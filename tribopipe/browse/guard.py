@@ -1,7 +1,8 @@
 """What the server refuses before it looks at what was asked, and the headers by which a browser refuses the rest.
 
 The server answers one person's browser on their own machine. Other pages that are open in that browser can reach it
-too, so it answers to its own name alone (which ends DNS rebinding), to no page but its own, and only reads.
+too, so it answers to its own name alone (which ends DNS rebinding), to no page but its own, and only reads. Other
+accounts of the machine can reach it, so it answers to nobody without its key.
 """
 
 from collections.abc import Iterable
@@ -9,9 +10,12 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.exceptions import HTTPException
+from starlette.requests import HTTPConnection
+from starlette.responses import RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from tribopipe.browse.json_answer import failure
+from tribopipe.browse.key import Key, without_key
 
 NAMES = ("127.0.0.1", "localhost", "[::1]")
 PAGE_POLICY = (
@@ -28,14 +32,15 @@ _HEADERS = {
     "Cross-Origin-Resource-Policy": "same-origin",
     "Cross-Origin-Opener-Policy": "same-origin",
 }
+_NO_KEY = "found no key of this server; expected that of the address that `tribopipe browse` printed; open it again"
 _MISTAKE = "found a {0} ({1}); expected an answer; please report it with what you looked at"
 
 
 class Guard:
-    """Refuses requests under other names, from other pages, and all that would write."""
+    """Refuses requests under other names, from other pages, without the key, and all that would write."""
 
-    def __init__(self, app: ASGIApp) -> None:
-        self._app = app
+    def __init__(self, app: ASGIApp, key: Key) -> None:
+        self._app, self._key = app, key
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request, or hand it on."""
@@ -53,10 +58,25 @@ class Guard:
         if refused is not None:
             await failure(*refused)(scope, receive, guarded)
             return
+        asked, port = HTTPConnection(scope), scope["server"][1]
+        if self._key.is_told(asked.query_params):
+            await _let_in(asked, self._key.cookie(port))(scope, receive, guarded)
+            return
+        if not self._key.is_kept(asked.cookies, port):
+            await failure(401, _NO_KEY)(scope, receive, guarded)
+            return
         try:
             await self._app(scope, receive, guarded)
         except Exception as error:  # noqa: BLE001, whatever it is, the page gets a sentence
             await failure(500, _MISTAKE.format(type(error).__name__, error))(scope, receive, guarded)
+
+
+def _let_in(asked: HTTPConnection, cookie: str) -> RedirectResponse:
+    """Move the key from the address into a cookie."""
+    headers = {"Set-Cookie": f"{cookie}; Path=/; HttpOnly; SameSite=Lax"}
+    # Slashes at the start would lead to another server.
+    path = "/" + asked.scope["raw_path"].decode("latin-1").lstrip("/")
+    return RedirectResponse(without_key(path, asked.query_params), 303, headers)
 
 
 def _refusal(scope: Scope) -> tuple[int, str] | None:

@@ -4,6 +4,7 @@ import socket
 import webbrowser
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from threading import Thread
 from threading import enumerate as enumerate_threads
@@ -11,6 +12,7 @@ from threading import enumerate as enumerate_threads
 import uvicorn
 
 from tribopipe.browse.app import create_app
+from tribopipe.browse.key import Key
 from tribopipe.browse.library import Library
 from tribopipe.errors import ArchiveError
 from tribopipe.units import show
@@ -20,40 +22,59 @@ _PATIENCE = 2
 """How long answers under way may take after Ctrl-C, s."""
 
 
+@dataclass(frozen=True)
+class Site:
+    """Where a server listens, and what it wants to see."""
+
+    port: int
+    key: Key
+
+    def address(self, path: str = "/") -> str:
+        """Return the address of a page, with the key."""
+        return self.key.address(f"http://{HOST}:{self.port}{path}")
+
+    @property
+    def headers(self) -> dict[str, str]:
+        """What a client that is no browser has to send."""
+        return {"Cookie": self.key.cookie(self.port)}
+
+
 def serve(archive: Path, port: int, tell: Callable[[str], None], *, open_browser: bool) -> None:
     """Serve an archive until Ctrl-C, at a free port where ``port`` is 0; tell the address, and show it in the browser.
 
     Raises ``ArchiveError`` where the port is taken.
     """
     with listening(port) as listener:
-        address = f"http://{HOST}:{listener.getsockname()[1]}/"
-        tell(address)
+        site = Site(listener.getsockname()[1], Key())
+        tell(site.address())
         if open_browser:
-            Thread(target=webbrowser.open, args=[address], daemon=True).start()
+            once = site.key.address_for_once(f"http://{HOST}:{site.port}/")
+            Thread(target=webbrowser.open, args=[once], daemon=True).start()
         others = set(enumerate_threads())
-        with suppress(KeyboardInterrupt), _ready(archive) as server:
+        with suppress(KeyboardInterrupt), _ready(archive, site.key) as server:
             server.run(sockets=[listener])
         for worker in set(enumerate_threads()) - others:
             worker.join(_PATIENCE)  # Python cannot end while another thread is inside the HDF5 library
 
 
 @contextmanager
-def running(archive: Path) -> Iterator[int]:
-    """Serve an archive in a thread meanwhile; give the port."""
-    with listening(0) as listener, _ready(archive) as server:
+def running(archive: Path) -> Iterator[Site]:
+    """Serve an archive in a thread meanwhile."""
+    key = Key()
+    with listening(0) as listener, _ready(archive, key) as server:
         thread = Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
         thread.start()
         try:
-            yield listener.getsockname()[1]
+            yield Site(listener.getsockname()[1], key)
         finally:
             server.should_exit = True
             thread.join()
 
 
 @contextmanager
-def _ready(archive: Path) -> Iterator[uvicorn.Server]:
+def _ready(archive: Path, key: Key) -> Iterator[uvicorn.Server]:
     """Give a server whose library reads ahead for as long as it runs."""
-    app = create_app(archive)
+    app = create_app(archive, key)
     app.state.library.aside.submit(_get_ready, app.state.library)
     config = uvicorn.Config(
         app,
