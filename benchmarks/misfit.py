@@ -9,8 +9,7 @@ scale and post-test measurement of each run are off within what its run.toml sta
 drawn. Each run is evaluated as `process` does it with the default recipe. What is true is k_D at the true inputs, its
 mean over the run where it changes.
 
-Seeds 1 to 999 are for development. The table in docs/results/misfit.md is of seed 2031, on which the model has
-been changed since; the default seed is new, for the next one.
+Seeds 1 to 999 are for development; after a change of the model the table takes a seed that nobody has seen.
 """
 
 import argparse

@@ -111,9 +111,9 @@ def _write(runs: Sequence[Path], archive: Path, told: Path) -> None:
     plain = lock.writers_lock
 
     @contextmanager
-    def timed(folder: Path, name: str) -> Iterator[None]:
+    def timed(folder: Path, name: str, *, wait: bool = True) -> Iterator[None]:
         start = time.perf_counter()
-        with plain(folder, name):
+        with plain(folder, name, wait=wait):
             waits.append(time.perf_counter() - start)
             yield
 
