@@ -16,7 +16,7 @@ NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Only print the ad
 def browse(archive: ArchiveFolder = DEFAULT_ARCHIVE, port: Port = 0, no_browser: NoBrowser = False) -> None:
     """Show an archive in the web browser, until Ctrl-C.
 
-    Only who has the printed address can see the pages, on this machine alone, and they change nothing.
+    Only this machine can reach the pages, with the printed address, and they change nothing.
     """
     from tribopipe.browse.bundle import NOT_BUILT, is_built
     from tribopipe.browse.server import serve

@@ -15,7 +15,7 @@ BLOCKS = 100
 _FIRST_BLOCKS = 6
 """The first block is halved so often: wear of a sphere begins steeply, as √s."""
 _FEWEST_CYCLES = 50
-"""Revolutions or cycles of a test with fewer of which blocks are not made of whole ones: they would be too few."""
+"""Of a test: with fewer of them, blocks of whole ones would be too few."""
 _NODES = 4
 """Places in a block at which a smooth curve is averaged."""
 
