@@ -11,6 +11,7 @@ import math
 import os
 import platform
 import re
+import shlex
 import sys
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -210,7 +211,7 @@ class Report:
             place = words.index("--write")
             del words[place : place + 2]
         given = vars(self._options)
-        lines = [f"* Command: `{' '.join(['python', f'benchmarks/{Path(sys.argv[0]).name}', *words])}`"]
+        lines = [f"* Command: `{shlex.join(['python', f'benchmarks/{Path(sys.argv[0]).name}', *words])}`"]
         if "labs" in given:
             first, labs = given["first_seed"], given["labs"]
             lines.append(f"* Laboratories: {labs} asked for, seeds {first} to {first + labs - 1}")
