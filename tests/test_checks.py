@@ -566,6 +566,23 @@ def test_scar_given_by_its_radius_is_named_beside_the_depth(sound):
     assert "pin_scar_diameter is no radius" in finding.remedy
 
 
+@pytest.mark.parametrize(
+    ("changes", "deep", "words"),
+    [
+        ({"end_values__pin_scar_diameter": "200 um"}, 200e-6**2 / (2 * 0.794e-3), "pin_scar_diameter is no radius"),
+        ({"end_values__pin_scar_diameter": "400 um"}, 400e-6**2 / (4 * 0.794e-3), "contact.pin.radius is no diameter"),
+    ],
+)
+def test_size_that_would_fit_is_named_with_a_disc_that_wore_besides(sound, changes, deep, words):
+    groove = 4e-6
+    worn = both(
+        manifest(end_values__disc_wear_depth=f"{1e6 * groove} um", **changes),
+        column("depth", lambda depth: np.linspace(0, deep + groove, len(depth))),
+    )
+    (finding,) = found_by("depth_is_plausible", worn(sound))
+    assert f"and that {words}" in finding.remedy
+
+
 def test_errors_come_first_and_refuse_the_run(sound):
     spoil = both(samples_set("time", 7, 0.5), samples_set("depth", 7, NAN), manifest(contact__pin__density="3 kg/m^3"))
     findings = check_run(spoil(sound))
