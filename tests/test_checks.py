@@ -555,6 +555,17 @@ def test_thermal_drift_comes_last_where_it_cannot_be_so_large(sound):
     assert finding.remedy.endswith("thermal drift is seldom that large")
 
 
+@pytest.mark.parametrize(("dead", "warns"), [(0.6, True), (0.4, False)])
+def test_friction_of_zero_through_most_of_a_test_is_named(sound, dead, warns):
+    def without(values):
+        values[: int(dead * len(values))] = 0.0
+
+    found = found_by("signal_is_alive", column("friction_coefficient", without)(sound))
+    assert [(one.where, "found 0 in 60% of the samples" in one.message) for one in found] == (
+        [("friction_coefficient", True)] if warns else []
+    )
+
+
 def test_scar_given_by_its_radius_is_named_beside_the_depth(sound):
     scar = sound.manifest.end_values.pin_scar_diameter
     deep = both(

@@ -38,6 +38,8 @@ _STEADY_TEMPERATURE = 0.5
 """K: within it a temperature counts as steady."""
 _OFF_PLAN = 0.05
 """Share of the planned distance or rotations by which a test may end elsewhere."""
+_DEAD = 0.5
+"""Share of samples of exactly zero from which on a channel of friction was off."""
 _FITTING = 0.25
 """Share of the wear within which a rise is that wear."""
 _AXES: tuple[SignalName, ...] = ("time", "rotations", "sliding_distance")
@@ -305,15 +307,16 @@ def sampling_has_no_gaps(run: RawRun) -> Iterator[Trouble]:
 
 @check("warning")
 def signal_is_alive(run: RawRun) -> Iterator[Trouble]:
-    """Find channels that never move."""
+    """Find channels that never move, and friction that is zero through most of a test."""
     for name, values in _measured(run):
         seen = values[np.isfinite(values)]
-        if name in ("depth", "friction_force", "friction_coefficient") and len(seen) > _FEWEST and np.ptp(seen) == 0:
-            yield Trouble(
-                name,
-                f"found {_shown(name, seen[0])} throughout; expected a signal that moves",
-                "check whether the channel was on",
-            )
+        if name not in ("depth", "friction_force", "friction_coefficient") or len(seen) <= _FEWEST:
+            continue
+        zero = float(np.mean(seen == 0)) if name != "depth" else 0.0
+        found = f"0 in {100 * zero:.0f}% of the samples" if zero > _DEAD else None
+        found = f"{_shown(name, seen[0])} throughout" if np.ptp(seen) == 0 else found
+        if found is not None:
+            yield Trouble(name, f"found {found}; expected a signal that moves", "check whether the channel was on")
 
 
 @check_cleaned("warning")
