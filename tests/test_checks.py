@@ -560,9 +560,9 @@ def test_friction_of_zero_through_most_of_a_test_is_named(sound, dead, warns):
     def without(values):
         values[: int(dead * len(values))] = 0.0
 
-    found = found_by("signal_is_alive", column("friction_coefficient", without)(sound))
+    found = found_by("signal_is_alive", column("friction_force", without)(sound))
     assert [(one.where, "found 0 in 60% of the samples" in one.message) for one in found] == (
-        [("friction_coefficient", True)] if warns else []
+        [("friction_force", True)] if warns else []
     )
 
 
