@@ -555,6 +555,17 @@ def test_thermal_drift_comes_last_where_it_cannot_be_so_large(sound):
     assert finding.remedy.endswith("thermal drift is seldom that large")
 
 
+@pytest.mark.parametrize(("dead", "warns"), [(0.6, True), (0.4, False)])
+def test_friction_of_zero_through_most_of_a_test_is_named(sound, dead, warns):
+    def without(values):
+        values[: int(dead * len(values))] = 0.0
+
+    found = found_by("signal_is_alive", column("friction_force", without)(sound))
+    assert [(one.where, "found 0 in 60% of the samples" in one.message) for one in found] == (
+        [("friction_force", True)] if warns else []
+    )
+
+
 def test_scar_given_by_its_radius_is_named_beside_the_depth(sound):
     scar = sound.manifest.end_values.pin_scar_diameter
     deep = both(
@@ -564,6 +575,23 @@ def test_scar_given_by_its_radius_is_named_beside_the_depth(sound):
     assert scar is not None
     (finding,) = found_by("depth_is_plausible", deep(sound))
     assert "pin_scar_diameter is no radius" in finding.remedy
+
+
+@pytest.mark.parametrize(
+    ("changes", "deep", "words"),
+    [
+        ({"end_values__pin_scar_diameter": "200 um"}, 200e-6**2 / (2 * 0.794e-3), "pin_scar_diameter is no radius"),
+        ({"end_values__pin_scar_diameter": "400 um"}, 400e-6**2 / (4 * 0.794e-3), "contact.pin.radius is no diameter"),
+    ],
+)
+def test_size_that_would_fit_is_named_with_a_disc_that_wore_besides(sound, changes, deep, words):
+    groove = 4e-6
+    worn = both(
+        manifest(end_values__disc_wear_depth=f"{1e6 * groove} um", **changes),
+        column("depth", lambda depth: np.linspace(0, deep + groove, len(depth))),
+    )
+    (finding,) = found_by("depth_is_plausible", worn(sound))
+    assert f"and that {words}" in finding.remedy
 
 
 def test_errors_come_first_and_refuse_the_run(sound):

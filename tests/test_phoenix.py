@@ -9,7 +9,7 @@ from read_tables import column
 
 from tribopipe.clean_up.cleaning import clean_run
 from tribopipe.drift import correct_drift
-from tribopipe.errors import ReaderError
+from tribopipe.errors import FitError, ReaderError
 from tribopipe.ingest.draft.folder import Wanted, make_run
 from tribopipe.ingest.formats.phoenix import PhoenixReader
 from tribopipe.ingest.harmonise import read_run
@@ -86,7 +86,7 @@ SETTINGS = [
 AREA = np.pi * 4e-3**2
 
 
-def wear_fit(folder, content: bytes, end: EndValue | None):
+def wear_fit(folder, content: bytes, end: EndValue | None, *, turned: bool = True):
     path = folder / "TEST_2.TSV"
     path.write_bytes(content)
     made = make_run(Wanted([path], folder, settings=SETTINGS))
@@ -94,7 +94,7 @@ def wear_fit(folder, content: bytes, end: EndValue | None):
     run = read_run(made.folder)
     run = replace(run, manifest=run.manifest.model_copy(update={"end_values": EndValues(pin_wear_depth=end)}))
     # The displacement of this rig falls with wear.
-    recipe = Recipe.model_validate({"clean_up": [{"step": "turn-over", "signals": ["depth"]}]})
+    recipe = Recipe.model_validate({"clean_up": [{"step": "turn-over", "signals": ["depth"]}] if turned else []})
     return fit_wear(correct_drift(clean_run(run, recipe).run, recipe), "archard", None, recipe)
 
 
@@ -115,8 +115,20 @@ def test_k_d_of_a_flat_pin_by_the_sensor_alone_is_labeled(tmp_path):
     fit = wear_fit(tmp_path, phoenix(truth), None)
     expected = AREA * truth.wear * 1e-6 / (59.841 * truth.distance)
     assert fit.wear_coefficient.value == pytest.approx(expected, rel=0.03)
+    # Of 0.3 µm of noise the line through 1800 samples leaves next to nothing; the prior of the drift, load, radius and
+    # scale of the sensor are left.
+    ideal = np.hypot(0.25 / 404, np.hypot(np.hypot(0.01, 2 * 0.002), 0.005))
+    assert fit.wear_coefficient.standard_uncertainty / expected < 1.5 * ideal
     assert fit.basis == "reading"
     assert "no_post_test_measurement" in {finding.code for finding in fit.findings}
+
+
+def test_a_reading_that_falls_is_refused_where_nothing_else_gives_k_d(tmp_path):
+    with pytest.raises(FitError) as caught:
+        wear_fit(tmp_path, phoenix(Polymer()), None, turned=False)
+    said = str(caught.value)
+    assert said.startswith("TEST_2: depth: found a reading that by itself means a wear of -403.96 ± 0.25 µm; ")
+    assert 'if it counts down, list the clean-up step "turn-over" with signals = ["depth"]' in said
 
 
 def test_of_two_friction_forces_that_of_the_coefficient_is_taken():

@@ -2,6 +2,7 @@
 
     python benchmarks/performance --write docs/performance.md
     python benchmarks/performance --only b,c --small
+    python benchmarks/performance --only c,i --earlier FOLDER
 
 Each case is a pair, ours and its peer or limit, done in turn in one process; what counts is the ratio of the medians.
 Exits with 1 where a bound does not hold. pytest-benchmark and asv each time one function by itself, to be held against
@@ -39,15 +40,16 @@ CASES = {
     "f": "archive_listing",
     "g": "command_start",
     "h": "whole_line",
+    "i": "earlier_fit",
 }
 """Module of each case."""
 _WHAT = """\
 Each case is ours beside what a user would run instead, or beside the least it could cost: both in one process, in turn,
 again and again. Times are medians, the least and the greatest in brackets; a ratio is ours over the peer's, unless it
-says how many times as fast ours is. Of what needs neither disk nor other processes (b to e) they are times of the
-processor. Where the peer would take hours, a part of its work is timed and its time scaled, which is said. The first
-lines of the modules in `benchmarks/performance` say what is done in each case; `--only b,c` does some of them, and
-`--small` all of them in small, against no bound. Linear algebra has one thread, as the command has it."""
+says how many times as fast ours is. Of what needs no disk (b to e, and i) they are times of the processor; those of (i)
+are of two processes in turn. Where the peer would take hours, a part of its work is timed and its time scaled, which is
+said. The first lines of the modules in `benchmarks/performance` say what is done in each case; `--only b,c` does some
+of them, and `--small` all of them in small, against no bound. Linear algebra has one thread, as the command has it."""
 _GROWTH = """\
 Medians at sizes over three decades, in turn as well, and the exponent n of time ∝ sizeⁿ by least squares through their
 logarithms."""
@@ -68,10 +70,10 @@ def measured(row: Row, repeats: int) -> Timed | Grown:
     return Grown(row, times, exponent, weighed(works[-1], times[-1]))
 
 
-def rows_of(letter: str, *, small: bool) -> Iterator[Row]:
+def rows_of(letter: str, *, small: bool, earlier: Path | None) -> Iterator[Row]:
     """Yield what a case measures, in a folder of its own."""
     with tempfile.TemporaryDirectory() as folder:
-        rows = importlib.import_module(CASES[letter]).rows(Setting(Path(folder), small))
+        rows = importlib.import_module(CASES[letter]).rows(Setting(Path(folder), small, earlier))
         yield from map(unbound, rows) if small else rows
 
 
@@ -81,7 +83,7 @@ def main() -> int:
     found: list[tuple[str, Timed | Grown]] = []
     try:
         for letter in options.only:
-            for row in rows_of(letter, small=options.small):
+            for row in rows_of(letter, small=options.small, earlier=options.earlier):
                 found.append((letter, measured(row, options.repeats)))
                 print(f"({letter}) {row.what}", file=sys.stderr, flush=True)
     finally:
@@ -94,6 +96,7 @@ def _asked() -> argparse.Namespace:
     parser.add_argument("--only", default=",".join(CASES), help="letters of the cases (%(default)s)")
     parser.add_argument("--repeats", type=int, help=f"number of repeats ({_REPEATS}; of small ones {_SMALL_REPEATS})")
     parser.add_argument("--small", action="store_true", help="sizes that take seconds, for which no bounds hold")
+    parser.add_argument("--earlier", type=Path, help="work tree of an earlier commit, for case i")
     options = parser.parse_args()
     options.only = options.only.split(",")
     if unknown := set(options.only) - set(CASES):

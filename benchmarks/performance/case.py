@@ -86,6 +86,8 @@ class Setting:
     """Empty, and deleted afterwards."""
     small: bool = False
     """Whether everything is to end within seconds; nothing is held against a bound then."""
+    earlier: Path | None = None
+    """Work tree of an earlier commit to be held against, if any."""
 
     def of(self, full: int, *, small: int) -> int:
         """Return one of two sizes."""

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -37,7 +38,10 @@ _STEADY_TEMPERATURE = 0.5
 """K: within it a temperature counts as steady."""
 _OFF_PLAN = 0.05
 """Share of the planned distance or rotations by which a test may end elsewhere."""
-_FOUR_TIMES = (3.2, 5.0)
+_DEAD = 0.5
+"""Share of samples of exactly zero from which on a channel of friction was off."""
+_FITTING = 0.25
+"""Share of the wear within which a rise is that wear."""
 _AXES: tuple[SignalName, ...] = ("time", "rotations", "sliding_distance")
 _JOINED = Recipe(clean_up=(ContinuousAxes(carried_over="never"),))
 
@@ -303,15 +307,16 @@ def sampling_has_no_gaps(run: RawRun) -> Iterator[Trouble]:
 
 @check("warning")
 def signal_is_alive(run: RawRun) -> Iterator[Trouble]:
-    """Find channels that never move."""
+    """Find channels that never move, and friction that is zero through most of a test."""
     for name, values in _measured(run):
         seen = values[np.isfinite(values)]
-        if name in ("depth", "friction_force", "friction_coefficient") and len(seen) > _FEWEST and np.ptp(seen) == 0:
-            yield Trouble(
-                name,
-                f"found {_shown(name, seen[0])} throughout; expected a signal that moves",
-                "check whether the channel was on",
-            )
+        if name not in ("depth", "friction_force", "friction_coefficient") or len(seen) <= _FEWEST:
+            continue
+        zero = float(np.mean(seen == 0)) if name != "depth" else 0.0
+        found = f"0 in {100 * zero:.0f}% of the samples" if zero > _DEAD else None
+        found = f"{_shown(name, seen[0])} throughout" if np.ptp(seen) == 0 else found
+        if found is not None:
+            yield Trouble(name, f"found {found}; expected a signal that moves", "check whether the channel was on")
 
 
 @check_cleaned("warning")
@@ -423,7 +428,7 @@ def _drifted(run: RawRun, depth: Column) -> Iterator[Trouble]:
         return
     listed = 'list the clean-up step "turn-over" with signals = ["depth"] after the default ones'
     turn = f"if it counts down, {listed}; else " if rise < 0 else ""
-    others = f"{turn}check sign and unit of the depth and of the end values{_scar_as_radius(run, rise / total.value)}"
+    others = f"{turn}check sign and unit of the depth and of the end values{_misread_size(run, rise)}"
     drift = _thermal_drift(run)
     thermal = abs(rise - total.value) <= _MOST_THERMAL_DRIFT
     yield Trouble(
@@ -445,11 +450,24 @@ def _thermal_drift(run: RawRun) -> str:
     return remedy if not len(seen) else remedy.removesuffix(", and record a temperature")
 
 
-def _scar_as_radius(run: RawRun, ratio: float) -> str:
-    """Say that a scar of twice the size would fit: a cap is as deep as the square of its diameter."""
-    scar = run.manifest.end_values.pin_scar_diameter
-    fits = scar is not None and _FOUR_TIMES[0] < ratio < _FOUR_TIMES[1]
-    return ", and that pin_scar_diameter is no radius: twice as large it would fit" if fits else ""
+def _misread_size(run: RawRun, rise: float) -> str:
+    """Name a scar given by its radius, or a ball by its diameter, where the other one would make the depths agree."""
+    contact, end = run.manifest.contact, run.manifest.end_values
+    scar = end.pin_scar_diameter
+    if scar is None or not isinstance(contact, PinOnDisc) or contact.pin.shape == "flat":
+        return ""
+    twice = scar.model_copy(update={"value": 2 * scar.value})
+    halved = contact.pin.radius.model_copy(update={"value": contact.pin.radius.value / 2})
+    pin = contact.pin.model_copy(update={"radius": halved})
+    others: dict[str, dict[str, object]] = {
+        "pin_scar_diameter is no radius: twice": {"end_values": end.model_copy(update={"pin_scar_diameter": twice})},
+        "contact.pin.radius is no diameter: half": {"contact": contact.model_copy(update={"pin": pin})},
+    }
+    for words, changes in others.items():
+        total = _lost(replace(run, manifest=run.manifest.model_copy(update=changes)))
+        if total is not None and abs(rise - total.value) < _FITTING * total.value:
+            return f", and that {words} as large it would fit"
+    return ""
 
 
 def _worn_radius(manifest: RunManifest) -> tuple[str, Quantity | None]:

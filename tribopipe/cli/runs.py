@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from tribopipe.pipeline import Outcome
     from tribopipe.records.plan import TwinDiscTruth
 
+_UNCOMPARED = {"radius_can_be_compared"}
+"""Notes on inputs of which nothing else in a run shows that they are wrong, though the wear coefficient would be."""
 RunPaths = Annotated[list[Path], typer.Argument(help="Run folders, or folders of run folders.", metavar="RUN")]
 
 
@@ -127,10 +129,10 @@ def say_amended(outcome: "Outcome") -> None:
 
 
 def say_warnings(outcome: "Outcome") -> None:
-    """Say what the checks warn of."""
+    """Say what the checks warn of, and which inputs nothing in the run can be compared with."""
     for finding in outcome.findings:
-        if finding.severity == "warning":
-            say(f"{outcome.run_id}: warning: {finding}")
+        if finding.severity == "warning" or finding.code in _UNCOMPARED:
+            say(f"{outcome.run_id}: {finding.severity}: {finding}")
 
 
 def simulate(

@@ -94,7 +94,7 @@ def _drawn(
 def _ways(fit: WearFit) -> TextTable:
     """Return k_D by the depth reading alone, by the post-test measurement alone, and as reported."""
     known = (
-        ("depth reading alone", fit.by_reading, ""),
+        ("depth reading alone", fit.by_reading, "not trusted" if fit.basis == "measurement" else ""),
         ("post-test measurement alone", fit.by_measurement, ""),
         ("reported", fit.wear_coefficient, fit.basis or "two-step correction"),
     )

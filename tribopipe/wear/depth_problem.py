@@ -21,6 +21,7 @@ from numpy.random import Generator
 from tribopipe.depth_model.posterior import DepthPosterior, DepthReading, depth_posterior
 from tribopipe.depth_model.samples import DepthSamples
 from tribopipe.depth_reading import MOST_DEVIATION, DepthRecord, depth_record, pin_reading
+from tribopipe.errors import FitError
 from tribopipe.records.quantity import Quantity
 from tribopipe.records.recipe import Recipe
 from tribopipe.records.results import Basis
@@ -347,7 +348,10 @@ def _probability(scores: Column) -> Column:
 
 
 def depth_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe) -> DepthProblem:
-    """Pose the fit by the whole reading of a run that a fit in two steps has been posed for."""
+    """Pose the fit by the whole reading of a run that a fit in two steps has been posed for.
+
+    Raises ``FitError`` where nothing was measured after the test and the reading shows less wear than none.
+    """
     run = corrected.run
     record = depth_record(run)
     samples = record.samples
@@ -357,7 +361,7 @@ def depth_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe)
     measured_after = corrected.correction.anchor is not None
     # Where nothing was measured, what the reading itself says stands for the end; it is no input.
     inputs = {name: known for name, known in joint.inputs.items() if measured_after or name != END_ANCHOR}
-    return DepthProblem(
+    posed = DepthProblem(
         contact=problem.contact,
         law=joint.law,
         distance=mean(np.sqrt(samples.progress)) ** 2,
@@ -375,3 +379,18 @@ def depth_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe)
         recipe=recipe,
         measured_after=measured_after,
     )
+    if not measured_after:
+        _refuse_a_fall(posed)
+    return posed
+
+
+def _refuse_a_fall(problem: DepthProblem) -> None:
+    """Refuse a reading that alone gives k_D, and shows less wear than none."""
+    wear, spread = problem.posterior.alone
+    if wear < -MOST_DEVIATION * spread:
+        shown = Quantity(value=wear, unit="m", standard_uncertainty=spread).shown("um")
+        raise FitError(
+            f"{problem.run.id}: depth: found a reading that by itself means a wear of {shown}; expected zero or more; "
+            'if it counts down, list the clean-up step "turn-over" with signals = ["depth"] after the default ones, or '
+            "measure the scar and write it down as end_values.pin_scar_diameter"
+        )

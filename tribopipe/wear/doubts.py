@@ -153,7 +153,7 @@ def _reading_not_trusted(problem: DepthProblem, two_step: Quantity | None) -> Fi
             f"by the post-test measurement alone, {abs(problem.deviation):.1f} standard uncertainties apart: "
             f"{_consequence(two_step)}"
         ),
-        remedy="look for thermal drift, a wearing counterbody, and wrong units of either",
+        remedy="look for thermal drift, a wearing counterbody, wrong units of either, and a radius for a diameter",
     )
 
 

@@ -155,14 +155,15 @@ def _number(text: str) -> float:
 def _layout(text: Text, extents: _Extents, hints: Hints) -> Layout:
     cells = extents.first.split()
     signs = "".join(sign for sign in ".," if any(sign in cell for cell in cells))
-    width, header = len(cells), "".join(extents.lines)
+    width, header, line = len(cells), "".join(extents.lines), len(extents.lines) + 1
+    both = f"{text.name}, line {line}: found both . and , in one row; expected one decimal sign; mend that line"
     return Layout(
         hints.separator or BLANKS,
         hints.decimal or ("," if signs == "," else "."),
         names=tuple(f"column {number}" for number in range(1, width + 1)),
-        line=len(extents.lines) + 1,
+        line=line,
         header=header,
         width=width,
         least=width,
-        doubt=f"{text.name}: found both . and , in the first row; expected one decimal sign" if signs == ".," else None,
+        doubt=both if signs == ".," else None,
     )
