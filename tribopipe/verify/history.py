@@ -84,8 +84,8 @@ def accept(archive: Path, wanted: str, by: str | None = None) -> list[str]:
     if not accepted:
         open_ones = [_called(name) for name in account.files if _is_open(account.files[name], _state(archive, name))]
         raise ArchiveError(
-            f"{archive}: found nothing to accept of {wanted!r}; expected a run or study that the history knows and that "
-            f"is gone or another one; {did_you_mean(wanted, open_ones)}"
+            f"{archive}: found nothing to accept of {wanted!r}; expected a run or study of the history that is gone or "
+            f"another one; {did_you_mean(wanted, open_ones)}"
         )
     return accepted
 
