@@ -42,7 +42,7 @@ def look_into_history(
     try:
         account = Account(archive).read()
         looks = [_look_at_itself(archive, account, against)]
-        if account.lines:
+        if account.begun:
             names = account.files.keys() | stamps(archive).keys() if chosen is None else chosen
             looks += _look_at_files(archive, account, sorted(names), sound)
     except OSError as error:
@@ -101,7 +101,7 @@ def _accepted(archive: Path, account: Account, name: str, by: str | None) -> boo
 
 def _accept_history(archive: Path, account: Account, by: str | None) -> None:
     """Accept what is wrong with the history; where there is none, one begins with the files that are there."""
-    if account.lines or stamps(archive) or account.missing():
+    if account.begun or stamps(archive) or account.missing():
         append(archive, [])  # which says what is missing
     if not account.read().problems:
         raise ArchiveError(f"{archive}: found nothing to accept of {FILE_NAME}; expected a history that is not whole")
@@ -114,7 +114,7 @@ def _accept_history(archive: Path, account: Account, by: str | None) -> None:
 def _look_at_itself(archive: Path, account: Account, against: str) -> Look:
     look, count, missing = Look(FILE_NAME), len(stamps(archive)), account.missing()
     begin = f"`{_ACCEPT} {FILE_NAME}` goes on without"
-    if not account.lines and (count or missing):
+    if not account.begun and (count or missing):
         message = f"found none, though {count} runs and studies are there; expected the history of what was written"
         look.error("history", message, f"restore it from a copy; {begin}")
     elif missing:

@@ -56,12 +56,14 @@ class Account:
         What is wrong with the history itself and was not accepted.
     lines, head
         Number of lines, and hash of the last.
+    begun
+        Whether there is a line that says something.
     """
 
     def __init__(self, archive: Path) -> None:
         self.files: dict[str, Known] = {}
         self.problems: list[Problem] = []
-        self.lines, self.head = 0, FIRST
+        self.lines, self.head, self.begun = 0, FIRST, False
         self._archive = archive
         self._hashes: set[bytes] = set()
         self._read = 0
@@ -110,6 +112,9 @@ class Account:
         one = parsed(line)
         if one is None:
             return  # half of a line, by a writer that was killed; an edited one is told by the line after it
+        if not self.begun and one.event != "begun":
+            self._doubt("found that its first lines are gone; expected it from when the archive was begun")
+        self.begun = True
         if one.previous != before:
             self._doubt("found a line that does not follow the one before it; expected each as it was written")
         for problem in _of_itself(one):

@@ -117,16 +117,16 @@ def _added(archive: Path, file: BinaryIO, entries: Sequence[Entry]) -> str:
     """Append lines after the last one; return the hash of the new last one."""
     size, known = file.seek(0, os.SEEK_END), known_head(archive)
     last = _last_line(archive, file, size)
-    previous = FIRST if last is None else hash_of(last.rstrip(b"\n"))
-    if last is None:
+    previous = hash_of(last.rstrip(b"\n")) if size else FIRST
+    ended = last.endswith(b"\n")
+    if len(last) == size and not ended:  # there is nothing yet, or half of a first line
         entries = [entry("begun", files=len(stamps(archive)), lost=known or ""), *entries]
     elif known not in (None, previous) and not _has_line(file, known):
         entries = [entry("broken", lost=known), *entries]
     lines, head = chained(entries, previous)
-    ended = last is None or last.endswith(b"\n")
     file.seek(size)
     try:
-        file.write(lines if ended else b"\n" + lines)
+        file.write(lines if ended or not size else b"\n" + lines)
         file.flush()
         os.fsync(file.fileno())
     except OSError:
@@ -136,8 +136,8 @@ def _added(archive: Path, file: BinaryIO, entries: Sequence[Entry]) -> str:
     return head
 
 
-def _last_line(archive: Path, file: BinaryIO, size: int) -> bytes | None:
-    """Return the last line, with its end if it has one; none of an empty file."""
+def _last_line(archive: Path, file: BinaryIO, size: int) -> bytes:
+    """Return the last line, with its end if it has one; nothing of an empty file."""
     tail = min(_TAIL, LONGEST_LINE)
     while size:
         start = max(0, size - tail)
@@ -152,7 +152,7 @@ def _last_line(archive: Path, file: BinaryIO, size: int) -> bytes | None:
                 "tribopipe writes them; restore the history from a copy"
             )
         tail *= 4
-    return None
+    return b""
 
 
 def _has_line(file: BinaryIO, wanted: str | None) -> bool:
