@@ -26,6 +26,7 @@ from tribopipe.archive.history.account import Account
 from tribopipe.archive.history.entry import FILE_NAME, FIRST, chained, entry, hash_of
 from tribopipe.archive.lock import LOCKS
 from tribopipe.archive.removal import remove, restore
+from tribopipe.archive.stamps import stamps
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
 from tribopipe.errors import ArchiveError
@@ -86,6 +87,12 @@ def folder(_made, tmp_path) -> Path:
 def errors(folder: Path, against: str = "") -> list[Finding]:
     """Return what verify finds, but for notes."""
     return [one for one in verify(Archive(folder), against=against).findings if one.severity != "note"]
+
+
+def alarms(folder: Path) -> list[Finding]:
+    """Return what only the history finds, which takes less time."""
+    looks, _ = verifying.look_into_history(folder, stamps(folder).keys())
+    return [one for look in looks for one in look.findings if one.severity != "note"]
 
 
 def told(folder: Path) -> set[tuple[str, str, str]]:
@@ -334,8 +341,7 @@ def test_a_history_that_is_not_as_it_was_written_is_seen(folder, tamper):
     lines = lines_of(folder)
     for place in range(len(lines)):
         (folder / FILE_NAME).write_bytes(b"".join(tamper(lines, place)))
-        found = errors(folder)
-        assert FILE_NAME in {one.where.partition(":")[0] for one in found}, place
+        assert FILE_NAME in {one.where.partition(":")[0] for one in alarms(folder)}, place
 
 
 def test_a_removed_history_is_seen_and_the_next_write_does_not_hide_it(run_cli, folder):
@@ -487,15 +493,14 @@ def test_wherever_a_writer_is_killed_there_is_no_alarm(folder, bare_run, tmp_pat
                 break
             except Killed:
                 ended += 1
-        again = Path(shutil.copytree(at, tmp_path / f"again-{moment}"))
-        assert errors(at) == []
+        if moment % 2:  # a look in between settles what was left open
+            assert alarms(at) == []
         rewrite(at, FILES[0], "next")
-        assert errors(at) == []
-        rewrite(again, FILES[0], "next")  # without a look in between
-        assert errors(again) == []
+        assert alarms(at) == []
         missing = before.keys() - tree_bytes(at).keys() - {FILES[1]}
         assert {name for name in missing if not name.startswith("removed/")} == set()
         assert (at / FILES[1]).is_file() or list(at.glob(f"removed/*/{FILES[1]}"))
+    assert errors(at) == []
     assert ended > 6
 
 
@@ -519,7 +524,7 @@ def test_a_line_that_was_half_written_is_passed_over(folder, tmp_path):
     rewrite(folder, FILES[0], "second")
     lines = lines_of(folder)
     head = hash_of(lines[-2].rstrip(b"\n"))
-    for length in range(len(lines[-1])):
+    for length in range(0, len(lines[-1]), 7):
         at = Path(shutil.copytree(folder, tmp_path / "archive-cut"))
         (at / FILE_NAME).write_bytes(b"".join(lines[:-1]) + lines[-1][:length])
         (at / LOCKS / "history.head").write_text(head, encoding="ascii")
@@ -560,7 +565,7 @@ def test_without_room_for_a_line_nothing_is_written(folder, monkeypatch):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows forks no processes")
-@pytest.mark.parametrize("times", [10, pytest.param(200, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("times", [4, pytest.param(200, marks=pytest.mark.slow)])
 def test_writers_killed_at_any_moment_raise_no_alarm(folder, tmp_path, times):
     from forks import forked
     from forks import killed as ended_by_that
@@ -576,7 +581,7 @@ def test_writers_killed_at_any_moment_raise_no_alarm(folder, tmp_path, times):
         for writer in writers:
             assert ended_by_that(writer)
             if chance.random() < 0.2:
-                assert errors(folder) == []
+                assert alarms(folder) == []
     assert errors(folder) == []
     assert Account(folder).read().lines > times
 
