@@ -18,6 +18,7 @@ import pytest
 from archived_files import edited
 from folders import tree_bytes
 from killed import Killed, dying_at
+from old_formats import take_back
 from test_archive import run_with
 
 import tribopipe.verify.history as verifying
@@ -25,6 +26,7 @@ from tribopipe.archive.history import chain
 from tribopipe.archive.history.account import Account
 from tribopipe.archive.history.entry import FILE_NAME, FIRST, chained, entry, hash_of
 from tribopipe.archive.lock import LOCKS
+from tribopipe.archive.migrate import migrate
 from tribopipe.archive.removal import remove, restore
 from tribopipe.archive.stamps import stamps
 from tribopipe.archive.store import Archive
@@ -38,6 +40,7 @@ from tribopipe.records.verdict import StudyResult
 from tribopipe.run import RawRun
 from tribopipe.study.evaluate import StudyCurve
 from tribopipe.verify.archive import verify
+from tribopipe.verify.history import accept
 
 DATE = "2026-11-01T08:00:00+00:00"
 CATALOGUE = "catalogue.sqlite"
@@ -458,12 +461,9 @@ def change_study(archive: Archive, bare: RawRun) -> None:  # noqa: ARG001
     archive.put_study(study("second"))
 
 
-def take_in(archive: Archive, bare: RawRun) -> None:
-    other = Archive(archive.folder.parent / "second")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.undo()
-        other.add(called(bare, "third"))
-    archive.adopt("third", [other.path("third").read_bytes()], sha256_of(other.path("third")))
+def take_in(archive: Archive, bare: RawRun) -> None:  # noqa: ARG001
+    (kept,) = archive.folder.glob(f"removed/*/{FILES[1]}")
+    archive.adopt(OTHER, [kept.read_bytes()], sha256_of(kept))
 
 
 def take_out(archive: Archive, bare: RawRun) -> None:  # noqa: ARG001
@@ -478,9 +478,9 @@ MOMENTS = [(chain, "_added"), (chain, "_keep_head"), (Path, "mkdir")]
 """At which processes end, beside those at which files are put on the disk and given their name."""
 
 
-@pytest.mark.parametrize("change", [change_run, add_run, change_study, take_out, put_back])
+@pytest.mark.parametrize("change", [change_run, add_run, change_study, take_in, take_out, put_back])
 def test_wherever_a_writer_is_killed_there_is_no_alarm(folder, bare_run, tmp_path, change):
-    if change is put_back:
+    if change in (take_in, put_back):
         remove(Archive(folder), OTHER, force=True)
     ended = 0
     for moment in count():
@@ -584,6 +584,15 @@ def test_writers_killed_at_any_moment_raise_no_alarm(folder, tmp_path, times):
                 assert alarms(folder) == []
     assert errors(folder) == []
     assert Account(folder).read().lines > times
+
+
+def test_a_migrated_file_is_known(folder):
+    archive, path = Archive(folder), folder / FILES[0]
+    take_back(path, 2)
+    accept(folder, RUN)
+    migrate(archive, path)
+    assert json.loads(lines_of(folder)[-2])["event"] == "migrated"
+    assert [one for one in errors(folder) if one.code == "history"] == []
 
 
 # --- several at once ---
