@@ -296,6 +296,14 @@ def test_a_file_put_in_by_hand_and_written_to_is_told_once(folder, tmp_path, bar
     assert told(folder) == set()
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such names")
+def test_a_file_with_a_name_that_no_run_has_hurts_nobody(folder):
+    shutil.copy(folder / FILES[0], folder / "odd\n\x1b[31m:.h5")
+    assert {severity for _, severity, _ in told(folder)} == {"error"}
+    shutil.copy(folder / FILES[2], folder / "studies" / "a:b.h5")
+    assert told(folder) == told(folder)
+
+
 def test_where_nobody_can_write_files_are_held_against_the_history_all_the_same(folder, monkeypatch):
     def refuse(*_, **__):
         raise PermissionError

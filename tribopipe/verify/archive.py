@@ -54,9 +54,7 @@ class Verified:
 
     def as_json(self) -> dict[str, Any]:
         """Return it as JSON types."""
-        told = {
-            name: getattr(self, name) for name in ("sound", "runs", "studies", "size", "recomputed", "head")
-        }
+        told = {name: getattr(self, name) for name in ("sound", "runs", "studies", "size", "recomputed", "head")}
         return told | {"findings": [finding.model_dump(mode="json") for finding in self.findings]}
 
 

@@ -7,7 +7,7 @@ from pathlib import Path, PurePosixPath
 
 from tribopipe.archive.history.account import Account, Known
 from tribopipe.archive.history.chain import append
-from tribopipe.archive.history.entry import FILE_NAME, Entry, State, entry
+from tribopipe.archive.history.entry import FILE_NAME, Entry, State, can_be_named, entry
 from tribopipe.archive.lock import share_of, writers_lock
 from tribopipe.archive.seal import state_of
 from tribopipe.archive.stamps import STUDIES, SUFFIX, stamps
@@ -152,7 +152,7 @@ def _judged(account: Account, look: Look, state: State, sound: Set[str]) -> Entr
     """Note what is wrong with a file; return the line that settles what can be."""
     known, mend = account.files.get(look.name), f"`{_ACCEPT} {_called(look.name)}` if it is meant to be so"
     if known is None or (state is not None and known.states == {None}) or (known.by_hand and state in known.states):
-        if state is None or look.name not in sound:
+        if state is None or look.name not in sound or not can_be_named(look.name):
             return None
         look.note(
             "history", "found a file that was put in by hand; expected what tribopipe wrote here", "none is needed"

@@ -5,6 +5,7 @@ it is sealed with; none where there is no such file.
 """
 
 import hashlib
+import re
 from collections.abc import Iterable
 from datetime import UTC, datetime
 from typing import Annotated, Literal, TypeAlias
@@ -58,6 +59,11 @@ class Entry(Record):
 def entry(event: Event, file: str = "", **more: State | int) -> Entry:
     """Return a line of now, which is not chained yet."""
     return Entry(date=datetime.now(UTC).isoformat(timespec="seconds"), event=event, file=file, **more)  # type: ignore[arg-type]
+
+
+def can_be_named(file: str) -> bool:
+    """Tell whether a line can name a file; nobody but people would call one otherwise."""
+    return re.search(_NAME, file) is not None
 
 
 def chained(entries: Iterable[Entry], previous: str = FIRST) -> tuple[bytes, str]:
