@@ -15,6 +15,7 @@ from old_formats import take_back
 
 from tribopipe.archive.catalogue.catalogue import Catalogue
 from tribopipe.archive.earlier import changes
+from tribopipe.archive.history.entry import FILE_NAME as HISTORY
 from tribopipe.archive.lock import LOCKS
 from tribopipe.archive.migrate import content_of
 from tribopipe.archive.opening import of_any_format
@@ -27,6 +28,7 @@ from tribopipe.records.mark import Mark
 from tribopipe.records.recipe import Recipe
 from tribopipe.reproduce.runs import reproduce
 from tribopipe.verify.archive import verify
+from tribopipe.verify.history import accept
 
 RUN = "si3n4-air-200mN"
 NOW = "2026-03-01T12:00:00+00:00"
@@ -179,6 +181,7 @@ def test_it_comes_along_from_an_older_format(amended, run_cli):
     with of_any_format(path) as file:
         before = content_of(file)
     take_back(path, 2)
+    accept(amended.folder, RUN)
     assert run_cli("ls", "--archive", amended.folder).exit_code == 1
     brought = run_cli("migrate", "--archive", amended.folder)
     assert (brought.exit_code, f"{RUN}: format 2 brought to 3" in brought.stderr) == (0, True)
@@ -192,6 +195,7 @@ def test_a_changed_earlier_run_toml_is_found(amended):
     with edited(amended.path(RUN)) as file:
         data = file["entry/earlier_manifests/run_1/data"]
         data[0] = data[0] ^ 1
+    accept(amended.folder, RUN)
     (finding,) = verify(amended, [RUN]).findings
     assert (finding.severity, finding.code) == ("error", "source")
     assert "run.earlier-1.toml" in finding.message
@@ -224,7 +228,7 @@ def test_wherever_it_is_killed_there_is_the_run_as_it_was_or_as_amended(bare_run
         assert [one.source.content for one in archive.earlier_manifests("bare")] in ([], [b"a = 1"])
     assert ended > 2
     archive.tidy()
-    assert [path.name for path in tmp_path.iterdir() if path.name != LOCKS] == ["bare.h5"]
+    assert [path.name for path in tmp_path.iterdir() if path.name not in (LOCKS, HISTORY)] == ["bare.h5"]
 
 
 # --- what has changed ---

@@ -15,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
+from tribopipe.archive.history.entry import FILE_NAME as HISTORY
 from tribopipe.archive.lock import LOCKS
 from tribopipe.archive.steps import STEPS, Step, downstream
 from tribopipe.archive.store import Archive
@@ -175,7 +176,7 @@ def test_failed_write_changes_nothing_and_leaves_nothing(bare_run, tmp_path, mon
     with pytest.raises(ArchiveError, match="No space left on device"):
         archive.put_step("bare", step("friction_fit", FrictionFit(outcome="none")))
     assert archive.path("bare").read_bytes() == before
-    assert [path.name for path in tmp_path.glob("*") if path.name != LOCKS] == ["bare.h5"]
+    assert [path.name for path in tmp_path.glob("*") if path.name not in (LOCKS, HISTORY)] == ["bare.h5"]
 
 
 def test_file_of_a_later_format_is_refused(bare_run, tmp_path):

@@ -287,7 +287,7 @@ def test_batch_keeps_what_is_sound_and_names_what_is_not(run_cli, sample_run, ot
     assert result.exit_code == 3
     (error,) = [line for line in result.stderr.splitlines() if line.startswith("error: ")]
     assert str(bad) in error
-    assert list(tree_bytes(tmp_path / "new")) == ["si3n4-air-200mN.h5"]
+    assert list(tree_bytes(tmp_path / "new")) == ["history.jsonl", "si3n4-air-200mN.h5"]
 
 
 # --- archives ---

@@ -60,7 +60,9 @@ FLAGS = {
     "reproduce": COMMON,
     "migrate": COMMON,
     "rescue": {"--to", "--json"},
-    "verify": COMMON | {"--run", "--recompute"},
+    "verify": COMMON | {"--run", "--recompute", "--against", "--accept"},
+    "remove": COMMON | {"--study", "--force"},
+    "restore": COMMON | {"--study"},
     "report": {"--output", "--run", "--archive", "--force"},
     "browse": {"--archive", "--port", "--no-browser"},
     "demo": {"--folder", "--port", "--no-browser"},
@@ -140,6 +142,10 @@ def test_flags_are_these_and_help_tells_them(run_cli, command):
         "plan --interval 5%",
         "rescue archive/some-id.h5",
         "verify one --archive another",
+        "verify --against 1234567",
+        "verify --against noon0000",
+        "remove",
+        "restore --force some-id",
         "schema import",
     ],
 )
@@ -194,7 +200,7 @@ def test_folder_that_is_no_run_fails_alone(run_cli, sample_run, tmp_path):
     result = run_cli("ingest", tmp_path / "empty", sample_run, "--archive", tmp_path / "new", "--json")
     assert result.exit_code == 3
     assert [run["status"] for run in document_of(result)["runs"]] == ["failed", "done"]
-    assert list(tree_bytes(tmp_path / "new")) == ["si3n4-air-400mN.h5"]
+    assert list(tree_bytes(tmp_path / "new")) == ["history.jsonl", "si3n4-air-400mN.h5"]
 
 
 def test_run_too_short_for_a_fit_is_archived_and_said_to_be(run_cli, sample_run, other_run, archive):
@@ -427,13 +433,15 @@ def test_commands_lead_from_an_empty_folder_to_a_prediction(run_cli, short_plan,
     drawn = {
         f"figures/si3n4-air-{load}-{what}.png" for load in ("200mN", "400mN") for what in ("depth", "friction", "wear")
     }
-    assert set(tree_bytes(tmp_path / "archive")) == {"si3n4-air-200mN.h5", "si3n4-air-400mN.h5"} | drawn
+    written = {"history.jsonl", "si3n4-air-200mN.h5", "si3n4-air-400mN.h5"}
+    assert set(tree_bytes(tmp_path / "archive")) == written | drawn
 
 
 def test_folders_of_run_folders_are_searched(run_cli, short_runs, tmp_path):
     result = run_cli("ingest", short_runs, "--archive", tmp_path / "new")
     assert result.exit_code == 0
-    assert list(tree_bytes(tmp_path / "new")) == ["si3n4-air-200mN.h5", "si3n4-air-400mN.h5"]
+    files = ["history.jsonl", "si3n4-air-200mN.h5", "si3n4-air-400mN.h5"]
+    assert list(tree_bytes(tmp_path / "new")) == files
 
 
 # --- as installed ---

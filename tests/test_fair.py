@@ -528,7 +528,7 @@ def there_and_back(samples: Archive, studies: list[str], folder: Path) -> int:
     export_crate(old, choose(old, ()), folder / "samples.eln", eln=True, reports=False)
     assert restore(folder / "samples.eln", new).failed == {}
     wanted = {name: content for name, content in tree_bytes(old.folder).items() if name.endswith(".h5")}
-    assert tree_bytes(new.folder) == wanted
+    assert {name: content for name, content in tree_bytes(new.folder).items() if name.endswith(".h5")} == wanted
     return len(wanted)
 
 

@@ -20,8 +20,11 @@ from test_archive import nxcheck
 from tribopipe.archive.catalogue.catalogue import Catalogue
 from tribopipe.archive.catalogue.database import FILE_NAME, sum_of
 from tribopipe.archive.digest import digest
+from tribopipe.archive.history.account import Account
 from tribopipe.archive.lock import writers_lock
+from tribopipe.archive.removal import remove as take_out
 from tribopipe.archive.store import Archive
+from tribopipe.files import sha256_of
 from tribopipe.pipeline import process, wear_archived_locally
 from tribopipe.records.annotation import Annotation
 from tribopipe.records.mark import Mark
@@ -75,7 +78,8 @@ def small(whole, tmp_path) -> Path:
     """An archive of one short run of it, with a catalogue."""
     folder = tmp_path / "archive"
     (folder / "studies").mkdir(parents=True)
-    shutil.copy(whole / f"{DISC}.h5", folder)
+    path = whole / f"{DISC}.h5"
+    Archive(folder).adopt(DISC, [path.read_bytes()], sha256_of(path))
     catalogued(folder)
     return folder
 
@@ -308,8 +312,8 @@ def test_prediction_from_another_coefficient_is_stale(copied):
 
 def test_prediction_whose_reference_is_gone_is_noted(copied):
     (copied / FILE_NAME).unlink()
-    (copied / f"{PIN}.h5").unlink()
-    (copied / "studies" / "si3n4-air.h5").unlink()
+    take_out(Archive(copied), "si3n4-air", study=True)
+    take_out(Archive(copied), PIN)
     assert set(found(verify(Archive(copied)))) == {("note", "reference"), ("note", "catalogue")}
 
 
@@ -342,10 +346,12 @@ def test_ids_that_differ_in_capitals_alone_are_told(small):
     assert ("warning", "folder") in found(verify(Archive(small)))
 
 
-def test_run_that_is_gone_is_told_by_the_catalogue(small):
-    (small / f"{DISC}.h5").unlink()
+def test_run_that_was_put_in_by_hand_and_is_gone_is_told_by_the_catalogue(small):
+    by_hand = Path(shutil.copy(small / f"{DISC}.h5", small / "another.h5"))
+    catalogued(small)
+    by_hand.unlink()
     (told,) = verify(Archive(small)).findings
-    assert (told.severity, told.code, told.where) == ("warning", "catalogue", f"{DISC}.h5")
+    assert (told.severity, told.code, told.where) == ("warning", "catalogue", "another.h5")
 
 
 @pytest.mark.parametrize("content", [None, b"", b"no database" * 99])
@@ -416,6 +422,7 @@ def test_command_tells_findings_as_json_too(run_cli, small):
     document = json.loads(done.stdout)
     assert done.exit_code == 1
     assert (document["sound"], document["runs"], document["studies"]) == (False, 1, 0)
+    assert document["head"] == Account(small).read().head
     assert [(one["severity"], one["code"], one["where"]) for one in document["findings"]] == [
         ("error", "seal", f"{DISC}.h5")
     ]

@@ -7,9 +7,9 @@ import re
 import stat
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from fnmatch import fnmatch
 from functools import partial
 from io import BytesIO
@@ -114,13 +114,18 @@ def leads_out(path: Path, folder: Path) -> bool:
     return not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
 
 
+Placing = Callable[[Path], AbstractContextManager[object]]
+"""What is done around the moment at which a temporary file takes its place."""
+
+
 @contextmanager
-def replacing(path: Path) -> Iterator[Path]:
+def replacing(path: Path, placing: Placing = nullcontext) -> Iterator[Path]:
     """Give the name of a temporary file beside ``path`` that takes its place on success and vanishes on failure.
 
     The content is on the disk before it is given its name, and the name before this returns, so that a crash leaves
     the old file or the new one, and what was said to be written is. A file that was there keeps its mode, group and
-    access list; raises ``PermissionError`` where its owner has taken away the right to write.
+    access list; raises ``PermissionError`` where its owner has taken away the right to write. ``placing`` is given the
+    temporary file once it is whole, and entered before it takes its name.
     """
     with _blamed_on(path):
         there = _writable(path)
@@ -132,8 +137,9 @@ def replacing(path: Path) -> Iterator[Path]:
             with part.open("rb+") as written:
                 os.fsync(written.fileno())
             _give_rights(part, path, there)
-            _take_place(part, path)
-            _sync_folder(path.parent)
+            with placing(part):
+                _take_place(part, path)
+                _sync_folder(path.parent)
 
 
 def _writable(path: Path) -> os.stat_result | None:
@@ -183,6 +189,14 @@ def _take_place(part: Path, path: Path) -> None:
             time.sleep(wait)
         else:
             return
+
+
+def move(old: Path, new: Path) -> None:
+    """Move a file to where there is none, on the same drive, into a folder that is made for it."""
+    new.parent.mkdir(parents=True, exist_ok=True)
+    _take_place(old, new)
+    for folder in (new.parent, old.parent):
+        _sync_folder(folder)
 
 
 def _sync_folder(folder: Path) -> None:

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from tribopipe.archive.catalogue.database import FILE_NAME
+from tribopipe.archive.history.entry import FILE_NAME as HISTORY
 from tribopipe.archive.lock import LOCKS
 from tribopipe.errors import OutputError
 from tribopipe.records.manifest import MANIFEST_NAME
@@ -84,4 +85,5 @@ def _in_own_figures(path: Path) -> bool:
 def _kind(folder: Path) -> str | None:
     if (folder / MANIFEST_NAME).is_file():
         return _RUN
-    return _ARCHIVE if (folder / LOCKS).is_dir() or (folder / FILE_NAME).is_file() else None
+    ours = (folder / LOCKS).is_dir() or any((folder / name).is_file() for name in (FILE_NAME, HISTORY))
+    return _ARCHIVE if ours else None

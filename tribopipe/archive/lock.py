@@ -8,12 +8,14 @@ Readers take no lock: files are only ever replaced whole.
 import logging
 import zlib
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
 from tribopipe.errors import ArchiveError
 
 LOCKS = ".locks"
+_HISTORY = "history"
+"""Lock of the history, which is taken within that of a file and never the other way round."""
 _SHARES = 64
 """Files in the folder of locks: the archived files share them, so that there are not as many again."""
 _WAIT = 300.0
@@ -29,20 +31,33 @@ def say_waiting(folder: Path, name: str, seconds: float) -> None:
     _log.warning("%s: another tribopipe is writing %s: waiting for it, up to %.0f s", folder, name, seconds)
 
 
-@contextmanager
-def writers_lock(folder: Path, name: str, *, wait: bool = True) -> Iterator[None]:
+def share_of(name: str) -> str:
+    """Return which of the locks a file of a name has: several files share one."""
+    # Names that differ in case alone may be one file.
+    return f"{zlib.crc32(name.casefold().encode()) % _SHARES:02}"
+
+
+def writers_lock(folder: Path, name: str, *, wait: bool = True) -> AbstractContextManager[None]:
     """Hold the lock of all writers of the file of a name; without ``wait`` only if it is free at once, or nearly so.
 
     Raises ``ArchiveError`` where another holds it for minutes, or at all where that is not waited for, ``OSError``
     where the folder cannot be written.
     """
+    return _held(folder, share_of(name), name, wait=wait)
+
+
+def history_lock(folder: Path) -> AbstractContextManager[None]:
+    """Hold the lock of all who append to the history of an archive. Raises as ``writers_lock`` does."""
+    return _held(folder, _HISTORY, "its history")
+
+
+@contextmanager
+def _held(folder: Path, share: str, name: str, *, wait: bool = True) -> Iterator[None]:
     from filelock import FileLock, Timeout
 
     locks = folder / LOCKS
     locks.mkdir(parents=True, exist_ok=True)
-    # Names that differ in case alone may be one file.
-    path = locks / f"{zlib.crc32(name.casefold().encode()) % _SHARES:02}.lock"
-    lock = FileLock(path, timeout=SILENT, poll_interval=_LOOK_EVERY, mode=0o666)
+    lock = FileLock(locks / f"{share}.lock", timeout=SILENT, poll_interval=_LOOK_EVERY, mode=0o666)
     try:
         try:
             held = lock.acquire()

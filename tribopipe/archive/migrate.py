@@ -13,6 +13,7 @@ import h5py
 import numpy as np
 
 from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT, Format, check_format, format_of
+from tribopipe.archive.history.chain import placed
 from tribopipe.archive.lock import writers_lock
 from tribopipe.archive.migrations import MIGRATIONS
 from tribopipe.archive.opening import of_any_format, opened
@@ -73,7 +74,7 @@ def _migrate(archive: Archive, path: Path) -> Migrated:
             return _as_it_is(path, present)
         image, changed = _brought_up(old, before, present)
         content = content_of(old)
-    with replacing(path) as part:
+    with placed(archive.folder, path, "migrated") as part:
         with image.getbuffer() as whole:
             part.write_bytes(whole)
         _check(part, present, content, changed)

@@ -7,15 +7,18 @@ after it. The seal tells accidents; it is no signature, since anybody can comput
 
 import hashlib
 import os
+import re
 import time
 from pathlib import Path
 
 from tribopipe.archive.stamps import Stamp, stamp_of
 from tribopipe.errors import ArchiveError
+from tribopipe.files import sha256_of
 
 SEAL_SIZE = 512
 """The least user block that HDF5 has, bytes."""
 _FIRST = b"tribopipe archive file, sealed. HDF5 begins at byte 512; SHA-256 of all bytes from there:\n"
+_DIGEST = re.compile(re.escape(_FIRST) + rb"([0-9a-f]{64})\s")
 _SIGNATURE, _SUPERBLOCK = b"\x89HDF\r\n\x1a\n", 48
 _PLACES_OF_LENGTH = {0: 40, 2: 28, 3: 28}
 """Where HDF5 says how long the file is, by the version that follows its signature."""
@@ -42,6 +45,18 @@ def is_sealed(path: Path) -> bool:
     """Tell whether a file has a seal, whole or broken. Raises ``OSError`` where it cannot be read."""
     with path.open("rb") as file:
         return file.read(len(_FIRST)) == _FIRST
+
+
+def state_of(path: Path) -> str | None:
+    """Return the checksum that a file is sealed with, or of all its bytes where it has no seal; none without a file.
+
+    Nothing says that a sealed file is whole. Raises ``OSError`` where it cannot be read.
+    """
+    if not path.is_file():
+        return None
+    with path.open("rb") as file:
+        found = _DIGEST.match(file.read(SEAL_SIZE))
+    return found[1].decode("ascii") if found else sha256_of(path)
 
 
 def check_seal(path: Path) -> None:

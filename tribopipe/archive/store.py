@@ -13,6 +13,7 @@ from tribopipe.archive.adopt import check_adopted
 from tribopipe.archive.digest import raw_digest
 from tribopipe.archive.earlier import EarlierManifest, add_earlier, changed_file, read_earlier
 from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT, check_format
+from tribopipe.archive.history.chain import placed
 from tribopipe.archive.late_errors import written
 from tribopipe.archive.lock import writers_lock
 from tribopipe.archive.nexus import text
@@ -51,7 +52,7 @@ from tribopipe.archive.studyfile import (
     write_study,
 )
 from tribopipe.errors import ArchiveError, did_you_mean
-from tribopipe.files import drive_of, leftovers, natural_order, replacing, sha256_of
+from tribopipe.files import drive_of, leftovers, natural_order, sha256_of
 from tribopipe.records.annotation import Annotation, tags_after
 from tribopipe.records.base import Record
 from tribopipe.records.finding import Finding
@@ -291,7 +292,7 @@ class Archive:
                     "move it away, or choose another archive with --archive"
                 )
             try:
-                with replacing(path) as part:
+                with placed(self.folder, path, "imported") as part:
                     with part.open("wb") as file:
                         file.writelines(content)
                     check_adopted(part, path, form)
@@ -417,7 +418,7 @@ class Archive:
         """
         with self._held(path):
             try:
-                with replacing(path) as part:
+                with placed(self.folder, path, "written") as part:
                     with written(part, SEAL_SIZE) as file:
                         yield file
                     seal_file(part)

@@ -144,10 +144,10 @@ def _annotation(kind: str, text: str, by: str | None) -> "Annotation":
 def _who_and_when(by: str | None) -> dict[str, str | None]:
     from datetime import UTC, datetime
 
-    return {"date": datetime.now(UTC).isoformat(timespec="seconds"), "operator": _user() if by is None else by}
+    return {"date": datetime.now(UTC).isoformat(timespec="seconds"), "operator": logged_in() if by is None else by}
 
 
-def _user() -> str | None:
+def logged_in() -> str | None:
     """Return the name of the user logged in; none where there is none, as in some containers."""
     import getpass
 

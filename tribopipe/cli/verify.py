@@ -1,12 +1,31 @@
 """The command that looks an archive over: verify."""
 
+import re
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archived_ids, load_archive
 from tribopipe.cli.output import FAILED, print_json, progress, say, seen
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from tribopipe.archive.store import Archive
+
+_SHOWN = 16
+"""Digits of a hash that people copy."""
+_HASH = re.compile("[0-9a-f]{8,64}")
+
+
+def _hash(text: str) -> str:
+    """Read the hash of a line of the history, or its beginning."""
+    if not _HASH.fullmatch(text.lower()):
+        raise typer.BadParameter(
+            f"found {text!r}; expected 8 to 64 of the digits 0 to 9 and a to f, as verify shows them"
+        )
+    return text.lower()
 
 
 def verify(
@@ -20,27 +39,56 @@ def verify(
     recompute: Annotated[
         bool, typer.Option("--recompute", help="Compute every step again from what was ingested, and compare.")
     ] = False,
+    against: Annotated[
+        str | None,
+        typer.Option(
+            "--against",
+            help="Hash that an earlier verify showed: is the archive the same one, and no older?",
+            metavar="HASH",
+            parser=_hash,
+        ),
+    ] = None,
+    accepted: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--accept",
+            help="Run or study that is gone or replaced, or history.jsonl, to be reported no more; may be said again.",
+            metavar="ID",
+        ),
+    ] = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     as_json: AsJson = False,
 ) -> None:
-    """Look an archive over: every byte, checksum and fingerprint, NeXus, what lies around. Nothing is changed.
+    """Look an archive over: every byte, checksum and fingerprint, its history, NeXus, what lies around.
 
-    Exit code 1 on errors and warnings.
+    No run and no study is changed. Exit code 1 on errors and warnings.
     """
     from tribopipe.verify.archive import files_of, verify
 
     if folder is not None and archive not in (DEFAULT_ARCHIVE, folder):
         raise typer.BadParameter(f"found two archives, {folder} and {archive}; expected one")
     store, chosen = load_archive(folder or archive), run_ids or []
+    _accept(store, accepted or ())
     with progress("verify", len(files_of(store.folder, chosen)) * (1 + recompute)) as advance:
-        verified = verify(store, chosen, again=recompute, advance=advance)
+        verified = verify(store, chosen, again=recompute, against=against or "", advance=advance)
     for finding in verified.findings:
         say(f"{finding.severity}: {seen(str(finding))}")
+    if verified.lines:
+        say(f"{store.folder}: history of {verified.lines} lines, head {verified.head[:_SHOWN]}")
     say(f"{store.folder}: {verified}")
     if as_json:
         print_json({"archive": str(store.folder)} | verified.as_json())
     if not verified.sound:
         raise typer.Exit(FAILED)
+
+
+def _accept(store: "Archive", wanted: "Iterable[str]") -> None:
+    from tribopipe.cli.marks import logged_in
+    from tribopipe.verify.history import accept
+
+    for one in wanted:
+        for name in accept(store.folder, one, logged_in()):
+            say(seen(f"{name}: accepted as it is"))
 
 
 COMMANDS = {"verify": verify}

@@ -14,6 +14,7 @@ from tribopipe.verify.agreement import check_agreement
 from tribopipe.verify.catalogue import look_into_catalogue
 from tribopipe.verify.files import look_at
 from tribopipe.verify.folder import look_around
+from tribopipe.verify.history import look_into_history
 from tribopipe.verify.look import Look
 from tribopipe.verify.recompute import recompute
 from tribopipe.verify.runs import SeenRun
@@ -34,6 +35,10 @@ class Verified:
     """Of all files looked at, bytes."""
     recomputed: bool
     findings: tuple[Finding, ...]
+    lines: int
+    """Of the history."""
+    head: str
+    """Hash of its last line: kept elsewhere, it tells whether the whole archive was put back to an older state."""
 
     @property
     def sound(self) -> bool:
@@ -49,7 +54,7 @@ class Verified:
 
     def as_json(self) -> dict[str, Any]:
         """Return it as JSON types."""
-        told = {name: getattr(self, name) for name in ("sound", "runs", "studies", "size", "recomputed")}
+        told = {name: getattr(self, name) for name in ("sound", "runs", "studies", "size", "recomputed", "head")}
         return told | {"findings": [finding.model_dump(mode="json") for finding in self.findings]}
 
 
@@ -62,20 +67,42 @@ class _Looked(NamedTuple):
 
 
 def verify(
-    archive: Archive, run_ids: Collection[str] = (), *, again: bool = False, advance: Advance = lambda _: None
+    archive: Archive,
+    run_ids: Collection[str] = (),
+    *,
+    again: bool = False,
+    against: str = "",
+    advance: Advance = lambda _: None,
 ) -> Verified:
-    """Verify an archive, or some of its runs alone; nothing in it is changed.
+    """Verify an archive, or some of its runs alone; no run and no study is changed.
 
-    With ``again``, every step is computed again from what was ingested. ``advance`` is told each file looked at.
+    Parameters
+    ----------
+    archive
+        What to verify. Its history gains a line for each file that was put in by hand, and for each write of which a
+        killed process did not say whether it was done.
+    run_ids
+        Runs to verify; all, and the studies, where there are none.
+    again
+        Whether every step is computed again from what was ingested.
+    against
+        Hash of a line of the history that was kept elsewhere, or how it begins.
+    advance
+        Told the name of each file looked at.
     """
     looked = _look_at_all(archive.folder, run_ids, advance)
     sound = {name: one.seen for name, one in looked.items() if one.seen is not None}
     looks = [one.look for one in looked.values()]
+    told, account = look_into_history(archive.folder, sound.keys(), looked.keys() if run_ids else None, against)
+    looks += told
     if not run_ids:
         by_id = {_called(name): seen for name, seen in sound.items()}
         for name, seen in sound.items():
             check_agreement(looked[name].look, seen, by_id)
-        looks += [*look_around(archive.folder), *look_into_catalogue(archive.folder, sound.keys())]
+        looks += [
+            *look_around(archive.folder),
+            *look_into_catalogue(archive.folder, sound.keys(), account.files.keys()),
+        ]
     for name in sound if again else ():
         recompute(archive, looked[name].look, PurePosixPath(name).stem, study=_is_study(name))
         advance(name)
@@ -85,6 +112,8 @@ def verify(
         size=sum(one.stamp.size for one in looked.values()),
         recomputed=again,
         findings=tuple(finding for look in looks for finding in look.findings),
+        lines=account.lines,
+        head=account.head,
     )
 
 

@@ -2,7 +2,7 @@
 
 It is derived from them and made anew wherever it does not fit, so that nothing is lost with it. But what it says of a
 file that has not changed since, by all that the file system tells, has to be what the file says now; and a file that it
-knows should be there.
+knows should be there, also one that was put in by hand and is not in the history yet.
 """
 
 import sqlite3
@@ -23,22 +23,25 @@ _SAID = (
 _LS = "`tribopipe ls` makes it anew"
 
 
-def look_into_catalogue(archive: Path, sound: Set[str]) -> list[Look]:
-    """Compare the catalogue of an archive with one made from its sound files, which is kept nowhere."""
+def look_into_catalogue(archive: Path, sound: Set[str], recorded: Set[str] = frozenset()) -> list[Look]:
+    """Compare the catalogue of an archive with one made from its sound files, which is kept nowhere.
+
+    Of files that are ``recorded`` the history tells whether they should be there.
+    """
     look = Look(FILE_NAME)
     if not (archive / FILE_NAME).is_file():
-        look.note("catalogue", "found none, so that nothing tells whether files are gone; expected one", _LS)
+        look.note("catalogue", "found none; expected one", _LS)
         return [look]
     try:
         with closing(read_only(archive)) as kept, closing(in_memory()) as rebuilt:
-            return [*_gone(archive, kept), *_different(archive, sound, kept, rebuilt)]
+            return [*_gone(archive, kept, recorded), *_different(archive, sound, kept, rebuilt)]
     except (sqlite3.DatabaseError, UnicodeDecodeError) as error:
         look.note("catalogue", f"found it damaged, or of another version ({error}); expected one of this version", _LS)
         return [look]
 
 
-def _gone(archive: Path, kept: sqlite3.Connection) -> Iterator[Look]:
-    for name in sorted(noted(kept).keys() - stamps(archive).keys()):
+def _gone(archive: Path, kept: sqlite3.Connection, recorded: Set[str]) -> Iterator[Look]:
+    for name in sorted(noted(kept).keys() - stamps(archive).keys() - recorded):
         look = Look(name)
         message = "found no such file, which the catalogue knows; expected it"
         look.warning("catalogue", message, "restore it from a copy; if it was removed on purpose, run `tribopipe ls`")

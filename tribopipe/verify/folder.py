@@ -7,7 +7,9 @@ from contextlib import suppress
 from pathlib import Path
 
 from tribopipe.archive.catalogue.database import FILE_NAME
+from tribopipe.archive.history.entry import FILE_NAME as HISTORY
 from tribopipe.archive.lock import writers_lock
+from tribopipe.archive.removal import REMOVED
 from tribopipe.archive.stamps import STUDIES, SUFFIX, stamps
 from tribopipe.errors import ArchiveError
 from tribopipe.files import leftovers
@@ -19,7 +21,7 @@ _FIGURE_TAKES = 600.0
 """How long a figure may take to be written, s; that needs no lock."""
 _BEFORE = "before-format-"
 """How the folders are called in which migration keeps what was there."""
-_OURS = {FILE_NAME, f"{FILE_NAME}-journal", STUDIES, _FIGURES}
+_OURS = {FILE_NAME, f"{FILE_NAME}-journal", HISTORY, REMOVED, STUDIES, _FIGURES}
 
 
 def look_around(archive: Path) -> list[Look]:

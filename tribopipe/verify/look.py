@@ -21,6 +21,7 @@ CheckName = Literal[
     "shown",
     "nexus",
     "folder",
+    "history",
     "catalogue",
     "recompute",
 ]
