@@ -14,6 +14,7 @@ import h5py
 import pytest
 from folders import ROOT
 from listening import listening
+from matplotlib.figure import Figure
 
 from tribopipe import faults, interrupts
 from tribopipe.archive.lock import writers_lock
@@ -24,8 +25,9 @@ from tribopipe.files import leftovers, write_file
 from tribopipe.ingest.apart import answer_of
 from tribopipe.records.annotation import Annotation
 from tribopipe.report.archived import run_is_drawn
-from tribopipe.report.figures import save_figures
+from tribopipe.report.figures import save_beside, save_figures
 from tribopipe.run import SourceFile
+from tribopipe.verify import tree
 
 RUN = "si3n4-air-200mN"
 WRITING = "tribopipe.archive.late_errors.LateErrors"
@@ -191,6 +193,57 @@ def test_a_sound_file_that_the_system_does_not_give_is_not_called_damaged(archiv
     assert os.strerror(number) in told or "too little memory" in told
 
 
+def test_a_part_that_hdf5_was_not_given_is_not_called_missing(archive, monkeypatch):
+    plain = h5py.h5o.open
+
+    def fail(place, name, *given, **named):
+        if name.endswith(b"archived/raw_sha256"):  # as h5py says it, line end and all
+            raise KeyError("Unable to synchronously open object (file read failed: time = Tue\n, errno = 5, error")
+        return plain(place, name, *given, **named)
+
+    monkeypatch.setattr(h5py.h5o, "open", fail)
+    with pytest.raises(ArchiveError, match=r"cannot be read \(.*error\)") as raised:
+        Archive(archive).raw_sha256(RUN)
+    assert "damaged" not in str(raised.value)
+
+
+def test_verify_says_nothing_else_of_a_file_that_the_system_does_not_give(run_cli, archive, monkeypatch):
+    plain, calls = tree._field, iter(range(5))
+
+    def fail(dataset):
+        if next(calls, None) is None:
+            raise OSError(f"Can't synchronously read data (file read failed: time = x\n, errno = {errno.ESTALE}, ")
+        return plain(dataset)
+
+    monkeypatch.setattr(tree, "_field", fail)
+    told = run_cli("verify", archive)
+    assert told.exit_code == 1
+    (said,) = [line for line in told.stderr.splitlines() if line.startswith(("error", "warning"))]
+    assert said.startswith(f"error: {RUN}.h5: cannot be read ({os.strerror(errno.ESTALE)}); ")
+
+
+@pytest.mark.parametrize("number", [errno.EMFILE, errno.EIO])
+def test_a_write_that_is_done_is_not_called_failed(archive, monkeypatch, number):
+    """Whoever believed so would write a note twice."""
+    failing = {"stat": False}
+    replace, stat = Path.replace, Path.stat
+
+    def replaced(part, path):
+        failing["stat"] = True
+        return replace(part, path)
+
+    def seen(path, **how):
+        if failing["stat"] and path.suffix == ".h5":
+            raise OSError(number, os.strerror(number))
+        return stat(path, **how)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "replace", replaced)
+        patch.setattr(Path, "stat", seen)
+        Archive(archive).annotate(RUN, NOTE)
+    assert Archive(archive).annotations(RUN) == [NOTE]
+
+
 # --- no room ---
 
 
@@ -210,6 +263,15 @@ def test_what_a_killed_writer_left_goes_with_the_next_write_of_anything(store):
     assert [part.exists() for part in (*left, written)] == [False, False, True]
     Archive(store.folder).annotate(RUN, NOTE)
     assert leftovers(store.folder) == []
+
+
+def test_what_a_killed_writer_left_of_figures_goes_once_these_are_drawn_again(store):
+    figures = store.folder / "figures"
+    own = write_file_in(figures, f".{RUN}-friction.png.abcdefgh.part")
+    young, old = (write_file_in(figures, f".{name}-friction.png.abcdefgh.part") for name in ("young", "old"))
+    os.utime(old, (0, 0))
+    save_beside(store, RUN, {f"{RUN}-friction.png": Figure()})
+    assert [part.exists() for part in (own, young, old)] == [False, True, False]
 
 
 @pytest.mark.parametrize(
@@ -235,8 +297,6 @@ def test_without_room_an_error_names_the_file_that_was_wanted(tmp_path, monkeypa
 
 
 def test_without_room_no_figure_takes_its_place(tmp_path, monkeypatch):
-    from matplotlib.figure import Figure
-
     (tmp_path / "a.png").write_bytes(b"old, by tribopipe")
     monkeypatch.setattr("os.fsync", no_room)
     with pytest.raises(ArchiveError, match="figures cannot be written"):
@@ -388,6 +448,8 @@ def test_what_goes_wrong_outside_is_told_as_such(error, told):
         ["interrupts.py", "--points", "4", "--runs", "2"],
         ["many_writers.py", "--points", "16"],
         ["full_disk.py", "--points", "4"],
+        ["killed_commands.py", "--points", "2"],
+        ["injected_errors.py", "--points", "6"],
     ],
     ids=lambda words: words[0],
 )

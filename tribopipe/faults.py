@@ -5,7 +5,9 @@ is full.
 """
 
 import errno
+import os
 import platform
+import re
 import sys
 import tempfile
 import traceback
@@ -29,6 +31,29 @@ _MENDED_BY = {
     errno.ENFILE: "close other programs",
     errno.ENOMEM: "close other programs",
 }
+
+
+_HIDDEN = re.compile(r"\berrno = (\d{1,4})\b")
+_NOT_GIVEN = re.compile(r"\bfile (?:read|open) failed\b")
+
+
+def number_of(error: BaseException) -> int:
+    """Return the number of the system's error by which something failed; 0 where it failed otherwise.
+
+    HDF5 hides it in a text, which h5py gives to whatever kind of exception it raises.
+    """
+    if isinstance(error, MemoryError):
+        return errno.ENOMEM
+    if isinstance(error, OSError) and error.errno:
+        return error.errno
+    said = str(error)
+    hidden = _HIDDEN.search(said)
+    return int(hidden[1]) if hidden else errno.EIO if _NOT_GIVEN.search(said) else 0
+
+
+def unreadable(number: int) -> str:
+    """Say of a file that the system does not give it: nothing is known of what it holds."""
+    return f"cannot be read ({os.strerror(number)}); expected a file that can be; {mended_by(number)}"
 
 
 def mended_by(number: int) -> str:

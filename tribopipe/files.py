@@ -24,6 +24,8 @@ _MOST_NAMED = 1000
 _PART = ".part"
 _ACCESS_LIST = "system.posix_acl_access"
 _IS_WINDOWS = os.name == "nt"
+_LONGEST_WRITE = 600.0
+"""How long a file may take that is written without a lock, s."""
 _WAITS = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2)
 """How long to wait for readers on Windows, s."""
 
@@ -226,6 +228,19 @@ def drive_of(folder: Path) -> int | None:
 def leftovers(folder: Path) -> list[Path]:
     """Return the temporary files that writers left in a folder who could not end: they were killed, or still write."""
     return sorted(path for path in folder.glob(f".*{_PART}") if path.is_file())
+
+
+def clear_leftovers_of(path: Path) -> None:
+    """Remove the temporary files that killed writers of one file left; nobody may be writing it."""
+    for part in leftovers(path.parent):
+        if part.name[1:].removesuffix(_PART).rpartition(".")[0] == path.name:
+            with suppress(OSError):
+                part.unlink()
+
+
+def is_old(part: Path) -> bool:
+    """Tell whether a temporary file was written to so long ago that its writer has ended. Raises ``OSError``."""
+    return time.time() - part.stat().st_mtime > _LONGEST_WRITE
 
 
 def write_file(path: Path, content: bytes | memoryview) -> None:

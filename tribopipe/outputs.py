@@ -7,12 +7,11 @@ from pathlib import Path
 from tribopipe.archive.catalogue.database import FILE_NAME
 from tribopipe.archive.history.entry import FILE_NAME as HISTORY
 from tribopipe.archive.lock import LOCKS
+from tribopipe.archive.stamps import FIGURES
 from tribopipe.errors import OutputError
 from tribopipe.records.manifest import MANIFEST_NAME
 
 _ARCHIVE, _RUN = "an archive", "a run folder"
-FIGURES = "figures"
-"""Folder of an archive."""
 MADE_BY = "tribopipe"
 """What files that we make say of their maker."""
 _SEEN = 8192

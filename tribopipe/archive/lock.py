@@ -8,7 +8,7 @@ Readers take no lock: files are only ever replaced whole.
 import logging
 import zlib
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 
 from tribopipe.errors import ArchiveError
@@ -60,16 +60,19 @@ def _held(folder: Path, share: str, name: str, *, wait: bool = True) -> Iterator
     lock = FileLock(locks / f"{share}.lock", timeout=SILENT, poll_interval=_LOOK_EVERY, mode=0o666)
     try:
         try:
-            held = lock.acquire()
+            lock.acquire()
         except Timeout:
             if not wait:
                 raise
             say_waiting(folder, name, _WAIT)
-            held = lock.acquire(timeout=_WAIT)
+            lock.acquire(timeout=_WAIT)
     except Timeout:
         raise ArchiveError(
             f"{folder}: found another tribopipe that has been writing {name} for more than {_WAIT:.0f} s; expected it "
             "to end; see whether it was suspended, and run this again"
         ) from None
-    with held:
+    try:
         yield
+    finally:
+        with suppress(OSError):  # what was done is done; the lock ends with the process at the latest
+            lock.release()

@@ -11,6 +11,7 @@ from numpy.typing import DTypeLike, NDArray
 from tribopipe.archive.pack import FILTERS, chunk_shape, write_packed, write_together
 from tribopipe.archive.unpack import unpacked
 from tribopipe.errors import ArchiveError
+from tribopipe.faults import number_of
 from tribopipe.records.base import Record
 from tribopipe.records.quantity import Quantity
 
@@ -135,7 +136,9 @@ def floats(parent: h5py.Group, name: str) -> NDArray[np.float64]:
 def _dataset(parent: h5py.Group, path: str) -> h5py.h5d.DatasetID:
     try:
         found = h5py.h5o.open(parent.id, path.encode())
-    except KeyError:
+    except KeyError as error:
+        if number_of(error):
+            raise  # the system did not give what may be there
         raise _refused(parent, path, "nothing") from None
     if not isinstance(found, h5py.h5d.DatasetID):
         raise _refused(parent, path, "no field")

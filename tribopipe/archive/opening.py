@@ -1,8 +1,5 @@
 """Files of the archive opened for reading, once they are known to be whole and to hold nothing but what is ours."""
 
-import errno
-import os
-import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,11 +12,10 @@ from tribopipe.archive.formats import FORMAT_TEXT, RUN_FORMAT, STUDY_FORMAT, che
 from tribopipe.archive.own_content import check_parts, own_datasets, was_looked_through
 from tribopipe.archive.seal import check_seal, is_sealed
 from tribopipe.errors import ArchiveError
-from tribopipe.faults import mended_by
+from tribopipe.faults import number_of, unreadable
 
 _DAMAGED = (ArithmeticError, AttributeError, LookupError, MemoryError, OSError, RuntimeError, TypeError, ValueError)
 """What reading raises where a file holds something else than tribopipe writes."""
-_HIDDEN = re.compile(r"\berrno = (\d{1,4})\b")
 _LONGEST = 300
 """Characters of what is said of it."""
 
@@ -50,7 +46,7 @@ def of_any_format(path: Path, parts: Sequence[str] | None = None) -> Iterator[h5
             check_seal(path)
         file = h5py.File(path, "r", locking=False)
     except OSError as error:
-        raise ArchiveError(f"{path}: {_why_not_opened(error)}") from None
+        raise ArchiveError(f"{path}: {_why_not_opened(error)}") from error
     with file:
         try:
             if not was_looked_through(file):
@@ -59,25 +55,11 @@ def of_any_format(path: Path, parts: Sequence[str] | None = None) -> Iterator[h5
                     own_datasets(file)
             yield file
         except _DAMAGED as error:
-            if number := _of_the_system(error):
-                raise ArchiveError(f"{path}: {_unreadable(number)}") from error
+            if number := number_of(error):
+                raise ArchiveError(f"{path}: {unreadable(number)}") from error
             raise ArchiveError(
                 f"{path}: found a damaged file ({_why(error)}); expected what tribopipe wrote; restore it from a copy"
             ) from error
-
-
-def _of_the_system(error: Exception) -> int:
-    """Return the number of the system's error where reading failed by it, not by the file; HDF5 hides it in a text."""
-    if isinstance(error, MemoryError):
-        return errno.ENOMEM
-    if not isinstance(error, OSError):
-        return 0
-    hidden = _HIDDEN.search(str(error))
-    return error.errno or (int(hidden[1]) if hidden else 0)
-
-
-def _unreadable(number: int) -> str:
-    return f"cannot be read ({os.strerror(number)}); expected a file that can be; {mended_by(number)}"
 
 
 def _why(error: Exception) -> str:
@@ -89,8 +71,8 @@ def _why(error: Exception) -> str:
 
 
 def _why_not_opened(error: OSError) -> str:
-    if number := _of_the_system(error):
-        return _unreadable(number)
+    if number := number_of(error):
+        return unreadable(number)
     return (
         "found a file that is not HDF5, or is damaged; expected one archived by tribopipe; restore it from a copy, or "
         "move it out of the archive"

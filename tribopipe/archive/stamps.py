@@ -5,6 +5,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 STUDIES, SUFFIX = "studies", ".h5"
+FIGURES = "figures"
+"""Folder of what is drawn of an archive, which may hold anything."""
 _SETTLED_AFTER = 2_000_000_000
 """Age in ns from which a file cannot change any more without its time of change telling: the clocks of file systems
 tick every 2 s at worst."""

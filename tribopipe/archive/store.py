@@ -41,7 +41,7 @@ from tribopipe.archive.runfile import (
     write_wear_plot,
 )
 from tribopipe.archive.seal import SEAL_SIZE, know, seal_file
-from tribopipe.archive.stamps import stamp_of
+from tribopipe.archive.stamps import FIGURES, stamp_of
 from tribopipe.archive.steps import STEPS, Fingerprints, Step, StepName, downstream, steps_among
 from tribopipe.archive.studyfile import (
     StoredStudy,
@@ -52,7 +52,8 @@ from tribopipe.archive.studyfile import (
     write_study,
 )
 from tribopipe.errors import ArchiveError, did_you_mean
-from tribopipe.files import drive_of, leftovers, natural_order, sha256_of
+from tribopipe.faults import number_of
+from tribopipe.files import drive_of, is_old, leftovers, natural_order, sha256_of
 from tribopipe.records.annotation import Annotation, tags_after
 from tribopipe.records.base import Record
 from tribopipe.records.finding import Finding
@@ -423,11 +424,12 @@ class Archive:
                         yield file
                     seal_file(part)
                     _read_back(part, path)
+            except OSError as error:
+                self._refuse(error)
+            with suppress(OSError):  # it is written, whatever can be known of it now
                 stamp = stamp_of(path.stat())
                 know(path, stamp)
                 renamed(part, path, stamp)
-            except OSError as error:
-                self._refuse(error)
 
     @contextmanager
     def _held(self, path: Path) -> Iterator[None]:
@@ -442,6 +444,12 @@ class Archive:
                 self._refuse(error)
             yield
 
+    @contextmanager
+    def alone_with(self, identifier: str) -> Iterator[None]:
+        """Be the only one who writes a run or study, or draws it. Raises ``ArchiveError`` where that cannot be."""
+        with self._held(self.path(identifier)):
+            yield
+
     def begin(self) -> None:
         """Make the folder where there is none. Raises ``ArchiveError`` where that cannot be done."""
         try:
@@ -450,8 +458,12 @@ class Archive:
             self._refuse(error)
 
     def tidy(self) -> None:
-        """Take away what was left of runs and studies by writers that were killed."""
+        """Take away what was left of runs, studies and figures by writers that were killed."""
         self._is_tidy = True
+        for part in leftovers(self.folder / FIGURES):  # those of a run that is drawn again go at once
+            with suppress(OSError):
+                if is_old(part):
+                    part.unlink()
         for part in (*leftovers(self.folder), *leftovers(self.folder / STUDIES)):
             name = part.name[1:].partition(SUFFIX)[0]
             with suppress(ArchiveError, OSError), writers_lock(self.folder, name, wait=False):
@@ -480,6 +492,8 @@ def _read_back(part: Path, path: Path) -> None:
         with opened(part):
             pass
     except ArchiveError as error:
+        if error.__cause__ is not None and (number := number_of(error.__cause__)):
+            raise OSError(number, os.strerror(number)) from error
         raise ArchiveError(
             f"{path}: cannot be archived, for it could not be read again ({_found_in(error)}); expected less of "
             "that; the archive is as it was"

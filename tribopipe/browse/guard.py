@@ -8,6 +8,7 @@ accounts of the machine can reach it, so it answers to nobody without its key.
 from collections.abc import Iterable
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
+from anyio import create_task_group
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.exceptions import HTTPException
 from starlette.requests import HTTPConnection
@@ -66,9 +67,29 @@ class Guard:
             await failure(401, _NO_KEY)(scope, receive, guarded)
             return
         try:
-            await self._app(scope, receive, guarded)
+            await _while_asked(self._app, scope, receive, guarded)
         except Exception as error:  # noqa: BLE001, whatever it is, the page gets a sentence
             await failure(500, _MISTAKE.format(type(error).__name__, error))(scope, receive, guarded)
+
+
+async def _while_asked(app: ASGIApp, scope: Scope, receive: Receive, send: Send) -> None:
+    """Answer a request for as long as its client is there; what waits for its turn, or asks, ends with the client."""
+    problem = None
+    async with create_task_group() as tasks:
+
+        async def watch() -> None:
+            while (await receive())["type"] != "http.disconnect":
+                pass
+            tasks.cancel_scope.cancel()
+
+        tasks.start_soon(watch)
+        try:
+            await app(scope, receive, send)
+        except Exception as error:  # noqa: BLE001, so that it comes out alone, not in a group
+            problem = error
+        tasks.cancel_scope.cancel()
+    if problem is not None:
+        raise problem
 
 
 def _let_in(asked: HTTPConnection, cookie: str) -> RedirectResponse:

@@ -4,6 +4,9 @@ from math import isfinite
 from typing import Annotated, Literal
 
 import h5py
+from anyio import CapacityLimiter
+from anyio.from_thread import check_cancelled
+from anyio.to_thread import run_sync
 from fastapi import APIRouter, Depends, Query
 from starlette.exceptions import HTTPException
 from starlette.responses import HTMLResponse, Response
@@ -13,21 +16,22 @@ from tribopipe.archive.unpack import unpacked
 from tribopipe.browse.answers import run_answer, study_answer
 from tribopipe.browse.compare import compare
 from tribopipe.browse.decimate import Window
-from tribopipe.browse.download import CSV, download
+from tribopipe.browse.download import CSV, Files, download
 from tribopipe.browse.drawing import Drawing, plot_answer
 from tribopipe.browse.guard import REPORT_POLICY
 from tribopipe.browse.json_answer import JsonAnswer
 from tribopipe.browse.library import Library
 from tribopipe.browse.plots import PlotOffer, run_plots
-from tribopipe.browse.samples import ArchivedFile
 from tribopipe.browse.study_plots import study_plots
-from tribopipe.files import read_file
 from tribopipe.report.csv_files import csv_kinds, csv_parts
 from tribopipe.report.run_page import run_page
 from tribopipe.report.runs_csv import runs_csv
 from tribopipe.report.study_page import study_page
 
 _MOST_COMPARED = 50
+_REPORTS_AT_ONCE = 2
+"""Each keeps a processor busy for seconds."""
+_HDF5 = "application/x-hdf5"
 
 
 def _window(
@@ -53,8 +57,9 @@ def api_router(library: Library) -> APIRouter:
     _add_lists(router, library)
     _add_comparison(router, library)
     _add_run(router, library)
-    _add_downloads(router, library)
-    _add_studies(router, library)
+    files, reports = Files(), CapacityLimiter(_REPORTS_AT_ONCE)
+    _add_downloads(router, library, files, reports)
+    _add_studies(router, library, files, reports)
     return router
 
 
@@ -125,10 +130,10 @@ def _read_ahead(plots: list[PlotOffer]) -> None:
         first.drawing()
 
 
-def _add_downloads(router: APIRouter, library: Library) -> None:
+def _add_downloads(router: APIRouter, library: Library, files: Files, reports: CapacityLimiter) -> None:
     @router.get("/runs/{run_id}/file")
     def file(run_id: str) -> Response:
-        return _hdf5(library.run(run_id))
+        return files.download(library.run(run_id).path, _HDF5)
 
     @router.get("/runs/{run_id}/sources/{number}")
     def source(run_id: str, number: int) -> Response:
@@ -147,26 +152,25 @@ def _add_downloads(router: APIRouter, library: Library) -> None:
         return download(csv_parts(library.archive, run_id, what), f"{run_id}-{what}.csv", CSV)
 
     @router.get("/runs/{run_id}/report")
-    def run_report(run_id: str) -> Response:
-        from tribopipe.report.html.document import run_report
+    async def run_report(run_id: str) -> Response:
+        def made() -> str:
+            from tribopipe.report.html.document import run_report
 
-        library.run(run_id).refuse_foreign()
-        return _report(run_report(library.archive, [run_id]))
+            library.run(run_id).refuse_foreign()
+            return run_report(library.archive, [run_id], check_cancelled)
+
+        return _report(await run_sync(made, limiter=reports))
 
 
 def _bytes(note: h5py.Group) -> bytes:
     return unpacked(note["data"]).astype("u1").tobytes()
 
 
-def _hdf5(found: ArchivedFile) -> Response:
-    return download([read_file(found.path)], found.path.name, "application/x-hdf5")
-
-
 def _report(text: str) -> Response:
     return HTMLResponse(text, headers={"Content-Security-Policy": REPORT_POLICY})
 
 
-def _add_studies(router: APIRouter, library: Library) -> None:
+def _add_studies(router: APIRouter, library: Library, files: Files, reports: CapacityLimiter) -> None:
     @router.get("/studies")
     def studies() -> Response:
         return JsonAnswer(library.studies())
@@ -183,11 +187,14 @@ def _add_studies(router: APIRouter, library: Library) -> None:
 
     @router.get("/studies/{study_id}/file")
     def study_file(study_id: str) -> Response:
-        return _hdf5(library.study(study_id))
+        return files.download(library.study(study_id).path, _HDF5)
 
     @router.get("/studies/{study_id}/report")
-    def study_report(study_id: str) -> Response:
-        from tribopipe.report.html.document import study_report
+    async def study_report(study_id: str) -> Response:
+        def made() -> str:
+            from tribopipe.report.html.document import study_report
 
-        library.study(study_id).refuse_foreign()
-        return _report(study_report(library.archive, study_id))
+            library.study(study_id).refuse_foreign()
+            return study_report(library.archive, study_id, check_cancelled)
+
+        return _report(await run_sync(made, limiter=reports))

@@ -14,10 +14,13 @@ import uvicorn
 from tribopipe.browse.app import create_app
 from tribopipe.browse.key import Key
 from tribopipe.browse.library import Library
+from tribopipe.browse.patience import PatientProtocol
 from tribopipe.errors import ArchiveError
 from tribopipe.units import show
 
 HOST = "127.0.0.1"
+_ACCEPTED_AT_ONCE = 64
+"""Connections, before any of them is looked at: all at once would take more open files than there may be."""
 _PATIENCE = 2
 """How long answers under way may take after Ctrl-C, s."""
 
@@ -80,6 +83,8 @@ def _ready(archive: Path, key: Key) -> Iterator[uvicorn.Server]:
         app,
         log_level="critical",
         lifespan="off",
+        http=PatientProtocol,
+        backlog=_ACCEPTED_AT_ONCE,
         ws="none",
         server_header=False,
         timeout_graceful_shutdown=_PATIENCE,

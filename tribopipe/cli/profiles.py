@@ -109,7 +109,7 @@ def show_profile_file(path: Path, asked: ProfileOptions, *, as_json: bool) -> No
 
 def show_run_profiles(store: "Archive", run_id: str) -> list[dict[str, Any]]:
     """Tell of the profiles of an archived run, save their figures and its others, and return it all for programs."""
-    from tribopipe.outputs import FIGURES
+    from tribopipe.archive.stamps import FIGURES
     from tribopipe.profile.track import examined, reference_radius
     from tribopipe.report.archived import save_run_figures
     from tribopipe.report.profile_figures import save_profile_figures

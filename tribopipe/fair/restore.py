@@ -13,7 +13,7 @@ from tribopipe.archive.store import STUDIES, SUFFIX, Archive
 from tribopipe.errors import ArchiveError, TribopipeError
 from tribopipe.fair.layout import ARCHIVE, DATASET
 from tribopipe.fair.packed import Packed, packed
-from tribopipe.files import write_file
+from tribopipe.files import clear_leftovers_of, write_file
 from tribopipe.records.base import read_document
 from tribopipe.records.dataset import DATASET_NAME, Dataset
 from tribopipe.records.document import parse_toml
@@ -78,7 +78,7 @@ def restore(path: Path, archive: Archive, advance: Callable[[str], None] = lambd
             advance(one.id)
         if found.done and DATASET in described:
             try:
-                found.dataset = _dataset(crate, described[DATASET], archive.folder)
+                found.dataset = _dataset(crate, described[DATASET], archive)
             except TribopipeError as error:
                 found.refused_dataset = error
     return found
@@ -116,9 +116,9 @@ def _taken(crate: Packed, one: ArchivedFile, archive: Archive) -> Literal["added
     return archive.adopt(one.id, pieces, one.held.sha256, study=one.study)
 
 
-def _dataset(crate: Packed, held: Held, folder: Path) -> Path | None:
-    """Write the crate's dataset.toml beside an archive where there is none, once it is known to be one."""
-    path = folder.resolve().parent / DATASET_NAME
+def _dataset(crate: Packed, held: Held, archive: Archive) -> Path | None:
+    """Write the crate's dataset.toml beside the archive where there is none, once it is known to be one."""
+    path = archive.folder.resolve().parent / DATASET_NAME
     if path.exists():
         return None
     if held.size > _MOST_DOCUMENT:
@@ -127,7 +127,9 @@ def _dataset(crate: Packed, held: Held, folder: Path) -> Path | None:
     within = crate.path / held.name
     read_document(parse_toml(within, content), Dataset, where=str(within))
     try:
-        write_file(path, content)
+        with archive.alone_with(DATASET_NAME):
+            clear_leftovers_of(path)
+            write_file(path, content)
     except OSError as error:
         raise ArchiveError(
             f"{path}: cannot be written ({error.strerror or error}); expected a folder with room and write permission; "

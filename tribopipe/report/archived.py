@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 from tribopipe.archive.local_wear import archived_local_wear
 from tribopipe.archive.results import archived_correction, archived_friction
+from tribopipe.archive.stamps import FIGURES
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, Step, StepName
 from tribopipe.archive.store import Archive
-from tribopipe.outputs import FIGURES
 from tribopipe.records.clean_up import CleanUp
 from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction
 from tribopipe.records.results import WearFit, WearPrediction
 from tribopipe.report.clean_up_figures import changed_signals, plot_clean_up
 from tribopipe.report.disc_figures import plot_disc_contact, plot_disc_wear
-from tribopipe.report.figures import plot_depth, plot_friction, plot_wear, save_figures
+from tribopipe.report.figures import plot_depth, plot_friction, plot_wear, save_beside
 from tribopipe.report.local_wear_figures import local_wear_figures
 from tribopipe.run import CorrectedRun, RawRun
 from tribopipe.wear.curves import LawCurve
@@ -56,7 +56,7 @@ def save_run_figures(archive: Archive, run_id: str, suffix: str = ".png") -> lis
     """
     figures = run_figures(archive, run_id)
     paths = _paths(archive, run_id, suffix)
-    save_figures(archive.folder / FIGURES, {paths[what].name: figure for what, figure in figures.items()})
+    save_beside(archive, run_id, {paths[what].name: figure for what, figure in figures.items()})
     for what in paths.keys() - figures.keys():
         paths[what].unlink(missing_ok=True)
     return [paths[what] for what in figures]

@@ -14,8 +14,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec
 
 import numpy as np
 
+from tribopipe.archive.stamps import FIGURES
+from tribopipe.archive.store import Archive
 from tribopipe.errors import ArchiveError
-from tribopipe.files import replacing
+from tribopipe.files import clear_leftovers_of, replacing
 from tribopipe.outputs import MADE_BY, made_here, require_free
 from tribopipe.records.clean_up import CleanUp
 from tribopipe.records.finding import first_of_each_code
@@ -329,6 +331,18 @@ def save_figures(folder: Path, figures: "Mapping[str, Figure]") -> None:
             f"{folder}: figures cannot be written ({error.strerror or error}); expected a folder with room and write "
             "permission; see to that, and give the same command again"
         ) from None
+
+
+def save_beside(archive: Archive, identifier: str, figures: "Mapping[str, Figure]") -> None:
+    """Write figures of a run or study beside its archive, as ``save_figures`` does, alone among those who draw it.
+
+    What somebody left of them who was killed goes. Raises ``ArchiveError`` and ``OutputError``.
+    """
+    folder = archive.folder / FIGURES
+    with archive.alone_with(identifier):
+        for name in figures:
+            clear_leftovers_of(folder / name)
+        save_figures(folder, figures)
 
 
 def _picture(figure: "Figure", suffix: str) -> bytes:

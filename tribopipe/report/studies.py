@@ -5,16 +5,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tribopipe.archive.results import archived_correction, archived_friction
+from tribopipe.archive.stamps import FIGURES
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
 from tribopipe.archived_steps import recipe_of
-from tribopipe.outputs import FIGURES
 from tribopipe.records.disc_verdict import TwinDiscStudyResult
 from tribopipe.records.recipe import Recipe
 from tribopipe.records.verdict import StudyResult
 from tribopipe.report.archived import is_since
 from tribopipe.report.disc_study_figures import plot_disc_study
-from tribopipe.report.figures import save_figures
+from tribopipe.report.figures import save_beside, save_figures
 from tribopipe.report.study_figures import plot_study_coefficient, plot_study_friction, plot_study_wear
 from tribopipe.run import Column
 from tribopipe.study.discs import DiscStudyCurve
@@ -51,7 +51,10 @@ def save_study_figures(
     figures = study_figures(archive, study_id)
     named = {f"{study_id}-{what}{suffix}": figure for what, figure in figures.items() for suffix in suffixes}
     folder = into or archive.folder / FIGURES
-    save_figures(folder, named)
+    if into is None:
+        save_beside(archive, study_id, named)
+    else:
+        save_figures(folder, named)
     return [folder / name for name in named]
 
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Set
 from contextlib import closing
 from pathlib import Path
 
-from tribopipe.archive.catalogue.database import FILE_NAME, in_memory, read_only
+from tribopipe.archive.catalogue.database import FILE_NAME, in_memory, is_damage, read_only
 from tribopipe.archive.catalogue.notes import keep, noted, take_note
 from tribopipe.archive.stamps import Stamp, stamp_of, stamps
 from tribopipe.verify.look import Look
@@ -36,6 +36,9 @@ def look_into_catalogue(archive: Path, sound: Set[str], recorded: Set[str] = fro
         with closing(read_only(archive)) as kept, closing(in_memory()) as rebuilt:
             return [*_gone(archive, kept, recorded), *_different(archive, sound, kept, rebuilt)]
     except (sqlite3.DatabaseError, UnicodeDecodeError) as error:
+        if not is_damage(error):
+            look.note("catalogue", f"cannot be read ({error}); expected a file that can be", "verify again")
+            return [look]
         look.note("catalogue", f"found it damaged, or of another version ({error}); expected one of this version", _LS)
         return [look]
 

@@ -7,6 +7,7 @@ from tribopipe.archive.opening import opened
 from tribopipe.archive.seal import check_every_byte, is_sealed
 from tribopipe.archive.stamps import STUDIES
 from tribopipe.errors import ArchiveError
+from tribopipe.faults import mended_by
 from tribopipe.verify.look import Look
 from tribopipe.verify.nexus import check_nexus
 from tribopipe.verify.runs import SeenRun, look_into_run
@@ -27,7 +28,8 @@ def look_at(archive: Path, name: str) -> tuple[Look, SeenRun | SeenStudy | None]
     except ArchiveError as error:
         look.refused("content", error)
     except OSError as error:
-        look.error("file", f"found a file that cannot be read ({error.strerror or error}); expected one that can")
+        why = f"cannot be read ({error.strerror or error}); expected a file that can be"
+        look.error("file", why, mended_by(error.errno or 0))
     return look, None
 
 

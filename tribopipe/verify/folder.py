@@ -1,6 +1,5 @@
 """What lies in an archive's folder beside its runs and studies."""
 
-import time
 from collections import defaultdict
 from collections.abc import Iterator, Set
 from contextlib import suppress
@@ -10,18 +9,14 @@ from tribopipe.archive.catalogue.database import FILE_NAME
 from tribopipe.archive.history.entry import FILE_NAME as HISTORY
 from tribopipe.archive.lock import writers_lock
 from tribopipe.archive.removal import REMOVED
-from tribopipe.archive.stamps import STUDIES, SUFFIX, stamps
+from tribopipe.archive.stamps import FIGURES, STUDIES, SUFFIX, stamps
 from tribopipe.errors import ArchiveError
-from tribopipe.files import leftovers
+from tribopipe.files import is_old, leftovers
 from tribopipe.verify.look import Look
 
-_FIGURES = "figures"
-"""Folder of what is drawn of the archive, which may hold anything."""
-_FIGURE_TAKES = 600.0
-"""How long a figure may take to be written, s; that needs no lock."""
 _BEFORE = "before-format-"
 """How the folders are called in which migration keeps what was there."""
-_OURS = {FILE_NAME, f"{FILE_NAME}-journal", HISTORY, REMOVED, STUDIES, _FIGURES}
+_OURS = {FILE_NAME, f"{FILE_NAME}-journal", HISTORY, REMOVED, STUDIES, FIGURES}
 
 
 def look_around(archive: Path) -> list[Look]:
@@ -31,7 +26,7 @@ def look_around(archive: Path) -> list[Look]:
 
 def _left_over(archive: Path) -> Iterator[Look]:
     """Find temporary files whose writer has ended."""
-    for folder in (archive, archive / STUDIES, archive / _FIGURES):
+    for folder in (archive, archive / STUDIES, archive / FIGURES):
         for part in leftovers(folder):
             if _is_abandoned(archive, part):
                 look = Look(_inside(archive, part))
@@ -43,8 +38,8 @@ def _left_over(archive: Path) -> Iterator[Look]:
 def _is_abandoned(archive: Path, part: Path) -> bool:
     """Tell whether nobody writes a temporary file any more: whoever writes a run or a study holds its lock."""
     with suppress(OSError):  # where nobody can write, nobody does
-        if part.parent.name == _FIGURES:
-            return time.time() - part.stat().st_mtime > _FIGURE_TAKES
+        if part.parent.name == FIGURES:
+            return is_old(part)
         try:
             with writers_lock(archive, part.name[1:].partition(SUFFIX)[0], wait=False):
                 return part.exists()

@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from typing import Literal
 
 from tribopipe.errors import TribopipeError
+from tribopipe.faults import number_of, unreadable
 from tribopipe.records.finding import Finding, Severity
 
 CheckName = Literal[
@@ -36,6 +37,7 @@ class Look:
     def __init__(self, name: str) -> None:
         self.name = name
         self.findings: list[Finding] = []
+        self._not_given = False
 
     def error(self, check: CheckName, message: str, remedy: str = RESTORE, part: str = "") -> None:
         """Note that something is damaged."""
@@ -51,14 +53,28 @@ class Look:
 
     @contextmanager
     def reading(self, part: str = "") -> Iterator[None]:
-        """Note that a part of the file cannot be read, where it turns out so, and go on after it."""
+        """Note that a part of the file cannot be read, where it turns out so, and go on after it.
+
+        Where it is the system that does not give it, nothing is known of the file, and nothing else is said of it.
+        """
         try:
             yield
         except TribopipeError as error:
+            if error.__cause__ is not None and (number := number_of(error.__cause__)):
+                self._give_up(number)
             self.refused("content", error, part)
         except NOT_READ as error:
+            if number := number_of(error):
+                self._give_up(number)
             why = (str(error).splitlines() or [""])[0]
             self.error("content", f"found what cannot be read ({why}); expected what tribopipe wrote", part=part)
+
+    def _give_up(self, number: int) -> None:
+        if not self._not_given:
+            message, _, remedy = unreadable(number).rpartition("; ")
+            self.findings.clear()
+            self.error("file", message, remedy)
+            self._not_given = True
 
     def named(self, expected: str, *said: str) -> None:
         """Note where a file says that it is of another id than its name."""
@@ -75,5 +91,7 @@ class Look:
         self.error(check, message or told, remedy if message else RESTORE, part)
 
     def _find(self, severity: Severity, check: CheckName, message: str, remedy: str, part: str) -> None:
+        if self._not_given:
+            return
         where = f"{self.name}: {part}" if part else self.name
         self.findings.append(Finding(severity=severity, code=check, where=where, message=message, remedy=remedy))

@@ -10,7 +10,7 @@ from typing import Literal
 from pydantic import ValidationError
 
 from tribopipe.errors import ArchiveError
-from tribopipe.files import write_file
+from tribopipe.files import clear_leftovers_of, write_file
 from tribopipe.records.base import Record
 from tribopipe.watch.drops import Drop
 
@@ -50,6 +50,7 @@ class Journal:
         for entry in self._read():
             self.hold(entry)
         # What a crash cut in the middle, and what is out of date, goes.
+        clear_leftovers_of(self._path)
         write_file(self._path, "".join(map(_line, self._entries.values())).encode())
 
     def note(self, entry: Entry) -> None:

@@ -78,7 +78,7 @@ class Database:
             except OSError:
                 break
             except (sqlite3.DatabaseError, UnicodeDecodeError) as error:
-                if not _is_damage(error):
+                if not is_damage(error):
                     break
         return filled_first(self._in_memory())
 
@@ -152,7 +152,8 @@ def in_memory() -> sqlite3.Connection:
     return connection
 
 
-def _is_damage(error: Exception) -> bool:
+def is_damage(error: Exception) -> bool:
+    """Tell whether it is the file that is wrong, rather than the system that does not give it."""
     return getattr(error, "sqlite_errorcode", sqlite3.SQLITE_CORRUPT) & 0xFF in _DAMAGED
 
 

@@ -71,6 +71,7 @@ def _read(archive: Path, name: str, known: Known) -> Note:
     from tribopipe.archive.catalogue.reading import read_cells, read_verdicts
     from tribopipe.archive.store import Archive
     from tribopipe.errors import ArchiveError
+    from tribopipe.faults import number_of, unreadable
 
     path, store = archive / name, Archive(archive)
     try:
@@ -78,6 +79,8 @@ def _read(archive: Path, name: str, known: Known) -> Note:
             return Note(name, known, members=read_verdicts(store, path.stem))
         return Note(name, known, cells=read_cells(store, path.stem))
     except (AttributeError, LookupError, TypeError) as error:
+        if number := number_of(error):
+            raise ArchiveError(f"{path}: {unreadable(number)}") from error
         raise ArchiveError(
             f"{path}: found a damaged file ({type(error).__name__}: {error}); expected what tribopipe wrote; restore "
             "it from a copy"

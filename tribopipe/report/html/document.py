@@ -1,9 +1,9 @@
 """Reports of runs and of a study: one HTML document that holds all it shows, and neither runs nor loads anything."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from markupsafe import Markup
 
@@ -68,20 +68,28 @@ class _Check(NamedTuple):
     """One of the runs', one that lacks it if any does."""
 
 
-def run_report(archive: Archive, ids: Sequence[str]) -> str:
+GoOn: TypeAlias = Callable[[], object]
+
+
+def _go_on() -> None: ...
+
+
+def run_report(archive: Archive, ids: Sequence[str], go_on: GoOn = _go_on) -> str:
     """Return a report of runs as one HTML document, the same for the same content of the archive.
 
+    ``go_on`` is called before each figure; whatever it raises ends the work.
     Raises ``ArchiveError`` where a run is not in the archive, or its file is damaged.
     """
     numbers = count(1)
-    runs = [_run_card(archive, run_id, numbers) for run_id in dict.fromkeys(ids)]
+    runs = [_run_card(archive, run_id, numbers, go_on) for run_id in dict.fromkeys(ids)]
     title = runs[0].page.title if len(runs) == 1 else f"{len(runs)} runs"
     return _report("runs.html", title, runs)
 
 
-def study_report(archive: Archive, study_id: str) -> str:
+def study_report(archive: Archive, study_id: str, go_on: GoOn = _go_on) -> str:
     """Return a report of a study as one HTML document, the same for the same content of the archive.
 
+    ``go_on`` is called before each figure; whatever it raises ends the work.
     Raises ``ArchiveError`` where the study or one of its runs is not in the archive, or its file is damaged.
     """
     page, stored = study_page(archive, study_id), archive.study_outline(study_id)
@@ -96,14 +104,14 @@ def study_report(archive: Archive, study_id: str) -> str:
         study=page,
         result=stored.result,
         options={"study": stored.options},
-        figures=list(_cards(figures, captions, page.id, count(1))),
+        figures=list(_cards(figures, captions, page.id, count(1), go_on)),
         facts=merged({run.page.id: _facts(run.page) for run in runs}),
     )
 
 
-def _run_card(archive: Archive, run_id: str, numbers: Iterator[int]) -> _RunCard:
+def _run_card(archive: Archive, run_id: str, numbers: Iterator[int], go_on: GoOn) -> _RunCard:
     page, outline = run_page(archive, run_id), archive.outline(run_id)
-    figures = _cards(run_figures(archive, run_id), RUN_CAPTIONS, run_id, numbers)
+    figures = _cards(run_figures(archive, run_id), RUN_CAPTIONS, run_id, numbers, go_on)
     return _RunCard(page, outline, reporting_items(archive, run_id), tuple(figures))
 
 
@@ -134,9 +142,10 @@ def _facts(page: RunPage) -> Iterator[Stated]:
 
 
 def _cards(
-    figures: "Mapping[str, Figure]", captions: Mapping[str, str], name: str, numbers: Iterator[int]
+    figures: "Mapping[str, Figure]", captions: Mapping[str, str], name: str, numbers: Iterator[int], go_on: GoOn
 ) -> Iterator[_FigureCard]:
     for what, figure in figures.items():
+        go_on()
         number = next(numbers)
         svg = inline_svg(figure, f"figure-{number}", f"{name}: {captions[what]}")
         yield _FigureCard(number, captions[what], svg, float(figure.get_figwidth()))
