@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tribopipe.contact.pin_on_disc import SphericalPin
+from tribopipe.depth_reading import sliding_time
 from tribopipe.drift import correct_drift
 from tribopipe.errors import FitError
 from tribopipe.ingest.harmonise import read_run
@@ -58,6 +59,36 @@ def test_offset_and_drift_of_a_noiseless_signal_come_back(bare_run, offset, rate
     assert corrected.correction.zero_offset.value == pytest.approx(offset, abs=3e-9 + 8 * abs(rate))
     assert corrected.correction.drift_rate.value == pytest.approx(rate, abs=1e-11 + abs(rate) * 0.02)
     np.testing.assert_allclose(corrected.wear_depth, wear_curve(distance), atol=2e-8 + 10 * abs(rate))
+
+
+@pytest.mark.parametrize("slid", [-4.0, 0.0, 100.0])
+def test_drift_counts_from_where_sliding_began_wherever_the_record_begins(bare_run, slid):
+    distance = np.linspace(slid, 500, 2001)
+    started, time = -slid / 0.4, (distance - slid) / 0.4
+    wear = PIN.worn(PIN.volume(WEAR_END) * np.maximum(distance, 0.0) / 500).depth
+    run = with_depth(bare_run, 3e-6 + wear + 2e-9 * (time - started), worn_pin(1e-9), distance)
+    correction = correct_drift(replace(run, columns=run.columns | {"time": time}), TWO_STEP).correction
+    # The discrepancy at the end has built up over 500 m at 0.4 m/s, recorded or not.
+    assert correction.drift_rate.value == pytest.approx(correction.discrepancy.value / 1250, rel=1e-12)
+    if slid <= 0:
+        assert correction.drift_rate.value == pytest.approx(2e-9, rel=0.03)
+
+
+def test_a_record_that_rests_throughout_the_first_window_has_an_offset_all_the_same(bare_run):
+    """Nothing wears before sliding begins, so that the window has no wear to tell from the offset."""
+    distance = np.linspace(-40, 500, 2001)
+    wear = PIN.worn(PIN.volume(WEAR_END) * np.maximum(distance, 0.0) / 500).depth
+    corrected = correct_drift(with_depth(bare_run, 3e-6 + wear, worn_pin(1e-9), distance), TWO_STEP).correction
+    assert corrected.zero_offset.value == pytest.approx(3e-6, rel=1e-9)
+    assert corrected.drift_rate.value == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(("slid", "start"), [(-40.0, 107.0), (0.0, 7.0), (100.0, -243.0)])
+def test_sliding_began_where_the_distance_is_nothing(slid, start):
+    distance = np.linspace(slid, 500, 11)
+    began, lasted = sliding_time(distance, 7.0 + (distance - slid) / 0.4)
+    assert began == pytest.approx(start, rel=1e-12)
+    assert lasted == pytest.approx(500 / 0.4, rel=1e-12)
 
 
 def test_corrected_curve_ends_on_the_end_value_and_starts_at_zero(bare_run):

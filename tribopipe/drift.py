@@ -125,7 +125,8 @@ def _noise(smooth: Column, reading: Column) -> float:
 
 def _intercept(x: Column, y: Column, noise: float) -> Quantity:
     # Wear is micrometres: in units of its own largest value it weighs as much as the offset.
-    design = np.column_stack([np.ones_like(x), x / np.max(np.abs(x))])
+    # There is none where the whole window is before the start of sliding.
+    design = np.column_stack([np.ones_like(x), x / (np.max(np.abs(x)) or 1.0)])
     (value, _), *_ = np.linalg.lstsq(design, y, rcond=None)
     variance = noise * float(np.linalg.pinv(design.T @ design)[0, 0])
     return Quantity(value=float(value), unit="m", standard_uncertainty=math.sqrt(max(0.0, variance)))

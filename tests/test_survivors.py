@@ -1,0 +1,86 @@
+"""What no other default test had noticed when it was changed: by closed forms and by hand."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from test_agreement import TWO_STEP, reference  # noqa: F401, a fixture
+from test_shape import changed
+
+from tribopipe.archive.definitions.shown import shown_fields
+from tribopipe.checks.materials import CLASSES
+from tribopipe.drift import correct_drift
+from tribopipe.errors import FitError
+from tribopipe.geometry import worn_volume
+from tribopipe.ingest.long_text import _both_ends
+from tribopipe.records.base import Record
+from tribopipe.records.recipe import Recipe
+from tribopipe.study.disc_design import design_discs
+from tribopipe.study.life import end_of_life
+from tribopipe.study.member import Member
+from tribopipe.wear.rate_change import rate_change
+
+
+def test_noise_makes_k_d_as_uncertain_as_weighted_least_squares_has_it(reference):
+    # Var(ln k_D) = σ²/Σ n·s², of rows that are means over n samples, with slopes s and the noise σ of one.
+    problem = reference.pose("archard", TWO_STEP).problem
+    assert np.ptp(problem.weights) > 0
+    best = problem.coefficient()
+    _, slope = problem.model(np.log(best), problem.values)
+    by_hand = np.sqrt(problem.noise / float(problem.weights @ slope**2))
+    assert problem.random_uncertainty(best) == pytest.approx(by_hand, rel=1e-9)
+
+
+def test_a_change_of_the_wear_rate_is_found_where_and_as_large_as_it_was_made():
+    raw = changed("si3n4-air-200mN", seed=1, ratio=3.0, at=0.4)
+    problem = Member(correct_drift(raw), None).pose("archard", Recipe()).problem
+    found = rate_change(problem)
+    assert found.distance == pytest.approx(0.4 * 500, abs=0.1 * 500)
+    assert found.ratio == pytest.approx(3.0, abs=1.0)
+
+
+@pytest.mark.usefixtures("few_draws")
+def test_life_by_archard_s_law_ends_where_k_d_load_and_distance_make_the_volume(reference):
+    posed = reference.pose("archard", TWO_STEP)
+    draws = posed.draw(np.random.default_rng(1), 400, {})
+    depth, load, radius = 10e-6, 0.2, 0.794e-3
+    found = end_of_life(draws, np.full(400, posed.coefficient), depth)
+    # A cap without the elastic approach, which is a few nm of 10 µm.
+    expected = float(worn_volume(depth=depth, sphere_radius=radius)) / (posed.coefficient * load)
+    assert found.sliding_distance.value == pytest.approx(expected, rel=0.01)
+
+
+@pytest.mark.parametrize("wanted", [0.0, -0.1])
+def test_plan_of_discs_refuses_an_interval_that_is_not_above_zero(wanted):
+    with pytest.raises(FitError, match="plan: found a wanted interval of"):
+        design_discs(None, "archard", wanted, Recipe())
+
+
+def test_both_ends_of_a_long_text_have_no_line_twice():
+    text = b"1\n2\n3\n4\n5\n"
+    survey = SimpleNamespace(size=len(text), head=text[:4], tail=text[-8:])
+    # The first line after the head may be cut, and is left out.
+    assert _both_ends(survey) == b"1\n2\n4\n5\n"
+
+
+class Told(Record):
+    """A record for its declaration."""
+
+    needed: float
+    perhaps: float | None = None
+    text: str
+
+
+def test_declaration_of_a_record_requires_what_it_always_has():
+    assert [(one.name, one.kind, one.required) for one in shown_fields(Told)] == [
+        ("needed", "NX_FLOAT", True),
+        ("perhaps", "NX_FLOAT", False),
+        ("text", "NX_CHAR", True),
+    ]
+
+
+def test_no_cobalt_chromium_alloy_is_as_dense_as_nickel_tungsten():
+    # ASTM F75, F90 and F562: 8.3 to 9.2 g/cm³.
+    (alloy,) = [one for one in CLASSES if one.title == "cobalt-chromium alloy"]
+    assert alloy.density[0] <= 8.3
+    assert 9.2 <= alloy.density[1] < 10
