@@ -22,13 +22,13 @@ from labs import Report, arguments
 from many_runs import many_runs
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from tribopipe.archive.catalogue.catalogue import Catalogue
+from tribopipe.archive.catalog.catalog import Catalogue
 from tribopipe.archive.store import Archive
 from tribopipe.browse.server import HOST, Site, running
-from tribopipe.pipeline import process
-from tribopipe.records.base import load_toml
-from tribopipe.records.plan import Plan
-from tribopipe.simulate import simulate_plan
+from tribopipe.documents.plan import Plan
+from tribopipe.documents.record import load_toml
+from tribopipe.extras.simulate import simulate_plan
+from tribopipe.pipeline.stages import process
 
 SAMPLES = Path(__file__).parent.parent / "sample_runs"
 RUN = "si3n4-air-200mN"

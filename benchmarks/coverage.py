@@ -31,10 +31,11 @@ from labs import (
 )
 from labs import planned as run
 
-from tribopipe.records.recipe import Correction
-from tribopipe.records.study import Study
-from tribopipe.records.verdict import Interval, RunVerdict
-from tribopipe.study.evaluate import StudyCurve, evaluate
+from tribopipe.documents.recipe import Correction
+from tribopipe.documents.study import Study
+from tribopipe.evaluation.study.evaluate import evaluate
+from tribopipe.results.agreement import Interval, RunVerdict
+from tribopipe.results.study_curves import StudyCurve
 
 END_VALUE = 250e-9
 PLACES = (0.1, 0.5, 0.9)

@@ -17,16 +17,17 @@ from pathlib import Path
 import numpy as np
 from labs import NO_ANSWER, PLAN, Report, arguments, draw_blocks_of, in_parallel, reason, share, with_blocks
 
-from tribopipe.drift import correct_drift
-from tribopipe.ingest.harmonise import read_run
-from tribopipe.records.disc_verdict import DiscVerdict, TwinDiscLawResult
-from tribopipe.records.plan import Fatigue, TwinDiscVirtualRun
-from tribopipe.records.recipe import DistanceConvention, Recipe, WearRecipe
-from tribopipe.records.study import Study
-from tribopipe.records.verdict import Verdict
-from tribopipe.simulate import simulate_twin_disc_run
-from tribopipe.study.discs import evaluate_discs
-from tribopipe.study.member import Member
+from tribopipe.documents.plan import Fatigue, TwinDiscVirtualRun
+from tribopipe.documents.recipe import Recipe, WearRecipe
+from tribopipe.documents.study import Study
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.study.discs import evaluate_discs
+from tribopipe.evaluation.study.member import Member
+from tribopipe.extras.simulate import simulate_twin_disc_run
+from tribopipe.physics.conventions import DistanceConvention
+from tribopipe.readers.harmonize import read_run
+from tribopipe.results.agreement import Verdict
+from tribopipe.results.disc_agreement import DiscVerdict, TwinDiscLawResult
 
 (SERIES,) = PLAN.twin_disc_series
 SAMPLES = {run.id: run for run in SERIES.runs}

@@ -5,7 +5,7 @@
 The question of the paper's Fig. 11, asked of its two discs (Table 3, all radii 4 mm) by finite elements. The economy
 wears by the pressure before each increment and mends the contact instead of solving it; corrections move the mesh and
 solve the contact. That is done once as it is, and once with a share of the carried stresses lost in each increment,
-since what ABAQUS' advection loses is not known (tribopipe.local_wear.economy).
+since what ABAQUS' advection loses is not known (tribopipe.physics.local.economy).
 """
 
 from pathlib import Path
@@ -13,13 +13,13 @@ from pathlib import Path
 import numpy as np
 from labs import Report, arguments
 
-from tribopipe.contact.mechanics import contact_modulus
-from tribopipe.local_wear.course import LocalWear
-from tribopipe.local_wear.economy import wear_economically
-from tribopipe.local_wear.finite_elements.disc import QuarterDisc, quarter_disc
-from tribopipe.report.figures import save_figure
-from tribopipe.report.local_wear_figures import EngineCurve, plot_engines
-from tribopipe.run import Column
+from tribopipe.base.arrays import Column
+from tribopipe.physics.hertz import contact_modulus
+from tribopipe.physics.local.course import LocalWear
+from tribopipe.physics.local.economy import wear_economically
+from tribopipe.physics.local.finite_elements.disc import QuarterDisc, quarter_disc
+from tribopipe.views.local_wear_figures import EngineCurve, plot_engines
+from tribopipe.views.run_figures import save_figure
 
 LOAD, RADIUS, COEFFICIENT, RATIO = 0.3, 4e-3, 1e-16, 0.32
 MODULUS = float(contact_modulus(pin_modulus=152e9, pin_ratio=RATIO, disc_modulus=152e9, disc_ratio=RATIO))

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tribopipe.records.manifest import read_manifest
+from tribopipe.documents.manifest import read_manifest
 
 
 def _without_end_values(written: str) -> str:

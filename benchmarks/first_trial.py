@@ -18,9 +18,9 @@ from labs import Report, arguments
 from numpy.random import Generator
 from scipy.signal import lfilter
 
-from tribopipe.contact.mechanics import contact_modulus
-from tribopipe.contact.pin_on_disc import SphericalPin
-from tribopipe.run import Column
+from tribopipe.base.arrays import Column
+from tribopipe.physics.hertz import contact_modulus
+from tribopipe.physics.pin_on_disc import SphericalPin
 
 RADIUS, MODULUS_SI3N4, RATIO = 0.794e-3, 304e9, 0.24
 SLID, SAMPLES = 500.0, 2000

@@ -24,11 +24,12 @@ from labs import (
     reason,
 )
 
-from tribopipe.drift import correct_drift
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import MonteCarloRecipe, Recipe, WearRecipe
-from tribopipe.run import Column, RawRun
-from tribopipe.wear.identify import fit_wear
+from tribopipe.base.arrays import Column
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import MonteCarloRecipe, Recipe, WearRecipe
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.wear.fit import fit_wear
+from tribopipe.results.run import RawRun
 
 MATERIALS: dict[str, Planned] = {
     "Si3N4, 200 mN": planned("si3n4-air-200mN"),
@@ -162,7 +163,7 @@ def main() -> None:
     report.say("Error against the truth: root mean square, bias with its standard error, and RMS over the stated one.")
     head = ["run", "end value"]
     report.table([*head, "quantity", "by", "RMS error", "bias", "stated (median)", "RMS error/stated"], table)
-    report.say("Joint minus two-step, root mean square, over the standard uncertainty of each.")
+    report.say("Model minus two-step, root mean square, over the standard uncertainty of each.")
     report.table([*head, "quantity", "over two-step's", "over the model's"], agreed)
     report.say("Without an answer: " + "; ".join(without) + ".")
     report.finish()

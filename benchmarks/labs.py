@@ -27,19 +27,20 @@ from numpy.random import Generator
 from pydantic import ValidationError
 from scipy.stats import binomtest
 
-from tribopipe import __version__, uncertainty
-from tribopipe.batch import Crew, as_done
-from tribopipe.drift import correct_drift
-from tribopipe.errors import TribopipeError
-from tribopipe.records.base import load_toml
-from tribopipe.records.manifest import PinOnDisc
-from tribopipe.records.plan import Plan, Series, Truth, VirtualRun
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import Correction, Recipe, WearRecipe
-from tribopipe.run import CorrectedRun
-from tribopipe.simulate import VirtualTest
-from tribopipe.simulate.in_memory import pin_run
-from tribopipe.study.member import Member
+from tribopipe import __version__
+from tribopipe.base.errors import TribopipeError
+from tribopipe.base.executor import Crew, as_done
+from tribopipe.documents.contact import PinOnDisc
+from tribopipe.documents.plan import Plan, Series, Truth, VirtualRun
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import Correction, Recipe, WearRecipe
+from tribopipe.documents.record import load_toml
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.study.member import Member
+from tribopipe.extras.simulate import VirtualTest
+from tribopipe.extras.simulate.in_memory import pin_run
+from tribopipe.physics import uncertainty
+from tribopipe.results.run import CorrectedRun
 
 PLAN = load_toml(Path(__file__).parents[1] / "sample_runs" / "plan.toml", Plan)
 SAMPLES: dict[str, tuple[Series, VirtualRun]] = {run.id: (series, run) for series in PLAN.series for run in series.runs}

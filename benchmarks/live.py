@@ -20,17 +20,18 @@ import numpy as np
 from labs import LabRun, Planned, Report, arguments, in_parallel, laboratory, planned, share
 from scipy.stats import binomtest
 
-from tribopipe.errors import FitError
-from tribopipe.live.law_watch import departure
-from tribopipe.live.posterior import posterior
-from tribopipe.live.problem import Asked, Known, live_problem
-from tribopipe.live.state import State
-from tribopipe.records.manifest import EndValues
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.signals import SignalName
-from tribopipe.run import Column, RawRun
-from tribopipe.uncertainty import TAILS
-from tribopipe.wear.predict import WearScenario
+from tribopipe.base.arrays import Column
+from tribopipe.base.errors import FitError
+from tribopipe.documents.manifest import EndValues
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.signals import SignalName
+from tribopipe.evaluation.wear.predict import WearScenario
+from tribopipe.extras.live.law_watch import departure
+from tribopipe.extras.live.posterior import posterior
+from tribopipe.extras.live.problem import Asked, Known, live_problem
+from tribopipe.extras.live.state import State
+from tribopipe.physics.uncertainty import TAILS
+from tribopipe.results.run import RawRun
 
 END = 500.0
 """Planned sliding distance, m."""

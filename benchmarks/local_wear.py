@@ -16,17 +16,17 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from labs import Report, arguments
 
-from tribopipe.contact.mechanics import contact_modulus, hertz_radius
-from tribopipe.contact.pin_on_disc import SphericalPin
-from tribopipe.contact.twin_disc import DiscPair
-from tribopipe.local_wear.course import STEPS_PER_DECADE, step_ends, wear
-from tribopipe.local_wear.finite_elements.disc import quarter_disc
-from tribopipe.local_wear.finite_elements.pin import pin_body
-from tribopipe.local_wear.grading import graded
-from tribopipe.local_wear.grids import DiscTrack, disc_track, round_pin
-from tribopipe.local_wear.rings import Rings
-from tribopipe.records.recipe import DistanceConvention
-from tribopipe.run import Column
+from tribopipe.base.arrays import Column
+from tribopipe.physics.conventions import DistanceConvention
+from tribopipe.physics.hertz import contact_modulus, hertz_radius
+from tribopipe.physics.local.course import STEPS_PER_DECADE, step_ends, wear
+from tribopipe.physics.local.finite_elements.disc import quarter_disc
+from tribopipe.physics.local.finite_elements.pin import pin_body
+from tribopipe.physics.local.grading import graded
+from tribopipe.physics.local.grids import DiscTrack, disc_track, round_pin
+from tribopipe.physics.local.rings import Rings
+from tribopipe.physics.pin_on_disc import SphericalPin
+from tribopipe.physics.twin_disc import DiscPair
 
 LOAD, RADIUS, COEFFICIENT = 0.2, 0.794e-3, 13.5e-15
 MODULUS = float(contact_modulus(pin_modulus=304e9, pin_ratio=0.24, disc_modulus=304e9, disc_ratio=0.24))

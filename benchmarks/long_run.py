@@ -27,17 +27,19 @@ from own_process import Taken, taken
 from scipy.signal import lfilter
 
 from tribopipe.archive.store import Archive
-from tribopipe.drift import correct_drift
-from tribopipe.files import pieces_of
-from tribopipe.friction import fit_friction
-from tribopipe.ingest import long_text, means
-from tribopipe.ingest.harmonise import read_run
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import LawName
-from tribopipe.run import Column, RawRun
-from tribopipe.simulate import VirtualTest
-from tribopipe.simulate.pin_on_disc import simulate_run
-from tribopipe.wear.identify import fit_wear
+from tribopipe.base.arrays import Column
+from tribopipe.base.files import pieces_of
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import LawName
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.wear.fit import fit_wear
+from tribopipe.extras.simulate import VirtualTest
+from tribopipe.extras.simulate.pin_on_disc import simulate_run
+from tribopipe.readers import block_means as means
+from tribopipe.readers import long_text
+from tribopipe.readers.harmonize import read_run
+from tribopipe.results.run import RawRun
 
 SERIES, SAMPLE = SAMPLES["si3n4-air-200mN"]
 LAWS: tuple[LawName, ...] = ("archard", "sarkar")
@@ -92,9 +94,9 @@ def _samples(rows: int) -> Iterator[Column]:
 
 
 _COMMAND = """
-from tribopipe.ingest import long_text, means
+from tribopipe.readers import long_text, means
 long_text.LARGE, means.MOST = {large}, {most}
-from tribopipe.cli.start import main
+from tribopipe.cli.entry_point import main
 main()
 """
 

@@ -27,14 +27,14 @@ from tribopipe.archive.runfile import write_annotations, write_marks
 from tribopipe.archive.seal import seal_file
 from tribopipe.archive.steps import WEAR_FITS, Step, StepName
 from tribopipe.archive.store import Archive
-from tribopipe.pipeline import process
-from tribopipe.records.annotation import Annotation
-from tribopipe.records.base import Record, load_toml
-from tribopipe.records.manifest import RunManifest
-from tribopipe.records.mark import Mark
-from tribopipe.records.plan import Plan
-from tribopipe.run import RawRun
-from tribopipe.simulate import simulate_plan
+from tribopipe.documents.annotation import Annotation
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.mark import Mark
+from tribopipe.documents.plan import Plan
+from tribopipe.documents.record import Record, load_toml
+from tribopipe.extras.simulate import simulate_plan
+from tribopipe.pipeline.stages import process
+from tribopipe.results.run import RawRun
 
 SAMPLES = Path(__file__).parents[1] / "sample_runs"
 _MATERIALS = ("Si3N4", "Al2O3", "ZrO2", "100Cr6", "WC-Co", "SiC", "DLC", "Ti-6Al-4V")

@@ -21,10 +21,10 @@ import numpy as np
 import pandas as pd
 from labs import Report, arguments
 
-from tribopipe.files import read_file
-from tribopipe.ingest.delimited import DelimitedReader
-from tribopipe.ingest.reader import Hints
-from tribopipe.run import SourceFile
+from tribopipe.base.files import read_file
+from tribopipe.readers.delimited import DelimitedReader
+from tribopipe.readers.reader import Hints
+from tribopipe.results.run import SourceFile
 
 HEADER = "Time [s],Depth [um],Friction force [N],Normal force [N],Temperature [degC]"
 DECIMALS = (3, 4, 5, 5, 2)

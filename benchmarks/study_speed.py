@@ -17,17 +17,17 @@ import numpy as np
 from labs import SAMPLES, LabRun, Report, arguments
 from scipy.optimize import least_squares
 
-from tribopipe.contact.mechanics import contact_modulus
-from tribopipe.drift import correct_drift
-from tribopipe.friction import fit_friction
-from tribopipe.records.recipe import LawName
-from tribopipe.records.results import FrictionFit
-from tribopipe.records.study import Study
-from tribopipe.run import Column
-from tribopipe.simulate import VirtualTest
-from tribopipe.simulate.in_memory import pin_run
-from tribopipe.study.evaluate import Evaluation, evaluate
-from tribopipe.study.member import Member
+from tribopipe.base.arrays import Column
+from tribopipe.documents.recipe import LawName
+from tribopipe.documents.study import Study
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.study.evaluate import Evaluation, evaluate
+from tribopipe.evaluation.study.member import Member
+from tribopipe.extras.simulate import VirtualTest
+from tribopipe.extras.simulate.in_memory import pin_run
+from tribopipe.physics.hertz import contact_modulus
+from tribopipe.results.evaluation import FrictionFit
 
 RUNS = ("si3n4-air-200mN", "si3n4-air-400mN", "si3n4-air-800mN")
 

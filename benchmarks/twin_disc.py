@@ -16,11 +16,11 @@ from typing import NamedTuple, get_args
 import numpy as np
 from labs import Report, arguments
 
-from tribopipe.contact.mechanics import contact_modulus
-from tribopipe.contact.twin_disc import DiscPair
-from tribopipe.contact.twin_disc_steps import published_wear
-from tribopipe.records.recipe import DistanceConvention
-from tribopipe.run import Column
+from tribopipe.base.arrays import Column
+from tribopipe.physics.conventions import DistanceConvention
+from tribopipe.physics.hertz import contact_modulus
+from tribopipe.physics.twin_disc import DiscPair
+from tribopipe.physics.twin_disc_steps import published_wear
 
 LOAD, RADIUS, SLIP, HIGHER_SLIP = 0.25, 4e-3, 0.04, 0.1
 MODULUS = float(contact_modulus(pin_modulus=304e9, pin_ratio=0.24, disc_modulus=304e9, disc_ratio=0.24))

@@ -27,10 +27,10 @@ from labs import (
     with_blocks,
 )
 
-from tribopipe.records.recipe import Correction
-from tribopipe.records.study import Study
-from tribopipe.records.verdict import RunVerdict, Verdict
-from tribopipe.study.evaluate import evaluate
+from tribopipe.documents.recipe import Correction
+from tribopipe.documents.study import Study
+from tribopipe.evaluation.study.evaluate import evaluate
+from tribopipe.results.agreement import RunVerdict, Verdict
 
 SI3N4, WC_CO, HALVED = "Si3N4, law holds", "WC-Co, law holds", "Si3N4, k_D halved at 800 mN"
 CASES: dict[str, tuple[Planned, ...]] = {

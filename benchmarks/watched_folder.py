@@ -29,12 +29,12 @@ from typing import NamedTuple
 from labs import Report, arguments
 
 from tribopipe.archive.store import Archive
-from tribopipe.files import leftovers
-from tribopipe.ingest.draft.toml import toml
-from tribopipe.records.base import load_toml
-from tribopipe.records.plan import Plan
-from tribopipe.records.quantity import Quantity
-from tribopipe.simulate import simulate_plan
+from tribopipe.base.files import leftovers
+from tribopipe.documents.plan import Plan
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.record import load_toml
+from tribopipe.extras.simulate import simulate_plan
+from tribopipe.readers.draft.toml import toml
 
 COMMAND = Path(sys.executable).with_name("tribopipe")
 _PLAN = Path(__file__).parents[1] / "sample_runs" / "plan.toml"

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tribopipe.records.base import Record
+from tribopipe.documents.record import Record
 from tribopipe.version import VERSION
 
 HERE = Path(__file__).parent
@@ -36,7 +36,7 @@ exclude_patterns = ["**/.ipynb_checkpoints"]
 nitpicky = True
 # Names of other libraries, whose inventories would have to come from the network, and type variables.
 _OTHERS = r"(collections|datetime|h5py|matplotlib|np|numpy|pandas|pathlib|pydantic|typing)\..*|Figure"
-_VARIABLES = r"tribopipe\.(archive\.store\.R|batch\.task\.(Task|Answer))"
+_VARIABLES = r"tribopipe\.(archive\.store\.R|base\.executor\.task\.(Task|Answer))"
 nitpick_ignore_regex = [("py:.*", f"{_OTHERS}|{_VARIABLES}")]
 
 myst_enable_extensions = ["attrs_inline", "colon_fence", "deflist", "dollarmath"]

@@ -6,10 +6,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from tribopipe.contact.mechanics import contact_modulus, hertz_radius
-from tribopipe.contact.pin_on_disc import SphericalPin
-from tribopipe.report.figures import BLACK, GREY, PALETTE, finish, styled
-from tribopipe.units import axis
+from tribopipe.base.units import axis
+from tribopipe.physics.hertz import contact_modulus, hertz_radius
+from tribopipe.physics.pin_on_disc import SphericalPin
+from tribopipe.views.run_figures import BLACK, GREY, PALETTE, finish, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

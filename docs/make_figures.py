@@ -8,21 +8,23 @@ import numpy as np
 from explained_figures import plot_euler_steps, plot_told_apart
 
 from tribopipe.archive.store import Archive
-from tribopipe.pipeline import find_runs, process
-from tribopipe.profile.track import examined
-from tribopipe.records.manifest import MANIFEST_NAME, CurvedDisc, FlatDisc, TwinDisc, read_manifest
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import DistanceConvention, Recipe
-from tribopipe.report.archived import save_run_figures
-from tribopipe.report.disc_figures import plot_disc_model
-from tribopipe.report.figures import save_figure
-from tribopipe.report.local_wear_figures import plot_local_discs, plot_local_pin
-from tribopipe.report.profile_figures import draw_profile
-from tribopipe.report.studies import save_study_figures
-from tribopipe.run import Profile
-from tribopipe.studies import load_studies, run_study
-from tribopipe.wear.local import local_scenario, wear_locally
-from tribopipe.wear.twin_disc.predict import DiscScenario, KnownDiscs
+from tribopipe.documents.contact import CurvedDisc, FlatDisc, TwinDisc
+from tribopipe.documents.manifest import MANIFEST_NAME, read_manifest
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import Recipe
+from tribopipe.evaluation.profile.track import examined
+from tribopipe.evaluation.wear.local import local_scenario, wear_locally
+from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario, KnownDiscs
+from tribopipe.physics.conventions import DistanceConvention
+from tribopipe.pipeline.stages import find_runs, process
+from tribopipe.pipeline.studies import load_studies, run_study
+from tribopipe.results.run import Profile
+from tribopipe.views.archived_figures import save_run_figures
+from tribopipe.views.archived_study_figures import save_study_figures
+from tribopipe.views.disc_figures import plot_disc_model
+from tribopipe.views.local_wear_figures import plot_local_discs, plot_local_pin
+from tribopipe.views.profile_figures import draw_profile
+from tribopipe.views.run_figures import save_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -18,7 +18,7 @@ rect { fill: #eef3f8; stroke: #0072b2 } .added { fill: #fdf3dc; stroke: #b07800 
   text { fill: #eee } rect { fill: #1d2b38; stroke: #56b4e9 } .added { fill: #3a2f14; stroke: #e69f00 }
   .says { fill: #aaa }
 }"""
-ADDED_TO = ("tribopipe.ingest", "tribopipe.wear", "tribopipe.checks")
+ADDED_TO = ("tribopipe.readers", "tribopipe.physics", "tribopipe.evaluation")
 """Where other packages add readers, wear laws and checks."""
 
 
@@ -27,7 +27,7 @@ def layers() -> list[list[str]]:
     contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"][
         "contracts"
     ]
-    (rows,) = (contract["layers"] for contract in contracts if contract["type"] == "layers")
+    rows = next(contract["layers"] for contract in contracts if contract["name"] == "Imports run one way")
     return [row.split(" | ") for row in rows]
 
 

@@ -12,9 +12,9 @@ from playwright.sync_api import Page, sync_playwright
 
 from tribopipe.archive.store import Archive
 from tribopipe.browse.server import running
-from tribopipe.pipeline import process
-from tribopipe.records.recipe import Recipe
-from tribopipe.studies import load_studies, run_study
+from tribopipe.documents.recipe import Recipe
+from tribopipe.pipeline.stages import process
+from tribopipe.pipeline.studies import load_studies, run_study
 
 SCREENSHOTS = Path(__file__).parent / "screenshots"
 SAMPLES = Path(__file__).parents[1] / "sample_runs"

@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 
 from tribopipe.archive.seal import seal_file
-from tribopipe.run import RawRun, SourceFile
+from tribopipe.results.run import RawRun, SourceFile
 
 
 @contextmanager

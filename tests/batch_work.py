@@ -5,7 +5,7 @@ import signal
 import time
 from pathlib import Path
 
-from tribopipe.errors import FitError
+from tribopipe.base.errors import FitError
 
 
 def squared(number: int) -> int:
@@ -50,7 +50,7 @@ def process_number(_: int) -> int:
 
 def written_for_ever(path: Path) -> None:
     """Write a file that is never ready."""
-    from tribopipe.files import replacing
+    from tribopipe.base.files import replacing
 
     with replacing(path):
         path.with_suffix(".begun").touch()

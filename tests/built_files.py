@@ -11,8 +11,8 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from tribopipe.archive.store import Archive
-from tribopipe.records.manifest import RunManifest
-from tribopipe.run import ExtraColumn, RawRun, SourceFile
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.results.run import ExtraColumn, RawRun, SourceFile
 
 Cell = Any
 Rows = Sequence[Sequence[Cell]]

@@ -14,14 +14,14 @@ from folders import DISC_IDS, SAMPLE_IDS, SAMPLES
 from hypothesis import settings
 from study_runs import fill, record_runs
 
-from tribopipe.archive.catalogue.database import FILE_NAME
+from tribopipe.archive.catalog.database import FILE_NAME
 from tribopipe.archive.store import Archive
-from tribopipe.pipeline import process
-from tribopipe.records.base import load_toml
-from tribopipe.records.manifest import RunManifest
-from tribopipe.records.plan import Plan
-from tribopipe.run import RawRun
-from tribopipe.simulate import simulate_plan
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.plan import Plan
+from tribopipe.documents.record import load_toml
+from tribopipe.extras.simulate import simulate_plan
+from tribopipe.pipeline.stages import process
+from tribopipe.results.run import RawRun
 
 # The first example of a test may have to import what takes longer than the others.
 settings.register_profile("tribopipe", deadline=None)
@@ -96,7 +96,7 @@ def archive(_processed, tmp_path) -> Path:
 def few_draws() -> Iterator[None]:
     """So few draws that a Monte Carlo takes no time."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tribopipe.uncertainty.BLOCK", 200)
+        patch.setattr("tribopipe.physics.uncertainty.BLOCK", 200)
         yield
 
 
@@ -186,7 +186,7 @@ def disc_archive(tmp_path_factory) -> Archive:
 def _taken_through(run_ids: list[str], folder: Path) -> Archive:
     archive = Archive(folder)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tribopipe.uncertainty.BLOCK", 2_000)
+        patch.setattr("tribopipe.physics.uncertainty.BLOCK", 2_000)
         outcomes = list(process([SAMPLES / run_id for run_id in run_ids], archive))
     assert [outcome for outcome in outcomes if outcome.status == "failed"] == []
     return archive

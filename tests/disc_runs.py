@@ -5,16 +5,17 @@ from dataclasses import replace
 import numpy as np
 from folders import SAMPLES
 
-from tribopipe.contact.twin_disc import DiscWear, disc_pair, nominal_values
-from tribopipe.drift import correct_drift
-from tribopipe.records.base import load_toml
-from tribopipe.records.manifest import RunManifest
-from tribopipe.records.plan import Plan, TwinDiscSensors, TwinDiscVirtualRun
-from tribopipe.records.recipe import MonteCarloRecipe, Recipe, WearRecipe
-from tribopipe.run import RawRun
-from tribopipe.simulate import VirtualTwinDiscTest
-from tribopipe.study.member import Member
-from tribopipe.wear.friction_path import junction_factor
+from tribopipe.contacts.twin_disc import disc_pair, nominal_values
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.plan import Plan, TwinDiscSensors, TwinDiscVirtualRun
+from tribopipe.documents.recipe import MonteCarloRecipe, Recipe, WearRecipe
+from tribopipe.documents.record import load_toml
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.study.member import Member
+from tribopipe.extras.simulate import VirtualTwinDiscTest
+from tribopipe.physics.friction_path import junction_factor
+from tribopipe.physics.twin_disc import DiscWear
+from tribopipe.results.run import RawRun
 
 CONVENTIONS = ("full-slip", "contact-width", "volume-conserving")
 K_1, K_2 = 4.6e-18, 2.0e-18

@@ -7,10 +7,10 @@ from conftest import MANIFEST
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from tribopipe.geometry import scar_depth, scar_radius_at, worn_volume
-from tribopipe.records.manifest import RunManifest
-from tribopipe.records.quantity import Quantity
-from tribopipe.run import Profile, RawRun
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.quantity import Quantity
+from tribopipe.physics.geometry import scar_depth, scar_radius_at, worn_volume
+from tribopipe.results.run import Profile, RawRun
 
 RADIUS, FLAT, DENSITY = 0.794e-3, 60e-6, 3210.0
 SHAPES = ("spherical", "truncated-sphere", "flat")

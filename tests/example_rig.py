@@ -5,16 +5,16 @@ from pathlib import Path
 
 import numpy as np
 
-from tribopipe.clean_up.cleaning import clean_run
-from tribopipe.drift import correct_drift
-from tribopipe.records.plan import Series
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import MonteCarloRecipe, Recipe, WearRecipe
-from tribopipe.records.results import WearFit
-from tribopipe.simulate import VirtualTest
-from tribopipe.simulate.in_memory import pin_run
-from tribopipe.wear.identify import fit_wear
-from tribopipe.wear.predict import WearScenario, known_pin, predict_wear
+from tribopipe.documents.plan import Series
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import MonteCarloRecipe, Recipe, WearRecipe
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.preprocessing.cleaning import clean_run
+from tribopipe.evaluation.wear.fit import fit_wear
+from tribopipe.evaluation.wear.predict import WearScenario, known_pin, predict_wear
+from tribopipe.extras.simulate import VirtualTest
+from tribopipe.extras.simulate.in_memory import pin_run
+from tribopipe.results.evaluation import WearFit
 
 PLUGIN = Path(__file__).parent / "example_plugin"
 K_D, EXCESS, LENGTH = 5e-15, 4.0, 30.0

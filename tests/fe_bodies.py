@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from tribopipe.contact.elliptic import hertz_ellipse
-from tribopipe.contact.mechanics import contact_modulus, hertz_radius
-from tribopipe.geometry import cap_height
-from tribopipe.local_wear.finite_elements.disc import QuarterDisc, quarter_disc
-from tribopipe.local_wear.finite_elements.pin import PinBody, pin_body
+from tribopipe.physics.geometry import cap_height
+from tribopipe.physics.hertz import contact_modulus, hertz_radius
+from tribopipe.physics.hertz_ellipse import hertz_ellipse
+from tribopipe.physics.local.finite_elements.disc import QuarterDisc, quarter_disc
+from tribopipe.physics.local.finite_elements.pin import PinBody, pin_body
 
 LOAD, RADIUS = 0.2, 0.794e-3
 MODULUS = float(contact_modulus(pin_modulus=304e9, pin_ratio=0.24, disc_modulus=304e9, disc_ratio=0.24))

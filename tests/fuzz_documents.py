@@ -26,7 +26,7 @@ class Trial:
 
     def run(self, data: bytes) -> None:
         """Read a document; its kind is the first byte."""
-        from tribopipe.errors import ManifestError
+        from tribopipe.base.errors import ManifestError
 
         if not data:
             return
@@ -45,7 +45,7 @@ def main() -> None:
     import atheris
 
     seconds, seed, folder = sys.argv[1:]
-    with atheris.instrument_imports(include=["tomllib", "tribopipe.records", "tribopipe.units"]):
+    with atheris.instrument_imports(include=["tomllib", "tribopipe.documents", "tribopipe.base.units"]):
         from fuzz_manifests import unchanged
         from fuzzing import READ
     kinds = list(READ)

@@ -3,7 +3,7 @@
     python tests/fuzz_readers.py seeded|guided SECONDS SEED FOLDER [READER…]
 
 ``seeded`` changes the examples by drawn rules; ``guided`` lets atheris (Linux only) look for new paths through
-tribopipe.ingest. The first fault ends the program with status 1 or higher; FOLDER holds the file that caused it.
+tribopipe.readers. The first fault ends the program with status 1 or higher; FOLDER holds the file that caused it.
 """
 
 import contextlib
@@ -50,8 +50,8 @@ class Trial:
     def __init__(self, names: Sequence[str], folder: Path) -> None:
         from reader_examples import EXAMPLES
 
-        from tribopipe.ingest.reader import Hints
-        from tribopipe.ingest.registry import readers
+        from tribopipe.readers.reader import Hints
+        from tribopipe.readers.registry import readers
 
         self.hints = Hints()
         self.readers = [(name, reader) for name, reader in readers().items() if name in (names or EXAMPLES)]
@@ -65,8 +65,8 @@ class Trial:
 
     def run(self, data: bytes) -> None:
         """Give a file to a reader; its number is the first byte."""
-        from tribopipe.errors import ReaderError
-        from tribopipe.run import SourceFile
+        from tribopipe.base.errors import ReaderError
+        from tribopipe.results.run import SourceFile
 
         if not data:
             return
@@ -125,7 +125,7 @@ def main() -> None:
     if how == "guided":
         import atheris
 
-        loaded = atheris.instrument_imports(include=["tribopipe.ingest"])
+        loaded = atheris.instrument_imports(include=["tribopipe.readers"])
     else:
         bound_memory()
     with loaded:

@@ -36,7 +36,7 @@ LONGEST_SHOWN = 200
 LONGEST = 8
 """Longer lists are told by their length, first, last and mean; arrays of an archive without their length."""
 VOLATILE = frozenset({"environment", "folder", "path", "program_version", "sha256", "size", "version", "versions"})
-_VOLATILE_TEXT = re.compile(r"\d{4}-\d\d-\d\dT\d\d:|[0-9a-f]{64}\Z")
+_VOLATILE_TEXT = re.compile(r"(.*[/\\])?\d{4}-\d\d-\d\dT\d\d[:-]|[0-9a-f]{64}\Z")
 """Keys of places and versions, and texts that are dates or fingerprints: a placeholder stands for what they hold."""
 PLACEHOLDER = "…"
 NAMES = ("id", "step", "name", "law", "model", "disc", "by", "path")
@@ -82,6 +82,8 @@ COMMANDS: Mapping[str, str] = {
     "mark-bad": f"mark-bad {PIN} --reason outlier --by lab --archive other",
     "tag": f"tag {PIN} --add first --by lab --archive other",
     "note": f"note {PIN} remark --by lab --archive other",
+    "remove": f"remove {DISCS} --archive other",
+    "restore": f"restore {DISCS} --archive other",
     "export-dataset": f"export dataset {PIN} --eln one.eln --no-report",
     "import": "import one.eln --archive imported",
     "simulate": "simulate simulated --plan sample_runs/plan.toml",

@@ -7,13 +7,13 @@ import numpy as np
 
 from tribopipe import read_run
 from tribopipe.archive.store import Archive
-from tribopipe.records.annotation import Annotation
-from tribopipe.records.finding import Finding
-from tribopipe.records.mark import Mark
-from tribopipe.records.recipe import MonteCarloRecipe, Recipe
-from tribopipe.records.study import Study
-from tribopipe.run import ExtraColumn, SourceFile
-from tribopipe.studies import run_study
+from tribopipe.documents.annotation import Annotation
+from tribopipe.documents.mark import Mark
+from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
+from tribopipe.documents.study import Study
+from tribopipe.pipeline.studies import run_study
+from tribopipe.results.finding import Finding
+from tribopipe.results.run import ExtraColumn, SourceFile
 
 QUICK = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from tribopipe.errors import ReaderError
-from tribopipe.ingest.reader import Hints, ReadColumn, Reader, ReadTable
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import ReaderError
+from tribopipe.readers.reader import Hints, ReadColumn, Reader, ReadTable
+from tribopipe.results.run import SourceFile
 
 
 def column(table: ReadTable, name: str) -> ReadColumn:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from built_files import archived, ods, tdms, xls, xlsx
 
-from tribopipe.ingest.conformance import Example
+from tribopipe.readers.conformance import Example
 
 GENERIC = {"delimited", "points"}
 """Readers of last resort: they may claim files of other formats, but not with confidence."""

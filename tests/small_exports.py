@@ -4,9 +4,9 @@ import re
 
 import numpy as np
 
-from tribopipe.errors import ReaderError
-from tribopipe.ingest.reader import Hints, Reader, ReadTable
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import ReaderError
+from tribopipe.readers.reader import Hints, Reader, ReadTable
+from tribopipe.results.run import SourceFile
 
 TRB3 = (
     b"\xef\xbb\xbf"

@@ -6,12 +6,12 @@ from pathlib import Path
 from folders import SAMPLES, replace_in, set_key
 
 from tribopipe.archive.store import Archive
-from tribopipe.pipeline import correct_archived_drift, fit_archived_friction, ingest
-from tribopipe.records.base import load_toml
-from tribopipe.records.plan import Plan
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import Recipe
-from tribopipe.simulate import simulate_plan
+from tribopipe.documents.plan import Plan
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import Recipe
+from tribopipe.documents.record import load_toml
+from tribopipe.extras.simulate import simulate_plan
+from tribopipe.pipeline.stages import correct_archived_drift, fit_archived_friction, ingest
 
 LIGHT, AGAIN, HEAVY = "si3n4-air-200mN", "si3n4-air-200mN-again", "si3n4-air-400mN"
 OTHERS = {

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from test_identify import CASES, record
 
-from tribopipe.drift import correct_drift
-from tribopipe.friction import fit_friction
-from tribopipe.records.quantity import EndValue, Quantity
-from tribopipe.records.recipe import Recipe, WearRecipe
-from tribopipe.records.study import Study
-from tribopipe.records.verdict import RunVerdict
-from tribopipe.study.evaluate import evaluate
-from tribopipe.study.member import Member
-from tribopipe.study.verdict import Comparison, decide, ratio
+from tribopipe.documents.quantity import EndValue, Quantity
+from tribopipe.documents.recipe import Recipe, WearRecipe
+from tribopipe.documents.study import Study
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.study.evaluate import evaluate
+from tribopipe.evaluation.study.member import Member
+from tribopipe.evaluation.study.verdict import Comparison, decide, ratio
+from tribopipe.results.agreement import RunVerdict
 
 LAW = 10e-6
 """Depth that the law predicts, m."""

@@ -13,22 +13,22 @@ from hypothesis import strategies as st
 from killed import Killed, dying_at
 from old_formats import take_back
 
-from tribopipe.archive.catalogue.catalogue import Catalogue
-from tribopipe.archive.earlier import changes
+from tribopipe.archive.catalog.catalog import Catalogue
+from tribopipe.archive.earlier_manifests import changes
 from tribopipe.archive.history.entry import FILE_NAME as HISTORY
 from tribopipe.archive.lock import LOCKS
 from tribopipe.archive.migrate import content_of
 from tribopipe.archive.opening import of_any_format
 from tribopipe.archive.rescue import rescue
 from tribopipe.archive.store import Archive
-from tribopipe.errors import ArchiveError
-from tribopipe.pipeline import fit_archived_friction, ingest, process
-from tribopipe.records.annotation import Annotation
-from tribopipe.records.mark import Mark
-from tribopipe.records.recipe import Recipe
-from tribopipe.reproduce.runs import reproduce
-from tribopipe.verify.archive import verify
-from tribopipe.verify.history import accept
+from tribopipe.base.errors import ArchiveError
+from tribopipe.documents.annotation import Annotation
+from tribopipe.documents.mark import Mark
+from tribopipe.documents.recipe import Recipe
+from tribopipe.pipeline.reproduce.runs import reproduce
+from tribopipe.pipeline.stages import fit_archived_friction, ingest, process
+from tribopipe.pipeline.verify.archive import verify
+from tribopipe.pipeline.verify.history import accept
 
 RUN = "si3n4-air-200mN"
 NOW = "2026-03-01T12:00:00+00:00"

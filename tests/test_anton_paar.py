@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from small_exports import TRB3, TRIMMED, check_cut, check_every_cut, claimed_by, read
 
-from tribopipe.errors import ReaderError
-from tribopipe.ingest.delimited import DelimitedReader
-from tribopipe.ingest.formats.anton_paar import AntonPaarReader
-from tribopipe.ingest.reader import Reader, ReadTable
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import ReaderError
+from tribopipe.readers.delimited import DelimitedReader
+from tribopipe.readers.formats.anton_paar import AntonPaarReader
+from tribopipe.readers.reader import Reader, ReadTable
+from tribopipe.results.run import SourceFile
 
 READER = AntonPaarReader()
 NANO = (

@@ -19,12 +19,12 @@ from tribopipe.archive.history.entry import FILE_NAME as HISTORY
 from tribopipe.archive.lock import LOCKS
 from tribopipe.archive.steps import STEPS, Step, downstream
 from tribopipe.archive.store import Archive
-from tribopipe.errors import ArchiveError
-from tribopipe.files import natural_order
-from tribopipe.records.finding import Finding
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit
-from tribopipe.run import ExtraColumn, RawRun, SourceFile
+from tribopipe.base.errors import ArchiveError
+from tribopipe.base.files import natural_order
+from tribopipe.documents.quantity import Quantity
+from tribopipe.results.evaluation import DriftCorrection, FrictionFit, WearFit
+from tribopipe.results.finding import Finding
+from tribopipe.results.run import ExtraColumn, RawRun, SourceFile
 
 
 def run_with(bare: RawRun, values: np.ndarray, **more) -> RawRun:
@@ -172,7 +172,7 @@ def test_failed_write_changes_nothing_and_leaves_nothing(bare_run, tmp_path, mon
     def fail(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("tribopipe.files.os.fsync", fail)
+    monkeypatch.setattr("tribopipe.base.files.os.fsync", fail)
     with pytest.raises(ArchiveError, match="No space left on device"):
         archive.put_step("bare", step("friction_fit", FrictionFit(outcome="none")))
     assert archive.path("bare").read_bytes() == before
@@ -227,9 +227,9 @@ def test_nexus_checker_would_find_a_fault(sample_archive, tmp_path):
 
 
 def test_everything_a_fit_needs_comes_from_the_file_alone(sample_archive, tmp_path, monkeypatch):
-    monkeypatch.setattr("tribopipe.uncertainty.BLOCK", 2_000)  # as the archived fit was drawn
-    from tribopipe.pipeline import fit_archived_wear
-    from tribopipe.records.recipe import Recipe
+    monkeypatch.setattr("tribopipe.physics.uncertainty.BLOCK", 2_000)  # as the archived fit was drawn
+    from tribopipe.documents.recipe import Recipe
+    from tribopipe.pipeline.stages import fit_archived_wear
 
     run_id = SAMPLE_IDS[0]
     alone = Archive(tmp_path)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from disc_runs import BARE as DISCS
 
-from tribopipe.axes import complete_axes
-from tribopipe.errors import ReaderError
-from tribopipe.records.quantity import Quantity
+from tribopipe.base.errors import ReaderError
+from tribopipe.documents.quantity import Quantity
+from tribopipe.evaluation.axes import complete_axes
 
 UNEVEN = np.array([0.0, 0.5, 2.0, 3.0, 7.0, 7.5, 12.0])
 """s: between samples that are not evenly spaced a rectangle is off by more than rounding."""

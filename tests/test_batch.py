@@ -23,9 +23,9 @@ from batch_work import (
 )
 from listening import listening
 
-from tribopipe.batch import Crew, as_done, at_work, cluster
-from tribopipe.errors import BatchError, FitError, InternalError
-from tribopipe.files import leftovers
+from tribopipe.base.errors import BatchError, FitError, InternalError
+from tribopipe.base.executor import Crew, as_done, at_work, cluster
+from tribopipe.base.files import leftovers
 
 TWO = Crew(jobs=2)
 
@@ -137,8 +137,8 @@ _BATCH = """
 import sys
 from pathlib import Path
 from batch_work import written_for_ever
-from tribopipe.batch import Crew, as_done
-from tribopipe.cli.start import _end, _look_after
+from tribopipe.base.executor import Crew, as_done
+from tribopipe.cli.entry_point import _end, _look_after
 if __name__ == "__main__":
     _look_after(_end)
     list(as_done(written_for_ever, [Path(name) for name in sys.argv[1:]], Crew(jobs=2)))
@@ -230,7 +230,7 @@ KILLED_ONCE = """
 import sys
 from pathlib import Path
 from batch_work import killed_once
-from tribopipe.batch import Crew, as_done
+from tribopipe.base.executor import Crew, as_done
 if __name__ == "__main__":
     assert dict(as_done(killed_once, [Path(sys.argv[1])], Crew(1, "local"))) == {Path(sys.argv[1]): "task"}
 """

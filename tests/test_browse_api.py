@@ -15,13 +15,13 @@ from browse_client import serving
 from study_runs import HEAVY, LIGHT
 
 from tribopipe.archive.store import Archive
+from tribopipe.base.errors import ArchiveError
 from tribopipe.browse import bundle
 from tribopipe.browse.server import listening
-from tribopipe.errors import ArchiveError
-from tribopipe.records.mark import Mark
-from tribopipe.records.recipe import Recipe
-from tribopipe.records.study import Study
-from tribopipe.studies import run_study
+from tribopipe.documents.mark import Mark
+from tribopipe.documents.recipe import Recipe
+from tribopipe.documents.study import Study
+from tribopipe.pipeline.studies import run_study
 
 RUN = "si3n4-air-200mN"
 pytestmark = pytest.mark.usefixtures("few_draws")

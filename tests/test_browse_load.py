@@ -90,7 +90,7 @@ def test_two_reports_at_a_time_and_none_for_those_who_left(client, monkeypatch):
         busy[0] -= 1
         return "a report"
 
-    monkeypatch.setattr("tribopipe.report.html.document.run_report", report)
+    monkeypatch.setattr("tribopipe.views.html.document.run_report", report)
     with ExitStack() as held:
         for _ in range(10):
             sent(client, request(client, f"/api/runs/{RUN}/report"), held)
@@ -114,7 +114,7 @@ def test_a_report_that_nobody_waits_for_is_not_finished(client, monkeypatch):
             time.sleep(0.05)
         return "a report"
 
-    monkeypatch.setattr("tribopipe.report.html.document.run_report", report)
+    monkeypatch.setattr("tribopipe.views.html.document.run_report", report)
     with ExitStack() as held:
         sent(client, request(client, f"/api/runs/{RUN}/report"), held)
         time.sleep(0.5)

@@ -13,7 +13,6 @@ from folders import DISC_IDS
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from tribopipe.archive.results import archived_correction
 from tribopipe.archive.store import Archive
 from tribopipe.browse.decimate import Window, shown
 from tribopipe.browse.drawing import Curve, Drawing, Panel, Unit, plot_answer
@@ -21,10 +20,11 @@ from tribopipe.browse.json_answer import encoded
 from tribopipe.browse.pin_plots import PIN_WEAR, WANDER
 from tribopipe.browse.plots import run_axes, run_plots
 from tribopipe.browse.samples import Kept, RunFile
-from tribopipe.pipeline import clean_archived, correct_archived_drift
-from tribopipe.records.recipe import Recipe
-from tribopipe.records.results import COVERAGE_FACTOR, FrictionFit, WearFit
-from tribopipe.report.figures import WANDER_NAME
+from tribopipe.documents.recipe import Recipe
+from tribopipe.pipeline.archived_results import archived_correction
+from tribopipe.pipeline.stages import clean_archived, correct_archived_drift
+from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit, WearFit
+from tribopipe.views.run_figures import WANDER_NAME
 
 RUN = "si3n4-air-200mN"
 DISC_RUNS = DISC_IDS[:2]

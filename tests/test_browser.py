@@ -14,8 +14,8 @@ from hostile_runs import hostile_archive
 from serving import Address, served
 
 from tribopipe.archive.store import Archive
-from tribopipe.records.recipe import Recipe
-from tribopipe.studies import find_studies, load_studies, process_studies
+from tribopipe.documents.recipe import Recipe
+from tribopipe.pipeline.studies import find_studies, load_studies, process_studies
 
 pytest.importorskip("playwright.sync_api")
 
@@ -49,7 +49,7 @@ def folder(sample_archive, disc_archive, tmp_path_factory) -> Path:
     for archive in (sample_archive, disc_archive):
         shutil.copytree(archive.folder, both, dirs_exist_ok=True)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tribopipe.uncertainty.BLOCK", 2_000)
+        patch.setattr("tribopipe.physics.uncertainty.BLOCK", 2_000)
         outcomes = list(process_studies(Archive(both), load_studies(find_studies(SAMPLES)), Recipe()))
     assert [outcome for outcome in outcomes if outcome.status == "failed"] == []
     return both

@@ -13,16 +13,16 @@ from pathlib import Path
 import pytest
 from archived_files import edited
 
-from tribopipe.archive import stamps
-from tribopipe.archive.catalogue.catalogue import Catalogue
-from tribopipe.archive.catalogue.columns import COLUMNS
-from tribopipe.archive.catalogue.database import FILE_NAME
-from tribopipe.archive.catalogue.reading import read_cells
+from tribopipe.archive import file_signature as stamps
+from tribopipe.archive.catalog.catalog import Catalogue
+from tribopipe.archive.catalog.columns import COLUMNS
+from tribopipe.archive.catalog.database import FILE_NAME
+from tribopipe.archive.catalog.reading import read_cells
 from tribopipe.archive.nexus import text
 from tribopipe.archive.store import Archive
-from tribopipe.records.disc_results import TwinDiscFit
-from tribopipe.records.mark import Mark
-from tribopipe.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, pretty
+from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, pretty
+from tribopipe.documents.mark import Mark
+from tribopipe.results.disc_evaluation import TwinDiscFit
 
 RUN, OTHER = "si3n4-air-200mN", "si3n4-air-other"
 BAD = Mark(kind="bad", reason="slipped", date="2026-01-01T00:00:00+00:00")
@@ -68,7 +68,7 @@ def reads(monkeypatch) -> list[str]:
         read.append(run_id)
         return read_cells(archive, run_id)
 
-    monkeypatch.setattr("tribopipe.archive.catalogue.reading.read_cells", watched)
+    monkeypatch.setattr("tribopipe.archive.catalog.reading.read_cells", watched)
     return read
 
 
@@ -120,9 +120,9 @@ def test_every_column_can_be_asked_for(sample_archive):
 
 
 def test_studies_and_verdicts_stand_with_the_runs(tmp_path, sample_archive):
-    from tribopipe.records.recipe import Recipe
-    from tribopipe.records.study import Study
-    from tribopipe.studies import run_study
+    from tribopipe.documents.recipe import Recipe
+    from tribopipe.documents.study import Study
+    from tribopipe.pipeline.studies import run_study
 
     archive = Archive(Path(shutil.copytree(sample_archive.folder, tmp_path / "archive")))
     catalogue = Catalogue(archive.folder)
@@ -130,7 +130,7 @@ def test_studies_and_verdicts_stand_with_the_runs(tmp_path, sample_archive):
     assert catalogue.runs("study!=none") == []
     study = Study(id="air", fit=("si3n4-air-200mN",), predict=("si3n4-air-400mN",), laws=("archard",))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tribopipe.uncertainty.BLOCK", 200)
+        patch.setattr("tribopipe.physics.uncertainty.BLOCK", 200)
         assert next(run_study(archive, study, Recipe())).status != "failed"
     catalogue.refresh()
     runs = catalogue.runs("study=air")
@@ -240,7 +240,7 @@ def test_removed_while_it_is_read_is_left_out(two, monkeypatch):
         archive.path(run_id).unlink()
         return read_cells(archive, run_id)
 
-    monkeypatch.setattr("tribopipe.archive.catalogue.reading.read_cells", gone)
+    monkeypatch.setattr("tribopipe.archive.catalog.reading.read_cells", gone)
     catalogue = Catalogue(two)
     catalogue.refresh()
     assert (catalogue.runs(), catalogue.unreadable) == ([], [])
@@ -401,8 +401,8 @@ def test_folder_that_cannot_be_written_is_listed_in_memory(two, monkeypatch, rea
 
 def test_locked_catalogue_hangs_nobody(two, monkeypatch, caplog):
     listed(two)
-    monkeypatch.setattr("tribopipe.archive.catalogue.database.SILENT", 0.1)
-    monkeypatch.setattr("tribopipe.archive.catalogue.database._WAIT", 0.2)
+    monkeypatch.setattr("tribopipe.archive.catalog.database.SILENT", 0.1)
+    monkeypatch.setattr("tribopipe.archive.catalog.database._WAIT", 0.2)
     other = sqlite3.connect(two / FILE_NAME, isolation_level=None)
     other.execute("BEGIN EXCLUSIVE")
     Archive(two).mark(RUN, BAD)
@@ -414,7 +414,7 @@ def test_locked_catalogue_hangs_nobody(two, monkeypatch, caplog):
 
 
 def test_catalogue_is_waited_for_that_somebody_else_begins(two, monkeypatch, caplog):
-    monkeypatch.setattr("tribopipe.archive.catalogue.database.SILENT", 0.1)
+    monkeypatch.setattr("tribopipe.archive.catalog.database.SILENT", 0.1)
     other = sqlite3.connect(two / FILE_NAME, isolation_level=None, check_same_thread=False)
     other.execute("BEGIN EXCLUSIVE")
     done = threading.Timer(0.5, lambda: other.execute("ROLLBACK"))
@@ -427,7 +427,7 @@ def test_catalogue_is_waited_for_that_somebody_else_begins(two, monkeypatch, cap
 
 
 def test_interrupted_refresh_keeps_what_was_read(two, monkeypatch, reads):
-    monkeypatch.setattr("tribopipe.archive.catalogue.catalogue._BATCH", 1)
+    monkeypatch.setattr("tribopipe.archive.catalog.catalog._BATCH", 1)
 
     def interrupt(name: str) -> None:
         raise KeyboardInterrupt(name)
@@ -457,7 +457,7 @@ def test_bytes_changed_at_random_change_nothing_that_is_told(two, monkeypatch):
 
 
 def test_threads_and_processes_refresh_at_once(two):
-    code = "from tribopipe.archive.catalogue.catalogue import Catalogue\nfrom pathlib import Path\n"
+    code = "from tribopipe.archive.catalog.catalog import Catalogue\nfrom pathlib import Path\n"
     code += f"c = Catalogue(Path({str(two)!r}))\nc.refresh()\nprint(*[run.id for run in c.runs()])"
     others = [subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) for _ in range(2)]
     catalogue, found = Catalogue(two), []

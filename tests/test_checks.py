@@ -6,12 +6,17 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 import pytest
 
-from tribopipe.checks import conditions, documents, end_values, samples  # noqa: F401 - importing registers their checks
-from tribopipe.checks.registry import CHECKS, check_run, refuse_errors
-from tribopipe.errors import CheckError
-from tribopipe.ingest.harmonise import read_run
-from tribopipe.records.manifest import RunManifest
-from tribopipe.run import ExtraColumn, Profile, Recording
+from tribopipe.base.errors import CheckError
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.evaluation.checks import (  # noqa: F401 - importing registers their checks
+    conditions,
+    documents,
+    end_values,
+    samples,
+)
+from tribopipe.evaluation.checks.registry import CHECKS, check_run, refuse_errors
+from tribopipe.readers.harmonize import read_run
+from tribopipe.results.run import ExtraColumn, Profile, Recording
 
 
 @pytest.fixture(scope="module")

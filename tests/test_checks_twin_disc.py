@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from test_profile import CROWN, TWIN, X, flattened, grooved, segment
 
-from tribopipe.checks.registry import check_run
-from tribopipe.contact.twin_disc import disc_pair, nominal_values
-from tribopipe.records.manifest import RunManifest
-from tribopipe.records.recipe import Recipe
-from tribopipe.run import Profile, RawRun
+from tribopipe.contacts.twin_disc import disc_pair, nominal_values
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.recipe import Recipe
+from tribopipe.evaluation.checks.registry import check_run
+from tribopipe.results.run import Profile, RawRun
 
 TURNS = np.linspace(0, 10_000, 501)
 AROUND = 2 * math.pi * 10e-3

@@ -13,15 +13,8 @@ from hypothesis import strategies as st
 from test_archive import nxcheck
 
 from tribopipe.archive.store import Archive
-from tribopipe.checks.registry import check_run
-from tribopipe.clean_up.cleaning import clean_run
-from tribopipe.clean_up.spikes import spikes
-from tribopipe.drift import correct_drift
-from tribopipe.errors import ManifestError
-from tribopipe.ingest.harmonise import read_run
-from tribopipe.pipeline import clean_archived, fit_archived_friction, process
-from tribopipe.records.base import load_toml, read_document
-from tribopipe.records.clean_up import (
+from tribopipe.base.errors import ManifestError
+from tribopipe.documents.preprocessing import (
     AUTOMATIC,
     ContinuousAxes,
     Despike,
@@ -31,12 +24,19 @@ from tribopipe.records.clean_up import (
     TurnOver,
     Zero,
 )
-from tribopipe.records.export import schema_text
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import MonteCarloRecipe, Recipe, WearRecipe
-from tribopipe.restarts import continuous, segments
-from tribopipe.run import RawRun
-from tribopipe.wear.identify import fit_wear
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import MonteCarloRecipe, Recipe, WearRecipe
+from tribopipe.documents.record import load_toml, read_document
+from tribopipe.evaluation.checks.registry import check_run
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.preprocessing.cleaning import clean_run
+from tribopipe.evaluation.preprocessing.spikes import spikes
+from tribopipe.evaluation.wear.fit import fit_wear
+from tribopipe.physics.axis_restarts import continuous, segments
+from tribopipe.pipeline.stages import clean_archived, fit_archived_friction, process
+from tribopipe.readers.harmonize import read_run
+from tribopipe.results.json_schema import schema_text
+from tribopipe.results.run import RawRun
 
 SAMPLES = 4000
 LOAD = 0.2

@@ -5,11 +5,11 @@ import json
 import numpy as np
 import pytest
 
-from tribopipe.checks.registry import check_run
-from tribopipe.errors import ReaderError
-from tribopipe.ingest import long_text
-from tribopipe.ingest.exports import read_export
-from tribopipe.ingest.harmonise import read_run
+from tribopipe.base.errors import ReaderError
+from tribopipe.evaluation.checks.registry import check_run
+from tribopipe.readers import long_text
+from tribopipe.readers.export_files import read_export
+from tribopipe.readers.harmonize import read_run
 
 HEAD = 'schema = "tribopipe.run/1"\nid = "run"\n[conditions]\nnormal_load = "{load}"\nsliding_speed = "0.1 m/s"\n'
 NAMES = "Time [s];Depth [um];Ff [mN];Fn [mN]"

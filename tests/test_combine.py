@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 from scipy.stats import chi2
 
-from tribopipe.study.combine import Combination, combine
+from tribopipe.evaluation.study.combine import Combination, combine
 
 TRUE = 1.35e-14
 """k_D of Si3N4 in air, m²/N."""

@@ -9,16 +9,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from instrument_shapes import Polymer, Reciprocation, phoenix, rtec_ladder, srv, umt
 
-from tribopipe.checks.conditions import levels_of
-from tribopipe.checks.registry import check_run
-from tribopipe.clean_up.cleaning import clean_run
-from tribopipe.identities import IDENTITIES, ratios
-from tribopipe.ingest.draft.folder import Wanted, make_run
-from tribopipe.ingest.formats.umt import UmtReader
-from tribopipe.ingest.harmonise import read_run
-from tribopipe.ingest.open_units import open_units, roles_of
-from tribopipe.ingest.reader import Hints, ReadColumn
-from tribopipe.run import RawRun, SourceFile
+from tribopipe.evaluation.checks.conditions import levels_of
+from tribopipe.evaluation.checks.registry import check_run
+from tribopipe.evaluation.preprocessing.cleaning import clean_run
+from tribopipe.physics.identities import IDENTITIES, ratios
+from tribopipe.readers.draft.folder import Wanted, make_run
+from tribopipe.readers.formats.umt import UmtReader
+from tribopipe.readers.harmonize import read_run
+from tribopipe.readers.open_units import open_units, roles_of
+from tribopipe.readers.reader import Hints, ReadColumn
+from tribopipe.results.run import RawRun, SourceFile
 
 TRUTH = Reciprocation()
 

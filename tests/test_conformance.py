@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 from reader_examples import EXAMPLES, GENERIC
 
-from tribopipe.errors import ReaderError
-from tribopipe.ingest import conformance
-from tribopipe.ingest.conformance import CLAIMED, ConformanceError, Example, check_reader
-from tribopipe.ingest.reader import Hints, Match, ReadColumn, ReadTable
-from tribopipe.ingest.registry import readers
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import ReaderError
+from tribopipe.readers import conformance
+from tribopipe.readers.conformance import CLAIMED, ConformanceError, Example, check_reader
+from tribopipe.readers.reader import Hints, Match, ReadColumn, ReadTable
+from tribopipe.readers.registry import readers
+from tribopipe.results.run import SourceFile
 
 DOCS = Path(__file__).parents[1] / "docs" / "readers.md"
 

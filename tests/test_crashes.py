@@ -16,21 +16,22 @@ from folders import ROOT
 from listening import listening
 from matplotlib.figure import Figure
 
-from tribopipe import faults, interrupts
 from tribopipe.archive.lock import writers_lock
 from tribopipe.archive.store import Archive
-from tribopipe.batch.environment import ONE_THREAD
-from tribopipe.errors import ArchiveError, InternalError, ReaderError, TribopipeError
-from tribopipe.files import leftovers, write_file
-from tribopipe.ingest.apart import answer_of
-from tribopipe.records.annotation import Annotation
-from tribopipe.report.archived import run_is_drawn
-from tribopipe.report.figures import save_beside, save_figures
-from tribopipe.run import SourceFile
-from tribopipe.verify import tree
+from tribopipe.base import failures as faults
+from tribopipe.base import interrupts
+from tribopipe.base.errors import ArchiveError, InternalError, ReaderError, TribopipeError
+from tribopipe.base.executor.environment import ONE_THREAD
+from tribopipe.base.files import leftovers, write_file
+from tribopipe.documents.annotation import Annotation
+from tribopipe.pipeline.verify import tree
+from tribopipe.readers.subprocess_readers import answer_of
+from tribopipe.results.run import SourceFile
+from tribopipe.views.archived_figures import run_is_drawn
+from tribopipe.views.run_figures import save_beside, save_figures
 
 RUN = "si3n4-air-200mN"
-WRITING = "tribopipe.archive.late_errors.LateErrors"
+WRITING = "tribopipe.archive.write_errors.LateErrors"
 NOTE = Annotation(kind="note", text="dry", date="2026-01-05T08:00:00+00:00", operator="anna")
 posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows sends no signals to a process")
 
@@ -50,7 +51,7 @@ def interrupted(code: str, number: int = signal.SIGINT, said: str = "begun", **h
         "app = types.ModuleType('tribopipe.cli.app')\n"
         f"exec({code!r}, app.__dict__)\n"
         "sys.modules['tribopipe.cli.app'] = app\n"
-        "from tribopipe.cli.start import main\n"
+        "from tribopipe.cli.entry_point import main\n"
         "main()\n"
     )
     process = subprocess.Popen(
@@ -101,7 +102,7 @@ def test_ctrl_c_while_modules_are_imported():
         "        if name == 'typer':\n"
         "            os.kill(os.getpid(), signal.SIGINT)\n"
         "sys.meta_path.insert(0, Slow())\n"
-        "from tribopipe.cli.start import main\n"
+        "from tribopipe.cli.entry_point import main\n"
         "main()\n"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, preexec_fn=listening)
@@ -120,7 +121,7 @@ def test_an_interrupted_write_leaves_nothing(tmp_path):
     code = (
         "import time\n"
         "from pathlib import Path\n"
-        "from tribopipe.files import replacing\n"
+        "from tribopipe.base.files import replacing\n"
         "def main():\n"
         f"    with replacing(Path({str(tmp_path / 'run.h5')!r})) as part:\n"
         "        part.write_text('half')\n"
@@ -162,8 +163,8 @@ def test_a_limit_that_is_there_already_is_no_damage():
 import json, resource
 resource.setrlimit(resource.RLIMIT_AS, (700 << 20, 700 << 20))
 resource.setrlimit(resource.RLIMIT_CPU, (50, 100))
-from tribopipe.ingest.apart import answer_of
-from tribopipe.run import SourceFile
+from tribopipe.readers.subprocess_readers import answer_of
+from tribopipe.results.run import SourceFile
 asked = SourceFile("a pattern", json.dumps(["b(.)", ["a", "abc"]]).encode())
 print(answer_of("first_hit.py", asked, remedy="none").decode())
 """
@@ -275,7 +276,7 @@ def test_what_a_killed_writer_left_of_figures_goes_once_these_are_drawn_again(st
 
 
 @pytest.mark.parametrize(
-    "call", ["os.open", "os.fsync", "os.replace", "tribopipe.archive.late_errors.LateErrors.write_all"]
+    "call", ["os.open", "os.fsync", "os.replace", "tribopipe.archive.write_errors.LateErrors.write_all"]
 )
 def test_without_room_a_file_stays_as_it_was(store, monkeypatch, call):
     before = store.path(RUN).read_bytes()
@@ -306,8 +307,8 @@ def test_without_room_no_figure_takes_its_place(tmp_path, monkeypatch):
 
 def test_a_batch_goes_on_where_figures_have_no_room(run_cli, archive, short_runs, monkeypatch):
     (archive / "figures").mkdir()
-    monkeypatch.setattr("tribopipe.report.drawn.save_run_figures", no_room)
-    monkeypatch.setattr("tribopipe.report.drawn.run_is_drawn", lambda *_: False)
+    monkeypatch.setattr("tribopipe.views.figure_updates.save_run_figures", no_room)
+    monkeypatch.setattr("tribopipe.views.figure_updates.run_is_drawn", lambda *_: False)
     done = run_cli("process", short_runs / RUN, "--archive", archive)
     assert done.exit_code == 1
     assert "Specific wear rate" in done.stderr
@@ -379,12 +380,12 @@ def fresh_faults(tmp_path, monkeypatch):
 
 
 def test_a_mistake_in_one_run_does_not_end_the_batch(run_cli, short_runs, tmp_path, monkeypatch, fresh_faults):
-    from tribopipe.checks import registry
+    from tribopipe.evaluation.checks import registry
 
     def stumble(run):
         return 1 // 0 if run.id == RUN else registry.check_run(run)
 
-    monkeypatch.setattr("tribopipe.pipeline.check_run", stumble)
+    monkeypatch.setattr("tribopipe.pipeline.stages.check_run", stumble)
     done = run_cli("ingest", short_runs, "--archive", tmp_path / "archive")
     (kept,) = fresh_faults.glob("tribopipe-fault-*.txt")
     assert done.exit_code == 3

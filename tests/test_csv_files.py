@@ -14,11 +14,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tribopipe.archive.store import Archive
-from tribopipe.errors import ArchiveError
-from tribopipe.pipeline import ingest
-from tribopipe.report.csv_files import CSV_KINDS, _written, csv_bytes, csv_kinds, csv_parts
-from tribopipe.run import ExtraColumn, RawRun
-from tribopipe.units import to_si
+from tribopipe.base.errors import ArchiveError
+from tribopipe.base.units import to_si
+from tribopipe.pipeline.stages import ingest
+from tribopipe.results.run import ExtraColumn, RawRun
+from tribopipe.views.csv_files import CSV_KINDS, _written, csv_bytes, csv_kinds, csv_parts
 
 RUN = "si3n4-air-200mN"
 HAS = ["raw", "cleaned", "corrected", "friction", "wear", "fit-archard", "fit-sarkar"]
@@ -100,7 +100,7 @@ def test_other_texts_stay_as_they_are(text):
 
 
 def test_rows_are_many_parts_of_one_file(monkeypatch):
-    monkeypatch.setattr("tribopipe.report.csv_files._ROWS", 3)
+    monkeypatch.setattr("tribopipe.views.csv_files._ROWS", 3)
     columns = {"a [m]": np.arange(8.0), "b [m]": -np.arange(8.0)}
     parts = list(_written(columns))
     assert len(parts) == 4

@@ -18,25 +18,26 @@ from end_value_runs import measured
 from folders import DISC_IDS, SAMPLE_IDS, SAMPLES
 from lxml import etree
 
-from tribopipe.archive.definitions.known import definitions
 from tribopipe.archive.definitions.names import RUNS, STUDY
 from tribopipe.archive.definitions.nxdl import nxdl_text
 from tribopipe.archive.definitions.parts import FieldPart, GroupPart
+from tribopipe.archive.definitions.registry import definitions
 from tribopipe.archive.definitions.run import run_definition
 from tribopipe.archive.store import Archive
-from tribopipe.ingest import long_text, means
-from tribopipe.ingest.harmonise import read_run
-from tribopipe.pipeline import process, wear_archived_locally
-from tribopipe.records.annotation import Annotation
-from tribopipe.records.mark import Mark
-from tribopipe.records.recipe import Recipe
-from tribopipe.records.study import Study
-from tribopipe.run import SourceFile
-from tribopipe.studies import run_study
-from tribopipe.verify.look import Look
-from tribopipe.verify.nexus import check_nexus
-from tribopipe.verify.tree import read_tree
-from tribopipe.wear.local import LocalOptions
+from tribopipe.documents.annotation import Annotation
+from tribopipe.documents.mark import Mark
+from tribopipe.documents.recipe import Recipe
+from tribopipe.documents.study import Study
+from tribopipe.evaluation.wear.local import LocalOptions
+from tribopipe.pipeline.stages import process, wear_archived_locally
+from tribopipe.pipeline.studies import run_study
+from tribopipe.pipeline.verify.look import Look
+from tribopipe.pipeline.verify.nexus import check_nexus
+from tribopipe.pipeline.verify.tree import read_tree
+from tribopipe.readers import block_means as means
+from tribopipe.readers import long_text
+from tribopipe.readers.harmonize import read_run
+from tribopipe.results.run import SourceFile
 
 SCHEMAS = Path(__file__).parents[1] / "schemas"
 PIN, DISC = "si3n4-air-200mN", "si3n4-twin-disc-4pct-100k"
@@ -109,7 +110,7 @@ def test_twin_disc_samples_hold_what_is_declared_and_no_more(disc_archive, run_i
 def kinds(short_runs, tmp_path_factory) -> dict[str, Path]:
     """A file of each kind that an archive may hold."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tribopipe.uncertainty.BLOCK", 200)
+        patch.setattr("tribopipe.physics.uncertainty.BLOCK", 200)
         folder = tmp_path_factory.mktemp("kinds")
         return {**processed_kinds(short_runs, folder / "archive"), **other_kinds(short_runs, folder)}
 

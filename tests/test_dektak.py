@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tribopipe.errors import ReaderError
-from tribopipe.ingest.delimited import DelimitedReader
-from tribopipe.ingest.formats.dektak import DektakReader
-from tribopipe.ingest.reader import Hints, Reader, ReadTable
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import ReaderError
+from tribopipe.readers.delimited import DelimitedReader
+from tribopipe.readers.formats.dektak import DektakReader
+from tribopipe.readers.reader import Hints, Reader, ReadTable
+from tribopipe.results.run import SourceFile
 
 READER = DektakReader()
 HEADER = (

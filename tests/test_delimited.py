@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tribopipe.errors import ReaderError
-from tribopipe.ingest import delimited
-from tribopipe.ingest.delimited import DelimitedReader
-from tribopipe.ingest.names import bare_name, split_name
-from tribopipe.ingest.reader import Hints, ReadColumn, Reader, ReadTable
-from tribopipe.ingest.tables import is_number
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import ReaderError
+from tribopipe.readers import delimited
+from tribopipe.readers.column_names import bare_name, split_name
+from tribopipe.readers.delimited import DelimitedReader
+from tribopipe.readers.reader import Hints, ReadColumn, Reader, ReadTable
+from tribopipe.readers.tables import is_number
+from tribopipe.results.run import SourceFile
 
 READER = DelimitedReader()
 REAL_DATA = Path(__file__).resolve().parents[2] / "shared" / "realdata"

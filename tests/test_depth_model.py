@@ -9,21 +9,21 @@ from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 from test_identify import CASES, record
 
-from tribopipe.contact.pin_on_track import volume_growth
-from tribopipe.depth_model.blocks import blocks_of
-from tribopipe.depth_model.mixture import Anchor, Regression, _Projected
-from tribopipe.depth_model.posterior import SCORES, DepthReading, MeasuredDepth, depth_posterior
-from tribopipe.depth_model.steps import steps
-from tribopipe.depth_model.terms import AMPLITUDES, optional_terms
-from tribopipe.depth_model.wander import wanders
-from tribopipe.depth_model.widened import widened
-from tribopipe.drift import correct_drift
-from tribopipe.records.manifest import EndValues
-from tribopipe.records.recipe import DefaultUncertainty, Recipe
-from tribopipe.wear.depth_problem import depth_problem
-from tribopipe.wear.doubts import DECISIVE
-from tribopipe.wear.identify import fit_wear
-from tribopipe.wear.problem import wear_problem
+from tribopipe.documents.manifest import EndValues
+from tribopipe.documents.recipe import DefaultUncertainty, Recipe
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.wear.depth_problem import depth_problem
+from tribopipe.evaluation.wear.findings import DECISIVE
+from tribopipe.evaluation.wear.fit import fit_wear
+from tribopipe.evaluation.wear.problem import wear_problem
+from tribopipe.physics.depth_model.blocks import blocks_of
+from tribopipe.physics.depth_model.mixture import Anchor, Regression, _Projected
+from tribopipe.physics.depth_model.posterior import SCORES, DepthReading, MeasuredDepth, depth_posterior
+from tribopipe.physics.depth_model.steps import steps
+from tribopipe.physics.depth_model.terms import AMPLITUDES, optional_terms
+from tribopipe.physics.depth_model.wander import wanders
+from tribopipe.physics.depth_model.widened import widened
+from tribopipe.physics.pin_on_track import volume_growth
 
 DEPTH, NOISE, SAMPLES = 20e-6, 50e-9, 4000
 
@@ -231,7 +231,7 @@ def test_wider_prior_without_a_fit_is_that_of_another_fit(prior, disturbance, mo
     else:
         again = replace(one)
         with monkeypatch.context() as patch:
-            patch.setattr("tribopipe.depth_model.terms.AMPLITUDES", tuple(2 * share for share in AMPLITUDES))
+            patch.setattr("tribopipe.physics.depth_model.terms.AMPLITUDES", tuple(2 * share for share in AMPLITUDES))
             assert again.optional.alternatives[1].deviation == 2 * AMPLITUDES[0]
     before = depth_posterior(one)
     found, fitted = widened(before, prior), depth_posterior(again)

@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 from small_exports import check_every_cut, claimed_by, read
 
-from tribopipe.errors import ManifestError, ReaderError
-from tribopipe.ingest.described import DescribedReader, described_reader, load_reader_profile
-from tribopipe.ingest.harmonise import read_run
-from tribopipe.ingest.reader import Reader
-from tribopipe.records.export import schema_text
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import ManifestError, ReaderError
+from tribopipe.readers.harmonize import read_run
+from tribopipe.readers.reader import Reader
+from tribopipe.readers.toml_reader import DescribedReader, described_reader, load_reader_profile
+from tribopipe.results.json_schema import schema_text
+from tribopipe.results.run import SourceFile
 
 DOCUMENT = (Path(__file__).resolve().parents[1] / "docs" / "readers.md").read_text(encoding="utf-8")
 PROFILE, MANIFEST = re.findall(r"```toml\n(.*?)```", DOCUMENT, re.DOTALL)[:2]

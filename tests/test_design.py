@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from test_identify import CASES, FIRST_ORDER, record
 
-from tribopipe.drift import correct_drift
-from tribopipe.errors import ContactError, FitError
-from tribopipe.friction import fit_friction
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import Recipe, WearRecipe
-from tribopipe.records.results import COVERAGE_FACTOR
-from tribopipe.study.design import at_length, design
-from tribopipe.study.member import Member, PosedRun
-from tribopipe.wear.identify import budget
-from tribopipe.wear.problem import WearProblem, wear_problem
+from tribopipe.base.errors import ContactError, FitError
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import Recipe, WearRecipe
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.study.design import at_length, design
+from tribopipe.evaluation.study.member import Member, PosedRun
+from tribopipe.evaluation.wear.fit import budget
+from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
+from tribopipe.results.evaluation import COVERAGE_FACTOR
 
 TWO_STEP = Recipe(wear=WearRecipe(correction="two-step"))
 WC_CO, SI3N4 = "wc-co-water-400mN", "si3n4-air-200mN"

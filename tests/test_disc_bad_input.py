@@ -29,12 +29,12 @@ def pin(tmp_path):
 @pytest.fixture(scope="module")
 def held(tmp_path_factory):
     from tribopipe.archive.store import Archive
-    from tribopipe.pipeline import fit_archived_wear, ingest
-    from tribopipe.records.recipe import Recipe
+    from tribopipe.documents.recipe import Recipe
+    from tribopipe.pipeline.stages import fit_archived_wear, ingest
 
     folder = tmp_path_factory.mktemp("held") / "archive"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tribopipe.uncertainty.BLOCK", 200)
+        patch.setattr("tribopipe.physics.uncertainty.BLOCK", 200)
         for run_id in (RUN, PIN):
             ingest(SAMPLES / run_id, Archive(folder))
             fit_archived_wear(Archive(folder), run_id, "archard", Recipe())
@@ -189,7 +189,7 @@ def test_bad_run_is_refused_and_the_archive_stays_as_it_was(run_cli, discs, held
 def test_interruptions_that_do_not_follow_each_other_are_refused(run_cli, discs, tmp_path):
     for turns in (5000, 5000):
         stop(f"rotations = {turns}", 'curved_disc_wear_depth = "0.1 um"')(discs)
-    words = ("interruptions: found the rotations", "5000, 5000", "each above the one before")
+    words = ("interruptions: found 5000 rotations, 5000 rotations", "each above the one before")
     assert_refused(run_cli("ingest", discs, "--archive", tmp_path / "archive"), *words)
     assert not (tmp_path / "archive").exists()
 

@@ -10,8 +10,8 @@ from folders import DISC_IDS, SAMPLES, tree_bytes
 from test_archive import nxcheck
 
 from tribopipe.archive.store import Archive
-from tribopipe.records.base import load_toml
-from tribopipe.records.study import Study
+from tribopipe.documents.record import load_toml
+from tribopipe.documents.study import Study
 
 RUN, FAST, LONG = "si3n4-twin-disc-4pct-250k", "si3n4-twin-disc-10pct-1000k-a", "si3n4-twin-disc-4pct-2000k"
 SHOWN_K_1, SHOWN_K_2 = "4.6e-12 mm^3/(N*mm)", "2.0e-12 mm^3/(N*mm)"
@@ -31,11 +31,11 @@ def document_of(result) -> dict:
 @pytest.fixture(scope="module")
 def _processed_discs(tmp_path_factory):
     """Three samples taken through the whole line; not to be written into."""
-    from tribopipe.pipeline import process
+    from tribopipe.pipeline.stages import process
 
     folder = tmp_path_factory.mktemp("processed-discs") / "archive"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tribopipe.uncertainty.BLOCK", 200)
+        patch.setattr("tribopipe.physics.uncertainty.BLOCK", 200)
         outcomes = list(process([SAMPLES / run_id for run_id in (RUN, FAST)], Archive(folder)))
     assert [one for one in outcomes if one.status == "failed"] == []
     return folder

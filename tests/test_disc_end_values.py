@@ -8,13 +8,13 @@ from disc_runs import BARE, DOCUMENT, PLANNED, SERIES, exact_run, raw, recorded,
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tribopipe.drift import correct_drift
-from tribopipe.end_values.twin_disc import disc_end_wear, disc_measurements
-from tribopipe.ingest.harmonise import read_run
-from tribopipe.records.manifest import RunManifest
-from tribopipe.records.quantity import EndValue, Quantity
-from tribopipe.records.recipe import DefaultUncertainty, Recipe, WearRecipe
-from tribopipe.simulate import VirtualTwinDiscTest, simulate_twin_disc_run
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.quantity import EndValue, Quantity
+from tribopipe.documents.recipe import DefaultUncertainty, Recipe, WearRecipe
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.measurements.twin_disc import disc_end_wear, disc_measurements
+from tribopipe.extras.simulate import VirtualTwinDiscTest, simulate_twin_disc_run
+from tribopipe.readers.harmonize import read_run
 
 CROWN, RADIUS = 4e-3, 4e-3
 ALL = tuple(

@@ -8,28 +8,29 @@ import numpy as np
 import pytest
 from folders import SAMPLES, replace_in
 
-from tribopipe.archive.results import archived_correction
 from tribopipe.archive.store import Archive
-from tribopipe.drift import correct_drift
-from tribopipe.friction import fit_friction
-from tribopipe.ingest.harmonise import read_run
-from tribopipe.pipeline import ingest, process
-from tribopipe.records.manifest import CurvedDisc, FlatDisc, RunManifest, TwinDisc
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import Recipe
-from tribopipe.records.results import COVERAGE_FACTOR
-from tribopipe.records.study import Study
-from tribopipe.report.archived import save_run_figures
-from tribopipe.report.disc_figures import plot_disc_contact, plot_disc_model, plot_disc_wear
-from tribopipe.report.disc_study_figures import plot_disc_study
-from tribopipe.report.figures import plot_depth, plot_friction, save_figure
-from tribopipe.report.studies import save_study_figures
-from tribopipe.report.study_figures import plot_study_friction
-from tribopipe.studies import run_study
-from tribopipe.study.member import Member
-from tribopipe.wear.twin_disc.curves import fitted_discs
-from tribopipe.wear.twin_disc.identify import fit_discs
-from tribopipe.wear.twin_disc.predict import DiscScenario, KnownDiscs, published_discs
+from tribopipe.documents.contact import CurvedDisc, FlatDisc, TwinDisc
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import Recipe
+from tribopipe.documents.study import Study
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.study.member import Member
+from tribopipe.evaluation.wear.twin_disc.curves import fitted_discs
+from tribopipe.evaluation.wear.twin_disc.fit import fit_discs
+from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario, KnownDiscs, published_discs
+from tribopipe.pipeline.archived_results import archived_correction
+from tribopipe.pipeline.stages import ingest, process
+from tribopipe.pipeline.studies import run_study
+from tribopipe.readers.harmonize import read_run
+from tribopipe.results.evaluation import COVERAGE_FACTOR
+from tribopipe.views.archived_figures import save_run_figures
+from tribopipe.views.archived_study_figures import save_study_figures
+from tribopipe.views.disc_figures import plot_disc_contact, plot_disc_model, plot_disc_wear
+from tribopipe.views.disc_study_figures import plot_disc_study
+from tribopipe.views.run_figures import plot_depth, plot_friction, save_figure
+from tribopipe.views.study_figures import plot_study_friction
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("few_draws")]
 

@@ -12,13 +12,14 @@ from hypothesis import strategies as st
 from scipy.optimize import least_squares
 from scipy.stats import binom, chi2
 
-from tribopipe.contact.twin_disc import disc_pair, nominal_values
-from tribopipe.errors import FitError, TribopipeError
-from tribopipe.friction import fit_friction
-from tribopipe.records.quantity import EndValue, Quantity
-from tribopipe.records.recipe import DefaultUncertainty, DistanceConvention, MonteCarloRecipe, Recipe, WearRecipe
-from tribopipe.wear.twin_disc.identify import fit_discs
-from tribopipe.wear.twin_disc.problem import disc_problem
+from tribopipe.base.errors import FitError, TribopipeError
+from tribopipe.contacts.twin_disc import disc_pair, nominal_values
+from tribopipe.documents.quantity import EndValue, Quantity
+from tribopipe.documents.recipe import DefaultUncertainty, MonteCarloRecipe, Recipe, WearRecipe
+from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.wear.twin_disc.fit import fit_discs
+from tribopipe.evaluation.wear.twin_disc.problem import disc_problem
+from tribopipe.physics.conventions import DistanceConvention
 
 pytestmark = pytest.mark.usefixtures("few_draws")
 
@@ -200,7 +201,7 @@ def test_friction_has_a_line_in_the_budget_of_sarkar():
 
 @pytest.mark.parametrize("law", ["archard", "sarkar"])
 def test_drawn_uncertainty_is_that_of_first_order_where_all_is_nearly_linear(monkeypatch, law):
-    monkeypatch.setattr("tribopipe.uncertainty.BLOCK", 4_000)
+    monkeypatch.setattr("tribopipe.physics.uncertainty.BLOCK", 4_000)
     run = exact_run({"curved_disc_wear_volume": 0.02, "flat_disc_wear_volume": 0.03}, mu=0.4)
     near, drawn = (fit_discs(run, law, recipe=recipe(drawn=drawn, friction="measured")) for drawn in (False, True))
     assert drawn.correlation == pytest.approx(near.correlation, abs=0.05)
@@ -252,7 +253,7 @@ def test_intervals_hold_the_truth_in_most_of_a_few_runs():
 
 @pytest.mark.slow
 def test_intervals_hold_the_truth_in_95_percent_of_many_runs(monkeypatch):
-    monkeypatch.setattr("tribopipe.uncertainty.BLOCK", 1_000)
+    monkeypatch.setattr("tribopipe.physics.uncertainty.BLOCK", 1_000)
     assert_binomial(coverage(200), 200)
 
 

@@ -9,15 +9,14 @@ from disc_runs import BARE, BODY, CONVENTIONS, DOCUMENT, K_1, K_2, TYPICAL, exac
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tribopipe.contact.twin_disc import disc_pair
-from tribopipe.errors import ContactError, FitError
-from tribopipe.motion import slip
-from tribopipe.records.manifest import RunManifest
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import Recipe
-from tribopipe.wear.friction_path import ExponentialFriction
-from tribopipe.wear.twin_disc.identify import fit_discs
-from tribopipe.wear.twin_disc.predict import (
+from tribopipe.base.errors import ContactError, FitError
+from tribopipe.contacts.twin_disc import disc_pair
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import Recipe
+from tribopipe.documents.slip import slip
+from tribopipe.evaluation.wear.twin_disc.fit import fit_discs
+from tribopipe.evaluation.wear.twin_disc.predict import (
     MOST_STEPS,
     DiscScenario,
     KnownDiscs,
@@ -25,6 +24,7 @@ from tribopipe.wear.twin_disc.predict import (
     predict_discs,
     published_discs,
 )
+from tribopipe.physics.friction_path import ExponentialFriction
 
 FRICTION = ExponentialFriction(0.15, 0.42, 40.0)
 FIELDS = {

@@ -10,19 +10,19 @@ from scipy.stats import binom
 from test_archive import nxcheck
 
 from tribopipe.archive.store import Archive
-from tribopipe.drift import correct_drift
-from tribopipe.errors import FitError, TribopipeError
-from tribopipe.pipeline import ingest
-from tribopipe.records.base import load_toml
-from tribopipe.records.disc_verdict import TwinDiscStudyResult
-from tribopipe.records.mark import Mark
-from tribopipe.records.plan import Fatigue
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import Recipe
-from tribopipe.records.study import Study
-from tribopipe.studies import run_study
-from tribopipe.study.discs import evaluate_discs
-from tribopipe.study.member import Member
+from tribopipe.base.errors import FitError, TribopipeError
+from tribopipe.documents.mark import Mark
+from tribopipe.documents.plan import Fatigue
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import Recipe
+from tribopipe.documents.record import load_toml
+from tribopipe.documents.study import Study
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.study.discs import evaluate_discs
+from tribopipe.evaluation.study.member import Member
+from tribopipe.pipeline.stages import ingest
+from tribopipe.pipeline.studies import run_study
+from tribopipe.results.disc_agreement import TwinDiscStudyResult
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("few_draws")]
 
@@ -61,7 +61,7 @@ def exact_member(name: str, share: float = 0.05, **options) -> Member:
 @pytest.fixture(scope="module")
 def labs() -> list:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tribopipe.uncertainty.BLOCK", 400)
+        patch.setattr("tribopipe.physics.uncertainty.BLOCK", 400)
         return [laboratory(seed) for seed in range(3)]
 
 
@@ -108,7 +108,7 @@ def test_fatigue_at_high_rotations_is_called(factor, called):
 @pytest.mark.slow
 def test_sound_laboratories_seldom_call_the_law_off(monkeypatch):
     """A sound run is called off in about one of a hundred: 5 runs in each of 60 laboratories."""
-    monkeypatch.setattr("tribopipe.uncertainty.BLOCK", 1_000)
+    monkeypatch.setattr("tribopipe.physics.uncertainty.BLOCK", 1_000)
     count, alarms, held = 60, 0, [0, 0]
     for seed in range(count):
         law = laboratory(1_000 + seed)
@@ -251,7 +251,7 @@ def kept(tmp_path_factory):
     """All disc samples ingested and their study run; not to be written into."""
     store = Archive(tmp_path_factory.mktemp("kept") / "archive")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tribopipe.uncertainty.BLOCK", 200)
+        patch.setattr("tribopipe.physics.uncertainty.BLOCK", 200)
         for run_id in DISC_IDS:
             ingest(SAMPLES / run_id, store)
         outcomes = list(run_study(store, SAMPLE_STUDY, Recipe()))
@@ -292,10 +292,10 @@ def test_study_comes_back_from_the_archive(kept):
 @pytest.mark.slow
 def test_curves_are_those_evaluated(kept):
     store, _ = kept
-    from tribopipe.studies import evaluate_archived
+    from tribopipe.pipeline.studies import evaluate_archived
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tribopipe.uncertainty.BLOCK", 200)
+        patch.setattr("tribopipe.physics.uncertainty.BLOCK", 200)
         again = evaluate_archived(store, SAMPLE_STUDY, Recipe())
     assert again.result == store.study("si3n4-twin-disc").result
     for mine, theirs in zip(again.curves, store.study("si3n4-twin-disc").curves, strict=True):

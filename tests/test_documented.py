@@ -17,9 +17,9 @@ from filelock import FileLock
 from folders import ROOT, SAMPLES
 from typer.main import get_command
 
-from tribopipe.archive.definitions.known import definitions
-from tribopipe.records.base import read_document
-from tribopipe.records.export import SCHEMAS
+from tribopipe.archive.definitions.registry import definitions
+from tribopipe.documents.record import read_document
+from tribopipe.results.json_schema import SCHEMAS
 
 PAGES = pages()
 NOTEBOOK = ROOT / "docs" / "tutorial_in_python.ipynb"
@@ -56,7 +56,17 @@ def archived_samples(tmp_path_factory) -> Path:
     archive = folder / "documented" / "archive"
     with FileLock(folder / "documented.lock"):
         if not archive.exists():
-            line = [sys.executable, "-m", "tribopipe.cli.start", "process", SAMPLES, "--archive", archive, "-j", "2"]
+            line = [
+                sys.executable,
+                "-m",
+                "tribopipe.cli.entry_point",
+                "process",
+                SAMPLES,
+                "--archive",
+                archive,
+                "-j",
+                "2",
+            ]
             subprocess.run(line, check=True, capture_output=True)
     return archive
 

@@ -8,16 +8,16 @@ from folders import SAMPLES
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tribopipe.contact.pin_on_disc import SphericalPin
-from tribopipe.depth_reading import sliding_time
-from tribopipe.drift import correct_drift
-from tribopipe.errors import FitError
-from tribopipe.ingest.harmonise import read_run
-from tribopipe.records.manifest import EndValues
-from tribopipe.records.quantity import EndValue
-from tribopipe.records.recipe import Recipe, WearRecipe
-from tribopipe.run import RawRun
-from tribopipe.simulate.drawing import correlated as _correlated
+from tribopipe.base.errors import FitError
+from tribopipe.documents.manifest import EndValues
+from tribopipe.documents.quantity import EndValue
+from tribopipe.documents.recipe import Recipe, WearRecipe
+from tribopipe.evaluation.depth_reading import sliding_time
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.extras.simulate.drawing import correlated as _correlated
+from tribopipe.physics.pin_on_disc import SphericalPin
+from tribopipe.readers.harmonize import read_run
+from tribopipe.results.run import RawRun
 
 WEAR_END = 23e-6
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from fe_bodies import DISC_COEFFICIENT, DISC_LOAD, LOAD, START, discs, sphere
 
-from tribopipe.errors import ContactError
-from tribopipe.local_wear.course import LocalWear, wear
-from tribopipe.local_wear.economy import CORRECTIONS, drift, wear_economically
+from tribopipe.base.errors import ContactError
+from tribopipe.physics.local.course import LocalWear, wear
+from tribopipe.physics.local.economy import CORRECTIONS, drift, wear_economically
 
 PIN = sphere(np.linspace(0, 4 * START, 21))
 LIMIT = PIN.stable_amount(PIN.press(np.zeros_like(PIN.gap)))

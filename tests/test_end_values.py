@@ -29,17 +29,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from tribopipe.checks.registry import check_run
-from tribopipe.drift import correct_drift
-from tribopipe.end_values.pin_on_disc import end_wear, pin_on_disc_wear
-from tribopipe.errors import FitError
-from tribopipe.geometry import scar_radius_at, short_cap_error, short_track_error
-from tribopipe.profile.track import worn_area
-from tribopipe.records.manifest import Conditions, EndValues, Interruption, RunManifest
-from tribopipe.records.quantity import Quantity, of_readings
-from tribopipe.records.recipe import DefaultUncertainty, MonteCarloRecipe, Recipe, WearRecipe
-from tribopipe.run import Profile
-from tribopipe.wear.identify import fit_wear
+from tribopipe.base.errors import FitError
+from tribopipe.documents.manifest import Conditions, EndValues, Interruption, RunManifest
+from tribopipe.documents.quantity import Quantity, of_readings
+from tribopipe.documents.recipe import DefaultUncertainty, MonteCarloRecipe, Recipe, WearRecipe
+from tribopipe.evaluation.checks.registry import check_run
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.measurements.pin_on_disc import end_wear, pin_on_disc_wear
+from tribopipe.evaluation.profile.track import worn_area
+from tribopipe.evaluation.wear.fit import fit_wear
+from tribopipe.physics.geometry import scar_radius_at, short_cap_error, short_track_error
+from tribopipe.results.run import Profile
 
 DEFAULTS = DefaultUncertainty()
 WAYS_AND_SHAPES = [
@@ -390,7 +390,7 @@ def test_manual_states_the_errors_of_the_short_formulas():
 
 
 def test_every_way_of_measuring_leads_to_the_same_coefficient():
-    from tribopipe.contact.pin_on_disc import SphericalPin
+    from tribopipe.physics.pin_on_disc import SphericalPin
 
     distance, k, rng = np.linspace(0, 500, 1001), 13.5e-15, np.random.default_rng(4)
     modulus = 304e9 / (2 * (1 - 0.24**2))

@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import tribopipe
-from tribopipe.contact.mechanics import contact_modulus, elastic_approach, hertz_radius
-from tribopipe.contact.pin_on_disc import SphericalPin
-from tribopipe.contact.twin_disc import DiscPair
-from tribopipe.records.recipe import Recipe
-from tribopipe.wear.identify import budget
-from tribopipe.wear.problem import wear_problem
+from tribopipe.documents.recipe import Recipe
+from tribopipe.evaluation.wear.fit import budget
+from tribopipe.evaluation.wear.problem import wear_problem
+from tribopipe.physics.hertz import contact_modulus, elastic_approach, hertz_radius
+from tribopipe.physics.pin_on_disc import SphericalPin
+from tribopipe.physics.twin_disc import DiscPair
 
 SAMPLES = Path(__file__).parents[1] / "sample_runs"
 RADIUS = 0.794e-3

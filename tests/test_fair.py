@@ -18,18 +18,18 @@ from crate_validation import LATER_NAMES, datacite_errors, graph_of, issues, wit
 from folders import DISC_IDS, SAMPLE_IDS, SAMPLES, set_key, tree_bytes
 
 from tribopipe.archive.store import Archive
-from tribopipe.errors import ArchiveError
-from tribopipe.fair.datacite import datacite
-from tribopipe.fair.export import choose, export_crate
-from tribopipe.fair.restore import restore
-from tribopipe.fair.terms import TERMS, UNITS
-from tribopipe.pipeline import ingest
-from tribopipe.records.annotation import Annotation
-from tribopipe.records.base import load_toml, read_document
-from tribopipe.records.dataset import NOTHING_SAID, Dataset
-from tribopipe.records.recipe import Recipe
-from tribopipe.studies import load_studies, run_study
-from tribopipe.units import KINDS
+from tribopipe.base.errors import ArchiveError
+from tribopipe.base.units import KINDS
+from tribopipe.documents.annotation import Annotation
+from tribopipe.documents.dataset import NOTHING_SAID, Dataset
+from tribopipe.documents.recipe import Recipe
+from tribopipe.documents.record import load_toml, read_document
+from tribopipe.extras.fair.datacite import datacite
+from tribopipe.extras.fair.export import choose, export_crate
+from tribopipe.extras.fair.restore import restore
+from tribopipe.extras.fair.terms import TERMS, UNITS
+from tribopipe.pipeline.stages import ingest
+from tribopipe.pipeline.studies import load_studies, run_study
 
 RUN, AMENDED = "si3n4-air-200mN", "si3n4-air-400mN"
 TITLES = ("as it was", "later", "<script>alert(1)</script>")

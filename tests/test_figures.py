@@ -7,22 +7,22 @@ import pytest
 from folders import SAMPLE_IDS
 from matplotlib import rc_context
 
-from tribopipe.archive.results import archived_correction, archived_friction
 from tribopipe.archive.store import Archive
-from tribopipe.clean_up.cleaning import clean_run
-from tribopipe.drift import correct_drift
-from tribopipe.friction import fit_friction
-from tribopipe.pipeline import clean_archived, correct_archived_drift
-from tribopipe.records.clean_up import AUTOMATIC, Change, CleanUp, TurnOver
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import Recipe, WearRecipe
-from tribopipe.records.signals import SIGNALS
-from tribopipe.report.archived import save_run_figures
-from tribopipe.report.clean_up_figures import plot_clean_up
-from tribopipe.report.decimation import thinned
-from tribopipe.report.figures import WANDER_NAME, plot_depth, plot_friction, plot_wear, save_figure
-from tribopipe.wear.curves import fitted_curve
-from tribopipe.wear.identify import fit_wear
+from tribopipe.documents.preprocessing import AUTOMATIC, Change, CleanUp, TurnOver
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import Recipe, WearRecipe
+from tribopipe.documents.signals import SIGNALS
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.preprocessing.cleaning import clean_run
+from tribopipe.evaluation.wear.fit import fit_wear
+from tribopipe.evaluation.wear.law_curves import fitted_curve
+from tribopipe.pipeline.archived_results import archived_correction, archived_friction
+from tribopipe.pipeline.stages import clean_archived, correct_archived_drift
+from tribopipe.views.archived_figures import save_run_figures
+from tribopipe.views.clean_up_figures import plot_clean_up
+from tribopipe.views.decimation import thinned
+from tribopipe.views.run_figures import WANDER_NAME, plot_depth, plot_friction, plot_wear, save_figure
 
 
 @pytest.mark.parametrize("run_id", ["si3n4-air-800mN", "wc-co-water-400mN"])

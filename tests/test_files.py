@@ -4,11 +4,12 @@ import errno
 import os
 import stat
 import struct
+import tempfile
 from pathlib import Path
 
 import pytest
 
-from tribopipe import files
+from tribopipe.base import files
 
 
 @pytest.mark.parametrize("size", [0, 1, 2, 3, 10_001])
@@ -88,6 +89,38 @@ def test_a_file_keeps_its_mode_and_group(tmp_path: Path, mode: int):
     after = path.stat()
     assert path.read_bytes() == b"new"
     assert (after.st_mode, after.st_gid) == (before.st_mode, before.st_gid)
+
+
+def written_by(account: int, group: int, path: Path, content: str) -> int:
+    """Write a file as another account that is in a group; return 0 where that is done."""
+    if (child := os.fork()) == 0:
+        try:
+            os.setgroups([group])
+            os.setgid(account)
+            os.setuid(account)
+            os.umask(0o002)
+            files.write_file(path, content.encode())
+        except BaseException:  # noqa: BLE001 - a child of a test must end here
+            os._exit(1)
+        os._exit(0)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root can be other accounts")
+def test_two_accounts_write_in_turn_in_the_folder_of_their_group():
+    group = 54321
+    with tempfile.TemporaryDirectory(prefix="group-") as name:  # others may go through the folders above it
+        folder = Path(name)
+        os.chown(folder, -1, group)
+        folder.chmod(0o2770)
+        path = folder / "run.h5"
+        for account in (54322, 54323, 54322):
+            assert written_by(account, group, path, f"by {account}") == 0
+            after = path.stat()
+            assert path.read_text() == f"by {account}"
+            assert (after.st_gid, stat.S_IMODE(after.st_mode)) == (group, 0o664)
+        assert written_by(54324, 54325, path, "by a stranger") == 1
+        assert [(one.name, one.read_text()) for one in folder.iterdir()] == [("run.h5", "by 54322")]
 
 
 @pytest.mark.skipif(not hasattr(os, "setxattr"), reason="access lists are read and written on Linux alone")

@@ -18,13 +18,13 @@ from fe_bodies import (
     sphere,
 )
 
-from tribopipe.errors import ContactError
-from tribopipe.local_wear.course import wear
-from tribopipe.local_wear.finite_elements.disc import QuarterDisc
-from tribopipe.local_wear.finite_elements.grading import continued, nested_dissection, tributary
-from tribopipe.local_wear.finite_elements.pin import pin_body
-from tribopipe.local_wear.finite_elements.stiffness import skfem, stiffness
-from tribopipe.local_wear.grading import graded
+from tribopipe.base.errors import ContactError
+from tribopipe.physics.local.course import wear
+from tribopipe.physics.local.finite_elements.disc import QuarterDisc
+from tribopipe.physics.local.finite_elements.grading import continued, nested_dissection, tributary
+from tribopipe.physics.local.finite_elements.pin import pin_body
+from tribopipe.physics.local.finite_elements.stiffness import skfem, stiffness
+from tribopipe.physics.local.grading import graded
 
 DISTANCES = np.array([0.1, 1.0, 10.0, 100.0, 500.0])
 DEPTHS = np.array([0.32352, 1.03758, 3.29059, 10.42579, 23.37819]) * 1e-6

@@ -19,21 +19,26 @@ from hypothesis import strategies as st
 from old_formats import take_back
 from test_light_import import heavy_modules_after
 
-from tribopipe import errors
 from tribopipe.archive.store import Archive
-from tribopipe.checks import conditions, documents, end_values, samples  # noqa: F401, which register their checks
-from tribopipe.checks.registry import CHECKS, refuse_errors
+from tribopipe.base import errors
+from tribopipe.base.errors import CheckError, InternalError, TribopipeError
 from tribopipe.cli.app import app
 from tribopipe.cli.completion import SHELLS, complete
 from tribopipe.cli.manual import links, pages, sections
 from tribopipe.cli.next_steps import next_steps
-from tribopipe.cli.whereabouts import Whereabouts, ids_in, look_around
-from tribopipe.errors import CheckError, InternalError, TribopipeError
-from tribopipe.records.finding import Finding
-from tribopipe.records.mark import Mark
+from tribopipe.cli.workspace import Whereabouts, ids_in, look_around
+from tribopipe.documents.mark import Mark
+from tribopipe.evaluation.checks import (  # noqa: F401, which register their checks
+    conditions,
+    documents,
+    end_values,
+    samples,
+)
+from tribopipe.evaluation.checks.registry import CHECKS, refuse_errors
+from tribopipe.evaluation.wear import findings as doubts
+from tribopipe.pipeline.verify.look import CheckName
+from tribopipe.results.finding import Finding
 from tribopipe.shipped import shipped
-from tribopipe.verify.look import CheckName
-from tribopipe.wear import doubts
 
 RUN = "si3n4-air-200mN"
 NOW = "2026-03-01T12:00:00+00:00"

@@ -9,13 +9,13 @@ from tribopipe.archive.store import Archive
 from tribopipe.browse.answers import run_answer
 from tribopipe.browse.plots import run_plots
 from tribopipe.browse.samples import Kept, RunFile
-from tribopipe.pipeline import process
-from tribopipe.records.finding import Finding, first_of_each_code
-from tribopipe.records.results import DepthModel, DriftCorrection, WearFit
-from tribopipe.report.archived import run_figures
-from tribopipe.report.figures import basis_words
-from tribopipe.report.html.document import run_report
-from tribopipe.report.run_page import run_page
+from tribopipe.pipeline.stages import process
+from tribopipe.results.evaluation import DepthModel, DriftCorrection, WearFit
+from tribopipe.results.finding import Finding, first_of_each_code
+from tribopipe.views.archived_figures import run_figures
+from tribopipe.views.html.document import run_report
+from tribopipe.views.run_figures import basis_words
+from tribopipe.views.run_page import run_page
 
 CODE = "reading_contradicts_measurement"
 

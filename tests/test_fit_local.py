@@ -10,24 +10,24 @@ from test_identify import CASES, quiet, record
 from test_verdict import SLOW, member_of, study
 from test_verdict import edited as with_manifest
 
-from tribopipe.archive.results import archived_fit
 from tribopipe.archive.store import Archive
-from tribopipe.drift import correct_drift
-from tribopipe.errors import ContactError, FitError
-from tribopipe.friction import fit_friction
-from tribopipe.ingest.harmonise import read_run
-from tribopipe.pipeline import fit_archived_wear, predict_archived
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import MonteCarloRecipe, Recipe, WearRecipe
-from tribopipe.run import RawRun
-from tribopipe.study.engines import compare_engines, engine_notes
-from tribopipe.study.evaluate import evaluate
-from tribopipe.wear.curves import fitted_curve
-from tribopipe.wear.draws import coefficient_draws
-from tribopipe.wear.identify import fit_wear, wear_problem
-from tribopipe.wear.predict import WearScenario, predict_wear
-from tribopipe.wear.problem import WearProblem
-from tribopipe.wear.twin_disc.identify import fit_discs
+from tribopipe.base.errors import ContactError, FitError
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import MonteCarloRecipe, Recipe, WearRecipe
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.study.engines import compare_engines, engine_notes
+from tribopipe.evaluation.study.evaluate import evaluate
+from tribopipe.evaluation.wear.draws import coefficient_draws
+from tribopipe.evaluation.wear.fit import fit_wear, wear_problem
+from tribopipe.evaluation.wear.law_curves import fitted_curve
+from tribopipe.evaluation.wear.predict import WearScenario, predict_wear
+from tribopipe.evaluation.wear.problem import WearProblem
+from tribopipe.evaluation.wear.twin_disc.fit import fit_discs
+from tribopipe.pipeline.archived_results import archived_fit
+from tribopipe.pipeline.stages import fit_archived_wear, predict_archived
+from tribopipe.readers.harmonize import read_run
+from tribopipe.results.run import RawRun
 
 LIGHT, HEAVY, NITRIDE = "wc-co-water-400mN", "wc-co-water-1600mN", "si3n4-air-200mN"
 FIRST_ORDER = MonteCarloRecipe(significant_digits=0)
@@ -41,7 +41,7 @@ def recipe(engine: str, correction: str = "two-step", **others: object) -> Recip
 @pytest.fixture
 def locally_worn(monkeypatch):
     """Record virtual runs whose pins wear by the pressure at each point."""
-    monkeypatch.setattr("tribopipe.simulate.pin_on_disc.WearScenario", partial(WearScenario, engine="local"))
+    monkeypatch.setattr("tribopipe.extras.simulate.pin_on_disc.WearScenario", partial(WearScenario, engine="local"))
     return record
 
 
@@ -99,7 +99,7 @@ def test_draws_spread_about_the_truth(locally_worn):
 @pytest.mark.slow
 @pytest.mark.parametrize("run_id", [LIGHT, HEAVY])
 def test_intervals_hold_the_truth_as_often_as_they_say(locally_worn, monkeypatch, run_id):
-    monkeypatch.setattr("tribopipe.uncertainty.BLOCK", 1_000)
+    monkeypatch.setattr("tribopipe.physics.uncertainty.BLOCK", 1_000)
     series, run = CASES[run_id]
     series = series.model_copy(update={"systematic_errors": True})
     how = Recipe(wear=WearRecipe(engine="local"))
@@ -182,7 +182,7 @@ def test_study_of_flat_pins_has_nothing_to_compare():
 
 
 def test_study_by_local_wear_records_its_engine(locally_worn, monkeypatch):
-    monkeypatch.setattr("tribopipe.uncertainty.BLOCK", 300)
+    monkeypatch.setattr("tribopipe.physics.uncertainty.BLOCK", 300)
     runs = {run_id: member_of(locally_worn(*CASES[run_id], sensors=SLOW)) for run_id in (LIGHT, HEAVY)}
     how = recipe("local", monte_carlo=MonteCarloRecipe())
     result = evaluate(study([HEAVY], [LIGHT], laws=["archard"], end_of_life="1 um"), runs, how).result

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from tribopipe.errors import ReaderError
-from tribopipe.ingest.exports import chosen_reader, read_export
-from tribopipe.ingest.meanings import meanings_of
-from tribopipe.ingest.reader import Hints, Match, ReadColumn, ReadTable
-from tribopipe.ingest.registry import readers
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import ReaderError
+from tribopipe.readers.column_aliases import meanings_of
+from tribopipe.readers.export_files import chosen_reader, read_export
+from tribopipe.readers.reader import Hints, Match, ReadColumn, ReadTable
+from tribopipe.readers.registry import readers
+from tribopipe.results.run import SourceFile
 
 DWF = b"          TIME;          FF;\r        0,9150;        4,80;;\r        1,8240;       16,13;;\r"
 TABLE = b"Time [s],COF,Temp [degC],remark,Humidity [%]\n0,0.5,,a,45\n1,0.7,21.5,b,46\n2,0.6,22,c,47\n"
@@ -137,7 +137,7 @@ class Sure:
 
 def test_two_that_are_equally_sure_are_named(monkeypatch, files):
     pairs = tuple((name, Sure(name)) for name in ("one", "other"))
-    monkeypatch.setattr("tribopipe.ingest.registry._loaded", lambda: pairs)
+    monkeypatch.setattr("tribopipe.readers.registry._loaded", lambda: pairs)
     with pytest.raises(ReaderError, match="first: found a file that one and other both know, equally sure"):
         read_export(files["first"])
 

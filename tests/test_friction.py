@@ -7,10 +7,10 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from tribopipe.friction import fit_friction
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import FrictionRecipe
-from tribopipe.run import RawRun
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import FrictionRecipe
+from tribopipe.evaluation.friction import fit_friction
+from tribopipe.results.run import RawRun
 
 TABLE_2 = {200: (0.226, 0.496, 32.877), 400: (0.244, 0.396, 607.837), 800: (0.284, 0.404, 81.704)}
 

@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 from reader_examples import EXAMPLES
 
-from tribopipe.errors import ReaderError
-from tribopipe.ingest.reader import Hints
-from tribopipe.ingest.registry import readers
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import ReaderError
+from tribopipe.readers.reader import Hints
+from tribopipe.readers.registry import readers
+from tribopipe.results.run import SourceFile
 
 PROGRAM = Path(__file__).with_name("fuzz_readers.py")
 OTHERS_DO_THE_READING = ("workbook", "tribopipe-hdf5")

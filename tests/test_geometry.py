@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tribopipe.geometry import (
+from tribopipe.physics.geometry import (
     cap_height,
     circle_volume,
     scar_depth,

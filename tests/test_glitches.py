@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tribopipe.checks.registry import check_run
-from tribopipe.clean_up.cleaning import clean_run
-from tribopipe.glitches import mended
-from tribopipe.ingest.harmonise import read_run
-from tribopipe.restarts import segments
+from tribopipe.evaluation.checks.registry import check_run
+from tribopipe.evaluation.preprocessing.cleaning import clean_run
+from tribopipe.physics.axis_restarts import segments
+from tribopipe.physics.counter_glitches import mended
+from tribopipe.readers.harmonize import read_run
 
 CLOCK = np.arange(400.0)
 

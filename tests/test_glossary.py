@@ -6,14 +6,21 @@ from typing import NamedTuple
 import pytest
 from folders import ROOT
 
-from tribopipe.archive.catalogue.columns import COLUMNS
-from tribopipe.archive.definitions.known import definitions
+from tribopipe.archive.catalog.columns import COLUMNS
 from tribopipe.archive.definitions.parts import GroupPart
+from tribopipe.archive.definitions.registry import definitions
 from tribopipe.archive.steps import STEPS
-from tribopipe.records.base import Record
-from tribopipe.records.disc_results import ConventionCoefficients, DiscCoefficient, FittedValue, HertzStart, TwinDiscFit
-from tribopipe.records.manifest import RunManifest
-from tribopipe.records.results import (
+from tribopipe.base.units import pretty
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.record import Record
+from tribopipe.results.disc_evaluation import (
+    ConventionCoefficients,
+    DiscCoefficient,
+    FittedValue,
+    HertzStart,
+    TwinDiscFit,
+)
+from tribopipe.results.evaluation import (
     Contribution,
     DepthModel,
     DriftCorrection,
@@ -23,8 +30,7 @@ from tribopipe.records.results import (
     WearFit,
     WearPrediction,
 )
-from tribopipe.records.specific_wear import BodyWearRate, MeasuredWear, SpecificWear
-from tribopipe.units import pretty
+from tribopipe.results.specific_wear import BodyWearRate, MeasuredWear, SpecificWear
 
 TEXT = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8")
 OWN_LAWS = [name for name in COLUMNS if not re.match("(k_d|predicted_depth)_", name)]

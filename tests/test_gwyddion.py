@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tribopipe.errors import ReaderError
-from tribopipe.ingest.formats.gwyddion import GwyddionReader
-from tribopipe.ingest.reader import Hints, Reader, ReadTable
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import ReaderError
+from tribopipe.readers.formats.gwyddion import GwyddionReader
+from tribopipe.readers.reader import Hints, Reader, ReadTable
+from tribopipe.results.run import SourceFile
 
 READER = GwyddionReader()
 WORDS = {

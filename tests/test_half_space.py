@@ -6,16 +6,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from tribopipe.contact.mechanics import hertz_radius
-from tribopipe.errors import ContactError
-from tribopipe.geometry import cap_height
-from tribopipe.local_wear import projected_cg
-from tribopipe.local_wear.course import wear
-from tribopipe.local_wear.grids import DiscTrack, PinGrid, measured_pin, round_pin
-from tribopipe.local_wear.half_space import HalfSpace, MirroredHalfSpace
-from tribopipe.local_wear.projected_cg import pressed
-from tribopipe.local_wear.rings import Rings, ring_edges
-from tribopipe.local_wear.surface import Contact
+from tribopipe.base.errors import ContactError
+from tribopipe.physics.geometry import cap_height
+from tribopipe.physics.hertz import hertz_radius
+from tribopipe.physics.local import projected_cg
+from tribopipe.physics.local.course import wear
+from tribopipe.physics.local.grids import DiscTrack, PinGrid, measured_pin, round_pin
+from tribopipe.physics.local.half_space import HalfSpace, MirroredHalfSpace
+from tribopipe.physics.local.projected_cg import pressed
+from tribopipe.physics.local.rings import Rings, ring_edges
+from tribopipe.physics.local.surface import Contact
 
 MODULUS, LOAD, RADIUS = 161e9, 0.2, 0.794e-3
 START = float(hertz_radius(normal_load=LOAD, pin_radius=RADIUS, modulus=MODULUS))

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from folders import replace_in
 
-from tribopipe.errors import ManifestError, ReaderError
-from tribopipe.ingest.harmonise import read_run
+from tribopipe.base.errors import ManifestError, ReaderError
+from tribopipe.readers.harmonize import read_run
 
 ONE = "Time [s],Depth [um]\n0.0,0.1\n0.1,0.2\n0.2,0.4\n"
 OTHER = "Time [s];Ff [mN];Note\n0,0;1,5;a\n0,1;1,6;b\n0,2;1,7;c\n"

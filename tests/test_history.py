@@ -21,26 +21,26 @@ from killed import Killed, dying_at
 from old_formats import take_back
 from test_archive import run_with
 
-import tribopipe.verify.history as verifying
+import tribopipe.pipeline.verify.history as verifying
+from tribopipe.archive.file_signature import stamps
 from tribopipe.archive.history import chain
 from tribopipe.archive.history.account import Account
 from tribopipe.archive.history.entry import FILE_NAME, FIRST, chained, entry, hash_of
 from tribopipe.archive.lock import LOCKS
 from tribopipe.archive.migrate import migrate
 from tribopipe.archive.removal import remove, restore
-from tribopipe.archive.stamps import stamps
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
-from tribopipe.errors import ArchiveError
-from tribopipe.files import sha256_of
-from tribopipe.records.annotation import Annotation
-from tribopipe.records.finding import Finding
-from tribopipe.records.study import Study
-from tribopipe.records.verdict import StudyResult
-from tribopipe.run import RawRun
-from tribopipe.study.evaluate import StudyCurve
-from tribopipe.verify.archive import verify
-from tribopipe.verify.history import accept
+from tribopipe.base.errors import ArchiveError
+from tribopipe.base.files import sha256_of
+from tribopipe.documents.annotation import Annotation
+from tribopipe.documents.study import Study
+from tribopipe.pipeline.verify.archive import verify
+from tribopipe.pipeline.verify.history import accept
+from tribopipe.results.agreement import StudyResult
+from tribopipe.results.finding import Finding
+from tribopipe.results.run import RawRun
+from tribopipe.results.study_curves import StudyCurve
 
 DATE = "2026-11-01T08:00:00+00:00"
 CATALOGUE = "catalogue.sqlite"

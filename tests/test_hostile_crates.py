@@ -14,8 +14,8 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from tribopipe.archive.store import Archive
-from tribopipe.errors import TribopipeError
-from tribopipe.fair.restore import restore
+from tribopipe.base.errors import TribopipeError
+from tribopipe.extras.fair.restore import restore
 
 RUN = "si3n4-air-200mN"
 NAME = f"archive/{RUN}.h5"
@@ -126,7 +126,7 @@ def test_link_out_of_a_folder_is_not_followed(content, tmp_path):
 
 
 def test_bomb_is_not_unpacked(tmp_path, monkeypatch):
-    monkeypatch.setattr("tribopipe.fair.packed._FREE", 1 << 20)
+    monkeypatch.setattr("tribopipe.extras.fair.packed._FREE", 1 << 20)
     zeros = bytes(3 << 20)
     said = refused(packed(tmp_path / "crate.zip", {NAME: zeros}, described(zeros)), tmp_path)
     assert "which unpacks to 3,145,728 bytes" in said
@@ -222,7 +222,7 @@ def test_dataset_toml_that_cannot_be_written_is_told_of_its_own_place(content, t
     def full(path: Path, written: bytes) -> None:  # noqa: ARG001
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("tribopipe.fair.restore.write_file", full)
+    monkeypatch.setattr("tribopipe.extras.fair.restore.write_file", full)
     document, metadata = b'schema = "tribopipe.dataset/1"\n', described(content)
     metadata["@graph"] += described(document, "about/dataset.toml")["@graph"]
     path = packed(tmp_path / "crate.zip", {NAME: content, "about/dataset.toml": document}, metadata)

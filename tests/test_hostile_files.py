@@ -17,13 +17,14 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from test_archive import run_with
 
-from tribopipe.archive import nexus, own_content
-from tribopipe.archive.catalogue.reading import read_cells
-from tribopipe.archive.own_content import own_datasets
-from tribopipe.archive.raw_bytes import RawFile, attributes
+from tribopipe.archive import hdf5_guard as own_content
+from tribopipe.archive import nexus
+from tribopipe.archive.catalog.reading import read_cells
+from tribopipe.archive.hdf5_guard import own_datasets
+from tribopipe.archive.hdf5_text_lengths import RawFile, attributes
 from tribopipe.archive.store import Archive
 from tribopipe.archive.unpack import check_packed, unpacked
-from tribopipe.errors import ArchiveError
+from tribopipe.base.errors import ArchiveError
 
 pytestmark = pytest.mark.slow
 

@@ -15,21 +15,21 @@ from reader_examples import EXAMPLES
 from small_exports import UMT, read
 
 from tribopipe.archive.store import Archive
-from tribopipe.errors import ManifestError, ReaderError, TribopipeError
-from tribopipe.files import found_below
-from tribopipe.ingest import profiles
-from tribopipe.ingest.delimited import DelimitedReader
-from tribopipe.ingest.described import described_reader
-from tribopipe.ingest.formats.umt import UmtReader
-from tribopipe.ingest.registry import readers
-from tribopipe.pipeline import find_runs, ingest
-from tribopipe.records.base import load_toml, read_document
-from tribopipe.records.document import parse_toml
-from tribopipe.records.manifest import RunManifest
-from tribopipe.records.plan import Plan
-from tribopipe.records.reader_profile import ReaderProfile
-from tribopipe.run import SourceFile
-from tribopipe.units import parse
+from tribopipe.base.errors import ManifestError, ReaderError, TribopipeError
+from tribopipe.base.files import found_below
+from tribopipe.base.units import parse
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.plan import Plan
+from tribopipe.documents.reader_profile import ReaderProfile
+from tribopipe.documents.record import load_toml, read_document
+from tribopipe.documents.toml import parse_toml
+from tribopipe.pipeline.stages import find_runs, ingest
+from tribopipe.readers import profiles
+from tribopipe.readers.delimited import DelimitedReader
+from tribopipe.readers.formats.umt import UmtReader
+from tribopipe.readers.registry import readers
+from tribopipe.readers.toml_reader import described_reader
+from tribopipe.results.run import SourceFile
 
 AT_ONCE = 5.0
 
@@ -255,7 +255,7 @@ def test_patterns_that_cannot_be_are_refused(pattern):
 
 @pytest.mark.slow
 def test_a_pattern_that_never_ends_is_ended(monkeypatch):
-    monkeypatch.setattr("tribopipe.ingest.apart._LEAST_SECONDS_OF_WORK", 1)
+    monkeypatch.setattr("tribopipe.readers.subprocess_readers._LEAST_SECONDS_OF_WORK", 1)
     profile = read_document(
         {**RIG, "detect": "^(a+)+$", "starts_at": "^(t+)+$", "separator": ";"}, ReaderProfile, where="rig"
     )

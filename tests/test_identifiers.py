@@ -6,10 +6,10 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from tribopipe.errors import ManifestError
-from tribopipe.records.base import load_toml
-from tribopipe.records.dataset import Dataset
-from tribopipe.records.identifiers import doi, orcid, orcid_check_digit, ror, spdx_licence
+from tribopipe.base.errors import ManifestError
+from tribopipe.documents.dataset import Dataset
+from tribopipe.documents.identifiers import doi, orcid, orcid_check_digit, ror, spdx_licence
+from tribopipe.documents.record import load_toml
 
 FIFTEEN = st.text("0123456789", min_size=15, max_size=15)
 

@@ -6,19 +6,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tribopipe.drift import correct_drift
-from tribopipe.errors import FitError
-from tribopipe.friction import fit_friction
-from tribopipe.records.base import load_toml
-from tribopipe.records.manifest import RunManifest
-from tribopipe.records.plan import Plan, Series, VirtualRun
-from tribopipe.records.quantity import EndValue, Quantity
-from tribopipe.records.recipe import MonteCarloRecipe, Recipe, WearRecipe
-from tribopipe.run import RawRun
-from tribopipe.simulate import VirtualTest
-from tribopipe.wear.depth_problem import depth_problem
-from tribopipe.wear.identify import WearProblem, fit_wear, wear_problem
-from tribopipe.wear.inputs import draw_values
+from tribopipe.base.errors import FitError
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.plan import Plan, Series, VirtualRun
+from tribopipe.documents.quantity import EndValue, Quantity
+from tribopipe.documents.recipe import MonteCarloRecipe, Recipe, WearRecipe
+from tribopipe.documents.record import load_toml
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.wear.depth_problem import depth_problem
+from tribopipe.evaluation.wear.fit import WearProblem, fit_wear, wear_problem
+from tribopipe.evaluation.wear.inputs import draw_values
+from tribopipe.extras.simulate import VirtualTest
+from tribopipe.results.run import RawRun
 
 PLAN = load_toml(Path(__file__).parents[1] / "sample_runs" / "plan.toml", Plan)
 FIRST_ORDER = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))

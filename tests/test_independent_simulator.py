@@ -18,7 +18,7 @@ from independent.runs import course
 from independent.score import Outcome, outcome
 from independent.wear import Tip, both_worn
 
-from tribopipe.ingest.harmonise import read_run
+from tribopipe.readers.harmonize import read_run
 
 
 @pytest.mark.parametrize("flat", [0.0, 50e-6])

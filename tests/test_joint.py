@@ -10,22 +10,22 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 from test_identify import CASES, quiet, record
 
-from tribopipe.contact.pin_on_disc import pin_contact
-from tribopipe.contact.pin_on_track import depth_growth, volume_growth
-from tribopipe.drift import correct_drift
-from tribopipe.errors import FitError
-from tribopipe.friction import fit_friction
-from tribopipe.records.manifest import EndValues, Interruption
-from tribopipe.records.quantity import EndValue, Quantity
-from tribopipe.records.recipe import DefaultUncertainty, MonteCarloRecipe, Recipe, WearRecipe
-from tribopipe.records.results import COVERAGE_FACTOR
-from tribopipe.run import RawRun
-from tribopipe.simulate import VirtualTest
-from tribopipe.wear.draws import coefficient_draws, solve_draws
-from tribopipe.wear.identify import fit_wear
-from tribopipe.wear.inputs import FRICTION_INPUTS, draw_values
-from tribopipe.wear.joint import JointFit, JointProblem, fit_joint, joint_problem
-from tribopipe.wear.problem import WearProblem, wear_problem
+from tribopipe.base.errors import FitError
+from tribopipe.contacts.pin_on_disc import pin_contact
+from tribopipe.documents.manifest import EndValues, Interruption
+from tribopipe.documents.quantity import EndValue, Quantity
+from tribopipe.documents.recipe import DefaultUncertainty, MonteCarloRecipe, Recipe, WearRecipe
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.wear.draws import coefficient_draws, solve_draws
+from tribopipe.evaluation.wear.fit import fit_wear
+from tribopipe.evaluation.wear.inputs import FRICTION_INPUTS, draw_values
+from tribopipe.evaluation.wear.joint import JointFit, JointProblem, fit_joint, joint_problem
+from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
+from tribopipe.extras.simulate import VirtualTest
+from tribopipe.physics.pin_on_track import depth_growth, volume_growth
+from tribopipe.results.evaluation import COVERAGE_FACTOR
+from tribopipe.results.run import RawRun
 
 
 def giwm(correction: str = "model", digits: int = 1) -> Recipe:
@@ -424,7 +424,7 @@ def test_each_draw_is_the_same_however_the_draws_are_sliced(monkeypatch):
     _, raw = virtual("si3n4-air-200mN", sensors={"sampling_rate": HERTZ})
     draw = coefficient_draws(problems(raw)[0])
     whole = draw(np.random.default_rng(1), 50)
-    monkeypatch.setattr("tribopipe.wear.draws._SLICE", 7)
+    monkeypatch.setattr("tribopipe.evaluation.wear.draws._SLICE", 7)
     np.testing.assert_allclose(draw(np.random.default_rng(1), 50), whole, rtol=1e-5)
 
 
@@ -554,6 +554,6 @@ def test_what_the_depth_signal_does_not_tell_is_no_joint_fit(monkeypatch):
     corrected = correct_drift(raw, GIWM)
     problem = wear_problem(corrected, "archard", None, Recipe())
     assert isinstance(problem, WearProblem)
-    monkeypatch.setattr("tribopipe.wear.joint._systematic_covariance", lambda _: np.full((3, 3), np.nan))
+    monkeypatch.setattr("tribopipe.evaluation.wear.joint._systematic_covariance", lambda _: np.full((3, 3), np.nan))
     with pytest.raises(FitError, match="does not tell offset, drift and wear apart"):
         fit_joint(joint_problem(problem, corrected, Recipe()))

@@ -3,11 +3,11 @@
 import pytest
 from small_exports import KYOWA, check_every_cut, claimed_by, read
 
-from tribopipe.errors import ReaderError
-from tribopipe.ingest.delimited import DelimitedReader
-from tribopipe.ingest.formats.kyowa import KyowaReader
-from tribopipe.ingest.reader import Reader
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import ReaderError
+from tribopipe.readers.delimited import DelimitedReader
+from tribopipe.readers.formats.kyowa import KyowaReader
+from tribopipe.readers.reader import Reader
+from tribopipe.results.run import SourceFile
 
 READER = KyowaReader()
 ROW_OF_NAMES = '"Time(sec)","CH1","CH2"\r\n'.encode("cp932")

@@ -8,15 +8,15 @@ import pytest
 from numpy.typing import ArrayLike
 from test_identify import CASES, quiet, record
 
-from tribopipe.drift import correct_drift
-from tribopipe.friction import fit_friction
-from tribopipe.records.recipe import Recipe, WearRecipe
-from tribopipe.run import Column, Numbers
-from tribopipe.wear.friction_path import FrictionPath
-from tribopipe.wear.inputs import FRICTION_INPUTS
-from tribopipe.wear.laws import LawParameter, WearLaw
-from tribopipe.wear.own_parameters import law_covariance, with_fitted_law
-from tribopipe.wear.problem import WearProblem, wear_problem
+from tribopipe.base.arrays import Column, Numbers
+from tribopipe.documents.recipe import Recipe, WearRecipe
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.wear.inputs import FRICTION_INPUTS
+from tribopipe.evaluation.wear.law_parameters import law_covariance, with_fitted_law
+from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
+from tribopipe.physics.friction_path import FrictionPath
+from tribopipe.physics.laws import LawParameter, WearLaw
 
 TWO_STEP = Recipe(wear=WearRecipe(correction="two-step"))
 MOVED = np.array([0.01, -0.006, 2.0])

@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from tribopipe.errors import FitError
-from tribopipe.wear.friction_path import ExponentialFriction, MeasuredFriction
-from tribopipe.wear.laws import LAWS
+from tribopipe.base.errors import FitError
+from tribopipe.physics.friction_path import ExponentialFriction, MeasuredFriction
+from tribopipe.physics.laws import LAWS
 
 TABLE_2 = {200: (0.226, 0.496, 32.877), 400: (0.244, 0.396, 607.837), 800: (0.284, 0.404, 81.704)}
 

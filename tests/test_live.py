@@ -16,25 +16,25 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from listening import listening
 
-from tribopipe.drift import correct_drift
-from tribopipe.errors import FitError, ReaderError, UnitError
-from tribopipe.ingest.harmonise import read_run
-from tribopipe.live.follow import Follower
-from tribopipe.live.law_watch import departure, recursive_residuals
-from tribopipe.live.mishaps import StuckSensor, friction_alarms, load_alarms
-from tribopipe.live.posterior import Posterior, posterior
-from tribopipe.live.priors import _next, archived_coefficient, archived_drift, quantity_given
-from tribopipe.live.problem import Asked, Known, live_problem
-from tribopipe.live.session import Session
-from tribopipe.live.state import State
-from tribopipe.records.manifest import EndValues, RunManifest, read_manifest
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import Recipe, WearRecipe
-from tribopipe.records.results import DriftCorrection
-from tribopipe.run import RawRun
-from tribopipe.wear.joint import fit_joint, joint_problem
-from tribopipe.wear.predict import WearScenario
-from tribopipe.wear.problem import wear_problem
+from tribopipe.base.errors import FitError, ReaderError, UnitError
+from tribopipe.documents.manifest import EndValues, RunManifest, read_manifest
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import Recipe, WearRecipe
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.wear.joint import fit_joint, joint_problem
+from tribopipe.evaluation.wear.predict import WearScenario
+from tribopipe.evaluation.wear.problem import wear_problem
+from tribopipe.extras.live.follow import Follower
+from tribopipe.extras.live.law_watch import departure, recursive_residuals
+from tribopipe.extras.live.posterior import Posterior, posterior
+from tribopipe.extras.live.priors import _next, archived_coefficient, archived_drift, quantity_given
+from tribopipe.extras.live.problem import Asked, Known, live_problem
+from tribopipe.extras.live.sensor_faults import StuckSensor, friction_alarms, load_alarms
+from tribopipe.extras.live.session import Session
+from tribopipe.extras.live.state import State
+from tribopipe.readers.harmonize import read_run
+from tribopipe.results.evaluation import DriftCorrection
+from tribopipe.results.run import RawRun
 
 END = 500.0
 TRUE_K = Quantity(value=13.5e-15, unit="m^2/N")
@@ -113,7 +113,7 @@ def test_samples_in_pieces_are_condensed_as_the_whole(ends):
     columns = {name: np.random.default_rng(seed).uniform(1, 2, 200) for seed, name in enumerate(("time", "depth"))}
     columns["sliding_distance"] = np.sort(columns["time"])
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tribopipe.live.state._MOST_SUMS", 8)
+        patch.setattr("tribopipe.extras.live.state._MOST_SUMS", 8)
         whole, pieces = State(), State()
         whole.add(columns)
         for first, last in zip([0, *sorted(ends)], [*sorted(ends), 200], strict=True):
@@ -393,7 +393,7 @@ def test_a_clock_that_begins_anew_ends_what_is_followed(run_cli, sample_run):
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent by a console there")
 def test_ctrl_c_ends_it_cleanly(sample_run):
-    command = [sys.executable, "-m", "tribopipe.cli.start", "live", str(sample_run), "--every", "0.1"]
+    command = [sys.executable, "-m", "tribopipe.cli.entry_point", "live", str(sample_run), "--every", "0.1"]
     how = {"start_new_session": True, "preexec_fn": listening}
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, **how) as process:
         assert process.stderr.readline().startswith("si3n4-air-400mN: 50 m")

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from end_value_runs import described, run_of, si
 
-from tribopipe.derived import coefficient
-from tribopipe.friction import fit_friction
-from tribopipe.load import applied_load
-from tribopipe.records.recipe import DefaultUncertainty, Recipe
-from tribopipe.wear.friction_path import ExponentialFriction
-from tribopipe.wear.inputs import friction_along, law_friction, pin_inputs
+from tribopipe.documents.recipe import DefaultUncertainty, Recipe
+from tribopipe.evaluation.applied_load import applied_load
+from tribopipe.evaluation.derived_columns import coefficient
+from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.wear.inputs import friction_along, law_friction, pin_inputs
+from tribopipe.physics.friction_path import ExponentialFriction
 
 DISTANCE = np.linspace(0, 500, 1001)
 

@@ -5,13 +5,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tribopipe.contact.elliptic import hertz_ellipse
-from tribopipe.contact.mechanics import contact_modulus
-from tribopipe.contact.twin_disc import DiscPair
-from tribopipe.errors import ContactError
-from tribopipe.local_wear.course import wear
-from tribopipe.local_wear.grids import DiscTrack, disc_track
-from tribopipe.local_wear.surface import Contact
+from tribopipe.base.errors import ContactError
+from tribopipe.physics.hertz import contact_modulus
+from tribopipe.physics.hertz_ellipse import hertz_ellipse
+from tribopipe.physics.local.course import wear
+from tribopipe.physics.local.grids import DiscTrack, disc_track
+from tribopipe.physics.local.surface import Contact
+from tribopipe.physics.twin_disc import DiscPair
 
 LOAD, RADIUS, COEFFICIENT = 0.3, 4e-3, 1e-16
 MODULUS = float(contact_modulus(pin_modulus=152e9, pin_ratio=0.32, disc_modulus=152e9, disc_ratio=0.32))

@@ -8,15 +8,15 @@ import pytest
 from local_wear_runs import PIN, disc_curves, pin_curves
 from test_archive import nxcheck, run_with, step
 
-from tribopipe.archive.local_wear import archived_local_wear, local_wear_tables
+from tribopipe.archive.local_wear_tables import archived_local_wear, local_wear_tables
 from tribopipe.archive.steps import Step
 from tribopipe.archive.store import Archive
-from tribopipe.local_wear.course import LocalWear
-from tribopipe.pipeline import wear_archived_locally
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import Recipe
-from tribopipe.records.results import WearFit
-from tribopipe.wear.local import LocalOptions
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import Recipe
+from tribopipe.evaluation.wear.local import LocalOptions
+from tribopipe.physics.local.course import LocalWear
+from tribopipe.pipeline.stages import wear_archived_locally
+from tribopipe.results.evaluation import WearFit
 
 
 @pytest.fixture

@@ -54,9 +54,9 @@ def micrometres(quantity) -> float:
 @pytest.fixture(scope="module")
 def pin_points():
     """Points of the sample run by the API, with the last of them at its end."""
-    from tribopipe.records.manifest import read_manifest
-    from tribopipe.records.quantity import Quantity
-    from tribopipe.wear.local import default_places, local_scenario, wear_locally
+    from tribopipe.documents.manifest import read_manifest
+    from tribopipe.documents.quantity import Quantity
+    from tribopipe.evaluation.wear.local import default_places, local_scenario, wear_locally
 
     manifest, _ = read_manifest(SAMPLES / PIN / "run.toml")
     coefficient = Quantity(value=13.5e-15, unit="m^2/N")
@@ -89,9 +89,9 @@ def test_pressure_of_a_worn_pin_is_even(pin_points):
 
 
 def test_depths_are_as_uncertain_as_those_of_the_giwm(pin_points):
-    from tribopipe.records.manifest import read_manifest
-    from tribopipe.records.quantity import Quantity
-    from tribopipe.wear.local import local_scenario, wear_locally
+    from tribopipe.documents.manifest import read_manifest
+    from tribopipe.documents.quantity import Quantity
+    from tribopipe.evaluation.wear.local import local_scenario, wear_locally
 
     manifest, _ = read_manifest(SAMPLES / PIN / "run.toml")
     known = Quantity(value=13.5e-15, unit="m^2/N", standard_uncertainty=1.35e-15)
@@ -136,7 +136,7 @@ def test_explicit_steps_end_where_implicit_ones_do(run_cli):
 
 
 def test_explicit_steps_beyond_what_can_be_waited_for_are_refused(run_cli, monkeypatch):
-    monkeypatch.setattr("tribopipe.local_wear.course._MOST_EXPLICIT_STEPS", 100)
+    monkeypatch.setattr("tribopipe.physics.local.course._MOST_EXPLICIT_STEPS", 100)
     result = run_cli("local-wear", SAMPLES / PIN, *GIVEN, "--scheme", "explicit")
     assert result.exit_code == 1
     assert "take the implicit scheme" in result.stderr

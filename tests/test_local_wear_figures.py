@@ -8,10 +8,11 @@ from local_wear_runs import DISCS, PIN, disc_curves, pin_curves
 from test_disc_figures import assert_printable
 
 from tribopipe.archive.store import Archive
-from tribopipe.pipeline import wear_archived_locally
-from tribopipe.records.recipe import Recipe
-from tribopipe.report.archived import save_run_figures
-from tribopipe.report.local_wear_figures import (
+from tribopipe.documents.recipe import Recipe
+from tribopipe.evaluation.wear.local import LocalOptions
+from tribopipe.pipeline.stages import wear_archived_locally
+from tribopipe.views.archived_figures import save_run_figures
+from tribopipe.views.local_wear_figures import (
     EngineCurve,
     plot_engines,
     plot_local_discs,
@@ -20,7 +21,6 @@ from tribopipe.report.local_wear_figures import (
     plot_pressure_maps,
     save_local_wear_figures,
 )
-from tribopipe.wear.local import LocalOptions
 
 
 def labels(figure) -> list[str]:

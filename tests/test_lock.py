@@ -13,10 +13,10 @@ from test_archive import run_with, step
 from tribopipe.archive import lock
 from tribopipe.archive.lock import LOCKS, writers_lock
 from tribopipe.archive.store import Archive
-from tribopipe.errors import ArchiveError
-from tribopipe.records.annotation import Annotation
-from tribopipe.records.mark import Mark
-from tribopipe.records.results import DriftCorrection, WearFit
+from tribopipe.base.errors import ArchiveError
+from tribopipe.documents.annotation import Annotation
+from tribopipe.documents.mark import Mark
+from tribopipe.results.evaluation import DriftCorrection, WearFit
 
 _HOLDER = """
 import sys, time

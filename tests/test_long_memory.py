@@ -5,11 +5,11 @@ import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from tribopipe.friction import fit_friction
-from tribopipe.long_memory import parameter_covariance
-from tribopipe.noise import effective_samples
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import FrictionRecipe
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import FrictionRecipe
+from tribopipe.evaluation.friction import fit_friction
+from tribopipe.physics.autocorrelation import effective_samples
+from tribopipe.physics.long_memory import parameter_covariance
 
 SAMPLES = 1200
 PLACE = np.linspace(0, 1, SAMPLES)

@@ -13,25 +13,26 @@ from hypothesis import strategies as st
 
 from tribopipe.archive.digest import raw_digest
 from tribopipe.archive.store import Archive
-from tribopipe.checks.registry import check_run
-from tribopipe.clean_up.cleaning import clean_run
-from tribopipe.drift import correct_drift
-from tribopipe.errors import ArchiveError, ReaderError
-from tribopipe.friction import fit_friction
-from tribopipe.ingest import long_text, means
-from tribopipe.ingest.delimited import DelimitedReader
-from tribopipe.ingest.draft.folder import Wanted, make_run
-from tribopipe.ingest.exports import read_export
-from tribopipe.ingest.harmonise import read_run
-from tribopipe.ingest.long_text import OtherWords
-from tribopipe.ingest.means import Means, samples_in_a_mean
-from tribopipe.ingest.reader import Hints, ReadTable
-from tribopipe.pipeline import ingest, process
-from tribopipe.records.results import WearFit
-from tribopipe.reproduce import reproduce
-from tribopipe.run import RawRun, SourceFile
-from tribopipe.verify.archive import verify
-from tribopipe.wear.identify import fit_wear
+from tribopipe.base.errors import ArchiveError, ReaderError
+from tribopipe.evaluation.checks.registry import check_run
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.preprocessing.cleaning import clean_run
+from tribopipe.evaluation.wear.fit import fit_wear
+from tribopipe.pipeline.reproduce import reproduce
+from tribopipe.pipeline.stages import ingest, process
+from tribopipe.pipeline.verify.archive import verify
+from tribopipe.readers import block_means as means
+from tribopipe.readers import long_text
+from tribopipe.readers.block_means import Means, samples_in_a_mean
+from tribopipe.readers.delimited import DelimitedReader
+from tribopipe.readers.draft.folder import Wanted, make_run
+from tribopipe.readers.export_files import read_export
+from tribopipe.readers.harmonize import read_run
+from tribopipe.readers.long_text import OtherWords
+from tribopipe.readers.reader import Hints, ReadTable
+from tribopipe.results.evaluation import WearFit
+from tribopipe.results.run import RawRun, SourceFile
 
 RUN = "si3n4-air-200mN"
 

@@ -12,10 +12,10 @@ import pytest
 from archived_files import edited
 from folders import set_key, tree_bytes
 
-from tribopipe.archive.catalogue.columns import COLUMNS
+from tribopipe.archive.catalog.columns import COLUMNS
 from tribopipe.archive.store import Archive
 from tribopipe.cli import output
-from tribopipe.records.mark import Mark
+from tribopipe.documents.mark import Mark
 
 RUN, HEAVIER = "si3n4-air-200mN", "si3n4-air-400mN"
 

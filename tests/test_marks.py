@@ -18,11 +18,11 @@ from pydantic import ValidationError
 from test_archive import nxcheck, run_with
 
 from tribopipe.archive.store import Archive
+from tribopipe.base.errors import ArchiveError
 from tribopipe.cli.output import progress
-from tribopipe.errors import ArchiveError
-from tribopipe.pipeline import fit_archived_wear, ingest, predict_from_lightest, process
-from tribopipe.records.mark import Mark
-from tribopipe.records.recipe import Recipe
+from tribopipe.documents.mark import Mark
+from tribopipe.documents.recipe import Recipe
+from tribopipe.pipeline.stages import fit_archived_wear, ingest, predict_from_lightest, process
 
 RUN = "si3n4-air-200mN"
 HEAVIER = "si3n4-air-400mN"

@@ -6,13 +6,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tribopipe import archived_steps
 from tribopipe.archive.steps import METHODS, STEPS, method_number
 from tribopipe.archive.store import Archive
-from tribopipe.pipeline import process
-from tribopipe.records.headline import changes, headline
-from tribopipe.records.quantity import change, wear_coefficient
-from tribopipe.records.results import WearFit
+from tribopipe.documents.quantity import change, wear_coefficient
+from tribopipe.pipeline import step_definitions
+from tribopipe.pipeline.stages import process
+from tribopipe.results.evaluation import WearFit
+from tribopipe.results.main_values import changes, headline
 
 RUN = "si3n4-air-200mN"
 SHARE = 0.8
@@ -24,14 +24,14 @@ pytestmark = pytest.mark.usefixtures("few_draws")
 @pytest.fixture
 def later_method(monkeypatch):
     """A wear fit that gives a smaller k_D, under a number of its own."""
-    fit = archived_steps.fit_wear
+    fit = step_definitions.fit_wear
 
     def smaller(*args):
         found = fit(*args)
         k_d = found.wear_coefficient
         return found.model_copy(update={"wear_coefficient": wear_coefficient(SHARE * k_d.value, 0.01 * k_d.value)})
 
-    monkeypatch.setattr(archived_steps, "fit_wear", smaller)
+    monkeypatch.setattr(step_definitions, "fit_wear", smaller)
     monkeypatch.setitem(METHODS, "wear_fit", METHODS["wear_fit"] + 1)
 
 

@@ -14,7 +14,7 @@ from killed import Killed, dying_at
 from old_formats import take_archive_back, take_back
 
 from tribopipe.archive import migrate as module
-from tribopipe.archive.catalogue.catalogue import Catalogue
+from tribopipe.archive.catalog.catalog import Catalogue
 from tribopipe.archive.digest import columns_and_sources, digest, raw_digest
 from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT, Format
 from tribopipe.archive.lock import writers_lock
@@ -22,12 +22,12 @@ from tribopipe.archive.migrate import content_of, files_of, migrate
 from tribopipe.archive.opening import of_any_format
 from tribopipe.archive.seal import is_sealed
 from tribopipe.archive.store import Archive
-from tribopipe.errors import ArchiveError
-from tribopipe.pipeline import process
-from tribopipe.records.annotation import Annotation
-from tribopipe.records.mark import Mark
-from tribopipe.records.study import Study
-from tribopipe.studies import run_study
+from tribopipe.base.errors import ArchiveError
+from tribopipe.documents.annotation import Annotation
+from tribopipe.documents.mark import Mark
+from tribopipe.documents.study import Study
+from tribopipe.pipeline.stages import process
+from tribopipe.pipeline.studies import run_study
 
 pytestmark = pytest.mark.slow
 

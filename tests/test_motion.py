@@ -5,9 +5,9 @@ import math
 import pytest
 from disc_runs import BARE
 
-from tribopipe.motion import slip, slip_per_rotation
-from tribopipe.records.manifest import RunManifest
-from tribopipe.records.quantity import Quantity
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.slip import slip, slip_per_rotation
 
 
 def with_speeds(curved: float, flat: float, spread: float | None = None) -> RunManifest:

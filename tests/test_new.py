@@ -15,22 +15,22 @@ from folders import ROOT, tree_bytes
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tribopipe.errors import ManifestError, ReaderError
-from tribopipe.ingest.draft.blanks import BLANKS
-from tribopipe.ingest.draft.folder import Wanted, fit_for_id, make_run
-from tribopipe.ingest.draft.gathering import gather
-from tribopipe.ingest.draft.grouping import Group
-from tribopipe.ingest.draft.known import Given, Known, problem_of
-from tribopipe.ingest.draft.questions import ask_for_missing
-from tribopipe.ingest.draft.toml import comment, toml, value_of
-from tribopipe.ingest.draft.writing import Draft, manifest_text
-from tribopipe.ingest.exports import Export
-from tribopipe.ingest.harmonise import read_run
-from tribopipe.ingest.reader import Match, ReadColumn, ReadTable
-from tribopipe.ingest.registry import reader_named
-from tribopipe.records.manifest import RunManifest, read_manifest
-from tribopipe.records.template import read_template
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import ManifestError, ReaderError
+from tribopipe.documents.manifest import RunManifest, read_manifest
+from tribopipe.documents.template import read_template
+from tribopipe.readers.draft.blanks import BLANKS
+from tribopipe.readers.draft.folder import Wanted, fit_for_id, make_run
+from tribopipe.readers.draft.gathering import gather
+from tribopipe.readers.draft.grouping import Group
+from tribopipe.readers.draft.known_values import Given, Known, problem_of
+from tribopipe.readers.draft.questions import ask_for_missing
+from tribopipe.readers.draft.toml import comment, toml, value_of
+from tribopipe.readers.draft.writing import Draft, manifest_text
+from tribopipe.readers.export_files import Export
+from tribopipe.readers.harmonize import read_run
+from tribopipe.readers.reader import Match, ReadColumn, ReadTable
+from tribopipe.readers.registry import reader_named
+from tribopipe.results.run import SourceFile
 
 REAL = Path(__file__).resolve().parents[2] / "shared" / "realdata" / "winducom-dwf-al10cu"
 REAL_FILES = sorted(REAL.glob("*/*.dwf"))
@@ -249,7 +249,7 @@ def test_a_failure_while_writing_leaves_nothing_behind(lab, export, monkeypatch)
     def fails(_: object) -> None:
         raise OSError("disk full")
 
-    monkeypatch.setattr("tribopipe.ingest.draft.folder.read_run", fails)
+    monkeypatch.setattr("tribopipe.readers.draft.folder.read_run", fails)
     with pytest.raises(OSError, match="disk full"):
         make_run(Wanted([export]))
     assert [path.name for path in lab.iterdir()] == [export.name]

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from small_exports import NEWPORT, check_every_cut, claimed_by, read
 
-from tribopipe.errors import ReaderError
-from tribopipe.ingest.delimited import DelimitedReader
-from tribopipe.ingest.formats.newport import NewportReader
-from tribopipe.ingest.reader import Hints, Reader
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import ReaderError
+from tribopipe.readers.delimited import DelimitedReader
+from tribopipe.readers.formats.newport import NewportReader
+from tribopipe.readers.reader import Hints, Reader
+from tribopipe.results.run import SourceFile
 
 READER = NewportReader()
 REAL_DATA = Path(__file__).resolve().parents[2] / "shared" / "realdata" / "newport-rheofriction" / "Motor_oil_glass"

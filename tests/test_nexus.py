@@ -11,11 +11,11 @@ from built_files import archived
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tribopipe.errors import ReaderError
-from tribopipe.ingest.apart import nexus_fields
-from tribopipe.ingest.formats.nexus import NexusReader
-from tribopipe.ingest.reader import Hints, ReadTable
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import ReaderError
+from tribopipe.readers.formats.nexus import NexusReader
+from tribopipe.readers.reader import Hints, ReadTable
+from tribopipe.readers.subprocess_readers import nexus_fields
+from tribopipe.results.run import SourceFile
 
 READER = NexusReader()
 

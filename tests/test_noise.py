@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tribopipe.noise import effective_samples, inflation, left_of
-from tribopipe.simulate.drawing import correlated as _correlated
+from tribopipe.extras.simulate.drawing import correlated as _correlated
+from tribopipe.physics.autocorrelation import effective_samples, inflation, left_of
 
 
 @pytest.mark.parametrize("length", [0.01, 2.0, 20.0])

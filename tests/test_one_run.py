@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tribopipe.archive.one_run import OneRun
+from tribopipe.archive.single_run import OneRun
 from tribopipe.archive.store import Archive
-from tribopipe.errors import ArchiveError
-from tribopipe.pipeline import clean_archived
-from tribopipe.records.recipe import Recipe
-from tribopipe.run import SourceFile, UnheldSource
+from tribopipe.base.errors import ArchiveError
+from tribopipe.documents.recipe import Recipe
+from tribopipe.pipeline.stages import clean_archived
+from tribopipe.results.run import SourceFile, UnheldSource
 
 RUN = "si3n4-air-200mN"
 

@@ -10,9 +10,9 @@ import pytest
 from folders import SAMPLES, tree_bytes
 from typer.main import get_command
 
+from tribopipe.base.errors import OutputError
 from tribopipe.cli.app import app
-from tribopipe.errors import OutputError
-from tribopipe.outputs import made_here, require_free, require_outside
+from tribopipe.pipeline.output_paths import made_here, require_free, require_outside
 
 RUN = "si3n4-air-200mN"
 FILES = {

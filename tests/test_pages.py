@@ -11,50 +11,14 @@ from tribopipe.archive import nexus
 from tribopipe.archive.outline import StepOutline
 from tribopipe.archive.steps import STEPS
 from tribopipe.archive.store import Archive
-from tribopipe.pipeline import ingest
-from tribopipe.records.annotation import Annotation
-from tribopipe.records.clean_up import Change, CleanUp
-from tribopipe.records.disc_results import (
-    ConventionCoefficients,
-    DiscCoefficient,
-    DiscPoint,
-    FittedValue,
-    HertzStart,
-    TwinDiscFit,
-    TwinDiscPrediction,
-)
-from tribopipe.records.disc_verdict import (
-    DiscVerdict,
-    RotationsToDepth,
-    StudiedDisc,
-    TwinDiscLawResult,
-    TwinDiscStudyResult,
-    TwinDiscVerdict,
-)
-from tribopipe.records.finding import Finding
-from tribopipe.records.local_wear import LocalDiscPoint, LocalPinPoint, LocalWearResult
-from tribopipe.records.manifest import (
-    Conditions,
-    CurvedDisc,
-    EndValues,
-    FlatDisc,
-    Interruption,
-    Pin,
-    RunManifest,
-    StatedFriction,
-)
-from tribopipe.records.mark import Mark
-from tribopipe.records.quantity import EndValue, Quantity
-from tribopipe.records.results import (
-    Contribution,
-    FrictionFit,
-    MonteCarlo,
-    PredictedPoint,
-    WearFit,
-    WearPrediction,
-)
-from tribopipe.records.specific_wear import SpecificWear
-from tribopipe.records.verdict import (
+from tribopipe.documents.annotation import Annotation
+from tribopipe.documents.contact import CurvedDisc, FlatDisc, Pin
+from tribopipe.documents.manifest import Conditions, EndValues, Interruption, RunManifest, StatedFriction
+from tribopipe.documents.mark import Mark
+from tribopipe.documents.preprocessing import Change, CleanUp
+from tribopipe.documents.quantity import EndValue, Quantity
+from tribopipe.pipeline.stages import ingest
+from tribopipe.results.agreement import (
     BetweenRuns,
     ChangePoint,
     EndOfLife,
@@ -67,11 +31,32 @@ from tribopipe.records.verdict import (
     StudyResult,
     Trend,
 )
-from tribopipe.report.facts import duration, interval, record_facts, shown
-from tribopipe.report.page import StagePage
-from tribopipe.report.run_page import run_page
-from tribopipe.report.stages import _TOLD, stage_pages, step_title
-from tribopipe.report.study_page import study_page_of
+from tribopipe.results.disc_agreement import (
+    DiscVerdict,
+    RotationsToDepth,
+    StudiedDisc,
+    TwinDiscLawResult,
+    TwinDiscStudyResult,
+    TwinDiscVerdict,
+)
+from tribopipe.results.disc_evaluation import (
+    ConventionCoefficients,
+    DiscCoefficient,
+    DiscPoint,
+    FittedValue,
+    HertzStart,
+    TwinDiscFit,
+    TwinDiscPrediction,
+)
+from tribopipe.results.evaluation import Contribution, FrictionFit, MonteCarlo, PredictedPoint, WearFit, WearPrediction
+from tribopipe.results.finding import Finding
+from tribopipe.results.local_wear import LocalDiscPoint, LocalPinPoint, LocalWearResult
+from tribopipe.results.specific_wear import SpecificWear
+from tribopipe.views.labeled_values import duration, interval, record_facts, shown
+from tribopipe.views.page import StagePage
+from tribopipe.views.run_page import run_page
+from tribopipe.views.step_sections import _TOLD, stage_pages, step_title
+from tribopipe.views.study_page import study_page_of
 
 RUN = "si3n4-air-200mN"
 DATE = "2026-07-01T10:00:00+00:00"

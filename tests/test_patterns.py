@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from tribopipe.errors import ManifestError
-from tribopipe.ingest.formats.anton_paar import _SETTING
-from tribopipe.ingest.formats.serial_frames import _FRAME
-from tribopipe.ingest.headed import bare_key
-from tribopipe.records.document import parse_toml
+from tribopipe.base.errors import ManifestError
+from tribopipe.documents.toml import parse_toml
+from tribopipe.readers.formats.anton_paar import _SETTING
+from tribopipe.readers.formats.serial_frames import _FRAME
+from tribopipe.readers.headed_tables import bare_key
 
 LONG = 1 << 18
 """Characters; by the square, minutes or hours."""

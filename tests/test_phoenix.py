@@ -7,19 +7,19 @@ import pytest
 from instrument_shapes import Polymer, phoenix
 from read_tables import column
 
-from tribopipe.clean_up.cleaning import clean_run
-from tribopipe.drift import correct_drift
-from tribopipe.errors import FitError, ReaderError
-from tribopipe.ingest.draft.folder import Wanted, make_run
-from tribopipe.ingest.formats.phoenix import PhoenixReader
-from tribopipe.ingest.harmonise import read_run
-from tribopipe.ingest.reader import Hints, Reader, ReadTable
-from tribopipe.ingest.registry import detect
-from tribopipe.records.manifest import EndValues
-from tribopipe.records.quantity import EndValue
-from tribopipe.records.recipe import Recipe
-from tribopipe.run import SourceFile
-from tribopipe.wear.identify import fit_wear
+from tribopipe.base.errors import FitError, ReaderError
+from tribopipe.documents.manifest import EndValues
+from tribopipe.documents.quantity import EndValue
+from tribopipe.documents.recipe import Recipe
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.preprocessing.cleaning import clean_run
+from tribopipe.evaluation.wear.fit import fit_wear
+from tribopipe.readers.draft.folder import Wanted, make_run
+from tribopipe.readers.formats.phoenix import PhoenixReader
+from tribopipe.readers.harmonize import read_run
+from tribopipe.readers.reader import Hints, Reader, ReadTable
+from tribopipe.readers.registry import detect
+from tribopipe.results.run import SourceFile
 
 TRUTH = Polymer(rows=300)
 

@@ -4,15 +4,16 @@ import numpy as np
 import pytest
 from conftest import MANIFEST
 
-from tribopipe.contact.mechanics import contact_modulus, hertz_radius
-from tribopipe.contact.pin_on_disc import FlatPin, SphericalPin
-from tribopipe.errors import ContactError
-from tribopipe.geometry import cap_height
-from tribopipe.local_wear.course import wear
-from tribopipe.local_wear.excess import excess
-from tribopipe.local_wear.pin_curve import LocalSphere, pin_curve
-from tribopipe.local_wear.rings import Rings, ring_edges
-from tribopipe.records.manifest import RunManifest
+from tribopipe.base.errors import ContactError
+from tribopipe.contacts.pin_on_disc import pin_curve
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.physics.geometry import cap_height
+from tribopipe.physics.hertz import contact_modulus, hertz_radius
+from tribopipe.physics.local.course import wear
+from tribopipe.physics.local.excess import excess
+from tribopipe.physics.local.rings import Rings, ring_edges
+from tribopipe.physics.local.sphere import LocalSphere
+from tribopipe.physics.pin_on_disc import FlatPin, SphericalPin
 
 RADIUS = 0.794e-3
 PLACES = np.array([0.1, 1.0, 10.0, 100.0, 500.0])

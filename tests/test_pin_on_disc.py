@@ -8,12 +8,12 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from tribopipe.contact.mechanics import contact_modulus, elastic_approach, hertz_radius
-from tribopipe.contact.pin_on_disc import FlatPin, SphericalPin
-from tribopipe.errors import ContactError
-from tribopipe.geometry import cap_height, cap_radius
-from tribopipe.wear.friction_path import ExponentialFriction
-from tribopipe.wear.laws import LAWS
+from tribopipe.base.errors import ContactError
+from tribopipe.physics.friction_path import ExponentialFriction
+from tribopipe.physics.geometry import cap_height, cap_radius
+from tribopipe.physics.hertz import contact_modulus, elastic_approach, hertz_radius
+from tribopipe.physics.laws import LAWS
+from tribopipe.physics.pin_on_disc import FlatPin, SphericalPin
 
 RADIUS = 0.794e-3
 SI3N4 = contact_modulus(pin_modulus=304e9, pin_ratio=0.24, disc_modulus=304e9, disc_ratio=0.24)

@@ -9,8 +9,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from tribopipe.contact.pin_on_track import SHAPE_LEAST, FlatOnTrack, SphereOnTrack
-from tribopipe.geometry import scar_radius_at, segment_area, worn_volume
+from tribopipe.physics.geometry import scar_radius_at, segment_area, worn_volume
+from tribopipe.physics.pin_on_track import SHAPE_LEAST, FlatOnTrack, SphereOnTrack
 
 MM, UM = 1e-3, 1e-6
 SI3N4 = {"load": 0.2, "distance": 500.0, "path": 2 * math.pi * 4 * MM, "k_1": 1.35e-14}

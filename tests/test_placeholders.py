@@ -10,13 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from reader_examples import EXAMPLES, FORCES, SHEET
 
-from tribopipe.errors import ReaderError
-from tribopipe.ingest.fields import is_mostly_numbers, parse_fields, remarks
-from tribopipe.ingest.meanings import meanings_of
-from tribopipe.ingest.placeholders import is_placeholder
-from tribopipe.ingest.reader import Hints, ReadTable
-from tribopipe.ingest.registry import readers
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import ReaderError
+from tribopipe.readers.column_aliases import meanings_of
+from tribopipe.readers.fields import is_mostly_numbers, parse_fields, remarks
+from tribopipe.readers.placeholders import is_placeholder
+from tribopipe.readers.reader import Hints, ReadTable
+from tribopipe.readers.registry import readers
+from tribopipe.results.run import SourceFile
 
 PLACEHOLDERS = [
     "OVL",

@@ -3,8 +3,8 @@
 import pytest
 from small_exports import read
 
-from tribopipe.ingest.delimited import DelimitedReader
-from tribopipe.run import SourceFile
+from tribopipe.readers.delimited import DelimitedReader
+from tribopipe.results.run import SourceFile
 
 READER = DelimitedReader()
 

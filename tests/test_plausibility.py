@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from end_value_runs import run_of
 
-from tribopipe.checks.materials import CLASSES, expected_of
-from tribopipe.checks.registry import check_run
-from tribopipe.records.manifest import RunManifest
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.evaluation.checks.materials import CLASSES, expected_of
+from tribopipe.evaluation.checks.registry import check_run
 
 BENCH = {
     "schema": "tribopipe.run/1",

@@ -15,21 +15,21 @@ import numpy as np
 import pytest
 from example_rig import DISTANCE, EXCESS, JOINT, K_D, LENGTH, PLUGIN, predicted, record, series_of, virtual, worn
 
-from tribopipe.checks import registry as checks
+from tribopipe.base.errors import FitError, ManifestError
+from tribopipe.base.plugins import Plugins, declared, own_first
 from tribopipe.cli.live import live
-from tribopipe.errors import FitError, ManifestError
-from tribopipe.ingest import registry as readers
-from tribopipe.ingest.conformance import Example, check_reader
-from tribopipe.ingest.harmonise import read_run
-from tribopipe.plugins import Plugins, declared, own_first
-from tribopipe.records.base import load_toml, read_document
-from tribopipe.records.plan import Plan
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import Recipe, WearRecipe
-from tribopipe.records.results import WearFit
-from tribopipe.simulate import VirtualTest, VirtualTwinDiscTest
-from tribopipe.wear import laws
-from tribopipe.wear.twin_disc.predict import DiscScenario, KnownDiscs
+from tribopipe.documents.plan import Plan
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import Recipe, WearRecipe
+from tribopipe.documents.record import load_toml, read_document
+from tribopipe.evaluation.checks import registry as checks
+from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario, KnownDiscs
+from tribopipe.extras.simulate import VirtualTest, VirtualTwinDiscTest
+from tribopipe.physics import laws
+from tribopipe.readers import registry as readers
+from tribopipe.readers.conformance import Example, check_reader
+from tribopipe.readers.harmonize import read_run
+from tribopipe.results.evaluation import WearFit
 
 ROOT = Path(__file__).parents[1]
 GROUPS = tomllib.loads((PLUGIN / "pyproject.toml").read_text(encoding="utf-8"))["project"]["entry-points"]
@@ -45,8 +45,7 @@ def installed(monkeypatch):
     checks.load_checks()  # tribopipe's own, which no module registers twice
     monkeypatch.syspath_prepend(str(PLUGIN))
     more = {group: [EntryPoint(name, value, group) for name, value in said.items()] for group, said in GROUPS.items()}
-    for module in ("tribopipe.plugins", "tribopipe.records.installed"):
-        monkeypatch.setattr(f"{module}.declared", lambda group: own_first([*own[group], *more[group]]))
+    monkeypatch.setattr("tribopipe.base.plugins.declared", lambda group: own_first([*own[group], *more[group]]))
     monkeypatch.setattr(checks, "CHECKS", dict(checks.CHECKS))
     forget()
     yield
@@ -134,7 +133,7 @@ def test_a_check_that_fails_itself_says_so(tmp_path):
 )
 @pytest.mark.usefixtures("installed")
 def test_given_parameters_are_checked(given, words):
-    from tribopipe.wear.own_parameters import law_as_given
+    from tribopipe.evaluation.wear.law_parameters import law_as_given
 
     recipe = read_document({"wear": {"parameters": {"running_in": given}}}, Recipe, where="recipe.toml")
     with pytest.raises(FitError, match=words):
@@ -155,7 +154,7 @@ def test_package_that_cannot_be_loaded_is_told_in_sentences(tmp_path):
     (tmp_path / "broken-1.dist-info" / "METADATA").write_text("Name: broken\nVersion: 1\n", encoding="ascii")
     (tmp_path / "broken-1.dist-info" / "entry_points.txt").write_text(BROKEN, encoding="ascii")
     (tmp_path / "broken_law.py").write_text("raise RuntimeError('no licence')", encoding="ascii")
-    program = [sys.executable, "-m", "tribopipe.cli.start"]
+    program = [sys.executable, "-m", "tribopipe.cli.entry_point"]
     predict = ["predict", "--run", ROOT / "sample_runs" / "si3n4-air-200mN", "--wear-coefficient", "1e-9 mm^3/(N*mm)"]
     ends = {}
     for words in ([*predict, "--law", "broken"], [*predict, "--at", "1 m"], ["ls", "--columns", "help"]):
@@ -191,7 +190,7 @@ def test_the_whole_line_with_another_package(package, tmp_path):
     def tribopipe(*words: object, plugin: bool = True) -> subprocess.CompletedProcess[str]:
         path = os.pathsep.join([str(package)] if plugin else [])
         return subprocess.run(
-            [sys.executable, "-m", "tribopipe.cli.start", *map(str, words)],
+            [sys.executable, "-m", "tribopipe.cli.entry_point", *map(str, words)],
             env=os.environ | {"PYTHONPATH": path},
             cwd=tmp_path,
             capture_output=True,
@@ -333,7 +332,7 @@ def test_wear_of_discs_is_as_uncertain_as_the_parameters_of_their_law():
 @pytest.mark.usefixtures("installed")
 def test_parameter_that_is_found_at_nothing_is_held_there_and_leaves_k_d_to_archard(monkeypatch):
     slow_at_first = replace(laws.law_named("running_in"), excess=-0.5, length=LENGTH)
-    monkeypatch.setattr("tribopipe.simulate.pin_on_disc.true_law", lambda _: slow_at_first)
+    monkeypatch.setattr("tribopipe.extras.simulate.pin_on_disc.true_law", lambda _: slow_at_first)
     series = series_of(sliding_distance="100 m", systematic_errors=False)
     recipe = JOINT.model_copy(
         update={"wear": JOINT.wear.model_copy(update={"parameters": {"running_in": {"length": f"{LENGTH} m"}}})}

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tribopipe.errors import ReaderError
-from tribopipe.ingest.formats.points import PointsReader
-from tribopipe.ingest.reader import Hints, Reader, ReadTable
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import ReaderError
+from tribopipe.readers.formats.points import PointsReader
+from tribopipe.readers.reader import Hints, Reader, ReadTable
+from tribopipe.results.run import SourceFile
 
 READER = PointsReader()
 PROFILE = [(0.0, 3.25), (0.1, -4.5), (0.25, 5.75), (0.4, 6.5)]

@@ -10,7 +10,7 @@ from folders import set_key
 
 from tribopipe.archive.steps import StepName
 from tribopipe.archive.store import Archive
-from tribopipe.batch import Crew
+from tribopipe.base.executor import Crew
 from tribopipe.cli.batch_options import Part, crew, seen_by
 
 LIGHT, HEAVY = "si3n4-air-200mN", "si3n4-air-400mN"
@@ -88,8 +88,8 @@ def test_workers_of_a_scheduler_are_told_where_a_path_is():
 def test_an_archive_that_a_worker_does_not_see_is_not_begun_there(tmp_path, sample_run):
     import pickle
 
-    from tribopipe.errors import ArchiveError
-    from tribopipe.pipeline import ingest
+    from tribopipe.base.errors import ArchiveError
+    from tribopipe.pipeline.stages import ingest
 
     folder = tmp_path / "archive"
     folder.mkdir()

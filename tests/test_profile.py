@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 from tribopipe.archive.digest import raw_digest
 from tribopipe.archive.runfile import read_raw, write_raw
-from tribopipe.errors import FitError, ReaderError
-from tribopipe.ingest.profiles import read_profiles
-from tribopipe.profile.track import worn_area
-from tribopipe.records.manifest import RunManifest
-from tribopipe.run import Profile, RawRun, SourceFile
+from tribopipe.base.errors import FitError, ReaderError
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.evaluation.profile.track import worn_area
+from tribopipe.readers.profiles import read_profiles
+from tribopipe.results.run import Profile, RawRun, SourceFile
 
 CROWN = 10e-3
 HALF = 0.1e-3

@@ -8,9 +8,9 @@ from test_profile import flattened
 from test_profile_files import bare
 from test_profile_pile_up import AREA, BALL, SCAR, X, piled_up, ridged, scan
 
-from tribopipe.profile.track import examined
-from tribopipe.report.profile_figures import draw_profile, drawn_of
-from tribopipe.run import Profile
+from tribopipe.evaluation.profile.track import examined
+from tribopipe.results.run import Profile
+from tribopipe.views.profile_figures import draw_profile, drawn_of
 
 
 def legend(figure) -> list[str]:

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from test_profile import HALF, X, grooved, manifest_with, rows
 
-from tribopipe.end_values.measured import profiles_at
-from tribopipe.errors import ReaderError
-from tribopipe.ingest.profiles import Units, profiles_in, read_profiles
-from tribopipe.profile.track import reference_radius, worn_area
-from tribopipe.records.manifest import ProfileSource, RunManifest
-from tribopipe.run import RawRun, SourceFile
+from tribopipe.base.errors import ReaderError
+from tribopipe.documents.manifest import ProfileSource, RunManifest
+from tribopipe.evaluation.measurements.measured import profiles_at
+from tribopipe.evaluation.profile.track import reference_radius, worn_area
+from tribopipe.readers.profiles import Units, profiles_in, read_profiles
+from tribopipe.results.run import RawRun, SourceFile
 
 END = "end_values.flat_disc_profile"
 LINES = (0.0, 0.1, 0.25, 0.3)

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from test_profile import correlated, flattened
 
-from tribopipe.end_values.measured import over_places
-from tribopipe.errors import FitError
-from tribopipe.geometry import cap_height, worn_volume
-from tribopipe.profile.track import Level, Track, examined, worn_area
-from tribopipe.run import Profile
+from tribopipe.base.errors import FitError
+from tribopipe.evaluation.measurements.measured import over_places
+from tribopipe.evaluation.profile.track import Level, Track, examined, worn_area
+from tribopipe.physics.geometry import cap_height, worn_volume
+from tribopipe.results.run import Profile
 
 X = np.linspace(-0.6e-3, 0.6e-3, 3001)
 DEPTH, HALF, WIDE = 1e-6, 0.15e-3, 0.06e-3

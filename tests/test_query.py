@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tribopipe.archive.catalogue.columns import ALIASES, COLUMNS, column_named, columns_named, step_called, step_words
-from tribopipe.archive.catalogue.query import Span, holds, matches, parse_where, quoted, where_clause
+from tribopipe.archive.catalog.columns import ALIASES, COLUMNS, column_named, columns_named, step_called, step_words
+from tribopipe.archive.catalog.query import Span, holds, matches, parse_where, quoted, where_clause
 from tribopipe.archive.steps import STEPS
-from tribopipe.errors import QueryError
-from tribopipe.units import KINDS, is_unit_of
+from tribopipe.base.errors import QueryError
+from tribopipe.base.units import KINDS, is_unit_of
 
 NUMBERS = [name for name, column in COLUMNS.items() if column.kind == "number"]
 TEXTS = [name for name, column in COLUMNS.items() if column.kind == "text"]

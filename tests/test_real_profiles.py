@@ -5,13 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tribopipe.errors import FitError, ReaderError
-from tribopipe.ingest.profiles import Units, profiles_in
-from tribopipe.ingest.reader import Hints
-from tribopipe.ingest.registry import candidates, detect, readers
-from tribopipe.profile.track import Level, examined
-from tribopipe.records.manifest import ProfileSource
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import FitError, ReaderError
+from tribopipe.documents.manifest import ProfileSource
+from tribopipe.evaluation.profile.track import Level, examined
+from tribopipe.readers.profiles import Units, profiles_in
+from tribopipe.readers.reader import Hints
+from tribopipe.readers.registry import candidates, detect, readers
+from tribopipe.results.run import SourceFile
 
 REAL_DATA = Path(__file__).resolve().parents[2] / "shared" / "realdata"
 EXAMPLES = "profil-surfacetopography/test/file_format_examples"

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tribopipe.errors import ReaderError
-from tribopipe.ingest.reader import Hints, ReadTable
-from tribopipe.ingest.registry import detect
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import ReaderError
+from tribopipe.readers.reader import Hints, ReadTable
+from tribopipe.readers.registry import detect
+from tribopipe.results.run import SourceFile
 
 REAL_DATA = Path(__file__).resolve().parents[2] / "shared" / "realdata"
 PCS = "pcs-ehd-labview/examples/data_import"

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tribopipe.archive.results import archived_friction
 from tribopipe.archive.store import Archive
-from tribopipe.pipeline import process
+from tribopipe.pipeline.archived_results import archived_friction
+from tribopipe.pipeline.stages import process
 
 RUNS = Path(__file__).resolve().parents[2] / "shared" / "realdata" / "winducom-dwf-al10cu"
 FILES = sorted(path.relative_to(RUNS).as_posix() for path in RUNS.glob("*/*.dwf"))

@@ -4,12 +4,12 @@ import pytest
 
 from tribopipe.archive.steps import WEAR_FITS
 from tribopipe.archive.store import Archive
-from tribopipe.errors import ArchiveError
-from tribopipe.pipeline import process
-from tribopipe.records.base import Record
-from tribopipe.records.recipe import Recipe
-from tribopipe.references import References
-from tribopipe.study.bodies import bodies, severity
+from tribopipe.base.errors import ArchiveError
+from tribopipe.documents.recipe import Recipe
+from tribopipe.documents.record import Record
+from tribopipe.evaluation.study.bodies import bodies, severity
+from tribopipe.pipeline.references import References
+from tribopipe.pipeline.stages import process
 
 
 def looked_for(archive, law):

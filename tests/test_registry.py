@@ -8,17 +8,17 @@ from pathlib import Path
 
 import pytest
 
-from tribopipe.errors import ReaderError
-from tribopipe.ingest import registry
-from tribopipe.ingest.delimited import DelimitedReader
-from tribopipe.ingest.formats.winducom import WinducomReader
-from tribopipe.ingest.reader import Hints, Match, Reader, ReadTable
-from tribopipe.plugins import own_first
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import ReaderError
+from tribopipe.base.plugins import own_first
+from tribopipe.readers import registry
+from tribopipe.readers.delimited import DelimitedReader
+from tribopipe.readers.formats.winducom import WinducomReader
+from tribopipe.readers.reader import Hints, Match, Reader, ReadTable
+from tribopipe.results.run import SourceFile
 
 BUILT_IN = {
-    "delimited": "tribopipe.ingest.delimited:DelimitedReader",
-    "ducom-winducom": "tribopipe.ingest.formats.winducom:WinducomReader",
+    "delimited": "tribopipe.readers.delimited:DelimitedReader",
+    "ducom-winducom": "tribopipe.readers.formats.winducom:WinducomReader",
 }
 WINDUCOM = b"          TIME;          FF;\r        0,9150;        4,80;;\r"
 
@@ -64,7 +64,7 @@ def installed(monkeypatch):
     def install(**plugins: str) -> None:
         declared = {name.replace("_", "-"): value for name, value in plugins.items()}
         entries = [EntryPoint(name, value, registry.GROUP) for name, value in (BUILT_IN | declared).items()]
-        monkeypatch.setattr("tribopipe.plugins.declared", lambda _: own_first(entries))
+        monkeypatch.setattr("tribopipe.base.plugins.declared", lambda _: own_first(entries))
         registry._loaded.cache_clear()
 
     yield install
@@ -178,6 +178,6 @@ def test_plugin_that_crashes_while_judging_is_passed_over(installed):
 
 
 def test_importing_the_registry_loads_neither_readers_nor_pandas():
-    code = "import sys, tribopipe.ingest.registry, tribopipe.ingest.delimited; print('pandas' in sys.modules)"
+    code = "import sys, tribopipe.readers.registry, tribopipe.readers.delimited; print('pandas' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"

@@ -15,21 +15,21 @@ from hostile_runs import HOSTILE, QUICK, SCRIPT, hostile_archive
 from study_runs import AGAIN, HEAVY, LIGHT, NO_END
 
 from tribopipe.archive.store import Archive
-from tribopipe.errors import ArchiveError
-from tribopipe.pipeline import evaluate_archived_wear, fit_archived_wear, ingest
-from tribopipe.records.manifest import read_manifest
-from tribopipe.records.recipe import Recipe, WearRecipe
-from tribopipe.records.study import Study
-from tribopipe.report.canvas import ShownFigure
-from tribopipe.report.html.document import run_report, study_report
-from tribopipe.report.html.mathml import mathml
-from tribopipe.report.html.merging import Stated, merged
-from tribopipe.report.html.options import options_used
-from tribopipe.report.html.svg import inline_svg
-from tribopipe.report.reporting import reporting_items
-from tribopipe.report.run_page import run_page
-from tribopipe.report.study_page import study_page
-from tribopipe.studies import run_study
+from tribopipe.base.errors import ArchiveError
+from tribopipe.documents.manifest import read_manifest
+from tribopipe.documents.recipe import Recipe, WearRecipe
+from tribopipe.documents.study import Study
+from tribopipe.pipeline.stages import evaluate_archived_wear, fit_archived_wear, ingest
+from tribopipe.pipeline.studies import run_study
+from tribopipe.views.astm_g99 import reporting_items
+from tribopipe.views.canvas import ShownFigure
+from tribopipe.views.html.document import run_report, study_report
+from tribopipe.views.html.mathml import mathml
+from tribopipe.views.html.merging import Stated, merged
+from tribopipe.views.html.options import options_used
+from tribopipe.views.html.svg import inline_svg
+from tribopipe.views.run_page import run_page
+from tribopipe.views.study_page import study_page
 
 pytestmark = pytest.mark.usefixtures("few_draws")
 VOID = {"meta", "br"}
@@ -410,8 +410,8 @@ def test_command_says_in_one_sentence_what_is_wrong(run_cli, studied, tmp_path, 
 def test_study_wins_over_a_run_of_its_id_unless_told(run_cli, studied, tmp_path, monkeypatch):
     folder = Path(shutil.copytree(studied.folder, tmp_path / "archive"))
     shutil.copy(folder / "studies" / "air.h5", folder / "studies" / f"{NO_END}.h5")
-    monkeypatch.setattr("tribopipe.report.html.document.study_report", lambda _, name: f"study {name}")
-    monkeypatch.setattr("tribopipe.report.html.document.run_report", lambda _, names: f"run {names[0]}")
+    monkeypatch.setattr("tribopipe.views.html.document.study_report", lambda _, name: f"study {name}")
+    monkeypatch.setattr("tribopipe.views.html.document.run_report", lambda _, names: f"run {names[0]}")
     for options, kind in (([], "study"), (["--run"], "run")):
         run_cli("report", NO_END, *options, "--archive", folder, "-o", tmp_path / "r.html", "--force")
         assert (tmp_path / "r.html").read_text(encoding="utf-8") == f"{kind} {NO_END}"

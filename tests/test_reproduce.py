@@ -19,23 +19,17 @@ from study_runs import AGAIN, HEAVY, LIGHT
 
 from tribopipe.archive.steps import inputs_digest
 from tribopipe.archive.store import Archive
-from tribopipe.environment import environment
-from tribopipe.pipeline import (
-    clean_archived,
-    fit_archived_wear,
-    ingest,
-    predict_archived,
-    wear_archived_locally,
-)
-from tribopipe.records.mark import Mark
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import Recipe
-from tribopipe.records.study import Study
-from tribopipe.reproduce import reproduce, reproduce_study
-from tribopipe.reproduce.comparing import compare
-from tribopipe.studies import run_study
+from tribopipe.base.environment import environment
+from tribopipe.documents.mark import Mark
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import Recipe
+from tribopipe.documents.study import Study
+from tribopipe.evaluation.wear.local import LocalOptions
+from tribopipe.pipeline.reproduce import reproduce, reproduce_study
+from tribopipe.pipeline.reproduce.comparing import compare
+from tribopipe.pipeline.stages import clean_archived, fit_archived_wear, ingest, predict_archived, wear_archived_locally
+from tribopipe.pipeline.studies import run_study
 from tribopipe.version import VERSION
-from tribopipe.wear.local import LocalOptions
 
 # That the same comes out again does not depend on how often one draws.
 pytestmark = pytest.mark.usefixtures("few_draws")
@@ -304,7 +298,7 @@ def test_source_file_outside_of_the_run_folder_is_not_written(done, tmp_path):
 
 
 def test_step_that_cannot_be_computed_is_told_and_the_others_are_compared(done, monkeypatch):
-    monkeypatch.setattr("tribopipe.faults._kept", lambda _: "")
+    monkeypatch.setattr("tribopipe.base.failures._kept", lambda _: "")
     with edited(done.path(LIGHT)) as file:
         file["entry/drift_correction/data/wear_depth"][...] = np.nan
     found = outcomes(reproduce(done, LIGHT))

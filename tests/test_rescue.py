@@ -17,8 +17,8 @@ from old_formats import take_back
 from tribopipe.archive import rescue as module
 from tribopipe.archive.rescue import rescue
 from tribopipe.archive.store import Archive
-from tribopipe.errors import ArchiveError, TribopipeError
-from tribopipe.pipeline import ingest
+from tribopipe.base.errors import ArchiveError, TribopipeError
+from tribopipe.pipeline.stages import ingest
 
 RUN = "si3n4-air-200mN"
 SOURCES = ("run.toml", "signals.csv")
@@ -174,7 +174,7 @@ def test_reading_that_does_not_end_is_ended(damaged, tmp_path, monkeypatch):
     content = damaged.read_bytes()
     heap = content.index(b"GCOL")
     zero(damaged, heap + 16, heap + 4096)
-    monkeypatch.setattr("tribopipe.ingest.apart._LEAST_SECONDS", 1.0)
+    monkeypatch.setattr("tribopipe.readers.subprocess_readers._LEAST_SECONDS", 1.0)
     with pytest.raises(TribopipeError, match="nothing can be saved"):
         rescue(damaged, tmp_path / "saved")
 

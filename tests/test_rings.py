@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from tribopipe.contact.mechanics import contact_modulus, hertz_radius
-from tribopipe.contact.pin_on_disc import SphericalPin
-from tribopipe.errors import ContactError
-from tribopipe.local_wear.course import wear
-from tribopipe.local_wear.rings import Rings, ring_edges
+from tribopipe.base.errors import ContactError
+from tribopipe.physics.hertz import contact_modulus, hertz_radius
+from tribopipe.physics.local.course import wear
+from tribopipe.physics.local.rings import Rings, ring_edges
+from tribopipe.physics.pin_on_disc import SphericalPin
 
 LOAD, RADIUS = 0.2, 0.794e-3
 MODULUS = float(contact_modulus(pin_modulus=304e9, pin_ratio=0.24, disc_modulus=304e9, disc_ratio=0.24))
@@ -102,13 +102,13 @@ def test_explicit_steps_beyond_the_limit_make_a_checkerboard():
 
 
 def test_explicit_steps_are_refused_where_there_would_be_too_many(monkeypatch):
-    monkeypatch.setattr("tribopipe.local_wear.course._MOST_EXPLICIT_STEPS", 100)
+    monkeypatch.setattr("tribopipe.physics.local.course._MOST_EXPLICIT_STEPS", 100)
     with pytest.raises(ContactError, match="expected at most 100; take the implicit scheme"):
         wear(sphere(np.linspace(0, 4 * START, 81)), [COEFFICIENT * 500], scheme="explicit")
 
 
 def test_a_checkerboard_is_never_returned(monkeypatch):
-    monkeypatch.setattr("tribopipe.local_wear.course._STABLE_SHARE", 1.4)
+    monkeypatch.setattr("tribopipe.physics.local.course._STABLE_SHARE", 1.4)
     with pytest.raises(ContactError, match=r"alternates by .* take the implicit scheme"):
         wear(sphere(np.linspace(0, 4 * START, 81)), [COEFFICIENT * 0.3], scheme="explicit")
 

@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from read_tables import column, read_or_refused, values
 
-from tribopipe.errors import ReaderError
-from tribopipe.ingest.delimited import DelimitedReader
-from tribopipe.ingest.formats.rtec import RtecReader
-from tribopipe.ingest.reader import Hints, Reader, ReadTable
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import ReaderError
+from tribopipe.readers.delimited import DelimitedReader
+from tribopipe.readers.formats.rtec import RtecReader
+from tribopipe.readers.reader import Hints, Reader, ReadTable
+from tribopipe.results.run import SourceFile
 
 READER = RtecReader()
 NAMES = ["Step", "Timestamp", "RecipeStep", "DAQ.Fz (N)", "DAQ.Fx (N)", "DAQ.COF ()", "XYZ.Z Depth (mm)"]

@@ -5,9 +5,9 @@ import json
 import pytest
 from folders import SAMPLE_IDS, SAMPLES
 
-from tribopipe.archive.results import archived_fit, archived_friction
-from tribopipe.records.plan import Truth
-from tribopipe.records.results import WearPrediction
+from tribopipe.documents.plan import Truth
+from tribopipe.pipeline.archived_results import archived_fit, archived_friction
+from tribopipe.results.evaluation import WearPrediction
 
 MM3_PER_N_MM = 1e-6  # m²/N
 

@@ -12,8 +12,8 @@ from test_archive import run_with, step
 from tribopipe.archive import seal
 from tribopipe.archive.seal import SEAL_SIZE, check_every_byte, check_seal, is_sealed, seal_file
 from tribopipe.archive.store import Archive
-from tribopipe.errors import ArchiveError
-from tribopipe.records.results import FrictionFit
+from tribopipe.base.errors import ArchiveError
+from tribopipe.results.evaluation import FrictionFit
 
 
 @pytest.fixture

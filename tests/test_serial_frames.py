@@ -9,11 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from small_exports import FRAMES, check_every_cut, claimed_by, read
 
-from tribopipe.errors import ReaderError
-from tribopipe.ingest.delimited import DelimitedReader
-from tribopipe.ingest.formats.serial_frames import SerialFramesReader
-from tribopipe.ingest.reader import Hints, Reader
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import ReaderError
+from tribopipe.readers.delimited import DelimitedReader
+from tribopipe.readers.formats.serial_frames import SerialFramesReader
+from tribopipe.readers.reader import Hints, Reader
+from tribopipe.results.run import SourceFile
 
 READER = SerialFramesReader()
 REAL_FILE = Path(__file__).resolve().parents[2] / "shared" / "realdata" / "pinondiskapp-es" / "data" / "celda_sim.csv"

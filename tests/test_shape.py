@@ -7,16 +7,17 @@ import numpy as np
 import pytest
 from test_identify import CASES, record
 
-from tribopipe.contact.mechanics import contact_modulus
-from tribopipe.contact.pin_on_disc import SphericalPin
-from tribopipe.drift import correct_drift
-from tribopipe.friction import fit_friction
-from tribopipe.geometry import cap_radius
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import LawName, Recipe
-from tribopipe.run import Column, RawRun
-from tribopipe.study.member import Member
-from tribopipe.study.shape import Shape, compare_laws
+from tribopipe.base.arrays import Column
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import LawName, Recipe
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.study.member import Member
+from tribopipe.evaluation.study.shape import Shape, compare_laws
+from tribopipe.physics.geometry import cap_radius
+from tribopipe.physics.hertz import contact_modulus
+from tribopipe.physics.pin_on_disc import SphericalPin
+from tribopipe.results.run import RawRun
 
 LIGHT, HEAVY, CARBIDE = "si3n4-air-200mN", "si3n4-air-800mN", "wc-co-water-400mN"
 SLOW = {"sampling_rate": Quantity(value=2.0, unit="1/s")}

@@ -11,14 +11,14 @@ from folders import replace_in, set_key
 
 from tribopipe.archive.part import find_part
 from tribopipe.archive.store import Archive
+from tribopipe.base.errors import ArchiveError
 from tribopipe.cli.pages import show_facts, show_run_page, show_study_page
-from tribopipe.errors import ArchiveError
-from tribopipe.pipeline import ingest
-from tribopipe.records.annotation import Annotation
-from tribopipe.records.finding import Finding
-from tribopipe.records.mark import Mark
-from tribopipe.report.page import Fact, LawPage, StudyPage, TextTable, VerdictLine
-from tribopipe.report.run_page import run_page
+from tribopipe.documents.annotation import Annotation
+from tribopipe.documents.mark import Mark
+from tribopipe.pipeline.stages import ingest
+from tribopipe.results.finding import Finding
+from tribopipe.views.page import Fact, LawPage, StudyPage, TextTable, VerdictLine
+from tribopipe.views.run_page import run_page
 
 RUN = "si3n4-air-200mN"
 DATE = "2026-07-01T10:00:00+00:00"

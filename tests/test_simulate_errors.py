@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from test_identify import CASES
 
-from tribopipe.geometry import cap_radius
-from tribopipe.records.manifest import read_manifest
-from tribopipe.records.plan import Sensors
-from tribopipe.records.quantity import Quantity
-from tribopipe.simulate import VirtualTest, simulate_run
+from tribopipe.documents.manifest import read_manifest
+from tribopipe.documents.plan import Sensors
+from tribopipe.documents.quantity import Quantity
+from tribopipe.extras.simulate import VirtualTest, simulate_run
+from tribopipe.physics.geometry import cap_radius
 
 SERIES, RUN = CASES["si3n4-air-200mN"]
 SHORT = SERIES.model_copy(update={"sliding_distance": Quantity(value=10.0, unit="m")})

@@ -8,15 +8,15 @@ from folders import SAMPLES, tree_bytes
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from tribopipe.contact.mechanics import contact_modulus
-from tribopipe.contact.twin_disc import DiscPair
-from tribopipe.errors import ContactError, ManifestError
-from tribopipe.ingest.harmonise import read_run
-from tribopipe.records.base import load_toml, read_document
-from tribopipe.records.manifest import read_manifest
-from tribopipe.records.plan import Fatigue, Plan, TwinDiscSeries, TwinDiscTruth, TwinDiscVirtualRun
-from tribopipe.records.quantity import Quantity
-from tribopipe.simulate import VirtualTwinDiscTest, simulate_plan, simulate_twin_disc_run
+from tribopipe.base.errors import ContactError, ManifestError
+from tribopipe.documents.manifest import read_manifest
+from tribopipe.documents.plan import Fatigue, Plan, TwinDiscSeries, TwinDiscTruth, TwinDiscVirtualRun
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.record import load_toml, read_document
+from tribopipe.extras.simulate import VirtualTwinDiscTest, simulate_plan, simulate_twin_disc_run
+from tribopipe.physics.hertz import contact_modulus
+from tribopipe.physics.twin_disc import DiscPair
+from tribopipe.readers.harmonize import read_run
 
 PLAN = load_toml(SAMPLES / "plan.toml", Plan)
 SERIES = PLAN.twin_disc_series[0]

@@ -12,16 +12,16 @@ from end_value_runs import CIRCLE, RADIUS, described, run_of, si, track
 
 from tribopipe.archive.steps import STEPS
 from tribopipe.archive.store import Archive
-from tribopipe.contact.pin_on_track import SphereOnTrack
-from tribopipe.drift import correct_drift
-from tribopipe.end_values.specific_wear import specific_wear
-from tribopipe.ingest.harmonise import read_run
-from tribopipe.pipeline import evaluate_archived_wear, ingest
-from tribopipe.records.base import Record
-from tribopipe.records.recipe import MonteCarloRecipe, Recipe
-from tribopipe.records.specific_wear import SpecificWear
-from tribopipe.run import RawRun
-from tribopipe.wear.identify import fit_wear
+from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
+from tribopipe.documents.record import Record
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.measurements.specific_wear import specific_wear
+from tribopipe.evaluation.wear.fit import fit_wear
+from tribopipe.physics.pin_on_track import SphereOnTrack
+from tribopipe.pipeline.stages import evaluate_archived_wear, ingest
+from tribopipe.readers.harmonize import read_run
+from tribopipe.results.run import RawRun
+from tribopipe.results.specific_wear import SpecificWear
 
 VOLUME = 2e-12
 BOTH = {"pin_wear_volume": si(VOLUME, "m^3", 0.03 * VOLUME), "disc_wear_volume": si(3 * VOLUME, "m^3", 0.04 * VOLUME)}

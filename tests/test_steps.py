@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from instrument_shapes import LADDER, rtec_ladder, workbook_of
 
-from tribopipe.errors import ReaderError
-from tribopipe.ingest import long_text
-from tribopipe.ingest.draft.folder import Wanted, make_runs
-from tribopipe.ingest.harmonise import read_run
-from tribopipe.ingest.steps import Steps
-from tribopipe.ingest.understood import Part
-from tribopipe.records.manifest import SignalFile
-from tribopipe.run import ExtraColumn, UnheldSource
+from tribopipe.base.errors import ReaderError
+from tribopipe.documents.manifest import SignalFile
+from tribopipe.readers import long_text
+from tribopipe.readers.column_mapping import Part
+from tribopipe.readers.draft.folder import Wanted, make_runs
+from tribopipe.readers.harmonize import read_run
+from tribopipe.readers.steps import Steps
+from tribopipe.results.run import ExtraColumn, UnheldSource
 
 LOAD = "conditions.normal_load=5 N"
 

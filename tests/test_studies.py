@@ -17,16 +17,14 @@ from test_archive import nxcheck
 from tribopipe.archive.steps import METHODS
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
-from tribopipe.errors import ArchiveError, FitError, TribopipeError
-from tribopipe.pipeline import correct_archived_drift, fit_archived_wear, ingest, process
-from tribopipe.records.base import load_toml
-from tribopipe.records.manifest import RunManifest, manifest_path, read_manifest
-from tribopipe.records.mark import Mark
-from tribopipe.records.recipe import DriftRecipe, Recipe, WearRecipe
-from tribopipe.records.results import WearPrediction
-from tribopipe.records.study import Study
-from tribopipe.records.verdict import LeftOut, StudyResult
-from tribopipe.studies import (
+from tribopipe.base.errors import ArchiveError, FitError, TribopipeError
+from tribopipe.documents.manifest import RunManifest, manifest_path, read_manifest
+from tribopipe.documents.mark import Mark
+from tribopipe.documents.recipe import DriftRecipe, Recipe, WearRecipe
+from tribopipe.documents.record import load_toml
+from tribopipe.documents.study import Study
+from tribopipe.pipeline.stages import correct_archived_drift, fit_archived_wear, ingest, process
+from tribopipe.pipeline.studies import (
     draft_studies,
     evaluate_archived,
     find_studies,
@@ -37,6 +35,8 @@ from tribopipe.studies import (
     run_study,
     study_toml,
 )
+from tribopipe.results.agreement import LeftOut, StudyResult
+from tribopipe.results.evaluation import WearPrediction
 
 # What is kept and what is refused does not depend on how often one draws.
 pytestmark = pytest.mark.usefixtures("few_draws")
@@ -424,7 +424,7 @@ def test_failed_write_leaves_the_earlier_study(done, monkeypatch):
         raise OSError(28, "No space left on device")
 
     before = tree_bytes(done.folder)
-    monkeypatch.setattr("tribopipe.files.os.fsync", fail)
+    monkeypatch.setattr("tribopipe.base.files.os.fsync", fail)
     said = refusal(list(run_study(done, QUICK, Recipe())))
     assert_says(said, "No space left on device", "--archive")
     assert tree_bytes(done.folder) == before

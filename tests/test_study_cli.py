@@ -11,17 +11,17 @@ from study_runs import AGAIN, HEAVY, LIGHT, NO_END, fill
 from test_bad_input import assert_refused
 
 from tribopipe.archive.store import Archive
-from tribopipe.pipeline import ingest
-from tribopipe.records.base import load_toml
-from tribopipe.records.design import Design
-from tribopipe.records.plan import Plan
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import Recipe
-from tribopipe.records.results import WearPrediction
-from tribopipe.records.study import Study
-from tribopipe.records.verdict import StudyResult
-from tribopipe.simulate import simulate_plan
-from tribopipe.studies import run_study, study_toml
+from tribopipe.documents.plan import Plan
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import Recipe
+from tribopipe.documents.record import load_toml
+from tribopipe.documents.study import Study
+from tribopipe.extras.simulate import simulate_plan
+from tribopipe.pipeline.stages import ingest
+from tribopipe.pipeline.studies import run_study, study_toml
+from tribopipe.results.agreement import StudyResult
+from tribopipe.results.evaluation import WearPrediction
+from tribopipe.results.test_design import Design
 
 # What is said and what is refused does not depend on how often one draws.
 pytestmark = pytest.mark.usefixtures("few_draws")
@@ -564,8 +564,12 @@ def test_process_refuses_two_studies_of_one_id_before_it_begins(run_cli, lab):
 @pytest.mark.slow
 def test_process_draws_run_and_study_of_one_name(run_cli, lab, monkeypatch):
     drawn = []
-    monkeypatch.setattr("tribopipe.report.drawn.save_run_figures", lambda _, run_id: drawn.append(("run", run_id)))
-    monkeypatch.setattr("tribopipe.report.drawn.save_study_figures", lambda _, name: drawn.append(("study", name)))
+    monkeypatch.setattr(
+        "tribopipe.views.figure_updates.save_run_figures", lambda _, run_id: drawn.append(("run", run_id))
+    )
+    monkeypatch.setattr(
+        "tribopipe.views.figure_updates.save_study_figures", lambda _, name: drawn.append(("study", name))
+    )
     write_study(lab / "runs", id=HEAVY, fit=[LIGHT])
     assert run_cli("process", "runs", "--recipe", "recipe.toml", cwd=lab).exit_code == 0
     assert sorted(drawn) == [("run", LIGHT), ("run", HEAVY), ("study", HEAVY)]

@@ -7,18 +7,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tribopipe.archive.results import archived_correction, archived_friction
 from tribopipe.archive.store import Archive
-from tribopipe.errors import ArchiveError
-from tribopipe.records.mark import Mark
-from tribopipe.records.recipe import Recipe, WearRecipe
-from tribopipe.records.results import COVERAGE_FACTOR
-from tribopipe.records.study import Study
-from tribopipe.report.studies import save_study_figures
-from tribopipe.report.study_figures import plot_study_coefficient, plot_study_friction, plot_study_wear
-from tribopipe.studies import run_study
-from tribopipe.study.effective import effective_coefficient
-from tribopipe.study.member import Member
+from tribopipe.base.errors import ArchiveError
+from tribopipe.documents.mark import Mark
+from tribopipe.documents.recipe import Recipe, WearRecipe
+from tribopipe.documents.study import Study
+from tribopipe.evaluation.study.effective import effective_coefficient
+from tribopipe.evaluation.study.member import Member
+from tribopipe.pipeline.archived_results import archived_correction, archived_friction
+from tribopipe.pipeline.studies import run_study
+from tribopipe.results.evaluation import COVERAGE_FACTOR
+from tribopipe.views.archived_study_figures import save_study_figures
+from tribopipe.views.study_figures import plot_study_coefficient, plot_study_friction, plot_study_wear
 
 pytestmark = pytest.mark.slow
 
@@ -39,7 +39,7 @@ def studied(sample_archive, tmp_path_factory) -> Archive:
     shutil.copytree(sample_archive.folder, folder)
     archive = Archive(folder)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tribopipe.uncertainty.BLOCK", 2_000)
+        patch.setattr("tribopipe.physics.uncertainty.BLOCK", 2_000)
         for study in (SI3N4, WC_CO):
             assert [one for one in run_study(archive, study, Recipe()) if one.status == "failed"] == []
     return archive

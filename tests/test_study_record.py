@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from tribopipe.errors import ManifestError
-from tribopipe.records.base import load_toml, read_document
-from tribopipe.records.study import Study
+from tribopipe.base.errors import ManifestError
+from tribopipe.documents.record import load_toml, read_document
+from tribopipe.documents.study import Study
 
 MINIMAL = {"schema": "tribopipe.study/1", "id": "si3n4", "fit": ["a"]}
 IDS = st.text("abcdefgh0123456789", min_size=1, max_size=8)

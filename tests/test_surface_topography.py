@@ -7,11 +7,11 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 
-from tribopipe.errors import ReaderError
-from tribopipe.ingest.formats import surface_topography
-from tribopipe.ingest.formats.surface_topography import SurfaceTopographyReader
-from tribopipe.ingest.reader import Hints, Reader
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import ReaderError
+from tribopipe.readers.formats import surface_topography
+from tribopipe.readers.formats.surface_topography import SurfaceTopographyReader
+from tribopipe.readers.reader import Hints, Reader
+from tribopipe.results.run import SourceFile
 
 READER = SurfaceTopographyReader()
 SDF = b"""aISO-1.0

@@ -7,21 +7,21 @@ import pytest
 from test_agreement import TWO_STEP, reference  # noqa: F401, a fixture
 from test_shape import changed
 
-from tribopipe.archive.definitions.shown import shown_fields
-from tribopipe.checks.materials import CLASSES
-from tribopipe.drift import correct_drift
-from tribopipe.errors import FitError
-from tribopipe.geometry import worn_volume
-from tribopipe.ingest.long_text import _both_ends
-from tribopipe.records.base import Record
-from tribopipe.records.recipe import Recipe
-from tribopipe.study.disc_design import design_discs
-from tribopipe.study.life import end_of_life
-from tribopipe.study.member import Member
-from tribopipe.wear.rate_change import rate_change
+from tribopipe.archive.definitions.summaries import shown_fields
+from tribopipe.base.errors import FitError
+from tribopipe.documents.recipe import Recipe
+from tribopipe.documents.record import Record
+from tribopipe.evaluation.checks.materials import CLASSES
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.study.disc_design import design_discs
+from tribopipe.evaluation.study.life import end_of_life
+from tribopipe.evaluation.study.member import Member
+from tribopipe.evaluation.wear.rate_change import rate_change
+from tribopipe.physics.geometry import worn_volume
+from tribopipe.readers.long_text import _both_ends
 
 
-def test_noise_makes_k_d_as_uncertain_as_weighted_least_squares_has_it(reference):
+def test_noise_makes_k_d_as_uncertain_as_weighted_least_squares_has_it(reference):  # noqa: F811
     # Var(ln k_D) = σ²/Σ n·s², of rows that are means over n samples, with slopes s and the noise σ of one.
     problem = reference.pose("archard", TWO_STEP).problem
     assert np.ptp(problem.weights) > 0
@@ -40,7 +40,7 @@ def test_a_change_of_the_wear_rate_is_found_where_and_as_large_as_it_was_made():
 
 
 @pytest.mark.usefixtures("few_draws")
-def test_life_by_archard_s_law_ends_where_k_d_load_and_distance_make_the_volume(reference):
+def test_life_by_archard_s_law_ends_where_k_d_load_and_distance_make_the_volume(reference):  # noqa: F811
     posed = reference.pose("archard", TWO_STEP)
     draws = posed.draw(np.random.default_rng(1), 400, {})
     depth, load, radius = 10e-6, 0.2, 0.794e-3

@@ -11,23 +11,23 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tribopipe.archive.store import Archive
-from tribopipe.errors import ManifestError
-from tribopipe.ingest.harmonise import read_run
-from tribopipe.pipeline import fit_archived_wear
-from tribopipe.records.base import load_toml, read_document
-from tribopipe.records.plan import Plan
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import MonteCarloRecipe, Recipe
-from tribopipe.records.results import WearFit
-from tribopipe.records.sweep import Sweep
-from tribopipe.simulate import VirtualTest, VirtualTwinDiscTest, simulate_run, simulate_twin_disc_run
-from tribopipe.simulate.in_memory import disc_run, pin_run
-from tribopipe.sweep.choices import Choice
-from tribopipe.sweep.grid import combinations
-from tribopipe.sweep.rows import Case, Ensemble, Head, Row, read_rows, write_rows
-from tribopipe.sweep.subject import Parameter, Subject, Value, parameters
-from tribopipe.sweep.summary import Share, summarised
-from tribopipe.wear.predict import WearScenario, predict_wear
+from tribopipe.base.errors import ManifestError
+from tribopipe.documents.plan import Plan
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
+from tribopipe.documents.record import load_toml, read_document
+from tribopipe.documents.sweep import Sweep
+from tribopipe.evaluation.wear.predict import WearScenario, predict_wear
+from tribopipe.extras.simulate import VirtualTest, VirtualTwinDiscTest, simulate_run, simulate_twin_disc_run
+from tribopipe.extras.simulate.in_memory import disc_run, pin_run
+from tribopipe.extras.sweep.choices import Choice
+from tribopipe.extras.sweep.grid import combinations
+from tribopipe.extras.sweep.rows import Case, Ensemble, Head, Row, read_rows, write_rows
+from tribopipe.extras.sweep.subject import Parameter, Subject, Value, parameters
+from tribopipe.extras.sweep.summary import Share, summarised
+from tribopipe.pipeline.stages import fit_archived_wear
+from tribopipe.readers.harmonize import read_run
+from tribopipe.results.evaluation import WearFit
 
 RUN = "si3n4-air-200mN"
 FIRST_ORDER = 'schema = "tribopipe.recipe/1"\n[monte_carlo]\nsignificant_digits = 0\n'

@@ -3,9 +3,9 @@
 import pytest
 from small_exports import T11, check_every_cut, claimed_by, read
 
-from tribopipe.errors import ReaderError
-from tribopipe.ingest.formats.t11 import T11Reader
-from tribopipe.ingest.reader import Reader
+from tribopipe.base.errors import ReaderError
+from tribopipe.readers.formats.t11 import T11Reader
+from tribopipe.readers.reader import Reader
 
 READER = T11Reader()
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from tribopipe.archive.store import Archive
-from tribopipe.errors import ArchiveError
-from tribopipe.records.annotation import Annotation, tags_after
+from tribopipe.base.errors import ArchiveError
+from tribopipe.documents.annotation import Annotation, tags_after
 
 RUN, OTHER = "si3n4-air-200mN", "si3n4-air-other"
 WHEN = "2026-01-05T08:00:00+00:00"

@@ -10,10 +10,10 @@ from built_files import tdms
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tribopipe.errors import ReaderError
-from tribopipe.ingest.formats.tdms import TdmsReader
-from tribopipe.ingest.reader import Hints, ReadTable
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import ReaderError
+from tribopipe.readers.formats.tdms import TdmsReader
+from tribopipe.readers.reader import Hints, ReadTable
+from tribopipe.results.run import SourceFile
 
 READER = TdmsReader()
 START = np.datetime64("2022-05-12T12:21:58")

@@ -10,22 +10,24 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from tribopipe.contact.mechanics import contact_modulus, elastic_approach, hertz_radius
-from tribopipe.contact.pin_on_disc import FlatPin, SphericalPin, pin_contact
-from tribopipe.drift import correct_drift
-from tribopipe.end_values.specific_wear import specific_wear
-from tribopipe.errors import ContactError
-from tribopipe.geometry import cap_height
-from tribopipe.ingest.harmonise import read_run
-from tribopipe.records.base import load_toml
-from tribopipe.records.manifest import EndValues, PinOnDisc, RunManifest
-from tribopipe.records.plan import Plan
-from tribopipe.records.quantity import EndValue, Quantity
-from tribopipe.records.recipe import MonteCarloRecipe, Recipe, WearRecipe
-from tribopipe.run import RawRun
-from tribopipe.simulate import simulate_plan
-from tribopipe.wear.identify import fit_wear
-from tribopipe.wear.predict import WearScenario, predict_wear
+from tribopipe.base.errors import ContactError
+from tribopipe.contacts.pin_on_disc import pin_contact
+from tribopipe.documents.contact import PinOnDisc
+from tribopipe.documents.manifest import EndValues, RunManifest
+from tribopipe.documents.plan import Plan
+from tribopipe.documents.quantity import EndValue, Quantity
+from tribopipe.documents.recipe import MonteCarloRecipe, Recipe, WearRecipe
+from tribopipe.documents.record import load_toml
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.measurements.specific_wear import specific_wear
+from tribopipe.evaluation.wear.fit import fit_wear
+from tribopipe.evaluation.wear.predict import WearScenario, predict_wear
+from tribopipe.extras.simulate import simulate_plan
+from tribopipe.physics.geometry import cap_height
+from tribopipe.physics.hertz import contact_modulus, elastic_approach, hertz_radius
+from tribopipe.physics.pin_on_disc import FlatPin, SphericalPin
+from tribopipe.readers.harmonize import read_run
+from tribopipe.results.run import RawRun
 
 RADIUS, FLAT, LOAD, K_D = 0.794e-3, 80e-6, 0.2, 13.5e-15
 MODULUS = contact_modulus(pin_modulus=304e9, pin_ratio=0.24, disc_modulus=304e9, disc_ratio=0.24)

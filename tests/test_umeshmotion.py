@@ -12,16 +12,16 @@ from folders import SAMPLES, replace_in
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tribopipe.errors import ContactError, FitError
-from tribopipe.local_wear.rings import Rings
-from tribopipe.records.disc_results import ConventionCoefficients, DiscCoefficient, TwinDiscFit
-from tribopipe.records.manifest import read_manifest
-from tribopipe.records.quantity import wear_coefficient
-from tribopipe.umeshmotion.case import WearCase
-from tribopipe.umeshmotion.fortran import CARD, comment, literal
-from tribopipe.umeshmotion.known import KnownWear, fitted_wear
-from tribopipe.umeshmotion.texts import texts
-from tribopipe.wear.friction_path import ExponentialFriction, junction_factor
+from tribopipe.base.errors import ContactError, FitError
+from tribopipe.documents.manifest import read_manifest
+from tribopipe.documents.quantity import wear_coefficient
+from tribopipe.extras.abaqus.case import WearCase
+from tribopipe.extras.abaqus.fortran import CARD, comment, literal
+from tribopipe.extras.abaqus.known_wear import KnownWear, fitted_wear
+from tribopipe.extras.abaqus.texts import texts
+from tribopipe.physics.friction_path import ExponentialFriction, junction_factor
+from tribopipe.physics.local.rings import Rings
+from tribopipe.results.disc_evaluation import ConventionCoefficients, DiscCoefficient, TwinDiscFit
 
 GFORTRAN = shutil.which("gfortran")
 needs_gfortran = pytest.mark.skipif(GFORTRAN is None, reason="needs gfortran")

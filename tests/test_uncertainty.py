@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tribopipe.uncertainty import BLOCK, Distribution, first_order_holds, numerical_tolerance, propagate
+from tribopipe.physics.uncertainty import BLOCK, Distribution, first_order_holds, numerical_tolerance, propagate
 
 NORMAL_95 = 1.959963984540054
 

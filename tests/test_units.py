@@ -10,8 +10,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from tribopipe.errors import UnitError
-from tribopipe.units import KINDS, from_si, interval_from_si, is_unit, parse, parse_interval, pretty, show, to_si
+from tribopipe.base.errors import UnitError
+from tribopipe.base.units import KINDS, from_si, interval_from_si, is_unit, parse, parse_interval, pretty, show, to_si
 
 FACTORS = {  # unit: kind and SI units in it
     "m": ("length", "1"),

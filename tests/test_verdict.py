@@ -7,21 +7,22 @@ import pytest
 from folders import SAMPLE_IDS, SAMPLES
 from test_identify import CASES, record
 
-from tribopipe.drift import correct_drift
-from tribopipe.errors import FitError
-from tribopipe.friction import fit_friction
-from tribopipe.geometry import cap_radius
-from tribopipe.ingest.harmonise import read_run
-from tribopipe.records.manifest import RunManifest
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import MonteCarloRecipe, Recipe, WearRecipe
-from tribopipe.records.study import Study
-from tribopipe.records.verdict import LeftOut, RunVerdict
-from tribopipe.run import Column, RawRun
-from tribopipe.study.evaluate import Evaluation, evaluate
-from tribopipe.study.life import end_of_life
-from tribopipe.study.member import Member, RunDraws
-from tribopipe.study.verdict import Comparison, compare, decide
+from tribopipe.base.arrays import Column
+from tribopipe.base.errors import FitError
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import MonteCarloRecipe, Recipe, WearRecipe
+from tribopipe.documents.study import Study
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.study.evaluate import Evaluation, evaluate
+from tribopipe.evaluation.study.life import end_of_life
+from tribopipe.evaluation.study.member import Member, RunDraws
+from tribopipe.evaluation.study.verdict import Comparison, compare, decide
+from tribopipe.physics.geometry import cap_radius
+from tribopipe.readers.harmonize import read_run
+from tribopipe.results.agreement import LeftOut, RunVerdict
+from tribopipe.results.run import RawRun
 
 pytestmark = pytest.mark.slow
 
@@ -60,7 +61,7 @@ def verdict_on(found: Evaluation, run_id: str, law: str = "archard") -> RunVerdi
 def _fewer_draws():
     """A fifth of the draws: none of the numbers is looked at so closely."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tribopipe.uncertainty.BLOCK", 2_000)
+        patch.setattr("tribopipe.physics.uncertainty.BLOCK", 2_000)
         yield
 
 

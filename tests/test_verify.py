@@ -17,27 +17,27 @@ from bit_flips import flip_bits, rows_of
 from folders import SAMPLES, tree_bytes
 from test_archive import nxcheck
 
-from tribopipe.archive.catalogue.catalogue import Catalogue
-from tribopipe.archive.catalogue.database import FILE_NAME, sum_of
+from tribopipe.archive.catalog.catalog import Catalogue
+from tribopipe.archive.catalog.database import FILE_NAME, sum_of
 from tribopipe.archive.digest import digest
 from tribopipe.archive.history.account import Account
 from tribopipe.archive.lock import writers_lock
 from tribopipe.archive.removal import remove as take_out
 from tribopipe.archive.store import Archive
-from tribopipe.files import sha256_of
-from tribopipe.pipeline import process, wear_archived_locally
-from tribopipe.records.annotation import Annotation
-from tribopipe.records.mark import Mark
-from tribopipe.records.recipe import Recipe, WearRecipe
-from tribopipe.records.study import Study
-from tribopipe.studies import run_study
-from tribopipe.verify import archive as verifying
-from tribopipe.verify.archive import Verified, verify
-from tribopipe.verify.files import look_at
-from tribopipe.verify.look import Look
-from tribopipe.verify.nexus import check_nexus
-from tribopipe.verify.tree import read_tree
-from tribopipe.wear.local import LocalOptions
+from tribopipe.base.files import sha256_of
+from tribopipe.documents.annotation import Annotation
+from tribopipe.documents.mark import Mark
+from tribopipe.documents.recipe import Recipe, WearRecipe
+from tribopipe.documents.study import Study
+from tribopipe.evaluation.wear.local import LocalOptions
+from tribopipe.pipeline.stages import process, wear_archived_locally
+from tribopipe.pipeline.studies import run_study
+from tribopipe.pipeline.verify import archive as verifying
+from tribopipe.pipeline.verify.archive import Verified, verify
+from tribopipe.pipeline.verify.files import look_at
+from tribopipe.pipeline.verify.look import Look
+from tribopipe.pipeline.verify.nexus import check_nexus
+from tribopipe.pipeline.verify.tree import read_tree
 
 PIN, HEAVY, DISC = "si3n4-air-200mN", "si3n4-air-400mN", "si3n4-twin-disc-4pct-100k"
 STUDY = Study(id="si3n4-air", fit=(PIN,), predict=(HEAVY,), laws=("archard",))
@@ -63,7 +63,7 @@ def whole(short_runs, few_draws, tmp_path_factory) -> Path:  # noqa: ARG001 - fe
 def catalogued(folder: Path) -> None:
     """Make a catalogue as if the files had been there for a while."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tribopipe.archive.stamps._SETTLED_AFTER", 0)
+        patch.setattr("tribopipe.archive.file_signature._SETTLED_AFTER", 0)
         Catalogue(folder).refresh()
 
 

@@ -14,13 +14,13 @@ from hypothesis import strategies as st
 from watch_bench import SETTLE, TEMPLATE, Bench, export
 
 from tribopipe.archive.store import Archive
-from tribopipe.errors import ArchiveError, ManifestError, TribopipeError
-from tribopipe.pipeline import Outcome
-from tribopipe.watch import drafting, processing
-from tribopipe.watch.drops import Drop, drops, is_held, moves
-from tribopipe.watch.event import counted
-from tribopipe.watch.journal import Entry, Journal, alone
-from tribopipe.watch.settling import Settling
+from tribopipe.base.errors import ArchiveError, ManifestError, TribopipeError
+from tribopipe.extras.watch import drafting, processing
+from tribopipe.extras.watch.drops import Drop, drops, is_held, moves
+from tribopipe.extras.watch.event import counted
+from tribopipe.extras.watch.journal import Entry, Journal, alone
+from tribopipe.extras.watch.settling import Settling
+from tribopipe.pipeline.stages import Outcome
 
 
 def at_once(run: Path, **_) -> tuple[Outcome, ...]:
@@ -315,7 +315,7 @@ def test_a_process_that_is_lost_over_a_run_is_a_failure(bench, monkeypatch):
     def fail(*_, **__):
         raise ZeroDivisionError
 
-    monkeypatch.setattr("tribopipe.faults._kept", lambda _: "")
+    monkeypatch.setattr("tribopipe.base.failures._kept", lambda _: "")
     monkeypatch.setattr(processing, "_through_the_line", fail)
     bench.put("a.csv", export(1))
     assert bench.settled() == [("made", "a.csv", "a"), ("failed", "a.csv", "a")]

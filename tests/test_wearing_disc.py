@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 from test_identify import CASES, record
 
-from tribopipe.contact.pin_on_disc import RigidSphere, SphericalPin
-from tribopipe.contact.pin_on_track import SphereOnTrack, depth_growth
-from tribopipe.depth_reading import engine_of
-from tribopipe.drift import correct_drift
-from tribopipe.end_values.pin_on_disc import beside_unseen_groove, end_wear
-from tribopipe.errors import ContactError
-from tribopipe.geometry import worn_volume
-from tribopipe.records.manifest import EndValue, EndValues
-from tribopipe.records.recipe import DefaultUncertainty, Recipe, WearRecipe
-from tribopipe.run import RawRun
-from tribopipe.wear.identify import fit_wear
+from tribopipe.base.errors import ContactError
+from tribopipe.documents.manifest import EndValue, EndValues
+from tribopipe.documents.recipe import DefaultUncertainty, Recipe, WearRecipe
+from tribopipe.evaluation.depth_reading import engine_of
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.measurements.pin_on_disc import beside_unseen_groove, end_wear
+from tribopipe.evaluation.wear.fit import fit_wear
+from tribopipe.physics.geometry import worn_volume
+from tribopipe.physics.pin_on_disc import RigidSphere, SphericalPin
+from tribopipe.physics.pin_on_track import SphereOnTrack, depth_growth
+from tribopipe.results.run import RawRun
 
 RADIUS = 0.794e-3
 SHARE = np.linspace(0.0, 1.0, 21)

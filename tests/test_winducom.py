@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tribopipe.errors import ReaderError
-from tribopipe.ingest.delimited import DelimitedReader
-from tribopipe.ingest.formats.winducom import WinducomReader
-from tribopipe.ingest.reader import Hints, Reader, ReadTable
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import ReaderError
+from tribopipe.readers.delimited import DelimitedReader
+from tribopipe.readers.formats.winducom import WinducomReader
+from tribopipe.readers.reader import Hints, Reader, ReadTable
+from tribopipe.results.run import SourceFile
 
 READER = WinducomReader()
 REAL_DATA = Path(__file__).resolve().parents[2] / "shared" / "realdata" / "winducom-dwf-al10cu"

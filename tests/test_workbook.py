@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from built_files import Xml, ods, xls, xlsx
 
-from tribopipe.errors import ReaderError
-from tribopipe.ingest.formats import workbook
-from tribopipe.ingest.formats.workbook import WorkbookReader
-from tribopipe.ingest.reader import Hints, ReadTable
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import ReaderError
+from tribopipe.readers.formats import workbook
+from tribopipe.readers.formats.workbook import WorkbookReader
+from tribopipe.readers.reader import Hints, ReadTable
+from tribopipe.results.run import SourceFile
 
 READER = WorkbookReader()
 ROWS = [["Run 5", None], ["Time [s]", "Ft"], [None, "mN"], [0.0, 1.5], [0.1, -2.5e-7], [0.2, 12345678.9]]

@@ -5,11 +5,11 @@ import math
 import pytest
 from end_value_runs import CIRCLE, RADIUS, STROKE, described, run_of, si
 
-from tribopipe.checks.registry import check_run
-from tribopipe.contact.pin_on_track import FlatOnTrack, SphereOnTrack
-from tribopipe.end_values.pin_on_disc import end_wear, pin_on_disc_wear
-from tribopipe.end_values.specific_wear import specific_wear
-from tribopipe.records.recipe import DefaultUncertainty
+from tribopipe.documents.recipe import DefaultUncertainty
+from tribopipe.evaluation.checks.registry import check_run
+from tribopipe.evaluation.measurements.pin_on_disc import end_wear, pin_on_disc_wear
+from tribopipe.evaluation.measurements.specific_wear import specific_wear
+from tribopipe.physics.pin_on_track import FlatOnTrack, SphereOnTrack
 
 DEFAULTS = DefaultUncertainty()
 RATIOS = [0.1, 1, 10, 60, 300]

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from tribopipe.records.recipe import Recipe
-from tribopipe.watch.lab import Lab
-from tribopipe.watch.watcher import Watcher
+from tribopipe.documents.recipe import Recipe
+from tribopipe.extras.watch.lab import Lab
+from tribopipe.extras.watch.watcher import Watcher
 
 TEMPLATE = 'schema = "tribopipe.template/1"\n[conditions]\nnormal_load = "5 N"\nsliding_speed = "0.1 m/s"\n'
 SETTLE = 10.0

@@ -16,30 +16,30 @@ from tribopipe.version import VERSION
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive, open_archive
-    from tribopipe.checks.registry import check_run
-    from tribopipe.clean_up.cleaning import clean_run
-    from tribopipe.drift import correct_drift
-    from tribopipe.errors import TribopipeError
-    from tribopipe.friction import fit_friction
-    from tribopipe.ingest.harmonise import read_run
-    from tribopipe.pipeline import process
-    from tribopipe.records.quantity import Quantity
-    from tribopipe.records.recipe import Recipe
-    from tribopipe.records.study import Study
-    from tribopipe.report.clean_up_figures import plot_clean_up
-    from tribopipe.report.disc_figures import plot_disc_contact, plot_disc_wear
-    from tribopipe.report.figures import plot_depth, plot_friction, plot_wear, save_figure
-    from tribopipe.report.local_wear_figures import plot_local_discs, plot_local_pin
-    from tribopipe.study.discs import evaluate_discs
-    from tribopipe.study.evaluate import evaluate
-    from tribopipe.study.member import Member
-    from tribopipe.wear.curves import fitted_curve
-    from tribopipe.wear.identify import fit_wear
-    from tribopipe.wear.local import LocalOptions, wear_locally
-    from tribopipe.wear.predict import WearScenario, predict_wear
-    from tribopipe.wear.twin_disc.curves import fitted_discs
-    from tribopipe.wear.twin_disc.identify import fit_discs
-    from tribopipe.wear.twin_disc.predict import DiscScenario, predict_discs
+    from tribopipe.base.errors import TribopipeError
+    from tribopipe.documents.quantity import Quantity
+    from tribopipe.documents.recipe import Recipe
+    from tribopipe.documents.study import Study
+    from tribopipe.evaluation.checks.registry import check_run
+    from tribopipe.evaluation.drift import correct_drift
+    from tribopipe.evaluation.friction import fit_friction
+    from tribopipe.evaluation.preprocessing.cleaning import clean_run
+    from tribopipe.evaluation.study.discs import evaluate_discs
+    from tribopipe.evaluation.study.evaluate import evaluate
+    from tribopipe.evaluation.study.member import Member
+    from tribopipe.evaluation.wear.fit import fit_wear
+    from tribopipe.evaluation.wear.law_curves import fitted_curve
+    from tribopipe.evaluation.wear.local import LocalOptions, wear_locally
+    from tribopipe.evaluation.wear.predict import WearScenario, predict_wear
+    from tribopipe.evaluation.wear.twin_disc.curves import fitted_discs
+    from tribopipe.evaluation.wear.twin_disc.fit import fit_discs
+    from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario, predict_discs
+    from tribopipe.pipeline.stages import process
+    from tribopipe.readers.harmonize import read_run
+    from tribopipe.views.clean_up_figures import plot_clean_up
+    from tribopipe.views.disc_figures import plot_disc_contact, plot_disc_wear
+    from tribopipe.views.local_wear_figures import plot_local_discs, plot_local_pin
+    from tribopipe.views.run_figures import plot_depth, plot_friction, plot_wear, save_figure
 
 __version__ = VERSION
 
@@ -83,30 +83,30 @@ __all__ = [
 
 _HOMES = {
     "archive.store": ("Archive", "open_archive"),
-    "checks.registry": ("check_run",),
-    "clean_up.cleaning": ("clean_run",),
-    "drift": ("correct_drift",),
-    "errors": ("TribopipeError",),
-    "friction": ("fit_friction",),
-    "ingest.harmonise": ("read_run",),
-    "pipeline": ("process",),
-    "records.quantity": ("Quantity",),
-    "records.recipe": ("Recipe",),
-    "records.study": ("Study",),
-    "report.clean_up_figures": ("plot_clean_up",),
-    "report.disc_figures": ("plot_disc_contact", "plot_disc_wear"),
-    "report.figures": ("plot_depth", "plot_friction", "plot_wear", "save_figure"),
-    "report.local_wear_figures": ("plot_local_discs", "plot_local_pin"),
-    "study.discs": ("evaluate_discs",),
-    "study.evaluate": ("evaluate",),
-    "study.member": ("Member",),
-    "wear.curves": ("fitted_curve",),
-    "wear.identify": ("fit_wear",),
-    "wear.local": ("LocalOptions", "wear_locally"),
-    "wear.predict": ("WearScenario", "predict_wear"),
-    "wear.twin_disc.curves": ("fitted_discs",),
-    "wear.twin_disc.identify": ("fit_discs",),
-    "wear.twin_disc.predict": ("DiscScenario", "predict_discs"),
+    "evaluation.checks.registry": ("check_run",),
+    "evaluation.preprocessing.cleaning": ("clean_run",),
+    "evaluation.drift": ("correct_drift",),
+    "base.errors": ("TribopipeError",),
+    "evaluation.friction": ("fit_friction",),
+    "readers.harmonize": ("read_run",),
+    "pipeline.stages": ("process",),
+    "documents.quantity": ("Quantity",),
+    "documents.recipe": ("Recipe",),
+    "documents.study": ("Study",),
+    "views.clean_up_figures": ("plot_clean_up",),
+    "views.disc_figures": ("plot_disc_contact", "plot_disc_wear"),
+    "views.run_figures": ("plot_depth", "plot_friction", "plot_wear", "save_figure"),
+    "views.local_wear_figures": ("plot_local_discs", "plot_local_pin"),
+    "evaluation.study.discs": ("evaluate_discs",),
+    "evaluation.study.evaluate": ("evaluate",),
+    "evaluation.study.member": ("Member",),
+    "evaluation.wear.law_curves": ("fitted_curve",),
+    "evaluation.wear.fit": ("fit_wear",),
+    "evaluation.wear.local": ("LocalOptions", "wear_locally"),
+    "evaluation.wear.predict": ("WearScenario", "predict_wear"),
+    "evaluation.wear.twin_disc.curves": ("fitted_discs",),
+    "evaluation.wear.twin_disc.fit": ("fit_discs",),
+    "evaluation.wear.twin_disc.predict": ("DiscScenario", "predict_discs"),
 }
 
 

@@ -13,23 +13,23 @@ from independent.bench_cases import CASES
 from independent.noise import Column
 from independent.regimes import REGIMES
 from independent.runs import Recorded, Truth, simulate
-from tribopipe.checks.registry import check_run
-from tribopipe.clean_up.cleaning import clean_run
-from tribopipe.derived import derive_missing
-from tribopipe.drift import correct_drift
-from tribopipe.end_values.specific_wear import specific_wear
-from tribopipe.errors import TribopipeError
-from tribopipe.friction import fit_friction
-from tribopipe.records.manifest import RunManifest
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import Recipe
-from tribopipe.records.results import COVERAGE_FACTOR, FrictionFit, WearFit
-from tribopipe.records.signals import SIGNALS, SignalName
-from tribopipe.records.study import Study
-from tribopipe.run import CorrectedRun, Origin, RawRun
-from tribopipe.study.evaluate import evaluate
-from tribopipe.study.member import Member
-from tribopipe.wear.identify import fit_wear
+from tribopipe.base.errors import TribopipeError
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import Recipe
+from tribopipe.documents.signals import SIGNALS, SignalName
+from tribopipe.documents.study import Study
+from tribopipe.evaluation.checks.registry import check_run
+from tribopipe.evaluation.derived_columns import derive_missing
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.measurements.specific_wear import specific_wear
+from tribopipe.evaluation.preprocessing.cleaning import clean_run
+from tribopipe.evaluation.study.evaluate import evaluate
+from tribopipe.evaluation.study.member import Member
+from tribopipe.evaluation.wear.fit import fit_wear
+from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit, WearFit
+from tribopipe.results.run import CorrectedRun, Origin, RawRun
 
 _FAR = 3.0
 """Standard uncertainties from which a number is wrong."""

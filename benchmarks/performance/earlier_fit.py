@@ -28,8 +28,8 @@ from pathlib import Path
 root = Path(sys.argv[1])
 sys.path[:0] = [str(root), str(root / "benchmarks"), str(root / "benchmarks" / "performance")]
 import fits, tribopipe
-from tribopipe.friction import fit_friction
-from tribopipe.wear.identify import fit_wear
+from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.wear.fit import fit_wear
 if root not in Path(tribopipe.__file__).parents:
     sys.exit(f"{tribopipe.__file__} is not in {root}")
 run = fits.TestRun(fits.SAMPLES_A_RUN).corrected

@@ -14,9 +14,9 @@ import numpy as np
 from case import Pair, Row, Setting
 from scipy.integrate import solve_ivp
 
-from tribopipe.contact.mechanics import contact_modulus
-from tribopipe.contact.pin_on_disc import SphericalPin
-from tribopipe.run import Column
+from tribopipe.base.arrays import Column
+from tribopipe.physics.hertz import contact_modulus
+from tribopipe.physics.pin_on_disc import SphericalPin
 
 LOAD, RADIUS, COEFFICIENT, DISTANCE = 0.2, 0.794e-3, 13.5e-15, 500.0
 MODULUS = float(contact_modulus(pin_modulus=304e9, pin_ratio=0.24, disc_modulus=304e9, disc_ratio=0.24))

@@ -16,17 +16,18 @@ from case import Growth, Pair, Row, Setting, Work
 from labs import SAMPLES
 from scipy.optimize import curve_fit
 
-from tribopipe.contact.pin_on_disc import PinContact
-from tribopipe.drift import correct_drift
-from tribopipe.friction import fit_friction
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import MonteCarloRecipe, Recipe
-from tribopipe.records.results import FrictionFit
-from tribopipe.run import Column, CorrectedRun
-from tribopipe.simulate import VirtualTest
-from tribopipe.simulate.in_memory import pin_run
-from tribopipe.wear.identify import budget, fit_wear
-from tribopipe.wear.problem import WearProblem, wear_problem
+from tribopipe.base.arrays import Column
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.wear.fit import budget, fit_wear
+from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
+from tribopipe.extras.simulate import VirtualTest
+from tribopipe.extras.simulate.in_memory import pin_run
+from tribopipe.physics.pin_on_disc import PinContact
+from tribopipe.results.evaluation import FrictionFit
+from tribopipe.results.run import CorrectedRun
 
 SAMPLE = "si3n4-air-200mN"
 SAMPLES_A_RUN = 12_500

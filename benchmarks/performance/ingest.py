@@ -15,7 +15,7 @@ from case import Growth, Pair, Row, Setting
 from reading import write_table
 
 from tribopipe.archive.store import Archive
-from tribopipe.pipeline import ingest
+from tribopipe.pipeline.stages import ingest
 
 MANIFEST = """\
 schema = "tribopipe.run/1"

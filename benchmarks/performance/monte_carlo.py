@@ -13,10 +13,10 @@ from case import Growth, Pair, Row, Setting
 from fits import SAMPLES_A_RUN, TYPICAL, TestRun
 from scipy.optimize import curve_fit
 
-from tribopipe.uncertainty import BLOCK
-from tribopipe.wear.draws import coefficient_draws
-from tribopipe.wear.inputs import draw_values
-from tribopipe.wear.problem import WearProblem
+from tribopipe.evaluation.wear.draws import coefficient_draws
+from tribopipe.evaluation.wear.inputs import draw_values
+from tribopipe.evaluation.wear.problem import WearProblem
+from tribopipe.physics.uncertainty import BLOCK
 
 DRAWS, _MOST = 10_000, 1_000_000
 

@@ -30,13 +30,13 @@ from told import Row, asked, tell
 from tribopipe.archive.seal import seal_file
 from tribopipe.archive.steps import STEPS
 from tribopipe.archive.store import Archive
-from tribopipe.pipeline import process
-from tribopipe.records.recipe import Recipe
-from tribopipe.records.study import Study
-from tribopipe.studies import run_study
-from tribopipe.verify.files import look_at
-from tribopipe.verify.look import Look
-from tribopipe.verify.recompute import recompute
+from tribopipe.documents.recipe import Recipe
+from tribopipe.documents.study import Study
+from tribopipe.pipeline.stages import process
+from tribopipe.pipeline.studies import run_study
+from tribopipe.pipeline.verify.files import look_at
+from tribopipe.pipeline.verify.look import Look
+from tribopipe.pipeline.verify.recompute import recompute
 
 SAMPLES = Path(__file__).parents[2] / "sample_runs"
 RUNS = ("si3n4-air-200mN", "si3n4-air-400mN", "si3n4-twin-disc-4pct-100k")

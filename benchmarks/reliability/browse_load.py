@@ -25,9 +25,9 @@ from short_runs import quick_recipe, short_runs
 from told import Row, asked, tell
 
 from tribopipe.archive.store import Archive
-from tribopipe.pipeline import process
-from tribopipe.records.base import load_toml
-from tribopipe.records.recipe import Recipe
+from tribopipe.documents.recipe import Recipe
+from tribopipe.documents.record import load_toml
+from tribopipe.pipeline.stages import process
 
 RUN, HOST = "run-000", "127.0.0.1"
 DOWNLOADS, REPORTS, HALF_OPEN = 500, 60, 1100

@@ -27,7 +27,7 @@ from no_room import Layer
 from short_runs import quick_recipe, short_runs
 from told import Row, asked, tell
 
-from tribopipe.files import leftovers
+from tribopipe.base.files import leftovers
 
 RUNS = 2
 COMMAND = Path(sys.executable).with_name("tribopipe")

@@ -27,15 +27,15 @@ from typing import NamedTuple
 from told import Row, asked, tell
 
 from tribopipe.archive.store import Archive
-from tribopipe.errors import InternalError, TribopipeError
-from tribopipe.ingest.described import load_reader_profile
-from tribopipe.pipeline import ingest
-from tribopipe.records.base import load_toml
-from tribopipe.records.manifest import read_manifest
-from tribopipe.records.plan import Plan
-from tribopipe.records.recipe import Recipe
-from tribopipe.records.study import Study
-from tribopipe.records.template import read_template
+from tribopipe.base.errors import InternalError, TribopipeError
+from tribopipe.documents.manifest import read_manifest
+from tribopipe.documents.plan import Plan
+from tribopipe.documents.recipe import Recipe
+from tribopipe.documents.record import load_toml
+from tribopipe.documents.study import Study
+from tribopipe.documents.template import read_template
+from tribopipe.pipeline.stages import ingest
+from tribopipe.readers.toml_reader import load_reader_profile
 
 ROOT = Path(__file__).parents[2]
 _STATUS = Path("/proc/self/status")

@@ -19,13 +19,13 @@ from statistics import median
 from short_runs import short_runs
 from told import Row, asked, tell
 
-from tribopipe import pipeline
 from tribopipe.archive import store
 from tribopipe.archive.history.account import Account
 from tribopipe.archive.history.chain import append
 from tribopipe.archive.history.entry import FILE_NAME, Entry, chained, entry
 from tribopipe.archive.store import Archive
-from tribopipe.files import replacing
+from tribopipe.base.files import replacing
+from tribopipe.pipeline import stages as pipeline
 
 RUNS = 10_000
 WRITES = 7

@@ -24,16 +24,13 @@ from hostile_made import INSIDE, OUTSIDE, STUDY, make_hostile
 from short_runs import quick_recipe, short_runs
 from told import Row, asked, tell
 
-import tribopipe.report.html.document
-import tribopipe.reproduce.again
-import tribopipe.verify.archive  # noqa: F401, imported here so that no process has to
 from tribopipe.archive.store import Archive
 from tribopipe.browse.server import HOST, running
-from tribopipe.pipeline import process
-from tribopipe.records.base import load_toml
-from tribopipe.records.recipe import Recipe
-from tribopipe.records.study import Study
-from tribopipe.studies import run_study
+from tribopipe.documents.recipe import Recipe
+from tribopipe.documents.record import load_toml
+from tribopipe.documents.study import Study
+from tribopipe.pipeline.stages import process
+from tribopipe.pipeline.studies import run_study
 
 NAMES = [*INSIDE, *OUTSIDE, *STUDY]
 SECONDS, MEGABYTES = 2.0, 500.0

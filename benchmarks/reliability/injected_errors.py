@@ -31,7 +31,7 @@ from short_runs import quick_recipe, short_runs
 from told import Row, asked, tell
 
 from tribopipe.archive.store import Archive
-from tribopipe.files import leftovers
+from tribopipe.base.files import leftovers
 
 ERRORS = tuple(map(errno.errorcode.__getitem__, (1, 5, 12, 13, 23, 24, 28, 30, 116, 122)))
 """EPERM, EIO, ENOMEM, EACCES, ENFILE, EMFILE, ENOSPC, EROFS, ESTALE, EDQUOT."""

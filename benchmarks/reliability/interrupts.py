@@ -23,7 +23,7 @@ from held import RAW, content, contents, differences, figures, files
 from short_runs import quick_recipe, short_runs
 from told import Row, asked, tell
 
-from tribopipe.files import leftovers
+from tribopipe.base.files import leftovers
 
 COMMAND = Path(sys.executable).with_name("tribopipe")
 INTERRUPTED = 128 + signal.SIGINT

@@ -27,13 +27,13 @@ from held import RAW, content, contents, differences, files
 from short_runs import quick_recipe, short_runs
 from told import Row, asked, tell
 
-from tribopipe import pipeline
 from tribopipe.archive.store import Archive
-from tribopipe.files import found_below
-from tribopipe.ingest.draft.toml import toml
-from tribopipe.records.base import load_toml
-from tribopipe.records.recipe import Recipe
-from tribopipe.report.archived import save_run_figures
+from tribopipe.base.files import found_below
+from tribopipe.documents.recipe import Recipe
+from tribopipe.documents.record import load_toml
+from tribopipe.pipeline import stages as pipeline
+from tribopipe.readers.draft.toml import toml
+from tribopipe.views.archived_figures import save_run_figures
 
 RUNS = 2
 _WAIT = 0.002

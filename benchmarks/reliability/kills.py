@@ -26,12 +26,12 @@ from held import RAW, content, contents, differences, files
 from short_runs import quick_recipe, short_runs
 from told import Row, asked, tell
 
-from tribopipe import pipeline
 from tribopipe.archive.store import Archive
-from tribopipe.files import leftovers
-from tribopipe.pipeline import Outcome, attempted
-from tribopipe.records.base import load_toml
-from tribopipe.records.recipe import Recipe
+from tribopipe.base.files import leftovers
+from tribopipe.documents.recipe import Recipe
+from tribopipe.documents.record import load_toml
+from tribopipe.pipeline import stages
+from tribopipe.pipeline.stages import Outcome, attempted
 
 WRITERS = 4
 RUNS = 6
@@ -44,26 +44,26 @@ Job = Callable[[Archive, Sequence[Path], Recipe], Iterator[Outcome]]
 
 def _ingest(store: Archive, runs: Sequence[Path], _: Recipe) -> Iterator[Outcome]:
     for run in runs:
-        yield attempted(run.name, "ingest", partial(pipeline.ingest, run, store, force=True))
+        yield attempted(run.name, "ingest", partial(stages.ingest, run, store, force=True))
 
 
 def _correct(store: Archive, runs: Sequence[Path], recipe: Recipe) -> Iterator[Outcome]:
     for run in runs:
-        step = partial(pipeline.correct_archived_drift, store, run.name, recipe, force=True)
+        step = partial(stages.correct_archived_drift, store, run.name, recipe, force=True)
         yield attempted(run.name, "drift_correction", step)
 
 
 def _fit(store: Archive, runs: Sequence[Path], recipe: Recipe) -> Iterator[Outcome]:
     for run in runs:
-        friction = partial(pipeline.fit_archived_friction, store, run.name, recipe, force=True)
+        friction = partial(stages.fit_archived_friction, store, run.name, recipe, force=True)
         yield attempted(run.name, "friction_fit", friction)
         yield attempted(
-            run.name, "wear_fit", partial(pipeline.fit_archived_wear, store, run.name, "sarkar", recipe, force=True)
+            run.name, "wear_fit", partial(stages.fit_archived_wear, store, run.name, "sarkar", recipe, force=True)
         )
 
 
 def _process(store: Archive, runs: Sequence[Path], recipe: Recipe) -> Iterator[Outcome]:
-    yield from pipeline.process(runs, store, recipe, force=True)
+    yield from stages.process(runs, store, recipe, force=True)
 
 
 JOBS: dict[str, Job] = {"ingest": _ingest, "correct-drift": _correct, "fit": _fit, "process": _process}
@@ -98,7 +98,7 @@ class Lab:
 def lab(folder: Path, count: int = RUNS) -> Lab:
     """Write run folders, and archive them undisturbed, in this process, which is warm then."""
     runs, recipe, undisturbed = short_runs(folder / "runs", count), quick_recipe(folder), folder / "undisturbed"
-    failed = [one for one in pipeline.process(runs, Archive(undisturbed), load_toml(recipe, Recipe)) if one.error]
+    failed = [one for one in stages.process(runs, Archive(undisturbed), load_toml(recipe, Recipe)) if one.error]
     if failed:
         raise RuntimeError(failed)
     raw = {path.stem: content(path, RAW) for path in files(undisturbed)}

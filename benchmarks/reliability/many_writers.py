@@ -23,13 +23,13 @@ from held import content, differences, files
 from short_runs import short_runs
 from told import Row, asked, tell
 
-from tribopipe import pipeline
 from tribopipe.archive import lock, store
-from tribopipe.archive.catalogue.catalogue import Catalogue
-from tribopipe.archive.catalogue.database import FILE_NAME
+from tribopipe.archive.catalog.catalog import Catalogue
+from tribopipe.archive.catalog.database import FILE_NAME
 from tribopipe.archive.store import Archive
-from tribopipe.pipeline import Outcome, attempted
-from tribopipe.records.recipe import Recipe
+from tribopipe.documents.recipe import Recipe
+from tribopipe.pipeline import stages
+from tribopipe.pipeline.stages import Outcome, attempted
 
 PROCESSES = 8
 SHARED = 5
@@ -63,8 +63,8 @@ class Found:
 def work(runs: Sequence[Path], archive: Archive) -> Iterator[Outcome]:
     """Ingest and correct runs."""
     for run in runs:
-        yield attempted(str(run), "ingest", partial(pipeline.ingest, run, archive))
-        step = partial(pipeline.correct_archived_drift, archive, run.name, Recipe())
+        yield attempted(str(run), "ingest", partial(stages.ingest, run, archive))
+        step = partial(stages.correct_archived_drift, archive, run.name, Recipe())
         yield attempted(run.name, "drift_correction", step)
 
 

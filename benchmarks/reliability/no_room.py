@@ -6,7 +6,7 @@ from errno import ENOSPC
 from pathlib import Path
 from typing import Any
 
-from tribopipe.archive.late_errors import LateErrors
+from tribopipe.archive.write_errors import LateErrors
 
 
 class Layer:

@@ -18,8 +18,8 @@ from told import Row, asked, tell
 
 from tribopipe.archive.rescue import rescue
 from tribopipe.archive.store import Archive
-from tribopipe.errors import TribopipeError
-from tribopipe.pipeline import process
+from tribopipe.base.errors import TribopipeError
+from tribopipe.pipeline.stages import process
 
 SAMPLES = Path(__file__).parents[2] / "sample_runs"
 RUNS = ("si3n4-air-200mN", "si3n4-twin-disc-4pct-100k")

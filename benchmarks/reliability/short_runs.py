@@ -4,10 +4,10 @@ import re
 import shutil
 from pathlib import Path
 
-from tribopipe.records.base import load_toml
-from tribopipe.records.plan import Plan
-from tribopipe.records.quantity import Quantity
-from tribopipe.simulate import simulate_plan
+from tribopipe.documents.plan import Plan
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.record import load_toml
+from tribopipe.extras.simulate import simulate_plan
 
 _PLAN = Path(__file__).parents[2] / "sample_runs" / "plan.toml"
 _LENGTH = 5.0

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from site_parts.markdown import code, indexed, plain, table, titled
 from site_parts.words import Schema, default, name_of, words
-from tribopipe.records.base import Record
-from tribopipe.records.export import SCHEMAS
+from tribopipe.documents.record import Record
+from tribopipe.results.json_schema import SCHEMAS
 
 _REPOSITORY = Path(__file__).parents[2]
 _TOP = "At the top"

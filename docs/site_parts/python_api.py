@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 import tribopipe
 from site_parts.documents import place_of
 from site_parts.markdown import titled
-from tribopipe.records.base import Record
+from tribopipe.documents.record import Record
 
 GROUPS = {
     "Read and check": ("read_run", "check_run", "clean_run"),

@@ -1,8 +1,8 @@
 """The page that says how quantities are written, and in which units."""
 
 from site_parts.markdown import code, table, titled
-from tribopipe.records.signals import SIGNALS
-from tribopipe.units import KINDS, pretty
+from tribopipe.base.units import KINDS, pretty
+from tribopipe.documents.signals import SIGNALS
 
 _FORMS = """
 A number carries its unit, as a text:

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from typing import Any
 
 from site_parts.markdown import code
-from tribopipe.records.signals import SIGNALS
-from tribopipe.units import KINDS, show
+from tribopipe.base.units import KINDS, show
+from tribopipe.documents.signals import SIGNALS
 
 Schema = dict[str, Any]
 Told = Callable[[str], str]

@@ -8,12 +8,12 @@ t/s;d/um;Ff/mN;T/degC;
 
 from dataclasses import replace
 
-from tribopipe.errors import ReaderError
-from tribopipe.ingest.delimited import read_table
-from tribopipe.ingest.layout import Layout
-from tribopipe.ingest.reader import Hints, Match, ReadColumn, ReadTable
-from tribopipe.ingest.text import decode, sample_lines
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import ReaderError
+from tribopipe.readers.delimited import read_table
+from tribopipe.readers.layout import Layout
+from tribopipe.readers.reader import Hints, Match, ReadColumn, ReadTable
+from tribopipe.readers.text import decode, sample_lines
+from tribopipe.results.run import SourceFile
 
 MARK = "RIG LOG 2"
 SIGNALS = {"t": "time", "d": "depth", "Ff": "friction_force", "T": "temperature"}

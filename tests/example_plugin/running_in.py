@@ -6,9 +6,9 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tribopipe.run import Column, Numbers
-from tribopipe.wear.friction_path import FrictionPath
-from tribopipe.wear.laws import LawParameter, WearLaw
+from tribopipe.base.arrays import Column, Numbers
+from tribopipe.physics.friction_path import FrictionPath
+from tribopipe.physics.laws import LawParameter, WearLaw
 
 
 @dataclass(frozen=True)

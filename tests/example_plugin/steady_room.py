@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tribopipe.checks.registry import Trouble, check
-from tribopipe.run import RawRun
+from tribopipe.evaluation.checks.registry import Trouble, check
+from tribopipe.results.run import RawRun
 
 MOST = 5.0
 """K."""

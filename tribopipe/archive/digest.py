@@ -8,8 +8,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from tribopipe.records.base import Record
-from tribopipe.run import RawRun
+from tribopipe.documents.record import Record
+from tribopipe.results.run import RawRun
 
 Part: TypeAlias = Record | NDArray[Any] | Mapping[str, Any] | str
 

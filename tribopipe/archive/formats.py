@@ -6,7 +6,7 @@ from typing import NamedTuple
 import h5py
 
 from tribopipe.archive import nexus
-from tribopipe.errors import ArchiveError
+from tribopipe.base.errors import ArchiveError
 
 FORMAT_TEXT = "entry/archived/format"
 """Where a file says of which format it is."""

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 
-from tribopipe.errors import ArchiveError
+from tribopipe.base.errors import ArchiveError
 
 LOCKS = ".locks"
 _HISTORY = "history"

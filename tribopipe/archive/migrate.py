@@ -20,8 +20,8 @@ from tribopipe.archive.opening import of_any_format, opened
 from tribopipe.archive.seal import SEAL_SIZE, seal
 from tribopipe.archive.store import SUFFIX, Archive
 from tribopipe.archive.unpack import unpacked
-from tribopipe.errors import ArchiveError, did_you_mean
-from tribopipe.files import replacing
+from tribopipe.base.errors import ArchiveError, did_you_mean
+from tribopipe.base.files import replacing
 
 
 class Migrated(NamedTuple):

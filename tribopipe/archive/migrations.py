@@ -17,7 +17,7 @@ from tribopipe.archive.digest import Part, columns_and_sources, digest
 from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT
 from tribopipe.archive.runfile import read_manifest, read_raw, read_step, source_sha256
 from tribopipe.archive.steps import STEPS, StepName, inputs_digest, steps_among
-from tribopipe.records.base import Record
+from tribopipe.documents.record import Record
 
 Migration: TypeAlias = Callable[[h5py.File, h5py.File], set[str]]
 """Writes an open file into an empty one as the next format has it; returns the paths of all that is not as it was,

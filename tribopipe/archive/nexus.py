@@ -10,10 +10,10 @@ from numpy.typing import DTypeLike, NDArray
 
 from tribopipe.archive.pack import FILTERS, chunk_shape, write_packed, write_together
 from tribopipe.archive.unpack import unpacked
-from tribopipe.errors import ArchiveError
-from tribopipe.faults import number_of
-from tribopipe.records.base import Record
-from tribopipe.records.quantity import Quantity
+from tribopipe.base.errors import ArchiveError
+from tribopipe.base.failures import number_of
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.record import Record
 
 R = TypeVar("R", bound=Record)
 Name = TypeVar("Name", bound=str)

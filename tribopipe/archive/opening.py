@@ -9,10 +9,10 @@ import h5py
 from pydantic import ValidationError
 
 from tribopipe.archive.formats import FORMAT_TEXT, RUN_FORMAT, STUDY_FORMAT, check_format, format_of
-from tribopipe.archive.own_content import check_parts, own_datasets, was_looked_through
+from tribopipe.archive.hdf5_guard import check_parts, own_datasets, was_looked_through
 from tribopipe.archive.seal import check_seal, is_sealed
-from tribopipe.errors import ArchiveError
-from tribopipe.faults import number_of, unreadable
+from tribopipe.base.errors import ArchiveError
+from tribopipe.base.failures import number_of, unreadable
 
 _DAMAGED = (ArithmeticError, AttributeError, LookupError, MemoryError, OSError, RuntimeError, TypeError, ValueError)
 """What reading raises where a file holds something else than tribopipe writes."""

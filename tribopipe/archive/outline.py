@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 
 from tribopipe.archive import nexus
-from tribopipe.archive.recorded import recorded_samples
+from tribopipe.archive.long_recordings import recorded_samples
 from tribopipe.archive.runfile import (
     read_environment,
     read_findings,
@@ -19,12 +19,12 @@ from tribopipe.archive.runfile import (
 )
 from tribopipe.archive.steps import StepName, steps_among
 from tribopipe.archive.unpack import unpacked
-from tribopipe.records.base import Record
-from tribopipe.records.finding import Finding
-from tribopipe.records.manifest import RunManifest
-from tribopipe.records.mark import Mark
-from tribopipe.records.signals import SIGNALS, SignalName
-from tribopipe.run import Origin
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.mark import Mark
+from tribopipe.documents.record import Record
+from tribopipe.documents.signals import SIGNALS, SignalName
+from tribopipe.results.finding import Finding
+from tribopipe.results.run import Origin
 
 _TAIL = 1000
 """Samples at the end of a run among which the last known value of an axis is looked for."""

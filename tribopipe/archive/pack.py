@@ -13,7 +13,7 @@ import numpy as np
 from isal import isal_zlib
 from numpy.typing import NDArray
 
-from tribopipe.archive.in_turn import in_turn
+from tribopipe.archive.thread_pool import in_turn
 
 Name = TypeVar("Name", bound=str)
 CHUNK_BYTES = 1 << 19

@@ -7,9 +7,9 @@ from typing import NamedTuple, TypeAlias
 
 import h5py
 
-from tribopipe.archive.own_content import storage_elsewhere
+from tribopipe.archive.hdf5_guard import storage_elsewhere
 from tribopipe.archive.unpack import check_packed
-from tribopipe.errors import ArchiveError
+from tribopipe.base.errors import ArchiveError
 
 Part: TypeAlias = h5py.Group | h5py.Dataset | h5py.Datatype
 Link: TypeAlias = h5py.HardLink | h5py.SoftLink | h5py.ExternalLink

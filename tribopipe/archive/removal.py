@@ -3,14 +3,14 @@
 from datetime import UTC, datetime
 from pathlib import Path
 
-from tribopipe.archive.adopt import check_adopted
+from tribopipe.archive.adoption import check_adopted
 from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT
 from tribopipe.archive.history.chain import announced
 from tribopipe.archive.lock import writers_lock
 from tribopipe.archive.seal import state_of
 from tribopipe.archive.store import SUFFIX, Archive
-from tribopipe.errors import ArchiveError, did_you_mean
-from tribopipe.files import move
+from tribopipe.base.errors import ArchiveError, did_you_mean
+from tribopipe.base.files import move
 
 REMOVED = "removed"
 """Folder of what was taken out: in it one for each time, with the files as they lay in the archive."""

@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 from pydantic import TypeAdapter, ValidationError
 
-from tribopipe.errors import ArchiveError
-from tribopipe.files import stored_size, write_file
-from tribopipe.ingest.apart import answer_about
-from tribopipe.interrupts import undone_by
-from tribopipe.records.manifest import FileName
-from tribopipe.run import SourceFile
+from tribopipe.base.errors import ArchiveError
+from tribopipe.base.files import stored_size, write_file
+from tribopipe.base.interrupts import undone_by
+from tribopipe.documents.manifest import FileName
+from tribopipe.readers.subprocess_readers import answer_about
+from tribopipe.results.run import SourceFile
 
 _REMEDY = "nothing can be saved from it; restore it from a copy, or ingest the instrument's files again"
 _FILE_NAME: TypeAdapter[str] = TypeAdapter(FileName)

@@ -38,22 +38,23 @@ from tribopipe.archive import nexus
 from tribopipe.archive.definitions.names import RUNS, write_definition
 from tribopipe.archive.digest import raw_digest
 from tribopipe.archive.formats import RUN_FORMAT
+from tribopipe.archive.long_recordings import read_recording, write_recorded
 from tribopipe.archive.opening import opened
-from tribopipe.archive.recorded import read_recording, write_recorded
 from tribopipe.archive.steps import STEPS, WEAR_FITS, Fingerprints, Step, StepName, Table, steps_among
 from tribopipe.archive.unpack import unpacked, unpacked_pieces
-from tribopipe.clean_up.cleaning import with_cleaned
-from tribopipe.environment import environment
-from tribopipe.errors import ArchiveError
-from tribopipe.records.annotation import Annotation
-from tribopipe.records.base import Record
-from tribopipe.records.clean_up import CleanUp
-from tribopipe.records.finding import Finding
-from tribopipe.records.manifest import RunManifest, Specimen
-from tribopipe.records.mark import Mark
-from tribopipe.records.signals import SENSED, SIGNALS, SignalName
-from tribopipe.run import Column, ExtraColumn, Profile, RawRun, SourceFile, UnheldSource
-from tribopipe.units import from_si
+from tribopipe.base.arrays import Column
+from tribopipe.base.environment import environment
+from tribopipe.base.errors import ArchiveError
+from tribopipe.base.units import from_si
+from tribopipe.documents.annotation import Annotation
+from tribopipe.documents.contact import Specimen
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.mark import Mark
+from tribopipe.documents.preprocessing import CleanUp
+from tribopipe.documents.record import Record
+from tribopipe.documents.signals import SENSED, SIGNALS, SignalName
+from tribopipe.results.finding import Finding
+from tribopipe.results.run import ExtraColumn, Profile, RawRun, SourceFile, UnheldSource, with_cleaned
 from tribopipe.version import VERSION
 
 MANIFEST_TEXT = "entry/manifest/data"
@@ -136,7 +137,7 @@ def _write_bytes(note: h5py.Group, source: SourceFile) -> None:
 
 def _write_columns(entry: h5py.Group, run: RawRun) -> None:
     signal = next((name for name in ("depth", "friction_coefficient") if name in run.columns), None)
-    axis: SignalName = "rotations" if run.manifest.rolls else "sliding_distance"
+    axis = run.manifest.progress.signal
     others = [name for name in run.columns if name not in (axis, signal)]
     raw = nexus.group(entry, "raw", "NXdata", axes=[axis])
     raw.attrs[f"{axis}_indices"] = 0

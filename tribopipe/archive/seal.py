@@ -11,9 +11,9 @@ import re
 import time
 from pathlib import Path
 
-from tribopipe.archive.stamps import Stamp, stamp_of
-from tribopipe.errors import ArchiveError
-from tribopipe.files import sha256_of
+from tribopipe.archive.file_signature import Stamp, stamp_of
+from tribopipe.base.errors import ArchiveError
+from tribopipe.base.files import sha256_of
 
 SEAL_SIZE = 512
 """The least user block that HDF5 has, bytes."""

@@ -9,15 +9,15 @@ from typing import NamedTuple, TypeAlias
 from pydantic import TypeAdapter
 
 from tribopipe.archive.digest import Part, digest
-from tribopipe.records.base import Record
-from tribopipe.records.clean_up import CleanUp
-from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction
-from tribopipe.records.local_wear import LocalWearResult
-from tribopipe.records.recipe import LawName
-from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
-from tribopipe.records.specific_wear import SpecificWear
-from tribopipe.run import Column
-from tribopipe.wear.laws import LAWS
+from tribopipe.base.arrays import Column
+from tribopipe.documents.preprocessing import CleanUp
+from tribopipe.documents.recipe import LawName
+from tribopipe.documents.record import Record
+from tribopipe.physics.laws import LAWS
+from tribopipe.results.disc_evaluation import TwinDiscFit, TwinDiscPrediction
+from tribopipe.results.evaluation import DriftCorrection, FrictionFit, WearFit, WearPrediction
+from tribopipe.results.local_wear import LocalWearResult
+from tribopipe.results.specific_wear import SpecificWear
 
 StepName: TypeAlias = str
 """Such as "drift_correction" or "wear_fit_archard": steps under a wear law end in its name."""
@@ -176,7 +176,7 @@ class Step:
     """What it was made from, each with its SHA-256: "raw", the steps before it, empty where the run lacked one, and
     what was told besides, such as "wear_coefficient". Nothing where the file does not say."""
     environment: Mapping[str, str] = field(default_factory=dict)
-    """What it was computed with, as ``tribopipe.environment`` tells it. Nothing where the file does not say."""
+    """What it was computed with, as ``tribopipe.base.environment`` tells it. Nothing where the file does not say."""
 
     @property
     def result_sha256(self) -> str:

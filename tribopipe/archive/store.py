@@ -9,17 +9,17 @@ from typing import Literal, NoReturn, TypeVar
 
 import h5py
 
-from tribopipe.archive.adopt import check_adopted
+from tribopipe.archive.adoption import check_adopted
 from tribopipe.archive.digest import raw_digest
-from tribopipe.archive.earlier import EarlierManifest, add_earlier, changed_file, read_earlier
+from tribopipe.archive.earlier_manifests import EarlierManifest, add_earlier, changed_file, read_earlier
+from tribopipe.archive.file_signature import FIGURES, stamp_of
 from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT, check_format
+from tribopipe.archive.hdf5_guard import renamed
 from tribopipe.archive.history.chain import placed
-from tribopipe.archive.late_errors import written
 from tribopipe.archive.lock import writers_lock
 from tribopipe.archive.nexus import text
 from tribopipe.archive.opening import opened
 from tribopipe.archive.outline import RunOutline, read_outline
-from tribopipe.archive.own_content import renamed
 from tribopipe.archive.runfile import (
     MANIFEST_TEXT,
     copy_additions,
@@ -41,7 +41,6 @@ from tribopipe.archive.runfile import (
     write_wear_plot,
 )
 from tribopipe.archive.seal import SEAL_SIZE, know, seal_file
-from tribopipe.archive.stamps import FIGURES, stamp_of
 from tribopipe.archive.steps import STEPS, Fingerprints, Step, StepName, downstream, steps_among
 from tribopipe.archive.studyfile import (
     StoredStudy,
@@ -51,15 +50,16 @@ from tribopipe.archive.studyfile import (
     read_study_outline,
     write_study,
 )
-from tribopipe.errors import ArchiveError, did_you_mean
-from tribopipe.faults import number_of
-from tribopipe.files import drive_of, is_old, leftovers, natural_order, sha256_of
-from tribopipe.records.annotation import Annotation, tags_after
-from tribopipe.records.base import Record
-from tribopipe.records.finding import Finding
-from tribopipe.records.manifest import RunManifest
-from tribopipe.records.mark import Mark
-from tribopipe.run import RawRun
+from tribopipe.archive.write_errors import written
+from tribopipe.base.errors import ArchiveError, did_you_mean
+from tribopipe.base.failures import number_of
+from tribopipe.base.files import drive_of, is_old, leftovers, natural_order, sha256_of
+from tribopipe.documents.annotation import Annotation, tags_after
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.mark import Mark
+from tribopipe.documents.record import Record
+from tribopipe.results.finding import Finding
+from tribopipe.results.run import RawRun
 
 R = TypeVar("R", bound=Record)
 _NO_DRIVE = -1

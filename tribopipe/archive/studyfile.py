@@ -22,14 +22,13 @@ from pydantic import TypeAdapter
 from tribopipe.archive import nexus
 from tribopipe.archive.definitions.names import STUDY, write_definition
 from tribopipe.archive.formats import STUDY_FORMAT
-from tribopipe.records.disc_verdict import TwinDiscStudyResult
-from tribopipe.records.study import Study
-from tribopipe.records.verdict import StudyResult
-from tribopipe.study.discs import DiscStudyCurve
-from tribopipe.study.evaluate import StudyCurve
-from tribopipe.units import from_si, to_si
+from tribopipe.base.units import from_si, to_si
+from tribopipe.documents.study import Study
+from tribopipe.physics.laws import law_heading, law_title
+from tribopipe.results.agreement import StudyResult
+from tribopipe.results.disc_agreement import TwinDiscStudyResult
+from tribopipe.results.study_curves import DiscStudyCurve, StudyCurve
 from tribopipe.version import VERSION
-from tribopipe.wear.laws import law_heading, law_title
 
 _RESULT: TypeAdapter[StudyResult | TwinDiscStudyResult] = TypeAdapter(StudyResult | TwinDiscStudyResult)
 _DISC_TOLD = ("run_id", "model", "role", "disc")
@@ -51,7 +50,7 @@ class StudyOutline:
     stands_on: Mapping[str, str] = field(default_factory=dict, kw_only=True)
     """Its runs, each with the SHA-256 of what was ingested. Nothing where the file does not say."""
     environment: Mapping[str, str] = field(default_factory=dict, kw_only=True)
-    """What it was computed with, as ``tribopipe.environment`` tells it. Nothing where the file does not say."""
+    """What it was computed with, as ``tribopipe.base.environment`` tells it. Nothing where the file does not say."""
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ import numpy as np
 from h5py import h5z
 from numpy.typing import NDArray
 
-from tribopipe.archive.in_turn import in_turn
-from tribopipe.errors import ArchiveError
+from tribopipe.archive.thread_pool import in_turn
+from tribopipe.base.errors import ArchiveError
 
 
 def unpacked(dataset: h5py.Dataset, last: int | None = None) -> NDArray[Any]:

@@ -5,15 +5,15 @@ from collections.abc import Iterable
 from dataclasses import fields
 from typing import Any
 
-from tribopipe.archive.catalogue.catalogue import Catalogue
-from tribopipe.archive.catalogue.columns import COLUMNS, ListedColumn
-from tribopipe.archive.catalogue.listed import ListedRun, texts_of
+from tribopipe.archive.catalog.catalog import Catalogue
+from tribopipe.archive.catalog.columns import COLUMNS, ListedColumn
+from tribopipe.archive.catalog.listed import ListedRun, texts_of
 from tribopipe.archive.store import STUDIES, SUFFIX, Archive
 from tribopipe.browse.plots import PlotOffer, axis_label
-from tribopipe.report.csv_files import CSV_KINDS
-from tribopipe.report.page import RunPage, StudyPage
+from tribopipe.physics.laws import law_label
 from tribopipe.version import VERSION
-from tribopipe.wear.laws import law_label
+from tribopipe.views.csv_files import CSV_KINDS
+from tribopipe.views.page import RunPage, StudyPage
 
 Cell = str | tuple[float, str] | None
 

@@ -7,6 +7,7 @@ from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
+from tribopipe.base.errors import QueryError, TribopipeError
 from tribopipe.browse.bundle import bundle_router
 from tribopipe.browse.guard import Guard
 from tribopipe.browse.h5 import h5_router
@@ -14,7 +15,6 @@ from tribopipe.browse.json_answer import failure
 from tribopipe.browse.key import Key
 from tribopipe.browse.library import Library
 from tribopipe.browse.routes import api_router
-from tribopipe.errors import QueryError, TribopipeError
 
 
 def create_app(archive_folder: Path, key: Key) -> FastAPI:

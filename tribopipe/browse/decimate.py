@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tribopipe.report.decimation import Places, extremes, first_of_columns, grows
-from tribopipe.run import Column
+from tribopipe.base.arrays import Column
+from tribopipe.views.decimation import Places, extremes, first_of_columns, grows
 
 
 @dataclass(frozen=True)

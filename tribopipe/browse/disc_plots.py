@@ -4,17 +4,16 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from tribopipe.archive.steps import PREDICTIONS, WEAR_FITS, StepName
+from tribopipe.base.arrays import Column
+from tribopipe.base.units import axis
 from tribopipe.browse.drawing import MICRONS, Curve, Mark, Panel, Role, Unit, mark
 from tribopipe.browse.pin_plots import CORRECTED
 from tribopipe.browse.samples import RunFile
-from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction, spoken
-from tribopipe.records.manifest import DISCS, DiscName
-from tribopipe.records.recipe import LawName
-from tribopipe.report.disc_figures import QUANTITIES, MeasuredPoint, ShownQuantity, measured_point
-from tribopipe.run import Column
-from tribopipe.units import axis
-from tribopipe.wear.laws import law_label
-from tribopipe.wear.twin_disc.curves import OUTCOMES, Outcome
+from tribopipe.documents.contact import DISCS, DiscName
+from tribopipe.documents.recipe import LawName
+from tribopipe.physics.laws import law_label
+from tribopipe.results.disc_evaluation import OUTCOMES, Outcome, TwinDiscFit, TwinDiscPrediction, spoken
+from tribopipe.views.disc_figures import QUANTITIES, MeasuredPoint, ShownQuantity, measured_point
 
 
 class _Drawn(NamedTuple):

@@ -6,12 +6,12 @@ from typing import Any, Literal
 
 import numpy as np
 
+from tribopipe.base.arrays import Column
+from tribopipe.base.units import from_si, interval_from_si
 from tribopipe.browse.decimate import Points, Shown, Window, shown
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import LawName
-from tribopipe.records.results import COVERAGE_FACTOR
-from tribopipe.run import Column
-from tribopipe.units import from_si, interval_from_si
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import LawName
+from tribopipe.results.evaluation import COVERAGE_FACTOR
 
 Role = Literal["measured", "fit", "prediction", "drift", "wander", "residual"]
 

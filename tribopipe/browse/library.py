@@ -5,15 +5,15 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from threading import Lock
 
-from tribopipe.archive.catalogue.catalogue import Catalogue
+from tribopipe.archive.catalog.catalog import Catalogue
 from tribopipe.archive.store import STUDIES, SUFFIX, Archive
+from tribopipe.base.errors import ArchiveError
 from tribopipe.browse.answers import archive_answer, runs_answer, study_line
 from tribopipe.browse.guard import inside
 from tribopipe.browse.json_answer import encoded
 from tribopipe.browse.samples import Kept, RunFile, StudyFile
-from tribopipe.errors import ArchiveError
-from tribopipe.report.page import StudyPage
-from tribopipe.report.study_page import study_page
+from tribopipe.views.page import StudyPage
+from tribopipe.views.study_page import study_page
 
 
 class Library:

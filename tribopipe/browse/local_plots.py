@@ -4,20 +4,20 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from tribopipe.archive.results import archived_correction, archived_friction
 from tribopipe.archive.steps import WEAR_FITS, StepName
-from tribopipe.archived_steps import recipe_of
+from tribopipe.base.arrays import Column
+from tribopipe.base.units import WEAR_COEFFICIENT, axis
 from tribopipe.browse.drawing import Curve, Panel, Unit
 from tribopipe.browse.samples import RunFile
-from tribopipe.records.quantity import Quantity
-from tribopipe.records.recipe import LawName, Recipe
-from tribopipe.records.results import COVERAGE_FACTOR, WearFit
-from tribopipe.run import Column
-from tribopipe.study.effective import EffectiveCoefficient, effective_coefficient
-from tribopipe.study.member import Member
-from tribopipe.units import WEAR_COEFFICIENT, axis
-from tribopipe.wear.friction_path import junction_factor
-from tribopipe.wear.laws import law_title
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import LawName, Recipe
+from tribopipe.evaluation.study.effective import EffectiveCoefficient, effective_coefficient
+from tribopipe.evaluation.study.member import Member
+from tribopipe.physics.friction_path import junction_factor
+from tribopipe.physics.laws import law_title
+from tribopipe.pipeline.archived_results import archived_correction, archived_friction
+from tribopipe.pipeline.step_definitions import recipe_of
+from tribopipe.results.evaluation import COVERAGE_FACTOR, WearFit
 
 COEFFICIENT = Unit("m^2/N", WEAR_COEFFICIENT)
 COEFFICIENT_LABEL = axis("effective k_D", WEAR_COEFFICIENT)

@@ -5,14 +5,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from tribopipe.archive.steps import PREDICTIONS, WEAR_FITS, StepName
+from tribopipe.base.arrays import Column
+from tribopipe.base.units import axis
 from tribopipe.browse.drawing import MICRONS, RATIO, Curve, Mark, Panel, Role, mark
 from tribopipe.browse.samples import RunFile
-from tribopipe.records.recipe import LawName
-from tribopipe.records.results import DriftCorrection, FrictionFit, WearPrediction
-from tribopipe.report.figures import WANDER_NAME
-from tribopipe.run import Column
-from tribopipe.units import axis
-from tribopipe.wear.laws import law_label
+from tribopipe.documents.recipe import LawName
+from tribopipe.physics.laws import law_label
+from tribopipe.results.evaluation import DriftCorrection, FrictionFit, WearPrediction
+from tribopipe.views.run_figures import WANDER_NAME
 
 CORRECTED, PIN_WEAR = "/entry/drift_correction/data/wear_depth", "/entry/drift_correction/data/pin_wear_depth"
 WANDER = "/entry/drift_correction/data/wander"

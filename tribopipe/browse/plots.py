@@ -7,26 +7,17 @@ from functools import partial
 import numpy as np
 
 from tribopipe.archive.steps import LOCAL_WEAR, WEAR_FITS, StepName
+from tribopipe.base.arrays import Column
+from tribopipe.base.units import axis
 from tribopipe.browse.disc_plots import draw_contact, draw_disc_wear
 from tribopipe.browse.drawing import Drawing, Panel
 from tribopipe.browse.local_plots import course_axis, draw_coefficient, draw_course
 from tribopipe.browse.pin_plots import CORRECTED, PIN_WEAR, draw_depth, draw_friction, draw_pin_wear
 from tribopipe.browse.samples import RunFile
-from tribopipe.browse.signal_plots import (
-    AXES,
-    changed,
-    draw_clean_up,
-    draw_extra,
-    draw_signals,
-    extras,
-    recorded,
-)
-from tribopipe.records.results import WearFit
-from tribopipe.records.signals import SignalName
-from tribopipe.report.figures import basis_words
-from tribopipe.run import Column
-from tribopipe.units import axis
-from tribopipe.wear.laws import law_title
+from tribopipe.browse.signal_plots import AXES, changed, draw_clean_up, draw_extra, draw_signals, extras, recorded
+from tribopipe.physics.laws import law_title
+from tribopipe.results.evaluation import WearFit
+from tribopipe.views.run_figures import basis_words
 
 Draw = Callable[[str], tuple[Panel, ...]]
 """Draws a plot against an axis: its panels from the top."""
@@ -82,7 +73,7 @@ def run_plots(run: RunFile) -> list[PlotOffer]:
 def run_axes(run: RunFile) -> tuple[str, ...]:
     """Return what the samples of a run can be drawn against, the usual first."""
     known = [name for name in AXES if name in run.outline.ends]
-    usual: SignalName = "rotations" if run.outline.manifest.rolls else "sliding_distance"
+    usual = run.outline.manifest.progress.signal
     return (*sorted(known, key=lambda name: name != usual), "sample")
 
 

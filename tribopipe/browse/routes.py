@@ -11,7 +11,7 @@ from fastapi import APIRouter, Depends, Query
 from starlette.exceptions import HTTPException
 from starlette.responses import HTMLResponse, Response
 
-from tribopipe.archive.catalogue.columns import COLUMNS
+from tribopipe.archive.catalog.columns import COLUMNS
 from tribopipe.archive.unpack import unpacked
 from tribopipe.browse.answers import run_answer, study_answer
 from tribopipe.browse.compare import compare
@@ -23,10 +23,10 @@ from tribopipe.browse.json_answer import JsonAnswer
 from tribopipe.browse.library import Library
 from tribopipe.browse.plots import PlotOffer, run_plots
 from tribopipe.browse.study_plots import study_plots
-from tribopipe.report.csv_files import csv_kinds, csv_parts
-from tribopipe.report.run_page import run_page
-from tribopipe.report.runs_csv import runs_csv
-from tribopipe.report.study_page import study_page
+from tribopipe.views.csv_files import csv_kinds, csv_parts
+from tribopipe.views.run_page import run_page
+from tribopipe.views.runs_csv import runs_csv
+from tribopipe.views.study_page import study_page
 
 _MOST_COMPARED = 50
 _REPORTS_AT_ONCE = 2
@@ -154,7 +154,7 @@ def _add_downloads(router: APIRouter, library: Library, files: Files, reports: C
     @router.get("/runs/{run_id}/report")
     async def run_report(run_id: str) -> Response:
         def made() -> str:
-            from tribopipe.report.html.document import run_report
+            from tribopipe.views.html.document import run_report
 
             library.run(run_id).refuse_foreign()
             return run_report(library.archive, [run_id], check_cancelled)
@@ -192,7 +192,7 @@ def _add_studies(router: APIRouter, library: Library, files: Files, reports: Cap
     @router.get("/studies/{study_id}/report")
     async def study_report(study_id: str) -> Response:
         def made() -> str:
-            from tribopipe.report.html.document import study_report
+            from tribopipe.views.html.document import study_report
 
             library.study(study_id).refuse_foreign()
             return study_report(library.archive, study_id, check_cancelled)

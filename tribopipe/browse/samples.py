@@ -10,18 +10,18 @@ from typing import Any, TypeVar
 import h5py
 import numpy as np
 
+from tribopipe.archive.file_signature import stamp_of
+from tribopipe.archive.hdf5_guard import own_datasets
 from tribopipe.archive.opening import opened
 from tribopipe.archive.outline import RunOutline
-from tribopipe.archive.own_content import own_datasets
-from tribopipe.archive.stamps import stamp_of
 from tribopipe.archive.steps import StepName
 from tribopipe.archive.store import SUFFIX, Archive
 from tribopipe.archive.studyfile import StoredStudy
 from tribopipe.archive.unpack import unpacked
-from tribopipe.errors import ArchiveError
-from tribopipe.records.base import Record
-from tribopipe.records.signals import SignalName
-from tribopipe.run import Column
+from tribopipe.base.arrays import Column
+from tribopipe.base.errors import ArchiveError
+from tribopipe.documents.record import Record
+from tribopipe.documents.signals import SignalName
 
 R = TypeVar("R", bound=Record)
 T = TypeVar("T")

@@ -11,12 +11,12 @@ from threading import enumerate as enumerate_threads
 
 import uvicorn
 
+from tribopipe.base.errors import ArchiveError
+from tribopipe.base.units import show
 from tribopipe.browse.app import create_app
 from tribopipe.browse.key import Key
 from tribopipe.browse.library import Library
 from tribopipe.browse.patience import PatientProtocol
-from tribopipe.errors import ArchiveError
-from tribopipe.units import show
 
 HOST = "127.0.0.1"
 _ACCEPTED_AT_ONCE = 64

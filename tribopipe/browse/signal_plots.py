@@ -2,11 +2,11 @@
 
 from collections.abc import Mapping
 
+from tribopipe.base.arrays import Column
+from tribopipe.base.units import KINDS, axis, force_unit
 from tribopipe.browse.drawing import Curve, Panel, Unit
 from tribopipe.browse.samples import RunFile
-from tribopipe.records.signals import SIGNALS, SignalName
-from tribopipe.run import Column
-from tribopipe.units import KINDS, axis, force_unit
+from tribopipe.documents.signals import SIGNALS, SignalName
 
 AXES: tuple[SignalName, ...] = ("rotations", "sliding_distance", "time")
 """Signals that others are drawn against."""

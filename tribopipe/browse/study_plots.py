@@ -2,23 +2,22 @@
 
 from collections.abc import Callable, Iterator, Sequence
 
-from tribopipe.archive.results import archived_correction, archived_friction
-from tribopipe.archived_steps import recipe_of
+from tribopipe.base.arrays import Column
+from tribopipe.base.units import axis
 from tribopipe.browse.drawing import MICRONS, VOLUME, Curve, Mark, Panel, Role, Unit, mark
 from tribopipe.browse.local_plots import COEFFICIENT_LABEL, law_curves, measured_curve
 from tribopipe.browse.plots import PlotOffer, coefficient_offer
 from tribopipe.browse.samples import StudyFile
-from tribopipe.records.disc_results import spoken
-from tribopipe.records.disc_verdict import TwinDiscLawResult, TwinDiscStudyResult
-from tribopipe.records.manifest import DISCS, DiscName
-from tribopipe.records.verdict import LawResult, StudyResult
-from tribopipe.run import Column
-from tribopipe.study.discs import DiscStudyCurve
-from tribopipe.study.effective import EffectiveCoefficient, effective_coefficient
-from tribopipe.study.evaluate import StudyCurve
-from tribopipe.study.member import Member
-from tribopipe.units import axis
-from tribopipe.wear.laws import law_label, law_title
+from tribopipe.documents.contact import DISCS, DiscName
+from tribopipe.evaluation.study.effective import EffectiveCoefficient, effective_coefficient
+from tribopipe.evaluation.study.member import Member
+from tribopipe.physics.laws import law_label, law_title
+from tribopipe.pipeline.archived_results import archived_correction, archived_friction
+from tribopipe.pipeline.step_definitions import recipe_of
+from tribopipe.results.agreement import LawResult, StudyResult
+from tribopipe.results.disc_agreement import TwinDiscLawResult, TwinDiscStudyResult
+from tribopipe.results.disc_evaluation import spoken
+from tribopipe.results.study_curves import DiscStudyCurve, StudyCurve
 
 _STAGE = "study"
 

@@ -113,8 +113,8 @@ def main() -> None:
     try:
         app()
     except Exception as error:  # noqa: BLE001 - nobody should see a traceback
+        from tribopipe.base.failures import in_a_sentence
         from tribopipe.cli.output import say_where_to_read
-        from tribopipe.faults import in_a_sentence
 
         told = in_a_sentence(error)
         typer.echo(f"error: {told}", err=True)

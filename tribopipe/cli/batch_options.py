@@ -11,7 +11,7 @@ import typer
 from tribopipe.cli.output import say
 
 if TYPE_CHECKING:
-    from tribopipe.batch import Crew
+    from tribopipe.base.executor import Crew
 
 T = TypeVar("T")
 _LOCAL = "local"
@@ -55,7 +55,7 @@ Shard = Annotated[
 
 def crew(jobs: int | None, scheduler: str | None) -> "Crew":
     """Return who does a batch. Raises ``BadParameter`` for a number of jobs where a scheduler has its own workers."""
-    from tribopipe.batch import Crew
+    from tribopipe.base.executor import Crew
 
     if jobs is not None and scheduler not in (None, _LOCAL):
         raise typer.BadParameter("found -j beside a scheduler, which has workers of its own; expected one of the two")

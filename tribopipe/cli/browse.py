@@ -18,9 +18,9 @@ def browse(archive: ArchiveFolder = DEFAULT_ARCHIVE, port: Port = 0, no_browser:
 
     Only this machine can reach the pages, with the printed address, and they change nothing.
     """
+    from tribopipe.base.errors import ArchiveError
     from tribopipe.browse.bundle import NOT_BUILT, is_built
     from tribopipe.browse.server import serve
-    from tribopipe.errors import ArchiveError
 
     require_archive(archive)
     if not is_built():

@@ -22,8 +22,8 @@ def demo(
 
     Everything is put into one folder, which can be deleted afterwards. A second time what is there is shown at once.
     """
+    from tribopipe.base.errors import ArchiveError
     from tribopipe.browse.bundle import NOT_BUILT, is_built
-    from tribopipe.errors import ArchiveError
 
     if not is_built():
         raise ArchiveError(NOT_BUILT)
@@ -38,8 +38,8 @@ def demo(
 
 def _begin(folder: Path) -> None:
     """Make the folder, known by the plan in it. Raises ``OutputError`` where it is one of something else."""
-    from tribopipe.errors import OutputError
-    from tribopipe.outputs import require_outside
+    from tribopipe.base.errors import OutputError
+    from tribopipe.pipeline.output_paths import require_outside
     from tribopipe.shipped import shipped
 
     if folder.exists() and not (folder / _PLAN).is_file() and any(folder.iterdir()):
@@ -54,10 +54,10 @@ def _begin(folder: Path) -> None:
 
 def _record(folder: Path) -> None:
     """Record the sample runs, all or none; those that are there stay, whatever somebody has tried on them."""
-    from tribopipe.records.base import load_toml
-    from tribopipe.records.plan import Plan
+    from tribopipe.documents.plan import Plan
+    from tribopipe.documents.record import load_toml
+    from tribopipe.extras.simulate import simulate_plan
     from tribopipe.shipped import shipped
-    from tribopipe.simulate import simulate_plan
 
     runs, begun = folder / _RUNS, folder / f".{_RUNS}.part"
     if runs.exists():
@@ -71,19 +71,19 @@ def _record(folder: Path) -> None:
 
 def _process(runs: Path, archive: Path) -> None:
     """Process what is not processed yet. Exits where anything failed."""
-    from tribopipe import pipeline
     from tribopipe.archive.store import Archive
-    from tribopipe.batch import at_work
-    from tribopipe.records.recipe import Recipe
-    from tribopipe.studies import find_studies, load_studies, process_studies
+    from tribopipe.base.executor import at_work
+    from tribopipe.documents.recipe import Recipe
+    from tribopipe.pipeline import stages
+    from tribopipe.pipeline.studies import find_studies, load_studies, process_studies
 
     say("Processing them: drift, friction, wear coefficients with their uncertainty, predictions, studies")
-    store, how, folders = Archive(archive), Recipe(), pipeline.find_runs(runs)
+    store, how, folders = Archive(archive), Recipe(), stages.find_runs(runs)
     studies = load_studies(find_studies(runs))
     studied = {run_id for study in studies for run_id in (*study.fit, *study.predict)}
     outcomes = []
     with at_work(crew(0, None)) as who, progress("process", len(folders)) as advance:
-        for outcome in pipeline.process(folders, store, how, studied=studied, crew=who):
+        for outcome in stages.process(folders, store, how, studied=studied, crew=who):
             advance(outcome.run_id, by=int(outcome.stage == "ingest"))
             outcomes.append(outcome)
         outcomes += process_studies(store, studies, how)

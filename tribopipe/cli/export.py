@@ -24,10 +24,10 @@ from tribopipe.cli.output import print_json, record_json, say
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
-    from tribopipe.records.manifest import RunManifest
-    from tribopipe.umeshmotion.case import WearCase
-    from tribopipe.umeshmotion.known import KnownWear
-    from tribopipe.wear.friction_path import ExponentialFriction, FrictionPath
+    from tribopipe.documents.manifest import RunManifest
+    from tribopipe.extras.abaqus.case import WearCase
+    from tribopipe.extras.abaqus.known_wear import KnownWear
+    from tribopipe.physics.friction_path import ExponentialFriction, FrictionPath
 
 export_app = typer.Typer(cls=ExportGroup, help="Write what other programs take.", no_args_is_help=True)
 export_app.command("csv")(export_csv)
@@ -93,7 +93,7 @@ def umeshmotion(
     Beside it: the step for an input file, a harness that drives the subroutine without ABAQUS, and what to know. It has
     been compiled and driven by the harness; it has not been run in ABAQUS.
     """
-    from tribopipe.umeshmotion.texts import texts
+    from tribopipe.extras.abaqus.texts import texts
 
     if Path(run).exists() and not (archive / f"{run}.h5").is_file():
         subject = _of_folder(Path(run), law, wear_coefficient, friction)
@@ -111,41 +111,39 @@ def umeshmotion(
 
 def _of_folder(folder: Path, law: Law, coefficient: str | None, friction: str | None) -> _Subject:
     """Take what run.toml says, and k_D from the command line."""
-    from tribopipe.records.manifest import manifest_path, read_manifest
-    from tribopipe.wear.friction_path import stated_path
+    from tribopipe.documents.manifest import manifest_path, read_manifest
+    from tribopipe.evaluation.friction_paths import stated_path
 
     if coefficient is None:
         raise typer.BadParameter('a run folder has no k_D: give one, --wear-coefficient "13.5e-9 mm^3/(N*mm)"')
     manifest, _ = read_manifest(manifest_path(folder))
     conditions = manifest.conditions
     stated = None if conditions.friction is None else stated_path(conditions.friction)
-    planned = conditions.sliding_distance.value if conditions.sliding_distance else conditions.rotations
     known = _given(manifest.id, coefficient)
-    return _Subject(manifest, known, _friction(manifest.id, law, friction, stated), planned)
+    return _Subject(manifest, known, _friction(manifest.id, law, friction, stated), manifest.planned)
 
 
 def _of_archive(store: "Archive", run_id: str, law: Law, coefficient: str | None, friction: str | None) -> _Subject:
     """Take an archived run with its own fit, unless a k_D is given."""
-    from tribopipe.archive.results import archived_friction
-    from tribopipe.wear.friction_path import fitted_path
+    from tribopipe.evaluation.friction_paths import fitted_path
+    from tribopipe.pipeline.archived_results import archived_friction
 
     run = store.cleaned(run_id)
     path = _friction(run_id, law, friction, fitted_path(archived_friction(store, run_id)))
-    axis = run.columns["rotations"] if run.manifest.rolls else run.sliding_distance
     known = _fitted(store, run_id, law) if coefficient is None else _given(run_id, coefficient)
-    return _Subject(run.manifest, known, path, float(axis[-1]))
+    return _Subject(run.manifest, known, path, float(run.progress[-1]))
 
 
 def _given(run_id: str, text: str) -> "KnownWear":
-    from tribopipe.umeshmotion.known import given_wear
+    from tribopipe.extras.abaqus.known_wear import given_wear
 
     return given_wear(run_id, quantity("--wear-coefficient", text, "wear coefficient"))
 
 
 def _friction(run_id: str, law: Law, given: str | None, known: "FrictionPath | None") -> "ExponentialFriction | None":
     """Return μ(s) by Eq. 7 where the law needs it. Raises ``FitError`` where there is none."""
-    from tribopipe.errors import FitError
-    from tribopipe.wear.friction_path import ExponentialFriction
+    from tribopipe.base.errors import FitError
+    from tribopipe.physics.friction_path import ExponentialFriction
 
     if law not in ("archard", "sarkar"):
         raise FitError(
@@ -165,12 +163,12 @@ def _friction(run_id: str, law: Law, given: str | None, known: "FrictionPath | N
 def _fitted(store: "Archive", run_id: str, law: Law) -> "KnownWear":
     """Return the k_D of an archived fit. Raises ``FitError`` where there is none."""
     from tribopipe.archive.steps import WEAR_FITS
-    from tribopipe.errors import FitError
-    from tribopipe.records.base import Record
-    from tribopipe.records.disc_results import TwinDiscFit
-    from tribopipe.records.results import WearFit
-    from tribopipe.umeshmotion.known import fitted_wear
-    from tribopipe.wear.laws import law_title
+    from tribopipe.base.errors import FitError
+    from tribopipe.documents.record import Record
+    from tribopipe.extras.abaqus.known_wear import fitted_wear
+    from tribopipe.physics.laws import law_title
+    from tribopipe.results.disc_evaluation import TwinDiscFit
+    from tribopipe.results.evaluation import WearFit
 
     fit = store.result(run_id, WEAR_FITS[law], Record)
     if isinstance(fit, WearFit | TwinDiscFit):
@@ -182,18 +180,17 @@ def _fitted(store: "Archive", run_id: str, law: Law) -> "KnownWear":
 
 
 def _case(subject: _Subject, speed: str | None, until: str | None, element_size: str | None) -> "WearCase":
-    from tribopipe.umeshmotion.case import WearCase
+    from tribopipe.extras.abaqus.case import WearCase
 
     manifest = subject.manifest
-    contact = manifest.twin_disc if manifest.rolls else manifest.pin_on_disc
-    nominal = _speed(manifest, speed)
+    contact, nominal = manifest.described, _speed(manifest, speed)
     end = _end(manifest, until, subject.end)
     return WearCase(
         contact=contact,
         normal_load=manifest.conditions.normal_load.value,
         known=subject.known,
         speed=nominal * _slip(manifest),
-        duration=end * _per_rotation(manifest) / nominal,
+        duration=end * contact.travel / nominal,
         friction=subject.friction,
         element_size=None if element_size is None else quantity("--element-size", element_size, "length").value,
     )
@@ -201,28 +198,22 @@ def _case(subject: _Subject, speed: str | None, until: str | None, element_size:
 
 def _slip(manifest: "RunManifest") -> float:
     """Return |V₁ − V₂| over the curved disc's speed; 1 for a pin."""
-    from tribopipe.motion import slip
+    from tribopipe.documents.slip import slip
 
     return abs(slip(manifest).value) if manifest.rolls else 1.0
 
 
-def _per_rotation(manifest: "RunManifest") -> float:
-    """Return how far the curved disc's surface goes in a rotation, m; 1 for a pin, whose metres count."""
-    return 2 * math.pi * manifest.twin_disc.curved_disc.rolling_radius.value if manifest.rolls else 1.0
-
-
 def _speed(manifest: "RunManifest", given: str | None) -> float:
     """Return the speed of sliding, or of the curved disc, m/s. Raises ``ContactError`` where it is not known."""
-    from tribopipe.errors import ContactError
+    from tribopipe.base.errors import ContactError
 
     if given is not None:
         return float(quantity("--speed", given, "speed").value)
-    stated = manifest.conditions.curved_disc_speed if manifest.rolls else manifest.conditions.nominal_speed
+    stated = manifest.nominal_speed
     if stated is None:
-        key = "curved_disc_speed" if manifest.rolls else "sliding_speed"
         raise ContactError(
-            f"{manifest.id}: found no conditions.{key}; expected it, since the mesh is moved at a rate; add it to "
-            'run.toml and ingest the run again, or give it, --speed "400 mm/s"'
+            f"{manifest.id}: found no conditions.{manifest.progress.speed}; expected it, since the mesh is moved at a "
+            'rate; add it to run.toml and ingest the run again, or give it, --speed "400 mm/s"'
         )
     return stated.value
 
@@ -230,16 +221,16 @@ def _speed(manifest: "RunManifest", given: str | None) -> float:
 def _end(manifest: "RunManifest", given: str | None, own: float | None) -> float:
     """Return how far to wear: m, or rotations of the curved disc."""
     if given is not None:
-        return float(quantity("--until", given, "count" if manifest.rolls else "distance").value)
+        return float(quantity("--until", given, manifest.progress.kind).value)
     if own is None:
-        raise typer.BadParameter(f'say how far to wear: --until "{"1e6" if manifest.rolls else "500 m"}"')
+        raise typer.BadParameter(f'say how far to wear: --until "{manifest.progress.example}"')
     return own
 
 
 def _write(texts: dict[str, str], folder: Path, *, force: bool) -> list[Path]:
     """Write every file. Raises ``OutputError``, and writes none, where one must not be written."""
-    from tribopipe.files import write_file
-    from tribopipe.outputs import require_free
+    from tribopipe.base.files import write_file
+    from tribopipe.pipeline.output_paths import require_free
 
     paths = {folder / name: text for name, text in texts.items()}
     require_free(paths, force=force)
@@ -250,7 +241,7 @@ def _write(texts: dict[str, str], folder: Path, *, force: bool) -> list[Path]:
 
 
 def _document(case: "WearCase", files: list[Path]) -> dict[str, object]:
-    from tribopipe.records.quantity import Quantity
+    from tribopipe.documents.quantity import Quantity
 
     return {
         "id": case.known.run_id,

@@ -11,7 +11,7 @@ from tribopipe.cli.output import exit_with, print_json, progress, say
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
-    from tribopipe.errors import TribopipeError
+    from tribopipe.base.errors import TribopipeError
 
 _Job = tuple[str, str, Path]
 """Id, kind of table, and the file it is written to."""
@@ -35,7 +35,7 @@ def export_csv(
 
     A run folder with the raw columns and the run's run.toml gives the same run again.
     """
-    from tribopipe.outputs import require_free
+    from tribopipe.pipeline.output_paths import require_free
 
     store, wanted = load_archive(archive), None if what is None else _chosen(what)
     jobs: list[_Job] = []
@@ -53,7 +53,7 @@ def export_csv(
 
 def _written(store: "Archive", jobs: Sequence[_Job], folder: Path, errors: "list[TribopipeError]") -> list[_Job]:
     """Write files, and return those that could be; what stood in the way of others is added to the errors."""
-    from tribopipe.faults import in_a_sentence
+    from tribopipe.base.failures import in_a_sentence
 
     folder.mkdir(parents=True, exist_ok=True)
     done = []
@@ -73,8 +73,8 @@ def _written(store: "Archive", jobs: Sequence[_Job], folder: Path, errors: "list
 
 def _chosen(text: str) -> list[tuple[str, ...]]:
     """Return the kinds that each word asks for: "fit" for those by every law."""
-    from tribopipe.errors import did_you_mean
-    from tribopipe.report.csv_files import CSV_KINDS
+    from tribopipe.base.errors import did_you_mean
+    from tribopipe.views.csv_files import CSV_KINDS
 
     chosen = []
     for word in (part.strip() for part in text.split(",")):
@@ -89,8 +89,8 @@ def _jobs(
     store: "Archive", run_id: str, wanted: "Sequence[tuple[str, ...]] | None", folder: Path
 ) -> "tuple[list[_Job], list[TribopipeError]]":
     """Return what is to be written of a run, and what stands in the way: of each word, one kind has to be there."""
-    from tribopipe.errors import TribopipeError
-    from tribopipe.report.csv_files import csv_kinds, lacking
+    from tribopipe.base.errors import TribopipeError
+    from tribopipe.views.csv_files import csv_kinds, lacking
 
     try:
         there = csv_kinds(store, run_id)
@@ -103,8 +103,8 @@ def _jobs(
 
 
 def _write(store: "Archive", run_id: str, kind: str, path: Path) -> None:
-    from tribopipe.files import replacing
-    from tribopipe.report.csv_files import csv_parts
+    from tribopipe.base.files import replacing
+    from tribopipe.views.csv_files import csv_parts
 
     parts: Iterator[bytes] = csv_parts(store, run_id, kind)
     with replacing(path) as part, part.open("wb") as file:

@@ -11,8 +11,8 @@ from tribopipe.cli.output import print_json, progress, say
 from tribopipe.cli.studies import archived_studies
 
 if TYPE_CHECKING:
-    from tribopipe.fair.export import Exported
-    from tribopipe.records.dataset import Dataset
+    from tribopipe.documents.dataset import Dataset
+    from tribopipe.extras.fair.export import Exported
 
 NAME = "dataset"
 _PACKED = ("ro_crate", "eln")
@@ -73,8 +73,8 @@ def export_dataset(
     the archive's files byte for byte, the instrument's files, every part as CSV and JSON, reports, a codebook, and
     metadata by which machines find it. `tribopipe import` is the way back.
     """
-    from tribopipe.fair.export import choose, export_crate
-    from tribopipe.outputs import require_free
+    from tribopipe.extras.fair.export import choose, export_crate
+    from tribopipe.pipeline.output_paths import require_free
 
     path = _path(ro_crate, eln)
     require_free([path], force=force)
@@ -108,9 +108,9 @@ def _path(ro_crate: Path | None, eln: Path | None) -> Path:
 
 def _said(path: Path | None, archive: Path) -> "tuple[Dataset, bytes | None]":
     """Return what dataset.toml says, and its bytes; nothing where none is named and none lies beside the archive."""
-    from tribopipe.records.base import read_document
-    from tribopipe.records.dataset import DATASET_NAME, NOTHING_SAID, Dataset
-    from tribopipe.records.document import parse_toml, read_bytes
+    from tribopipe.documents.dataset import DATASET_NAME, NOTHING_SAID, Dataset
+    from tribopipe.documents.record import read_document
+    from tribopipe.documents.toml import parse_toml, read_bytes
 
     beside = archive.resolve().parent / DATASET_NAME
     if path is None and not beside.is_file():

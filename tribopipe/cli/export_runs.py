@@ -19,10 +19,10 @@ def export_runs(
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there already.")] = False,
 ) -> None:
     """Write the list of runs as CSV: every column, numbers in the unit of the heading, each with its uncertainty."""
-    from tribopipe.archive.catalogue.columns import COLUMNS, columns_named
-    from tribopipe.files import write_file
-    from tribopipe.outputs import require_free
-    from tribopipe.report.runs_csv import runs_csv
+    from tribopipe.archive.catalog.columns import COLUMNS, columns_named
+    from tribopipe.base.files import write_file
+    from tribopipe.pipeline.output_paths import require_free
+    from tribopipe.views.runs_csv import runs_csv
 
     require_free([] if output is None else [output], force=force)
     chosen = list(COLUMNS.values()) if columns is None else columns_named(columns)

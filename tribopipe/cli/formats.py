@@ -9,8 +9,8 @@ from tribopipe.cli.options import AsJson
 from tribopipe.cli.output import exit_with, located, print_json, say, table
 
 if TYPE_CHECKING:
-    from tribopipe.ingest.exports import Export
-    from tribopipe.ingest.reader import ReadColumn
+    from tribopipe.readers.export_files import Export
+    from tribopipe.readers.reader import ReadColumn
 
 formats_app = typer.Typer(help="Formats of instruments: which there are, and which a file is of.", no_args_is_help=True)
 ReaderName = Annotated[
@@ -28,7 +28,7 @@ _NEEDS = {"workbook": "excel", "ni-tdms": "tdms", "surface-topography": "surface
 @formats_app.command("list")
 def list_formats(as_json: AsJson = False) -> None:
     """List the formats that can be read."""
-    from tribopipe.ingest.registry import readers
+    from tribopipe.readers.registry import readers
 
     found: list[dict[str, Any]] = [
         {"name": name, "title": reader.title, "holds": reader.holds, "extra": _NEEDS.get(name), "ready": _ready(name)}
@@ -61,9 +61,9 @@ def detect_formats(
     as_json: AsJson = False,
 ) -> None:
     """Say of which format each file is, how sure and why, and what is in it. Exit code 1 where none is known."""
-    from tribopipe.errors import TribopipeError
-    from tribopipe.ingest.exports import chosen_reader, read_export
-    from tribopipe.ingest.reader import Hints
+    from tribopipe.base.errors import TribopipeError
+    from tribopipe.readers.export_files import chosen_reader, read_export
+    from tribopipe.readers.reader import Hints
 
     errors: list[TribopipeError] = []
     told: list[dict[str, Any]] = []
@@ -84,9 +84,9 @@ def detect_formats(
 
 def _tried(path: Path) -> list[dict[str, Any]]:
     """Show which readers were tried on a file that none knows, and why each does not."""
-    from tribopipe.errors import TribopipeError
-    from tribopipe.ingest.exports import open_export
-    from tribopipe.ingest.registry import candidates, is_sure
+    from tribopipe.base.errors import TribopipeError
+    from tribopipe.readers.export_files import open_export
+    from tribopipe.readers.registry import candidates, is_sure
 
     try:
         found = candidates(open_export(path))
@@ -124,14 +124,14 @@ def _document(path: Path, export: "Export") -> dict[str, Any]:
 
 
 def _notes(export: "Export") -> list[str]:
-    from tribopipe.ingest.friction_definitions import definitions_note
+    from tribopipe.readers.friction_definitions import definitions_note
 
     note = definitions_note(export.table.columns, export.friction) if export.reader.holds == "signals" else None
     return [*export.notes, *([note] if note else [])]
 
 
 def _column(export: "Export", column: "ReadColumn") -> dict[str, Any]:
-    from tribopipe.ingest.exports import range_of
+    from tribopipe.readers.export_files import range_of
 
     meaning, found = export.meanings.get(column.name), range_of(column)
     return {
@@ -161,7 +161,7 @@ def _show(path: Path, export: "Export") -> None:
 
 
 def _row(export: "Export", column: "ReadColumn") -> list[str]:
-    from tribopipe.ingest.exports import range_of
+    from tribopipe.readers.export_files import range_of
 
     found = range_of(column)
     least, largest = ("–" if value is None else f"{value:.6g}" for value in found[:2])
@@ -169,7 +169,7 @@ def _row(export: "Export", column: "ReadColumn") -> list[str]:
 
 
 def _meaning(export: "Export", column: "ReadColumn") -> str:
-    from tribopipe.ingest.steps import step_column
+    from tribopipe.readers.steps import step_column
 
     meaning, unit = export.meanings.get(column.name), export.open_units.get(column.name)
     proposed = f"; {unit.unit} is proposed by {unit.why}" if unit else ""

@@ -48,8 +48,8 @@ def _list_pages() -> None:
 
 def _text_of(topic: str, context: typer.Context) -> str:
     """Return the text on a topic, Markdown but for commands. Raises ``QueryError`` where there is none."""
+    from tribopipe.base.errors import QueryError
     from tribopipe.cli.manual import page, pages, sections
-    from tribopipe.errors import QueryError
 
     called = topic.lower().removeprefix("docs/").removesuffix(".md")
     codes = {_plain(code): code for code in sections()}
@@ -71,8 +71,8 @@ def _plain(name: str) -> str:
 
 def _near(topic: str, context: typer.Context) -> str:
     """Say what was probably meant, which pages speak of it, or how all are listed."""
+    from tribopipe.base.errors import did_you_mean
     from tribopipe.cli.manual import pages, pages_about, sections
-    from tribopipe.errors import did_you_mean
 
     about = pages_about(topic)[:_NAMED] if topic.strip() else []
     if about:

@@ -9,7 +9,7 @@ from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, load_a
 from tribopipe.cli.output import exit_with, print_json, progress, say
 
 if TYPE_CHECKING:
-    from tribopipe.fair.restore import Restored
+    from tribopipe.extras.fair.restore import Restored
 
 
 def import_crate(
@@ -28,7 +28,7 @@ def import_crate(
     already and the same stays; one of the same id and other content is refused. A dataset.toml of the crate is written
     beside the archive where there is none.
     """
-    from tribopipe.fair.restore import restore
+    from tribopipe.extras.fair.restore import restore
 
     store = load_archive(archive, must_exist=False)
     with progress("import", None) as advance:

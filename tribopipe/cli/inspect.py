@@ -20,7 +20,7 @@ from tribopipe.cli.profiles import (
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
-    from tribopipe.errors import ArchiveError
+    from tribopipe.base.errors import ArchiveError
 
 schema_app = typer.Typer(help="Schemas of the documents people write and of archived files.", no_args_is_help=True)
 
@@ -59,7 +59,7 @@ def show(
 
 def _neither_file_nor_run(name: str, archive: Path) -> "ArchiveError":
     """Refuse what may have been meant as a file as well as a run."""
-    from tribopipe.errors import ArchiveError, did_you_mean
+    from tribopipe.base.errors import ArchiveError, did_you_mean
 
     there, folder = load_archive(archive, must_exist=False).ids() if archive.is_dir() else [], Path(name).parent
     beside = [str(path) for path in folder.iterdir() if path.is_file()] if folder.is_dir() else []
@@ -80,7 +80,7 @@ def _show_part(store: "Archive", run_id: str, path: str, rows: int, *, as_json: 
 
 def _show_run(store: "Archive", run_id: str, *, plot: bool, as_json: bool) -> None:
     from tribopipe.cli.summary import run_summary
-    from tribopipe.report.run_page import run_page
+    from tribopipe.views.run_page import run_page
 
     if not as_json:
         show_run_page(run_page(store, run_id))
@@ -117,8 +117,8 @@ def export_schemas(
     Beside them the NeXus application definitions of archived files, for nxvalidate.
     """
     from tribopipe.archive.definitions.nxdl import definition_files, write_definitions
-    from tribopipe.outputs import made_here, require_free
-    from tribopipe.records.export import schema_files, write_schemas
+    from tribopipe.pipeline.output_paths import made_here, require_free
+    from tribopipe.results.json_schema import schema_files, write_schemas
 
     require_free([folder / name for name in (*schema_files(), *definition_files())], own=made_here)
     for path in (*write_schemas(folder), *write_definitions(folder)):

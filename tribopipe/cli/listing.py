@@ -11,9 +11,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from tribopipe.archive.catalogue.catalogue import Catalogue
-    from tribopipe.archive.catalogue.columns import ListedColumn
-    from tribopipe.archive.catalogue.listed import ListedRun
+    from tribopipe.archive.catalog.catalog import Catalogue
+    from tribopipe.archive.catalog.columns import ListedColumn
+    from tribopipe.archive.catalog.listed import ListedRun
 
 Where = Annotated[
     str,
@@ -39,7 +39,7 @@ def ls(
     as_json: AsJson = False,
 ) -> None:
     """List the runs of an archive: those that --where chooses, by its catalogue, which is kept up to date."""
-    from tribopipe.archive.catalogue.columns import columns_named
+    from tribopipe.archive.catalog.columns import columns_named
 
     if columns is not None and columns.strip() == "help":
         _show_columns(as_json=as_json)
@@ -63,7 +63,7 @@ def _show(title: str, runs: "Sequence[ListedRun]", columns: "Sequence[ListedColu
 
 def _usual(runs: "Sequence[ListedRun]") -> "list[ListedColumn]":
     """Return the columns that are shown unless others are chosen, but for those of which nothing is known."""
-    from tribopipe.archive.catalogue.columns import COLUMNS
+    from tribopipe.archive.catalog.columns import COLUMNS
 
     usual = [column for column in COLUMNS.values() if column.shown]
     return [column for column in usual if column.name == "id" or any(run.text(column.name) for run in runs)]
@@ -71,7 +71,7 @@ def _usual(runs: "Sequence[ListedRun]") -> "list[ListedColumn]":
 
 def _document(run: "ListedRun") -> dict[str, Any]:
     """Return all that is known of a run as JSON types, numbers in SI."""
-    from tribopipe.archive.catalogue.columns import COLUMNS, step_called
+    from tribopipe.archive.catalog.columns import COLUMNS, step_called
 
     known = {name: _json(run, column) for name, column in COLUMNS.items()}
     return known | {"normal_load": known["load"], "steps": [step_called(words) for words in run.texts("steps")]}
@@ -86,7 +86,7 @@ def _json(run: "ListedRun", column: "ListedColumn") -> Any:
 
 
 def _quantity(run: "ListedRun", column: "ListedColumn") -> dict[str, Any] | None:
-    from tribopipe.units import KINDS
+    from tribopipe.base.units import KINDS
 
     value = run.value(column.name)
     if value is None:
@@ -97,7 +97,7 @@ def _quantity(run: "ListedRun", column: "ListedColumn") -> dict[str, Any] | None
 
 def up_to_date(archive: "Path") -> "Catalogue":
     """Return the catalogue of an archive as it is now. Raises ``ArchiveError`` where there is no archive."""
-    from tribopipe.archive.catalogue.catalogue import Catalogue
+    from tribopipe.archive.catalog.catalog import Catalogue
 
     require_archive(archive)
     catalogue = Catalogue(archive)
@@ -110,13 +110,13 @@ def up_to_date(archive: "Path") -> "Catalogue":
 
 def tell_unreadable(catalogue: "Catalogue", *, some_done: bool) -> None:
     """Tell each file of an archive that cannot be read, and exit accordingly."""
-    from tribopipe.errors import ArchiveError
+    from tribopipe.base.errors import ArchiveError
 
     exit_with([ArchiveError(sentence) for _, sentence in catalogue.unreadable], some_done=some_done)
 
 
 def _show_columns(*, as_json: bool) -> None:
-    from tribopipe.archive.catalogue.columns import COLUMNS
+    from tribopipe.archive.catalog.columns import COLUMNS
 
     told = [
         {"name": column.name, "unit": column.unit, "kind": column.kind, "meaning": column.help}

@@ -16,9 +16,9 @@ from tribopipe.cli.options import Law, RecipeFile, load_archive, load_recipe, pa
 from tribopipe.cli.output import FAILED, record_json, say
 
 if TYPE_CHECKING:
-    from tribopipe.live.problem import Known
-    from tribopipe.live.session import LiveUpdate, Session
-    from tribopipe.records.manifest import RunManifest
+    from tribopipe.documents.manifest import RunManifest
+    from tribopipe.extras.live.problem import Known
+    from tribopipe.extras.live.session import LiveUpdate, Session
 
 _NAP = 0.1
 """How long nothing is looked at while waiting, s."""
@@ -63,12 +63,12 @@ def live(
 
     Nothing is archived: the run is processed when it has ended. Exit code 1 where something was amiss.
     """
-    from tribopipe.live.problem import Asked
-    from tribopipe.live.session import Session
-    from tribopipe.outputs import made_here, require_free
-    from tribopipe.records.manifest import manifest_path, read_manifest
-    from tribopipe.run import RawRun
-    from tribopipe.wear.own_parameters import law_as_given
+    from tribopipe.documents.manifest import manifest_path, read_manifest
+    from tribopipe.evaluation.wear.law_parameters import law_as_given
+    from tribopipe.extras.live.problem import Asked
+    from tribopipe.extras.live.session import Session
+    from tribopipe.pipeline.output_paths import made_here, require_free
+    from tribopipe.results.run import RawRun
 
     require_free([] if figure is None else [figure], own=made_here, beside_run=True)
     told = load_recipe(recipe)
@@ -99,9 +99,9 @@ def _known(
     archives: tuple[Path | None, Path | None],
 ) -> "Known":
     """Return what is known of the drift, the disc's wear and k_D, and by which runs. What is given wins."""
-    from tribopipe.live.priors import archived_coefficient, archived_drift, quantity_given
-    from tribopipe.live.problem import Known
-    from tribopipe.units import WEAR_COEFFICIENT
+    from tribopipe.base.units import WEAR_COEFFICIENT
+    from tribopipe.extras.live.priors import archived_coefficient, archived_drift, quantity_given
+    from tribopipe.extras.live.problem import Known
 
     drift, disc = (
         None if text is None else quantity_given(option, text, kind)
@@ -172,7 +172,7 @@ def _display(session: "Session", *, as_json: bool) -> Iterator[Tell]:
     from rich.live import Live
     from rich.text import Text
 
-    from tribopipe.interrupts import undone_by
+    from tribopipe.base.interrupts import undone_by
 
     def tell(update: "LiveUpdate") -> None:
         for alarm in update.alarms:
@@ -199,8 +199,8 @@ def _tell_lines(session: "Session", update: "LiveUpdate", *, as_json: bool) -> N
 
 def _lines(update: "LiveUpdate") -> Iterator[str]:
     """Write an update for people."""
-    from tribopipe.records.quantity import between
-    from tribopipe.units import WEAR_COEFFICIENT
+    from tribopipe.base.units import WEAR_COEFFICIENT
+    from tribopipe.documents.quantity import between
 
     far = "no samples yet" if update.sliding_distance is None else update.sliding_distance.shown("m")
     yield f"{update.id}: {far}"
@@ -218,8 +218,8 @@ def _lines(update: "LiveUpdate") -> Iterator[str]:
 
 def _draw(session: "Session", update: "LiveUpdate", path: Path) -> None:
     """Keep a picture up to date, once there is something to draw."""
-    from tribopipe.report.figures import save_figure
-    from tribopipe.report.live_figure import plot_live
+    from tribopipe.extras.live.figure import plot_live
+    from tribopipe.views.run_figures import save_figure
 
     if session.posterior is not None and update.estimate is not None:
         save_figure(plot_live(update.id, session.posterior, update.estimate, session.state.means), path)

@@ -29,11 +29,12 @@ from tribopipe.cli.steps import tell
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
-    from tribopipe.pipeline import Outcome
-    from tribopipe.records.manifest import RunManifest
-    from tribopipe.records.quantity import Quantity
-    from tribopipe.records.recipe import Recipe
-    from tribopipe.wear.local import LocalCurves, LocalOptions
+    from tribopipe.documents.manifest import RunManifest
+    from tribopipe.documents.quantity import Quantity
+    from tribopipe.documents.recipe import Recipe
+    from tribopipe.evaluation.wear.local import LocalOptions
+    from tribopipe.pipeline.stages import Outcome
+    from tribopipe.results.local_wear_curves import LocalCurves
 
 Engine = Literal["rings", "half-space", "fe"]
 Scheme = Literal["implicit", "explicit", "economy"]
@@ -112,9 +113,9 @@ def local_wear(
     Archived runs are worn by their own k_D over their own course, and the result is archived with its fields. A run
     folder needs --wear-coefficient, and is only shown.
     """
-    from tribopipe.outputs import require_outside
-    from tribopipe.pipeline import find_runs
-    from tribopipe.wear.local import LocalOptions
+    from tribopipe.evaluation.wear.local import LocalOptions
+    from tribopipe.pipeline.output_paths import require_outside
+    from tribopipe.pipeline.stages import find_runs
 
     if figures is not None:
         require_outside(figures / "local-wear.png")
@@ -150,7 +151,7 @@ def _is_folder(run: str, archive: Path) -> bool:
 
 def _worn(folders: list[Path], store: "Archive | None", ids: list[str], asked: _Asked) -> "Iterator[Outcome]":
     """Wear each run; one that fails does not stop the others."""
-    from tribopipe.pipeline import attempted
+    from tribopipe.pipeline.stages import attempted
 
     steps: list[tuple[str, Callable[[], Outcome]]]
     steps = [(str(run), partial(_wear_folder, run, asked)) for run in folders]
@@ -161,10 +162,10 @@ def _worn(folders: list[Path], store: "Archive | None", ids: list[str], asked: _
 
 
 def _wear_folder(folder: Path, asked: _Asked) -> "Outcome":
-    from tribopipe.errors import FitError
-    from tribopipe.pipeline import Outcome
-    from tribopipe.records.manifest import manifest_path, read_manifest
-    from tribopipe.wear.local import default_places, local_scenario, wear_locally
+    from tribopipe.base.errors import FitError
+    from tribopipe.documents.manifest import manifest_path, read_manifest
+    from tribopipe.evaluation.wear.local import default_places, local_scenario, wear_locally
+    from tribopipe.pipeline.stages import Outcome
 
     if not asked.coefficients:
         raise FitError(
@@ -172,13 +173,12 @@ def _wear_folder(folder: Path, asked: _Asked) -> "Outcome":
             '--wear-coefficient "13.5e-9 mm^3/(N*mm)", or process the folder and name the archived run'
         )
     manifest, _ = read_manifest(manifest_path(folder))
-    conditions = manifest.conditions
-    end = conditions.rotations if conditions.sliding_distance is None else conditions.sliding_distance.value
+    conditions, end = manifest.conditions, manifest.planned
     places = asked.places(manifest) or (default_places(end) if end else [])
     if not places:
         raise FitError(
             f"{folder}: found no end of the run in run.toml; expected one, or a place to wear to; say "
-            f'--at "{"1e6" if manifest.rolls else "500 m"}"'
+            f'--at "{manifest.progress.example}"'
         )
     path = folder_friction(folder, conditions, asked.law, asked.recipe)
     scenario = local_scenario(manifest, asked.coefficients, asked.law, path, asked.recipe)
@@ -188,9 +188,9 @@ def _wear_folder(folder: Path, asked: _Asked) -> "Outcome":
 
 
 def _wear_archived(store: "Archive", run_id: str, asked: _Asked) -> "Outcome":
-    from tribopipe.archive.local_wear import archived_local_wear
+    from tribopipe.archive.local_wear_tables import archived_local_wear
     from tribopipe.archive.steps import LOCAL_WEAR
-    from tribopipe.pipeline import wear_archived_locally
+    from tribopipe.pipeline.stages import wear_archived_locally
 
     outcome = wear_archived_locally(
         store,
@@ -208,7 +208,7 @@ def _wear_archived(store: "Archive", run_id: str, asked: _Asked) -> "Outcome":
 
 
 def _save_figures(curves: "LocalCurves | None", run_id: str, folder: Path | None) -> None:
-    from tribopipe.report.local_wear_figures import save_local_wear_figures
+    from tribopipe.views.local_wear_figures import save_local_wear_figures
 
     if curves is not None and folder is not None:
         for path in save_local_wear_figures(curves, run_id, folder):

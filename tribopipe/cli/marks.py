@@ -11,9 +11,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from tribopipe.archive.store import Archive
-    from tribopipe.errors import TribopipeError
-    from tribopipe.records.annotation import Annotation
-    from tribopipe.records.mark import Mark
+    from tribopipe.base.errors import TribopipeError
+    from tribopipe.documents.annotation import Annotation
+    from tribopipe.documents.mark import Mark
 
 By = Annotated[str | None, typer.Option("--by", help="Who it is by; by default the user logged in.")]
 ArchivedIds = Annotated[
@@ -42,8 +42,8 @@ def mark_bad(
 
 
 def _mark(run_id: str, reason: str, *, undo: bool, by: str | None) -> "Mark":
-    from tribopipe.records.base import read_document
-    from tribopipe.records.mark import Mark
+    from tribopipe.documents.mark import Mark
+    from tribopipe.documents.record import read_document
 
     document = {"kind": "good" if undo else "bad", "reason": reason, **_who_and_when(by)}
     return read_document(document, Mark, where=run_id)
@@ -82,7 +82,7 @@ def tag(
 
 def _refuse_what_none_has(taken: "Iterable[str]", there: "Mapping[str, Sequence[str]]") -> None:
     """Raise ``ArchiveError`` for a tag to take back that no run has: it is mistyped."""
-    from tribopipe.errors import ArchiveError, did_you_mean
+    from tribopipe.base.errors import ArchiveError, did_you_mean
 
     known = {text for tags in there.values() for text in tags}
     for text in taken:
@@ -118,7 +118,7 @@ def note(
 
 def _each(run_ids: "Iterable[str]", change: "Callable[[str], str]") -> "list[TribopipeError]":
     """Change runs and say what each has then; return what stood in the way of some."""
-    from tribopipe.faults import in_a_sentence
+    from tribopipe.base.failures import in_a_sentence
 
     errors = []
     for run_id in run_ids:
@@ -134,8 +134,8 @@ def _notes(store: "Archive", run_id: str) -> list[Any]:
 
 
 def _annotation(kind: str, text: str, by: str | None) -> "Annotation":
-    from tribopipe.records.annotation import Annotation
-    from tribopipe.records.base import read_document
+    from tribopipe.documents.annotation import Annotation
+    from tribopipe.documents.record import read_document
 
     where = "the note" if kind == "note" else "the tag"
     return read_document({"kind": kind, "text": text, **_who_and_when(by)}, Annotation, where=where)

@@ -24,7 +24,7 @@ def migrate(ids: ArchivedIds = None, archive: ArchiveFolder = DEFAULT_ARCHIVE, a
     """
     from tribopipe.archive.migrate import files_of
     from tribopipe.archive.migrate import migrate as bring_up
-    from tribopipe.faults import in_a_sentence
+    from tribopipe.base.failures import in_a_sentence
 
     store = load_archive(archive)
     files, done, errors = files_of(store, ids or ()), {}, {}

@@ -11,8 +11,8 @@ from tribopipe.cli.options import AsJson
 from tribopipe.cli.output import print_json, say
 
 if TYPE_CHECKING:
-    from tribopipe.ingest.draft.folder import NewRun
-    from tribopipe.ingest.draft.questions import Ask
+    from tribopipe.readers.draft.folder import NewRun
+    from tribopipe.readers.draft.questions import Ask
 
 
 def new(
@@ -61,8 +61,8 @@ def new(
     On a terminal it asks for what only the lab knows; elsewhere, and where nothing is answered, run.toml has a
     commented line for it. The files themselves stay as they are.
     """
-    from tribopipe.ingest.draft.folder import Wanted, make_runs
-    from tribopipe.outputs import require_outside
+    from tribopipe.pipeline.output_paths import require_outside
+    from tribopipe.readers.draft.folder import Wanted, make_runs
 
     require_outside(into / "run")
     wanted = Wanted(

@@ -10,10 +10,10 @@ import typer
 from tribopipe.cli.options import DEFAULT_ARCHIVE
 from tribopipe.cli.output import say, seen
 from tribopipe.cli.pages import paragraph
-from tribopipe.cli.whereabouts import RUN_TOML, Whereabouts, ids_in, look_around
+from tribopipe.cli.workspace import RUN_TOML, Whereabouts, ids_in, look_around
 
 if TYPE_CHECKING:
-    from tribopipe.archive.catalogue.listed import ListedRun
+    from tribopipe.archive.catalog.listed import ListedRun
 
 _NAMED = 3
 """As many are named one by one."""

@@ -8,9 +8,9 @@ import typer
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
-    from tribopipe.records.quantity import Quantity
-    from tribopipe.records.recipe import Recipe
-    from tribopipe.wear.friction_path import FrictionPath
+    from tribopipe.documents.quantity import Quantity
+    from tribopipe.documents.recipe import Recipe
+    from tribopipe.physics.friction_path import FrictionPath
 
 DEFAULT_ARCHIVE = Path("archive")
 _FRICTION = re.compile(r"\s*A\s*=\s*(\S+)[\s,;]+b\s*=\s*(\S+)[\s,;]+c\s*=\s*(.+?)\s*")
@@ -44,16 +44,17 @@ RunIds = Annotated[
 
 def law_names() -> list[str]:
     """Complete the names of wear laws: tribopipe's and those of other packages."""
-    from tribopipe.plugins import declared
+    from tribopipe.base.plugins import declared
 
     return list(dict.fromkeys(entry.name for entry in declared("tribopipe.laws")))
 
 
 def _law(text: str) -> str:
     if text not in law_names():
-        from tribopipe.records.recipe import LAWS
+        from tribopipe.base.plugins import not_installed
+        from tribopipe.physics.conventions import LAW_GROUP
 
-        raise typer.BadParameter(LAWS.unknown(text))
+        raise typer.BadParameter(not_installed(LAW_GROUP, "wear law", text))
     return text
 
 
@@ -89,8 +90,8 @@ def load_archive(folder: Path, *, must_exist: bool = True) -> "Archive":
 
 def require_archive(folder: Path) -> None:
     """Raise ``ArchiveError`` where there is no archive folder, or a run folder in its place."""
-    from tribopipe.cli.whereabouts import RUN_TOML
-    from tribopipe.errors import ArchiveError
+    from tribopipe.base.errors import ArchiveError
+    from tribopipe.cli.workspace import RUN_TOML
 
     if (folder / RUN_TOML).is_file():
         raise ArchiveError(
@@ -105,8 +106,8 @@ def require_archive(folder: Path) -> None:
 
 def load_recipe(path: Path | None, engine: WearEngine | None = None) -> "Recipe":
     """Read a recipe, or take the default one, with another engine where one is named."""
-    from tribopipe.records.base import load_toml
-    from tribopipe.records.recipe import Recipe
+    from tribopipe.documents.recipe import Recipe
+    from tribopipe.documents.record import load_toml
 
     recipe = Recipe() if path is None else load_toml(path, Recipe)
     if engine is None:
@@ -116,7 +117,7 @@ def load_recipe(path: Path | None, engine: WearEngine | None = None) -> "Recipe"
 
 def chosen_ids(archive: "Archive", ids: list[str] | None) -> list[str]:
     """Return the ids asked for, or all. Raises ``ArchiveError`` where there is none."""
-    from tribopipe.errors import ArchiveError
+    from tribopipe.base.errors import ArchiveError
 
     chosen = ids or archive.ids()
     if not chosen:
@@ -126,8 +127,8 @@ def chosen_ids(archive: "Archive", ids: list[str] | None) -> list[str]:
 
 def parsed(option: str, text: str, kind: str) -> float:
     """Read an option as SI."""
-    from tribopipe.errors import UnitError
-    from tribopipe.units import parse
+    from tribopipe.base.errors import UnitError
+    from tribopipe.base.units import parse
 
     try:
         return parse(text, kind)
@@ -137,7 +138,7 @@ def parsed(option: str, text: str, kind: str) -> float:
 
 def rotations(text: str) -> float:
     """Read a number of rotations."""
-    from tribopipe.errors import UnitError
+    from tribopipe.base.errors import UnitError
 
     try:
         turns = parsed("--at", text, "count")
@@ -150,9 +151,9 @@ def rotations(text: str) -> float:
 
 def quantity(option: str, text: str, kind: str) -> "Quantity":
     """Read an option as a quantity above zero."""
-    from tribopipe.errors import UnitError
-    from tribopipe.records.quantity import Quantity
-    from tribopipe.units import KINDS
+    from tribopipe.base.errors import UnitError
+    from tribopipe.base.units import KINDS
+    from tribopipe.documents.quantity import Quantity
 
     value = parsed(option, text, kind)
     if not value > 0:
@@ -162,8 +163,8 @@ def quantity(option: str, text: str, kind: str) -> "Quantity":
 
 def friction_path(text: str) -> "FrictionPath":
     """Read "A=0.226 b=0.496 c=32.877 m"."""
-    from tribopipe.errors import UnitError
-    from tribopipe.wear.friction_path import ExponentialFriction
+    from tribopipe.base.errors import UnitError
+    from tribopipe.physics.friction_path import ExponentialFriction
 
     found = _FRICTION.fullmatch(text)
     if found is None:

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import typer
 
 if TYPE_CHECKING:
-    from tribopipe.errors import TribopipeError
-    from tribopipe.pipeline import Outcome
+    from tribopipe.base.errors import TribopipeError
+    from tribopipe.pipeline.stages import Outcome
 
 DONE, FAILED, USAGE, PARTLY_FAILED = 0, 1, 2, 3
 
@@ -127,7 +127,7 @@ def progress(what: str, total: int | None) -> Iterator[Advance]:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from tribopipe.interrupts import undone_by
+    from tribopipe.base.interrupts import undone_by
 
     layout = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with undone_by(_clear_line), Progress(*layout, console=Console(stderr=True), transient=True) as bar:
@@ -149,8 +149,8 @@ def say_where_to_read(codes: Iterable[str]) -> None:
     asked = dict.fromkeys(codes)
     if not asked or not sys.stderr.isatty():
         return
+    from tribopipe.base.errors import TribopipeError
     from tribopipe.cli.manual import links, sections
-    from tribopipe.errors import TribopipeError
 
     with suppress(TribopipeError, OSError):
         known = [code for code in asked if code in sections()]

@@ -10,7 +10,7 @@ import typer
 from tribopipe.cli.output import say, seen, table, terminal_width
 
 if TYPE_CHECKING:
-    from tribopipe.report.page import Fact, Remark, RunPage, StagePage, StudyPage, TextTable
+    from tribopipe.views.page import Fact, Remark, RunPage, StagePage, StudyPage, TextTable
 
 _SAID = {
     "bad": "marked bad",

@@ -31,15 +31,15 @@ from tribopipe.cli.studies import show_together
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
-    from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction
-    from tribopipe.records.manifest import Conditions, RunManifest
-    from tribopipe.records.quantity import Quantity
-    from tribopipe.records.recipe import Recipe
-    from tribopipe.records.results import WearFit, WearPrediction
-    from tribopipe.run import RawRun
-    from tribopipe.wear.friction_path import FrictionPath
-    from tribopipe.wear.predict import KnownPin
-    from tribopipe.wear.twin_disc.predict import KnownDiscs
+    from tribopipe.documents.manifest import Conditions, RunManifest
+    from tribopipe.documents.quantity import Quantity
+    from tribopipe.documents.recipe import Recipe
+    from tribopipe.evaluation.wear.predict import KnownPin
+    from tribopipe.evaluation.wear.twin_disc.predict import KnownDiscs
+    from tribopipe.physics.friction_path import FrictionPath
+    from tribopipe.results.disc_evaluation import TwinDiscFit, TwinDiscPrediction
+    from tribopipe.results.evaluation import WearFit, WearPrediction
+    from tribopipe.results.run import RawRun
 
 Scheme = Literal["exact", "published"]
 Convention = Literal["full-slip", "contact-width", "line-load", "volume-conserving"]
@@ -186,12 +186,12 @@ def _predict_onto(
 def _predict_archived(
     folder: Path, ids: list[str] | None, law: Law, recipe: "Recipe", *, force: bool, as_json: bool
 ) -> None:
-    from tribopipe import pipeline
+    from tribopipe.pipeline import stages
 
     store = load_archive(folder)
     chosen, outcomes = chosen_ids(store, ids), []
     with progress("prediction", len(chosen)) as moved:
-        for outcome in pipeline.predict_from_lightest(store, chosen, [law], recipe, force=force):
+        for outcome in stages.predict_from_lightest(store, chosen, [law], recipe, force=force):
             outcomes.append(outcome)
             tell(outcome)
             moved(outcome.run_id)
@@ -219,7 +219,7 @@ def _subjects(
 
 
 def _show_predictions(subjects: list[tuple[_Subject, str | None]], asked: _Asked, *, as_json: bool) -> None:
-    from tribopipe.records.manifest import TwinDisc
+    from tribopipe.documents.contact import TwinDisc
 
     results = [
         (_predict_discs if isinstance(subject.manifest.contact, TwinDisc) else _predict_pin)(subject, asked, reference)
@@ -234,7 +234,7 @@ def _show_predictions(subjects: list[tuple[_Subject, str | None]], asked: _Asked
 
 def _folder(run: Path, asked: _Asked) -> _Subject:
     """Take a run folder; its signals are only read where friction has to be found in them."""
-    from tribopipe.records.manifest import manifest_path, read_manifest
+    from tribopipe.documents.manifest import manifest_path, read_manifest
 
     if not asked.coefficients:
         raise typer.BadParameter('a run folder has no k_D: give one, --wear-coefficient "13.5e-9 mm^3/(N*mm)"')
@@ -248,8 +248,8 @@ def _folder(run: Path, asked: _Asked) -> _Subject:
 
 def folder_friction(run: Path, conditions: "Conditions", law: Law, recipe: "Recipe") -> "FrictionPath | None":
     """Return the friction of a run folder that a law needs: stated in run.toml, or else measured."""
-    from tribopipe.wear.friction_path import stated_path
-    from tribopipe.wear.laws import law_named
+    from tribopipe.evaluation.friction_paths import stated_path
+    from tribopipe.physics.laws import law_named
 
     if not law_named(law).needs_friction:
         return None
@@ -257,10 +257,10 @@ def folder_friction(run: Path, conditions: "Conditions", law: Law, recipe: "Reci
 
 
 def _measured_friction(run: Path, recipe: "Recipe") -> "FrictionPath | None":
-    from tribopipe.clean_up.cleaning import clean_run
-    from tribopipe.friction import fit_friction
-    from tribopipe.ingest.harmonise import read_run
-    from tribopipe.wear.friction_path import run_path
+    from tribopipe.evaluation.friction import fit_friction
+    from tribopipe.evaluation.friction_paths import run_path
+    from tribopipe.evaluation.preprocessing.cleaning import clean_run
+    from tribopipe.readers.harmonize import read_run
 
     read = clean_run(read_run(run), recipe).run
     return run_path(read, fit_friction(read, recipe.friction, recipe.uncertainty), recipe.wear.friction)
@@ -268,10 +268,10 @@ def _measured_friction(run: Path, recipe: "Recipe") -> "FrictionPath | None":
 
 def _archived(store: "Archive", run_id: str, asked: _Asked) -> _Subject:
     """Take an archived run, with its own fit unless wear coefficients are given."""
-    from tribopipe.archive.results import archived_fit, archived_friction
-    from tribopipe.errors import FitError
-    from tribopipe.wear.friction_path import run_path
-    from tribopipe.wear.laws import law_named
+    from tribopipe.base.errors import FitError
+    from tribopipe.evaluation.friction_paths import run_path
+    from tribopipe.physics.laws import law_named
+    from tribopipe.pipeline.archived_results import archived_fit, archived_friction
 
     run, fit, path = store.cleaned(run_id), None, None
     if not asked.coefficients:
@@ -283,12 +283,11 @@ def _archived(store: "Archive", run_id: str, asked: _Asked) -> _Subject:
     if law_named(asked.law).needs_friction:
         found = run_path(run, archived_friction(store, run_id), asked.recipe.wear.friction)
         path = friction_path(asked.friction) if asked.friction else found
-    axis = run.columns["rotations"] if run.manifest.rolls else run.sliding_distance
-    return _Subject(run.manifest, run, fit, path, float(axis[-1]))
+    return _Subject(run.manifest, run, fit, path, float(run.progress[-1]))
 
 
 def _predict_pin(subject: _Subject, asked: _Asked, reference: str | None) -> "WearPrediction":
-    from tribopipe.wear.predict import DEFAULT_STEPS, WearScenario, predict_wear
+    from tribopipe.evaluation.wear.predict import DEFAULT_STEPS, WearScenario, predict_wear
 
     _refuse(asked.slip, "--slip", "of two discs", "a pin has none")
     _refuse(asked.crown_radius, "--crown-radius", "of two discs", "for a pin it is --radius")
@@ -319,9 +318,9 @@ def _predict_pin(subject: _Subject, asked: _Asked, reference: str | None) -> "We
 
 def _known_pin(subject: _Subject, asked: _Asked) -> "KnownPin":
     """Return the wear coefficient given, or that of the run's fit, with the engine it is right with."""
-    from tribopipe.errors import FitError
-    from tribopipe.records.results import WearFit
-    from tribopipe.wear.predict import KnownPin, known_pin
+    from tribopipe.base.errors import FitError
+    from tribopipe.evaluation.wear.predict import KnownPin, known_pin
+    from tribopipe.results.evaluation import WearFit
 
     fitted = known_pin(subject.fit) if isinstance(subject.fit, WearFit) else None
     if fitted is None:
@@ -336,8 +335,8 @@ def _known_pin(subject: _Subject, asked: _Asked) -> "KnownPin":
 
 
 def _predict_discs(subject: _Subject, asked: _Asked, reference: str | None) -> "TwinDiscPrediction":
-    from tribopipe.motion import slip
-    from tribopipe.wear.twin_disc.predict import DiscScenario, predict_discs
+    from tribopipe.documents.slip import slip
+    from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario, predict_discs
 
     _refuse(asked.radius, "--radius", "of a pin", "of the curved disc it is --crown-radius")
     _refuse(asked.engine, "--engine", "of a pin", "two discs are predicted by the GIWM")
@@ -362,9 +361,9 @@ def _predict_discs(subject: _Subject, asked: _Asked, reference: str | None) -> "
 
 def _known_discs(subject: _Subject, asked: _Asked) -> "KnownDiscs":
     """Return the wear coefficients given, or those of the run's fit, with the way they count the distance slid."""
-    from tribopipe.errors import FitError
-    from tribopipe.records.disc_results import TwinDiscFit
-    from tribopipe.wear.twin_disc.predict import KnownDiscs, known_discs
+    from tribopipe.base.errors import FitError
+    from tribopipe.evaluation.wear.twin_disc.predict import KnownDiscs, known_discs
+    from tribopipe.results.disc_evaluation import TwinDiscFit
 
     fitted = known_discs(subject.fit) if isinstance(subject.fit, TwinDiscFit) else None
     if fitted is None:
@@ -396,7 +395,7 @@ def _places(subject: _Subject, asked: _Asked, kind: str, example: str) -> tuple[
 
 def _depth(text: str) -> float:
     """Read a wear depth, m."""
-    from tribopipe.errors import UnitError
+    from tribopipe.base.errors import UnitError
 
     depth = parsed("--depth", text, "length")
     if depth < 0:
@@ -415,8 +414,8 @@ def _given(option: str, text: str | None, kind: str, otherwise: Any) -> Any:
 
 def _slip(text: str) -> "Quantity":
     """Read a slip, which may be negative but not zero."""
-    from tribopipe.errors import UnitError
-    from tribopipe.records.quantity import Quantity
+    from tribopipe.base.errors import UnitError
+    from tribopipe.documents.quantity import Quantity
 
     value = parsed("--slip", text, "percentage")
     if value == 0 or value <= -1:

@@ -24,10 +24,10 @@ from tribopipe.cli.steps import say_change, say_clean_up
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
-    from tribopipe.batch import Crew
-    from tribopipe.pipeline import Outcome
-    from tribopipe.records.recipe import Recipe
-    from tribopipe.records.study import Study
+    from tribopipe.base.executor import Crew
+    from tribopipe.documents.recipe import Recipe
+    from tribopipe.documents.study import Study
+    from tribopipe.pipeline.stages import Outcome
 
 
 def process(
@@ -48,8 +48,8 @@ def process(
     What needs other runs (predictions, studies) is left out with --shard, and so are figures: a last `process` of all
     runs without --shard finds all else unchanged, and does that.
     """
-    from tribopipe.batch import at_work
-    from tribopipe.studies import find_studies, load_studies, process_studies
+    from tribopipe.base.executor import at_work
+    from tribopipe.pipeline.studies import find_studies, load_studies, process_studies
 
     how = load_recipe(recipe)
     with at_work(crew(jobs, scheduler)) as who:
@@ -82,12 +82,12 @@ def _taken(
     amend: bool,
 ) -> "Iterator[Outcome]":
     """Take runs through all that needs no other run where they are alone, else through the whole line."""
-    from tribopipe import pipeline
+    from tribopipe.pipeline import stages
 
     if alone:
-        return pipeline.process_each(folders, store, how, force=force, amend=amend, crew=who)
+        return stages.process_each(folders, store, how, force=force, amend=amend, crew=who)
     studied = {run_id for study in studies for run_id in (*study.fit, *study.predict)}
-    return pipeline.process(folders, store, how, force=force, amend=amend, studied=studied, crew=who)
+    return stages.process(folders, store, how, force=force, amend=amend, studied=studied, crew=who)
 
 
 def _followed(coming: "Iterable[Outcome]", advance: "Advance") -> "list[Outcome]":
@@ -119,7 +119,7 @@ def _less_repeated(outcome: "Outcome", warned: "set[tuple[str, str, str]]") -> "
 
 def _draw(store: "Archive", outcomes: "list[Outcome]", who: "Crew") -> "list[Outcome]":
     """Save figures that are not up to date."""
-    from tribopipe.report.drawn import drawn, figure_steps
+    from tribopipe.views.figure_updates import drawn, figure_steps
 
     steps = figure_steps(store, outcomes)
     found = []
@@ -132,8 +132,8 @@ def _draw(store: "Archive", outcomes: "list[Outcome]", who: "Crew") -> "list[Out
 
 def _unseen(store: "Archive", outcomes: "list[Outcome]") -> "Iterator[Outcome]":
     """Return failures of the runs that workers say to have archived where this process sees none."""
-    from tribopipe.errors import ArchiveError
-    from tribopipe.pipeline import Outcome
+    from tribopipe.base.errors import ArchiveError
+    from tribopipe.pipeline.stages import Outcome
 
     for run_id in _archived(outcomes):
         path = store.path(run_id)
@@ -154,7 +154,7 @@ def _show(store: "Archive", outcomes: "list[Outcome]", *, as_json: bool) -> None
     """Show what the archive holds of the runs now, and what studies found."""
     from tribopipe.cli.pages import show_study_page
     from tribopipe.cli.summary import run_summary, show_summaries
-    from tribopipe.report.study_page import study_page
+    from tribopipe.views.study_page import study_page
 
     ids = [run_id for run_id in _archived(outcomes) if store.path(run_id).exists()]  # the folder may have gone
     evaluated = [outcome for outcome in outcomes if outcome.stage == "study" and outcome.error is None]
@@ -170,7 +170,7 @@ def _show(store: "Archive", outcomes: "list[Outcome]", *, as_json: bool) -> None
 
 def _say_doubts(outcome: "Outcome") -> None:
     """Say where the depth contradicts the end value, and what a run lacks for a correction."""
-    from tribopipe.records.results import DriftCorrection
+    from tribopipe.results.evaluation import DriftCorrection
 
     correction = outcome.result
     if not isinstance(correction, DriftCorrection):

@@ -12,9 +12,9 @@ from tribopipe.cli.output import located, print_json, record_json, say, table
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
-    from tribopipe.profile.track import Level, Track
-    from tribopipe.records.quantity import Quantity
-    from tribopipe.run import Profile
+    from tribopipe.documents.quantity import Quantity
+    from tribopipe.evaluation.profile.track import Level, Track
+    from tribopipe.results.run import Profile
 
 Plot = Annotated[bool, typer.Option("--plot", help="Save figures, and say where.")]
 Radius = Annotated[
@@ -57,7 +57,7 @@ class _Shown:
 
     def tell(self, title: str) -> None:
         """Show everything to people."""
-        from tribopipe.profile.track import Track
+        from tribopipe.evaluation.profile.track import Track
 
         rows = [[key, *_cells(found)] for key, found in self.found.items() if isinstance(found, Track)]
         if rows:
@@ -78,13 +78,13 @@ class _Shown:
 
 def show_profile_file(path: Path, asked: ProfileOptions, *, as_json: bool) -> None:
     """Show the profiles in a file: areas, width and depth of the track in each, and figures where asked for."""
-    from tribopipe.errors import ReaderError
-    from tribopipe.ingest.columns import read_source
-    from tribopipe.ingest.fields import remarks
-    from tribopipe.ingest.profiles import Units, profiles_in
-    from tribopipe.profile.track import examined
-    from tribopipe.records.manifest import ProfileSource
-    from tribopipe.report.profile_figures import save_profile_figures
+    from tribopipe.base.errors import ReaderError
+    from tribopipe.documents.manifest import ProfileSource
+    from tribopipe.evaluation.profile.track import examined
+    from tribopipe.readers.columns import read_source
+    from tribopipe.readers.fields import remarks
+    from tribopipe.readers.profiles import Units, profiles_in
+    from tribopipe.views.profile_figures import save_profile_figures
 
     radius = None if asked.radius is None else parsed("--radius", asked.radius, "length")
     named = ProfileSource(file=path.name)
@@ -109,10 +109,10 @@ def show_profile_file(path: Path, asked: ProfileOptions, *, as_json: bool) -> No
 
 def show_run_profiles(store: "Archive", run_id: str) -> list[dict[str, Any]]:
     """Tell of the profiles of an archived run, save their figures and its others, and return it all for programs."""
-    from tribopipe.archive.stamps import FIGURES
-    from tribopipe.profile.track import examined, reference_radius
-    from tribopipe.report.archived import save_run_figures
-    from tribopipe.report.profile_figures import save_profile_figures
+    from tribopipe.archive.file_signature import FIGURES
+    from tribopipe.evaluation.profile.track import examined, reference_radius
+    from tribopipe.views.archived_figures import save_run_figures
+    from tribopipe.views.profile_figures import save_profile_figures
 
     raw = store.raw(run_id)
     radii = {key: reference_radius(raw.manifest, key) for key in raw.profiles}
@@ -128,7 +128,7 @@ def show_run_profiles(store: "Archive", run_id: str) -> list[dict[str, Any]]:
 
 
 def _described(found: "Track | Level") -> dict[str, Any]:
-    from tribopipe.profile.track import Track
+    from tribopipe.evaluation.profile.track import Track
 
     if not isinstance(found, Track):
         return {"track": None, "why": found.why, "unworn_surface": found.form}

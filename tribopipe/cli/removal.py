@@ -58,7 +58,7 @@ def restore(
 
 def _each(ids: "Iterable[str]", move: "Callable[[str], Path]", told: str, *, as_json: bool) -> None:
     """Move the file of each and say where it is; what stands in the way of one does not stop the others."""
-    from tribopipe.faults import in_a_sentence
+    from tribopipe.base.failures import in_a_sentence
 
     moved, errors = {}, {}
     for name in dict.fromkeys(ids):

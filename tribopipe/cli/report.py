@@ -37,8 +37,8 @@ def report(
     It holds figures, tables, methods with their equations, provenance, and the items customary under ASTM G99 with what
     is missing of them. It loads nothing; a browser prints it, or makes a PDF of it.
     """
-    from tribopipe.files import write_file
-    from tribopipe.outputs import require_free
+    from tribopipe.base.files import write_file
+    from tribopipe.pipeline.output_paths import require_free
 
     path = output or Path(f"{ids[0]}.html" if len(ids) == 1 else "report.html")
     store = load_archive(archive)
@@ -52,7 +52,7 @@ def report(
 
 def _is_study(store: "Archive", ids: "Sequence[str]", *, as_run: bool) -> bool:
     """Tell whether one study is meant. Raises ``ArchiveError`` where an id is not known, or a study is not alone."""
-    from tribopipe.errors import ArchiveError, did_you_mean
+    from tribopipe.base.errors import ArchiveError, did_you_mean
 
     runs, studies = set(store.ids()), set(store.study_ids())
     unknown = next((one for one in ids if one not in runs | studies), None)
@@ -73,7 +73,7 @@ def _is_study(store: "Archive", ids: "Sequence[str]", *, as_run: bool) -> bool:
 
 
 def _document(store: "Archive", ids: "Sequence[str]", *, study: bool) -> str:
-    from tribopipe.report.html.document import run_report, study_report
+    from tribopipe.views.html.document import run_report, study_report
 
     return study_report(store, ids[0]) if study else run_report(store, ids)
 

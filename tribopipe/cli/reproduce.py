@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from tribopipe.archive.store import Archive
-    from tribopipe.reproduce import Redone, Reproduction
+    from tribopipe.pipeline.reproduce import Redone, Reproduction
 
 _MOST_SHOWN = 3
 _WIDEST = 60
@@ -32,7 +32,7 @@ def reproduce(
 
     Nothing is written. Exit code 1 where something comes out different, or cannot be compared.
     """
-    from tribopipe.errors import TribopipeError
+    from tribopipe.base.errors import TribopipeError
 
     store = load_archive(archive)
     chosen, found, errors = _chosen(store, ids or []), [], []
@@ -57,8 +57,8 @@ def _chosen(store: "Archive", ids: "Sequence[str]") -> "list[tuple[str, Callable
 
     Raises ``ArchiveError`` for an id that is not in the archive, or where there is nothing.
     """
-    from tribopipe.errors import ArchiveError, did_you_mean
-    from tribopipe.reproduce import reproduce, reproduce_study
+    from tribopipe.base.errors import ArchiveError, did_you_mean
+    from tribopipe.pipeline.reproduce import reproduce, reproduce_study
 
     runs, studies = chosen_ids(store, None), store.study_ids()
     for name in ids:

@@ -10,7 +10,7 @@ from tribopipe.cli.output import exit_with, print_json, progress, say, seen
 
 if TYPE_CHECKING:
     from tribopipe.archive.rescue import Rescued
-    from tribopipe.errors import TribopipeError
+    from tribopipe.base.errors import TribopipeError
 
 Files = Annotated[list[Path], typer.Argument(help="Files of archived runs.", metavar="FILE")]
 Into = Annotated[Path, typer.Option("--to", help="Folder to write run folders into.")]
@@ -23,8 +23,8 @@ def rescue(files: Files, into: Into, as_json: AsJson = False) -> None:
     and notes are not in the source files.
     """
     from tribopipe.archive.rescue import rescue as save
-    from tribopipe.faults import in_a_sentence
-    from tribopipe.outputs import require_outside
+    from tribopipe.base.failures import in_a_sentence
+    from tribopipe.pipeline.output_paths import require_outside
 
     require_outside(into / "run")
     saved: dict[Path, Rescued] = {}
@@ -48,7 +48,7 @@ def rescue(files: Files, into: Into, as_json: AsJson = False) -> None:
 
 
 def _lacking(path: Path, found: "Rescued") -> "TribopipeError":
-    from tribopipe.errors import ArchiveError
+    from tribopipe.base.errors import ArchiveError
 
     if not found.listed:
         lacking = "the list of its source files damaged"

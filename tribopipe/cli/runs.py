@@ -21,9 +21,9 @@ from tribopipe.cli.output import (
 )
 
 if TYPE_CHECKING:
-    from tribopipe.batch import Crew
-    from tribopipe.pipeline import Outcome
-    from tribopipe.records.plan import TwinDiscTruth
+    from tribopipe.base.executor import Crew
+    from tribopipe.documents.plan import TwinDiscTruth
+    from tribopipe.pipeline.stages import Outcome
 
 _UNCOMPARED = {"radius_can_be_compared"}
 """Notes on inputs of which nothing else in a run shows that they are wrong, though the wear coefficient would be."""
@@ -37,8 +37,8 @@ def run_folders(
 
     With them, a failure for each path that has none.
     """
-    from tribopipe.errors import ManifestError
-    from tribopipe.pipeline import Outcome, find_runs
+    from tribopipe.base.errors import ManifestError
+    from tribopipe.pipeline.stages import Outcome, find_runs
 
     folders: list[Path] = []
     failures: list[Outcome] = []
@@ -52,7 +52,7 @@ def run_folders(
 
 def check(paths: RunPaths, as_json: AsJson = False) -> None:
     """Look a run over: schema, units, order of time, gaps, signs, magnitudes. Exit code 1 on errors and warnings."""
-    from tribopipe.pipeline import attempted
+    from tribopipe.pipeline.stages import attempted
 
     folders, failures = run_folders(paths)
     documents, sound, codes = [], True, []
@@ -81,9 +81,9 @@ def check(paths: RunPaths, as_json: AsJson = False) -> None:
 
 
 def _looked_over(path: Path) -> "Outcome":
-    from tribopipe.checks.registry import check_run
-    from tribopipe.ingest.harmonise import read_run
-    from tribopipe.pipeline import Outcome
+    from tribopipe.evaluation.checks.registry import check_run
+    from tribopipe.pipeline.stages import Outcome
+    from tribopipe.readers.harmonize import read_run
 
     run = read_run(path)
     return Outcome(run.id, "ingest", "unchanged", findings=tuple(check_run(run)))
@@ -100,13 +100,13 @@ def ingest(
     shard: Shard = None,
 ) -> None:
     """Read, check and archive run folders."""
-    from tribopipe import pipeline
+    from tribopipe.pipeline import stages
 
     who = crew(jobs, scheduler)
     store = load_archive(seen_by(who, archive), must_exist=False)
     folders, outcomes = run_folders(paths, shard, who)
     with progress("ingest", len(folders)) as advance:
-        for outcome in pipeline.ingest_each(folders, store, force=force, amend=amend, crew=who):
+        for outcome in stages.ingest_each(folders, store, force=force, amend=amend, crew=who):
             if outcome.error is None:
                 say(f"{outcome.run_id}: {'archived' if outcome.status == 'done' else 'unchanged, nothing to do'}")
             say_amended(outcome)
@@ -141,11 +141,11 @@ def simulate(
     as_json: AsJson = False,
 ) -> None:
     """Record runs on a virtual tribometer: run folders whose truth is known."""
-    from tribopipe.outputs import require_outside
-    from tribopipe.records.base import load_toml
-    from tribopipe.records.plan import Plan, Truth, TwinDiscTruth
-    from tribopipe.simulate import simulate_plan
-    from tribopipe.units import WEAR_COEFFICIENT
+    from tribopipe.base.units import WEAR_COEFFICIENT
+    from tribopipe.documents.plan import Plan, Truth, TwinDiscTruth
+    from tribopipe.documents.record import load_toml
+    from tribopipe.extras.simulate import simulate_plan
+    from tribopipe.pipeline.output_paths import require_outside
 
     require_outside(folder / "run")
     truths = simulate_plan(load_toml(plan, Plan), folder)
@@ -177,7 +177,7 @@ def simulate(
 
 
 def _disc_rows(truth: "TwinDiscTruth") -> list[list[str]]:
-    from tribopipe.units import WEAR_COEFFICIENT
+    from tribopipe.base.units import WEAR_COEFFICIENT
 
     ends = (
         ("curved", truth.curved_wear_coefficient, truth.end_curved_wear_depth, truth.end_curved_wear_volume),

@@ -26,9 +26,9 @@ from tribopipe.cli.studies import show_together
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
-    from tribopipe.batch import Crew
-    from tribopipe.pipeline import Outcome
-    from tribopipe.records.recipe import Recipe
+    from tribopipe.base.executor import Crew
+    from tribopipe.documents.recipe import Recipe
+    from tribopipe.pipeline.stages import Outcome
 
 
 def correct_drift(
@@ -90,26 +90,26 @@ def _fit_json(store: "Archive", run_id: str, law: Law) -> dict[str, Any]:
 
 
 def _corrected(run_id: str, store: "Archive", how: "Recipe", *, force: bool) -> "Iterator[Outcome]":
-    from tribopipe import pipeline
+    from tribopipe.pipeline import stages
 
     def steps() -> "Iterator[Outcome]":
-        yield pipeline.clean_archived(store, run_id, how)
-        yield pipeline.correct_archived_drift(store, run_id, how, force=force)
+        yield stages.clean_archived(store, run_id, how)
+        yield stages.correct_archived_drift(store, run_id, how, force=force)
 
-    return pipeline.compared(store, run_id, steps())
+    return stages.compared(store, run_id, steps())
 
 
 def _fitted(run_id: str, store: "Archive", how: "Recipe", model: Law, *, force: bool) -> "Iterator[Outcome]":
-    from tribopipe import pipeline
+    from tribopipe.pipeline import stages
 
     def steps() -> "Iterator[Outcome]":
-        yield pipeline.clean_archived(store, run_id, how)
-        yield pipeline.correct_archived_drift(store, run_id, how)
-        yield pipeline.fit_archived_friction(store, run_id, how, force=force)
-        yield pipeline.evaluate_archived_wear(store, run_id, how, force=force)
-        yield pipeline.fit_archived_wear(store, run_id, model, how, force=force)
+        yield stages.clean_archived(store, run_id, how)
+        yield stages.correct_archived_drift(store, run_id, how)
+        yield stages.fit_archived_friction(store, run_id, how, force=force)
+        yield stages.evaluate_archived_wear(store, run_id, how, force=force)
+        yield stages.fit_archived_wear(store, run_id, model, how, force=force)
 
-    return pipeline.compared(store, run_id, steps())
+    return stages.compared(store, run_id, steps())
 
 
 _Stage = Literal["drift_correction", "wear_fit"]
@@ -118,9 +118,9 @@ _Steps = Callable[[str], "Iterator[Outcome]"]
 
 def _each(ids: list[str], stage: _Stage, steps: _Steps, who: "Crew") -> "list[Outcome]":
     """Take each run further, and tell how; one that fails does not stop the others. Clean-ups are told alone."""
-    from tribopipe.batch import as_done
-    from tribopipe.errors import TribopipeError
-    from tribopipe.pipeline import Outcome
+    from tribopipe.base.errors import TribopipeError
+    from tribopipe.base.executor import as_done
+    from tribopipe.pipeline.stages import Outcome
 
     found: dict[str, list[Outcome]] = {}
     with progress(stage.replace("_", " "), len(ids)) as moved:
@@ -135,7 +135,7 @@ def _each(ids: list[str], stage: _Stage, steps: _Steps, who: "Crew") -> "list[Ou
 
 def _taken(run_id: str, stage: _Stage, steps: _Steps) -> "list[Outcome]":
     """Take the steps of a run, up to one that fails."""
-    from tribopipe.pipeline import Outcome
+    from tribopipe.pipeline.stages import Outcome
 
     outcomes: list[Outcome] = []
     try:
@@ -147,7 +147,7 @@ def _taken(run_id: str, stage: _Stage, steps: _Steps) -> "list[Outcome]":
 
 def say_clean_up(outcome: "Outcome") -> None:
     """Say what a clean-up has changed just now, if anything."""
-    from tribopipe.records.clean_up import CleanUp
+    from tribopipe.documents.preprocessing import CleanUp
 
     if outcome.status == "done" and isinstance(outcome.result, CleanUp) and outcome.result.changes:
         say(f"{outcome.run_id}: {outcome.result}")
@@ -157,7 +157,7 @@ def say_change(outcome: "Outcome") -> None:
     """Say which main values of an earlier result have changed, unless the digits shown are the same."""
     if outcome.previous is None:
         return
-    from tribopipe.records.headline import changes
+    from tribopipe.results.main_values import changes
 
     for told in changes(outcome.previous, outcome.result):
         say(f"{outcome.run_id}: {told}")

@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from tribopipe.archive.store import Archive
-    from tribopipe.records.disc_verdict import TwinDiscStudyResult
-    from tribopipe.records.manifest import RunManifest
-    from tribopipe.records.recipe import Recipe
-    from tribopipe.records.verdict import StudyResult
-    from tribopipe.run import RawRun
+    from tribopipe.documents.manifest import RunManifest
+    from tribopipe.documents.recipe import Recipe
+    from tribopipe.results.agreement import StudyResult
+    from tribopipe.results.disc_agreement import TwinDiscStudyResult
+    from tribopipe.results.run import RawRun
 
 study_app = typer.Typer(
     help="Fit some runs, predict others, and say where the wear law does not hold.", no_args_is_help=True
@@ -53,10 +53,10 @@ def new(
     Runs that are marked bad, were aborted or lack what k_D needs are left out, and named. Writes study.toml, or
     <id>.study.toml for each of several; read it and change it before you run it.
     """
-    from tribopipe.files import write_file
-    from tribopipe.outputs import require_free
-    from tribopipe.records.study import STUDY_NAME, STUDY_SUFFIX
-    from tribopipe.studies import draft_studies, study_toml
+    from tribopipe.base.files import write_file
+    from tribopipe.documents.study import STUDY_NAME, STUDY_SUFFIX
+    from tribopipe.pipeline.output_paths import require_free
+    from tribopipe.pipeline.studies import draft_studies, study_toml
 
     found = _read(paths) if paths else _archived(load_archive(archive))
     sound = [one for one in found if one.unfit is None]
@@ -82,18 +82,18 @@ class _Candidate(NamedTuple):
 
 
 def _candidate(run: "RawRun") -> _Candidate:
-    from tribopipe.records.recipe import Recipe
-    from tribopipe.studies import unfit_for_study
+    from tribopipe.documents.recipe import Recipe
+    from tribopipe.pipeline.studies import unfit_for_study
 
     return _Candidate(run.manifest, unfit_for_study(run, Recipe()), "friction_coefficient" in run.columns)
 
 
 def _read(paths: "Sequence[Path]") -> list[_Candidate]:
     """Read run folders; one whose recording cannot be read is left out."""
-    from tribopipe.errors import ReaderError
-    from tribopipe.ingest.harmonise import read_run
-    from tribopipe.pipeline import find_runs
-    from tribopipe.records.manifest import manifest_path, read_manifest
+    from tribopipe.base.errors import ReaderError
+    from tribopipe.documents.manifest import manifest_path, read_manifest
+    from tribopipe.pipeline.stages import find_runs
+    from tribopipe.readers.harmonize import read_run
 
     found = []
     for folder in (run for path in paths for run in find_runs(path)):
@@ -126,9 +126,9 @@ def run(
     figures: Annotated[bool, typer.Option(help="Save figures beside the archive.")] = True,
 ) -> None:
     """Evaluate a study on archived runs, and archive it."""
-    from tribopipe.report.studies import save_study_figures, study_is_drawn
-    from tribopipe.report.study_page import study_page
-    from tribopipe.studies import load_studies, run_study
+    from tribopipe.pipeline.studies import load_studies, run_study
+    from tribopipe.views.archived_study_figures import save_study_figures, study_is_drawn
+    from tribopipe.views.study_page import study_page
 
     (study,) = load_studies([path])
     store = load_archive(archive)
@@ -158,8 +158,8 @@ def show(
     as_json: AsJson = False,
 ) -> None:
     """Show an archived study, or list them."""
-    from tribopipe.errors import ArchiveError
-    from tribopipe.report.study_page import study_page
+    from tribopipe.base.errors import ArchiveError
+    from tribopipe.views.study_page import study_page
 
     store = load_archive(archive)
     if study_id is not None:
@@ -203,8 +203,8 @@ def figures(
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
 ) -> None:
     """Draw a study as a paper would: wear under each law, friction, k_D against friction."""
-    from tribopipe.outputs import require_outside
-    from tribopipe.report.studies import save_study_figures
+    from tribopipe.pipeline.output_paths import require_outside
+    from tribopipe.views.archived_study_figures import save_study_figures
 
     if into is not None:
         require_outside(into / "study.svg")
@@ -222,10 +222,10 @@ def show_together(
     store: "Archive", fit: "Sequence[str]", predict: "Sequence[str]", law: Law, recipe: "Recipe", *, as_json: bool
 ) -> None:
     """Evaluate a study that no document describes, and show it; nothing of it is kept."""
-    from tribopipe.records.base import read_document
-    from tribopipe.records.study import Study
-    from tribopipe.report.study_page import study_page_of
-    from tribopipe.studies import evaluate_archived
+    from tribopipe.documents.record import read_document
+    from tribopipe.documents.study import Study
+    from tribopipe.pipeline.studies import evaluate_archived
+    from tribopipe.views.study_page import study_page_of
 
     document = {"id": "together", "fit": fit, "predict": predict, "laws": [law]}
     result = evaluate_archived(store, read_document(document, Study, where="runs"), recipe).result
@@ -245,7 +245,7 @@ def plan(
     as_json: AsJson = False,
 ) -> None:
     """Say which uncertainty pays most to reduce, and how far to slide or how often to repeat for a wanted interval."""
-    from tribopipe.studies import plan_archived
+    from tribopipe.pipeline.studies import plan_archived
 
     store, wanted = load_archive(archive), parsed("--interval", interval, "percentage")
     designs = plan_archived(store, name, model, wanted, load_recipe(recipe))

@@ -6,15 +6,15 @@ from typing import Any
 from tribopipe.archive.outline import RunOutline, StepOutline
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, StepName
 from tribopipe.archive.store import Archive
+from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, pretty, show
 from tribopipe.cli.output import record_json, split_table, table
-from tribopipe.motion import slip
-from tribopipe.records.disc_results import TwinDiscFit, TwinDiscPrediction, spoken
-from tribopipe.records.manifest import DISCS
-from tribopipe.records.quantity import Quantity, force
-from tribopipe.records.results import DriftCorrection, FrictionFit, WearFit, WearPrediction
-from tribopipe.records.specific_wear import SpecificWear
-from tribopipe.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, pretty, show
-from tribopipe.wear.laws import law_label
+from tribopipe.documents.contact import DISCS
+from tribopipe.documents.quantity import Quantity, force
+from tribopipe.documents.slip import slip
+from tribopipe.physics.laws import law_label
+from tribopipe.results.disc_evaluation import TwinDiscFit, TwinDiscPrediction, spoken
+from tribopipe.results.evaluation import DriftCorrection, FrictionFit, WearFit, WearPrediction
+from tribopipe.results.specific_wear import SpecificWear
 
 
 def run_summary(archive: Archive, run_id: str) -> dict[str, Any]:

@@ -6,24 +6,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tribopipe.cli.batch_options import Jobs, Scheduler, Shard, crew, seen_by
-from tribopipe.cli.options import (
-    DEFAULT_ARCHIVE,
-    ArchiveFolder,
-    AsJson,
-    RecipeFile,
-    load_recipe,
-    require_archive,
-)
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, RecipeFile, load_recipe, require_archive
 from tribopipe.cli.output import exit_with, print_json, progress, record_json, say
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from tribopipe.batch import Crew
-    from tribopipe.errors import TribopipeError
-    from tribopipe.records.sweep import Sweep
-    from tribopipe.sweep.rows import Case, Head, Row
-    from tribopipe.sweep.sweeping import Table
+    from tribopipe.base.errors import TribopipeError
+    from tribopipe.base.executor import Crew
+    from tribopipe.documents.sweep import Sweep
+    from tribopipe.extras.sweep.rows import Case, Head, Row
+    from tribopipe.extras.sweep.sweeping import Table
 
 
 _PICTURES = (".svg", ".png", ".pdf")
@@ -58,10 +51,10 @@ def sweep(
     The document says which: how much k_D depends on choices of evaluation, wear and life under other conditions, or
     how well virtual tests find k_D.
     """
-    from tribopipe.outputs import made_here, require_free, require_outside
-    from tribopipe.records.base import load_toml
-    from tribopipe.records.sweep import Sweep
-    from tribopipe.sweep.sweeping import Table, ensemble
+    from tribopipe.documents.record import load_toml
+    from tribopipe.documents.sweep import Sweep
+    from tribopipe.extras.sweep.sweeping import Table, ensemble
+    from tribopipe.pipeline.output_paths import made_here, require_free, require_outside
 
     if figure is not None and figure.suffix not in _PICTURES:
         raise typer.BadParameter(f"--figure: found {figure.name}; expected a name that ends in {', '.join(_PICTURES)}")
@@ -123,8 +116,8 @@ def _named(cases: list[str]) -> str:
 
 def _show(asked: "Sweep", table: "Table", *, as_json: bool) -> None:
     from tribopipe.cli.sweep_tables import show_rows, show_summaries
-    from tribopipe.sweep.rows import answers
-    from tribopipe.sweep.summary import summarised
+    from tribopipe.extras.sweep.rows import answers
+    from tribopipe.extras.sweep.summary import summarised
 
     summaries = summarised(asked, table.ensemble, table.rows)
     if not as_json:
@@ -142,8 +135,8 @@ def _row_json(labels: "Sequence[Head]", case: "Case", row: "Row") -> dict[str, A
 
 
 def _draw(asked: "Sweep", table: "Table", path: Path) -> None:
-    from tribopipe.report.figures import save_figure
-    from tribopipe.sweep.figures import plot_sweep
+    from tribopipe.extras.sweep.figures import plot_sweep
+    from tribopipe.views.run_figures import save_figure
 
     save_figure(plot_sweep(asked, table.ensemble, table.rows), path)
     say(str(path))

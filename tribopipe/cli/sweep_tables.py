@@ -3,15 +3,15 @@
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, TypeVar
 
+from tribopipe.base.units import WEAR_COEFFICIENT, from_si, show
 from tribopipe.cli.output import say, table
-from tribopipe.units import WEAR_COEFFICIENT, from_si, show
 
 if TYPE_CHECKING:
-    from tribopipe.records.quantity import Quantity
-    from tribopipe.records.sweep import Sweep
-    from tribopipe.sweep.rows import Case, Ensemble, Found, Head, Row
-    from tribopipe.sweep.subject import Cell
-    from tribopipe.sweep.summary import ChoiceSpread, Coverage, Scatter, Summary
+    from tribopipe.documents.quantity import Quantity
+    from tribopipe.documents.sweep import Sweep
+    from tribopipe.extras.sweep.rows import Case, Ensemble, Found, Head, Row
+    from tribopipe.extras.sweep.subject import Cell
+    from tribopipe.extras.sweep.summary import ChoiceSpread, Coverage, Scatter, Summary
 
 S = TypeVar("S", bound="Summary")
 _MOST_ROWS = 40
@@ -29,7 +29,7 @@ _UNITS = {
 
 def show_rows(asked: "Sweep", ensemble: "Ensemble", found: "Found") -> None:
     """Show the rows, unless they are of draws, which only their summary tells of, or too many."""
-    from tribopipe.sweep.rows import answers
+    from tribopipe.extras.sweep.rows import answers
 
     told = list(answers(ensemble, found))
     if asked.draws or len(told) > _MOST_ROWS:
@@ -80,7 +80,7 @@ def _percent(share: float | None) -> str:
 
 def show_summaries(labels: "Sequence[Head]", summaries: "Sequence[Summary]") -> None:
     """Show what the rows come to."""
-    from tribopipe.sweep.summary import ChoiceSpread, Coverage, Scatter
+    from tribopipe.extras.sweep.summary import ChoiceSpread, Coverage, Scatter
 
     for kind, title, cells in (
         (ChoiceSpread, _SPREADS, _spread_cells),

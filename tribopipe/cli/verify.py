@@ -63,7 +63,7 @@ def verify(
 
     No run and no study is changed. Exit code 1 on errors and warnings.
     """
-    from tribopipe.verify.archive import files_of, verify
+    from tribopipe.pipeline.verify.archive import files_of, verify
 
     if folder is not None and archive not in (DEFAULT_ARCHIVE, folder):
         raise typer.BadParameter(f"found two archives, {folder} and {archive}; expected one")
@@ -84,7 +84,7 @@ def verify(
 
 def _accept(store: "Archive", wanted: "Iterable[str]") -> None:
     from tribopipe.cli.marks import logged_in
-    from tribopipe.verify.history import accept
+    from tribopipe.pipeline.verify.history import accept
 
     for one in wanted:
         for name in accept(store.folder, one, logged_in()):

@@ -12,7 +12,7 @@ from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, RecipeFile, lo
 from tribopipe.cli.output import FAILED, PARTLY_FAILED, say
 
 if TYPE_CHECKING:
-    from tribopipe.watch.event import Event, Kind
+    from tribopipe.extras.watch.event import Event, Kind
 
 _STDERR = 2
 
@@ -48,12 +48,12 @@ def watch(
     An export is copied once nobody has written to it for a while; run.toml is drafted by the template. What was done is
     remembered with the runs, so that the next watch goes on from there.
     """
-    from tribopipe.interrupts import undone_by
-    from tribopipe.outputs import require_outside
-    from tribopipe.watch.event import counted
-    from tribopipe.watch.journal import alone
-    from tribopipe.watch.lab import Lab
-    from tribopipe.watch.watcher import look_once, watched
+    from tribopipe.base.interrupts import undone_by
+    from tribopipe.extras.watch.event import counted
+    from tribopipe.extras.watch.journal import alone
+    from tribopipe.extras.watch.lab import Lab
+    from tribopipe.extras.watch.watcher import look_once, watched
+    from tribopipe.pipeline.output_paths import require_outside
 
     lab = Lab(
         folder=_real(folder),

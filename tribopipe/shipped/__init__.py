@@ -5,7 +5,7 @@ A wheel has them in this folder, laid out as in the repository; in a checkout th
 
 from pathlib import Path
 
-from tribopipe.errors import InternalError
+from tribopipe.base.errors import InternalError
 
 _FOLDERS = (Path(__file__).parent, Path(__file__).parents[2])
 

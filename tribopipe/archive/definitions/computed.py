@@ -5,11 +5,11 @@ from collections.abc import Iterator, Mapping
 from tribopipe.archive.definitions.common import banded, columns, document, drawn_against, process, text
 from tribopipe.archive.definitions.ingested import axis_of, signals
 from tribopipe.archive.definitions.parts import FieldPart, GroupPart, Part
-from tribopipe.archive.definitions.shown import shown_fields
-from tribopipe.archive.local_wear import PLACES, local_wear_units
+from tribopipe.archive.definitions.summaries import shown_fields
+from tribopipe.archive.local_wear_tables import PLACES, local_wear_units
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, STEPS, WEAR_FITS, StepName
-from tribopipe.records.base import Record
-from tribopipe.wear.twin_disc.curves import OUTCOMES
+from tribopipe.documents.record import Record
+from tribopipe.results.disc_evaluation import OUTCOMES
 
 LAWS = ("archard", "sarkar", "LAW")
 """tribopipe's own; the name of any other stands where LAW does."""

@@ -5,10 +5,11 @@ from collections.abc import Iterator, Mapping
 from tribopipe.archive.definitions.common import defined, document, text
 from tribopipe.archive.definitions.names import RUNS
 from tribopipe.archive.definitions.parts import FieldPart, GroupPart, Part
-from tribopipe.archive.definitions.shown import shown_fields
-from tribopipe.records.base import Record
-from tribopipe.records.manifest import FOREIGN, Conditions, EndValues, PinOnDisc, Specimen, TwinDisc
-from tribopipe.records.signals import SENSED, SIGNALS
+from tribopipe.archive.definitions.summaries import shown_fields
+from tribopipe.documents.contact import PinOnDisc, Specimen, TwinDisc
+from tribopipe.documents.manifest import FOREIGN, Conditions, EndValues
+from tribopipe.documents.record import Record
+from tribopipe.documents.signals import SENSED, SIGNALS
 
 _CONTACTS: Mapping[str, type[Record]] = {"pin-on-disc": PinOnDisc, "twin-disc": TwinDisc}
 

@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Final
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from tribopipe.archive.definitions.known import definitions
 from tribopipe.archive.definitions.parts import Definition, FieldPart, GroupPart, LinkPart, Part, is_partial
-from tribopipe.files import write_file
+from tribopipe.archive.definitions.registry import definitions
+from tribopipe.base.files import write_file
 
 _SPACE: Final = "http://definition.nexusformat.org/nxdl/3.1"
 _INSTANCE: Final = "http://www.w3.org/2001/XMLSchema-instance"

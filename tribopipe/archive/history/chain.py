@@ -14,6 +14,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
+from tribopipe.archive.file_signature import stamps
 from tribopipe.archive.history.entry import (
     FILE_NAME,
     FIRST,
@@ -27,9 +28,8 @@ from tribopipe.archive.history.entry import (
 )
 from tribopipe.archive.lock import LOCKS, history_lock
 from tribopipe.archive.seal import state_of
-from tribopipe.archive.stamps import stamps
-from tribopipe.errors import ArchiveError
-from tribopipe.files import replacing
+from tribopipe.base.errors import ArchiveError
+from tribopipe.base.files import replacing
 
 _HEAD = "history.head"
 """File beside the locks that holds the hash of the last line."""

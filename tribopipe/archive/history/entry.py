@@ -12,8 +12,8 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import ConfigDict, Field, ValidationError
 
-from tribopipe.archive.stamps import STUDIES, SUFFIX
-from tribopipe.records.base import Record
+from tribopipe.archive.file_signature import STUDIES, SUFFIX
+from tribopipe.documents.record import Record
 
 FILE_NAME = "history.jsonl"
 FIRST = "0" * 64

@@ -1,0 +1,231 @@
+"""The columns of a list of runs. Nothing heavy is imported here: listing needs no units."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+from tribopipe.base.errors import QueryError, did_you_mean
+from tribopipe.base.plugins import added
+
+ITEM = "\n"
+"""What stands between several texts of one run in the catalogue."""
+
+
+@dataclass(frozen=True)
+class ListedColumn:
+    """One column: what it holds, and how it is shown."""
+
+    name: str
+    """As --where, --sort and --columns call it."""
+    label: str
+    """Heading, without the unit."""
+    help: str
+    """What it says."""
+    kind: Literal["number", "text", "date"] = "text"
+    unit: str = ""
+    """In which numbers are shown, as people read it; empty for texts and plain numbers."""
+    measures: str = ""
+    """What kind of number it is, by ``tribopipe.base.units.KINDS``."""
+    joint: str | None = None
+    """What stands between several texts of one run; none where there is one at most."""
+    shown: bool = False
+    """Whether it is listed before anybody chooses."""
+
+    @property
+    def heading(self) -> str:
+        """Label and unit: "load, mN"."""
+        return f"{self.label}, {self.unit}" if self.unit else self.label
+
+
+class Cell(NamedTuple):
+    """What a run has in a column: a number in SI, or a text; as it is shown, without the unit."""
+
+    value: float | str | None = None
+    standard_uncertainty: float | None = None
+    shown: str | None = None
+
+
+def _text(name: str, label: str, about: str, *, joint: str | None = None, shown: bool = False) -> ListedColumn:
+    return ListedColumn(name, label, about, joint=joint, shown=shown)
+
+
+def _number(name: str, label: str, about: str, measures: str, unit: str = "", *, shown: bool = False) -> ListedColumn:
+    return ListedColumn(name, label, about, kind="number", measures=measures, unit=unit, shown=shown)
+
+
+def _of_other_laws() -> Iterator[ListedColumn]:
+    """Give the columns of each wear law that another package adds; its name tells them, so that it is not loaded."""
+    for entry in added("tribopipe.laws"):
+        if entry.name.isidentifier():
+            law, by = entry.name, entry.name.replace("_", " ")
+            of_one = "of the pin or the curved disc."
+            yield _number(f"k_d_{law}", f"k_D by {by}", f"Wear coefficient by {by}, {of_one}", "wear coefficient", _K_D)
+            yield _number(
+                f"k_d_{law}_flat",
+                f"k_D flat disc by {by}",
+                f"Wear coefficient of the flat disc by {by}.",
+                "wear coefficient",
+                _K_D,
+            )
+            yield _number(
+                f"predicted_depth_{law}", f"predicted depth by {by}", f"The same as predicted by {by}.", "length", "µm"
+            )
+
+
+_K_D, _RATE = "mm³/(N·mm)", "mm³/(N·m)"
+
+_ALL = (
+    _text("id", "run", "Name of the run.", shown=True),
+    _text("mark", "mark", "Bad where the run is marked bad.", shown=True),
+    _text("tags", "tags", "Tags given to the run.", joint=", ", shown=True),
+    _text("title", "title", "One line about the run."),
+    _text("tribometer", "tribometer", "Type of tribometer.", shown=True),
+    _text("material", "materials", "Materials of the bodies.", joint=" / ", shown=True),
+    _text("pin_material", "pin material", "Material of the pin."),
+    _text("disc_material", "disc material", "Material of the disc that a pin rubs on."),
+    _text("curved_disc_material", "curved disc material", "Material of the curved disc."),
+    _text("flat_disc_material", "flat disc material", "Material of the flat disc."),
+    _text("shape", "shape", "Shape of the pin."),
+    _number("radius", "radius", "Radius of the pin, or of the curved disc's crown.", "length", "mm"),
+    _text("medium", "medium", "What surrounds the contact.", shown=True),
+    _number("load", "load", "Nominal normal load.", "force", "mN", shown=True),
+    _number("speed", "speed", "Nominal sliding speed, or speed of the curved disc.", "speed", "mm/s"),
+    _number("distance", "distance", "Distance slid at the end, recorded or else planned.", "distance", "m"),
+    _number("rotations", "rotations", "Rotations of the curved disc, recorded or else planned.", "count"),
+    _number("slip", "slip", "Nominal slip of two discs.", "percentage", "%"),
+    _number("temperature", "temperature", "Room temperature.", "temperature", "°C"),
+    _number("humidity", "humidity", "Relative humidity of the surrounding air.", "percentage", "%"),
+    _number("friction", "μ steady", "Steady friction coefficient b of the fit.", "ratio", shown=True),
+    _number("friction_amplitude", "A", "Friction at the start above the steady state, A of the fit.", "ratio"),
+    _number("running_in", "c", "Distance over which friction runs in, c of the fit.", "distance", "m"),
+    _number("mean_friction", "mean μ", "Mean friction coefficient over the whole run.", "ratio"),
+    _number("drift_rate", "drift", "Drift of the depth reading.", "drift rate", "nm/min"),
+    _number("discrepancy", "discrepancy", "Wear by the sensor at the end, minus the end value.", "length", "µm"),
+    _number(
+        "k_d",
+        "k_D",
+        "Wear coefficient by Archard's law, of the pin or the curved disc.",
+        "wear coefficient",
+        _K_D,
+        shown=True,
+    ),
+    _number(
+        "k_d_sarkar",
+        "k_D by Sarkar",
+        "Wear coefficient by Sarkar's law, of the pin or the curved disc.",
+        "wear coefficient",
+        _K_D,
+    ),
+    _number("k_d_flat", "k_D flat disc", "Wear coefficient of the flat disc by Archard.", "wear coefficient", _K_D),
+    _number(
+        "k_d_sarkar_flat",
+        "k_D flat disc by Sarkar",
+        "Wear coefficient of the flat disc by Sarkar.",
+        "wear coefficient",
+        _K_D,
+    ),
+    _number("end_depth", "end depth", "Wear depth at the end, of the pin or of both discs together.", "length", "µm"),
+    _number("predicted_depth", "predicted depth", "The same as predicted by Archard's law.", "length", "µm"),
+    _number(
+        "predicted_depth_sarkar", "predicted depth by Sarkar", "The same as predicted by Sarkar's law.", "length", "µm"
+    ),
+    _number("wear_volume", "wear volume", "Volume worn off the pin or the curved disc.", "volume", "mm³"),
+    _number("disc_wear_volume", "disc wear volume", "Volume worn off the disc or the flat disc.", "volume", "mm³"),
+    _number("wear_rate", "wear rate", "Specific wear rate of the pin or curved disc.", "wear coefficient", _RATE),
+    _number(
+        "disc_wear_rate", "disc wear rate", "Specific wear rate of the disc or flat disc.", "wear coefficient", _RATE
+    ),
+    ListedColumn("started", "started", "Start of the test, by the clock of the lab.", kind="date", shown=True),
+    _text("operator", "operator", "Who ran the test."),
+    _text("instrument", "instrument", "Name of the tribometer."),
+    _text("comment", "comment", "Anything else that run.toml says."),
+    _text("stage", "stage", "How far the run has been taken.", shown=True),
+    _text("steps", "steps", "Every step it has been through.", joint=", "),
+    _text("lacks", "lacks", "What it lacks to be evaluated, such as an end value.", joint="; "),
+    _number("findings", "findings", "Errors and warnings when it was ingested.", "count"),
+    ListedColumn("amended", "amended", "When its run.toml was amended last.", kind="date"),
+    _text("run_toml", "run.toml", "SHA-256 of its run.toml."),
+    _text("marked_bad", "why bad", "Why the run is marked bad."),
+    _text("notes", "notes", "Notes written to the run.", joint="; "),
+    _text("studies", "studies", "Studies that it is part of.", joint=", "),
+    _text("verdicts", "verdicts", "What these studies say of each law for the run.", joint="; "),
+)
+
+COLUMNS: Mapping[str, ListedColumn] = {column.name: column for column in (*_ALL, *_of_other_laws())}
+"""By name, in the order in which they are listed."""
+
+ALIASES: Mapping[str, str] = {
+    "run": "id",
+    "tag": "tags",
+    "note": "notes",
+    "materials": "material",
+    "pin_radius": "radius",
+    "crown_radius": "radius",
+    "normal_load": "load",
+    "sliding_speed": "speed",
+    "sliding_distance": "distance",
+    "relative_humidity": "humidity",
+    "mu": "friction",
+    "μ": "friction",
+    "µ": "friction",
+    "k_d_archard": "k_d",
+    "date": "started",
+    "step": "steps",
+    "study": "studies",
+    "verdict": "verdicts",
+}
+"""Other names by which people ask for a column."""
+
+
+def step_called(words: str) -> str:
+    """Return the step that the column calls by these words."""
+    known = {said: step for step, said in _STEP_WORDS.items()}
+    if words in known:
+        return known[words]
+    begins, said = next((begins, said) for begins, said in reversed(_UNDER_LAWS.items()) if words.startswith(said))
+    return begins + words.removeprefix(said).replace(" ", "_").lower()
+
+
+def of_law(law: str) -> str:
+    """Return how the columns of a wear law end; those of Archard's have the plain names."""
+    return "" if law == "archard" else f"_{law}"
+
+
+def column_named(name: str, where: str = "") -> ListedColumn:
+    """Return a column by its name or alias, in any case, with - for _.
+
+    Raises ``QueryError``, which says ``where`` the name was found and which one is nearest.
+    """
+    plain = name.strip().replace("-", "_")
+    known = plain if plain in ALIASES else plain.lower()
+    column = COLUMNS.get(ALIASES.get(known, known))
+    if column is None:
+        raise QueryError(f"found {name!r}{where}; expected a column of the list; {_nearest(known)}")
+    return column
+
+
+def columns_named(names: str) -> list[ListedColumn]:
+    """Return the columns of a list such as "id,load". Raises ``QueryError`` where there is no such column."""
+    return [column_named(name, " among the columns") for name in names.split(",")]
+
+
+def _nearest(name: str) -> str:
+    near = did_you_mean(name, [*COLUMNS, *ALIASES])
+    return near if near.startswith("did") else "`tribopipe ls --columns help` names them all"
+
+
+_STEP_WORDS: Mapping[str, str] = {
+    "clean_up": "clean-up",
+    "drift_correction": "drift",
+    "friction_fit": "friction",
+    "specific_wear": "specific wear",
+}
+_UNDER_LAWS = {"wear_fit_": "", "prediction_": "predicted by ", "local_wear_": "local wear by "}
+
+
+def step_words(step: str) -> str:
+    """Return what the column of that name calls a step of a run."""
+    for begins, words in _UNDER_LAWS.items():
+        if step.startswith(begins):
+            return words + step.removeprefix(begins).replace("_", " ").capitalize()
+    return _STEP_WORDS[step]

@@ -1,0 +1,213 @@
+"""The SQLite file of the catalogue: its tables, and how it begins anew where it is lost, damaged or of another version.
+
+It holds nothing that cannot be read from the archive again, so that nothing is lost with it.
+"""
+
+import marshal
+import sqlite3
+import zlib
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager, suppress
+from pathlib import Path
+from typing import TypeVar
+
+from tribopipe.archive.catalog.columns import COLUMNS
+from tribopipe.archive.catalog.query import holds, matches
+from tribopipe.archive.lock import SILENT, say_waiting
+from tribopipe.version import VERSION
+
+T = TypeVar("T")
+Work = Callable[[sqlite3.Connection], T]
+FILE_NAME = "catalogue.sqlite"
+_EDITION = 2
+"""Goes up when the same run is noted in another way."""
+_WAIT = 20.0
+"""How long another process may write, s."""
+_OF_STUDIES = ("studies", "verdicts")
+"""Columns that come from the studies, not from the run."""
+NOTED = tuple(name for name in COLUMNS if name not in _OF_STUDIES)
+"""Columns that come from the run."""
+_TYPES = {"number": 'REAL, "{0}_uncertainty" REAL, "{0}_shown" TEXT', "text": "TEXT", "date": "TEXT"}
+_CELLS = ", ".join(f'"{name}" {_TYPES[COLUMNS[name].kind].format(name)}' for name in NOTED)
+_SCHEMA = f"""
+CREATE TABLE files (name TEXT PRIMARY KEY, stamp TEXT, settled INTEGER, sha256 TEXT, error TEXT, sum INTEGER);
+CREATE TABLE runs (file TEXT PRIMARY KEY REFERENCES files ON DELETE CASCADE, {_CELLS}, sum INTEGER);
+CREATE TABLE members (file TEXT REFERENCES files ON DELETE CASCADE, study TEXT, run TEXT, verdict TEXT, sum INTEGER);
+CREATE INDEX members_file ON members (file);
+CREATE VIEW listed AS
+    SELECT runs.*, studies, verdicts FROM runs LEFT JOIN (
+        SELECT run, replace(group_concat(DISTINCT study), ',', char(10)) AS studies,
+            group_concat(verdict, char(10)) AS verdicts
+        FROM (SELECT * FROM members ORDER BY study, verdict) GROUP BY run
+    ) ON run = id;
+"""  # noqa: S608, of names of columns alone
+_STATEMENTS = [statement.strip() for statement in _SCHEMA.split(";") if statement.strip()]
+_SUMMED = ("SELECT name, sha256, error, sum FROM files", "SELECT * FROM runs", "SELECT * FROM members")
+"""Rows that end in a sum of what stands before it, which SQLite itself does not keep."""
+_THIS = zlib.crc32(f"{_SCHEMA}{_EDITION}{VERSION}".encode()) & 0x7FFFFFFF
+_DAMAGED = {sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_ERROR, sqlite3.SQLITE_CONSTRAINT}
+
+
+class Database:
+    """The database of one archive: a file in it, or in memory where that cannot be written."""
+
+    def __init__(self, archive: Path) -> None:
+        self._path = archive / FILE_NAME
+        self._connection: sqlite3.Connection | None = None
+        self._patience = SILENT
+
+    def __del__(self) -> None:
+        """Close the database with the last that uses it, which Python from 3.13 on asks of everyone."""
+        if self._connection is not None:
+            self._connection.close()
+
+    def do(self, work: Work[T], fill: Work[None] | None = None) -> T:
+        """Do some work; where the file is damaged do it on a new one, and where it cannot be used in memory.
+
+        ``fill`` brings what was begun anew up to date, for work that counts on that.
+        """
+
+        def filled_first(connection: sqlite3.Connection) -> T:
+            if fill is not None:
+                fill(connection)
+            return work(connection)
+
+        for ready, task in ((self._kept, work), (self._anew, filled_first)):
+            try:
+                return self._done_after_others(ready, task)
+            except OSError:
+                break
+            except (sqlite3.DatabaseError, UnicodeDecodeError) as error:
+                if not is_damage(error):
+                    break
+        return filled_first(self._in_memory())
+
+    def _done_after_others(self, ready: Callable[[], sqlite3.Connection], task: Work[T]) -> T:
+        """Do some work once no other process writes; people are told of a wait that is not short."""
+        try:
+            return task(ready())
+        except sqlite3.OperationalError as error:
+            if getattr(error, "sqlite_errorcode", 0) & 0xFF != sqlite3.SQLITE_BUSY or self._patience == _WAIT:
+                raise
+        say_waiting(self._path.parent, FILE_NAME, _WAIT)
+        self._close()
+        self._patience = _WAIT
+        return task(ready())
+
+    def _kept(self) -> sqlite3.Connection:
+        """Return the connection there is, or open the file as it was kept."""
+        if self._connection is None:
+            self._connection = _connected(str(self._path), self._patience)
+            _make_tables(self._connection)
+        elif not _is_this_version(self._connection):
+            raise sqlite3.DatabaseError("written by another version meanwhile")
+        return self._connection
+
+    def _anew(self) -> sqlite3.Connection:
+        """Begin a new file. Raises ``OSError`` where the old one cannot be removed."""
+        self._close()
+        self._path.unlink(missing_ok=True)
+        return self._kept()
+
+    def _close(self) -> None:
+        if self._connection is not None:
+            self._connection.close()
+            self._connection = None
+
+    def _in_memory(self) -> sqlite3.Connection:
+        """Go on in memory with what the file holds, as far as it can be read."""
+        memory, kept = _connected(":memory:", 0.0), self._connection
+        if kept is not None:
+            with suppress(sqlite3.DatabaseError), closing(kept):
+                kept.rollback()
+                kept.execute("PRAGMA busy_timeout = 0")  # who still writes has been waited for
+                kept.execute("BEGIN")
+                kept.execute("SELECT name FROM files").fetchone()  # fails where backup would wait for ever
+                kept.backup(memory)
+        _make_tables(memory)
+        self._connection = memory
+        return memory
+
+
+def read_only(archive: Path) -> sqlite3.Connection:
+    """Open the catalogue of an archive as it was kept; nothing is changed, whatever is wrong with it.
+
+    Raises ``DatabaseError`` where it cannot be read, is damaged, or of another version.
+    """
+    connection = _connected(f"{(archive / FILE_NAME).absolute().as_uri()}?mode=ro", _WAIT, uri=True)
+    try:
+        if not _is_this_version(connection):
+            raise sqlite3.DatabaseError("written by another version")
+        _refuse_damaged(connection)
+    except BaseException:
+        connection.close()
+        raise
+    return connection
+
+
+def in_memory() -> sqlite3.Connection:
+    """Return an empty catalogue that is kept nowhere."""
+    connection = _connected(":memory:", 0.0)
+    _make_tables(connection)
+    return connection
+
+
+def is_damage(error: Exception) -> bool:
+    """Tell whether it is the file that is wrong, rather than the system that does not give it."""
+    return getattr(error, "sqlite_errorcode", sqlite3.SQLITE_CORRUPT) & 0xFF in _DAMAGED
+
+
+def _connected(name: str, patience: float, *, uri: bool = False) -> sqlite3.Connection:
+    connection = sqlite3.connect(name, timeout=patience, isolation_level=None, check_same_thread=False, uri=uri)
+    connection.row_factory = sqlite3.Row
+    connection.create_function("matches", 2, matches, deterministic=True)
+    connection.create_function("holds", 2, holds, deterministic=True)
+    connection.execute("PRAGMA foreign_keys = ON")
+    return connection
+
+
+def _make_tables(connection: sqlite3.Connection) -> None:
+    """Give an empty database its tables. Raises ``DatabaseError`` where it is damaged, or of another version."""
+    if not _is_this_version(connection):
+        with transaction(connection):
+            if not _is_this_version(connection):  # nor has another process made them meanwhile
+                for statement in _STATEMENTS:
+                    connection.execute(statement)
+                connection.execute(f"PRAGMA user_version = {_THIS}")
+    _refuse_damaged(connection)
+
+
+def _refuse_damaged(connection: sqlite3.Connection) -> None:
+    if connection.execute("PRAGMA quick_check(1)").fetchone()[0] != "ok" or not _adds_up(connection):
+        raise sqlite3.DatabaseError("damaged")
+
+
+def _adds_up(connection: sqlite3.Connection) -> bool:
+    """Tell whether tables and rows are as they were written."""
+    tables = {sql for (sql,) in connection.execute("SELECT sql FROM sqlite_master WHERE sql IS NOT NULL")}
+    if tables != set(_STATEMENTS):
+        return False
+    rows = (tuple(row) for question in _SUMMED for row in connection.execute(question))
+    return all(row[-1] == sum_of(row[:-1]) for row in rows)
+
+
+def sum_of(values: tuple[float | str | None, ...]) -> int:
+    """Return the sum that is kept with a row."""
+    return zlib.crc32(marshal.dumps(values, 2))
+
+
+def _is_this_version(connection: sqlite3.Connection) -> bool:
+    return bool(connection.execute("PRAGMA user_version").fetchone()[0] == _THIS)
+
+
+@contextmanager
+def transaction(connection: sqlite3.Connection) -> Iterator[None]:
+    """Write all or nothing."""
+    connection.execute("BEGIN IMMEDIATE")
+    try:
+        yield
+        connection.execute("COMMIT")
+    except BaseException:
+        if connection.in_transaction:
+            connection.execute("ROLLBACK")
+        raise

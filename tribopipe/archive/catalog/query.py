@@ -1,0 +1,225 @@
+"""The language of --where: terms such as "material=Si3N4 load>300mN", all of which have to hold.
+
+A term is a column, an operator and a value. A value goes on to the next term, so that it may hold spaces; in quotes it
+may hold anything. Texts are compared in any case, with * and ? for what is not said; ~ asks for a part of a text.
+"""
+
+import re
+import unicodedata
+from collections.abc import Iterator, Sequence
+from fnmatch import translate
+from functools import lru_cache
+from typing import NamedTuple
+
+from tribopipe.archive.catalog.columns import ITEM, ListedColumn, column_named
+from tribopipe.base.errors import QueryError, UnitError
+
+_OPERATOR = r"(?:!=|<=|>=|==|[=<>~≠≤≥])"
+_SPELT = {"==": "=", "≠": "!=", "≤": "<=", "≥": ">="}
+_TERM = re.compile(rf"(?P<name>[^\W\d][\w-]*)\s*(?P<operator>{_OPERATOR})\s*")
+_QUOTED = re.compile(r"""(?P<quote>["'])(?P<text>(?:(?!(?P=quote)).|(?P=quote){2})*)(?P=quote)(?=\s|\Z)""", re.DOTALL)
+_NEXT = re.compile(rf"""\s+(?=[^\W\d][\w-]*\s*{_OPERATOR}|["'])|\s*\Z""")
+_DATE = re.compile(
+    r"\d{4}(-(0[1-9]|1[0-2])(-(0[1-9]|[12]\d|3[01])([T ]([01]\d|2[0-3])(:[0-5]\d(:[0-5]\d)?)?)?)?)?", re.ASCII
+)
+_NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_OPERATORS = {"number": ("=", "!=", "<", "<=", ">", ">="), "date": ("=", "!=", "<", "<=", ">", ">=", "~")}
+_TEXT_OPERATORS = ("=", "!=", "~")
+_LONGEST = 2000
+_SAME = 1e-9
+"""Share of a number by which it may differ from one it equals: what is computed is not exact to the last digit."""
+
+
+class Span(NamedTuple):
+    """Numbers that count as one, SI."""
+
+    low: float
+    high: float
+
+
+class Term(NamedTuple):
+    """One thing asked of a run."""
+
+    column: ListedColumn
+    operator: str
+    value: Span | str | None
+    """Numbers in SI, a text or the beginning of a date; none for nothing known."""
+
+
+def parse_where(text: str) -> list[Term]:
+    """Read a query. Raises ``QueryError``: what was found at which character, what was expected, what may be meant."""
+    if len(text) > _LONGEST:
+        raise QueryError(f"found a query of {len(text)} characters; expected up to {_LONGEST}; shorten it")
+    return [_term(*written) for written in _written(text)]
+
+
+def quoted(text: str) -> str:
+    """Write a value so that it is read as it stands."""
+    return '"' + text.replace('"', '""') + '"'
+
+
+class _Written(NamedTuple):
+    name: str
+    operator: str
+    value: str
+    literal: bool
+    """Whether the value stood in quotes, so that "none" is a text."""
+    place: int
+    """Character at which the term starts, from 1."""
+
+
+def _written(text: str) -> Iterator[_Written]:
+    """Cut a query into terms."""
+    place = len(text) - len(text.lstrip())
+    while place < len(text):
+        whole = _QUOTED.match(text, place)
+        if whole:
+            yield _one(_unquoted(whole), place + 1)
+            end = whole.end()
+        else:
+            term, end = _next(text, place)
+            yield term
+        place = end + len(text[end:]) - len(text[end:].lstrip())
+
+
+def _next(text: str, place: int) -> tuple[_Written, int]:
+    """Read the term at a place, and where it ends."""
+    head = _head(text, place, place + 1)
+    value = _QUOTED.match(text, head.end())
+    if value:
+        return _Written(head["name"], head["operator"], _unquoted(value), True, place + 1), value.end()
+    if text[head.end() : head.end() + 1] in ('"', "'"):
+        raise QueryError(
+            f"found {_cut(text[head.end() :])!r} at character {head.end() + 1} of the query; expected a value between "
+            "two quotes; close it, and write a quote within it twice"
+        )
+    end = _NEXT.search(text, head.end())
+    stop = end.start() if end else len(text)
+    return _Written(head["name"], head["operator"], text[head.end() : stop], False, place + 1), stop
+
+
+def _one(text: str, place: int) -> _Written:
+    """Read a term that stood in quotes as a whole: all after the operator is its value."""
+    start = len(text) - len(text.lstrip())
+    head = _head(text, start, place)
+    return _Written(head["name"], head["operator"], text[head.end() :].strip(), False, place)
+
+
+def _head(text: str, start: int, place: int) -> re.Match[str]:
+    head = _TERM.match(text, start)
+    if head is None:
+        raise QueryError(
+            f"found {_cut(text[start:])!r} at character {place} of the query; expected a column, an operator such as "
+            "= or <, and a value; write 'load > 300 mN', and a value with such signs in quotes"
+        )
+    return head
+
+
+def _unquoted(found: re.Match[str]) -> str:
+    return found["text"].replace(found["quote"] * 2, found["quote"])
+
+
+def _term(name: str, operator: str, value: str, literal: bool, place: int) -> Term:
+    column = column_named(name, f" at character {place} of the query")
+    operator = _SPELT.get(operator, operator)
+    known = _OPERATORS.get(column.kind, _TEXT_OPERATORS)
+    where = f"{column.name} at character {place} of the query"
+    if operator not in known:
+        raise QueryError(
+            f"{where}: found the operator {operator}; expected one of {' '.join(known)} for a {column.kind}; change it"
+        )
+    if not value.strip():
+        raise QueryError(f"{where}: found no value after {operator}; expected one; write none for nothing known")
+    if value.strip().casefold() == "none" and not literal:
+        return _unknown(column, operator, where)
+    return Term(column, operator, _value(column, value, where))
+
+
+def _unknown(column: ListedColumn, operator: str, where: str) -> Term:
+    if operator not in ("=", "!="):
+        raise QueryError(
+            f"{where}: found {operator} none; expected = or !=, since none is nothing known; change the operator"
+        )
+    return Term(column, operator, None)
+
+
+def _value(column: ListedColumn, text: str, where: str) -> Span | str:
+    if column.kind == "number":
+        return _span(column, text.strip(), where)
+    if column.kind == "text":
+        return text
+    if not _DATE.fullmatch(text.strip()):
+        raise QueryError(
+            f"{where}: found {_cut(text)!r}; expected a date or the beginning of one, such as 2006, 2006-03 or "
+            "2006-03-01; write it so"
+        )
+    return text.strip().replace(" ", "T")
+
+
+def _span(column: ListedColumn, text: str, where: str) -> Span:
+    from tribopipe.base.units import parse
+
+    try:
+        number = parse(f"{text} {column.unit}" if _NUMBER.fullmatch(text) else text, column.measures)
+    except UnitError as error:
+        raise QueryError(f"{where}: {error}") from None
+    return Span(number - _SAME * abs(number), number + _SAME * abs(number))
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= 30 else text[:29] + "…"
+
+
+def where_clause(terms: Sequence[Term]) -> tuple[str, list[float | str]]:
+    """Write terms as a condition in SQL, and the values bound in it. It calls ``matches`` and ``holds``."""
+    conditions, values = ["1"], []
+    for term in terms:
+        condition, bound = _condition(term)
+        conditions.append(condition)
+        values += bound
+    return " AND ".join(conditions), values
+
+
+def _condition(term: Term) -> tuple[str, list[float | str]]:
+    column = f'"{term.column.name}"'
+    if term.operator == "!=":
+        condition, bound = _condition(term._replace(operator="="))
+        return f"NOT coalesce({condition}, 0)", bound
+    if term.value is None:
+        return f"{column} IS NULL", []
+    if isinstance(term.value, Span):
+        return _numeric(column, term.operator, term.value)
+    if term.operator == "~":
+        return f"holds({column}, ?)", [term.value]
+    if term.column.kind == "date":
+        return f"substr({column}, 1, {len(term.value)}) {term.operator} ?", [term.value]
+    return f"matches({column}, ?)", [term.value]
+
+
+def _numeric(column: str, operator: str, value: Span) -> tuple[str, list[float | str]]:
+    if operator == "=":
+        return f"{column} BETWEEN ? AND ?", list(value)
+    return f"{column} {operator} ?", [value.low if operator in ("<", ">=") else value.high]
+
+
+def matches(texts: str | None, pattern: str) -> bool:
+    """Tell whether one of the texts of a run is as a pattern with * and ? says."""
+    if texts is None:
+        return False
+    fits = _pattern(pattern)
+    return any(fits.match(_plain(text)) for text in texts.split(ITEM))
+
+
+def holds(texts: str | None, part: str) -> bool:
+    """Tell whether the texts of a run hold a part."""
+    return texts is not None and _plain(part) in _plain(texts)
+
+
+@lru_cache(maxsize=64)
+def _pattern(text: str) -> re.Pattern[str]:
+    return re.compile(translate(_plain(text).replace("[", "[[]")))
+
+
+def _plain(text: str) -> str:
+    """Write a text as it is compared: in one case, and with one sign for all that mean the same, as 3 for ₃."""
+    return unicodedata.normalize("NFKC", text).casefold()

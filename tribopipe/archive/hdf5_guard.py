@@ -1,0 +1,224 @@
+"""Whether an HDF5 file holds nothing but what tribopipe writes, so that all of it can be read within bounds.
+
+A file may come from anybody, and its seal too. HDF5 can show what other files hold, lead in circles, nest without end,
+and say in a few bytes that it holds more than any memory does. tribopipe writes none of these. A file is looked through
+once before anything else is read of it; what passes can be read by ordinary means, but for compressed arrays, for which
+see ``unpack``.
+"""
+
+import struct
+from collections.abc import Iterable, Mapping
+from math import prod
+from pathlib import Path
+from typing import NoReturn
+
+import h5py
+import numpy as np
+from h5py import h5d, h5g, h5l, h5o, h5p, h5t, h5z
+
+from tribopipe.archive.file_signature import Stamp
+from tribopipe.archive.hdf5_text_lengths import RawFile, attributes
+from tribopipe.base.errors import ArchiveError
+
+Shapes = Mapping[str, tuple[int, ...]]
+"""Of datasets, by their paths."""
+MOST_TEXT = 4 << 20
+"""Bytes of a text, and of all texts that are attributes of one part."""
+MOST_CHUNK = 16 << 20
+"""Bytes that have to be unpacked for the least of an array's values."""
+_MOST_PARTS, _MOST_LEVELS, _MOST_ATTRIBUTES = 20_000, 16, 64
+_ROOM, _ROOM_A_BYTE = 64 << 20, 40
+"""Bytes of values in a file, however small it is, and those more for each of its bytes. The sample runs have two for
+each of their bytes; one number over and over packs into a thousandth."""
+_TEXT_OBJECT = 64
+"""Bytes that a text takes in memory besides its own."""
+_LONGEST_NUMBER = 8
+_FILTERS = [h5z.FILTER_SHUFFLE, h5z.FILTER_DEFLATE, h5z.FILTER_FLETCHER32]
+_MOST_KNOWN = 1000
+_known: dict[str, tuple[Stamp, Shapes]] = {}
+"""What was found in files that this process looked through, and how they looked then."""
+
+
+def own_datasets(file: h5py.File) -> Shapes:
+    """Return the shapes of all datasets of a file by their paths; soft links are not followed.
+
+    A file that was looked through is known again by its stamp. Raises ``ArchiveError`` where the file holds something
+    else than tribopipe writes, or more than it has room for.
+    """
+    stamp = RawFile(file).stamp()
+    known = _known.get(file.filename)
+    if known is None or known[0] != stamp:
+        if len(_known) >= _MOST_KNOWN:
+            _known.clear()
+        known = _known[file.filename] = stamp, _Look(file).through()
+    return known[1]
+
+
+def was_looked_through(file: h5py.File) -> bool:
+    """Tell whether a file is one that was looked through, and has not changed since."""
+    known = _known.get(file.filename)
+    return known is not None and known[0] == RawFile(file).stamp()
+
+
+def renamed(part: Path, path: Path, stamp: Stamp) -> None:
+    """Keep what was found in a file, now that it has another name and so another stamp."""
+    _, shapes = _known.pop(str(part))
+    _known[str(path)] = stamp, shapes
+
+
+def check_attributes(part: h5py.Group | h5py.Dataset | h5py.Datatype) -> None:
+    """Raise ``ArchiveError`` where something has more attributes, or longer ones, than tribopipe writes."""
+    _Look(part.file).attributes(str(part.name), h5o.get_info(part.id).addr)
+
+
+def check_parts(file: h5py.File, paths: Iterable[str]) -> None:
+    """Look at some datasets alone, which takes a tenth of the time; those that are not there are passed over.
+
+    What is said of them in attributes is not looked at. Raises ``ArchiveError`` as ``own_datasets`` does.
+    """
+    look = _Look(file)
+    for path in paths:
+        look.at(path)
+
+
+class _Look:
+    """One look through a file."""
+
+    def __init__(self, file: h5py.File) -> None:
+        self._file, self._raw = file, RawFile(file)
+        self._root = h5o.open(file.id, b"/")
+        self._size = self._raw.stamp().size
+        self._room = _ROOM + _ROOM_A_BYTE * self._size
+        self._seen: set[int] = set()
+        self._shapes: dict[str, tuple[int, ...]] = {}
+        self._waiting: list[tuple[str, h5g.GroupID]] = []
+        if file.id.get_create_plist().get_sizes() != (8, 8):
+            self._refuse("/", "addresses that are not of eight bytes")
+
+    def through(self) -> Shapes:
+        """Return the shapes of all datasets. Raises ``ArchiveError`` at the first thing that is none of ours."""
+        self.attributes("/", h5o.get_info(self._root).addr)
+        self._waiting.append(("", self._root))
+        while self._waiting:
+            self._group(*self._waiting.pop())
+        return self._shapes
+
+    def at(self, path: str) -> None:
+        """Look at a dataset, going there by hard links alone."""
+        place, so_far = self._root, ""
+        for name in path.split("/"):
+            if not isinstance(place, h5g.GroupID) or not place.links.exists(name.encode()):
+                return
+            so_far += f"/{name}"
+            if place.links.get_info(name.encode()).type != h5l.TYPE_HARD:
+                self._refuse(so_far, "a link")
+            place = h5o.open(place, name.encode())
+        if isinstance(place, h5d.DatasetID):
+            self._dataset(so_far, place)
+
+    def _group(self, path: str, group: h5g.GroupID) -> None:
+        if path.count("/") > _MOST_LEVELS:
+            self._refuse(path, f"more than {_MOST_LEVELS} groups in each other")
+        if len(self._seen) + group.get_num_objs() > _MOST_PARTS:
+            self._refuse(path, f"more than {_MOST_PARTS:,} parts")
+        links: list[tuple[bytes, int, int]] = []
+        group.links.iterate(lambda name, link: links.append((name, link.type, link.u)), info=True)
+        for name, kind, address in links:
+            if kind != h5l.TYPE_SOFT:
+                part = f"{path}/{name.decode(errors='replace')}"
+                self._link(part, kind, address)
+                self._part(part, h5o.open(group, name))
+
+    def _link(self, path: str, kind: int, address: int) -> None:
+        """Look at what a link leads to, as far as can be seen before HDF5 opens it."""
+        if kind != h5l.TYPE_HARD:
+            self._refuse(path, "a link to another file")
+        if address in self._seen:
+            self._refuse(path, "a part that stands elsewhere in the file too")
+        self._seen.add(address)
+        self.attributes(path, address)
+
+    def _part(self, path: str, part: object) -> None:
+        if isinstance(part, h5g.GroupID):
+            self._waiting.append((path, part))
+        elif isinstance(part, h5d.DatasetID):
+            self._dataset(path, part)
+        else:
+            self._refuse(path, "a type that has a name")
+
+    def attributes(self, path: str, address: int) -> None:
+        """Look at the attributes of a part where they are written, before HDF5 reads any of them."""
+        try:
+            found = attributes(self._raw, address)
+        except (IndexError, ValueError, struct.error) as error:
+            self._refuse(path, f"a header that tribopipe writes in no file ({error})")
+        if len(found) > _MOST_ATTRIBUTES:
+            self._refuse(path, f"more than {_MOST_ATTRIBUTES} attributes")
+        if sum(attribute.length for attribute in found) > MOST_TEXT:
+            self._refuse(path, f"attributes of more than {MOST_TEXT:,} bytes")
+        if not all(attribute.is_plain for attribute in found):
+            self._refuse(path, "an attribute that is neither number nor text")
+
+    def _dataset(self, path: str, dataset: h5d.DatasetID) -> None:
+        made, kind = dataset.get_create_plist(), dataset.get_type()
+        if elsewhere := _elsewhere(made):
+            self._refuse(path, elsewhere)
+        if dataset.shape is None:
+            self._refuse(path, "an array without a shape")
+        if kind.get_class() == h5t.STRING and kind.is_variable_str():
+            self._room -= self._texts(path, dataset)
+        else:
+            self._room -= self._values(path, dataset, made, kind)
+        if self._room < 0:
+            self._refuse(path, f"more values than a file of {self._size:,} bytes has room for, up to those")
+        self._shapes[path] = dataset.shape
+
+    def _texts(self, path: str, dataset: h5d.DatasetID) -> int:
+        """Return how many bytes the texts of a dataset take in memory."""
+        try:
+            lengths = self._raw.text_lengths(dataset)
+        except ValueError as error:
+            self._refuse(path, f"texts that cannot be found ({error})")
+        if (lengths > MOST_TEXT).any() or len(lengths) != prod(dataset.shape):
+            self._refuse(path, f"texts of more than {MOST_TEXT:,} bytes, or other than are said")
+        return int(lengths.sum(dtype=np.uint64)) + _TEXT_OBJECT * len(lengths)
+
+    def _values(self, path: str, dataset: h5d.DatasetID, made: h5p.PropDCID, kind: h5t.TypeID) -> int:
+        """Return how many bytes the numbers of a dataset, or texts of one length, take in memory."""
+        size, is_text = kind.get_size(), kind.get_class() == h5t.STRING
+        if not is_text and (kind.get_class() not in (h5t.INTEGER, h5t.FLOAT) or size > _LONGEST_NUMBER):
+            self._refuse(path, "values that are neither numbers of at most 8 bytes nor texts")
+        if size > MOST_TEXT:
+            self._refuse(path, f"texts of {size:,} bytes")
+        declared, stored = int(prod(dataset.shape) * size), int(dataset.get_storage_size())
+        if made.get_layout() == h5d.CHUNKED:
+            self._packed(path, made, size)
+        elif declared != stored or stored > self._size:
+            self._refuse(path, f"{stored:,} bytes of values that take {declared:,}")
+        if declared and not stored:
+            self._refuse(path, "values that were never written")
+        return declared
+
+    def _packed(self, path: str, made: h5p.PropDCID, size: int) -> None:
+        filters = [made.get_filter(number)[0] for number in range(made.get_nfilters())]
+        if filters not in ([], _FILTERS):
+            self._refuse(path, "values that are packed in another way")
+        if prod(made.get_chunk()) * size > MOST_CHUNK:
+            self._refuse(path, f"chunks of more than {MOST_CHUNK:,} bytes")
+
+    def _refuse(self, path: str, found: str) -> NoReturn:
+        raise ArchiveError(
+            f"{self._file.filename}: found {found} at {path}; expected a file that holds all it shows, as tribopipe "
+            "writes them; move it out of the archive"
+        )
+
+
+def storage_elsewhere(dataset: h5d.DatasetID) -> str | None:
+    """Say what makes the values of a dataset come from another file; none where they are in its own."""
+    return _elsewhere(dataset.get_create_plist())
+
+
+def _elsewhere(made: h5p.PropDCID) -> str | None:
+    if made.get_layout() == h5d.VIRTUAL:
+        return "a virtual dataset"
+    return "a dataset stored in another file" if made.get_external_count() else None

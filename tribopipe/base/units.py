@@ -1,0 +1,271 @@
+"""The only place where units are converted: text and vendor units to SI, SI to what people read.
+
+Inside tribopipe every number is SI: m, s, N, Pa, m/s, K, and m²/N for the dimensional wear
+coefficient k_D (1 mm³/(N mm) = 1 mm²/N = 1e-6 m²/N). Ratios such as the friction coefficient have unit "1".
+"""
+
+import math
+import re
+from decimal import Context, Decimal
+from functools import cache
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribopipe.base.errors import UnitError
+
+Numbers = TypeVar("Numbers", float, NDArray[np.float64])
+
+
+class Kind(NamedTuple):
+    """What a number measures: its SI unit, the unit people read it in, an example to show them."""
+
+    si: str
+    shown: str
+    example: str
+
+
+KINDS: dict[str, Kind] = {
+    "length": Kind("m", "um", "0.794 mm"),
+    "distance": Kind("m", "m", "500 m"),
+    "speed": Kind("m/s", "mm/s", "400 mm/s"),
+    "time": Kind("s", "s", "1250 s"),
+    "force": Kind("N", "mN", "200 mN"),
+    "pressure": Kind("Pa", "GPa", "304 GPa"),
+    "density": Kind("kg/m^3", "g/cm^3", "3.21 g/cm^3"),
+    "toughness": Kind("Pa*m^0.5", "MPa*m^0.5", "7 MPa*m^0.5"),
+    "temperature": Kind("K", "degC", "23 degC"),
+    "ratio": Kind("1", "1", "0.24"),
+    "percentage": Kind("1", "%", "45 %"),
+    "count": Kind("1", "1", "1e6"),
+    "volume": Kind("m^3", "mm^3", "2.7e-3 mm^3"),
+    "mass": Kind("kg", "mg", "1.2 mg"),
+    "frequency": Kind("1/s", "Hz", "10 Hz"),
+    "rotational speed": Kind("rad/s", "rpm", "328 rpm"),
+    "drift rate": Kind("m/s", "nm/min", "12 nm/min"),
+    "wear coefficient": Kind("m^2/N", "mm^3/(N*mm)", "13.5e-9 mm^3/(N*mm)"),
+}
+
+WEAR_COEFFICIENT = KINDS["wear coefficient"].shown
+"""Unit in which people read k_D."""
+SPECIFIC_WEAR_RATE = "mm^3/(N*m)"
+"""Unit in which people read a specific wear rate, and in which other labs may state k_D."""
+
+_NUMBER_THEN_UNIT = re.compile(
+    r"\s*(?P<number>[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)\s*(?P<unit>.*)\Z", re.DOTALL
+)
+_LONGEST_UNIT = 40
+_SPELLINGS = str.maketrans(
+    {"·": "*", "⋅": "*", "×": "*", "−": "-", "µ": "u", "μ": "u", "℃": "degC", "°": "deg", "½": "^0.5"}
+)
+_SUPERSCRIPTS = "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"
+_FROM_SUPERSCRIPT = str.maketrans(_SUPERSCRIPTS, "-0123456789")
+_TO_SUPERSCRIPT = str.maketrans("-0123456789", _SUPERSCRIPTS)
+_POWER = r"(?:\^|\*\*)\s*(?:[+-]?\d{1,2}(?:\.\d)?|\([+-]?\d{1,2}(?:/\d{1,2})?\))(?![\d.])"
+_UNIT = re.compile(rf"(?:(?:[^\W\d_]\w*+|\))(?:\s*{_POWER})?|1(?=\s*/)|[%*/.(\s])+")
+"""Names, small powers and the signs between them: pint would go on to compute 9^9^9, and skip what it does not know."""
+_ANGLE = re.compile("rad|deg|°|rpm|rev|turn")
+"""In units of angle per time; any other rotational speed, such as 1/min or Hz, is given in revolutions."""
+_EXACT = Context(prec=40, traps=[])
+"""Decimal arithmetic in which a number too large becomes infinite rather than an exception."""
+
+
+@cache
+def _registry() -> Any:
+    import pint
+
+    return pint.UnitRegistry(autoconvert_offset_to_baseunit=True, cache_folder=None, non_int_type=Decimal)
+
+
+class _Unit(NamedTuple):
+    """A unit against the SI unit of its dimension: SI = slope × value + offset, to the last digit."""
+
+    dimension: Any
+    slope: Decimal
+    offset: Decimal
+
+
+@cache
+def _unit(text: str) -> _Unit:
+    """Read a unit; ``ValueError`` where the text is none."""
+    cleaned = re.sub(r"\.(?!\d)", "*", text.translate(_SPELLINGS).strip())
+    cleaned = re.sub(r"/\s*N[\s*]*(m{1,2})\b", r"/(N*\1)", cleaned)
+    cleaned = re.sub(r"\b([cu]?m{1,2})([23])\b", r"\1^\2", cleaned)
+    cleaned = re.sub(f"[{_SUPERSCRIPTS}]+", lambda power: "^" + power[0].translate(_FROM_SUPERSCRIPT), cleaned)
+    if cleaned in ("", "1", "-"):
+        return _Unit(_registry().dimensionless.dimensionality, Decimal(1), Decimal(0))
+    if len(cleaned) > _LONGEST_UNIT or not _UNIT.fullmatch(cleaned):
+        raise ValueError("too long for a unit, or with signs that no unit has")
+    registry = _registry()
+    try:
+        unit = registry.parse_units(cleaned)
+        zero, one = (registry.Quantity(Decimal(number), unit).to_base_units() for number in (0, 1))
+    except Exception as error:
+        raise ValueError(str(error)) from error
+    if zero.magnitude and unit.dimensionality != registry.kelvin.dimensionality:
+        raise ValueError("a logarithm")  # only a temperature is slope × value + offset with an offset
+    return _Unit(unit.dimensionality, one.magnitude - zero.magnitude, zero.magnitude)
+
+
+def is_unit(text: str) -> bool:
+    """Tell whether the text can be read as a unit."""
+    try:
+        _unit(text)
+    except ValueError:
+        return False
+    return True
+
+
+def is_unit_of(text: str, kind: str) -> bool:
+    """Tell whether the text is a unit of a kind of number."""
+    return is_unit(text) and _unit(text).dimension == _unit(KINDS[kind].si).dimension
+
+
+def is_rotational(text: str) -> bool:
+    """Tell whether the text is a unit of rotational speed alone; Hz and 1/s may as well be those of a frequency."""
+    return is_unit_of(text, "rotational speed") and text.casefold() not in ("hz", "khz", "1/s", "s^-1")
+
+
+def _checked_unit(text: str, kind: str) -> _Unit:
+    wanted = KINDS[kind]
+    try:
+        unit = _unit(text)
+    except ValueError:
+        raise UnitError(f"found {text!r}, which is no unit; expected a {kind} unit such as {wanted.shown!r}") from None
+    if unit.dimension != _unit(wanted.si).dimension:
+        found = f"the unit {text!r}" if text.strip() else "no unit"
+        raise UnitError(f"found {found}, which is no unit of {kind}; expected one such as {wanted.shown!r}")
+    turns = kind == "rotational speed" and not _ANGLE.search(text)
+    return unit._replace(slope=unit.slope * Decimal(math.tau)) if turns else unit
+
+
+def parse(text: str, kind: str) -> float:
+    """Read "200 mN" as SI.
+
+    Raises ``UnitError`` where the text is no number with a unit of that kind, or not finite in SI.
+    """
+    wanted = KINDS[kind]
+    matched = _NUMBER_THEN_UNIT.match(text.rstrip())
+    if matched is None or matched["unit"].startswith(","):
+        hint = "; write the decimal sign as a point" if re.search(r"\d,\d", text) else ""
+        raise UnitError(
+            f"found {text!r}, which is no number with a unit; expected a {kind} such as {wanted.example!r}{hint}"
+        )
+    if not matched["unit"] and wanted.si != "1":
+        raise UnitError(f"found {text!r} without a unit; expected a {kind} such as {wanted.example!r}")
+    unit = _checked_unit(matched["unit"], kind)
+    # In decimal, so that "120 nm" is 1.2e-7 to the last digit.
+    number = _EXACT.create_decimal(matched["number"])
+    value = float(_EXACT.fma(number, unit.slope, unit.offset))
+    if not math.isfinite(value):
+        raise UnitError(
+            f"found {text!r}, which is not finite in {wanted.si}; expected a {kind} such as {wanted.example!r}"
+        )
+    return value
+
+
+def parse_interval(text: str, kind: str, *, of: float) -> float:
+    """Read a standard uncertainty as SI: "2 um", or "1 %" of the value ``of`` it belongs to.
+
+    A difference, so offsets (°C) do not count.
+    """
+    matched = _NUMBER_THEN_UNIT.match(text.rstrip())
+    if matched is not None and matched["unit"] == "%" and KINDS[kind].si != "1":
+        return abs(of) * float(matched["number"]) / 100
+    if kind == "temperature" and matched is not None and matched["unit"]:
+        return float(matched["number"]) * float(_checked_unit(matched["unit"], kind).slope)
+    return parse(text, kind)
+
+
+def to_si(values: Numbers, unit: str, kind: str) -> Numbers:
+    """Convert a number or a whole column from ``unit`` to the SI unit of its kind.
+
+    Raises ``UnitError`` where ``unit`` is none of that kind.
+    """
+    source = _checked_unit(unit, kind)
+    return values * float(source.slope) + float(source.offset)
+
+
+def from_si(values: Numbers, si_unit: str, unit: str) -> Numbers:
+    """Convert a number or a column from SI to the unit it is shown in."""
+    if si_unit == unit:
+        return values
+    shown = _unit(unit)
+    return (values - float(shown.offset)) * float(1 / shown.slope)
+
+
+def interval_from_si(value: float, si_unit: str, unit: str) -> float:
+    """Convert a difference or an uncertainty: as ``from_si``, but offsets (°C) do not count."""
+    return value if si_unit == unit else value * float(1 / _unit(unit).slope)
+
+
+_PRETTY = {
+    "um": "µm",
+    "um^2": "µm²",
+    "um/m": "µm/m",
+    "degC": "°C",
+    "1": "",
+    "mm^3/(N*mm)": "mm³/(N·mm)",
+    "mm^3/(N*m)": "mm³/(N·m)",
+    "m^2/N": "m²/N",
+    "mm^3": "mm³",
+    "g/cm^3": "g/cm³",
+    "kg/m^3": "kg/m³",
+    "MPa*m^0.5": "MPa·m½",
+}
+
+
+def pretty(unit: str) -> str:
+    """Write a unit as people read it: "um" as "µm"."""
+    return _PRETTY.get(unit, unit)
+
+
+def axis(label: str, unit: str) -> str:
+    """Label a plot's axis: "wear depth / µm"."""
+    return f"{label} / {pretty(unit)}" if pretty(unit) else label
+
+
+def show(value: float, uncertainty: float | None, si_unit: str, unit: str | None = None) -> str:
+    """Write a value for people, rounded to two digits of its standard uncertainty (GUM 7.2.6).
+
+    "23.37 ± 0.25 µm"; four significant digits where there is no uncertainty.
+    """
+    unit = unit or si_unit
+    number = float(from_si(value, si_unit, unit))
+    tail = f" {pretty(unit)}" if pretty(unit) else ""
+    if uncertainty is None or not uncertainty > 1e-12 * abs(value):
+        return f"{_rounded(number)}{tail}"
+    spread = interval_from_si(uncertainty, si_unit, unit)
+    return f"{_rounded_pair(number, spread)}{tail}"
+
+
+def force_unit(newtons: float) -> str:
+    """Name the unit in which people read a force: mN below 1 N."""
+    return "mN" if abs(newtons) < 1 else "N"
+
+
+def show_force(newtons: float, uncertainty: float | None = None) -> str:
+    """Write a load for people."""
+    return show(newtons, uncertainty, "N", force_unit(newtons))
+
+
+def _rounded(number: float) -> str:
+    mantissa, _, power = f"{number:.4g}".partition("e")
+    return f"{mantissa}{_power(int(power))}" if power else mantissa
+
+
+def _power(exponent: int) -> str:
+    return f"×10{str(exponent).translate(_TO_SUPERSCRIPT)}"
+
+
+def _rounded_pair(number: float, spread: float) -> str:
+    largest = max(abs(number), spread)
+    exponent = math.floor(math.log10(largest))
+    power = exponent if not -3 <= exponent < 5 else 0
+    scaled, scaled_spread = number / 10.0**power, spread / 10.0**power
+    digits = max(0, 1 - int(f"{scaled_spread:.1e}".partition("e")[2]))
+    scaled = round(scaled, digits) + 0.0  # no sign is left on nothing
+    if not power:
+        return f"{scaled:.{digits}f} ± {scaled_spread:.{digits}f}"
+    return f"({scaled:.{digits}f} ± {scaled_spread:.{digits}f}){_power(power)}"

@@ -1,0 +1,68 @@
+"""Where the `tribopipe` command begins: it looks after Ctrl-C before it loads anything else.
+
+An archive outlives a process that is killed at any moment, so an interrupted command simply ends: what it was writing
+is taken away, one sentence is said, and nothing more of it runs.
+"""
+
+import os
+import signal
+import warnings
+from collections.abc import Callable
+from contextlib import suppress
+from types import FrameType
+
+from tribopipe.base.interrupts import undo_all
+
+_ENDINGS = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "ended with its terminal"}
+"""Signals that ask a process to end, as far as the system has them, and what is said then."""
+_STDERR = 2
+_BY_PYTHON = warnings.formatwarning
+_Handler = Callable[[int, FrameType | None], object] | signal.Handlers
+
+
+def main() -> None:
+    """Run the command."""
+    _look_after(_end)
+    if os.environ.get("_TRIBOPIPE_COMPLETE", "").startswith("complete_"):
+        from tribopipe.cli.completion import answer
+
+        answer(os.environ)
+    from tribopipe.base.executor.environment import ONE_THREAD
+
+    warnings.formatwarning = _told
+    os.environ.update(ONE_THREAD | os.environ)  # so that results are those of workers, bit for bit
+    from tribopipe.cli.app import main as run
+
+    try:
+        run()
+    finally:
+        _look_after(signal.SIG_IGN)  # what is asked for is done, or its failure told
+
+
+def _told(message: Warning | str, category: type[Warning], filename: str, lineno: int, line: str | None = None) -> str:
+    """Write a warning of tribopipe's own as a sentence, and any other with its place in the code."""
+    return f"warning: {message}\n" if category is UserWarning else _BY_PYTHON(message, category, filename, lineno, line)
+
+
+def _look_after(handler: _Handler) -> None:
+    """Have the signals handled that ask a process to end, but for those that nohup or a script has it ignore."""
+    for name in _ENDINGS:
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, handler)
+
+
+def _end(number: int, _: FrameType | None) -> None:
+    """End the process, with the exit code by which shells tell a signal."""
+    signal.signal(number, signal.SIG_IGN)
+    undo_all()
+    said = (
+        f"{_ENDINGS[signal.Signals(number).name]}; what was archived is kept, and the same command goes on from there"
+    )
+    with suppress(OSError):
+        os.write(_STDERR, f"{said}{os.linesep}".encode("ascii"))
+    os._exit(128 + number)
+
+
+if __name__ == "__main__":
+    main()

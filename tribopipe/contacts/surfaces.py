@@ -1,0 +1,148 @@
+"""The surface that wears, from what run.toml says of the bodies: which engine solves its contact, on what points.
+
+The contact of a pin grows by orders of magnitude while it wears. So rings and finite elements are a 20th of Hertz's
+radius wide at first, and from there on 2.5 % of their own radius, out to beyond the contact of the most worn pin, whose
+radius the Global Incremental Wear Model says. A regular grid is as fine everywhere, and so it is coarse for the first
+contact of a pin that wears far.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+
+import numpy as np
+
+from tribopipe.base.arrays import Column, Values
+from tribopipe.base.errors import ContactError
+from tribopipe.contacts.pin_on_disc import pin_contact
+from tribopipe.documents.contact import PinOnDisc, TwinDisc
+from tribopipe.physics.conventions import Engine
+from tribopipe.physics.geometry import cap_height
+from tribopipe.physics.hertz import contact_modulus, hertz_radius
+from tribopipe.physics.local.finite_elements.disc import quarter_disc
+from tribopipe.physics.local.finite_elements.pin import pin_body
+from tribopipe.physics.local.grids import disc_track, round_pin
+from tribopipe.physics.local.rings import Rings, ring_edges
+from tribopipe.physics.local.surface import Surface
+
+Builder = TypeVar("Builder")
+_RINGS_OF_A_FLAT_PIN = 160
+_MARGIN = 1.25
+"""Radius of the outermost point over that of the largest contact."""
+
+
+def pin_surface(contact: PinOnDisc, values: Values, amount: float, engine: Engine = "rings") -> Surface:
+    """Build the end of a pin for wear up to an amount k_D·S, m³/N, from values of ``contact_inputs``' names.
+
+    Raises ``ContactError`` where the tip would be worn away before that, or the engine lacks its package.
+    """
+    return _fit(engine, "a pin", _PINS)(contact, values, amount)
+
+
+def disc_surface(contact: TwinDisc, values: Values, amount: float, engine: Engine = "half-space") -> Surface:
+    """Build two discs for wear up to an amount k_D·N_s, m²/N, from values of ``disc_inputs``' names.
+
+    Raises ``ContactError`` where they do not touch, or the engine is none for discs.
+    """
+    return _fit(engine, "two discs", _DISCS)(contact, values, amount)
+
+
+def _pin_rings(contact: PinOnDisc, values: Values, amount: float) -> Surface:
+    edges = _pin_edges(contact, values, amount)
+    gap = _tip(contact, values)((edges[1:] + edges[:-1]) / 2)
+    return Rings(float(values["normal_load"]), _pin_modulus(contact, values), edges, gap)
+
+
+def _pin_grid(contact: PinOnDisc, values: Values, amount: float) -> Surface:
+    return round_pin(
+        normal_load=float(values["normal_load"]),
+        modulus=_pin_modulus(contact, values),
+        tip=_tip(contact, values),
+        reach=float(_pin_edges(contact, values, amount)[-1]),
+    )
+
+
+def _pin_elements(contact: PinOnDisc, values: Values, amount: float) -> Surface:
+    if contact.pin.shape == "flat":
+        raise ContactError(
+            "local wear: found a flat pin for finite elements, whose mesh would fold at its edge; expected a rounded "
+            "one; take --engine rings"
+        )
+    radius = _pin_edges(contact, values, amount)
+    return pin_body(
+        normal_load=float(values["normal_load"]),
+        modulus=_pin_modulus(contact, values),
+        poisson_ratio=contact.pin.poisson_ratio.value,
+        radius=radius,
+        gap=_tip(contact, values)(radius),
+    )
+
+
+def _pin_edges(contact: PinOnDisc, values: Values, amount: float) -> Column:
+    load, radius, modulus = float(values["normal_load"]), float(values["pin_radius"]), _pin_modulus(contact, values)
+    if contact.pin.shape == "flat":
+        return np.linspace(0.0, radius, _RINGS_OF_A_FLAT_PIN + 1)
+    first = float(hertz_radius(normal_load=load, pin_radius=radius, modulus=modulus))
+    largest = float(pin_contact(contact, values).worn(amount * load).radius)
+    return ring_edges(first, min(_MARGIN * max(largest, first), radius))
+
+
+def _tip(contact: PinOnDisc, values: Values) -> Callable[[Column], Column]:
+    """Return how far the tip lies behind its end at radii from its axis, m; beside a flat pin there is none."""
+    radius = float(values["pin_radius"])
+    if contact.pin.shape == "flat":
+        return lambda r: np.where(r <= radius, 0.0, np.inf)
+    flat = 0.0 if contact.pin.flat_radius is None else contact.pin.flat_radius.value
+    missing = cap_height(scar_radius=flat, sphere_radius=radius)
+    return lambda r: np.maximum(cap_height(scar_radius=r, sphere_radius=radius) - missing, 0.0)
+
+
+def _pin_modulus(contact: PinOnDisc, values: Values) -> float:
+    return float(
+        contact_modulus(
+            pin_modulus=values["pin_modulus"],
+            pin_ratio=contact.pin.poisson_ratio.value,
+            disc_modulus=values["disc_modulus"],
+            disc_ratio=contact.disc.poisson_ratio.value,
+        )
+    )
+
+
+def _disc_grid(contact: TwinDisc, values: Values, amount: float) -> Surface:
+    return disc_track(**_discs(contact, values), amount=amount)
+
+
+def _disc_elements(contact: TwinDisc, values: Values, amount: float) -> Surface:
+    ratio = contact.curved_disc.poisson_ratio.value
+    return quarter_disc(**_discs(contact, values), poisson_ratio=ratio, amount=amount)
+
+
+def _discs(contact: TwinDisc, values: Values) -> dict[str, Any]:
+    names = ("normal_load", "crown_radius", "curved_radius", "flat_radius")
+    modulus = contact_modulus(
+        pin_modulus=values["curved_modulus"],
+        pin_ratio=contact.curved_disc.poisson_ratio.value,
+        disc_modulus=values["flat_modulus"],
+        disc_ratio=contact.flat_disc.poisson_ratio.value,
+    )
+    return {name: float(values[name]) for name in names} | {"modulus": float(modulus)}
+
+
+_PINS: dict[Engine, Callable[[PinOnDisc, Values, float], Surface]] = {
+    "rings": _pin_rings,
+    "half-space": _pin_grid,
+    "fe": _pin_elements,
+}
+_DISCS: dict[Engine, Callable[[TwinDisc, Values, float], Surface]] = {
+    "half-space": _disc_grid,
+    "fe": _disc_elements,
+}
+
+
+def _fit(engine: Engine, what: str, builders: Mapping[Engine, Builder]) -> Builder:
+    """Return the builder of an engine. Raises ``ContactError`` where there is none."""
+    if engine not in builders:
+        raise ContactError(
+            f"local wear: found the engine {engine!r} for {what}; expected {' or '.join(builders)}; name one of them, "
+            "or none for the usual one"
+        )
+    return builders[engine]

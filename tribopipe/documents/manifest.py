@@ -1,0 +1,630 @@
+"""run.toml: what a lab writes beside the instrument's own files about one run."""
+
+import math
+import re
+from collections import Counter
+from collections.abc import Mapping
+from datetime import datetime
+from itertools import pairwise
+from pathlib import Path, PureWindowsPath
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
+
+from tribopipe.base.errors import ContactError, ManifestError
+from tribopipe.base.files import leads_out
+from tribopipe.base.units import show
+from tribopipe.documents.contact import SLIDING, Pin, PinOnDisc, Progress, Specimen, TwinDisc
+from tribopipe.documents.quantity import (
+    Distance,
+    EndValue,
+    Force,
+    Frequency,
+    Length,
+    MeasuredDepth,
+    MeasuredLength,
+    MeasuredMass,
+    MeasuredVolume,
+    Percentage,
+    Quantity,
+    Ratio,
+    RotationalSpeed,
+    Slip,
+    Speed,
+    Temperature,
+)
+from tribopipe.documents.record import Record, read_document
+from tribopipe.documents.signals import SignalName
+from tribopipe.documents.toml import parse_toml, read_bytes
+
+MANIFEST_NAME = "run.toml"
+MANIFEST_SCHEMA = "tribopipe.run/1"
+
+_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]{0,99}")
+_WINDOWS_DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(10))}
+
+
+def _usable_as_file_name(identifier: str) -> str:
+    if not _ID.fullmatch(identifier) or identifier.endswith("."):
+        raise ValueError(
+            f"found {identifier!r}; expected up to 100 letters, digits and . _ + -, starting with a "
+            "letter or digit, since the archive file is named after it"
+        )
+    if identifier.split(".")[0].lower() in _WINDOWS_DEVICES:
+        raise ValueError(f"found {identifier!r}, a device name on Windows; choose another id")
+    return identifier
+
+
+RunId = Annotated[str, AfterValidator(_usable_as_file_name), Field(json_schema_extra={"pattern": f"^{_ID.pattern}$"})]
+
+
+_MOST_ROTATIONS = 1e15
+"""A year at a million rotations a second is a thirtieth of it, and float64 still tells each rotation from the next."""
+
+
+def _a_count(written: Any) -> Any:
+    number = isinstance(written, int | float) and not isinstance(written, bool)
+    if not number or not math.isfinite(written) or written < 1 or written != math.floor(written):
+        raise ValueError(
+            f"found {written!r}; expected a number of rotations, whole and at least 1, such as 1000000 or 1e6"
+        )
+    if written > _MOST_ROTATIONS:
+        raise ValueError(f"found {written!r}; expected at most {_MOST_ROTATIONS:g} rotations; correct it")
+    return float(written)
+
+
+Rotations = Annotated[float, BeforeValidator(_a_count), Field(json_schema_extra={"minimum": 1, "multipleOf": 1})]
+
+
+class StatedFriction(Record):
+    """Parameters of μ(s) = A·exp(−s/c) + b (Eq. 7), known beforehand."""
+
+    amplitude: Ratio
+    """A: friction coefficient at the start above the steady state."""
+    steady_state: Ratio
+    """b."""
+    running_in_distance: Distance
+    """c."""
+
+
+def _product(factor: float, one: Quantity, other: Quantity) -> Quantity:
+    """Return a speed; uncertain by what is stated of both, and by nothing where nothing is stated."""
+    value = factor * one.value * other.value
+    shares = [(part.standard_uncertainty or 0.0) / part.value for part in (one, other)]
+    spread = value * math.hypot(*shares) if any(shares) else None
+    return Quantity(value=value, unit="m/s", standard_uncertainty=spread)
+
+
+class Conditions(Record):
+    """How the test was run."""
+
+    normal_load: Force
+    """Nominal normal load F_N."""
+    sliding_speed: Speed | None = None
+    """Nominal sliding speed; needed where only one of time and sliding distance was recorded."""
+    sliding_distance: Distance | None = None
+    """Planned sliding distance."""
+    curved_disc_speed: Speed | None = None
+    """Tangential speed v₁ of the curved disc; needed where only one of time and rotations was recorded."""
+    flat_disc_speed: Speed | None = None
+    """Tangential speed v₂ of the flat disc; or give slip."""
+    track_radius: Length | None = None
+    """Radius of the circle that a pin slides on; by it rotations and rotational speed of the disc become distances."""
+    rotational_speed: RotationalSpeed | None = None
+    """Rotational speed of the disc under a pin; with track_radius in the place of sliding_speed."""
+    stroke: Length | None = None
+    """Length of one stroke of a pin that slides there and back."""
+    frequency: Frequency | None = None
+    """Cycles there and back a second; with stroke in the place of sliding_speed."""
+    slip: Slip | None = None
+    """(v₂ − v₁)/v₁: "4 %" where the flat disc is faster, "-4 %" where it is slower."""
+    rotations: Rotations | None = None
+    """Planned rotations of the curved disc."""
+    medium: str | None = None
+    """What surrounds the contact: "air", "water"…"""
+    temperature: Temperature | None = None
+    """Room temperature."""
+    relative_humidity: Percentage | None = None
+    """Relative humidity of the surrounding air."""
+    friction: StatedFriction | None = None
+    """Friction to predict with under Sarkar's law, where it is known beforehand; fits take the measured friction."""
+
+    @property
+    def nominal_speed(self) -> Quantity | None:
+        """Nominal sliding speed of a pin, m/s: stated, ω·R of the track, or 2·stroke·frequency; none where unknown."""
+        if self.sliding_speed is not None:
+            return self.sliding_speed
+        if self.rotational_speed is not None and self.track_radius is not None:
+            return _product(1.0, self.rotational_speed, self.track_radius)
+        if self.stroke is not None and self.frequency is not None:
+            return _product(2.0, self.stroke, self.frequency)
+        return None
+
+    @property
+    def cycle(self) -> float | None:
+        """Sliding distance of one revolution, or of one stroke there and back, m; none where neither is known."""
+        if self.track_radius is not None:
+            return 2 * math.pi * self.track_radius.value
+        return None if self.stroke is None else 2 * self.stroke.value
+
+    @model_validator(mode="after")
+    def _a_pin_slides_in_a_circle_or_there_and_back(self) -> Self:
+        for one, other in (("stroke", "track_radius"), ("rotational_speed", "frequency")):
+            if getattr(self, one) is not None and getattr(self, other) is not None:
+                raise ValueError(
+                    f"{one}: found it beside {other}; expected a pin that slides in a circle (track_radius, "
+                    "rotational_speed) or there and back (stroke, frequency); take out what does not hold"
+                )
+        return self
+
+
+class ColumnSource(Record):
+    """Where one signal stands in a file."""
+
+    column: str = Field(min_length=1)
+    """Name of the column as the file's header writes it."""
+    unit: str | None = None
+    """Unit of the column; wins over what the file says, needed where the file says none."""
+
+
+def _column_by_name(written: Any) -> Any:
+    return {"column": written} if isinstance(written, str) else written
+
+
+def _inside_run_folder(name: str) -> str:
+    # Windows' rules also see what other systems would take for a folder or a root.
+    path = PureWindowsPath(name)
+    if not name.isprintable() or path.anchor or ".." in path.parts:
+        raise ValueError(
+            f"found {name!r}; expected the name of a file in the run folder, since a run carries all its files; "
+            "copy the file beside run.toml"
+        )
+    return name
+
+
+FileName = Annotated[str, AfterValidator(_inside_run_folder), Field(min_length=1)]
+
+
+def _named_or_described(reader: str) -> str:
+    """Let a reader be described by a file of the run folder alone."""
+    return _inside_run_folder(reader) if is_described(reader) else reader
+
+
+def is_described(reader: str) -> bool:
+    """Tell whether a reader is named by the file that describes it."""
+    return reader.lower().endswith(".toml")
+
+
+class SignalFile(Record):
+    """One file of the instrument and what its columns mean."""
+
+    file: FileName | None = None
+    """Name of the file, relative to run.toml."""
+    files: tuple[FileName, ...] = ()
+    """Files that continue each other, in the order of the test, in the place of file: one for each stroke or step."""
+    reader: Annotated[str, AfterValidator(_named_or_described)] | None = None
+    """Format, where it should not be detected: "delimited", "ducom-winducom"…, or a reader described in a file of the
+    run folder: "our-rig.toml"."""
+    encoding: str | None = None
+    """Text encoding, where it should not be detected: "cp1252", "shift_jis"…"""
+    separator: str | None = None
+    """Column separator, where it should not be detected: ";", "\\t", or " " for runs of blanks."""
+    decimal: Literal[".", ","] | None = None
+    """Decimal sign, where it should not be detected."""
+    sheet: str | None = Field(default=None, min_length=1)
+    """Sheet of a workbook, where several hold a table of a test."""
+    steps: tuple[int, ...] = ()
+    """Numbers of the steps to be read, where a file holds several; left out, all rows are one test."""
+    step_column: str | None = Field(default=None, min_length=1)
+    """Column that numbers the steps, where it should not be recognized: "Step"."""
+    columns: dict[SignalName, Annotated[ColumnSource, BeforeValidator(_column_by_name)]] = Field(default_factory=dict)
+    """Signal → column. Left out, columns are recognised by their names."""
+
+    @model_validator(mode="after")
+    def _each_step_is_chosen_once(self) -> Self:
+        twice = next((step for step, count in Counter(self.steps).items() if count > 1), None)
+        if twice is not None:
+            raise ValueError(f"steps: found step {twice} twice; expected each once; take one out")
+        return self
+
+    @model_validator(mode="after")
+    def _names_one_file_or_several(self) -> Self:
+        if (self.file is None) == (not self.files):
+            raise ValueError(
+                f"found {'neither file nor files' if self.file is None else 'both file and files'}; expected one of "
+                'the two; write file = "test.csv", or files = ["test_1.csv", "test_2.csv"] for files that continue '
+                "each other"
+            )
+        return self
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the files, in the order of the test."""
+        return self.files if self.file is None else (self.file,)
+
+
+class ProfileSource(Record):
+    """A profile measured across a wear track or a worn pin: height against position."""
+
+    file: FileName
+    """Name of the file, relative to run.toml."""
+    reader: Annotated[str, AfterValidator(_named_or_described)] | None = None
+    """Format, where it should not be detected: "dektak", "points"…, or a reader described in a file of the run folder:
+    "our-rig.toml"."""
+    position: Annotated[ColumnSource, BeforeValidator(_column_by_name)] | None = None
+    """Column of the position across the track, where the format does not say."""
+    height: Annotated[ColumnSource, BeforeValidator(_column_by_name)] | None = None
+    """Column of the height, upwards out of the specimen, where the format does not say."""
+
+
+def _one_or_several(written: Any) -> Any:
+    return (written,) if isinstance(written, Mapping | ProfileSource) else written
+
+
+Profiles = Annotated[tuple[ProfileSource, ...], BeforeValidator(_one_or_several)]
+"""One profile, or several at different places of a track."""
+
+
+class EndValues(Record):
+    """What the profilometer or microscope said after the test."""
+
+    pin_wear_depth: MeasuredDepth | None = None
+    """Height worn off the pin."""
+    pin_scar_diameter: MeasuredLength | None = None
+    """Diameter of the scar on a spherical pin; where the disc has worn, the mean of length and width."""
+    pin_scar_length: MeasuredLength | None = None
+    """Length of the scar on a spherical pin, along the sliding direction."""
+    pin_scar_width: MeasuredLength | None = None
+    """Width of the scar on a spherical pin, across the sliding direction."""
+    pin_wear_volume: MeasuredVolume | None = None
+    """Volume worn off the pin."""
+    pin_mass_loss: MeasuredMass | None = None
+    """Mass that the pin has lost; needs its density."""
+    pin_profile: Profiles = ()
+    """Profiles across the worn tip, from which scar diameter and depth are taken."""
+    disc_wear_depth: MeasuredDepth | None = None
+    """Maximum depth of the wear track on the disc a pin rubs on."""
+    disc_track_width: MeasuredLength | None = None
+    """Width of the wear track on the disc a pin rubs on."""
+    disc_wear_volume: MeasuredVolume | None = None
+    """Volume worn off the disc a pin rubs on."""
+    disc_mass_loss: MeasuredMass | None = None
+    """Mass that the disc a pin rubs on has lost; needs its density."""
+    disc_profile: Profiles = ()
+    """Profiles across the track of the disc a pin rubs on, at several places, from which depth and volume are taken."""
+    curved_disc_wear_depth: MeasuredDepth | None = None
+    """Height worn off the crown of a curved disc."""
+    curved_disc_track_width: MeasuredLength | None = None
+    """Width of the flat worn on a curved disc."""
+    curved_disc_wear_volume: MeasuredVolume | None = None
+    """Volume worn off a curved disc."""
+    curved_disc_profile: Profiles = ()
+    """Profiles across the track of a curved disc, from which its volume is taken."""
+    flat_disc_wear_depth: MeasuredDepth | None = None
+    """Depth of the track on a flat disc."""
+    flat_disc_track_width: MeasuredLength | None = None
+    """Width of the track on a flat disc."""
+    flat_disc_wear_volume: MeasuredVolume | None = None
+    """Volume worn off a flat disc."""
+    flat_disc_profile: Profiles = ()
+    """Profiles across the track of a flat disc, from which its volume is taken."""
+
+    @model_validator(mode="after")
+    def _wear_is_a_loss(self) -> Self:
+        for name in EndValues.model_fields:
+            value = getattr(self, name)
+            if isinstance(value, EndValue) and value.value < 0:
+                found = value.shown({"m": "um", "m^3": "mm^3", "kg": "mg"}[value.unit])
+                raise ValueError(f"{name}: found {found}; expected zero or more, since wear is a loss")
+        return self
+
+    @model_validator(mode="after")
+    def _volume_is_given_once(self) -> Self:
+        for body in ("pin", "disc", "curved_disc", "flat_disc"):
+            if getattr(self, f"{body}_profile") and getattr(self, f"{body}_wear_volume") is not None:
+                raise ValueError(
+                    f"{body}_wear_volume: found one beside {body}_profile, from which it would be taken; expected one "
+                    "of the two; take the other out"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _each_profile_is_given_once(self) -> Self:
+        for body in ("pin", "disc", "curved_disc", "flat_disc"):
+            named: tuple[ProfileSource, ...] = getattr(self, f"{body}_profile")
+            twice = next((one.file for one, count in Counter(named).items() if count > 1), None)
+            if twice is not None:
+                raise ValueError(
+                    f"{body}_profile: found the same profile of {twice!r} twice; expected each once, or it would count "
+                    "as a second measurement; take one out"
+                )
+        return self
+
+
+class Interruption(EndValues):
+    """What was measured on the specimens where the test was interrupted."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"anyOf": [{"required": ["sliding_distance"]}, {"required": ["rotations"]}]}
+    )
+
+    sliding_distance: Distance | None = None
+    """Distance that a pin had slid until then."""
+    rotations: Rotations | None = None
+    """Rotations that a curved disc had done until then."""
+    remounted: bool = False
+    """Whether the specimens were taken out, so that the depth sensor started again from another offset."""
+
+    @property
+    def place(self) -> float:
+        """Where the test was interrupted: m for a pin, rotations for a curved disc."""
+        return self.sliding_distance.value if self.sliding_distance is not None else self.rotations or 0.0
+
+
+def _above_zero(scale: Quantity) -> Quantity:
+    if not scale.value > 0:
+        raise ValueError(f"found {scale.value:g}; expected a scale above zero, about 1")
+    return scale
+
+
+class Sensors(Record):
+    """How far the sensors can be trusted beside their noise."""
+
+    depth_scale: Annotated[Ratio, AfterValidator(_above_zero)] = Quantity(value=1.0, unit="1")
+    """True displacement over displacement read: the depth signal is multiplied by it."""
+
+
+def _date_and_time(written: Any) -> Any:
+    if isinstance(written, bool | int | float):
+        raise ValueError(f"found {written!r}; expected a date and time such as 2006-03-01T09:30:00+01:00")
+    return written
+
+
+class RunManifest(Record):
+    """One run: specimens, conditions, signal files and end values."""
+
+    schema_version: Literal["tribopipe.run/1"] = Field(alias="schema")
+    """Version of this document."""
+    id: RunId
+    """Name of the run, unique in an archive; its file is <id>.h5."""
+    started: Annotated[datetime, BeforeValidator(_date_and_time)] | None = None
+    """Start of the test, such as 2006-03-01T09:30:00+01:00."""
+    title: str | None = None
+    """One line about the run."""
+    operator: str | None = None
+    """Who ran the test."""
+    instrument: str | None = None
+    """Name of the tribometer."""
+    comment: str | None = None
+    """Anything else worth keeping."""
+    contact: PinOnDisc | TwinDisc | None = Field(default=None, discriminator="kind")
+    """The two bodies; left out, friction alone is evaluated."""
+    conditions: Conditions
+    """How the test was run."""
+    signals: tuple[SignalFile, ...] = Field(min_length=1, max_length=100)
+    """The instrument's files."""
+    end_values: EndValues = EndValues()
+    """What was measured on the specimens afterwards."""
+    interruptions: tuple[Interruption, ...] = ()
+    """What was measured on the specimens in between, in the order of the test."""
+    sensors: Sensors = Sensors()
+    """How far the sensors can be trusted beside their noise."""
+
+    @model_validator(mode="after")
+    def _what_is_said_fits_the_tribometer(self) -> Self:
+        if self.contact is None:
+            return self
+        for where, part in self._parts():
+            foreign = next(
+                (name for name in FOREIGN[self.contact.kind] if getattr(part, name, None) not in (None, ())), None
+            )
+            if foreign is not None:
+                raise ValueError(
+                    f"{where}.{foreign}: found one in a {self.contact.kind} run, which has no such thing; expected "
+                    f"one of {', '.join(sorted(_own_keys(part, self.contact.kind)))}; take it out, or correct "
+                    "contact.kind"
+                )
+        if self.rolls:
+            _refuse_no_slip(self.conditions)
+        return self
+
+    @model_validator(mode="after")
+    def _each_file_is_read_once(self) -> Self:
+        named = Counter(name for part in self.signals for name in part.names)
+        twice = next((name for name, count in named.items() if count > 1), None)
+        if twice is not None:
+            raise ValueError(f"signals: found the file {twice!r} twice; expected each once; take one out")
+        return self
+
+    @model_validator(mode="after")
+    def _wear_fits_the_bodies(self) -> Self:
+        for where, measured in self._parts():
+            if isinstance(measured, EndValues) and isinstance(self.contact, PinOnDisc):
+                _refuse_impossible_wear(where, measured, self.contact.pin)
+            elif isinstance(measured, EndValues) and isinstance(self.contact, TwinDisc):
+                _refuse_impossible_tracks(where, measured, self.contact)
+        return self
+
+    def _parts(self) -> "list[tuple[str, Conditions | EndValues]]":
+        stops = [(f"interruptions[{number}]", stop) for number, stop in enumerate(self.interruptions)]
+        return [("conditions", self.conditions), ("end_values", self.end_values), *stops]
+
+    @model_validator(mode="after")
+    def _interruptions_follow_each_other(self) -> Self:
+        name = self.progress.signal
+        for number, stop in enumerate(self.interruptions):
+            if getattr(stop, name) is None:
+                raise ValueError(f"interruptions[{number}].{name}: missing; add this key")
+        places = [stop.place for stop in self.interruptions]
+        if any(later <= earlier for earlier, later in pairwise(places)):
+            raise ValueError(
+                f"interruptions: found {', '.join(map(self.progress.shown, places))}; expected each above the one "
+                f"before; write the {self.progress.words} since the start of the test"
+            )
+        return self
+
+    @property
+    def tribometer(self) -> Literal["pin-on-disc", "twin-disc"] | None:
+        """Kind of the tribometer; none where run.toml does not describe the bodies."""
+        return None if self.contact is None else self.contact.kind
+
+    @property
+    def progress(self) -> Progress:
+        """What wear grows along; the sliding distance where run.toml does not describe the bodies."""
+        return SLIDING if self.contact is None else self.contact.progress
+
+    @property
+    def planned(self) -> float | None:
+        """Planned end along the progress, SI; none where it is not stated."""
+        stated: Quantity | float | None = getattr(self.conditions, self.progress.signal)
+        return stated.value if isinstance(stated, Quantity) else stated
+
+    @property
+    def nominal_speed(self) -> Quantity | None:
+        """Nominal speed by which the progress follows from time, m/s; none where it is not stated."""
+        conditions = self.conditions
+        return conditions.nominal_speed if self.progress is SLIDING else getattr(conditions, self.progress.speed)
+
+    @property
+    def rolls(self) -> bool:
+        """Whether two discs roll on each other, so that rotations count; a pin slides, and its distance counts."""
+        return isinstance(self.contact, TwinDisc)
+
+    @property
+    def bodies(self) -> dict[str, Specimen]:
+        """The two bodies by name; nothing where run.toml does not describe them."""
+        return {} if self.contact is None else self.contact.bodies
+
+    @property
+    def described(self) -> PinOnDisc | TwinDisc:
+        """The contact. Raises ``ContactError`` where run.toml does not describe the bodies."""
+        if self.contact is None:
+            raise _no_contact(self.id)
+        return self.contact
+
+    @property
+    def pin_on_disc(self) -> PinOnDisc:
+        """The bodies of a pin-on-disc run. Raises ``ContactError`` for a run on another tribometer."""
+        if isinstance(contact := self.described, PinOnDisc):
+            return contact
+        raise ContactError(f"{self.id}: found a {contact.kind} run; expected a pin on a disc; name another run")
+
+    @property
+    def twin_disc(self) -> TwinDisc:
+        """The bodies of a twin-disc run. Raises ``ContactError`` for a run on another tribometer."""
+        if isinstance(contact := self.described, TwinDisc):
+            return contact
+        raise ContactError(f"{self.id}: found a {contact.kind} run; expected twin discs; name another run")
+
+
+def _refuse_impossible_wear(where: str, measured: EndValues, pin: Pin) -> None:
+    for name in ("pin_scar_diameter", "pin_scar_length", "pin_scar_width"):
+        scar = getattr(measured, name)
+        if scar is not None:
+            _refuse_impossible_scar(f"{where}.{name}", scar, pin)
+    depth, radius = measured.pin_wear_depth, pin.radius
+    if depth is not None and pin.shape != "flat" and depth.value >= radius.value:
+        raise ValueError(
+            f"{where}.pin_wear_depth: found {depth.shown('um')}, no less than the pin "
+            f"radius of {radius.shown('um')}; expected a depth within the tip; check both units"
+        )
+
+
+def _refuse_impossible_scar(key: str, scar: EndValue, pin: Pin) -> None:
+    if pin.shape == "flat":
+        raise ValueError(f"{key}: found one for a flat pin, whose contact does not grow; give pin_wear_depth instead")
+    if scar.value >= 2 * pin.radius.value:
+        raise ValueError(
+            f"{key}: found {scar.shown('um')}, no smaller "
+            f"than the pin's diameter of {show(2 * pin.radius.value, None, 'm', 'um')}; expected a scar on the tip; "
+            "check both units"
+        )
+
+
+def _no_contact(run_id: str) -> ContactError:
+    return ContactError(
+        f"{run_id}: found no [contact] in run.toml; expected the two bodies, without which wear cannot be computed; "
+        "add [contact], [contact.pin] and [contact.disc]"
+    )
+
+
+_DISC_END_VALUES = tuple(name for name in EndValues.model_fields if name.startswith(("curved_disc", "flat_disc")))
+_PIN_END_VALUES = tuple(name for name in EndValues.model_fields if name not in _DISC_END_VALUES)
+FOREIGN: Mapping[str, tuple[str, ...]] = {
+    "pin-on-disc": ("curved_disc_speed", "flat_disc_speed", "slip", "rotations", *_DISC_END_VALUES),
+    "twin-disc": (
+        *("sliding_speed", "sliding_distance", "track_radius", "rotational_speed", "stroke", "frequency"),
+        *_PIN_END_VALUES,
+    ),
+}
+"""Keys of conditions and end values that make no sense on a tribometer, by its kind."""
+
+
+def _own_keys(part: Conditions | EndValues, kind: str) -> set[str]:
+    other = {"pin-on-disc": "twin-disc", "twin-disc": "pin-on-disc"}[kind]
+    return set(FOREIGN[other]) & set(type(part).model_fields)
+
+
+def _refuse_no_slip(conditions: Conditions) -> None:
+    speeds, slip = (conditions.curved_disc_speed, conditions.flat_disc_speed), conditions.slip
+    if slip is None and None in speeds:
+        raise ValueError(
+            'conditions.slip: missing; expected the slip of the discs, or the speeds of both; add slip = "4 %", or '
+            "curved_disc_speed and flat_disc_speed"
+        )
+    if slip is not None and conditions.flat_disc_speed is not None:
+        raise ValueError(
+            "conditions.slip: found it beside flat_disc_speed, which says the same; expected one of the two; take the "
+            "other out"
+        )
+    equal = slip is None and speeds[0] is not None and speeds[1] is not None and speeds[0].value == speeds[1].value
+    if equal or (slip is not None and slip.value == 0):
+        raise ValueError(
+            "conditions.slip: found none, both discs at the same speed; expected slip, since discs that only roll do "
+            "not wear by sliding; check both speeds"
+        )
+    if slip is not None and slip.value <= -1:
+        raise ValueError(
+            f"conditions.slip: found {slip.shown('%')}; expected more than -100 %, at which the flat disc would stand "
+            "still; write (v2 - v1)/v1"
+        )
+
+
+def _refuse_impossible_tracks(where: str, measured: EndValues, discs: TwinDisc) -> None:
+    crown = discs.curved_disc.crown_radius
+    for name, disc in (("curved_disc", discs.curved_disc), ("flat_disc", discs.flat_disc)):
+        depth, width = getattr(measured, f"{name}_wear_depth"), getattr(measured, f"{name}_track_width")
+        if depth is not None and depth.value >= crown.value:
+            raise ValueError(
+                f"{where}.{name}_wear_depth: found {depth.shown('um')}, no less than the crown radius of "
+                f"{crown.shown('mm')}; expected wear within the crown; check both units"
+            )
+        if width is not None and width.value >= 2 * crown.value:
+            raise ValueError(
+                f"{where}.{name}_track_width: found {width.shown('mm')}, no less than twice the crown radius of "
+                f"{crown.shown('mm')}; expected a track on the crown; check both units"
+            )
+        if width is not None and disc.width is not None and width.value > disc.width.value:
+            raise ValueError(
+                f"{where}.{name}_track_width: found {width.shown('mm')} on a disc {disc.width.shown('mm')} wide; "
+                "expected a track within the disc; check both units"
+            )
+
+
+def manifest_path(run: Path) -> Path:
+    """Name the manifest of a run given as its folder or as the file itself."""
+    return run / MANIFEST_NAME if run.is_dir() or run.suffix.lower() != ".toml" else run
+
+
+def read_manifest(path: Path) -> tuple[RunManifest, bytes]:
+    """Read a run.toml and its bytes as they stand.
+
+    Raises ``ManifestError`` with file, key (or line), what was found and what was expected.
+    """
+    if leads_out(path, path.parent):
+        raise ManifestError(
+            f"{path}: found a link out of the run folder; expected run.toml itself, since a run carries all its files; "
+            "copy it in the place of the link"
+        )
+    content = read_bytes(path)
+    return read_document(parse_toml(path, content), RunManifest, where=str(path)), content

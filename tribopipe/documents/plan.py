@@ -1,0 +1,358 @@
+"""plan.toml: what a virtual tribometer is to record, for sample runs and ground truth."""
+
+import math
+from collections import Counter
+from datetime import datetime
+from typing import Annotated, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from tribopipe.base.errors import ContactError
+from tribopipe.documents.contact import PinOnDisc, TwinDisc
+from tribopipe.documents.manifest import Rotations, RunId, StatedFriction
+from tribopipe.documents.quantity import (
+    Distance,
+    DriftRate,
+    Force,
+    Frequency,
+    Length,
+    MeasuredDepth,
+    Quantity,
+    Ratio,
+    Slip,
+    Speed,
+    Time,
+    WearCoefficient,
+)
+from tribopipe.documents.recipe import GivenParameter, LawName
+from tribopipe.documents.record import Record
+from tribopipe.physics.conventions import DistanceConvention
+
+
+def _of(value: float, unit: str) -> Quantity:
+    return Quantity(value=value, unit=unit)
+
+
+_MOST_SAMPLES = 10_000_000
+
+
+def _refuse_endless(seconds: float, sensors: "RecordingSensors") -> None:
+    samples = seconds * sensors.sampling_rate.value
+    if samples > _MOST_SAMPLES:
+        raise ValueError(
+            f"sensors.sampling_rate: found {samples:.3g} samples a run; expected at most {_MOST_SAMPLES}; lower "
+            "the rate, or let runs be shorter"
+        )
+
+
+class RecordingSensors(Record):
+    """How any virtual instrument records, and what it adds to the truth."""
+
+    sampling_rate: Frequency = Field(default_factory=lambda: _of(10.0, "1/s"))
+    """Samples per second."""
+    depth_noise: Length = Field(default_factory=lambda: _of(1e-7, "m"))
+    """Standard deviation of the depth reading."""
+    depth_correlation_time: Time = Field(default_factory=lambda: _of(2.0, "s"))
+    """Time over which the noise of the depth forgets itself."""
+    depth_resolution: Length = Field(default_factory=lambda: _of(1e-8, "m"))
+    """Step of the digitised depth."""
+    friction_noise: Ratio = Field(default_factory=lambda: _of(0.02, "1"))
+    """Standard deviation of the friction coefficient."""
+    friction_correlation_time: Time = Field(default_factory=lambda: _of(0.5, "s"))
+    """Time over which the noise of friction forgets itself."""
+    load_noise: Ratio = Field(default_factory=lambda: _of(0.002, "1"))
+    """Standard deviation of the normal force over the normal force."""
+
+
+class Sensors(RecordingSensors):
+    """How the virtual pin-on-disc tribometer records, and how its pins are measured."""
+
+    scar_uncertainty: Length = Field(default_factory=lambda: _of(2e-6, "m"))
+    """Standard uncertainty of the scar diameter of a spherical pin, drawn once a run."""
+    pin_end_value: Literal["pin_scar_diameter", "pin_wear_depth"] = "pin_scar_diameter"
+    """What is measured on a spherical pin after the test; on a flat one it is always the depth."""
+    height_loss_uncertainty: Length = Field(default_factory=lambda: _of(2.5e-7, "m"))
+    """Standard uncertainty of the height lost by a pin, drawn once a run where that is measured."""
+
+
+class VirtualRun(Record):
+    """One run of a series: load, the truth behind it, and the seed of its noise."""
+
+    id: RunId
+    """Name of the run and of its folder."""
+    started: datetime
+    """Start of the virtual test."""
+    seed: int = Field(ge=0)
+    """Seed of every random draw of this run."""
+    normal_load: Force
+    """F_N."""
+    wear_coefficient: WearCoefficient
+    """True k_D of the pin."""
+    friction: StatedFriction
+    """True friction."""
+    zero_offset: Length
+    """Sensor reading before any wear."""
+    drift_rate: DriftRate
+    """Drift of the depth sensor."""
+    disc_wear_depth: MeasuredDepth | None = None
+    """Disc wear at the end of the run; left out where none could be measured."""
+
+
+class Series(Record):
+    """Runs of the same pair of materials on the same instrument."""
+
+    title: str
+    """One line about the series."""
+    law: LawName = "archard"
+    """Wear law of the truth."""
+    law_parameters: dict[str, GivenParameter] = Field(default_factory=dict)
+    """Its true parameters beside k_D."""
+    contact: PinOnDisc
+    """The two bodies."""
+    medium: str
+    """What surrounds the contact."""
+    depth_scale: Ratio = Field(default_factory=lambda: _of(1.0, "1"))
+    """True displacement over displacement read."""
+    systematic_errors: bool = False
+    """Whether load, tip radius, moduli, speed and sensor scale are off by errors drawn once a run within their stated
+    uncertainty, or are just what the manifest says."""
+    sliding_speed: Speed
+    """Nominal sliding speed."""
+    sliding_distance: Distance
+    """Sliding distance of each run."""
+    sensors: Sensors = Sensors()
+    """The instrument."""
+    runs: tuple[VirtualRun, ...] = Field(min_length=1)
+    """The runs."""
+
+    @model_validator(mode="after")
+    def _runs_end(self) -> Self:
+        _refuse_endless(self.sliding_distance.value / self.sliding_speed.value, self.sensors)
+        return self
+
+
+DiscEndValue = Literal["wear_depth", "track_width", "wear_volume"]
+"""What can be measured on a disc after the test."""
+
+
+class TwinDiscSensors(RecordingSensors):
+    """How the virtual twin-disc tribometer records, and how its discs are measured."""
+
+    sampling_rate: Frequency = Field(default_factory=lambda: _of(1 / 60, "1/s"))
+    """Samples per second; each is a mean over the time between two. One more is taken where the test stops."""
+    depth_noise: Length = Field(default_factory=lambda: _of(3e-8, "m"))
+    """Standard deviation of the depth reading."""
+    depth_correlation_time: Time = Field(default_factory=lambda: _of(300.0, "s"))
+    """Time over which the noise of the depth forgets itself."""
+    depth_resolution: Length = Field(default_factory=lambda: _of(1e-9, "m"))
+    """Step of the digitised depth."""
+    friction_noise: Ratio = Field(default_factory=lambda: _of(0.01, "1"))
+    """Standard deviation of the friction coefficient."""
+    friction_correlation_time: Time = Field(default_factory=lambda: _of(60.0, "s"))
+    """Time over which the noise of friction forgets itself."""
+    end_values: tuple[DiscEndValue, ...] = ("wear_volume",)
+    """What is measured on either disc after the test."""
+    volume_uncertainty: Ratio = Field(default_factory=lambda: _of(0.08, "1"))
+    """Standard uncertainty of a disc's worn volume over that volume, drawn once a run and disc."""
+    wear_depth_uncertainty: Length = Field(default_factory=lambda: _of(5e-8, "m"))
+    """Standard uncertainty of a disc's wear depth, drawn once a run and disc."""
+    track_width_uncertainty: Length = Field(default_factory=lambda: _of(4e-6, "m"))
+    """Standard uncertainty of the width of a disc's track, drawn once a run and disc."""
+
+
+class Fatigue(Record):
+    """Wear that quickens where the surfaces tire, as the paper suspects (Section 3.5) and no wear law here has it."""
+
+    from_rotations: Rotations
+    """Rotations after which it sets in."""
+    factor: float = Field(gt=0)
+    """What both k_D are multiplied by from then on."""
+
+
+def _discs_that_slip(slip: Quantity) -> Quantity:
+    if slip.value == 0:
+        raise ValueError("found none; expected slip, since discs that only roll do not wear by sliding")
+    if slip.value <= -1:
+        raise ValueError(
+            f"found {slip.shown('%')}; expected more than -100 %, at which the flat disc would stand still; write "
+            "(v2 - v1)/v1"
+        )
+    return slip
+
+
+class TwinDiscVirtualRun(Record):
+    """One run of two discs: slip, rotations, the truth behind it, and the seed of its noise."""
+
+    id: RunId
+    """Name of the run and of its folder."""
+    started: datetime
+    """Start of the virtual test."""
+    seed: int = Field(ge=0)
+    """Seed of every random draw of this run."""
+    normal_load: Force | None = None
+    """F_N; left out, that of the series."""
+    slip: Annotated[Slip, AfterValidator(_discs_that_slip)]
+    """(v₂ − v₁)/v₁ of the unworn discs."""
+    rotations: Rotations
+    """Rotations of the curved disc."""
+    curved_wear_coefficient: WearCoefficient
+    """True k_D of the curved disc."""
+    flat_wear_coefficient: WearCoefficient
+    """True k_D of the flat disc."""
+    fatigue: Fatigue | None = None
+    """Where both k_D change; left out, they never do."""
+    friction: StatedFriction
+    """True friction, over the slip distance."""
+    zero_offset: Length
+    """Sensor reading before any wear."""
+    drift_rate: DriftRate
+    """Drift of the depth sensor."""
+
+    @model_validator(mode="after")
+    def _fatigue_sets_in_during_the_run(self) -> Self:
+        if self.fatigue is not None and self.fatigue.from_rotations >= self.rotations:
+            raise ValueError(
+                f"fatigue.from_rotations: found {self.fatigue.from_rotations:.0f} in a run of {self.rotations:.0f} "
+                "rotations; expected fewer, or it never sets in; correct it, or take fatigue out"
+            )
+        return self
+
+
+class TwinDiscSeries(Record):
+    """Runs of the same pair of discs on the same instrument."""
+
+    title: str
+    """One line about the series."""
+    law: LawName = "archard"
+    """Wear law of the truth."""
+    law_parameters: dict[str, GivenParameter] = Field(default_factory=dict)
+    """Its true parameters beside k_D."""
+    distance_per_rotation: DistanceConvention = "full-slip"
+    """What the truth counts as the distance that a point of a disc slides in one rotation."""
+    contact: TwinDisc
+    """The two discs."""
+    medium: str
+    """What surrounds the contact."""
+    depth_scale: Ratio = Field(default_factory=lambda: _of(1.0, "1"))
+    """True displacement over displacement read."""
+    systematic_errors: bool = False
+    """Whether load, radii, moduli, slip and sensor scale are off by errors drawn once a run within their stated
+    uncertainty, or are just what the manifest says. The counter of rotations counts right."""
+    curved_disc_speed: Speed
+    """Nominal tangential speed v₁ of the curved disc."""
+    normal_load: Force | None = None
+    """F_N of the runs that give none of their own."""
+    sensors: TwinDiscSensors = TwinDiscSensors()
+    """The instrument."""
+    runs: tuple[TwinDiscVirtualRun, ...] = Field(min_length=1)
+    """The runs."""
+
+    @model_validator(mode="after")
+    def _every_run_has_a_load(self) -> Self:
+        for number, run in enumerate(self.runs):
+            if run.normal_load is None and self.normal_load is None:
+                raise ValueError(
+                    f'runs[{number}].normal_load: missing; add this key, such as normal_load = "250 mN", to the run '
+                    "or to its series"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _runs_end(self) -> Self:
+        circumference = 2 * math.pi * self.contact.curved_disc.rolling_radius.value
+        most = max(run.rotations for run in self.runs)
+        _refuse_endless(most * circumference / self.curved_disc_speed.value, self.sensors)
+        return self
+
+    def load_of(self, run: TwinDiscVirtualRun) -> Quantity:
+        """Return F_N of a run: its own, or that of the series."""
+        load = run.normal_load or self.normal_load
+        if load is None:
+            raise ContactError(f"{run.id}: found no normal_load in the run, nor in its series; expected one; add it")
+        return load
+
+
+class Plan(Record):
+    """Series of virtual runs."""
+
+    schema_version: Literal["tribopipe.plan/1"] = Field(alias="schema")
+    """Version of this document."""
+    series: tuple[Series, ...] = ()
+    """The series of a pin on a disc."""
+    twin_disc_series: tuple[TwinDiscSeries, ...] = ()
+    """The series of two discs."""
+
+    @model_validator(mode="after")
+    def _something_is_planned_and_once(self) -> Self:
+        pins = [run.id for series in self.series for run in series.runs]
+        runs = [*pins, *(run.id for series in self.twin_disc_series for run in series.runs)]
+        if not runs:
+            raise ValueError("series: missing; expected at least one series; add [[series]] or [[twin_disc_series]]")
+        twice = [run_id for run_id, count in Counter(runs).items() if count > 1]
+        if twice:
+            raise ValueError(f"found the run {twice[0]!r} twice; expected an id of its own for each; rename one")
+        return self
+
+
+class Truth(Record):
+    """What a virtual run was made from; lies beside it as truth.json."""
+
+    schema_version: Literal["tribopipe.truth/1"] = Field(default="tribopipe.truth/1", alias="schema")
+    """Version of this document."""
+    id: RunId
+    """Name of the run."""
+    law: LawName
+    """Wear law."""
+    law_parameters: dict[str, Quantity] | None = None
+    """Its parameters beside k_D; none where it has none."""
+    wear_coefficient: WearCoefficient
+    """k_D."""
+    friction: StatedFriction
+    """Eq. 7."""
+    zero_offset: Quantity
+    """Sensor reading before any wear."""
+    drift_rate: DriftRate
+    """Drift of the depth sensor."""
+    end_pin_wear_depth: Quantity
+    """Pin wear at the end, without any error."""
+    end_disc_wear_depth: Quantity
+    """Disc wear at the end, without any error."""
+
+
+class TwinDiscTruth(Record):
+    """What a virtual run of two discs was made from; lies beside it as truth.json."""
+
+    schema_version: Literal["tribopipe.twin-disc-truth/1"] = Field(
+        default="tribopipe.twin-disc-truth/1", alias="schema"
+    )
+    """Version of this document."""
+    id: RunId
+    """Name of the run."""
+    law: LawName
+    """Wear law."""
+    law_parameters: dict[str, Quantity] | None = None
+    """Its parameters beside k_D; none where it has none."""
+    distance_per_rotation: DistanceConvention
+    """What counts as the distance that a point of a disc slides in one rotation."""
+    curved_wear_coefficient: WearCoefficient
+    """k_D of the curved disc."""
+    flat_wear_coefficient: WearCoefficient
+    """k_D of the flat disc."""
+    fatigue: Fatigue | None = None
+    """Where both k_D changed."""
+    friction: StatedFriction
+    """Eq. 7, over the slip distance."""
+    zero_offset: Quantity
+    """Sensor reading before any wear."""
+    drift_rate: DriftRate
+    """Drift of the depth sensor."""
+    end_curved_wear_depth: Quantity
+    """Wear depth of the curved disc at the end, without any error."""
+    end_flat_wear_depth: Quantity
+    """Wear depth of the flat disc at the end, without any error."""
+    end_curved_wear_volume: Quantity
+    """Worn volume of the curved disc at the end, without any error."""
+    end_flat_wear_volume: Quantity
+    """Worn volume of the flat disc at the end, without any error."""
+    end_track_width: Quantity
+    """Width of the track on both discs at the end, without any error."""

@@ -1,0 +1,250 @@
+"""Clean-up of a run's signals before anything is computed: the steps a recipe lists, and what they did."""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
+
+from tribopipe.documents.quantity import Instant, Quantity, read_quantity
+from tribopipe.documents.record import Record
+from tribopipe.documents.signals import SIGNALS, SignalName
+
+StrokeMethod = Literal["middle-of-stroke", "half-difference"]
+TurnedSignal = Literal["depth", "normal_force", "friction_force", "friction_coefficient"]
+"""Signals whose sign is a matter of how the sensor is mounted."""
+_Written = WithJsonSchema(
+    {
+        "anyOf": [{"type": "string"}, {"type": "number"}, {"type": "object"}, {"type": "null"}],
+        "description": 'Of the signal\'s kind and with its unit: "80 degC", "-5 N"; a bare number for a ratio.',
+    }
+)
+
+
+class ContinuousAxes(Record):
+    """Time, rotations and sliding distance that restart at each step, segment or file become continuous."""
+
+    step: Literal["continuous-axes"] = "continuous-axes"
+    """Name of the step."""
+    carried_over: Literal["told", "always", "never"] = "told"
+    """When a start above zero, carried over from the test before, is taken off: where another axis tells so, whenever
+    the first value is not zero, or never."""
+
+
+class SignalLimits(Record):
+    """Between which values a signal can be trusted."""
+
+    lowest: Annotated[Quantity | None, _Written] = None
+    """What lies below is masked."""
+    highest: Annotated[Quantity | None, _Written] = None
+    """What lies above is masked."""
+
+    @model_validator(mode="after")
+    def _something_lies_between(self) -> Self:
+        low, high = self.lowest, self.highest
+        if low is not None and high is not None and not low.value < high.value:
+            raise ValueError(f"lowest: found {low}, not below highest of {high}; expected less; exchange the two")
+        return self
+
+
+def _limits_of_signals(written: Any) -> Any:
+    """Read limits with the unit that each signal has; unknown signals are left to be refused by name."""
+    if not isinstance(written, Mapping):
+        return written
+    return {
+        name: {
+            end: read_quantity(value, SIGNALS[name].kind)
+            if end in SignalLimits.model_fields and value is not None
+            else value
+            for end, value in limits.items()
+        }
+        if name in SIGNALS and isinstance(limits, Mapping)
+        else limits
+        for name, limits in written.items()
+    }
+
+
+class Mask(Record):
+    """What a sensor cannot have seen becomes missing: impossible values, sentinels, what lies beyond limits."""
+
+    step: Literal["mask"] = "mask"
+    """Name of the step."""
+    impossible: bool = True
+    """Whether values that no tribometer sees, repeated sentinels and dead load channels are masked."""
+    limits: Annotated[dict[SignalName, SignalLimits], BeforeValidator(_limits_of_signals)] = Field(default_factory=dict)
+    """Signal → its lowest and highest value that can be trusted."""
+
+
+class TimeWindow(Record):
+    """A part of the run."""
+
+    start: Instant
+    """Time of its first sample."""
+    end: Instant
+    """Time of its last sample."""
+
+    @model_validator(mode="after")
+    def _start_comes_first(self) -> Self:
+        if not self.start.value < self.end.value:
+            raise ValueError(f"start: found {self.start}, not before end at {self.end}; expected it earlier")
+        return self
+
+
+class Zero(Record):
+    """What force sensors read while nothing touches is taken off their signals."""
+
+    step: Literal["zero"] = "zero"
+    """Name of the step."""
+    windows: tuple[TimeWindow, ...] = ()
+    """When nothing touched; left out, the start and the end of the run where the measured load says so."""
+    signals: tuple[Literal["normal_force", "friction_force"], ...] = ("normal_force", "friction_force")
+    """Signals to be zeroed."""
+
+
+class PressingLoad(Record):
+    """A normal force that reads negative when loaded is turned over."""
+
+    step: Literal["pressing-load"] = "pressing-load"
+    """Name of the step."""
+
+
+class FrictionSign(Record):
+    """Friction of a test in one direction that reads negative is turned over."""
+
+    step: Literal["friction-sign"] = "friction-sign"
+    """Name of the step."""
+
+
+class UnloadedFriction(Record):
+    """A friction coefficient where hardly anything presses is masked: a quotient of two noises."""
+
+    step: Literal["unloaded-friction"] = "unloaded-friction"
+    """Name of the step."""
+    share: float = Field(default=0.05, ge=0, lt=0.5)
+    """Share of the nominal load below which the measured load counts as none."""
+
+
+class StrokeWiseFriction(Record):
+    """One friction coefficient for each stroke of a reciprocating test; the turning points are masked."""
+
+    step: Literal["stroke-wise-friction"] = "stroke-wise-friction"
+    """Name of the step."""
+    method: StrokeMethod = "middle-of-stroke"
+    """Mean of |μ| over the middle of a stroke, or half the difference of forth and back over the middle of both, which
+    an offset of the sensor does not touch."""
+    middle: float = Field(default=0.5, gt=0, le=1)
+    """Share of a stroke that counts as its middle."""
+    only_with_stroke: bool = True
+    """Only runs whose conditions.stroke is stated; else all whose friction changes sign regularly."""
+
+
+class TurnOver(Record):
+    """Signals that count the other way are multiplied by −1."""
+
+    step: Literal["turn-over"] = "turn-over"
+    """Name of the step."""
+    signals: tuple[TurnedSignal, ...]
+    """Signals to be turned over, where they were measured."""
+
+    @model_validator(mode="after")
+    def _something_is_turned(self) -> Self:
+        if not self.signals:
+            raise ValueError('signals: found none; expected at least one, such as "depth"; or leave the step out')
+        return self
+
+
+class Despike(Record):
+    """Lone samples far off the median of their neighbours are masked (Hampel's identifier)."""
+
+    step: Literal["despike"] = "despike"
+    """Name of the step."""
+    signals: tuple[SignalName, ...] = ("normal_force", "friction_force", "friction_coefficient", "depth")
+    """Signals to be despiked, where they were measured."""
+    window: int = Field(default=11, ge=3, le=1001)
+    """Samples whose median counts, an odd number."""
+    threshold: float = Field(default=6.0, gt=0)
+    """Standard deviations, by the median absolute deviation, beyond which a sample is a spike."""
+
+    @model_validator(mode="after")
+    def _window_has_a_middle(self) -> Self:
+        if self.window % 2 == 0:
+            raise ValueError(f"window: found {self.window}; expected an odd number of samples; add one")
+        return self
+
+
+CleaningStep = Annotated[
+    ContinuousAxes
+    | Mask
+    | Zero
+    | PressingLoad
+    | FrictionSign
+    | UnloadedFriction
+    | StrokeWiseFriction
+    | TurnOver
+    | Despike,
+    Field(discriminator="step"),
+]
+CleaningStepName = Literal[
+    "continuous-axes",
+    "mask",
+    "zero",
+    "pressing-load",
+    "friction-sign",
+    "unloaded-friction",
+    "stroke-wise-friction",
+    "turn-over",
+    "despike",
+]
+AUTOMATIC: tuple[CleaningStep, ...] = (
+    ContinuousAxes(),
+    Mask(),
+    Zero(),
+    PressingLoad(),
+    FrictionSign(),
+    UnloadedFriction(),
+    StrokeWiseFriction(),
+)
+"""Steps taken unless a recipe says otherwise: each does nothing where there is nothing to do."""
+
+
+class Change(Record):
+    """What one step did to one signal."""
+
+    step: CleaningStepName
+    """The step."""
+    signal: SignalName
+    """The signal."""
+    samples: int
+    """Number of samples that it changed."""
+    what: str
+    """What was done, in words."""
+    why: str
+    """Why."""
+    offset: Quantity | None = None
+    """What was taken off, with its standard uncertainty where it is known."""
+    factor: float | None = None
+    """What the signal was multiplied by."""
+    parts: int | None = None
+    """Number of segments joined, or of strokes averaged."""
+
+    def __str__(self) -> str:
+        return f"{self.signal}: {self.what} ({self.why})"
+
+
+class CleanUp(Record):
+    """What was done to a run's signals before anything was computed from them; raw signals stay as they were."""
+
+    changes: tuple[Change, ...] = ()
+    """Everything that was done, in order."""
+    derived: dict[SignalName, str] = Field(default_factory=dict)
+    """Columns that came out otherwise since they are derived from changed ones, and what they are derived from."""
+    left_out: tuple[SignalName, ...] = ()
+    """Signals of which nothing could be used, so that the run is processed without them."""
+
+    def changed(self, signal: SignalName) -> bool:
+        """Tell whether a signal came out otherwise than it was recorded."""
+        return signal in self.derived or any(change.signal == signal and change.samples for change in self.changes)
+
+    def __str__(self) -> str:
+        if not self.changes:
+            return "clean-up: nothing to do"
+        return f"clean-up: {'; '.join(str(change) for change in self.changes)}"

@@ -1,0 +1,282 @@
+"""Numbers with a unit and a standard uncertainty, as people write them and as tribopipe keeps them."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BeforeValidator, WithJsonSchema
+
+from tribopipe.base import units
+from tribopipe.base.errors import UnitError
+from tribopipe.documents.record import Record
+
+_FEWEST_READINGS = 2
+_FEW_READINGS = {2: 12.706204736 / 1.959963985, 3: 4.302652730 / 1.959963985}
+"""Student's t₀.₉₇₅ over that of a normal distribution, by the number of readings for which t has no variance."""
+_LEAST, _MOST = 1e-40, 1e40
+"""In SI: products of seven numbers in between are numbers still."""
+_ROUNDING = 1e-14
+"""Share of a mean by which equal readings may differ in binary."""
+
+
+class Quantity(Record):
+    """A value in SI with its standard uncertainty (JCGM 100:2008, 2.3.1)."""
+
+    value: float
+    """In ``unit``."""
+    unit: str
+    """SI unit: m, s, N, Pa, m/s, m^2/N, or 1 for a ratio."""
+    standard_uncertainty: float | None = None
+    """In ``unit``; none where nobody stated one."""
+
+    def __str__(self) -> str:
+        return self.shown()
+
+    def shown(self, unit: str | None = None) -> str:
+        """Write the quantity for people, in ``unit`` where one is named."""
+        return units.show(self.value, self.standard_uncertainty, self.unit, unit)
+
+
+@dataclass(frozen=True)
+class Unit:
+    """The SI unit that quantities of a field have, for whoever asks a record what it holds."""
+
+    si: str
+
+
+def wear_coefficient(value: float, standard_uncertainty: float | None = None) -> Quantity:
+    """Return a wear coefficient k_D, m²/N."""
+    return Quantity(value=value, unit="m^2/N", standard_uncertainty=standard_uncertainty)
+
+
+def in_both_units(coefficient: Quantity) -> str:
+    """Write a k_D that is the answer for readers of either unit: mm³/(N·mm) and mm³/(N·m)."""
+    return " = ".join(coefficient.shown(unit) for unit in (units.WEAR_COEFFICIENT, units.SPECIFIC_WEAR_RATE))
+
+
+def force(load: Quantity) -> str:
+    """Write a load for people: in mN below 1 N, in N above."""
+    return units.show_force(load.value, load.standard_uncertainty)
+
+
+def between(ends: tuple[Quantity, Quantity], unit: str) -> str:
+    """Write an interval for people, its unit once: "13 to 15 µm"."""
+    low, high = (end.shown(unit) for end in ends)
+    return f"{low.removesuffix(f' {units.pretty(unit)}')} to {high}"
+
+
+def change(before: Quantity | None, after: Quantity | None, unit: str) -> str:
+    """Write what a value was and what it is now, the unit once: "13 → 15 µm"."""
+    old, new = ("none" if one is None else one.shown(unit) for one in (before, after))
+    return f"{old if after is None else old.removesuffix(f' {units.pretty(unit)}')} → {new}"
+
+
+class EndValue(Quantity):
+    """A quantity measured on a specimen after the test."""
+
+    method: str | None = None
+    """How it was measured: "white-light", "stylus", "optical microscope"…"""
+    readings: tuple[float, ...] | None = None
+    """Single readings, in ``unit``, of which ``value`` is the mean; none where one value was given."""
+
+
+def of_readings(readings: Sequence[float], common: float | None = None) -> tuple[float, float | None]:
+    """Return the mean of repeated readings and its standard uncertainty √(q²·s²/n + u²).
+
+    s is the standard deviation of the n readings, u what is uncertain of all of them together, and q accounts for s
+    being an estimate itself: from 4 readings on it is that of Student's t, q² = (n − 1)/(n − 3) (JCGM 101:2008,
+    6.4.9.4). For 2 and 3 that variance does not exist; there q = t₀.₉₇₅(n − 1)/1.96, 6.48 and 2.20, which makes ±1.96
+    standard uncertainties the 95 % interval of Student's t (JCGM 100:2008, G.3). Readings that are all the same tell no
+    scatter: then only u is left.
+    """
+    count = len(readings)
+    mean = math.fsum(readings) / count
+    squares = math.fsum((reading - mean) ** 2 for reading in readings)
+    if squares <= (_ROUNDING * mean) ** 2:
+        return mean, common
+    widened = _FEW_READINGS[count] if count in _FEW_READINGS else math.sqrt((count - 1) / (count - 3))
+    return mean, math.hypot(widened * math.sqrt(squares / (count - 1) / count), common or 0.0)
+
+
+def _take(written: Any, *, kind: str, repeated: bool = False) -> Any:
+    """Turn "200 mN", or a table with value and standard_uncertainty, into SI numbers."""
+    try:
+        if repeated and isinstance(written, Mapping) and "values" in written:
+            return _read_readings(written, kind)
+        return _read(written, kind)
+    except UnitError as error:
+        raise ValueError(str(error)) from None
+
+
+def _read(written: Any, kind: str) -> Any:
+    if isinstance(written, str | bool | int | float):
+        return _read_value(written, kind)
+    if isinstance(written, Mapping) and "unit" not in written:
+        return _read_table(written, kind)
+    return written
+
+
+def _read_value(written: Any, kind: str) -> dict[str, Any]:
+    si, example = units.KINDS[kind].si, units.KINDS[kind].example
+    if isinstance(written, str):
+        return {"value": units.parse(written, kind), "unit": si}
+    is_number = isinstance(written, int | float) and not isinstance(written, bool)
+    if is_number and si == "1":
+        return {"value": written, "unit": si}
+    found = f"the bare number {written!r}" if is_number else repr(written)
+    raise UnitError(f"found {found}; expected a text with its unit, such as {example!r}")
+
+
+def _read_table(written: Mapping[str, Any], kind: str) -> dict[str, Any]:
+    if "value" not in written:
+        raise UnitError(
+            f"found a table without 'value'; expected {{ value = "
+            f"{units.KINDS[kind].example!r}, standard_uncertainty = … }}"
+        )
+    taken: dict[str, Any] = {**written, **_read_value(written["value"], kind)}
+    spread = written.get("standard_uncertainty")
+    if isinstance(spread, str):
+        taken["standard_uncertainty"] = units.parse_interval(spread, kind, of=taken["value"])
+    elif spread is not None and not (units.KINDS[kind].si == "1" and isinstance(spread, int | float)):
+        raise UnitError(
+            f"found the bare standard_uncertainty {spread!r}; expected a text such as '2 %' or "
+            f"{units.KINDS[kind].example!r}"
+        )
+    return taken
+
+
+def _read_readings(written: Mapping[str, Any], kind: str) -> dict[str, Any]:
+    """Turn a table with several values of one quantity into their mean; what is stated is common to all of them."""
+    readings, example = written["values"], units.KINDS[kind].example
+    if "value" in written or "unit" in written:
+        raise UnitError("found 'values' beside a single value; expected one of the two; take the other out")
+    if not isinstance(readings, list | tuple) or len(readings) < _FEWEST_READINGS:
+        raise UnitError(
+            f"found values = {readings!r}; expected at least {_FEWEST_READINGS} readings, such as [{example!r}, …]; "
+            "give a single one as value"
+        )
+    single = [_read_value(reading, kind)["value"] for reading in readings]
+    rest = {name: said for name, said in written.items() if name != "values"}
+    # What is stated may be a share of the mean.
+    table = _read_table({**rest, "value": f"{math.fsum(single) / len(single)!r} {units.KINDS[kind].si}"}, kind)
+    value, spread = of_readings(single, table.get("standard_uncertainty"))
+    return table | {"value": value, "standard_uncertainty": spread, "readings": tuple(single)}
+
+
+def _of_kind(quantity: Quantity, *, kind: str, positive: bool) -> Quantity:
+    si = units.KINDS[kind].si
+    if quantity.unit != si:
+        raise ValueError(
+            f"found the unit {quantity.unit!r} beside a bare number; expected SI ({si!r}), or "
+            f"a text such as {units.KINDS[kind].example!r}"
+        )
+    readings = quantity.readings if isinstance(quantity, EndValue) and quantity.readings else ()
+    for number in (quantity.value, quantity.standard_uncertainty or 0.0, *readings):
+        if number and not _LEAST < abs(number) < _MOST:
+            raise ValueError(
+                f"found {number:g} {si}, which nobody can have measured; expected a {kind} such as "
+                f"{units.KINDS[kind].example!r}; check number and unit"
+            )
+    if positive and any(not value > 0 for value in (quantity.value, *readings)):
+        least = min(quantity.value, *readings) if readings else quantity.value
+        found = units.show(least, None if readings else quantity.standard_uncertainty, quantity.unit)
+        raise ValueError(f"found {found}; expected more than zero; check sign and value")
+    if quantity.standard_uncertainty is not None and quantity.standard_uncertainty < 0:
+        raise ValueError("found a negative standard_uncertainty; expected zero or more")
+    return quantity
+
+
+def _written_schema(kind: str, *, method: bool = False) -> dict[str, Any]:
+    example = units.KINDS[kind].example
+    text = {"type": "string", "pattern": r"^\s*[+-]?(\d|\.\d)", "examples": [example]}
+    value: list[dict[str, Any]] = [text]
+    if units.KINDS[kind].si == "1":
+        value.append({"type": "number"})
+    table: dict[str, Any] = {
+        "value": {"anyOf": value},
+        "unit": {"type": "string", "description": "Only beside a bare number in SI."},
+        "standard_uncertainty": {
+            "anyOf": [text, {"type": "number"}, {"type": "null"}],
+            "description": "Of the same unit, or a share of the value such as '1 %'.",
+        },
+    }
+    if method:
+        table["method"] = {"type": ["string", "null"]}
+    stated = {name: rule for name, rule in table.items() if name not in ("value", "unit")}
+    forms = [
+        _form({"value": table["value"]} | stated, ["value"]),
+        _form(table | {"value": {"type": "number"}} | (_READINGS if method else {}), ["value", "unit"]),
+    ]
+    if method:
+        repeated = {"type": "array", "items": text, "minItems": _FEWEST_READINGS}
+        forms.append(_form({"values": repeated} | stated, ["values"]))
+    return {"anyOf": [*value, *forms], "examples": [example]}
+
+
+_READINGS = {"readings": {"anyOf": [{"type": "array", "items": {"type": "number"}}, {"type": "null"}]}}
+
+
+def _form(properties: dict[str, Any], required: list[str]) -> dict[str, Any]:
+    return {"type": "object", "properties": properties, "required": required, "additionalProperties": False}
+
+
+def _rules(kind: str, *, positive: bool = True, method: bool = False) -> tuple[Any, ...]:
+    return (
+        Unit(units.KINDS[kind].si),
+        BeforeValidator(partial(_take, kind=kind, repeated=method)),
+        AfterValidator(partial(_of_kind, kind=kind, positive=positive)),
+        WithJsonSchema(_written_schema(kind, method=method)),
+    )
+
+
+def read_quantity(written: Any, kind: str) -> Quantity:
+    """Read "80 degC", or a table with value and standard_uncertainty; ``ValueError`` where it is not of that kind."""
+    return _of_kind(Quantity.model_validate(_take(written, kind=kind)), kind=kind, positive=False)
+
+
+Length = Annotated[Quantity, *_rules("length")]
+Distance = Annotated[Quantity, *_rules("distance")]
+Position = Annotated[Quantity, *_rules("distance", positive=False)]
+Speed = Annotated[Quantity, *_rules("speed")]
+Force = Annotated[Quantity, *_rules("force")]
+Pressure = Annotated[Quantity, *_rules("pressure")]
+Density = Annotated[Quantity, *_rules("density")]
+Toughness = Annotated[Quantity, *_rules("toughness")]
+RotationalSpeed = Annotated[Quantity, *_rules("rotational speed")]
+Time = Annotated[Quantity, *_rules("time")]
+Instant = Annotated[Quantity, *_rules("time", positive=False)]
+Mass = Annotated[Quantity, *_rules("mass")]
+Frequency = Annotated[Quantity, *_rules("frequency")]
+Temperature = Annotated[Quantity, *_rules("temperature")]
+Ratio = Annotated[Quantity, *_rules("ratio", positive=False)]
+Percentage = Annotated[Quantity, *_rules("percentage")]
+Slip = Annotated[Quantity, *_rules("percentage", positive=False)]
+DriftRate = Annotated[Quantity, *_rules("drift rate", positive=False)]
+WearCoefficient = Annotated[Quantity, *_rules("wear coefficient")]
+MeasuredLength = Annotated[EndValue, *_rules("length", method=True)]
+MeasuredDepth = Annotated[EndValue, *_rules("length", positive=False, method=True)]
+MeasuredVolume = Annotated[EndValue, *_rules("volume", positive=False, method=True)]
+MeasuredMass = Annotated[EndValue, *_rules("mass", positive=False, method=True)]
+
+
+def _found_in(unit: str) -> tuple[Any, ...]:
+    return Unit(unit), AfterValidator(partial(_has_unit, unit=unit))
+
+
+def _has_unit(quantity: Quantity, *, unit: str) -> Quantity:
+    if quantity.unit != unit:
+        raise ValueError(f"found the unit {quantity.unit!r}; expected {unit!r}")
+    return quantity
+
+
+Metres = Annotated[Quantity, *_found_in("m")]
+"""This and the next are of results, which are in SI from the start."""
+Newtons = Annotated[Quantity, *_found_in("N")]
+Pascals = Annotated[Quantity, *_found_in("Pa")]
+CubicMetres = Annotated[Quantity, *_found_in("m^3")]
+MetresPerSecond = Annotated[Quantity, *_found_in("m/s")]
+Seconds = Annotated[Quantity, *_found_in("s")]
+SquareMetresPerNewton = Annotated[Quantity, *_found_in("m^2/N")]
+Number = Annotated[Quantity, *_found_in("1")]

@@ -1,0 +1,233 @@
+"""A reader described in TOML: how a lab's own export is laid out, and what its columns mean."""
+
+import re
+import warnings
+from itertools import pairwise
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+
+from tribopipe.base.errors import did_you_mean
+from tribopipe.base.units import is_unit
+from tribopipe.documents.manifest import Conditions
+from tribopipe.documents.record import Record
+from tribopipe.documents.signals import SignalName
+
+_NAME = re.compile(r"(?=.{1,60}\Z)[a-z0-9]+(?:-[a-z0-9]+)*")
+_TOP_FACTS = ("started", "title", "operator", "instrument", "comment")
+_BODY_FACT = re.compile(r"contact\.(?:pin|disc|curved_disc|flat_disc)\.[a-z_]+")
+
+
+def _a_short_name(written: str) -> str:
+    if not _NAME.fullmatch(written):
+        raise ValueError(
+            f"found {written!r}; expected up to 60 small letters and digits, with single - between, such as 'our-rig'"
+        )
+    return written
+
+
+def _a_pattern(written: str) -> str:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            re.compile(written)
+    except (re.error, OverflowError, RecursionError, Warning) as error:
+        raise ValueError(
+            f"found {written!r}, which is no regular expression ({error}); expected one such as '^Time'; put a "
+            "backslash before signs such as [ and ( that stand for themselves"
+        ) from None
+    return written
+
+
+def _a_unit(written: str) -> str:
+    if not is_unit(written):
+        raise ValueError(f"found {written!r}, which is no unit; expected one such as 'N', 'um' or 'V'; correct it")
+    return written
+
+
+def _a_separator(written: str) -> str:
+    if len(written) != 1 or not written.isascii() or written.isalnum() or written in '"+-.\r\n\0':
+        raise ValueError(
+            f'found {written!r}; expected one character such as ";" or "\\t", or " " for runs of blanks; correct it'
+        )
+    return written
+
+
+def _a_pattern_alone(written: Any) -> Any:
+    return {"pattern": written} if isinstance(written, str) else written
+
+
+Pattern = Annotated[str, AfterValidator(_a_pattern), Field(min_length=1, max_length=500)]
+"""A regular expression, searched for in each line."""
+Unit = Annotated[str, AfterValidator(_a_unit)]
+Point = tuple[float, float]
+
+
+class Calibration(Record):
+    """What a sensor's reading stands for, as it was calibrated."""
+
+    reading: Unit
+    """Unit of the reading, such as "V"."""
+    unit: Unit
+    """Unit of what it stands for, such as "N"."""
+    points: tuple[Point, ...] = ()
+    """Pairs of reading and value, in any order; a straight line in between."""
+    polynomial: tuple[float, ...] = Field(default=(), max_length=20)
+    """In the place of points: c₀, c₁, c₂… of c₀ + c₁x + c₂x² + … for the reading x."""
+    range: Point | None = None
+    """Lowest and highest reading for which the polynomial holds."""
+    outside: Literal["error", "missing"] = "error"
+    """What readings outside the points or the range are: an error, or missing samples, counted in a note."""
+
+    @model_validator(mode="after")
+    def _is_a_table_or_a_polynomial(self) -> Self:
+        if bool(self.points) == bool(self.polynomial):
+            found = "both points and polynomial" if self.points else "neither points nor polynomial"
+            raise ValueError(
+                f"found {found}; expected one of the two; write points = [[0.0, 0.0], [5.0, 10.0]] for pairs of "
+                "reading and value"
+            )
+        if bool(self.polynomial) != (self.range is not None):
+            found = "a polynomial without one" if self.polynomial else "it beside points, which say it themselves"
+            raise ValueError(
+                f"range: found {found}; expected the range of readings beside a polynomial, such as [0, 10]"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _readings_are_distinct(self) -> Self:
+        readings = sorted(reading for reading, _ in self.points)
+        twice = next((one for one, other in pairwise(readings) if one == other), None)
+        if len(readings) == 1 or twice is not None:
+            found = "one pair" if twice is None else f"the reading {twice:g} twice"
+            raise ValueError(f"points: found {found}; expected at least two pairs, each of another reading; correct it")
+        if self.range is not None and not self.range[0] < self.range[1]:
+            raise ValueError(f"range: found {list(self.range)}; expected the lowest reading and then the highest one")
+        return self
+
+
+class DescribedColumn(Record):
+    """What one column of the file means."""
+
+    signal: SignalName | None = None
+    """What was measured; left out, the column is kept without a meaning."""
+    axis: Literal["x", "y", "z"] | None = None
+    """Of a profile: x along the scan, y across scans, z the height, upwards out of the specimen."""
+    unit: Unit | None = None
+    """Unit after scale and offset; wins over what the file says, needed where the file says none."""
+    scale: float = 1.0
+    """The column is multiplied by it…"""
+    offset: float = 0.0
+    """…and this is added, in the column's unit."""
+    calibration: str | None = None
+    """Name of the calibration that turns the column into what was measured."""
+
+
+class Fact(Record):
+    """Something the lines above the table say of the run."""
+
+    pattern: Pattern
+    """Regular expression; what its first group matches is the value, or else the whole match."""
+    unit: Unit | None = None
+    """Unit of the number, where the file writes none."""
+    date: str | None = None
+    """How a date is written, by the signs of strftime: "%d.%m.%Y %H:%M"."""
+
+
+WrittenFact = Annotated[Fact, BeforeValidator(_a_pattern_alone, json_schema_input_type=str | Fact)]
+
+
+class ReaderProfile(Record):
+    """A text table as a lab's own instrument exports it."""
+
+    schema_version: Literal["tribopipe.reader/1"] = Field(alias="schema")
+    """Version of this document."""
+    name: Annotated[str, AfterValidator(_a_short_name)]
+    """Short name of the format: "our-rig"."""
+    title: str = Field(min_length=1)
+    """One line for people."""
+    holds: Literal["signals", "profile"] = "signals"
+    """What the files hold: signals of a test, or a profile measured afterwards."""
+    detect: Pattern | None = None
+    """Found in one of the first lines of every file of this format, and of no other."""
+    encoding: str | None = None
+    """Text encoding, where it should not be detected: "cp1252", "shift_jis"…"""
+    separator: Annotated[str, AfterValidator(_a_separator)] | None = None
+    """Column separator: ";", "\\t", or " " for runs of blanks; needed wherever the place of the table is told."""
+    decimal: Literal[".", ","] | None = None
+    """Decimal sign, where it should not be detected."""
+    starts_at: Pattern | None = None
+    """Found in the first line of the table: that of names, or of numbers where names are given here."""
+    header_lines: int | None = Field(default=None, ge=0, le=250)
+    """In the place of starts_at: how many lines stand above the first line of the table."""
+    names: tuple[Annotated[str, Field(min_length=1)], ...] = ()
+    """Names of the columns, where the file has none."""
+    units_row: Literal["above", "below"] | None = None
+    """Where a row of units stands beside the row of names."""
+    columns: dict[str, DescribedColumn] = Field(min_length=1, max_length=1000)
+    """Name of a column, as the file writes it with or without its unit → what it means."""
+    calibrations: dict[str, Calibration] = Field(default_factory=dict, max_length=100)
+    """Calibrations by name."""
+    facts: dict[str, WrittenFact] = Field(default_factory=dict, max_length=100)
+    """Key of run.toml → pattern that finds its value above the table: "conditions.normal_load" → 'Load: (.*)'."""
+
+    @property
+    def tells_place(self) -> bool:
+        """Whether the profile says where the table begins."""
+        return self.starts_at is not None or self.header_lines is not None or bool(self.names)
+
+    @model_validator(mode="after")
+    def _place_is_told_once_and_fully(self) -> Self:
+        if self.starts_at is not None and self.header_lines is not None:
+            raise ValueError("header_lines: found it beside starts_at; expected one of the two; take the other out")
+        if self.tells_place and self.separator is None:
+            raise ValueError(
+                'separator: missing; expected one where the place of the table is told, such as ";"; add it'
+            )
+        if self.units_row is not None and (self.names or not self.tells_place):
+            raise ValueError(
+                "units_row: found it without a row of names whose place is told; expected it beside starts_at or "
+                "header_lines alone; give units under columns instead"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _calibrations_fit(self) -> Self:
+        for name, column in self.columns.items():
+            if column.calibration is None:
+                continue
+            calibration = self.calibrations.get(column.calibration)
+            if calibration is None:
+                raise ValueError(
+                    f"columns.{name}.calibration: found {column.calibration!r}, which is not among the calibrations; "
+                    f"expected one of them; {did_you_mean(column.calibration, self.calibrations)}"
+                )
+            if column.unit not in (None, calibration.reading):
+                raise ValueError(
+                    f"columns.{name}.unit: found {column.unit!r}; expected {calibration.reading!r}, the reading of "
+                    f"calibration {column.calibration!r}; correct one of the two"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _columns_mean_different_things(self) -> Self:
+        taken: dict[str, str] = {}
+        for name, column in self.columns.items():
+            if column.signal is not None and taken.setdefault(column.signal, name) != name:
+                raise ValueError(
+                    f"columns.{name}.signal: found {column.signal!r}, as for {taken[column.signal]!r}; expected each "
+                    "signal once; take one out"
+                )
+            if self.names and name not in self.names:
+                raise ValueError(
+                    f"columns.{name}: found no such column among the names; {did_you_mean(name, self.names)}"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _facts_are_keys_of_run_toml(self) -> Self:
+        known = {*_TOP_FACTS, *(f"conditions.{name}" for name in Conditions.model_fields if name != "friction")}
+        for key in self.facts:
+            if key not in known and not _BODY_FACT.fullmatch(key):
+                raise ValueError(f"facts.{key}: found no such key of run.toml; {did_you_mean(key, known)}")
+        return self

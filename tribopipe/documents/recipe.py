@@ -1,0 +1,138 @@
+"""recipe.toml: how runs are processed. Every value has a default; the archive keeps what was used."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from tribopipe.documents.plugin_names import InstalledName
+from tribopipe.documents.preprocessing import AUTOMATIC, CleaningStep
+from tribopipe.documents.quantity import Length, Mass, Position
+from tribopipe.documents.record import Record
+from tribopipe.physics.conventions import LAW_GROUP, LAW_PATTERN, DistanceConvention, WearEngine
+
+LAWS = InstalledName(LAW_GROUP, "wear law", LAW_PATTERN)
+LawName = Annotated[str, LAWS]
+GivenParameter = str | float | dict[str, str | float]
+"""A number with its unit, or a table of value and standard_uncertainty; the law says of what kind."""
+FrictionSource = Literal["fitted", "measured"]
+
+
+class DriftRecipe(Record):
+    """How the drift of the depth sensor is found."""
+
+    window: float = Field(default=0.02, gt=0, lt=0.5)
+    """Share of the sliding distance at either end from which two-step correction takes zero offset and end reading."""
+    prior: Length = Field(default_factory=lambda: _length(250e-9))
+    """Standard uncertainty of the drift over a whole test, used only where no wear was measured after it.
+
+    The default is the largest discrepancy that the paper found.
+    """
+
+
+class FrictionRecipe(Record):
+    """Which part of the friction signal is fitted with Eq. 7."""
+
+    start: Position | None = None
+    """Where the fit begins, "0 m" for the first sample; left out, the loading ramp is found and trimmed."""
+    end: Position | None = None
+    """Where the fit ends; left out, at the end of the run."""
+
+
+Correction = Literal["model", "two-step"]
+
+
+class WearRecipe(Record):
+    """How the wear coefficient is identified."""
+
+    models: tuple[LawName, ...] = ("archard", "sarkar")
+    """Wear laws that `process` fits."""
+    parameters: dict[LawName, dict[str, GivenParameter]] = Field(default_factory=dict)
+    """Parameters of a wear law beside k_D that are known; those left out are fitted with k_D of a pin."""
+    engine: WearEngine | None = None
+    """Depth against volume of a pin: by the Global Incremental Wear Model, by the volume it lacks, or by local wear.
+
+    Left out, it is the model's, or by volume where the disc wore as well. k_D is right with its own engine only.
+    """
+    friction: FrictionSource = "fitted"
+    """μ in Sarkar's law: Eq. 7 as fitted, or the measured curve."""
+    correction: Correction = "model"
+    """Wear, drift and all else that the sensor reads in one statistical model; or drift first, as in the paper."""
+    distance_per_rotation: DistanceConvention = "full-slip"
+    """What counts as slid in one rotation of twin discs; k_D differs by orders of magnitude between them."""
+
+
+class DefaultUncertainty(Record):
+    """Relative or absolute standard uncertainties used, by name, where the manifest states none."""
+
+    normal_load: float = Field(default=0.01, ge=0)
+    """Relative."""
+    pin_radius: float = Field(default=0.002, ge=0)
+    """Relative."""
+    youngs_modulus: float = Field(default=0.02, ge=0)
+    """Relative, for each body."""
+    sliding_speed: float = Field(default=0.005, ge=0)
+    """Relative; it matters where sliding distance is derived from the nominal speed."""
+    depth_scale: float = Field(default=0.005, ge=0)
+    """Relative: how far the depth sensor's calibration may be off."""
+    crown_radius: float = Field(default=0.002, ge=0)
+    """Relative."""
+    rolling_radius: float = Field(default=0.001, ge=0)
+    """Relative, for each disc of two."""
+    slip: float = Field(default=0.01, ge=0)
+    """Relative: of the slip itself."""
+    wear_volume: float = Field(default=0.1, ge=0)
+    """Relative."""
+    density: float = Field(default=0.005, ge=0)
+    """Relative, for each body."""
+    track_radius: float = Field(default=0.01, ge=0)
+    """Relative: of the circle that a pin slides on, or of its stroke."""
+    track_width: Length = Field(default_factory=lambda: _length(2e-6))
+    """Absolute: about what an optical microscope resolves."""
+    pin_scar_diameter: Length = Field(default_factory=lambda: _length(2e-6))
+    """Absolute: about what an optical microscope resolves."""
+    wear_depth: Length = Field(default_factory=lambda: _length(250e-9))
+    """Absolute: the discrepancy the paper found at most."""
+    mass_loss: Mass = Field(default_factory=lambda: _mass(1e-7))
+    """Absolute: 0.1 mg, about what an analytical balance repeats."""
+    unseen_groove: float = Field(default=0.15, ge=0)
+    """Relative: depth of a groove in a disc that nobody looked at, over the wear depth of a pin that is not flat."""
+
+
+class MonteCarloRecipe(Record):
+    """How distributions are propagated (JCGM 101:2008)."""
+
+    significant_digits: Literal[0, 1, 2] = 1
+    """Digits of the standard uncertainty that must be stable when drawing ends (7.9.2); 0 stays at first order."""
+    seed: int = Field(default=1, ge=0)
+    """Seed of every draw."""
+
+
+def _length(metres: float) -> Length:
+    from tribopipe.documents.quantity import Quantity
+
+    return Quantity(value=metres, unit="m")
+
+
+def _mass(kilograms: float) -> Mass:
+    from tribopipe.documents.quantity import Quantity
+
+    return Quantity(value=kilograms, unit="kg")
+
+
+class Recipe(Record):
+    """How runs are processed, from drift correction to prediction."""
+
+    schema_version: Literal["tribopipe.recipe/1"] = Field(default="tribopipe.recipe/1", alias="schema")
+    """Version of this document."""
+    clean_up: tuple[CleaningStep, ...] = AUTOMATIC
+    """Steps by which signals are cleaned up, in order; an empty list leaves them as they were recorded."""
+    drift: DriftRecipe = DriftRecipe()
+    """Drift correction."""
+    friction: FrictionRecipe = FrictionRecipe()
+    """Friction fit."""
+    wear: WearRecipe = WearRecipe()
+    """Wear fit."""
+    uncertainty: DefaultUncertainty = DefaultUncertainty()
+    """Standard uncertainties where the manifest states none."""
+    monte_carlo: MonteCarloRecipe = MonteCarloRecipe()
+    """How distributions are propagated."""

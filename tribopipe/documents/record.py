@@ -1,0 +1,147 @@
+"""The ground every record stands on, and how a document that breaks its rules is reported."""
+
+import json
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from types import UnionType
+from typing import Any, TypeVar, Union, get_args, get_origin
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic.fields import FieldInfo
+
+from tribopipe.base.errors import ManifestError, did_you_mean
+from tribopipe.documents.plugin_names import WRITTEN_BY_PEOPLE
+from tribopipe.documents.toml import parse_toml, read_bytes, shortened, written_key
+
+
+class Record(BaseModel):
+    """A document that cannot change, refuses unknown keys, and describes each of its fields."""
+
+    model_config = ConfigDict(
+        frozen=True,
+        extra="forbid",
+        allow_inf_nan=False,
+        use_attribute_docstrings=True,
+        validate_default=True,
+        populate_by_name=True,
+    )
+
+
+R = TypeVar("R", bound=Record)
+
+
+def load_toml(path: Path, record: type[R]) -> R:
+    """Read a TOML file as a record.
+
+    Raises ``ManifestError`` with file, key (or line), what was found and expected.
+    """
+    return read_document(parse_toml(path, read_bytes(path)), record, where=str(path))
+
+
+def quoted(text: str) -> str:
+    """Write a TOML string: its escapes are JSON's, and DEL has to be escaped too."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def read_document(document: Mapping[str, Any], record: type[R], *, where: str) -> R:
+    """Validate a document; ``ManifestError`` names the first thing wrong and counts the rest."""
+    try:
+        return record.model_validate(document, context=WRITTEN_BY_PEOPLE)
+    except ValidationError as error:
+        raise ManifestError(f"{where}: {first_problem(error, record)}") from None
+
+
+def first_problem(error: ValidationError, record: type[Record]) -> str:
+    """Put the first problem of a validation in one sentence."""
+    problems = error.errors(include_url=False)
+    # A mistyped key is both unknown and missing: the unknown one says more.
+    first = next((problem for problem in problems if problem["type"] == "extra_forbidden"), problems[0])
+    more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
+    location = tuple(step for step in first["loc"] if step not in _union_tags(record) and step != "[key]")
+    if "discriminator" in first.get("ctx", {}):
+        location += (first["ctx"]["discriminator"].strip("'"),)
+    key = _dotted(location)
+    return f"{key}: {_sentence(first, location, record)}{more}" if key else _sentence(first, location, record)
+
+
+def _dotted(location: tuple[int | str, ...]) -> str:
+    text = ""
+    for step in location:
+        text += f"[{step}]" if isinstance(step, int) else f".{written_key(step)}" if text else written_key(step)
+    return text
+
+
+def _sentence(problem: Any, location: tuple[int | str, ...], record: type[Record]) -> str:
+    kind, found = problem["type"], problem["input"]
+    if kind == "extra_forbidden":
+        # A key that is none here may be one of another member of a union.
+        return f"unknown key; {did_you_mean(str(location[-1]), _keys_at(record, location[:-1]) - {location[-1]})}"
+    if kind == "missing":
+        return "missing; add this key"
+    context = problem.get("ctx", {})
+    if kind == "literal_error" and problem["loc"][-1] == "[key]":
+        known = re.findall(r"'([^']*)'", context["expected"])
+        return f"unknown key; {did_you_mean(str(found), known)}"
+    if kind in ("union_tag_invalid", "union_tag_not_found", "literal_error"):
+        expected = context.get("expected_tags") or context.get("expected", "")
+        tag = context.get("discriminator", "").strip("'")
+        named = found.get(tag, found) if isinstance(found, Mapping) else found
+        return f"found {_brief(named)}; expected {expected or 'a known kind'}"
+    message = str(problem["msg"]).removeprefix("Value error, ").removeprefix("Assertion failed, ")
+    if kind == "value_error":
+        return message
+    return f"found {_brief(found)}; {message[:1].lower()}{message[1:]}"
+
+
+def _brief(found: object) -> str:
+    return shortened(repr(found))
+
+
+def _models(annotation: Any) -> list[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    if get_origin(annotation) in (Union, UnionType) or get_origin(annotation) is not None:
+        return [model for argument in get_args(annotation) for model in _models(argument)]
+    return []
+
+
+def _union_tags(record: type[Record]) -> set[str]:
+    """Discriminator values appear in pydantic's locations but are no keys of the document."""
+    tags: set[str] = set()
+    queue: list[type[BaseModel]] = [record]
+    seen: set[type[BaseModel]] = set()
+    while queue:
+        model = queue.pop()
+        if model in seen:
+            continue
+        seen.add(model)
+        for field in model.model_fields.values():
+            queue += _models(field.annotation)
+            for told, union in [(field, field.annotation), *_annotated(field.annotation)]:
+                if isinstance(told.discriminator, str):
+                    for choice in _models(union):
+                        tags.update(get_args(choice.model_fields[told.discriminator].annotation))
+    return tags
+
+
+def _annotated(annotation: Any) -> list[tuple[FieldInfo, Any]]:
+    """Return what is said of the types within a type, such as the members of a tuple."""
+    inner = get_args(annotation)
+    here = [(told, inner[0]) for told in inner[1:] if isinstance(told, FieldInfo)]
+    return here + [found for one in inner for found in _annotated(one)]
+
+
+def _keys_at(record: type[Record], location: tuple[int | str, ...]) -> set[str]:
+    models: list[type[BaseModel]] = [record]
+    for step in location:
+        if isinstance(step, int):
+            continue
+        models = [
+            inner
+            for model in models
+            for name, field in model.model_fields.items()
+            if step in (name, field.alias)
+            for inner in _models(field.annotation)
+        ]
+    return {field.alias or name for model in models for name, field in model.model_fields.items()}

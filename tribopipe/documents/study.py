@@ -1,0 +1,65 @@
+"""study.toml: which runs identify a wear law, and which ones it has to predict."""
+
+from collections import Counter
+from typing import Literal, Self
+
+from pydantic import Field, model_validator
+
+from tribopipe.documents.manifest import RunId
+from tribopipe.documents.quantity import Length
+from tribopipe.documents.recipe import LawName
+from tribopipe.documents.record import Record
+
+STUDY_NAME = "study.toml"
+STUDY_SUFFIX = ".study.toml"
+SharedInput = Literal[
+    "normal_load",
+    "pin_radius",
+    "pin_modulus",
+    "disc_modulus",
+    "sliding_speed",
+    "track_radius",
+    "depth_scale",
+    "crown_radius",
+    "curved_radius",
+    "flat_radius",
+    "curved_modulus",
+    "flat_modulus",
+    "slip",
+]
+
+
+class Study(Record):
+    """Some runs identify k_D, others are predicted with it; a verdict on the law is given for each."""
+
+    schema_version: Literal["tribopipe.study/1"] = Field(default="tribopipe.study/1", alias="schema")
+    """Version of this document."""
+    id: RunId
+    """Name of the study."""
+    title: str | None = None
+    """One line about the study."""
+    fit: tuple[RunId, ...] = Field(min_length=1)
+    """Runs that identify k_D."""
+    predict: tuple[RunId, ...] = ()
+    """Runs that are predicted with it."""
+    laws: tuple[LawName, ...] = Field(default=("archard", "sarkar"), min_length=1)
+    """Wear laws."""
+    shared: tuple[SharedInput, ...] = ("pin_modulus", "disc_modulus", "curved_modulus", "flat_modulus")
+    """Inputs that are off by the same error in all runs, such as the moduli of one material or one load cell; those
+    that a run's tribometer does not have are passed over. What a recipe gives of a wear law is always shared."""
+    end_of_life: Length | None = None
+    """Wear depth, of the pin or the curved disc, whose distance or rotations are wanted for every run."""
+
+    @model_validator(mode="after")
+    def _each_run_has_one_place(self) -> Self:
+        for name, listed in (("fit", self.fit), ("predict", self.predict), ("laws", self.laws)):
+            twice = [one for one, count in Counter(listed).items() if count > 1]
+            if twice:
+                raise ValueError(f"{name}: found {twice[0]!r} twice; expected each once; take one out")
+        both = sorted(set(self.fit) & set(self.predict))
+        if both:
+            raise ValueError(
+                f"predict: found {both[0]!r}, which is also in fit; expected runs that do not identify k_D themselves, "
+                "or the prediction would be of what it was made from; take it out of one of the two"
+            )
+        return self

@@ -1,0 +1,188 @@
+"""sweep.toml: one computation done many times over, with other values of a document's keys."""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Literal, Self, TypeAlias
+
+from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
+
+from tribopipe.documents.manifest import RunId
+from tribopipe.documents.quantity import Length, Percentage, WearCoefficient
+from tribopipe.documents.record import Record
+from tribopipe.documents.toml import shortened, written_key
+
+
+class Choices(Record):
+    """k_D of archived runs, evaluated in every way; varied are ``recipe`` and ``law``. The archive stays as it is."""
+
+    runs: tuple[RunId, ...] = ()
+    """Archived runs; left out, all of them."""
+
+
+class Predictions(Record):
+    """Wear of one run under other conditions.
+
+    Varied are ``run``, the keys of its run.toml, ``wear_coefficient``, ``flat_wear_coefficient``, ``recipe``, ``law``.
+    """
+
+    run: RunId | None = None
+    """Archived run to predict."""
+    folder: str | None = None
+    """Run folder to predict in its place, beside this document."""
+    wear_coefficient: WearCoefficient | None = None
+    """k_D of the pin, or of the curved disc; left out, what the archived fit found under the law."""
+    flat_wear_coefficient: WearCoefficient | None = None
+    """k_D of the flat disc beside it; left out, it does not wear."""
+    at: tuple[str, ...] = ()
+    """Sliding distances to predict at, "500 m", or rotations of discs, "1e6"; left out, the run's own end."""
+    depth: tuple[Length, ...] = ()
+    """Wear depths of the pin, or the curved disc, whose distance or rotations, its life, are wanted."""
+
+    @model_validator(mode="after")
+    def _one_run(self) -> Self:
+        if (self.run is None) == (self.folder is None):
+            found = "neither run nor folder" if self.run is None else "run and folder"
+            raise ValueError(f"found {found}; expected one of them; name an archived run, or a run folder")
+        if self.folder is not None and self.wear_coefficient is None:
+            raise ValueError(
+                "wear_coefficient: missing; expected one, since a run folder has none; add this key, such as "
+                'wear_coefficient = "13.5e-9 mm^3/(N*mm)"'
+            )
+        return self
+
+
+class VirtualTests(Record):
+    """Tests recorded on the virtual tribometer and evaluated; varied are ``series``, ``run``, ``recipe``, ``law``.
+
+    What the plan states as uncertain is off by an error drawn anew in each test.
+    """
+
+    plan: str
+    """Plan file, beside this document."""
+    runs: tuple[RunId, ...] = ()
+    """Runs of the plan that are repeated; left out, all of them."""
+    within: Percentage | None = None
+    """How far from the true k_D a test may end; how many do is counted."""
+
+
+class Uniform(Record):
+    """A value drawn anywhere between two."""
+
+    uniform: tuple[Any, Any]
+    """Least and greatest value."""
+
+
+class Normal(Record):
+    """A value drawn about a mean."""
+
+    normal: Any
+    """Mean."""
+    standard_uncertainty: Any
+    """Standard deviation, or a share of the mean such as "2 %"."""
+
+
+Drawn = Uniform | Normal
+Values: TypeAlias = Drawn | tuple[Any, ...]
+"""What a key is varied over: all values of a list, or a distribution to draw from."""
+
+
+def _by_path(written: Any) -> Any:
+    """Turn nested tables into paths: {"recipe": {"drift": {"window": […]}}} into {"recipe.drift.window": […]}."""
+    return dict(_leaves("", written)) if isinstance(written, Mapping) else written
+
+
+def _leaves(path: str, written: Any) -> Iterator[tuple[str, Any]]:
+    if isinstance(written, Mapping) and not {"uniform", "normal"} & set(written):
+        for key, inner in written.items():
+            yield from _leaves(f"{path}.{key}" if path else key, inner)
+    elif isinstance(written, Mapping):
+        yield path, _read_drawn(path, written)
+    else:
+        yield path, _read_listed(path, written)
+
+
+def _read_drawn(path: str, written: Mapping[str, Any]) -> Drawn:
+    known = {"uniform"} if "uniform" in written else {"normal", "standard_uncertainty"}
+    if set(written) != known:
+        raise ValueError(
+            f"{path}: found a table of {', '.join(map(written_key, written))}; expected {{ uniform = [least, greatest] "
+            "} or { normal = mean, standard_uncertainty = deviation }; mend it"
+        )
+    if "normal" in written:
+        return Normal.model_validate(written)
+    ends = written["uniform"]
+    if not isinstance(ends, list | tuple) or len(ends) != len(("least", "greatest")):
+        raise ValueError(f"{path}: found uniform = {shortened(repr(ends))}; expected [least, greatest]; give both")
+    return Uniform.model_validate(written)
+
+
+def _read_listed(path: str, written: Any) -> tuple[Any, ...]:
+    if not isinstance(written, list | tuple) or not written:
+        raise ValueError(
+            f"{path}: found {shortened(repr(written))}; expected a list of values, or a distribution such as "
+            '{ uniform = ["180 mN", "220 mN"] }; put it in brackets'
+        )
+    twice = [one for one, count in Counter(map(repr, written)).items() if count > 1]
+    if twice:
+        raise ValueError(f"{path}: found {shortened(twice[0])} twice; expected each value once; take one out")
+    return tuple(written)
+
+
+_VARIED = {"type": "object", "additionalProperties": {"anyOf": [{"type": "object"}, {"type": "array", "minItems": 1}]}}
+Vary = Annotated[dict[str, Any], BeforeValidator(_by_path), WithJsonSchema(_VARIED)]
+
+
+class Sweep(Record):
+    """Choices of evaluation, predictions or virtual tests, done for every combination of what is varied."""
+
+    schema_version: Literal["tribopipe.sweep/1"] = Field(default="tribopipe.sweep/1", alias="schema")
+    """Version of this document."""
+    title: str | None = None
+    """One line about the sweep."""
+    choices: Choices | None = None
+    """How much k_D depends on choices of evaluation."""
+    predictions: Predictions | None = None
+    """How wear and life depend on conditions."""
+    virtual_tests: VirtualTests | None = None
+    """How well tests would find k_D, and how often their intervals hold it."""
+    vary: Vary = Field(default_factory=dict)
+    """Documents as they are written, with a list of values, or a distribution, in the place of a value."""
+    repeats: int | None = Field(default=None, ge=1)
+    """How often each combination is done: with values drawn anew, or as another virtual test."""
+    seed: int = Field(default=1, ge=0)
+    """Seed of all that is drawn."""
+
+    @property
+    def needs_archive(self) -> bool:
+        """Whether it is of archived runs."""
+        return self.choices is not None or (self.predictions is not None and self.predictions.run is not None)
+
+    @property
+    def draws(self) -> bool:
+        """Whether chance has a part in it."""
+        return self.virtual_tests is not None or any(isinstance(one, Drawn) for one in self.vary.values())
+
+    @model_validator(mode="after")
+    def _is_of_one_kind(self) -> Self:
+        kinds = ("choices", "predictions", "virtual_tests")
+        found = [kind for kind in kinds if getattr(self, kind) is not None]
+        if len(found) != 1:
+            raise ValueError(
+                f"found {' and '.join(found) or 'none'} of {', '.join(kinds)}; expected one of these tables, which "
+                "says what is done; " + ("take the others out" if found else "add one")
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _repeats_what_is_drawn(self) -> Self:
+        if self.draws and self.repeats is None:
+            raise ValueError(
+                "repeats: missing; expected how often each combination is done, since there are draws; add this key, "
+                "such as repeats = 100"
+            )
+        if not self.draws and self.repeats is not None:
+            raise ValueError(
+                f"repeats: found {self.repeats}, where nothing is drawn and all would be the same; expected none; take "
+                "it out, or draw a value"
+            )
+        return self

@@ -1,0 +1,67 @@
+"""lab.toml: what is the same in all runs of a lab, from which `tribopipe new` fills run.toml."""
+
+from collections.abc import Container
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, create_model
+from pydantic.fields import FieldInfo
+
+from tribopipe.documents.contact import CurvedDisc, FlatDisc, Pin, Specimen
+from tribopipe.documents.manifest import Conditions, EndValues, RunManifest, Sensors, SignalFile
+from tribopipe.documents.record import Record, read_document
+from tribopipe.documents.toml import parse_toml, read_bytes
+
+TEMPLATE_SCHEMA = "tribopipe.template/1"
+_OF_ONE_RUN = ("id", "started", "interruptions")
+_SECTIONS = ("schema_version", "contact", "conditions", "signals", "end_values", "sensors")
+
+
+def _optional(kind: Any, description: str | None, **rules: Any) -> Any:
+    return (kind | None, Field(default=None, description=description, **rules))
+
+
+def _as_it_is(key: FieldInfo) -> Any:
+    return _optional(Annotated[key.annotation, *key.metadata] if key.metadata else key.annotation, key.description)
+
+
+def _part_of(record: type[Record], without: Container[str] = (), **others: Any) -> type[Record]:
+    """Make a record of the same keys, none of them needed; rules that bind several keys are left to run.toml."""
+    keys = {name: _as_it_is(key) for name, key in record.model_fields.items() if name not in without}
+    return create_model(f"{record.__name__}Template", __base__=Record, __doc__=record.__doc__, **(keys | others))
+
+
+def _contact(kind: str, **bodies: type[Record]) -> type[Record]:
+    """Make the record of two bodies of which only the type of tribometer needs to be said."""
+    keys = {name: _optional(body, body.__doc__) for name, body in bodies.items()}
+    keys["kind"] = (Literal[kind], Field(description="Type of tribometer."))
+    return create_model(f"{kind.title().replace('-', '')}Template", __base__=Record, **keys)
+
+
+_PIN_ON_DISC = _contact("pin-on-disc", pin=_part_of(Pin), disc=_part_of(Specimen))
+_TWIN_DISC = _contact("twin-disc", curved_disc=_part_of(CurvedDisc), flat_disc=_part_of(FlatDisc))
+
+Template: type[Record] = _part_of(
+    RunManifest,
+    without=(*_OF_ONE_RUN, *_SECTIONS),
+    schema_version=(Literal["tribopipe.template/1"], Field(alias="schema", description="Version of this document.")),
+    contact=_optional(_PIN_ON_DISC | _TWIN_DISC, "The two bodies, as far as they stay the same.", discriminator="kind"),
+    conditions=_optional(_part_of(Conditions), "How tests are run."),
+    signals=_optional(
+        _part_of(SignalFile, without=("file", "files", "steps", "step_column")),
+        "How every file is read, and what its columns mean.",
+    ),
+    end_values=_optional(_part_of(EndValues), "What is measured on the specimens afterwards."),
+    sensors=_optional(_part_of(Sensors), "How far the sensors can be trusted beside their noise."),
+)
+"""Any part of a run.toml that is not of one run alone."""
+
+
+def read_template(path: Path) -> dict[str, Any]:
+    """Read a template as it is written.
+
+    Raises ``ManifestError`` with file, key (or line), what was found and what was expected.
+    """
+    document = parse_toml(path, read_bytes(path))
+    read_document(document, Template, where=str(path))
+    return document

@@ -1,0 +1,95 @@
+"""TOML documents read from files: whole and sensible ones, in bounded time and memory."""
+
+import json
+import re
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from tribopipe.base.errors import ManifestError
+from tribopipe.base.files import read_file
+
+_MOST_BYTES = 1 << 20
+_MOST_VALUES = 100_000
+_MOST_LEVELS = 20
+_MOST_BITS = 63
+"""Of a whole number beside its sign, as TOML 1.0 wants it."""
+_PART_OF_KEY = r"""(?:[A-Za-z0-9_-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')"""
+_LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_\\-])(?:{_PART_OF_KEY}[ \t]*\.[ \t]*){{{_MOST_LEVELS}}}")
+"""tomllib takes time and memory by the square of the parts of a dotted key: 10 000 of them need gigabytes."""
+
+
+def read_bytes(path: Path) -> bytes:
+    """Read a document's bytes; ``ManifestError`` where there is no such file, or one too large for a document."""
+    try:
+        if path.is_dir():
+            raise ManifestError(f"{path}: found a folder; expected a TOML file; name the file itself")
+        if (size := path.stat().st_size) > _MOST_BYTES:
+            raise ManifestError(
+                f"{path}: found {size} bytes; expected at most {_MOST_BYTES}, since nobody writes more by hand; name a "
+                "TOML file, and keep signals in files of their own"
+            )
+        return read_file(path)
+    except FileNotFoundError:
+        raise ManifestError(f"{path}: no such file; expected a TOML file there; check the path") from None
+    except OSError as error:
+        raise ManifestError(f"{path}: cannot be read ({error.strerror}); check it and its permissions") from None
+
+
+def parse_toml(path: Path, content: bytes) -> dict[str, Any]:
+    """Parse TOML; ``ManifestError`` with line or key where it is none, or holds what no document needs."""
+    try:
+        text = content.decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError as error:
+        raise ManifestError(
+            f"{path}: byte {error.start} is not UTF-8; expected TOML in UTF-8; save the file as UTF-8"
+        ) from None
+    if (long := _LONG_KEY.search(text)) is not None:
+        line = text.count("\n", 0, long.start()) + 1
+        raise ManifestError(f"{path}, line {line}: found a key of more than {_MOST_LEVELS} parts; mend that line")
+    try:
+        document = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ManifestError(f"{path}: no valid TOML: {error}; mend that line (texts need quotes)") from None
+    except (ValueError, RecursionError):
+        raise ManifestError(
+            f"{path}: no valid TOML: nested too deeply, or with a number of thousands of digits; mend that line"
+        ) from None
+    _refuse_absurd(path, document)
+    return document
+
+
+def _refuse_absurd(path: Path, document: dict[str, Any]) -> None:
+    for count, (level, key, value) in enumerate(_values(document)):
+        if count > _MOST_VALUES:
+            raise ManifestError(f"{path}: found more than {_MOST_VALUES} values; expected fewer; take some out")
+        if level > _MOST_LEVELS:
+            raise ManifestError(f"{path}: {key}: found more than {_MOST_LEVELS} levels; expected fewer; mend that key")
+        if isinstance(value, int) and value.bit_length() > _MOST_BITS:
+            raise ManifestError(f"{path}: {key}: found a whole number of more than 64 bits; expected less; correct it")
+        if isinstance(value, str) and "\0" in value:
+            raise ManifestError(f"{path}: {key}: found a zero byte (\\u0000) in a text; expected none; take it out")
+
+
+def _values(document: dict[str, Any]) -> Iterator[tuple[int, str, Any]]:
+    """Give each value with its level and key; tables and lists before what is in them."""
+    left: list[tuple[int, str, Any]] = [(0, "", document)]
+    while left:
+        level, key, value = left.pop()
+        yield level, key, value
+        if isinstance(value, dict):
+            above = f"{key}." if key else ""
+            left += [(level + 1, above + written_key(name), inner) for name, inner in value.items()]
+        elif isinstance(value, list):
+            left += [(level + 1, f"{key}[{at}]", inner) for at, inner in enumerate(value)]
+
+
+def written_key(name: str) -> str:
+    """Write a key as TOML does: in quotes where it is not of letters, digits, _ and - alone."""
+    return name if re.fullmatch(r"[\w-]+", name, re.ASCII) else shortened(json.dumps(name))
+
+
+def shortened(text: str) -> str:
+    """Return a text, or the beginning of a long one."""
+    return text if len(text) <= 60 else text[:57] + "…"

@@ -1,0 +1,342 @@
+"""Checks of the recorded channels against what run.toml states of the test, and against each other."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from tribopipe.base.arrays import Column, Numbers
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.signals import SignalName
+from tribopipe.evaluation.checks.channels import Channel, channels, positions
+from tribopipe.evaluation.checks.registry import Trouble, check, check_cleaned
+from tribopipe.evaluation.preprocessing.cleaning import CleanedRun
+from tribopipe.evaluation.preprocessing.strokes import Stroke, whole_strokes
+from tribopipe.physics.axis_restarts import continuous
+from tribopipe.physics.identities import ROLES, Identity, Role, ratios
+from tribopipe.results.run import RawRun
+
+_TOLERANCE = 0.05
+"""Share by which a channel may differ from a stated value, or one side of an identity from the other."""
+_ROUNDED = 0.5e-3
+"""m: half a digit of a radius that is recorded in whole mm."""
+_WINDOWS, _FEWEST_SAMPLES = 200, 5
+_PLATEAU, _GAP = 5, 2
+"""Windows that show a level, and those between two levels in which a channel may be on its way."""
+_FLAT, _NOISY, _STEP = 0.05, 0.15, 0.1
+"""Shares of a level within which it is one, without noise and with it, and by which the next one differs."""
+_LINE = 0.5
+"""Sum of squares about levels over that about a straight line, from which on it is the line."""
+_OFF = 0.05
+"""Share of the usual value below which a channel is off."""
+_MOST_LEVELS = 6
+_RECORDED = (
+    *("normal_force", "nominal_load", "sliding_speed", "nominal_speed", "rotational_speed"),
+    *("track_radius", "frequency", "stroke"),
+)
+_STATED = ("track_radius", "rotational_speed", "frequency", "stroke", "sliding_speed")
+_STROKE_TOLERANCE = 0.1
+
+
+class Levels(NamedTuple):
+    """Values that a channel holds one after the other."""
+
+    values: list[float]
+    change: int
+    """First sample of the second level."""
+
+
+@check("warning")
+def conditions_are_steady(run: RawRun) -> Iterator[Trouble]:
+    """Find load, speed or track radius that steps within a run of one nominal value."""
+    found = channels(run)
+    reciprocating = run.manifest.conditions.stroke is not None
+    for role in _RECORDED:
+        channel = found.get(role)
+        if channel is None or (role == "sliding_speed" and reciprocating):
+            continue
+        levels = levels_of(np.abs(channel.values))
+        if levels is not None:
+            yield Trouble(
+                channel.label,
+                f"found {_spoken([channel.shown(value) for value in levels.values])} one after the other, the first "
+                f"change at {run.numbered(levels.change)}; expected one value in a run, as run.toml states one",
+                "make a run of each step with `tribopipe new FILE --split COLUMN`, or choose steps = [n] under "
+                "[[signals]] in run.toml",
+            )
+
+
+def levels_of(values: Column) -> Levels | None:
+    """Return the levels between which a channel steps, above zero; none where it holds one, drifts, or is too short."""
+    size = max(_FEWEST_SAMPLES, -(-len(values) // _WINDOWS))
+    count = len(values) // size
+    if count < 2 * _PLATEAU + _GAP:
+        return None
+    blocks = values[: count * size].reshape(count, size)
+    known = np.flatnonzero(np.all(np.isfinite(blocks), axis=1))
+    medians = np.median(blocks[known], axis=1)
+    on = medians > _OFF * np.percentile(medians, 90) if len(medians) else np.empty(0, dtype=bool)
+    known, medians = known[on], medians[on]
+    changes = _changes(medians)
+    parts = np.split(medians, changes)
+    if not changes or not _apart(parts):
+        return None
+    levels = [float(np.median(part)) for part in parts]
+    first = max(0, int(known[changes[0]]) - _PLATEAU) * size
+    return Levels(levels, first + _turn(values[first : first + 2 * _PLATEAU * size], levels[0], levels[1]))
+
+
+def _apart(parts: Sequence[Column]) -> bool:
+    """Tell whether what follows each other are levels, and not the ups and downs of one."""
+    medians = [float(np.median(part)) for part in parts]
+    spread = max(float(np.subtract(*np.percentile(part, [75, 25]))) for part in parts)
+    nearest = min(abs(other - one) for one, other in pairwise(medians))
+    apart = nearest > _FLAT * min(medians) and spread < nearest / 2
+    return min(map(len, parts)) >= _PLATEAU and apart and not _drifts(np.concatenate(parts), parts)
+
+
+def _drifts(values: Column, parts: Sequence[Column]) -> bool:
+    """Tell whether a straight line is as near to the values as levels are."""
+    place = np.arange(len(values))
+    from_line = values - np.polyval(np.polyfit(place, values, 1), place)
+    from_levels = np.concatenate([part - np.median(part) for part in parts])
+    return bool(np.sum(from_levels**2) > _LINE * np.sum(from_line**2))
+
+
+def _turn(values: Column, one: float, other: float) -> int:
+    """Return the place from which on values are nearer to another level, with the fewest on the wrong side."""
+    nearer = np.abs(values - other) < np.abs(values - one)
+    wrong_before = np.concatenate([[0], np.cumsum(nearer)])
+    wrong_after = np.concatenate([np.cumsum(~nearer[::-1])[::-1], [0]])
+    return int(np.argmin(wrong_before + wrong_after))
+
+
+def _changes(medians: Column) -> list[int]:
+    """Return where one level follows another."""
+    if len(medians) < 2 * _PLATEAU + _GAP:
+        return []
+    noise = 1.4826 * float(np.median(np.abs(np.diff(medians)))) / np.sqrt(2)
+    found: list[int] = []
+    for at in range(_PLATEAU, len(medians) - _PLATEAU - _GAP + 1):
+        before, after = medians[at - _PLATEAU : at], medians[at + _GAP : at + _GAP + _PLATEAU]
+        one, other = float(np.median(before)), float(np.median(after))
+        low = min(one, other)
+        flat = max(np.ptp(before) / one, np.ptp(after) / other) <= min(max(_FLAT, 5 * noise / low), _NOISY)
+        if flat and abs(other - one) > max(_STEP * low, 5 * noise) and (not found or at - found[-1] > _GAP + _PLATEAU):
+            found.append(at + 1)
+    return found
+
+
+def _spoken(items: list[str]) -> str:
+    if len(items) > _MOST_LEVELS:
+        return f"{', '.join(items[:3])} … {items[-1]}"
+    return f"{', '.join(items[:-1])} and {items[-1]}"
+
+
+@check("warning")
+def recording_fits_conditions(run: RawRun) -> Iterator[Trouble]:
+    """Compare what is stated of the motion with its channels."""
+    found = channels(run)
+    for name in _STATED:
+        stated: Quantity | None = getattr(run.manifest.conditions, name)
+        channel = found.get(name)
+        if stated is None or channel is None or (name == "sliding_speed" and run.manifest.conditions.stroke):
+            continue
+        recorded = _usual(channel.values)
+        if recorded is not None and abs(recorded - stated.value) > _allowed(name, stated, channel):
+            yield Trouble(
+                f"conditions.{name}",
+                f"found {channel.shown(stated.value)} stated where {channel.label!r} recorded a median of "
+                f"{channel.shown(recorded)}; expected the same within {_TOLERANCE:.0%}",
+                f"correct {name}, or the unit of the column",
+            )
+
+
+def _usual(values: Column) -> float | None:
+    """Return the median of what is on."""
+    size = np.abs(values[np.isfinite(values)])
+    on = size[size > _OFF * np.percentile(size, 90)] if len(size) else size
+    return float(np.median(on)) if len(on) else None
+
+
+def _allowed(name: str, stated: Quantity, channel: Channel) -> float:
+    rounded = _ROUNDED if name == "track_radius" and _in_whole_millimetres(channel.values) else 0.0
+    return max(_TOLERANCE * stated.value, 3 * (stated.standard_uncertainty or 0.0), rounded)
+
+
+def _in_whole_millimetres(radius: Column) -> bool:
+    millimetres = radius * 1000
+    known = millimetres[np.isfinite(millimetres)]
+    return bool(np.allclose(known, np.round(known), rtol=0, atol=1e-6))
+
+
+@check("warning")
+def channels_fit_each_other(run: RawRun) -> Iterator[Trouble]:
+    """Find identities between channels, and stated values where there is no channel, that do not hold."""
+    found, conditions = channels(run), run.manifest.conditions
+    values: dict[Role, Numbers] = {role: found[role].values for role in ROLES if role in found}
+    labels: dict[Role, str] = {role: found[role].label for role in ROLES if role in found}
+    stated: dict[Role, Quantity | None] = {
+        "track_radius": conditions.track_radius,
+        "rotational_speed": conditions.rotational_speed,
+        "normal_force": conditions.normal_load,
+    }
+    for role, quantity in stated.items():
+        if role not in values and quantity is not None:
+            values[role] = quantity.value
+            labels[role] = f"conditions.{'normal_load' if role == 'normal_force' else role}"
+    for identity, ratio in ratios(values):
+        recorded = [role for role in identity.roles if role in found]
+        tolerance = _identity_tolerance({role: found[role].values for role in recorded})
+        if recorded and abs(ratio - 1) > tolerance:
+            yield Trouble(
+                labels[recorded[0]],
+                f"found {identity.formula} broken, with {_listed(identity, labels)}: the left side is {ratio:.3g} "
+                f"times the right one; expected 1 within {tolerance:.0%}",
+                "check units and scales of these columns and values",
+            )
+
+
+def _listed(identity: Identity, labels: Mapping[Role, str]) -> str:
+    return ", ".join(repr(labels[role]) if "." not in labels[role] else labels[role] for role in identity.roles)
+
+
+def _identity_tolerance(values: Mapping[Role, Column]) -> float:
+    """Allow for radii in whole mm and for the last, begun count of rotations."""
+    allowed = _TOLERANCE
+    if "track_radius" in values and _in_whole_millimetres(values["track_radius"]):
+        allowed += _ROUNDED / float(np.nanmedian(values["track_radius"]))
+    if "rotations" in values:
+        counted = np.diff(values["rotations"])
+        allowed += 1 / max(1.0, float(np.sum(counted[counted > 0])))
+    return allowed
+
+
+class _Strokes(NamedTuple):
+    """Strokes found in a column with a sign."""
+
+    name: str
+    strokes: list[Stroke]
+
+
+def _strokes_in(run: RawRun) -> _Strokes | None:
+    """Find strokes in the friction force or coefficient, as measured; none where they have no sign, or it is steady."""
+    names: tuple[SignalName, ...] = ("friction_force", "friction_coefficient")
+    for name in names:
+        if name in run.columns and (strokes := whole_strokes(run.columns[name])):
+            return _Strokes(name, strokes)
+    return None
+
+
+@check("warning")
+def strokes_fit_conditions(run: RawRun) -> Iterator[Trouble]:
+    """Compare the stated frequency and stroke with the strokes that were recorded."""
+    found, conditions = _strokes_in(run), run.manifest.conditions
+    if found is None:
+        return
+    time = continuous(run.columns["time"])
+    period = _stroke_duration(time, found.strokes)
+    if conditions.frequency is not None and period is not None:
+        frequency, stated = 1 / (2 * period), conditions.frequency.value
+        step = float(np.median(np.diff(time)))
+        if abs(frequency - stated) > _TOLERANCE * stated and stated * step < 0.5:
+            yield Trouble(
+                "conditions.frequency",
+                f"found {len(found.strokes)} strokes of {period:.4g} s in {found.name}, which is {frequency:.4g} Hz; "
+                f"expected the stated {stated:.4g} Hz within {_TOLERANCE:.0%}",
+                "correct frequency: cycles there and back per second; the sliding distance is taken from it",
+            )
+    if conditions.stroke is not None:
+        yield from _stroke_length(run, found.strokes, conditions.stroke.value)
+
+
+def _stroke_duration(time: Column, strokes: list[Stroke]) -> float | None:
+    """Return how long a stroke takes, s, by those that are as long as most are."""
+    durations = np.array([time[stroke.end] - time[stroke.start] for stroke in strokes if stroke.end < len(time)])
+    durations = durations[np.isfinite(durations) & (durations > 0)]
+    if not len(durations):
+        return None
+    usual = float(np.median(durations))
+    return float(np.mean(durations[np.abs(durations - usual) < 0.5 * usual]))
+
+
+def _stroke_length(run: RawRun, strokes: list[Stroke], stated: float) -> Iterator[Trouble]:
+    spans = [(channel, _span(channel.values, strokes)) for channel in positions(run)]
+    channel, span = max(spans, key=lambda one: one[1], default=(None, 0.0))
+    if channel is not None and span > _STROKE_TOLERANCE * stated and abs(span - stated) > _STROKE_TOLERANCE * stated:
+        yield Trouble(
+            "conditions.stroke",
+            f"found {channel.shown(stated)} stated where {channel.label!r} moves by {channel.shown(span)} in a stroke; "
+            f"expected the same within {_STROKE_TOLERANCE:.0%}",
+            "correct stroke: the way from one turning point to the next",
+        )
+
+
+def _span(position: Column, strokes: list[Stroke]) -> float:
+    """Return how far a position moves in a stroke."""
+    parts = [position[stroke.start : stroke.end] for stroke in strokes]
+    spans = [float(np.ptp(seen)) for part in parts if len(seen := part[np.isfinite(part)])]
+    return float(np.median(spans)) if spans else 0.0
+
+
+@check_cleaned("warning")
+def strokes_are_used(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+    """Find strokes in a recording of which no friction coefficient per stroke is taken."""
+    if _averaged(cleaned):
+        return
+    found, stated = _strokes_in(run), run.manifest.conditions.stroke is not None
+    mu = run.columns.get("friction_coefficient", np.empty(0))
+    if found is not None and not stated and not whole_strokes(mu):
+        yield Trouble(
+            found.name,
+            f"found {len(found.strokes)} strokes there and back, of which no coefficient per stroke is taken, as "
+            "run.toml states no stroke; expected conditions.stroke of a reciprocating test",
+            'add conditions.stroke = "10 mm" or the like: means over whole strokes include the turning points',
+        )
+    signed = next((name for name, values in _other_forces(run) if whole_strokes(values)), None)
+    if found is None and signed is not None:
+        yield Trouble(
+            "friction_force",
+            f"found a friction without sign where the column {signed!r} changes its sign with the stroke; expected the "
+            "signed channel in a reciprocating test",
+            f"map friction_force to {signed!r} under [signals.columns], and state conditions.stroke",
+        )
+
+
+def _other_forces(run: RawRun) -> Iterator[tuple[str, Column]]:
+    """Give the columns of forces along the surface that no signal is made of."""
+    for name, extra in run.extras.items():
+        lateral = name.casefold().removeprefix("daq.")[:2] in ("fx", "fy", "ft", "ff")
+        if lateral and extra.values.dtype.kind == "f":
+            yield name, extra.values
+
+
+def _averaged(cleaned: CleanedRun) -> bool:
+    return any(change.step == "stroke-wise-friction" for change in cleaned.record.changes)
+
+
+@check_cleaned("note")
+def friction_is_taken_by_stroke(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+    """Say where a stroke is stated and no friction coefficient per stroke can be taken."""
+    conditions = run.manifest.conditions
+    if conditions.stroke is None or _averaged(cleaned) or "friction_coefficient" not in run.columns:
+        return
+    if _strokes_in(run) is not None:
+        return  # friction_has_one_sign says what is wrong with them
+    samples = _samples_in_a_stroke(run)
+    few = samples is not None and samples < _FEWEST_SAMPLES
+    reason = f"{samples:.2g} samples per stroke" if few else "no sign that changes with the stroke"
+    yield Trouble(
+        "friction_coefficient",
+        f"found {reason}, so that no coefficient per stroke is taken; expected a signed friction force with at least "
+        f"{_FEWEST_SAMPLES} samples per stroke",
+        "the coefficient is the one recorded, with whatever the instrument does at turning points in it",
+    )
+
+
+def _samples_in_a_stroke(run: RawRun) -> float | None:
+    """Return the samples per stroke by the stated frequency."""
+    frequency, steps = run.manifest.conditions.frequency, np.diff(run.columns["time"])
+    steps = steps[np.isfinite(steps) & (steps > 0)]
+    return None if frequency is None or not len(steps) else 1 / (2 * frequency.value * float(np.median(steps)))

@@ -1,0 +1,204 @@
+"""Checks of what was measured on the specimens: what cannot be, what contradicts itself, what tells no wear."""
+
+import math
+from collections.abc import Callable, Iterator
+from itertools import combinations
+from typing import Literal
+
+from tribopipe.base.arrays import Column
+from tribopipe.base.errors import ContactError, FitError
+from tribopipe.base.units import show
+from tribopipe.contacts.twin_disc import disc_pair, nominal_values
+from tribopipe.documents.contact import PinOnDisc, Specimen, TwinDisc
+from tribopipe.documents.manifest import EndValues, RunManifest
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import DefaultUncertainty, Recipe
+from tribopipe.evaluation.checks.registry import Trouble, check
+from tribopipe.evaluation.measurements.body_wear import BodyWear, contradictions, surest
+from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
+from tribopipe.evaluation.measurements.pin_tip import PinTip
+from tribopipe.evaluation.measurements.twin_disc import DiscMeasurement, disc_measurements
+from tribopipe.evaluation.profile.track import reference_radius, worn_area
+from tribopipe.physics.geometry import scar_depth
+from tribopipe.results.run import RawRun
+
+
+@check("error")
+def end_values_are_possible(run: RawRun) -> Iterator[Trouble]:
+    """Refuse a mass without density, and more wear than a pin holds."""
+    if not isinstance(run.manifest.contact, PinOnDisc):
+        return
+    for where, end in _pin_parts(run.manifest):
+        yield from _masses_without_density(where, end, run.manifest.bodies)
+        yield from _impossible_on_the_pin(where, end, run.manifest.contact)
+        yield from _impossible_track(where, end, run.manifest)
+
+
+def _pin_parts(manifest: RunManifest) -> Iterator[tuple[str, EndValues]]:
+    yield "end_values", manifest.end_values
+    for number, stop in enumerate(manifest.interruptions):
+        yield f"interruptions[{number}]", stop
+
+
+def _masses_without_density(where: str, end: EndValues, bodies: dict[str, Specimen]) -> Iterator[Trouble]:
+    for name, body in bodies.items():
+        if getattr(end, f"{name}_mass_loss") is not None and body.density is None:
+            yield Trouble(
+                f"{where}.{name}_mass_loss",
+                f"found a mass of a {name} without density; expected contact.{name}.density, by which it becomes a "
+                "volume",
+                'add density = "3.21 g/cm^3" or the like',
+            )
+
+
+def _impossible_on_the_pin(where: str, end: EndValues, contact: PinOnDisc) -> Iterator[Trouble]:
+    """Find more wear than half a sphere, a scar within the flat that was there, and profiles of what has no cap."""
+    tip = PinTip.of(contact.pin)
+    if tip.shape == "flat":
+        if end.pin_profile:
+            yield Trouble(
+                f"{where}.pin_profile",
+                "found one of a flat pin, on which nothing unworn is left to level it on; expected a spherical tip",
+                "give pin_wear_depth or pin_mass_loss instead",
+            )
+        return
+    most = float(scar_depth(scar_radius=tip.radius, sphere_radius=tip.radius, flat_radius=tip.flat_radius))
+    held, volume = float(tip.volume(most, tip.radius)), _pin_volume(end, contact)
+    if volume is not None and volume.value >= held:
+        yield Trouble(
+            f"{where}.{'pin_wear_volume' if end.pin_wear_volume is not None else 'pin_mass_loss'}",
+            f"found {volume.shown('mm^3')} worn off a tip that holds {show(held, None, 'm^3', 'mm^3')}; expected wear "
+            "within the tip",
+            "check both units",
+        )
+    scar = end.pin_scar_diameter or end.pin_scar_length or end.pin_scar_width
+    if scar is not None and scar.value + 3 * _spread(scar) < 2 * tip.flat_radius:
+        yield Trouble(
+            f"{where}.pin_scar_diameter",
+            f"found {scar.shown('um')}, smaller than the flat of {show(2 * tip.flat_radius, None, 'm', 'um')} that the "
+            "pin began with; expected a flat that has grown",
+            "check flat_radius and both units",
+        )
+
+
+def _pin_volume(end: EndValues, contact: PinOnDisc) -> Quantity | None:
+    """Return the volume stated for the pin, or that of its mass, m³."""
+    if end.pin_wear_volume is not None:
+        return end.pin_wear_volume
+    if end.pin_mass_loss is None or contact.pin.density is None:
+        return None
+    return Quantity(value=end.pin_mass_loss.value / contact.pin.density.value, unit="m^3")
+
+
+def _impossible_track(where: str, end: EndValues, manifest: RunManifest) -> Iterator[Trouble]:
+    """Find tracks wider than the pin, or than the circle they lie on."""
+    width, pin, circle = end.disc_track_width, manifest.pin_on_disc.pin, manifest.conditions.track_radius
+    for name, radius in (("pin", None if pin.shape == "flat" else pin.radius), ("circle", circle)):
+        if width is not None and radius is not None and width.value >= 2 * radius.value:
+            yield Trouble(
+                f"{where}.disc_track_width",
+                f"found {width.shown('um')}, no less than the diameter of the {name}, "
+                f"{show(2 * radius.value, None, 'm', 'mm')}; expected a narrower track",
+                "check both units",
+            )
+
+
+@check("note")
+def profiles_show_wear(run: RawRun) -> Iterator[Trouble]:
+    """Name profiles of which no depth or volume can be taken."""
+    for where, profile in run.profiles.items():
+        radius = reference_radius(run.manifest, where)
+        try:
+            worn_area(profile, None if radius is None else radius.value)
+        except FitError as error:
+            found, _, mend = str(error).removeprefix("profile: ").rpartition("; ")
+            yield Trouble(where, found, mend)
+
+
+@check("warning")
+def end_values_agree(run: RawRun) -> Iterator[Trouble]:
+    """Compare what several end values say of one wear depth or volume."""
+    if run.manifest.contact is not None:
+        yield from _disc_end_values_agree(run) if run.manifest.rolls else _pin_end_values_agree(run)
+
+
+def _pin_end_values_agree(run: RawRun) -> Iterator[Trouble]:
+    """Compare what was measured on the pin, and on the disc, with each other, each as the depth or volume it means."""
+    try:
+        worn = pin_on_disc_wear(run, DefaultUncertainty())
+    except FitError:
+        return
+    yield from _contradicting("pin", worn.pin, "depth", "um")
+    yield from _contradicting("disc", worn.disc, "depth", "um")
+    yield from _contradicting("disc", worn.disc, "volume", "mm^3")
+
+
+def _contradicting(
+    body: Literal["pin", "disc"], ways: tuple[BodyWear, ...], what: Literal["depth", "volume"], unit: str
+) -> Iterator[Trouble]:
+    """Name end values that contradict each other, and the one that is used."""
+    used = surest(ways, what)
+    for found in contradictions(body, ways, what):
+        first, second = (getattr(way, what).shown(unit) for way in (found.one, found.other))
+        apart = f", {found.deviation:.1f} standard uncertainties apart" if math.isfinite(found.deviation) else ""
+        yield Trouble(
+            "end_values",
+            f"found a wear {what} of the {body} of {first} by {found.one.name} and of {second} by {found.other.name}"
+            f"{apart}; expected them to agree; {'' if used is None else used.name} is used, not their mean",
+            "measure again, or check both units",
+        )
+
+
+def _disc_end_values_agree(run: RawRun) -> Iterator[Trouble]:
+    """Compare the depth h₁ + h₂ of the one flat that both discs share, by depths, volumes and track widths."""
+    for (one, first), (other, second) in combinations(_disc_depths(run).items(), 2):
+        gap, spread = abs(first.value - second.value), math.hypot(_spread(first), _spread(second))
+        if gap > max(3 * spread, 0.2 * max(first.value, second.value)):
+            yield Trouble(
+                "end_values",
+                f"found both discs together worn by {first.shown('um')} going by {one}, and by {second.shown('um')} "
+                f"going by {other}; expected them to agree within 20 % on a flat that both discs share",
+                "measure again, measure both discs, or check the units",
+            )
+
+
+def _spread(quantity: Quantity) -> float:
+    return quantity.standard_uncertainty or 0.0
+
+
+def _disc_depths(run: RawRun) -> dict[str, Quantity]:
+    """Return h₁ + h₂, m, by each kind of end value; a disc on which nothing was measured counts as unworn."""
+    contact = run.manifest.twin_disc
+    try:
+        ends = [one for one in disc_measurements(run, DefaultUncertainty()) if one.interruption is None]
+        discs = disc_pair(contact, nominal_values(run.manifest), Recipe().wear.distance_per_rotation)
+        depths = {f"the {one.name}": _turned(one.quantity, discs.depth_of_width) for one in _those(ends, "track_width")}
+        for what, turned in (("wear_depth", lambda depth: depth), ("wear_volume", discs.depth_of_area)):
+            found = _those(ends, what)
+            if found and {one.disc for one in found} == {one.disc for one in ends}:
+                name = " and ".join(f"the {one.name}" for one in found)
+                depths[name] = _turned(_sum(found, contact), turned)
+    except (ContactError, FitError):
+        return {}
+    return depths
+
+
+def _those(ends: list[DiscMeasurement], what: str) -> list[DiscMeasurement]:
+    return [one for one in ends if one.what == what]
+
+
+def _sum(found: list[DiscMeasurement], contact: TwinDisc) -> Quantity:
+    """Add up depths, m, or the cross-sections V/(2πr) that volumes are, m²."""
+    radii = {
+        "curved_disc": contact.curved_disc.rolling_radius.value,
+        "flat_disc": contact.flat_disc.rolling_radius.value,
+    }
+    scales = [1 / (2 * math.pi * radii[one.disc]) if one.what == "wear_volume" else 1.0 for one in found]
+    value = sum(one.quantity.value * scale for one, scale in zip(found, scales, strict=True))
+    spread = math.hypot(*(_spread(one.quantity) * scale for one, scale in zip(found, scales, strict=True)))
+    return Quantity(value=value, unit="m^2" if found[0].what == "wear_volume" else "m", standard_uncertainty=spread)
+
+
+def _turned(given: Quantity, depth_of: Callable[[float], Column | float]) -> Quantity:
+    low, middle, high = (float(depth_of(max(0.0, given.value + step * _spread(given)))) for step in (-1, 0, 1))
+    return Quantity(value=middle, unit="m", standard_uncertainty=(high - low) / 2)

@@ -1,0 +1,276 @@
+"""Checks of inputs against what the material, the ball, the contact and the recording make likely."""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from tribopipe.base.errors import ContactError, FitError
+from tribopipe.base.units import SPECIFIC_WEAR_RATE, show
+from tribopipe.documents.contact import Pin, PinOnDisc, Specimen, TwinDisc
+from tribopipe.documents.manifest import EndValues
+from tribopipe.documents.quantity import EndValue, Quantity
+from tribopipe.documents.recipe import Recipe
+from tribopipe.evaluation.applied_load import applied_load
+from tribopipe.evaluation.checks.materials import DENSEST_SOLID, LIGHTEST_SOLID, Expected, Range, expected_of
+from tribopipe.evaluation.checks.registry import Trouble, check, check_cleaned
+from tribopipe.evaluation.measurements.interval_wear import CLEARLY
+from tribopipe.evaluation.measurements.specific_wear import specific_wear
+from tribopipe.evaluation.preprocessing.cleaning import CleanedRun
+from tribopipe.physics.hertz import HARDNESS_UNIT, contact_modulus, hertz_radius
+from tribopipe.physics.hertz_ellipse import hertz_ellipse
+from tribopipe.results.run import RawRun
+
+_FAR_OFF = 10.0
+"""By this factor beyond its range a modulus is in a wrong unit."""
+_YIELDING = 0.6
+"""Mean pressure over hardness: yield begins at 0.4, full plasticity at 1 (K. L. Johnson, Contact Mechanics, §6.3)."""
+_SAME = 0.01
+"""Relative difference within which two lengths are one."""
+_NARROW, _WIDE = 0.6, 1.6
+"""A track is as wide as the scar of the pin that made it; half or twice as wide, one of both is a radius."""
+_BALLS = (
+    *(0.3, 0.397, 0.5, 0.794, 1.0, 1.5, 1.588, 2.0, 2.381, 2.5, 3.0, 3.175, 3.969, 4.0, 4.763, 5.0, 5.5, 5.556, 6.0),
+    *(6.35, 7.938, 8.0, 9.0, 9.525, 10.0, 12.7, 19.05, 25.4),
+)
+"""Diameters, mm, of balls that tribometers are run with; nominal diameters are those of ISO 3290-1."""
+
+
+class _Property(NamedTuple):
+    """A property of a body, and the range that the name of its material makes likely."""
+
+    key: str
+    shown: str
+    value: float
+    """In the unit of the range."""
+    expected: Range
+    unit: str
+
+
+def _properties(body: Specimen, known: Expected) -> Iterator[_Property]:
+    modulus, density, hardness = body.youngs_modulus, body.density, body.vickers_hardness
+    yield _Property("youngs_modulus", modulus.shown("GPa"), modulus.value / 1e9, known.modulus, "GPa")
+    if density is not None and LIGHTEST_SOLID <= density.value <= DENSEST_SOLID:
+        yield _Property("density", density.shown("g/cm^3"), density.value / 1e3, known.density, "g/cm³")
+    if hardness is not None and known.hardness is not None:
+        yield _Property("vickers_hardness", f"{hardness:g}", hardness, known.hardness, "HV")
+
+
+def _unlikely(run: RawRun) -> Iterator[tuple[float, Trouble]]:
+    """Yield each property that is not its material's, after the factor by which it is beyond the range."""
+    for name, body in run.manifest.bodies.items():
+        known = expected_of(body.material)
+        for one in () if known is None else _properties(body, known):
+            low, high = one.expected
+            if not low <= one.value <= high:
+                factor = low / one.value if one.value < low else one.value / high
+                yield (
+                    factor,
+                    Trouble(
+                        f"contact.{name}.{one.key}",
+                        f"found {one.shown} for {body.material!r}; expected {low:g} to {high:g} {one.unit} for "
+                        f"{known.title if known else body.material}",
+                        "check its unit, or the material",
+                    ),
+                )
+
+
+@check("error")
+def modulus_is_in_the_unit_of_the_material(run: RawRun) -> Iterator[Trouble]:
+    """Refuse a modulus ten times beyond what the named material has: MPa for GPa."""
+    for factor, trouble in _unlikely(run):
+        if trouble.where.endswith("youngs_modulus") and factor >= _FAR_OFF:
+            yield trouble
+
+
+@check("warning")
+def properties_are_those_of_the_material(run: RawRun) -> Iterator[Trouble]:
+    """Compare modulus, density and hardness with what the named material has."""
+    for factor, trouble in _unlikely(run):
+        if not (trouble.where.endswith("youngs_modulus") and factor >= _FAR_OFF):
+            yield trouble
+
+
+def _is_ball(diameter: float) -> bool:
+    return any(abs(diameter / (ball * 1e-3) - 1) < _SAME for ball in _BALLS)
+
+
+def _diameter_unless_radius(pin: Pin) -> Trouble | None:
+    """Say where the radius of a spherical tip is the stated diameter, or that of no ball but for being a diameter."""
+    radius, twice = pin.radius.value, 2 * pin.radius.value
+    stated = None if pin.diameter is None else pin.diameter.value
+    if stated is not None and abs(radius / stated - 1) < _SAME:
+        found = f"the radius {pin.radius.shown('mm')}, which is the diameter of the pin"
+        return Trouble("contact.pin.radius", f"found {found}; expected half of it for a ball", "give half the diameter")
+    if stated is None and _is_ball(radius) and not _is_ball(twice):
+        found = f"{pin.radius.shown('mm')}, a ball of {show(twice, None, 'm', 'mm')} in diameter"
+        return Trouble(
+            "contact.pin.radius",
+            f"found {found}, which is unusual; expected the radius, where {show(radius, None, 'm', 'mm')} is a usual "
+            "diameter",
+            "give half the diameter of the ball; if it is right, state contact.pin.diameter",
+        )
+    return None
+
+
+@check("warning")
+def radius_is_no_diameter(run: RawRun) -> Iterator[Trouble]:
+    """Find the diameter of a ball, or of a flat pin, written as its radius."""
+    contact = run.manifest.contact
+    if isinstance(contact, PinOnDisc):
+        trouble = None if contact.pin.shape == "flat" else _diameter_unless_radius(contact.pin)
+        trouble = _flat_wider_than_the_pin(contact.pin) if contact.pin.shape == "flat" else trouble
+        if trouble is not None:
+            yield trouble
+
+
+def _flat_wider_than_the_pin(pin: Pin) -> Trouble | None:
+    if pin.diameter is None or 2 * pin.radius.value <= (1 + _SAME) * pin.diameter.value:
+        return None
+    return Trouble(
+        "contact.pin.radius",
+        f"found an end {show(2 * pin.radius.value, None, 'm', 'mm')} wide on a pin of {pin.diameter.shown('mm')}; "
+        "expected an end within the pin",
+        "give half the diameter of the end",
+    )
+
+
+@check("note")
+def radius_can_be_compared(run: RawRun) -> Iterator[Trouble]:
+    """Say which ball a radius stands for, where no diameter is stated to compare it with."""
+    contact = run.manifest.contact
+    if not isinstance(contact, PinOnDisc) or contact.pin.diameter is not None:
+        return
+    pin = contact.pin
+    what = "an end" if pin.shape == "flat" else "a ball"
+    if _diameter_unless_radius(pin) is None or pin.shape == "flat":
+        yield Trouble(
+            "contact.pin.radius",
+            f"found a radius of {pin.radius.shown('mm')}, {what} of {show(2 * pin.radius.value, None, 'm', 'mm')} in "
+            "diameter, and no diameter; expected contact.pin.diameter, with which the radius can be compared",
+            "see that it is the radius; state the diameter",
+        )
+
+
+def _start_modulus(one: Specimen, other: Specimen) -> float:
+    return float(
+        contact_modulus(
+            pin_modulus=one.youngs_modulus.value,
+            pin_ratio=one.poisson_ratio.value,
+            disc_modulus=other.youngs_modulus.value,
+            disc_ratio=other.poisson_ratio.value,
+        )
+    )
+
+
+def _mean_pressure(run: RawRun) -> float | None:
+    """Return the mean pressure at the start, Pa: by Hertz, or over the flat of a pin; none without bodies."""
+    contact, load = run.manifest.contact, applied_load(run, Recipe()).value
+    if contact is None:
+        return None
+    one, other = contact.bodies.values()
+    modulus = _start_modulus(one, other)
+    if isinstance(contact, TwinDisc):
+        curved, flat = contact.curved_disc.rolling_radius.value, contact.flat_disc.rolling_radius.value
+        try:
+            ellipse = hertz_ellipse(
+                normal_load=load,
+                radius_x=contact.curved_disc.crown_radius.value,
+                radius_z=curved * flat / (curved + flat),
+                modulus=modulus,
+            )
+        except ContactError:
+            return None
+        return ellipse.peak_pressure / 1.5
+    return load / (math.pi * _start_radius(contact.pin, load, modulus) ** 2)
+
+
+def _start_radius(pin: Pin, load: float, modulus: float) -> float:
+    """Return the contact radius at the start, m."""
+    if pin.shape == "flat":
+        return pin.radius.value
+    hertz = float(hertz_radius(normal_load=load, pin_radius=pin.radius.value, modulus=modulus))
+    return hertz if pin.flat_radius is None else max(hertz, pin.flat_radius.value)
+
+
+class _Softer(NamedTuple):
+    """The hardness of the softer body, Pa, as it is stated, or at most for its material."""
+
+    hardness: float
+    words: str
+
+
+def _softer(run: RawRun) -> _Softer | None:
+    found = []
+    for name, body in run.manifest.bodies.items():
+        known = expected_of(body.material)
+        if body.vickers_hardness is not None:
+            found.append(
+                _Softer(body.vickers_hardness * HARDNESS_UNIT, f"the hardness of the {name.replace('_', ' ')}")
+            )
+        elif known is not None and known.hardness is not None:
+            found.append(_Softer(known.hardness[1] * HARDNESS_UNIT, f"the highest hardness of {known.title}"))
+    return min(found, key=lambda one: one.hardness, default=None)
+
+
+@check("warning")
+def contact_starts_elastic(run: RawRun) -> Iterator[Trouble]:
+    """Find a mean pressure at which the softer body yields, where Hertz's contact does not hold: kN for N."""
+    pressure, softer = _mean_pressure(run), _softer(run)
+    if pressure is None or softer is None or pressure <= _YIELDING * softer.hardness:
+        return
+    shown, limit = (Quantity(value=value, unit="Pa").shown("GPa") for value in (pressure, _YIELDING * softer.hardness))
+    yield Trouble(
+        "conditions.normal_load",
+        f"found a mean contact pressure of {shown} at the start; expected less than {limit}, {_YIELDING:.0%} of "
+        f"{softer.words}",
+        "check load, radius and Young's moduli with their units, and vickers_hardness",
+    )
+
+
+@check_cleaned("warning")
+def overall_rate_is_the_steady_one(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+    """Find running-in that the overall specific wear rate of an interrupted test includes."""
+    if not run.manifest.interruptions or run.manifest.contact is None:
+        return
+    try:
+        bodies = specific_wear(cleaned.run).bodies
+    except (ContactError, FitError):
+        return
+    for name, body in bodies.items():
+        overall, steady = body.specific_wear_rate, body.steady_rate
+        if overall is not None and steady is not None and abs(body.steady_deviation or 0.0) > CLEARLY:
+            yield Trouble(
+                f"interruptions, end_values of the {name.replace('_', ' ')}",
+                f"found an overall specific wear rate of {overall.shown(SPECIFIC_WEAR_RATE)} and a steady one of "
+                f"{steady.shown(SPECIFIC_WEAR_RATE)}; expected them to agree after a short running-in",
+                "report the steady rate for long tests; the overall rate and k_D hold for this distance alone",
+            )
+
+
+@check("warning")
+def scar_is_no_radius(run: RawRun) -> Iterator[Trouble]:
+    """Find a scar smaller than the contact it began with, and a track twice or half as wide as the scar."""
+    contact, end = run.manifest.contact, run.manifest.end_values
+    scar = end.pin_scar_diameter
+    if not isinstance(contact, PinOnDisc) or scar is None or contact.pin.shape == "flat":
+        return
+    load = applied_load(run, Recipe()).value
+    start = 2 * _start_radius(contact.pin, load, _start_modulus(contact.pin, contact.disc))
+    if scar.value + 3 * (scar.standard_uncertainty or 0.0) < start:
+        yield Trouble(
+            "end_values.pin_scar_diameter",
+            f"found {scar.shown('um')}, smaller than the contact of {show(start, None, 'm', 'um')} at the start; "
+            "expected a scar that has grown",
+            "check that it is the diameter, its unit, the load and the radius of the pin",
+        )
+    yield from _track_beside(scar, end)
+
+
+def _track_beside(scar: EndValue, end: EndValues) -> Iterator[Trouble]:
+    width = end.disc_track_width
+    if width is not None and not _NARROW <= width.value / scar.value <= _WIDE:
+        yield Trouble(
+            "end_values.pin_scar_diameter, end_values.disc_track_width",
+            f"found a scar of {scar.shown('um')} and a track {width.shown('um')} wide; expected about the same width",
+            "check that the scar is given by its diameter, and both units",
+        )

@@ -1,0 +1,515 @@
+"""Checks of the recorded samples: order of time, gaps, missing and repeated samples, signs and magnitudes."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from tribopipe.base.arrays import Column
+from tribopipe.base.errors import FitError
+from tribopipe.documents.contact import PinOnDisc, TwinDisc
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.preprocessing import ContinuousAxes
+from tribopipe.documents.quantity import Quantity, force
+from tribopipe.documents.recipe import DefaultUncertainty, Recipe
+from tribopipe.documents.signals import SIGNALS, SignalName
+from tribopipe.evaluation.applied_load import recorded_load
+from tribopipe.evaluation.checks.registry import Trouble, check, check_cleaned
+from tribopipe.evaluation.measurements.measured import stated_or_default
+from tribopipe.evaluation.measurements.pin_on_disc import end_wear
+from tribopipe.evaluation.preprocessing.cleaning import CleanedRun, clean_run
+from tribopipe.evaluation.preprocessing.strokes import whole_strokes
+from tribopipe.physics.axis_restarts import segments
+from tribopipe.physics.counter_glitches import mended
+from tribopipe.results.run import RawRun
+
+_FEWEST = 2
+_GAP = 10.0
+"""A step this many times the median step is a gap."""
+_BOTH_WAYS = 0.2
+"""Share of the samples with friction that have the rarer sign, in a test there and back."""
+_ANOTHER_UNIT = 5.0
+"""A measured load this many times the nominal one, or this fraction of it, is in another unit."""
+_MOST_DRIFT = 5e-6
+"""m: what a sensor may drift in a test without being wrong in sign or unit."""
+_MOST_THERMAL_DRIFT = 100e-6
+"""m: what a steel frame of half a metre grows by within 17 K."""
+_STEADY_TEMPERATURE = 0.5
+"""K: within it a temperature counts as steady."""
+_OFF_PLAN = 0.05
+"""Share of the planned distance or rotations by which a test may end elsewhere."""
+_DEAD = 0.5
+"""Share of samples of exactly zero from which on a channel of friction was off."""
+_FITTING = 0.25
+"""Share of the wear within which a rise is that wear."""
+_AXES: tuple[SignalName, ...] = ("time", "rotations", "sliding_distance")
+_JOINED = Recipe(clean_up=(ContinuousAxes(carried_over="never"),))
+
+
+def _joined(run: RawRun, name: SignalName) -> Column:
+    """Return an axis as clean-up joins it where it restarts."""
+    return clean_run(run, _JOINED).run.columns[name]
+
+
+def _axes(run: RawRun) -> list[SignalName]:
+    return [name for name in _AXES if name in run.columns]
+
+
+def _measured(run: RawRun) -> Iterator[tuple[SignalName, Column]]:
+    for name, values in run.columns.items():
+        if run.origins[name] == "measured":
+            yield name, values
+
+
+def _shown(name: SignalName, value: float) -> str:
+    return Quantity(value=float(value), unit=SIGNALS[name].unit).shown()
+
+
+@check("error")
+def there_are_samples(run: RawRun) -> Iterator[Trouble]:
+    """Refuse a run of one sample or none."""
+    if len(run) < _FEWEST:
+        yield Trouble("signals", f"found {len(run)} samples; expected at least {_FEWEST}", "export the whole test")
+
+
+@check("error")
+def channel_is_recorded(run: RawRun) -> Iterator[Trouble]:
+    """Refuse a signal without one number in it."""
+    for name, values in _measured(run):
+        if len(values) and not np.any(np.isfinite(values)):
+            yield Trouble(
+                name,
+                "found no number in the whole column; expected a recorded signal",
+                "map the column that holds it, or leave the signal out of run.toml",
+            )
+
+
+@check("error")
+def axis_is_complete(run: RawRun) -> Iterator[Trouble]:
+    """Refuse missing samples of time, rotations or sliding distance, without which nothing can be placed."""
+    for name in _axes(run):
+        values = run.columns[name]
+        missing = np.flatnonzero(~np.isfinite(values))
+        unrecorded = run.origins[name] == "unknown" or (run.origins[name] == "measured" and len(missing) == len(values))
+        if len(missing) > 0 and not unrecorded:
+            source = "" if run.origins[name] == "measured" else f", {run.origins[name]}"
+            yield Trouble(
+                name,
+                f"found {len(missing)} missing{source}, the first at {run.numbered(int(missing[0]))}; "
+                "expected one at each",
+                "mend or delete those rows, or export again",
+            )
+
+
+@check("error")
+def axis_runs_forward(run: RawRun) -> Iterator[Trouble]:
+    """Refuse time or sliding distance that goes back, unless it begins anew, and rotations that are no count."""
+    for name, values in _measured(run):
+        if name not in _AXES:
+            continue
+        verdict = ", which is no count" if name == "rotations" else ""
+        below, back = np.flatnonzero(values < 0), segments(_without_glitches(run, name)).fault
+        if back is not None:
+            before = values[:back][np.isfinite(values[:back])][-1]
+            yield Trouble(
+                name,
+                f"found {_shown(name, values[back])} at {run.numbered(back)} after {_shown(name, before)}{verdict}; "
+                "expected it to grow, or to begin anew",
+                "delete rows that are out of order, or export again",
+            )
+        elif verdict and len(below):
+            yield Trouble(
+                name,
+                f"found {_shown(name, values[below[0]])} at {run.numbered(below[0])}{verdict}; expected rotations "
+                "from 0 upwards",
+                "map the column that counts them",
+            )
+
+
+def _without_glitches(run: RawRun, name: SignalName) -> Column:
+    return run.columns[name] if name == "time" else mended(run.columns[name], _clock(run)).values
+
+
+def _clock(run: RawRun) -> Column | None:
+    return run.columns.get("time") if run.origins.get("time") == "measured" else None
+
+
+@check("warning")
+def counter_has_no_glitches(run: RawRun) -> Iterator[Trouble]:
+    """Name a few readings of a counter that fall back, or leap ahead, while time goes on."""
+    for name, values in _measured(run):
+        found = mended(values, _clock(run)).samples if name in _AXES and name != "time" else ()
+        if found:
+            yield Trouble(
+                name,
+                f"found {len(found)} wrong reading{'s' if len(found) > 1 else ''}, the first {values[found[0]]:g} "
+                f"{SIGNALS[name].unit} at {run.numbered(found[0])} after {values[found[0] - 1]:g}; expected it to grow",
+                "clean-up interpolates it between the readings around it; check the counter",
+            )
+
+
+@check("error")
+def axis_advances(run: RawRun) -> Iterator[Trouble]:
+    """Refuse a run in which no time passes or no distance is slid."""
+    for name in _axes(run):
+        values = _joined(run, name)
+        if len(values) >= _FEWEST and np.all(np.isfinite(values)) and not values[-1] > values[0]:
+            yield Trouble(
+                name,
+                f"found {_shown(name, values[-1])} at the end as at the start; expected it to grow",
+                "check the column, and the speeds in run.toml",
+            )
+
+
+@check("warning")
+def distance_is_known(run: RawRun) -> Iterator[Trouble]:
+    """Say that nothing tells how far a pin slid."""
+    if run.origins["sliding_distance"] == "unknown":
+        yield Trouble(
+            "conditions",
+            "found neither a sliding distance nor a speed; expected one of them, without which friction has no course "
+            "and wear no rate",
+            "add sliding_speed, or track_radius and rotational_speed, or stroke and frequency",
+        )
+
+
+@check("note")
+def every_sample_counts_by_itself(run: RawRun) -> Iterator[Trouble]:
+    """Say that means stand for samples where there are more than memory should hold."""
+    if run.recording is not None:
+        yield Trouble(
+            "signals",
+            f"found {run.recording.rows:,} samples, for which means of {run.recording.samples} stand; expected fewer "
+            "where each is to count by itself",
+            "every one is kept as it was recorded under /entry/recorded",
+        )
+
+
+@check_cleaned("note")
+def signals_need_no_clean_up(_: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+    """Say what clean-up will do to the signals, unless a recipe says otherwise."""
+    for change in cleaned.record.changes:
+        yield Trouble(
+            change.signal,
+            f"found signals to clean up: {change.what} ({change.why}); expected none",
+            f"the raw signal is kept; a recipe without {change.step!r} leaves it so",
+        )
+
+
+@check_cleaned("warning")
+def load_presses(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+    """Find a measured load that pulls: its sign is the sensor's, not the contact's."""
+    apart = ", at which the discs do not touch" if run.manifest.rolls else ""
+    load = run.columns.get("normal_force")
+    if load is None or not np.any(np.isfinite(load)) or "normal_force" in cleaned.record.left_out:
+        return
+    median = float(np.nanmedian(load[np.abs(load) >= np.nanpercentile(np.abs(load), 95) / 2]))
+    if median <= 0:
+        yield Trouble(
+            "normal_force",
+            f"found a median of {_shown('normal_force', median)} under load{apart}; expected a load above zero",
+            "clean-up turns it over where it pulls; export with the sign of a pressing load, or leave the signal out",
+        )
+
+
+@check_cleaned("error")
+def load_is_in_the_unit_of_the_nominal_one(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+    """Refuse a measured load many times the nominal one or a fraction of it: kN for N, or grams for newtons."""
+    nominal = run.manifest.conditions.normal_load
+    if _in_another_unit(run, cleaned):
+        yield Trouble(
+            "conditions.normal_load",
+            f"found a nominal load of {force(nominal)} and a measured load with a median of "
+            f"{_shown('normal_force', np.median(_load_where_it_is_on(run, cleaned.run)))}; expected the same load",
+            "correct normal_load or the unit of the column; leave the signal out of run.toml if it is no load",
+        )
+
+
+@check_cleaned("warning")
+def load_is_the_nominal_one(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+    """Compare measured and nominal load by their uncertainty."""
+    load, stated = _load_where_it_is_on(run, cleaned.run), run.manifest.conditions.normal_load
+    if not len(load) or _in_another_unit(run, cleaned):
+        return
+    nominal, _ = stated_or_default(stated, DefaultUncertainty().normal_load * stated.value)
+    median, allowed = float(np.median(load)), max(3 * (nominal.standard_uncertainty or 0.0), 0.02 * nominal.value)
+    if abs(median - nominal.value) > allowed:
+        counts = "nominal" if recorded_load(cleaned.run) is None else "recorded"
+        yield Trouble(
+            "normal_force",
+            f"found a median of {_shown('normal_force', median)} under load; expected the nominal load of "
+            f"{nominal.shown()} within three standard uncertainties or 2 %",
+            f"the {counts} load counts for friction and wear; check normal_load, and unit and zero of the load cell",
+        )
+
+
+def _in_another_unit(run: RawRun, cleaned: CleanedRun) -> bool:
+    """Say whether the load that counts is many times the nominal one or a fraction of it."""
+    load = _load_where_it_is_on(run, cleaned.run)
+    if "normal_force" not in cleaned.run.columns or not len(load):
+        return False
+    ratio = float(np.median(load)) / run.manifest.conditions.normal_load.value
+    return not 1 / _ANOTHER_UNIT < ratio < _ANOTHER_UNIT
+
+
+def _load_where_it_is_on(run: RawRun, mended: RawRun) -> Column:
+    """Return the load after clean-up, or a channel that clean-up leaves out as it is, by the samples under load."""
+    cleaned, recorded = mended.columns.get("normal_force"), run.columns.get("normal_force")
+    load = recorded if cleaned is None else cleaned
+    if load is None or not np.any(np.isfinite(load)):
+        return np.empty(0)
+    usual = min(float(np.nanpercentile(load, 95)), run.manifest.conditions.normal_load.value)
+    return load[load > max(0.0, usual / 2)]
+
+
+@check("warning")
+def samples_are_not_missing(run: RawRun) -> Iterator[Trouble]:
+    """Count missing samples; they are left out of fits."""
+    for name, values in _measured(run):
+        missing = int(np.count_nonzero(~np.isfinite(values)))
+        if name not in _AXES and 0 < missing < len(values):
+            yield Trouble(
+                name,
+                f"found {missing} of {len(values)} samples missing, the first at "
+                f"{run.numbered(int(np.flatnonzero(~np.isfinite(values))[0]))}; expected all",
+                "they are left out of fits",
+            )
+
+
+@check("warning")
+def samples_are_not_repeated(run: RawRun) -> Iterator[Trouble]:
+    """Count samples that stand twice at the same time."""
+    time = run.columns["time"]
+    repeated = np.flatnonzero(np.diff(time) == 0)
+    if len(repeated):
+        yield Trouble(
+            "time",
+            f"found {len(repeated)} times repeated, the first at {run.numbered(repeated[0] + 1)}; expected each once",
+            "check for rows exported twice",
+        )
+
+
+@check("warning")
+def sampling_has_no_gaps(run: RawRun) -> Iterator[Trouble]:
+    """Find places where recording stopped for a while."""
+    steps = np.diff(run.columns["time"])
+    steps = steps[np.isfinite(steps)]
+    usual = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
+    gaps = np.flatnonzero(steps > _GAP * usual)
+    if usual and len(gaps):
+        yield Trouble(
+            "time",
+            f"found {len(gaps)} gaps, the first of {steps[gaps[0]]:.3g} s after {run.numbered(gaps[0])}; "
+            f"expected steps of {usual:.3g} s",
+            "check whether the test was stopped there",
+        )
+
+
+@check("warning")
+def signal_is_alive(run: RawRun) -> Iterator[Trouble]:
+    """Find channels that never move, and friction that is zero through most of a test."""
+    for name, values in _measured(run):
+        seen = values[np.isfinite(values)]
+        if name not in ("depth", "friction_force", "friction_coefficient") or len(seen) <= _FEWEST:
+            continue
+        zero = float(np.mean(seen == 0)) if name != "depth" else 0.0
+        found = f"0 in {100 * zero:.0f}% of the samples" if zero > _DEAD else None
+        found = f"{_shown(name, seen[0])} throughout" if np.ptp(seen) == 0 else found
+        if found is not None:
+            yield Trouble(name, f"found {found}; expected a signal that moves", "check whether the channel was on")
+
+
+@check_cleaned("warning")
+def friction_has_one_sign(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+    """Find friction there and back that is not told stroke by stroke, so that its mean says nothing."""
+    mu = cleaned.run.columns.get("friction_coefficient", np.empty(0))
+    rubbing = mu[np.isfinite(mu) & (mu != 0)]
+    strokes = any(change.step == "stroke-wise-friction" for change in cleaned.record.changes)
+    if run.manifest.conditions.stroke is not None and not strokes and whole_strokes(mu, any_offset=True):
+        yield Trouble(
+            "friction_coefficient",
+            "found strokes beside an offset larger than the friction; expected a sign that changes with the stroke",
+            'zero the friction force, or take method = "half-difference" for stroke-wise-friction in the recipe',
+        )
+    if len(rubbing) and _BOTH_WAYS <= (negative := float(np.mean(rubbing < 0))) <= 1 - _BOTH_WAYS:
+        yield Trouble(
+            "friction_coefficient",
+            f"found {negative:.0%} of it below zero; expected one sign, or strokes that can be told",
+            "state conditions.stroke of a test there and back, which takes 5 samples a stroke; else zero the force",
+        )
+
+
+@check_cleaned("warning")
+def friction_is_plausible(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+    """Catch a flipped sign or a wrong unit of friction."""
+    mu = _friction(run, cleaned.run)
+    if mu is None or not np.any(np.isfinite(mu)):
+        return
+    median = float(np.nanmedian(mu))
+    if not -1e-3 <= median <= 2.0:
+        yield Trouble(
+            "friction_coefficient",
+            f"found a median of {median:.3g}; expected 0 to 2",
+            "check sign and unit of friction force and load",
+        )
+
+
+def _friction(run: RawRun, mended: RawRun) -> Column | None:
+    """Return the friction coefficient as recorded in one direction; else after clean-up, on which signs depend."""
+    one_way = run.manifest.conditions.stroke is None and mended.origins.get("friction_coefficient") == "measured"
+    return (run if one_way else mended).columns.get("friction_coefficient")
+
+
+@check("error")
+def interruptions_lie_within_the_run(run: RawRun) -> Iterator[Trouble]:
+    """Refuse an interruption after the end of the test: what it measured would stand where there is no curve."""
+    progress = run.manifest.progress
+    if not run.manifest.interruptions or run.origins[progress.signal] == "unknown":
+        return
+    end = float(np.nanmax(_joined(run, progress.signal)))
+    for number, stop in enumerate(run.manifest.interruptions):
+        if stop.place > end:
+            yield Trouble(
+                f"interruptions[{number}].{progress.signal}",
+                f"found {progress.shown(stop.place)} in a run of {progress.shown(end)}; expected one within the run",
+                f"write the {progress.words} since the start of the test; the end has end_values",
+            )
+
+
+@check("warning")
+def depth_is_plausible(run: RawRun) -> Iterator[Trouble]:
+    """Compare the rise of the depth reading with the end value: sign, unit or a broken sensor."""
+    depth = run.columns.get("depth")
+    if depth is None or np.count_nonzero(np.isfinite(depth)) < _FEWEST:
+        return
+    span = float(np.nanmax(depth) - np.nanmin(depth))
+    name, radius = _worn_radius(run.manifest)
+    if radius is not None and span > radius.value:
+        yield Trouble(
+            "depth",
+            f"found readings {Quantity(value=span, unit='m').shown('um')} apart; expected less than the {name} of "
+            f"{Quantity(value=radius.value, unit='m').shown('um')}",
+            "check the column's unit",
+        )
+    yield from _drifted(run, depth[np.isfinite(depth)])
+
+
+def _drifted(run: RawRun, depth: Column) -> Iterator[Trouble]:
+    """Compare the rise of the reading with the wear: drift, then the scar, sign and unit may be the reason."""
+    total, rise = _lost(run), float(depth[-1] - depth[0])
+    started_anew = any(stop.remounted for stop in run.manifest.interruptions)
+    if total is None or started_anew or abs(rise - total.value) <= max(0.5 * total.value, _MOST_DRIFT):
+        return
+    listed = 'list the clean-up step "turn-over" with signals = ["depth"] after the default ones'
+    turn = f"if it counts down, {listed}; else " if rise < 0 else ""
+    others = f"{turn}check sign and unit of the depth and of the end values{_misread_size(run, rise)}"
+    drift = _thermal_drift(run)
+    thermal = abs(rise - total.value) <= _MOST_THERMAL_DRIFT
+    yield Trouble(
+        "depth",
+        f"found a reading that rises by {Quantity(value=rise, unit='m').shown('um')} while the specimens lost "
+        f"{total.shown('um')}; expected about the same",
+        f"{drift}; or {others}" if thermal else f"{others}; thermal drift is seldom that large",
+    )
+
+
+def _thermal_drift(run: RawRun) -> str:
+    """Name thermal drift as the reason, and the temperature that moved, or the settling that shows it."""
+    remedy = "thermal drift is likely: let the tribometer settle before the test, and record a temperature"
+    recorded = run.columns.get("temperature")
+    seen = np.empty(0) if recorded is None else recorded[np.isfinite(recorded)]
+    moved = float(np.ptp(seen)) if len(seen) else 0.0
+    if moved > _STEADY_TEMPERATURE:
+        return f"thermal drift is likely, since the temperature moved by {moved:.2g} K: keep it steady"
+    return remedy if not len(seen) else remedy.removesuffix(", and record a temperature")
+
+
+def _misread_size(run: RawRun, rise: float) -> str:
+    """Name a scar given by its radius, or a ball by its diameter, where the other one would make the depths agree."""
+    contact, end = run.manifest.contact, run.manifest.end_values
+    scar = end.pin_scar_diameter
+    if scar is None or not isinstance(contact, PinOnDisc) or contact.pin.shape == "flat":
+        return ""
+    twice = scar.model_copy(update={"value": 2 * scar.value})
+    halved = contact.pin.radius.model_copy(update={"value": contact.pin.radius.value / 2})
+    pin = contact.pin.model_copy(update={"radius": halved})
+    others: dict[str, dict[str, object]] = {
+        "pin_scar_diameter is no radius: twice": {"end_values": end.model_copy(update={"pin_scar_diameter": twice})},
+        "contact.pin.radius is no diameter: half": {"contact": contact.model_copy(update={"pin": pin})},
+    }
+    for words, changes in others.items():
+        total = _lost(replace(run, manifest=run.manifest.model_copy(update=changes)))
+        if total is not None and abs(rise - total.value) < _FITTING * total.value:
+            return f", and that {words} as large it would fit"
+    return ""
+
+
+def _worn_radius(manifest: RunManifest) -> tuple[str, Quantity | None]:
+    """Return the radius that is worn flat, and what it is called; none where the bodies are not described."""
+    contact = manifest.contact
+    if isinstance(contact, TwinDisc):
+        return "crown radius", contact.curved_disc.crown_radius
+    return "pin radius", None if contact is None else contact.pin.radius
+
+
+def _lost(run: RawRun) -> Quantity | None:
+    """Return the depth that both bodies have lost at the end, m; none where that was not measured."""
+    end = run.manifest.end_values
+    if isinstance(run.manifest.contact, PinOnDisc):
+        try:
+            wear = end_wear(run, DefaultUncertainty())
+        except FitError:
+            return None
+        return None if wear is None else wear.total
+    if end.curved_disc_wear_depth is None or end.flat_disc_wear_depth is None:
+        return None
+    return Quantity(value=end.curved_disc_wear_depth.value + end.flat_disc_wear_depth.value, unit="m")
+
+
+def broken_off(run: RawRun) -> str | None:
+    """Say how far a test went that ended before its planned end; none where it did not."""
+    progress, planned = run.manifest.progress, run.manifest.planned
+    axis = _joined(run, progress.signal)
+    reached = float(axis[-1]) if len(axis) else 0.0
+    if planned is None or not reached < (1 - _OFF_PLAN) * planned:
+        return None
+    return f"{progress.shown(reached)} of the planned {progress.shown(planned)}"
+
+
+@check("warning")
+def distance_is_the_planned_one(run: RawRun) -> Iterator[Trouble]:
+    """Find tests that were broken off, and speeds that do not fit time and distance, or rotations."""
+    manifest, progress = run.manifest, run.manifest.progress
+    planned, speed = manifest.planned, manifest.nominal_speed
+    time, axis = _joined(run, "time"), _joined(run, progress.signal)
+    reached = float(axis[-1]) if len(axis) else 0.0
+    if planned is not None and np.isfinite(reached) and abs(reached / planned - 1) > _OFF_PLAN:
+        yield Trouble(
+            progress.signal,
+            f"found {progress.shown(reached)} at the end; expected the planned {progress.shown(planned)}",
+            f"correct {progress.signal} if the test was broken off",
+        )
+    duration = float(time[-1] - time[0]) if len(time) > 1 else 0.0
+    both = run.origins["time"] == run.origins[progress.signal] == "measured"
+    if speed is not None and both and duration > 0:
+        travel = 1.0 if manifest.contact is None else manifest.contact.travel
+        mean = float(axis[-1] - axis[0]) * travel / duration
+        if not 0.95 <= mean / speed.value <= 1.05:
+            yield Trouble(
+                progress.speed,
+                f"found {mean:.4g} m/s by time and {progress.words}; expected the nominal {speed.value:.4g} m/s",
+                f"correct {progress.speed}, or the units of both columns",
+            )
+
+
+@check("warning")
+def axis_starts_at_zero(run: RawRun) -> Iterator[Trouble]:
+    """Find counters carried over from an earlier test."""
+    for name, values in _measured(run):
+        if name in _AXES and len(values) > 1 and values[0] > 0.05 * (values[-1] - values[0]) > 0:
+            yield Trouble(
+                name,
+                f"found {_shown(name, values[0])} at the first sample; expected a start near zero",
+                "clean-up takes the start off where another axis tells that it was carried over from an earlier test; "
+                'else say carried_over = "always" in the recipe, or record from the start',
+            )

@@ -1,0 +1,280 @@
+"""The depth reading of a run as the model of tribopipe.physics.depth_model takes it: a pin's, or that of two discs.
+
+Everything that the model has to know of a contact is in here: how deep a run that ends at a depth H has worn along its
+way, and what the post-test measurements say of H.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribopipe.base.arrays import Column
+from tribopipe.base.errors import FitError
+from tribopipe.contacts.pin_on_disc import pin_curve
+from tribopipe.contacts.twin_disc import disc_pair, nominal_values
+from tribopipe.documents.contact import Pin
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.recipe import Recipe
+from tribopipe.evaluation.applied_load import applied_load
+from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear
+from tribopipe.evaluation.measurements.twin_disc import DiscEndWear
+from tribopipe.evaluation.preprocessing.spikes import spikes
+from tribopipe.physics.conventions import WearEngine
+from tribopipe.physics.depth_model.posterior import SCORES, DepthReading, KnownTerm, MeasuredDepth
+from tribopipe.physics.depth_model.samples import DepthSamples
+from tribopipe.physics.depth_model.steps import steps
+from tribopipe.physics.pin_on_disc import PinContact
+from tribopipe.physics.pin_on_track import depth_growth
+from tribopipe.results.run import RawRun
+
+FEWEST_SAMPLES = 16
+MOST_DEVIATION = 3.0
+"""Standard uncertainties by which reading and post-test measurement may differ."""
+_COURSE = 0.13
+"""Standard uncertainty of the exponent of a disc's course, relative to that by Archard's law."""
+_SPIKE_WINDOW, _SPIKE_THRESHOLD = 31, 20.0
+"""Samples, and standard deviations off their median, beyond which one is a spike."""
+_MOST_SPIKES = 0.02
+"""Share of the samples above which they are no spikes."""
+_HARDLY = 0.01
+"""Share of the pin's wear depth by which a disc may wear and still count as one that does not."""
+_SAME_PLACE = 0.01
+"""Share of the distance within which a step belongs to a remounting."""
+Course = Callable[[float, Column], Column]
+"""Wear depth at each sliding distance, m, of a pin that ends at a depth, m."""
+Share = Callable[[Column], Column]
+"""Share of the wear volume at the end that is worn at each sliding distance, by a law."""
+
+
+def sliding_time(distance: Column, time: Column) -> tuple[float, float]:
+    """Return when sliding began, by the mean speed, and how long it lasted until the last sample, s."""
+    if not distance[-1] > distance[0] or not time[-1] > time[0]:
+        raise FitError(
+            "drift correction: found no sliding between first and last sample of depth; expected time and "
+            "sliding distance to grow; check both columns"
+        )
+    start = time[0] - distance[0] * (time[-1] - time[0]) / (distance[-1] - distance[0])
+    return float(start), float(time[-1] - start)
+
+
+def require_samples(run: RawRun) -> NDArray[np.bool_]:
+    """Return which samples have depth, time and distance. Raises ``FitError`` where fewer than 16 have."""
+    placed = np.isfinite(run.sliding_distance) & np.isfinite(run.columns["time"])
+    seen = placed & np.isfinite(run.columns["depth"])
+    if np.count_nonzero(seen) < FEWEST_SAMPLES:
+        raise FitError(
+            f"{run.id}: found {np.count_nonzero(seen)} samples of depth; expected at least {FEWEST_SAMPLES} for "
+            "a drift correction; record at a higher rate"
+        )
+    return np.asarray(seen)
+
+
+@dataclass(frozen=True)
+class DepthRecord:
+    """The depth reading of a run, and what it has besides samples that are sound."""
+
+    samples: DepthSamples
+    start: float
+    """When sliding began, s."""
+    duration: float
+    """How long it lasted, s."""
+    slid: float
+    """Sliding distance at the end, m, whether or not depth was still recorded there."""
+    stops: tuple[float, ...]
+    """Sliding distances after which a new zero offset holds, m: remountings and steps."""
+    steps: tuple[float, ...]
+    """Those at which the reading steps, m."""
+    spikes: int
+    """Number of samples that were left out as spikes."""
+
+    def segments(self, distance: Column) -> NDArray[np.intp]:
+        """Return the number of zero offsets that began before sliding distances, m."""
+        return np.searchsorted(self.stops, distance)
+
+
+def depth_record(run: RawRun) -> DepthRecord:
+    """Return the depth reading of a run with its steps found and its spikes left out.
+
+    Raises ``FitError`` where fewer than 16 samples have depth, time and distance, or where nothing slid.
+    """
+    seen = require_samples(run)
+    distance, time = run.sliding_distance, run.columns["time"]
+    placed = np.isfinite(distance) & np.isfinite(time)
+    start, duration = sliding_time(distance[placed], time[placed])
+    spiky = spikes(np.where(seen, run.columns["depth"], np.nan), _SPIKE_WINDOW, _SPIKE_THRESHOLD)
+    if 0 < np.count_nonzero(spiky) < _MOST_SPIKES * np.count_nonzero(seen):
+        seen = seen & ~spiky
+    temperature = run.columns.get("temperature")
+    if temperature is not None and not np.all(np.isfinite(temperature[seen])):
+        temperature = None
+    share, progress = (time[seen] - start) / duration, np.maximum(distance[seen], 0.0)
+    depth = run.manifest.sensors.depth_scale.value * run.columns["depth"][seen]
+    remounted = [stop.place for stop in run.manifest.interruptions if stop.remounted]
+    # Samples before a step have the distance of the last of them at most.
+    found = tuple(float(progress[at - 1]) for at in steps(share, progress, depth))
+    new = tuple(place for place in found if all(abs(place - stop) > _SAME_PLACE * progress[-1] for stop in remounted))
+    stops = tuple(sorted((*remounted, *new)))
+    samples = DepthSamples(
+        time=share,
+        progress=progress,
+        depth=depth,
+        segments=np.searchsorted(stops, distance[seen]),
+        temperature=None if temperature is None else temperature[seen],
+        cycle=run.manifest.conditions.cycle,
+    )
+    slid = float(distance[placed][-1])
+    return DepthRecord(samples, start, duration, slid, stops, new, int(np.count_nonzero(spiky & ~seen)))
+
+
+def remountings(manifest: RunManifest, distance: Column) -> Column:
+    """Return how often the specimens had been taken out before each sample."""
+    stops = [stop.place for stop in manifest.interruptions if stop.remounted]
+    return np.asarray(np.searchsorted(stops, distance), dtype=float)
+
+
+def engine_of(pin: Pin, end: EndWear | None, recipe: Recipe) -> WearEngine:
+    """Return the engine that a recipe asks for, or else the one that fits what was measured on the disc.
+
+    The GIWM is made for a disc that does not wear. Where one does, beyond what its measurement may be off by twice and
+    a hundredth of the pin's wear, or nobody looked, k_D·F_N·s is the volume that the pin lacks. A flat pin keeps its
+    area either way.
+    """
+    if recipe.wear.engine is not None:
+        return recipe.wear.engine
+    if pin.shape == "flat":
+        return "giwm"
+    if end is None or end.disc is None:
+        return "volume"
+    worn, unsure = end.disc.quantity.value, end.disc.quantity.standard_uncertainty or 0.0
+    return "volume" if worn > max(2 * unsure, _HARDLY * end.pin_depth.value) else "giwm"
+
+
+def best_pin(run: RawRun, end: EndWear | None, recipe: Recipe) -> PinContact:
+    """Return the pin of a run by the best estimates of its inputs.
+
+    Local wear counts as the GIWM here: of the drift the two differ by next to nothing.
+    """
+    contact = run.manifest.pin_on_disc
+    values = {
+        "normal_load": applied_load(run, recipe).value,
+        "pin_radius": contact.pin.radius.value,
+        "pin_modulus": contact.pin.youngs_modulus.value,
+        "disc_modulus": contact.disc.youngs_modulus.value,
+    }
+    engine = engine_of(contact.pin, end, recipe)
+    return pin_curve(contact, values, "giwm" if engine == "local" else engine)
+
+
+def pin_reading(
+    run: RawRun,
+    samples: DepthSamples,
+    end: EndWear | None,
+    recipe: Recipe,
+    *,
+    pin: PinContact,
+    share: Share,
+    free: Column | None = None,
+) -> DepthReading:
+    """Return the depth reading of a pin and its disc.
+
+    Parameters
+    ----------
+    run
+        The run, for what was measured where it was interrupted.
+    samples
+        Its depth reading.
+    end
+        What was measured after the test; none where the sensor alone has to tell.
+    recipe
+        Default uncertainties, and the prior of the drift.
+    pin
+        Depth against worn volume.
+    share
+        Share of the volume at the end that is worn at each sliding distance.
+    free
+        Columns of what else is free, shape (blocks, n).
+    """
+    ratio = _depth_ratio(run, end)
+
+    def course(end_depth: float, distance: Column) -> Column:
+        worn = share(distance)
+        depth = pin.worn(pin.volume(end_depth) * worn).depth
+        return np.asarray(depth * depth_growth(worn, ratio) if ratio else depth)
+
+    most = (
+        float(np.min(pin.worn(pin.most_volume * (1 - 1e-9)).depth)) if np.all(np.isfinite(pin.most_volume)) else np.inf
+    )
+    return samples.reading(
+        course,
+        tuple(_measured_depths(run, end, recipe, pin, share)),
+        drift_deviation=None if end is not None else recipe.drift.prior.value,
+        known=tuple(_track(samples, end, course)),
+        free=free,
+        most=most,
+    )
+
+
+def _measured_depths(
+    run: RawRun, end: EndWear | None, recipe: Recipe, pin: PinContact, share: Share
+) -> list[MeasuredDepth]:
+    found = [] if end is None else [MeasuredDepth(_depths(end), lambda depth: depth)]
+    for number, stop in enumerate(run.manifest.interruptions):
+        between = end_wear(run, recipe.uncertainty, number)
+        if between is not None and end is not None:
+            worn = float(share(np.asarray([stop.place]))[0])
+            found.append(MeasuredDepth(_depths(between), _worn_by_then(pin, worn)))
+    return found
+
+
+def _worn_by_then(pin: PinContact, share: float) -> Callable[[Column], Column]:
+    return lambda end_depth: np.asarray(pin.worn(pin.volume(end_depth) * share).depth)
+
+
+def _depths(end: EndWear) -> Column:
+    """Return what depth a measurement on the pin means, m, were it off by each of ``SCORES``."""
+    measured = end.pin.quantity
+    moved = measured.value + SCORES * (measured.standard_uncertainty or 0.0)
+    return np.maximum.accumulate(end.pin_depth_of(moved, end.tip.radius))
+
+
+def _track(samples: DepthSamples, end: EndWear | None, course: Course) -> list[KnownTerm]:
+    """Return what the disc has worn by each block, where it was measured: as measured, and by another course.
+
+    By Archard's law the groove is as deep as the area that the pin has lost in its middle slice, over the length of the
+    path and by the ratio of coefficients. To first order another exponent adds the logarithm of that.
+    """
+    if end is None or end.disc is None:
+        return []
+    disc, depth = end.disc.quantity, max(end.pin_depth.value, 1e-9)
+    contact = end.tip.on_track(end.tip.radius)
+    share = contact.middle_slice(course(depth, samples.nodes.distance)) / contact.middle_slice(depth)
+    bent = share * np.log(np.maximum(share, 1e-9))
+    return [
+        KnownTerm(samples.nodes.averaged(share), disc.value, disc.standard_uncertainty or 0.0),
+        KnownTerm(samples.nodes.averaged(bent), 0.0, _COURSE * abs(disc.value)),
+    ]
+
+
+def _depth_ratio(run: RawRun, end: EndWear | None) -> float:
+    """Return the depth of the groove over that of the pin where that shapes the scar, and 0 where it does not."""
+    if end is None or end.disc is None or run.manifest.pin_on_disc.pin.shape == "flat" or not end.pin_depth.value > 0:
+        return 0.0
+    return max(end.disc.quantity.value, 0.0) / end.pin_depth.value
+
+
+def disc_reading(run: RawRun, samples: DepthSamples, end: DiscEndWear, recipe: Recipe, slid: float) -> DepthReading:
+    """Return the depth reading of two discs, as if the curved one alone wore.
+
+    How wear is shared changes next to nothing of the shape of its sum.
+    """
+    discs = disc_pair(run.manifest.twin_disc, nominal_values(run.manifest), recipe.wear.distance_per_rotation)
+
+    def course(end_depth: float, distance: Column) -> Column:
+        rotations = discs.rotations(end_depth, 1.0)
+        return np.asarray(discs.worn(rotations * distance / slid, 1.0).curved_depth)
+
+    total = end.total
+    spread = total.standard_uncertainty or 0.0
+    return samples.reading(course, (MeasuredDepth(total.value + SCORES * spread, lambda depth: depth),))

@@ -1,0 +1,249 @@
+"""Drift of the depth sensor, found together with wear or, as in the paper, before it.
+
+By default the reading is fitted by one statistical model of wear and of everything else that the sensor reads
+(tribopipe.physics.depth_model). The paper (Section 2) assumes that the capacitive sensor drifts linearly and matches
+its curve at the largest sliding distance to the wear found on the pin, in two steps:
+
+    wear(t) = g·(reading(t) − z) − ρ·(t − t₀),     ρ = (g·(reading(t_end) − z) − h_end) / (t_end − t₀)
+
+with g the sensor's scale (1 unless run.toml says otherwise), the zero offset z at the start t₀ of sliding and h_end the
+wear of pin plus disc, or of both discs, by the end values. z is the intercept of a fit z + q·h(s) to the first samples,
+with h(s) the wear of a pin, or of two discs, that reaches the end value at the end, so that wear within the window is
+not taken for offset. The end reading is the value at the end of sliding of a straight line through the last samples.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from tribopipe.base.arrays import Column, Numbers
+from tribopipe.contacts.twin_disc import disc_pair, nominal_values
+from tribopipe.documents.contact import TwinDisc
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import Recipe
+from tribopipe.evaluation.combined_quantity import combined
+from tribopipe.evaluation.depth_model_summary import depth_model
+from tribopipe.evaluation.depth_reading import (
+    MOST_DEVIATION,
+    best_pin,
+    depth_record,
+    disc_reading,
+    pin_reading,
+    require_samples,
+    sliding_time,
+)
+from tribopipe.evaluation.measurements.measured import stated_or_default
+from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear
+from tribopipe.evaluation.measurements.twin_disc import DiscEndWear, disc_end_wear
+from tribopipe.physics.autocorrelation import inflation, left_of
+from tribopipe.physics.depth_model.posterior import depth_posterior
+from tribopipe.physics.depth_model.samples import baseline
+from tribopipe.results.evaluation import DepthModel, DriftCorrection
+from tribopipe.results.finding import Finding
+from tribopipe.results.run import CorrectedRun, RawRun
+
+_FEWEST_IN_WINDOW = 8
+_LEAST_WEAR = 1e-9
+"""Depth, m, whose shape serves where none was measured."""
+
+
+@dataclass(frozen=True)
+class SensorTrace:
+    """The depth reading and what the correction takes from it."""
+
+    reading: Column
+    ramp: Column
+    """0 at the start of sliding, 1 at the last sample."""
+    duration: float
+    slid: float
+    """Sliding distance at the end of the run, m, whether or not depth was still recorded there."""
+    zero_offset: Quantity
+    end_reading: Quantity
+
+    def wear(self, end_wear: Numbers, zero: Numbers, end: Numbers, scale: Numbers) -> Column:
+        """Return the corrected depth, m, for an end value, zero offset, end reading (m) and scale of the sensor."""
+        return np.asarray(scale * (self.reading - zero - self.ramp * (end - zero)) + self.ramp * end_wear)
+
+
+def read_trace(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> SensorTrace:
+    """Take zero offset and end reading from the depth signal of a run with this wear at its end.
+
+    Raises ``FitError`` where fewer than 16 samples of depth are left.
+    """
+    seen = require_samples(run)
+    distance, time, reading = run.sliding_distance, run.columns["time"], run.columns["depth"]
+    placed = np.isfinite(distance) & np.isfinite(time)
+    start, duration = sliding_time(distance[placed], time[placed])
+    slid = float(distance[placed][-1])
+    share = np.maximum(distance[seen], 0.0) / slid
+    wear = _pin_wear(run, end, share, recipe) if isinstance(end, EndWear) else _disc_wear(run, end, share, recipe)
+    zero, last = _ends(distance[seen], reading[seen], wear, slid, recipe.drift.window)
+    return SensorTrace(
+        reading=reading,
+        ramp=(time - start) / duration,
+        duration=duration,
+        slid=slid,
+        zero_offset=zero,
+        end_reading=last,
+    )
+
+
+def _pin_wear(run: RawRun, end: EndWear, share: Column, recipe: Recipe) -> Column:
+    """Return the wear depth of a pin that reaches its end value at the end, m, against the share of the distance."""
+    pin = best_pin(run, end, recipe)
+    return pin.worn(pin.volume(max(end.pin_depth.value, _LEAST_WEAR)) * share).depth
+
+
+def _disc_wear(run: RawRun, end: DiscEndWear, share: Column, recipe: Recipe) -> Column:
+    """Return the wear depth of two discs that reach their end value at the end, m, against the share of the rotations.
+
+    As if the curved one alone wore: how wear is shared changes next to nothing of the shape of its sum.
+    """
+    discs = disc_pair(run.manifest.twin_disc, nominal_values(run.manifest), recipe.wear.distance_per_rotation)
+    rotations = discs.rotations(max(end.total.value, _LEAST_WEAR), 1.0)
+    return discs.worn(rotations * share, 1.0).curved_depth
+
+
+def _ends(s: Column, y: Column, wear: Column, slid: float, share: float) -> tuple[Quantity, Quantity]:
+    """Return the reading at the start of sliding and after the whole distance ``slid``, m."""
+    noise = _noise(np.stack([np.ones_like(s), wear, s]), y)
+    window = share * (s[-1] - s[0])
+    first = max(_FEWEST_IN_WINDOW, int(np.searchsorted(s, s[0] + window, side="right")))
+    last = min(len(s) - _FEWEST_IN_WINDOW, int(np.searchsorted(s, s[-1] - window)))
+    return _intercept(wear[:first], y[:first], noise), _intercept(s[last:] - slid, y[last:], noise)
+
+
+def _noise(smooth: Column, reading: Column) -> float:
+    """Return the variance of the sensor's noise times its autocorrelation time, about a smooth curve, m².
+
+    From the whole run: a window at its end holds too few independent samples to tell.
+    """
+    left, _ = left_of(reading, smooth)
+    return inflation(left, len(smooth))
+
+
+def _intercept(x: Column, y: Column, noise: float) -> Quantity:
+    # Wear is micrometres: in units of its own largest value it weighs as much as the offset.
+    # There is none where the whole window is before the start of sliding.
+    design = np.column_stack([np.ones_like(x), x / (np.max(np.abs(x)) or 1.0)])
+    (value, _), *_ = np.linalg.lstsq(design, y, rcond=None)
+    variance = noise * float(np.linalg.pinv(design.T @ design)[0, 0])
+    return Quantity(value=float(value), unit="m", standard_uncertainty=math.sqrt(max(0.0, variance)))
+
+
+def correct_drift(run: RawRun, recipe: Recipe | None = None) -> CorrectedRun:
+    """Subtract from a run's depth, m, what is drift.
+
+    A run without depth passes through, and so does one without an end value where that is needed; the correction says
+    what the run lacks.
+    """
+    recipe = recipe or Recipe()
+    end, needed = _measured_wear(run, recipe)
+    lacks = [] if "depth" in run.columns else ["a depth signal"]
+    alone = end is None and recipe.wear.correction == "model" and _tells_by_itself(run)
+    if end is None and not alone:
+        lacks.append(needed)
+    if lacks:
+        return CorrectedRun(run, DriftCorrection(outcome="uncorrected", lacks=tuple(lacks)), None)
+    two_step = None if end is None else _two_step(run, end, recipe)
+    if recipe.wear.correction == "two-step" and two_step is not None:
+        return two_step
+    return _by_model(run, end, recipe, None if two_step is None else two_step.correction)
+
+
+def _measured_wear(run: RawRun, recipe: Recipe) -> tuple[EndWear | DiscEndWear | None, str]:
+    """Return the wear that was measured after a test, and what is missing where there is none."""
+    if isinstance(run.manifest.contact, TwinDisc):
+        needed = "an end value of the curved disc (depth, track width or volume)"
+        return disc_end_wear(run, recipe), needed
+    if run.manifest.contact is None:
+        return None, "the two bodies ([contact])"
+    return end_wear(run, recipe.uncertainty), "an end value of the pin (its depth, scar, volume, mass or profile)"
+
+
+def _tells_by_itself(run: RawRun) -> bool:
+    """Say whether the depth reading of a run tells its wear without a measurement: that of a pin that slid does."""
+    slides = run.manifest.contact is not None and not isinstance(run.manifest.contact, TwinDisc)
+    return slides and bool(np.any(np.isfinite(run.sliding_distance)))
+
+
+def _by_model(
+    run: RawRun, end: EndWear | DiscEndWear | None, recipe: Recipe, two_step: DriftCorrection | None
+) -> CorrectedRun:
+    """Subtract the mean of all that is not wear by the model: offsets, drift, settling, thermal expansion.
+
+    The wear is taken to grow by Archard's law; what another law has differently is fitted with its k_D.
+    """
+    record = depth_record(run)
+    samples, slid = record.samples, record.slid
+    discs = end if isinstance(end, DiscEndWear) else None
+    if discs is not None:
+        reading = disc_reading(run, samples, discs, recipe, slid)
+    else:
+        pin_end = end if isinstance(end, EndWear) else None
+        pin = best_pin(run, pin_end, recipe)
+        reading = pin_reading(run, samples, pin_end, recipe, pin=pin, share=lambda s: s / slid)
+    posterior = depth_posterior(reading)
+    found = depth_model(posterior, record.duration)
+    time, segments = (run.columns["time"] - record.start) / record.duration, record.segments(run.sliding_distance)
+    beside = baseline(posterior, time, segments, run.columns.get("temperature"))
+    wear = run.manifest.sensors.depth_scale.value * run.columns["depth"] - beside
+    changed = {
+        "correction": "model",
+        "zero_offset": found.zero_offsets[0],
+        "drift_rate": found.drift_rate,
+        "two_step_rate": None if two_step is None else two_step.drift_rate,
+        "model": found,
+        "findings": () if discs is None else tuple(_contradictions(run, found, discs.total, recipe)),
+    }
+    correction = two_step or DriftCorrection(outcome="corrected")
+    # f below the noise of the blocks, or as probable as noise with a short memory, would be noise that is drawn twice.
+    wanders = found.evidence > 0 and found.wander.value > found.noise.value
+    wander = np.interp(time, reading.time, posterior.wander) if wanders else None
+    return CorrectedRun(run, correction.model_copy(update=changed), wear, wander)
+
+
+def _contradictions(run: RawRun, found: DepthModel, measured: Quantity, recipe: Recipe) -> Iterator[Finding]:
+    """Say where the reading of two discs tells another wear than what was measured on them."""
+    scale, _ = stated_or_default(run.manifest.sensors.depth_scale, recipe.uncertainty.depth_scale)
+    read = combined(lambda depth, by: depth * by / scale.value, (found.end_depth_by_reading, scale), "m")
+    spread = math.hypot(read.standard_uncertainty or 0.0, measured.standard_uncertainty or 0.0)
+    deviation = (read.value - measured.value) / max(spread, 1e-15)
+    if abs(deviation) > MOST_DEVIATION:
+        yield Finding(
+            severity="warning",
+            code="reading_contradicts_measurement",
+            where="depth",
+            message=(
+                f"found both discs worn by {read.shown('um')} by the depth reading alone and by "
+                f"{measured.shown('um')} as measured after the test, {abs(deviation):.1f} standard uncertainties "
+                "apart: the reading is not trusted, and k_D of both is that of the measurements"
+            ),
+            remedy="look for thermal drift, a disc that was not measured, and wrong units of either",
+        )
+
+
+def _two_step(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> CorrectedRun:
+    """Subtract the straight line between zero offset and end reading."""
+    trace, scale = read_trace(run, end, recipe), run.manifest.sensors.depth_scale.value
+    wear = trace.wear(end.total.value, trace.zero_offset.value, trace.end_reading.value, scale)
+    gap = scale * (trace.end_reading.value - trace.zero_offset.value) - end.total.value
+    spread = math.hypot(
+        *(part.standard_uncertainty or 0.0 for part in (end.total, trace.zero_offset, trace.end_reading))
+    )
+    rate = Quantity(value=gap / trace.duration, unit="m/s", standard_uncertainty=spread / trace.duration)
+    correction = DriftCorrection(
+        outcome="corrected",
+        anchor=end.anchor,
+        correction="two-step",
+        zero_offset=trace.zero_offset,
+        drift_rate=rate,
+        two_step_rate=rate,
+        discrepancy=Quantity(value=gap, unit="m", standard_uncertainty=spread),
+        end_wear_depth=end.total,
+        pin_wear_depth=end.pin_depth if isinstance(end, EndWear) else None,
+        disc_wear_depth=end.disc.quantity if isinstance(end, EndWear) and end.disc else None,
+    )
+    return CorrectedRun(run, correction, wear)

@@ -1,0 +1,403 @@
+"""Friction over the sliding distance: μ(s) = A·exp(−s/c) + b (paper, Eq. 7), or as much of it as the data hold.
+
+On real data Eq. 7 degenerates where there is no exponential running-in: c runs off to millions of metres and b to −A.
+So the fit is bounded, the loading ramp is left out, and the exponential is reported only where the data tell it
+from a constant and from a straight line, by the Bayesian information criterion (G. Schwarz, Annals of Statistics 6
+(1978) 461) with the number of independent samples in the place of the number of samples. Otherwise the steady value
+alone is reported, and why.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribopipe.base.arrays import Column
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import DefaultUncertainty, FrictionRecipe
+from tribopipe.evaluation.applied_load import load_share
+from tribopipe.evaluation.measurements.disc_track import told_by
+from tribopipe.physics.autocorrelation import effective_samples
+from tribopipe.physics.long_memory import parameter_covariance
+from tribopipe.results.evaluation import FrictionFit
+from tribopipe.results.run import RawRun
+
+_FEWEST_SAMPLES = 20
+_STRETCHES = 240
+_STARTS = 40
+_LADDERS = 3
+_LONGEST_RUNNING_IN = 10.0
+"""Upper bound of c in lengths of the fitted window: beyond, the curve is a straight line."""
+_SHORTEST_RUNNING_IN = 5.0
+"""Lower bound of c in sample spacings: below, the decay may as well be a few odd samples."""
+_DECISIVE = 6.0
+"""Difference of the criterion that counts as evidence (R. E. Kass, A. E. Raftery, JASA 90 (1995) 773: 'strong')."""
+_LARGEST_RELATIVE_UNCERTAINTY = 0.5
+_SURELY = 2.0
+"""Standard uncertainties by which c must be longer than its lower bound: one that just happens to be is too long."""
+_CLEARLY = 3.0
+"""Standard uncertainties by which friction must start below zero to be called negative."""
+_NEARLY_SETTLED = 1e-2
+"""Change of ln c, and of A and b relative to the larger one, within which the search is close to its minimum."""
+_SETTLED = 1e-9
+"""Such a change with which it has found it."""
+_SMALL = 1e-6
+"""Friction and the like below which a change counts in itself."""
+_RAMP_SHARE = 0.05
+"""A loading ramp takes at most this share of a run."""
+
+
+@dataclass(frozen=True)
+class _Exponential:
+    parameters: Column
+    covariance: Column
+    residuals: Column
+    independent: float
+    """Number of independent residuals."""
+    shortest: float
+    """Bounds of the running-in distance, m."""
+    longest: float
+
+    @property
+    def running_in(self) -> float:
+        return float(self.parameters[2])
+
+
+def fit_friction(
+    run: RawRun, recipe: FrictionRecipe | None = None, defaults: DefaultUncertainty | None = None
+) -> FrictionFit:
+    """Fit Eq. 7 to a run's friction coefficient against sliding distance.
+
+    Amplitude A and steady state b are ratios, the running-in distance c is in m. A run without friction passes
+    through, and the result says so; of one without a distance the steady value is reported.
+
+    Where μ was derived from the friction force, A and b are uncertain by the load as well: were the load higher, both
+    would be lower by the same share. Its uncertainty is what run.toml states, else ``defaults``. A μ that the
+    instrument recorded was divided by a load that run.toml says nothing of: there A and b are uncertain by noise alone.
+    Where the sliding distance was derived from a speed or a radius, c is as uncertain as these in the same way.
+    """
+    recipe, defaults = recipe or FrictionRecipe(), defaults or DefaultUncertainty()
+    shares = _load_share(run, defaults), _distance_share(run, defaults)
+    if "friction_coefficient" not in run.columns:
+        return FrictionFit(outcome="none", notes=("the run lacks a friction signal",))
+    distance, mu = run.sliding_distance, run.columns["friction_coefficient"]
+    if run.origins["sliding_distance"] == "unknown":
+        return _with_inputs(_without_distance(run, mu[np.isfinite(mu)]), *shares)
+    seen = np.isfinite(mu) & np.isfinite(distance)
+    first = _loading_ramp_end(run, mu) if recipe.start is None else recipe.start.value
+    last = np.inf if recipe.end is None else recipe.end.value
+    inside = seen & (distance >= first) & (distance <= last)
+    fit = _fit_window(distance[inside], mu[inside])
+    trimmed = (f"loading ramp of {first:.3g} m left out",) if recipe.start is None and first > 0 else ()
+    mean, deviation = _vendor_statistics(mu[seen])
+    found = {"notes": trimmed + fit.notes, "load": _load(run), "mean": mean, "standard_deviation": deviation}
+    return _with_inputs(fit.model_copy(update=found), *shares)
+
+
+def _without_distance(run: RawRun, mu: Column) -> FrictionFit:
+    """Return the steady value of a run of which nothing tells how far it slid."""
+    if len(mu) < _FEWEST_SAMPLES:
+        return FrictionFit(outcome="none", notes=(f"{len(mu)} samples of friction are too few to fit",))
+    mean, deviation = _vendor_statistics(mu)
+    unknown = "the sliding distance is not known: give conditions.sliding_speed for a running-in distance"
+    steady = _steady_only(mu, (unknown,), None)
+    return steady.model_copy(update={"load": _load(run), "mean": mean, "standard_deviation": deviation})
+
+
+def _load(run: RawRun) -> Literal["measured", "nominal", "recorded"]:
+    origin = run.origins["friction_coefficient"]
+    if origin == "derived from measured load":
+        return "measured"
+    return "nominal" if origin == "derived from nominal load" else "recorded"
+
+
+def _load_share(run: RawRun, defaults: DefaultUncertainty) -> float:
+    """Return the relative standard uncertainty of the load that friction was divided by; 0 of a recorded μ."""
+    derived = run.origins.get("friction_coefficient", "measured") != "measured"
+    return load_share(run, defaults) if derived else 0.0
+
+
+def _distance_share(run: RawRun, defaults: DefaultUncertainty) -> float:
+    """Return the relative standard uncertainty of the sliding distance; 0 of a recorded one."""
+    told = told_by(run, defaults)
+    return 0.0 if told is None else (told.quantity.standard_uncertainty or 0.0) / told.quantity.value
+
+
+def _with_inputs(fit: FrictionFit, load: float, distance: float) -> FrictionFit:
+    """Add the uncertainty of the load, which A and b share, and of the distance, which c has."""
+    names = ("amplitude", "steady_state", "running_in_distance")
+    levels = [getattr(fit, name) for name in names]
+    by = np.array([0.0 if level is None else level.value for level in levels]) * (load, load, distance)
+    changed: dict[str, object] = {
+        name: level.model_copy(update={"standard_uncertainty": math.hypot(level.standard_uncertainty or 0.0, spread)})
+        for name, level, spread in zip(names, levels, by.tolist(), strict=True)
+        if level is not None and spread
+    }
+    if load and fit.steady_state is not None:
+        changed["load_uncertainty"] = _ratio(load)
+    if distance and fit.running_in_distance is not None:
+        changed["distance_uncertainty"] = _ratio(distance)
+    if fit.covariance is not None:
+        load_part, distance_part = by * (1, 1, 0), by * (0, 0, 1)
+        together = fit.covariance + np.outer(load_part, load_part) + np.outer(distance_part, distance_part)
+        changed["covariance"] = tuple(tuple(row) for row in together.tolist())
+    return fit.model_copy(update=changed)
+
+
+def _vendor_statistics(mu: Column) -> tuple[Quantity | None, Quantity | None]:
+    """Mean and standard deviation over everything recorded, loading ramp included, as instruments print them."""
+    if len(mu) < 2:
+        return None, None
+    deviation = float(np.std(mu, ddof=1))
+    return _ratio(float(np.mean(mu)), deviation / math.sqrt(effective_samples(mu))), _ratio(deviation)
+
+
+def _loading_ramp_end(run: RawRun, mu: Column) -> float:
+    """Return the sliding distance, m, at which the load is on; 0 where there is no ramp.
+
+    Where the load was measured, that is where it first reaches 95 % of its median. Otherwise friction tells: a
+    ramp starts below half of the later level and crosses that within 5 % of the run; it ends at the highest friction
+    within three times the distance of the crossing. A true rise of friction loses only its first metres by this, which
+    an exponential does not miss.
+    """
+    distance = run.sliding_distance
+    if run.origins.get("normal_force") == "measured":
+        return _ramp_end_by_load(distance, run.columns["normal_force"])
+    return _ramp_end_by_friction(distance, mu)
+
+
+def _ramp_end_by_load(distance: Column, force: Column) -> float:
+    loaded = np.flatnonzero(force >= 0.95 * np.nanmedian(force))
+    early = len(loaded) and loaded[0] > 0 and distance[loaded[0]] <= _RAMP_SHARE * distance[-1]
+    return float(distance[loaded[0]]) if early else 0.0
+
+
+def _ramp_end_by_friction(distance: Column, mu: Column) -> float:
+    half = 0.5 * float(np.nanmedian(mu))
+    crossed = np.flatnonzero(mu >= half)
+    if not len(crossed) or crossed[0] == 0 or distance[crossed[0]] > _RAMP_SHARE * distance[-1]:
+        return 0.0
+    first = int(crossed[0])
+    until = max(first + 2, int(np.searchsorted(distance, 3 * distance[first], side="right")))
+    return float(distance[first + int(np.nanargmax(mu[first:until]))])
+
+
+def _fit_window(distance: Column, mu: Column) -> FrictionFit:
+    if len(mu) < _FEWEST_SAMPLES:
+        return FrictionFit(outcome="none", notes=(f"{len(mu)} samples of friction are too few to fit",))
+    window = (_metres(float(distance[0])), _metres(float(distance[-1])))
+    if np.median(mu) < 0:
+        return _steady_only(mu, ("friction is negative: check the sign of the friction force",), window)
+    if window[0].value == window[1].value:
+        return _steady_only(mu, ("the sliding distance never grows: check speed or clock",), window)
+    if np.ptp(mu) == 0:
+        return _steady_only(mu, ("friction never changes: check whether the channel was on",), window)
+    fit = _fit_exponential(distance, mu)
+    reasons = _reasons_against(fit, distance, mu)
+    if reasons:
+        return _steady_only(mu, reasons, window)
+    spread = np.sqrt(np.diag(fit.covariance))
+    return FrictionFit(
+        outcome="exponential",
+        notes=_cautions(fit, distance),
+        amplitude=_ratio(float(fit.parameters[0]), float(spread[0])),
+        steady_state=_ratio(float(fit.parameters[1]), float(spread[1])),
+        running_in_distance=_metres(fit.running_in, float(spread[2])),
+        covariance=tuple(tuple(row) for row in fit.covariance.tolist()),
+        window=window,
+        residual_deviation=_ratio(float(np.std(fit.residuals, ddof=3))),
+        effective_samples=fit.independent,
+    )
+
+
+def _steady_only(mu: Column, reasons: tuple[str, ...], window: tuple[Quantity, Quantity] | None) -> FrictionFit:
+    later = mu[len(mu) // 2 :]
+    mean, deviation = float(np.mean(later)), float(np.std(later, ddof=1))
+    independent = effective_samples(later)
+    variance = float(parameter_covariance(np.ones((1, len(later))), later - mean, independent)[0, 0])
+    return FrictionFit(
+        outcome="steady-only",
+        notes=(*reasons, "steady value is the mean of the later half"),
+        steady_state=_ratio(mean, math.sqrt(variance)),
+        window=window,
+        residual_deviation=_ratio(deviation),
+        effective_samples=independent,
+    )
+
+
+def _fit_exponential(distance: Column, mu: Column) -> _Exponential:
+    """Fit (A, b, c) by bounded least squares: nearly, to means over stretches of samples, then to all of them."""
+    bounds = _bounds(distance, mu)
+    start = _best_start(distance, mu, bounds)
+    found = _settled(distance, mu, start, np.full(3, True))
+    if not (found.last_step < _SETTLED and np.all((bounds[0] < found.parameters) & (found.parameters < bounds[1]))):
+        found = _within(bounds, distance, mu, start)
+    amplitude, steady, log_c = found.parameters.tolist()
+    slopes = _decays(distance, log_c)[:3] * [[1.0], [1.0], [amplitude / math.exp(log_c)]]
+    independent = effective_samples(found.residuals)
+    return _Exponential(
+        parameters=np.array([amplitude, steady, math.exp(log_c)]),
+        covariance=parameter_covariance(slopes, found.residuals, independent),
+        residuals=found.residuals,
+        independent=independent,
+        shortest=math.exp(bounds[0, 2]),
+        longest=math.exp(bounds[1, 2]),
+    )
+
+
+def _bounds(distance: Column, mu: Column) -> Column:
+    """Return the least and the largest A, b and ln c."""
+    shortest, longest = _running_in_bounds(distance)
+    largest = 10 * float(np.ptp(mu)) + float(np.max(np.abs(mu)))
+    return np.array([[-largest, 0.0, math.log(shortest)], [largest, largest, math.log(longest)]])
+
+
+class _Minimum(NamedTuple):
+    """Where the sum of squares is least: A, b and ln c, and what the curve leaves there."""
+
+    parameters: Column
+    residuals: Column
+    normal: Column
+    """JᵀJ of the derivatives of the curve by the parameters."""
+    last_step: float
+
+
+def _within(bounds: Column, distance: Column, mu: Column, start: Column) -> _Minimum:
+    """Search for the least sum of squares where it lies on the bounds or far from where the search starts."""
+    from scipy.optimize import least_squares
+
+    largest = bounds[1, 1]
+    found = least_squares(
+        lambda p: p[:2] @ _decays(distance, p[2])[:2] - mu,
+        np.clip(start, [-largest, 1e-12, bounds[0, 2] + 1e-9], [largest, largest, bounds[1, 2] - 1e-9]),
+        jac=lambda p: (_decays(distance, p[2])[:3] * [[1.0], [1.0], [p[0]]]).T,
+        bounds=bounds,
+        x_scale=[max(abs(start[0]), 1e-6), max(abs(start[1]), 1e-6), 1.0],
+        xtol=1e-12,
+        ftol=1e-12,
+        gtol=1e-12,
+    )
+    return _settled(distance, mu, found.x, found.active_mask == 0)
+
+
+def _settled(distance: Column, mu: Column, start: Column, free: NDArray[np.bool_]) -> _Minimum:
+    """Take Newton's steps in the free parameters for as long as they get shorter.
+
+    A search that stops where the sum of squares no longer falls knows its minimum to half of the digits only: which
+    others it ends on depends on the order in which the processor adds.
+    """
+    p, longest = start.copy(), _NEARLY_SETTLED
+    while True:
+        decays, scale = _decays(distance, p[2]), np.array([1.0, 1.0, p[0]])
+        residuals = p[:2] @ decays[:2] - mu
+        normal = np.vecdot(decays[:3, None], decays[:3]) * np.outer(scale, scale)
+        gradient, (twist, bend) = scale * (decays[:3] @ residuals), decays[2:] @ residuals
+        curvature = normal + np.array([[0.0, 0.0, twist], [0.0, 0.0, 0.0], [twist, 0.0, p[0] * (bend - twist)]])
+        step = np.linalg.lstsq(curvature[np.ix_(free, free)], gradient[free], rcond=None)[0]
+        largest = max(abs(p[0]), abs(p[1]), _SMALL)
+        size = float(np.linalg.norm(step / np.array([largest, largest, 1.0])[free]))
+        if not size < longest:
+            return _Minimum(p, residuals, normal, longest)
+        p[free] -= step
+        longest = size
+
+
+def _decays(distance: Column, log_c: float) -> Column:
+    """Return exp(−x), 1, x·exp(−x) and x²·exp(−x) with x = s/c, one row each.
+
+    The derivatives of A·exp(−x) + b by A, b and ln c are the first three, the third times A; that of x·exp(−x) by ln c
+    is the fourth less the third.
+    """
+    x = distance / math.exp(log_c)
+    decay = np.exp(-x)
+    slope = x * decay
+    return np.stack([decay, np.ones_like(decay), slope, x * slope])
+
+
+def _running_in_bounds(distance: Column) -> tuple[float, float]:
+    steps = np.diff(distance)
+    spacing = float(np.median(steps[steps > 0]))
+    length = float(distance[-1] - distance[0])
+    return min(_SHORTEST_RUNNING_IN * spacing, length / 4), _LONGEST_RUNNING_IN * length
+
+
+def _best_start(distance: Column, mu: Column, bounds: Column) -> Column:
+    """Try a ladder of c, and finer ones between the neighbours of the best; for each, A and b follow in closed form.
+
+    On means over stretches of samples, each short beside its distance from the first: where a decay is as short as
+    that, nothing is left of it.
+    """
+    first = np.unique(np.geomspace(1, len(mu), _STRETCHES).astype(int)) - 1
+    first = first[first < len(mu)]
+    counts = np.diff(np.append(first, len(mu)))
+    place, mean = np.add.reduceat(distance, first) / counts, np.add.reduceat(mu, first) / counts
+    best = np.array([0.0, float(np.mean(mu)), bounds[1, 2]])
+    ladder = np.linspace(bounds[0, 2], bounds[1, 2], _STARTS)
+    for _ in range(_LADDERS):
+        powers, amplitudes, steadies = _linear_fits(np.exp(-place / np.exp(ladder)[:, None]), mean, counts / len(mu))
+        powers[steadies < 0] = np.inf
+        rung = int(np.argmin(powers))
+        if np.isfinite(powers[rung]):
+            best = np.array([amplitudes[rung], steadies[rung], ladder[rung]])
+        ladder = np.linspace(ladder[max(rung - 1, 0)], ladder[min(rung + 1, len(ladder) - 1)], _STARTS)
+    return best
+
+
+def _linear_fits(decays: Column, mu: Column, weights: Column) -> tuple[Column, Column, Column]:
+    """Return for each decay, a row, the mean square left by A·decay + b fitted to μ, less one of μ, and A and b."""
+    middle, steady = decays @ weights, float(mu @ weights)
+    centred = decays - middle[:, None]
+    variance, covariance = np.square(centred) @ weights, centred @ (weights * (mu - steady))
+    amplitude = np.divide(covariance, variance, out=np.zeros_like(variance), where=variance > 0)
+    return -amplitude * covariance, amplitude, steady - amplitude * middle
+
+
+def _reasons_against(fit: _Exponential, distance: Column, mu: Column) -> tuple[str, ...]:
+    """Say why the exponential cannot be told from the data; nothing where it can."""
+    power = float(fit.residuals @ fit.residuals)
+    place, level = distance - np.mean(distance), mu - np.mean(mu)
+    slope = float(place @ level) / float(place @ place)
+    constant, straight = float(level @ level), float(np.sum((level - slope * place) ** 2))
+    c, spread = fit.running_in, math.sqrt(fit.covariance[2, 2])
+    if _evidence(power, constant, fit.independent, 2) < _DECISIVE:
+        return ("no running-in to be told from a constant",)
+    if _evidence(power, straight, fit.independent, 1) < _DECISIVE or c > 0.99 * fit.longest:
+        change = slope * float(distance[-1] - distance[0])
+        return (f"friction changes in a straight line, by {change:+.3f} over the fitted distance, not exponentially",)
+    if fit.parameters[0] + fit.parameters[1] < -_CLEARLY * math.sqrt(fit.covariance[:2, :2].sum()):
+        return ("the exponential would start at a negative friction",)
+    if c - _SURELY * spread < fit.shortest:
+        return (f"the decay may be shorter than {_SHORTEST_RUNNING_IN:.0f} samples",)
+    if spread > _LARGEST_RELATIVE_UNCERTAINTY * c:
+        return (f"the running-in distance is undetermined ({c:.3g} ± {spread:.2g} m)",)
+    return ()
+
+
+def _evidence(power: float, simpler: float, independent: float, fewer: int) -> float:
+    """Return how much better the exponential is than a simpler curve: the difference of the criteria."""
+    if power == 0:
+        return math.inf if simpler > 0 else 0.0
+    return independent * math.log(simpler / power) - fewer * math.log(independent)
+
+
+def _cautions(fit: _Exponential, distance: Column) -> tuple[str, ...]:
+    notes = []
+    length = float(distance[-1] - distance[0])
+    if fit.running_in > length:
+        notes.append(
+            f"running-in of {fit.running_in:.4g} m is longer than the {length:.4g} m fitted: the steady state "
+            "is an extrapolation"
+        )
+    if fit.parameters[0] < 0:
+        notes.append("friction rises from its start")
+    return tuple(notes)
+
+
+def _ratio(value: float, spread: float | None = None) -> Quantity:
+    return Quantity(value=value, unit="1", standard_uncertainty=spread)
+
+
+def _metres(value: float, spread: float | None = None) -> Quantity:
+    return Quantity(value=value, unit="m", standard_uncertainty=spread)

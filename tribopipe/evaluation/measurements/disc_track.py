@@ -1,0 +1,168 @@
+"""The track on the disc that a pin rubs on: its depth and volume by whatever was measured across it.
+
+A profile tells depth and cross-section A; a circle of radius R_t makes of it the volume 2πR_t·A, a stroke there and
+back A times its length and the rounded ends. A depth, a width or a volume alone is one reading of two that are needed:
+the other is what was measured on the pin, or the width of the track beside its depth. Where there is none, the pin has
+had any share of the wear.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from tribopipe.documents.manifest import EndValues
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import DefaultUncertainty
+from tribopipe.evaluation.combined_quantity import combined
+from tribopipe.evaluation.measurements.body_wear import BodyWear, surest
+from tribopipe.evaluation.measurements.measured import (
+    FEWEST_PLACES,
+    EndValueUsed,
+    Source,
+    certain,
+    over_places,
+    profiles_at,
+    stated_or_default,
+    tracks_in,
+    volume_of_mass,
+)
+from tribopipe.evaluation.measurements.pin_tip import known_density
+from tribopipe.evaluation.measurements.worn_pair import UNKNOWN_SHARE, VOLUMES, WIDTHS, SlidingPath, WornPair
+from tribopipe.evaluation.profile.track import Track
+from tribopipe.results.run import RawRun
+
+
+@dataclass(frozen=True)
+class ToldBy:
+    """What a derived sliding distance is proportional to."""
+
+    name: Literal["sliding_speed", "track_radius"]
+    quantity: Quantity
+    source: Source
+
+
+def told_by(run: RawRun, defaults: DefaultUncertainty) -> ToldBy | None:
+    """Return the speed or track radius that a sliding distance was derived from; none of one that was measured.
+
+    A speed that is itself made of rotational speed and radius, or of frequency and stroke, is as uncertain as both.
+    """
+    conditions, origin = run.manifest.conditions, run.origins.get("sliding_distance")
+    radius, speed = conditions.track_radius, conditions.nominal_speed
+    if origin == "derived from rotations" and radius is not None:
+        return ToldBy("track_radius", *stated_or_default(radius, defaults.track_radius * radius.value))
+    if origin != "derived from nominal speed" or speed is None:
+        return None
+    path = SlidingPath.of(conditions, defaults) if conditions.sliding_speed is None else None
+    along = 0.0 if path is None else (path.length.standard_uncertainty or 0.0) / path.length.value
+    share = math.hypot(defaults.sliding_speed, along)
+    return ToldBy("sliding_speed", *stated_or_default(speed, share * speed.value))
+
+
+def disc_readings(run: RawRun, where: str, end: EndValues, defaults: DefaultUncertainty) -> Iterator[EndValueUsed]:
+    """Yield each reading of the disc with its uncertainty, profiles as the depth of the track, a mass as a volume.
+
+    Raises ``FitError`` for a mass without density, and for a profile that shows no track.
+    """
+    if end.disc_wear_depth is not None:
+        yield EndValueUsed("disc_wear_depth", *certain(end.disc_wear_depth, defaults.wear_depth.value))
+    if end.disc_track_width is not None:
+        yield EndValueUsed("disc_track_width", *certain(end.disc_track_width, defaults.track_width.value))
+    if end.disc_wear_volume is not None:
+        spread = defaults.wear_volume * end.disc_wear_volume.value
+        yield EndValueUsed("disc_wear_volume", *certain(end.disc_wear_volume, spread))
+    if end.disc_mass_loss is not None:
+        mass, source = certain(end.disc_mass_loss, defaults.mass_loss.value)
+        density = known_density(run, "disc", f"{where}.disc_mass_loss", defaults)
+        yield EndValueUsed("disc_mass_loss", volume_of_mass(mass, density), source)
+    if found := _tracks(run, where):
+        yield EndValueUsed("disc_profile", over_places([track.depth for track in found]), "manifest")
+
+
+def _tracks(run: RawRun, where: str) -> list[Track]:
+    return tracks_in(run, profiles_at(run, f"{where}.disc_profile"), None)
+
+
+def disc_wear(run: RawRun, where: str, readings: Sequence[EndValueUsed], pair: WornPair) -> Iterator[BodyWear]:
+    """Yield depth and volume of the track by each reading, with that of the pin in ``pair``, or its own width."""
+    widths = [one for one in readings if one.name in WIDTHS and pair.tip.shape != "flat"]
+    for one in readings:
+        if one.name == "disc_profile":
+            yield _by_profiles(_tracks(run, where), pair.path)
+            continue
+        others = [pair.pin] if pair.pin is not UNKNOWN_SHARE else []
+        partners = [pin for pin in (*others, *widths) if not {pin.name, one.name} <= set(WIDTHS)]
+        pairs = [replace(pair, disc=one, pin=pin) for pin in partners or [UNKNOWN_SHARE]]
+        yield min((_by_pair(one) for one in pairs), key=_spread)
+
+
+def _spread(way: BodyWear) -> float:
+    """Return the relative uncertainty of the volume."""
+    found = way.volume
+    return math.inf if found is None or not found.value else abs((found.standard_uncertainty or 0.0) / found.value)
+
+
+def _by_pair(pair: WornPair) -> BodyWear:
+    """Return depth and volume, as far as the reading tells them; none where it says that the disc has grown."""
+    name, quantity = pair.disc.name, pair.disc.quantity
+    way = BodyWear(name, pair.disc.source, pair=pair, assumed=frozenset({"depth", "volume"}))
+    if name in VOLUMES:
+        depth = None if pair.path is None else pair.find("disc_depth")
+        known = None if pair.path is None else pair
+        return replace(way, depth=depth, volume=quantity, assumed=frozenset({"depth"}), pair=known)
+    if name in WIDTHS:
+        depth = None if pair.tip.shape == "flat" else pair.find("disc_depth")
+        if depth is None or depth.value <= 0:
+            return replace(way, pair=None)
+    else:
+        depth, way = quantity, replace(way, assumed=frozenset({"volume"}))
+    return replace(way, depth=depth, volume=None if pair.path is None else pair.find("disc_volume"))
+
+
+def _by_profiles(found: list[Track], path: SlidingPath | None) -> BodyWear:
+    """Return mean depth and volume by profiles at one or several places of the track."""
+    depth, area = over_places([track.depth for track in found]), over_places([track.area for track in found])
+    if path is None:
+        return BodyWear("disc_profile", "manifest", depth)
+    # Both ends hold as much as this length more of the stroke, however large the section.
+    longer = sum(track.cap.value for track in found) / len(found) / area.value
+
+    def volume(section: float, length: float) -> float:
+        return path.volume(section, length, section * longer)
+
+    return BodyWear("disc_profile", "manifest", depth, combined(volume, (area, path.length), "m^3"))
+
+
+def disc_notes(run: RawRun, end: EndValues, ways: Sequence[BodyWear]) -> Iterator[str]:
+    """Say what stands in the way of the disc's depth and volume, and what they take for granted."""
+    conditions, best = run.manifest.conditions, surest(ways, "volume")
+    if ways and best is None:
+        lacking = conditions.track_radius is None and conditions.stroke is None
+        yield (
+            "track_radius, or stroke, is missing: no volume of the disc"
+            if lacking
+            else "depth or width of the track alone tell no volume of the disc"
+        )
+    if best is not None and "volume" in best.assumed and best.pair is not None:
+        yield from _assumed(best.pair)
+    for way in ways:
+        if way.name in WIDTHS and way.depth is None and run.manifest.pin_on_disc.pin.shape != "flat":
+            yield f"{way.name} is no more than the scar on the pin: it tells no depth of the track"
+    if 0 < len(end.disc_profile) < FEWEST_PLACES:
+        yield (
+            f"the track was measured at {len(end.disc_profile)} of at least {FEWEST_PLACES} places: how it varies is "
+            "hardly known"
+        )
+
+
+def _assumed(pair: WornPair) -> Iterator[str]:
+    """Say what the volume of a track follows from."""
+    if pair.pin is UNKNOWN_SHARE:
+        yield (
+            f"the wear of the pin is unknown: {pair.disc.name} alone gives a rough volume of the disc; measure the "
+            'pin, or both depth and width of the track, or give pin_wear_depth = "0 um" if the pin has not worn'
+        )
+    else:
+        yield f"volume of the disc by {pair.disc.name} and {pair.pin.name}, and the shape of the groove"
+    if pair.path is not None and pair.path.there_and_back:
+        yield f"{pair.disc.name} is taken as measured in the middle of the stroke"

@@ -1,0 +1,244 @@
+"""What was measured on a pin and its disc, at the end of a run or in between, turned into the wear of each."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from numpy.typing import ArrayLike
+
+from tribopipe.base.arrays import Column
+from tribopipe.documents.manifest import EndValues
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import DefaultUncertainty
+from tribopipe.evaluation.combined_quantity import combined
+from tribopipe.evaluation.measurements.body_wear import BodyWear, surest
+from tribopipe.evaluation.measurements.disc_track import disc_notes, disc_readings, disc_wear
+from tribopipe.evaluation.measurements.measured import EndValueUsed, stated_or_default
+from tribopipe.evaluation.measurements.pin_tip import PinTip, pin_values
+from tribopipe.evaluation.measurements.worn_pair import UNKNOWN_SHARE, WIDTHS, SlidingPath, WornPair
+from tribopipe.results.run import RawRun
+
+
+@dataclass(frozen=True)
+class EndWear:
+    """Wear of the run at its end, by what was measured on the specimens."""
+
+    pin: EndValueUsed
+    disc: EndValueUsed | None
+    tip: PinTip
+
+    @cached_property
+    def pin_depth(self) -> Quantity:
+        """Wear depth of the pin, m: as measured, or as it follows from a scar, a volume, a mass or a profile.
+
+        Its uncertainty is that of the end value alone; the tip radius is an input of k_D by itself.
+        """
+        return combined(lambda value: float(self.pin_depth_of(value, self.tip.radius)), (self.pin.quantity,), "m")
+
+    def pin_depth_of(self, end_value: ArrayLike, pin_radius: ArrayLike) -> Column:
+        """Return the pin's wear depth, m, were end value and tip radius these."""
+        return self.tip.depth(self.pin, end_value, pin_radius)
+
+    def grown(self, depth: float) -> "EndWear":
+        """Return the end values of a pin worn to another depth, m, the disc's in proportion, as uncertain as before."""
+        disc = self.disc
+        if disc is not None:
+            disc = _with_value(disc, disc.quantity.value * depth / self.pin_depth.value)
+        return replace(self, pin=_with_value(self.pin, self.tip.value(self.pin, depth)), disc=disc)
+
+    @property
+    def total(self) -> Quantity:
+        """Wear of pin and disc together, m: what a displacement sensor has seen."""
+        if self.disc is None:
+            return self.pin_depth
+        return combined(lambda pin, disc: pin + disc, (self.pin_depth, self.disc.quantity), "m")
+
+    @property
+    def anchor(self) -> str:
+        """Names of the end values used."""
+        return " + ".join(used.name for used in (self.pin, self.disc) if used is not None)
+
+
+def _with_value(used: EndValueUsed, value: float) -> EndValueUsed:
+    return replace(used, quantity=used.quantity.model_copy(update={"value": value}))
+
+
+def end_wear(run: RawRun, defaults: DefaultUncertainty, interruption: int | None = None) -> EndWear | None:
+    """Return the wear measured at the end of a run or in between; none where nothing was measured on the pin.
+
+    Of several things measured on the pin the one is used that tells its depth most certainly; of the disc the most
+    certain depth, a measured one before one that follows from the shape of the groove.
+
+    Raises ``FitError`` for a mass without density, and for profiles of which nothing can be taken.
+    """
+    found = _Found.of(run, *measured_at(run, interruption), defaults)
+    pins = [EndWear(found.on_unworn_track(pin), None, found.pair.tip) for pin in found.pins]
+    best = min(pins, key=lambda wear: wear.pin_depth.standard_uncertainty or 0.0, default=None)
+    disc = surest(found.disc, "depth")
+    if best is None or disc is None or disc.depth is None:
+        return best
+    return replace(best, disc=EndValueUsed(disc.name, disc.depth, disc.source))
+
+
+def beside_unseen_groove(end: EndWear, share: float, *, by_sensor: bool) -> float:
+    """Return the volume of a pin beside a groove that nobody looked at, over that on a disc that does not wear.
+
+    Parameters
+    ----------
+    end
+        What tells the depth of the pin; where the disc was measured, or the pin is flat, the answer is 1.
+    share
+        Depth of the groove over that of the pin.
+    by_sensor
+        Whether the depth is what a displacement sensor has seen, the groove included, rather than that of the pin.
+    """
+    depth, tip = end.pin_depth.value, end.tip
+    if end.disc is not None or tip.shape == "flat" or not depth > 0:
+        return 1.0
+    contact = tip.on_track(tip.radius)
+    if by_sensor:
+        beside = contact.at_depths(depth / (1 + share), share * depth / (1 + share))
+    else:
+        groove = EndValueUsed("disc_wear_depth", Quantity(value=share * depth, unit="m"), "default")
+        beside = WornPair(tip, Quantity(value=tip.radius, unit="m"), None, end.pin, groove).contact()
+    return float(beside.pin_volume) / float(contact.at_depths(depth, 0.0).pin_volume)
+
+
+def measured_at(run: RawRun, interruption: int | None = None) -> tuple[str, EndValues]:
+    """Return the key that the end values of a run, or of an interruption, stand under, and what was measured."""
+    if interruption is None:
+        return "end_values", run.manifest.end_values
+    return f"interruptions[{interruption}]", run.manifest.interruptions[interruption]
+
+
+@dataclass(frozen=True)
+class PinOnDiscWear:
+    """Everything that was measured on pin and disc at the end, as depth and volume."""
+
+    pin: tuple[BodyWear, ...]
+    disc: tuple[BodyWear, ...]
+    notes: tuple[str, ...] = ()
+    """What stands in the way of a volume, and what is taken for granted."""
+
+
+def pin_on_disc_wear(run: RawRun, defaults: DefaultUncertainty, interruption: int | None = None) -> PinOnDiscWear:
+    """Return depth and volume of both bodies by each end value, or by what was measured at an interruption.
+
+    Raises ``FitError`` for a mass without density, and for profiles of which nothing can be taken.
+    """
+    where, end = measured_at(run, interruption)
+    found = _Found.of(run, where, end, defaults)
+    return PinOnDiscWear(
+        pin=tuple(found.wear_of(pin) for pin in found.pins),
+        disc=found.disc,
+        notes=tuple(disc_notes(run, end, found.disc)),
+    )
+
+
+def tip_radius(run: RawRun, defaults: DefaultUncertainty) -> Quantity:
+    """Return the radius of the pin with its standard uncertainty, stated or by default."""
+    radius = run.manifest.pin_on_disc.pin.radius
+    known, _ = stated_or_default(radius, defaults.pin_radius * radius.value)
+    return known
+
+
+_NO_TRACK = EndValueUsed("disc_wear_depth", Quantity(value=0.0, unit="m"), "default")
+"""Where nothing was measured on the disc: then the pin's wear is that on a track which does not wear."""
+
+
+@dataclass(frozen=True)
+class _Found:
+    """All readings of pin and disc at one time, each to be taken with the best of the other body."""
+
+    pair: WornPair
+    """The best reading of either body."""
+    pins: tuple[EndValueUsed, ...]
+    disc: tuple[BodyWear, ...]
+
+    @classmethod
+    def of(cls, run: RawRun, where: str, end: EndValues, defaults: DefaultUncertainty) -> "_Found":
+        tip, path = PinTip.of(run.manifest.pin_on_disc.pin), SlidingPath.of(run.manifest.conditions, defaults)
+        pins = tuple(pin_values(run, where, end, defaults))
+        readings = [*disc_readings(run, where, end, defaults), *(pin for pin in pins if pin.name == "pin_scar_width")]
+        best = min(pins, key=lambda pin: _rank(pin, tip), default=UNKNOWN_SHARE)
+        pair = WornPair(tip, tip_radius(run, defaults), path, best, _NO_TRACK)
+        found = cls(pair, pins, tuple(disc_wear(run, where, readings, pair))).with_best_track(readings)
+        if not any(pin.name == "pin_scar_diameter" for pin in pins) or found.pair.disc is _NO_TRACK:
+            return found
+        pins = tuple(found.in_any_direction(pin) for pin in pins)
+        best = next((pin for pin in pins if pin.name == best.name), UNKNOWN_SHARE)
+        pair = replace(found.pair, pin=best)
+        return cls(pair, pins, tuple(disc_wear(run, where, readings, pair)))
+
+    def with_best_track(self, readings: Iterable[EndValueUsed]) -> "_Found":
+        """Return the same with the reading of the track that tells its depth most certainly."""
+        way = surest(self.disc, "depth")
+        name = None if way is None else way.name
+        disc = next((one for one in readings if one.name == name), _NO_TRACK)
+        return replace(self, pair=replace(self.pair, disc=disc))
+
+    def in_any_direction(self, pin: EndValueUsed) -> EndValueUsed:
+        """Return a diameter of a scar, the mean of length and width (ASTM G99, G133).
+
+        Neither counts for less than a quarter of it, and most likely both count alike: a triangular distribution.
+        """
+        if pin.name != "pin_scar_diameter":
+            return pin
+        shape = self.taken_with_track(pin).contact()
+        along = float(shape.half_width - shape.half_length) / math.sqrt(24)
+        return _with_uncertainty(pin, math.hypot(pin.quantity.standard_uncertainty or 0.0, along))
+
+    def taken_with_track(self, pin: EndValueUsed) -> WornPair:
+        """Return a reading of the pin with the best one of the track."""
+        if pin.name in WIDTHS and self.pair.disc.name in WIDTHS:
+            return self.pair
+        return replace(self.pair, pin=pin)
+
+    def wear_of(self, pin: EndValueUsed) -> BodyWear:
+        """Return depth and volume that the pin has lost by one reading."""
+        if self.pair.disc is _NO_TRACK:
+            return _on_unworn_track(self.pair, pin)
+        pair = self.taken_with_track(pin)
+        return BodyWear(pin.name, pin.source, pair.find("pin_depth"), pair.find("pin_volume"), pair=pair)
+
+    def on_unworn_track(self, pin: EndValueUsed) -> EndValueUsed:
+        """Return a reading with what the wear of the track makes of it, and as uncertain as both readings make it."""
+        if self.pair.disc is _NO_TRACK:
+            return pin
+        pair, tip = self.taken_with_track(pin), self.pair.tip
+        known = replace(pair, radius=pair.radius.model_copy(update={"standard_uncertainty": 0.0}))
+        depth = known.find("pin_depth")
+        if depth.value <= 0 or pin.quantity.value <= 0:
+            return pin
+        pin = replace(pin, on_unworn_track=tip.value(pin, depth.value) / pin.quantity.value)
+        alone = EndWear(pin, None, tip).pin_depth.standard_uncertainty or 0.0
+        if not alone:
+            return pin
+        wider = max(1.0, (depth.standard_uncertainty or 0.0) / alone)
+        return _with_uncertainty(pin, wider * (pin.quantity.standard_uncertainty or 0.0))
+
+
+def _on_unworn_track(pair: WornPair, pin: EndValueUsed) -> BodyWear:
+    """Return depth and volume of a pin whose track has not worn."""
+    tip, given = pair.tip, (pin.quantity, pair.radius)
+
+    def depth(value: float, radius: float) -> float:
+        return float(tip.depth(pin, value, radius))
+
+    def volume(value: float, radius: float) -> float:
+        deep = depth(value, radius)
+        return math.copysign(float(tip.volume(abs(deep), radius)), deep)
+
+    return BodyWear(
+        pin.name, pin.source, combined(depth, given, "m"), combined(volume, given, "m^3"), pair=replace(pair, pin=pin)
+    )
+
+
+def _with_uncertainty(used: EndValueUsed, spread: float) -> EndValueUsed:
+    return replace(used, quantity=used.quantity.model_copy(update={"standard_uncertainty": spread}))
+
+
+def _rank(pin: EndValueUsed, tip: PinTip) -> tuple[bool, float]:
+    """Return what a reading of the pin is chosen by: the uncertainty of its depth, a width of the scar last."""
+    return pin.name in WIDTHS, EndWear(pin, None, tip).pin_depth.standard_uncertainty or 0.0

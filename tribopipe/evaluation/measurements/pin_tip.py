@@ -1,0 +1,170 @@
+"""The worn tip of a pin: its depth and volume by whatever was measured on it, and back.
+
+A spherical tip is worn flat: a scar of diameter d is the base of a cap, whose height is the depth and whose volume was
+lost. A truncated sphere has lost what lies between its flat and the scar. A flat pin keeps its area. What was measured
+is kept as it is, a scar as a scar, so that the radius of the tip can vary beside it.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tribopipe.base.arrays import Column
+from tribopipe.base.errors import FitError
+from tribopipe.documents.contact import Pin
+from tribopipe.documents.manifest import EndValues
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import DefaultUncertainty
+from tribopipe.evaluation.measurements.measured import (
+    A_MAP,
+    EndValueUsed,
+    certain,
+    over_places,
+    profiles_at,
+    stated_or_default,
+    tracks_in,
+    volume_of_mass,
+)
+from tribopipe.physics.geometry import cap_height, scar_depth, scar_radius_at, worn_depth, worn_volume
+from tribopipe.physics.pin_on_track import FlatOnTrack, SphereOnTrack
+from tribopipe.results.run import Profile, RawRun
+
+SCARS = ("pin_scar_diameter", "pin_scar_length", "pin_scar_width")
+_STEP = 1e-4
+"""Share of the tip's radius by which it is varied to see what it does to a profile's depth."""
+
+
+@dataclass(frozen=True)
+class PinTip:
+    """A pin's tip before the test."""
+
+    shape: Literal["spherical", "flat", "truncated-sphere"]
+    radius: float
+    """Of the sphere, or of a flat pin's end, m."""
+    flat_radius: float = 0.0
+    """a₀ of a truncated sphere, m."""
+
+    @classmethod
+    def of(cls, pin: Pin) -> "PinTip":
+        """Return the tip that run.toml describes."""
+        return cls(pin.shape, pin.radius.value, 0.0 if pin.flat_radius is None else pin.flat_radius.value)
+
+    def depth(self, used: EndValueUsed, value: ArrayLike, radius: ArrayLike) -> Column:
+        """Return the wear depth, m, were this end value and the tip's radius these; odd about no wear."""
+        measured, r = used.on_unworn_track * np.asarray(value, dtype=float), np.asarray(radius, dtype=float)
+        if used.name in SCARS:
+            depth = scar_depth(scar_radius=np.abs(measured) / 2, sphere_radius=r, flat_radius=self.flat_radius)
+            return np.where(measured < 0, -depth, depth)
+        if used.name in ("pin_wear_volume", "pin_mass_loss"):
+            return self._depth_of_volume(measured, r)
+        if used.name == "pin_profile":
+            below_sphere = measured + used.per_radius * (r - self.radius)
+            return np.asarray(below_sphere - cap_height(scar_radius=self.flat_radius, sphere_radius=r))
+        return measured
+
+    def value(self, used: EndValueUsed, depth: float) -> float:
+        """Return what this way of measuring would find at a depth, m, the track worn in proportion."""
+        if used.name in SCARS:
+            return 2 * float(self.scar_radius(depth, self.radius)) / used.on_unworn_track
+        if used.name in ("pin_wear_volume", "pin_mass_loss"):
+            return float(self.volume(depth, self.radius)) / used.on_unworn_track
+        if used.name == "pin_profile":
+            return depth + float(cap_height(scar_radius=self.flat_radius, sphere_radius=self.radius))
+        return depth
+
+    def volume(self, depth: ArrayLike, radius: ArrayLike) -> Column:
+        """Return the volume lost at a depth, m³: of a cap, of what lies between two flats, or of a cylinder."""
+        h, r = np.asarray(depth, dtype=float), np.asarray(radius, dtype=float)
+        if self.shape == "flat":
+            return np.asarray(np.pi * r**2 * h)
+        return worn_volume(depth=h, sphere_radius=r, flat_radius=self.flat_radius)
+
+    def _depth_of_volume(self, volume: Column, radius: Column) -> Column:
+        if self.shape == "flat":
+            return np.asarray(volume / (np.pi * radius**2))
+        return worn_depth(volume=volume, sphere_radius=radius, flat_radius=self.flat_radius)
+
+    def on_track(self, radius: float) -> SphereOnTrack | FlatOnTrack:
+        """Return the contact of such a tip, of this radius, m, with a track that wears as well."""
+        return FlatOnTrack(radius) if self.shape == "flat" else SphereOnTrack(radius, self.flat_radius)
+
+    def scar_radius(self, depth: ArrayLike, radius: ArrayLike) -> Column:
+        """Return the radius of the flat at a depth, m."""
+        if self.shape == "flat":
+            return np.asarray(radius, dtype=float)
+        return scar_radius_at(depth=depth, sphere_radius=radius, flat_radius=self.flat_radius)
+
+
+def pin_values(run: RawRun, where: str, end: EndValues, defaults: DefaultUncertainty) -> Iterator[EndValueUsed]:
+    """Yield each end value of the pin with its uncertainty; a mass as volume, profiles as the depth below the sphere.
+
+    Raises ``FitError`` for a mass without density, and for a profile that shows no flat on a sphere.
+    """
+    if end.pin_wear_depth is not None:
+        yield EndValueUsed("pin_wear_depth", *certain(end.pin_wear_depth, defaults.wear_depth.value))
+    for name in SCARS:
+        scar = getattr(end, name)
+        if scar is not None:
+            yield EndValueUsed(name, *certain(scar, defaults.pin_scar_diameter.value))
+    if end.pin_wear_volume is not None:
+        spread = defaults.wear_volume * end.pin_wear_volume.value
+        yield EndValueUsed("pin_wear_volume", *certain(end.pin_wear_volume, spread))
+    if end.pin_mass_loss is not None:
+        mass, source = certain(end.pin_mass_loss, defaults.mass_loss.value)
+        density = known_density(run, "pin", f"{where}.pin_mass_loss", defaults)
+        yield EndValueUsed("pin_mass_loss", volume_of_mass(mass, density), source)
+    if profiles := profiles_at(run, f"{where}.pin_profile"):
+        yield _profiled(run, f"{where}.pin_profile", profiles)
+
+
+def known_density(run: RawRun, body: str, key: str, defaults: DefaultUncertainty) -> Quantity:
+    """Return the density of a body. Raises ``FitError`` where run.toml does not say it."""
+    density = run.manifest.bodies[body].density
+    if density is None:
+        raise FitError(
+            f"{run.id}: {key}: found a mass of a {body} without density; expected contact.{body}.density, by which it "
+            'becomes a volume; add density = "3.21 g/cm^3" or the like'
+        )
+    known, _ = stated_or_default(density, defaults.density * density.value)
+    return known
+
+
+def _profiled(run: RawRun, key: str, profiles: Mapping[str, Profile]) -> EndValueUsed:
+    """Return the depth of the scar's middle below the sphere, m, and what the sphere's radius does to it."""
+    tip = PinTip.of(run.manifest.pin_on_disc.pin)
+    if tip.shape == "flat":
+        raise FitError(
+            f"{run.id}: {key}: found a profile of a flat pin, on which nothing unworn is left to level it on; expected "
+            "one of a spherical tip; give pin_wear_depth or pin_mass_loss instead"
+        )
+    through = _through_the_middle(run, profiles, tip.radius)
+
+    def depth(radius: float) -> Quantity:
+        return over_places([track.depth for track in tracks_in(run, through, radius)])
+
+    low, high = (depth(tip.radius * (1 + step)).value for step in (-_STEP, _STEP))
+    return EndValueUsed("pin_profile", depth(tip.radius), "manifest", (high - low) / (2 * _STEP * tip.radius))
+
+
+def _through_the_middle(run: RawRun, profiles: Mapping[str, Profile], radius: float) -> Mapping[str, Profile]:
+    """Return the profiles themselves, or of a map, most lines of which lead past the middle, the one that is deepest.
+
+    Raises ``FitError`` where no line of a map shows a flat.
+    """
+    if len(profiles) < A_MAP:
+        return profiles
+    depths: dict[str, float] = {}
+    failed: FitError | None = None
+    for name, profile in profiles.items():
+        try:
+            (track,) = tracks_in(run, {name: profile}, radius)
+            depths[name] = track.depth.value
+        except FitError as error:
+            failed = error
+    if failed is not None and not depths:
+        raise failed
+    deepest = max(depths, key=lambda name: depths[name])
+    return {deepest: profiles[deepest]}

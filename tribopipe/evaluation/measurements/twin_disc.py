@@ -1,0 +1,138 @@
+"""What was measured on the two discs of a twin-disc test, at its end and where it was interrupted."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+
+from tribopipe.contacts.twin_disc import disc_pair, nominal_values
+from tribopipe.documents.contact import DISCS, DiscName, TwinDisc
+from tribopipe.documents.manifest import EndValues
+from tribopipe.documents.quantity import EndValue, Quantity
+from tribopipe.documents.recipe import DefaultUncertainty, Recipe
+from tribopipe.evaluation.measurements.measured import Source, over_places, profiles_at, stated_or_default, tracks_in
+from tribopipe.physics.twin_disc import DiscPair
+from tribopipe.results.run import RawRun
+
+Measured = Literal["wear_volume", "wear_depth", "track_width"]
+
+
+@dataclass(frozen=True)
+class DiscMeasurement:
+    """One thing measured on one disc, after so many rotations of the curved one."""
+
+    disc: DiscName
+    what: Measured
+    rotations: float
+    quantity: Quantity
+    source: Source
+    interruption: int | None = None
+    """Number of the interruption it was measured in; none for the end."""
+
+    @property
+    def name(self) -> str:
+        """Name of this input."""
+        behind = "" if self.interruption is None else f"_at_interruption_{self.interruption + 1}"
+        return f"{self.disc}_{self.what}{behind}"
+
+
+@dataclass(frozen=True)
+class DiscEndWear:
+    """Wear of both discs together at the end of a run."""
+
+    total: Quantity
+    """h₁ + h₂, m: what a displacement sensor has seen."""
+    anchor: str
+    """Names of the end values it was taken from."""
+
+
+def disc_measurements(run: RawRun, defaults: DefaultUncertainty) -> tuple[DiscMeasurement, ...]:
+    """Return everything measured on the discs of a run, in the order of the test, the end last."""
+    found: list[DiscMeasurement] = []
+    for number, stop in enumerate(run.manifest.interruptions):
+        found += _measured(run, stop, stop.place, defaults, number)
+    end = float(np.nanmax(run.columns["rotations"]))
+    return (*found, *_measured(run, run.manifest.end_values, end, defaults, None))
+
+
+def _measured(
+    run: RawRun, values: EndValues, rotations: float, defaults: DefaultUncertainty, number: int | None
+) -> Iterator[DiscMeasurement]:
+    for disc in DISCS:
+        for what in get_args(Measured):
+            stated = getattr(values, f"{disc}_{what}")
+            if stated is None and what == "wear_volume":
+                stated = _profiled_volume(run, disc, defaults, number)
+            if stated is not None:
+                yield DiscMeasurement(disc, what, rotations, *_certain(stated, what, defaults), number)
+
+
+def _certain(stated: Quantity, what: Measured, defaults: DefaultUncertainty) -> tuple[Quantity, Source]:
+    spread = {
+        "wear_volume": defaults.wear_volume * stated.value,
+        "wear_depth": defaults.wear_depth.value,
+        "track_width": defaults.track_width.value,
+    }[what]
+    plain = Quantity(value=stated.value, unit=stated.unit, standard_uncertainty=stated.standard_uncertainty)
+    return stated_or_default(plain, spread)
+
+
+def _profiled_volume(run: RawRun, disc: DiscName, defaults: DefaultUncertainty, number: int | None) -> EndValue | None:
+    """Return the volume by profiles across the track, 2π·r times the mean area it has lost, m³; none without one.
+
+    Its uncertainty is that of the profile and of the crown radius that the unworn surface is drawn with.
+    """
+    where = "end_values" if number is None else f"interruptions[{number}]"
+    discs = run.manifest.twin_disc
+    crown = discs.curved_disc.crown_radius if disc == "curved_disc" else None
+    body = discs.flat_disc if crown is None else discs.curved_disc
+    found = tracks_in(run, profiles_at(run, f"{where}.{disc}_profile"), None if crown is None else crown.value)
+    if not found:
+        return None
+    area, off = over_places([track.area for track in found]), 0.0
+    if crown is not None:
+        known, _ = stated_or_default(crown, defaults.crown_radius * crown.value)
+        off = sum(track.area_per_crown_radius for track in found) / len(found) * (known.standard_uncertainty or 0.0)
+    around = 2 * math.pi * body.rolling_radius.value
+    spread = around * math.hypot(area.standard_uncertainty or 0.0, off)
+    return EndValue(value=around * area.value, unit="m^3", standard_uncertainty=spread, method="profile")
+
+
+def disc_end_wear(run: RawRun, recipe: Recipe) -> DiscEndWear | None:
+    """Return the wear of both discs at the end of a run, by the most certain of what was measured; none without any.
+
+    Depths add up. Volumes give the cross-section lost by both, and a track its width, of which the depth follows by the
+    geometry of the worn flat (tribopipe.physics.twin_disc). A disc on which nothing was measured counts as unworn.
+    """
+    everything = disc_measurements(run, recipe.uncertainty)
+    ends = {one.name: one for one in everything if one.interruption is None}
+    discs = disc_pair(run.manifest.twin_disc, nominal_values(run.manifest), recipe.wear.distance_per_rotation)
+    measured_on = {one.disc for one in everything}
+    found = []
+    for what in ("wear_depth", "wear_volume"):
+        names = [f"{disc}_{what}" for disc in DISCS if disc in measured_on]
+        if "curved_disc" in measured_on and all(name in ends for name in names):
+            found.append(_total([ends[name] for name in names], discs, run.manifest.twin_disc))
+    found += [_total([one], discs, run.manifest.twin_disc) for one in ends.values() if one.what == "track_width"]
+    return min(found, key=lambda wear: wear.total.standard_uncertainty or 0.0, default=None)
+
+
+def _total(measured: list[DiscMeasurement], discs: DiscPair, contact: TwinDisc) -> DiscEndWear:
+    """Return h₁ + h₂ by measurements of one kind; its uncertainty is theirs, to first order."""
+    around = {
+        "curved_disc": 2 * math.pi * contact.curved_disc.rolling_radius.value,
+        "flat_disc": 2 * math.pi * contact.flat_disc.rolling_radius.value,
+    }
+    scales = [1 / around[one.disc] if one.what == "wear_volume" else 1.0 for one in measured]
+    value = sum(one.quantity.value * scale for one, scale in zip(measured, scales, strict=True))
+    spread = math.hypot(
+        *((one.quantity.standard_uncertainty or 0.0) * scale for one, scale in zip(measured, scales, strict=True))
+    )
+    turned = {"wear_depth": lambda x: x, "wear_volume": discs.depth_of_area, "track_width": discs.depth_of_width}[
+        measured[0].what
+    ]
+    low, middle, high = (float(turned(max(0.0, value + step))) for step in (-spread, 0.0, spread))
+    total = Quantity(value=middle, unit="m", standard_uncertainty=(high - low) / 2)
+    return DiscEndWear(total, " + ".join(one.name for one in measured))

@@ -1,0 +1,234 @@
+"""Pin and track as one worn pair: a reading on the pin and one on the track tell the wear of both.
+
+Where the track wears, the scar on the pin is no circle: it is wider across the sliding direction than it is long, and
+the groove is as wide. So a scar, a volume of the pin and a depth of the track depend on each other
+(tribopipe.physics.pin_on_track), and two readings are needed. A width counts as one on either body.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
+from typing import Literal
+
+import numpy as np
+
+from tribopipe.documents.manifest import Conditions
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import DefaultUncertainty
+from tribopipe.evaluation.combined_quantity import combined
+from tribopipe.evaluation.measurements.measured import EndValueUsed, stated_or_default
+from tribopipe.evaluation.measurements.pin_tip import PinTip
+from tribopipe.physics.geometry import circle_volume, stroke_volume
+from tribopipe.physics.pin_on_track import SHAPE_LEAST, SHAPE_MOST, FlatOnTrack, SphereOnTrack, WornContact, power_root
+
+WIDTHS = ("disc_track_width", "pin_scar_width")
+UNKNOWN_SHARE = EndValueUsed(
+    "pin_share", Quantity(value=0.5, unit="1", standard_uncertainty=1 / math.sqrt(12)), "default"
+)
+"""Share of the pin in the wear depth of both where nothing tells it: anything from 0 to 1."""
+_SHAPE = (SHAPE_MOST - SHAPE_LEAST) / math.sqrt(3) / (SHAPE_MOST + SHAPE_LEAST)
+"""Relative standard uncertainty of a real groove's shape: known no better than those of rigid bodies differ."""
+_ENDS = Quantity(value=1.0, unit="1", standard_uncertainty=0.2)
+"""Volume of both ends of a stroke over that of the groove's section revolved, by a simulation of two strokes."""
+_TURNS = 8
+_WORN_TIP = 0.5
+"""Share of the depth of half a sphere by which a tip may be worn where nothing tells."""
+VOLUMES = ("pin_wear_volume", "pin_mass_loss", "disc_wear_volume", "disc_mass_loss")
+Wear = Literal["pin_depth", "disc_depth", "pin_volume", "disc_volume"]
+
+
+@dataclass(frozen=True)
+class SlidingPath:
+    """Where a pin slides on its disc."""
+
+    length: Quantity
+    """Radius of the circle, or the stroke, m."""
+    there_and_back: bool
+
+    @classmethod
+    def of(cls, conditions: Conditions, defaults: DefaultUncertainty) -> "SlidingPath | None":
+        """Return the path that run.toml describes; none where it does not."""
+        length = conditions.stroke or conditions.track_radius
+        if length is None:
+            return None
+        known, _ = stated_or_default(length, defaults.track_radius * length.value)
+        return cls(known, there_and_back=conditions.stroke is not None)
+
+    def volume(self, area: float, length: float, ends: float) -> float:
+        """Return the volume of a track with this cross-section, m², and these rounded ends, m³, if it has any."""
+        if self.there_and_back:
+            return float(stroke_volume(area=area, stroke=length, ends=ends))
+        return float(circle_volume(area=area, track_radius=length))
+
+
+@dataclass(frozen=True)
+class WornPair:
+    """A reading on the pin and one on the track, or two on one of them."""
+
+    tip: PinTip
+    radius: Quantity
+    """Of the tip, m."""
+    path: SlidingPath | None
+    pin: EndValueUsed
+    disc: EndValueUsed
+
+    def find(self, what: Wear) -> Quantity:
+        """Return a depth, m, or volume, m³, uncertain by both readings, the tip's radius, the path and the shape."""
+        return _with_shape(_combined(partial(self._value, what), self._inputs(what), what), what, self)
+
+    def contact(self) -> WornContact:
+        """Return the shape of both bodies by the readings as they are."""
+        return _solved(self, tuple(_best(self, "disc_volume").items()))[1]
+
+    def _inputs(self, what: Wear) -> dict[str, Quantity]:
+        found = {self.pin.name: self.pin.quantity, self.disc.name: self.disc.quantity, "radius": self.radius}
+        if self.path is not None and (what == "disc_volume" or self.disc.name in VOLUMES):
+            found |= {"path": self.path.length} | ({"ends": _ENDS} if self.path.there_and_back else {})
+        return found
+
+    def _value(self, what: Wear, given: dict[str, float]) -> float:
+        """Return a depth, or volume; below zero where the depth is, as a draw of a reading may be."""
+        (h_p, h_d), worn, volume = _solved(self, tuple(given.items()))
+        return {
+            "pin_depth": h_p,
+            "disc_depth": h_d,
+            "pin_volume": math.copysign(float(worn.pin_volume), h_p),
+            "disc_volume": math.copysign(volume, h_d),
+        }[what]
+
+
+@lru_cache(maxsize=1024)
+def _solved(pair: WornPair, given: tuple[tuple[str, float], ...]) -> tuple[tuple[float, float], WornContact, float]:
+    """Return the depths in the middle, m, the contact they make, and the volume of the track, m³."""
+    values = dict(given)
+    contact = pair.tip.on_track(values["radius"])
+    solver = _Solver(pair, contact, values)
+    h_p, h_d = solver.depths()
+    worn = contact.at_depths(abs(h_p), abs(h_d))
+    return (h_p, h_d), worn, solver.volume(worn) if "path" in values else math.nan
+
+
+def difference(one: WornPair, other: WornPair, what: Wear) -> Quantity:
+    """Return how much more of a depth, m, or volume, m³, one pair of readings gives; inputs of both count once."""
+
+    def gap(given: dict[str, float]) -> float:
+        return one._value(what, given) - other._value(what, given)  # noqa: SLF001 - of this module
+
+    inputs = one._inputs(what) | other._inputs(what)  # noqa: SLF001
+    return _with_shape(_combined(gap, inputs, what), what, one, other)
+
+
+def _combined(function: Callable[[dict[str, float]], float], inputs: dict[str, Quantity], what: Wear) -> Quantity:
+    return combined(
+        lambda *values: function(dict(zip(inputs, values, strict=True))),
+        tuple(inputs.values()),
+        "m^3" if what.endswith("volume") else "m",
+    )
+
+
+def _with_shape(found: Quantity, what: Wear, *pairs: WornPair) -> Quantity:
+    """Return a volume of the track as uncertain as its shape makes it as well, if it follows from depth or width."""
+    if what != "disc_volume":
+        return found
+    shaped = [_SHAPE * pair._value(what, _best(pair, what)) for pair in pairs if pair.disc.name not in VOLUMES]  # noqa: SLF001
+    spread = math.hypot(found.standard_uncertainty or 0.0, *shaped)
+    return found.model_copy(update={"standard_uncertainty": spread})
+
+
+def _best(pair: WornPair, what: Wear) -> dict[str, float]:
+    return {name: one.value for name, one in pair._inputs(what).items()}  # noqa: SLF001
+
+
+@dataclass(frozen=True)
+class _Solver:
+    """A pair with its contact, and what its readings and other inputs are taken to be."""
+
+    pair: WornPair
+    contact: SphereOnTrack | FlatOnTrack
+    given: dict[str, float]
+
+    @property
+    def disc(self) -> float:
+        """Reading of the track."""
+        return self.given[self.pair.disc.name]
+
+    def volume(self, worn: WornContact) -> float:
+        """Return the volume of the track, m³."""
+        if self.pair.path is None:
+            return math.nan
+        ends = self.given.get("ends", 1.0) * float(worn.groove_revolved)
+        return self.pair.path.volume(float(worn.groove_area), self.given["path"], ends)
+
+    def depths(self) -> tuple[float, float]:
+        """Return the depths of pin and track in the middle, m."""
+        if self.pair.disc.name not in VOLUMES:
+            pin_depth = self._pin_depth(self._disc_depth)
+            return pin_depth, self._disc_depth(pin_depth)
+        if self.pair.pin.name in VOLUMES:
+            return self._by_volumes()
+        lost, most = abs(self.disc), _WORN_TIP * float(self.contact.most)
+
+        def pin_depth_beside(depth: float) -> float:
+            return min(self._pin_depth(lambda _: depth), most)
+
+        def track(depth: float) -> float:
+            return self.volume(self.contact.at_depths(abs(pin_depth_beside(depth)), depth))
+
+        disc_depth = self._rising(track, lost)
+        return pin_depth_beside(disc_depth), math.copysign(disc_depth, self.disc)
+
+    def _by_volumes(self) -> tuple[float, float]:
+        """Return the depths by both volumes; those of the ends of a stroke are found in turns with its section."""
+        pin, lost, ends = self.given[self.pair.pin.name], abs(self.disc), 0.0
+        per_length = self.volume(replace(self.contact.at_depths(0.0, 0.0), groove_area=np.ones(())))
+        for _ in range(_TURNS if self.pair.path is not None and self.pair.path.there_and_back else 1):
+            worn = self.contact.worn(abs(pin), max(lost - ends, 0.0) / per_length)
+            ends = self.volume(worn) - per_length * float(worn.groove_area)
+        return math.copysign(float(worn.pin_depth), pin), math.copysign(float(worn.groove_depth), self.disc)
+
+    def _disc_depth(self, pin_depth: float) -> float:
+        """Return the depth of a track, m, whose depth or width was measured, under a pin worn by a depth, m."""
+        return self._approach(self.disc) - pin_depth if self.pair.disc.name in WIDTHS else self.disc
+
+    def _pin_depth(self, disc_depth: Callable[[float], float]) -> float:
+        """Return the wear depth of the pin, m, with a track whose depth, m, may depend on it."""
+        name, reading = self.pair.pin.name, self.given[self.pair.pin.name]
+        if name == "pin_share":
+            return self._of_share(reading, disc_depth)
+        if name in VOLUMES:
+            return math.copysign(self._rising(lambda h: self._lost(h, abs(disc_depth(h))), abs(reading)), reading)
+        if name in WIDTHS:
+            return self._approach(reading) - disc_depth(0.0)
+        if name == "pin_scar_diameter":
+            return self._between(lambda h: self._diameter(h, h + disc_depth(h)) - reading)
+        return float(self.pair.tip.depth(self.pair.pin, reading, self.given["radius"]))
+
+    def _of_share(self, share: float, disc_depth: Callable[[float], float]) -> float:
+        if self.pair.disc.name in WIDTHS:
+            return share * self._approach(self.disc)
+        most = _WORN_TIP * float(self.contact.most)
+        return min(share / (1 - share) * abs(disc_depth(0.0)), most) if share < 1 else most
+
+    def _approach(self, width: float) -> float:
+        return float(self.contact.approach_at(width / 2))
+
+    def _lost(self, pin_depth: float, disc_depth: float) -> float:
+        return float(self.contact.at_depths(pin_depth, disc_depth).pin_volume)
+
+    def _diameter(self, pin_depth: float, approach: float) -> float:
+        """Return the mean of length and width of the scar, m."""
+        return float(self.contact.half_width_at(pin_depth) + self.contact.half_width_at(approach))
+
+    def _rising(self, function: Callable[[float], float], target: float) -> float:
+        most = self.contact.most
+        return float(power_root(np.vectorize(function, otypes=[float]), target, 1e-3 * most, most))
+
+    def _between(self, excess: Callable[[float], float]) -> float:
+        """Return where a function is zero, m, from no wear of the pin to all of its tip."""
+        from scipy.optimize import brentq
+
+        most = float(self.contact.most)
+        if excess(0.0) >= 0:
+            return 0.0
+        return most if excess(most) <= 0 else float(brentq(excess, 0.0, most, xtol=1e-15 * most, rtol=1e-13))

@@ -1,0 +1,67 @@
+"""Clean-up of one run by the steps of a recipe, in their order."""
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tribopipe.base.arrays import Column
+from tribopipe.documents.preprocessing import CleaningStepName, CleanUp
+from tribopipe.documents.recipe import Recipe
+from tribopipe.documents.signals import SignalName
+from tribopipe.evaluation.preprocessing.axes_joined import join_axes
+from tribopipe.evaluation.preprocessing.masking import mask_samples
+from tribopipe.evaluation.preprocessing.signs import turn_friction, turn_load, turn_over
+from tribopipe.evaluation.preprocessing.spikes import mask_spikes
+from tribopipe.evaluation.preprocessing.strokes import average_strokes
+from tribopipe.evaluation.preprocessing.unloaded import mask_unloaded_friction
+from tribopipe.evaluation.preprocessing.workbench import Bench
+from tribopipe.evaluation.preprocessing.zeroing import zero_forces
+from tribopipe.results.run import RawRun, with_cleaned
+
+_TAKE: dict[CleaningStepName, Callable[[Bench, Any], None]] = {
+    "continuous-axes": join_axes,
+    "mask": mask_samples,
+    "zero": zero_forces,
+    "pressing-load": turn_load,
+    "friction-sign": turn_friction,
+    "unloaded-friction": mask_unloaded_friction,
+    "stroke-wise-friction": average_strokes,
+    "turn-over": turn_over,
+    "despike": mask_spikes,
+}
+
+
+class CleanedRun(NamedTuple):
+    """A run whose signals were cleaned up, and what was done to them."""
+
+    run: RawRun
+    """The run with its cleaned columns in the place of the raw ones."""
+    record: CleanUp
+    columns: Mapping[SignalName, Column]
+    """The columns that differ from the raw ones."""
+
+
+def clean_run(run: RawRun, recipe: Recipe | None = None) -> CleanedRun:
+    """Clean up the signals of a run as a recipe says; the run itself stays as it is.
+
+    Columns that are derived from changed ones, such as the friction coefficient from forces, are derived anew.
+    """
+    recipe = recipe or Recipe()
+    bench = Bench(run)
+    if len(run) > 1:
+        for step in recipe.clean_up:
+            bench.step = step.step
+            _TAKE[step.step](bench, step)
+            bench.finish_step()
+    changed = {name: values for name, values in bench.columns.items() if not _same(values, run.columns.get(name))}
+    record = CleanUp(
+        changes=tuple(bench.changes),
+        derived={name: bench.origins[name] for name in changed if bench.origins[name] != "measured"},
+        left_out=tuple(name for name in run.columns if name not in bench.columns),
+    )
+    return CleanedRun(with_cleaned(run, record, changed), record, changed)
+
+
+def _same(values: Column, before: Column | None) -> bool:
+    return values is before or (before is not None and np.array_equal(values, before, equal_nan=True))

@@ -1,0 +1,78 @@
+"""Samples that a sensor cannot have seen, made missing: impossible values, sentinels, dead load channels, limits."""
+
+import numpy as np
+
+from tribopipe.base.arrays import Column
+from tribopipe.documents.preprocessing import Mask, SignalLimits
+from tribopipe.documents.signals import SIGNALS, SignalName
+from tribopipe.evaluation.preprocessing.workbench import Bench, Selection, fewer
+
+MOST_FRICTION = 10.0
+"""No pair of bodies that slide has a friction coefficient beyond."""
+_IMPOSSIBLE: dict[SignalName, tuple[float, float, str]] = {
+    "relative_humidity": (0.0, 1.0, "outside 0 to 100 %"),
+    "temperature": (0.0, 3000.0, "outside 0 to 3000 K"),
+    "friction_coefficient": (-MOST_FRICTION, MOST_FRICTION, "beyond ±10"),
+}
+_AXES: tuple[SignalName, ...] = ("time", "rotations", "sliding_distance")
+_FAR_OFF = 1000.0
+"""A sentinel is this many times larger than nine tenths of the samples."""
+_TWICE = 2
+_DEAD_SHARE = 0.05
+_NOISE = 3.0
+"""A channel whose mean is within so many standard deviations of zero reads nothing but noise."""
+
+
+def mask_samples(bench: Bench, step: Mask) -> None:
+    """Mask in every measured signal what cannot have been seen, and what lies outside the limits a lab states."""
+    for name in tuple(bench.columns):
+        values = bench.measured(name)
+        if values is None:
+            continue
+        if step.impossible and name in _IMPOSSIBLE:
+            low, high, words = _IMPOSSIBLE[name]
+            bench.mask(name, (values < low) | (values > high), words, "physically impossible")
+        if step.impossible and name not in _AXES and (values := bench.measured(name)) is not None:
+            bench.mask(name, _sentinels(values), f"repeated and {_FAR_OFF:g} times as large as the rest", "a sentinel")
+        if name in step.limits and (values := bench.measured(name)) is not None:
+            _mask_beyond(bench, name, values, step.limits[name])
+    if step.impossible:
+        _leave_out_dead_load(bench)
+
+
+def _mask_beyond(bench: Bench, name: SignalName, values: Column, limits: SignalLimits) -> None:
+    ends = ((limits.lowest, np.less, "below"), (limits.highest, np.greater, "above"))
+    for limit, beyond, word in ends:
+        if limit is not None:
+            shown = limit.shown("degC" if SIGNALS[name].kind == "temperature" else None)
+            bench.mask(name, beyond(values, limit.value), f"{word} {shown}", "limit of the recipe")
+            values = bench.columns.get(name, values)
+
+
+def _sentinels(values: Column) -> Selection:
+    """Find values far beyond all others that stand there more than once, of either sign."""
+    size = np.abs(values)
+    typical = float(np.percentile(fewer(size), 90)) if len(fewer(size)) else 0.0
+    beyond = size > _FAR_OFF * typical
+    if not typical or not np.any(beyond):
+        return np.zeros(len(values), dtype=bool)
+    found, counts = np.unique(size[beyond], return_counts=True)
+    return np.isin(size, found[counts >= _TWICE])
+
+
+def _leave_out_dead_load(bench: Bench) -> None:
+    """Go on with the nominal load where the measured one is noise about zero, or too little for any friction."""
+    load, friction = bench.measured("normal_force"), bench.measured("friction_force")
+    if load is None:
+        return
+    some, nominal = fewer(load), bench.manifest.conditions.normal_load
+    if len(some) < 2 or np.percentile(np.abs(some), 99) >= _DEAD_SHARE * nominal.value:
+        return
+    within = f"left out: within {_DEAD_SHARE:.0%} of the nominal {nominal.shown()}"
+    if abs(np.mean(some)) <= _NOISE * np.std(some):
+        what = f"{within} and about zero throughout"
+        bench.leave_out("normal_force", what, "a dead channel; the nominal load counts")
+    elif friction is not None and np.nanmedian(np.abs(friction)) > MOST_FRICTION * np.median(np.abs(some)):
+        what = f"{within}, and the friction force over it beyond ±{MOST_FRICTION:g}"
+        why = "a dead channel that was not zeroed, or a wrong unit; the nominal load counts"
+        bench.leave_out("normal_force", what, why)

@@ -1,0 +1,103 @@
+"""Force sensors zeroed on what they read while nothing touches.
+
+When nothing touches, the lab may say. Otherwise the measured load tells: a run that begins or ends on a level stretch,
+from which the load then goes off by at least half the nominal load, did so without contact if that stretch reads zero,
+or less than zero seen in the direction of loading. A level above zero may be a small load, and is left alone; so is one
+that is no nearer to zero than half the step to the load, since it may be the load itself, upside down.
+"""
+
+import math
+
+import numpy as np
+
+from tribopipe.base.arrays import Column
+from tribopipe.documents.preprocessing import Zero
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.signals import SignalName
+from tribopipe.evaluation.preprocessing.workbench import Bench, Selection, fewer
+from tribopipe.physics.autocorrelation import effective_samples
+
+_FEWEST = 10
+"""Samples of a level stretch."""
+_FEWEST_SEEN = 2
+"""Samples by which a zero and its uncertainty can be told."""
+_LEVEL = 0.02
+"""Share of the step to the load within which a stretch is level."""
+_NEARER = 0.5
+"""Share of the step to the load by which a level without contact is off zero at most."""
+_NOISE = 6.0
+"""Or standard deviations of its noise."""
+_TRIMMED = 0.1
+"""Share of a stretch, next to the loading, that is left out."""
+_TOLD = 2.0
+"""Standard uncertainties by which a reading differs from zero at least where it is taken off."""
+
+
+def zero_forces(bench: Bench, step: Zero) -> None:
+    """Take the mean reading without contact off each force, and derive friction anew that was recorded beside them."""
+    where = _stated(bench, step) if step.windows else _unloaded(bench)
+    if where is None:
+        return
+    why = "in the windows stated" if step.windows else "without contact"
+    zeroed = [name for name in step.signals if _zeroed(bench, name, where, why)]
+    if zeroed and bench.measured("friction_force") is not None and bench.measured("friction_coefficient") is not None:
+        what = "the recorded one gives way to that derived from the zeroed forces"
+        bench.leave_out("friction_coefficient", what, "an instrument divides forces that are not zeroed")
+
+
+def _zeroed(bench: Bench, name: SignalName, where: Selection, why: str) -> bool:
+    """Take off a force what it reads on the mean where nothing touches; tell whether that was anything."""
+    force = bench.measured(name)
+    if force is None:
+        return False
+    seen = force[where & np.isfinite(force)]
+    if len(seen) < _FEWEST_SEEN:
+        bench.leave(name, f"not zeroed: {len(seen)} samples {why}; expected at least {_FEWEST_SEEN}", "too few to tell")
+        return False
+    zero, spread = float(np.mean(seen)), float(np.std(seen, ddof=1))
+    uncertainty = spread / math.sqrt(effective_samples(seen))
+    if abs(zero) <= max(_TOLD * uncertainty, 1e-9 * float(np.nanmax(np.abs(force)))):
+        return False
+    offset = Quantity(value=zero, unit="N", standard_uncertainty=uncertainty)
+    what = f"zero of {offset.shown('mN')} taken off"
+    bench.put(name, force - zero, what, f"mean of {len(seen)} samples {why}", offset=offset)
+    return True
+
+
+def _stated(bench: Bench, step: Zero) -> Selection:
+    time = bench.columns["time"]
+    inside = np.zeros(len(time), dtype=bool)
+    for window in step.windows:
+        inside |= (time >= window.start.value) & (time <= window.end.value)
+    return inside
+
+
+def _unloaded(bench: Bench) -> Selection | None:
+    """Find the level stretches without contact at either end of the run; none where the load does not tell."""
+    load = bench.measured("normal_force")
+    if load is None or len(load) < 2 * _FEWEST:
+        return None
+    nominal = bench.manifest.conditions.normal_load.value
+    first, last = _level_stretch(load, nominal), _level_stretch(load[::-1], nominal)
+    if first + last == 0 or first + last >= len(load):
+        return None
+    where = np.zeros(len(load), dtype=bool)
+    where[:first] = True
+    where[len(load) - last :] = True
+    return where
+
+
+def _level_stretch(load: Column, nominal: float) -> int:
+    """Return how many samples the level stretch without contact has with which the record begins; 0 where none."""
+    start = load[:_FEWEST]
+    if not np.all(np.isfinite(start)):
+        return 0
+    level, noise = float(np.median(start)), float(np.std(start))
+    low, high = np.percentile(fewer(load), [5, 95])
+    step = float(max(high - level, low - level, key=abs))
+    away = math.copysign(1.0, step)
+    if abs(step) < nominal / 2 or level * away > noise or abs(level) >= _NEARER * abs(step):
+        return 0
+    off = np.flatnonzero(np.abs(load - level) > max(_NOISE * noise, _LEVEL * abs(step)))
+    length = int((1 - _TRIMMED) * (off[0] if len(off) else len(load)))
+    return length if length >= _FEWEST else 0

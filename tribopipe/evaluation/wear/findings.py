@@ -1,0 +1,208 @@
+"""What speaks against the wear coefficient of a run: one sentence each, with a code and a remedy."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tribopipe.base.units import WEAR_COEFFICIENT, show
+from tribopipe.documents.quantity import Quantity, wear_coefficient
+from tribopipe.evaluation.depth_reading import MOST_DEVIATION
+from tribopipe.evaluation.wear.depth_problem import DepthProblem
+from tribopipe.evaluation.wear.rate_change import rate_change
+from tribopipe.physics.depth_model.posterior import DepthPosterior
+from tribopipe.physics.depth_model.terms import AMPLITUDES
+from tribopipe.physics.depth_model.widened import Prior, widened
+from tribopipe.results.finding import Finding
+
+DECISIVE = 4.6
+"""ln of the odds, 100 to 1, from which on a curve does not have the shape of the law, a line and noise.
+
+Where it has, the odds are as large in less than one of a hundred runs (Markov's inequality).
+"""
+_PROBABLE = 0.8
+
+
+def wear_findings(problem: DepthProblem, two_step: Quantity | None = None) -> Iterator[Finding]:
+    """Return what speaks against k_D of a run, the gravest first; ``two_step`` is k_D where that is of two steps."""
+    if not problem.measured_after:
+        yield _by_sensor_alone(problem)
+    elif problem.basis == "measurement":
+        yield _reading_not_trusted(problem, two_step)
+    if two_step is not None:
+        yield from _two_step_differs(problem, two_step)
+    if shape_is_rejected(problem.posterior):
+        yield _misfit(problem)
+    yield from _events(problem)
+    if "unseen_groove" in problem.inputs:
+        yield _unseen_groove(problem)
+
+
+def prior_findings(problem: DepthProblem, coefficient: Quantity) -> Iterator[Finding]:
+    """Note priors on which k_D of a run depends: it would move by more than its standard uncertainty by a wider one."""
+    if problem.basis == "measurement":
+        return
+    for prior, (code, named, remedy) in _priors(problem).items():
+        found = problem.coefficient_by(widened(problem.posterior, prior))
+        apart = abs(found - problem.coefficient()) / (coefficient.standard_uncertainty or np.inf)
+        if apart > 1:
+            shown = wear_coefficient(found).shown(WEAR_COEFFICIENT)
+            yield Finding(
+                severity="note",
+                code=code,
+                where="depth",
+                message=(
+                    f"found under {problem.law.title} that k_D would be {shown}, {apart:.1f} standard uncertainties "
+                    f"off, were the prior of the {named}, twice as wide"
+                ),
+                remedy=remedy,
+            )
+
+
+def _priors(problem: DepthProblem) -> dict[Prior, tuple[str, str, str]]:
+    """Return by what code each prior that a run has is told, what it is, and how to depend less on it."""
+    shares = ", ".join(f"{100 * share:g}" for share in AMPLITUDES)
+    found: dict[Prior, tuple[str, str, str]] = {
+        "settling": (
+            "depends_on_settling_prior",
+            f"settling, {shares} % of the wear",
+            "measure the wear after the test more exactly, or record the temperature",
+        )
+    }
+    if problem.reading.drift_deviation is not None:
+        drift = f"drift, 0 ± {Quantity(value=problem.reading.drift_deviation, unit='m').shown('nm')} over the test"
+        remedy = "measure the scar, or state the drift of your sensor as [drift] prior in a recipe"
+        found["drift"] = ("depends_on_drift_prior", drift, remedy)
+    return found
+
+
+def _two_step_differs(problem: DepthProblem, two_step: Quantity) -> Iterator[Finding]:
+    found = problem.coefficient()
+    spread = problem.random_uncertainty(found) * found + (two_step.standard_uncertainty or 0.0)
+    if abs(two_step.value - found) > MOST_DEVIATION * spread:
+        yield _finding(
+            "two_step_differs",
+            f"found under {problem.law.title} k_D = {two_step.shown(WEAR_COEFFICIENT)} by two-step correction, and "
+            f"{wear_coefficient(found).shown(WEAR_COEFFICIENT)} by the whole reading",
+            'use the default correction, correction = "model"',
+        )
+
+
+def _events(problem: DepthProblem) -> Iterator[Finding]:
+    """Name steps and spikes of the reading."""
+    record = problem.record
+    if record.steps:
+        where = ", ".join(show(float(f"{place:.4g}"), None, "m") for place in record.steps)
+        yield _finding(
+            "depth_steps",
+            f"found a step at {where}; a new zero offset was fitted from there on",
+            "look for a knock or a slipped sensor; where the specimens were taken out, write "
+            "[[interruptions]] with remounted = true",
+        )
+    if record.spikes:
+        yield Finding(
+            severity="note",
+            code="depth_spikes",
+            where="depth",
+            message=f"found {record.spikes} spikes, which were left out of the fit",
+            remedy='to leave them out of the figures as well, add [[clean_up]] step = "despike" to a recipe',
+        )
+
+
+def shape_is_rejected(posterior: DepthPosterior) -> bool:
+    """Say whether a reading is more than wear by its law, a line and noise."""
+    return posterior.log_odds > DECISIVE
+
+
+def _by_sensor_alone(problem: DepthProblem) -> Finding:
+    drift = Quantity(value=problem.recipe.drift.prior.value, unit="m").shown("nm")
+    return Finding(
+        severity="warning",
+        code="no_post_test_measurement",
+        where="end_values",
+        message=f"found none of the pin: k_D is by the depth sensor alone, with a drift of 0 ± {drift} over the test",
+        remedy="measure the scar and write it down as end_values.pin_scar_diameter",
+    )
+
+
+def _unseen_groove(problem: DepthProblem) -> Finding:
+    share = 100 * problem.recipe.uncertainty.unseen_groove
+    return Finding(
+        severity="note",
+        code="disc_not_measured",
+        where="end_values",
+        message=(
+            f"found none of the disc: k_D is uncertain by {100 * problem.inputs['unseen_groove'].spread:.2g} % for a "
+            f"groove {share:.0f} % as deep as the wear of the pin"
+        ),
+        remedy=(
+            "measure the track and write it down as end_values.disc_wear_depth, with 0 nm and its uncertainty where "
+            "there is none to be seen"
+        ),
+    )
+
+
+def _reading_not_trusted(problem: DepthProblem, two_step: Quantity | None) -> Finding:
+    ways = {name: wear_coefficient(*found) for name, found in problem.coefficients_by_ways().items()}
+    reading, measured = (ways[name].shown(WEAR_COEFFICIENT) for name in ("reading", "measurement"))
+    return Finding(
+        severity="warning",
+        code="reading_contradicts_measurement",
+        where="depth",
+        message=(
+            f"found under {problem.law.title} k_D = {reading} by the depth reading alone and {measured} "
+            f"by the post-test measurement alone, {abs(problem.deviation):.1f} standard uncertainties apart: "
+            f"{_consequence(two_step)}"
+        ),
+        remedy="look for thermal drift, a wearing counterbody, wrong units of either, and a radius for a diameter",
+    )
+
+
+def _consequence(two_step: Quantity | None) -> str:
+    if two_step is None:
+        return "the reading is not trusted, and k_D is that of the measurement"
+    return "two-step correction takes the difference for drift"
+
+
+def _misfit(problem: DepthProblem) -> Finding:
+    posterior, law = problem.posterior, problem.law.title
+    change = rate_change(problem)
+    if change is not None:
+        where = show(float(f"{change.distance:.2g}"), None, "m")
+        return _finding(
+            "wear_rate_changes",
+            f"found under {law} that k_D after about {where} is {change.ratio:.2g} times that before; "
+            "k_D is the mean of the test",
+            "divide the test there, or ask for a law with running-in",
+        )
+    size = _size(problem)
+    settles = posterior.settling_probability > _PROBABLE
+    if posterior.thermal_probability > _PROBABLE:
+        follows = "follows the temperature, and settles besides," if settles else "follows the temperature,"
+        return _finding(
+            "reading_follows_temperature",
+            f"found under {law} that it {follows} by {size} besides wear; it was fitted as that",
+            "keep the room steady, or wait for the rig to warm up",
+        )
+    if settles:
+        return _finding(
+            "reading_settles",
+            f"found under {law} that it settles like 1 − exp(−t/τ), by {size} besides wear; it was fitted as that",
+            "wait for the rig to warm up, or record the temperature",
+        )
+    return _finding(
+        "curve_shape",
+        f"found a shape that neither {law} nor linear drift has: {size} of it is neither",
+        "look for thermal drift, running-in, and a wearing counterbody; the post-test measurement counts for more",
+    )
+
+
+def _size(problem: DepthProblem) -> str:
+    posterior, reading = problem.posterior, problem.posterior.reading
+    mean = posterior.terms[0]
+    optional = reading.optional.columns.shape[1]
+    other = reading.columns[:, -optional:] @ mean[-optional:] + posterior.wander
+    return Quantity(value=float(other.max() - other.min()), unit="m").shown("um")
+
+
+def _finding(code: str, message: str, remedy: str) -> Finding:
+    return Finding(severity="warning", code=code, where="depth", message=message, remedy=remedy)

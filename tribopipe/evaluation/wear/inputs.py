@@ -1,0 +1,241 @@
+"""Everything uncertain that wear depends on: each input with its standard uncertainty and who stated it.
+
+What is systematic is drawn once a run: load, tip radius, moduli, sliding speed, sensor scale, end values, zero offset,
+end reading, and the friction fit by its covariance (JCGM 101:2008, 6.4: normal about the best estimate).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.random import Generator
+
+from tribopipe.base.arrays import Column, Numbers, Values
+from tribopipe.base.units import WEAR_COEFFICIENT, force_unit
+from tribopipe.documents.contact import PinOnDisc
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import FrictionSource, LawName, Recipe
+from tribopipe.evaluation.applied_load import applied_load
+from tribopipe.evaluation.friction_paths import run_path
+from tribopipe.evaluation.measurements.disc_track import told_by
+from tribopipe.evaluation.measurements.measured import stated_or_default
+from tribopipe.evaluation.wear.law_parameters import given_parameters
+from tribopipe.physics.friction_path import ExponentialFriction, FrictionPath
+from tribopipe.physics.laws import WearLaw, law_named
+from tribopipe.results.evaluation import FrictionFit
+from tribopipe.results.run import RawRun
+
+FRICTION_INPUTS = ("friction_amplitude", "friction_steady_state", "running_in_distance")
+"""A, b and c of Eq. 7, in the order of their covariance."""
+CONTACT_INPUTS = ("normal_load", "pin_radius", "pin_modulus", "disc_modulus")
+DISTANCE_INPUTS = ("sliding_speed", "track_radius")
+"""Of which one enters where sliding distance was derived from it."""
+PIN_SHARED = (*CONTACT_INPUTS, *DISTANCE_INPUTS, "depth_scale")
+"""Inputs of pins that may be off by the same in several runs."""
+DISC_INPUTS = (
+    "normal_load",
+    "crown_radius",
+    "curved_radius",
+    "flat_radius",
+    "curved_modulus",
+    "flat_modulus",
+)
+"""Of two discs, beside their slip."""
+_ABOVE_ZERO = (*CONTACT_INPUTS, *DISC_INPUTS, "unseen_groove")
+SHOWN_UNITS = {
+    "pin_radius": "mm",
+    "pin_modulus": "GPa",
+    "disc_modulus": "GPa",
+    "crown_radius": "mm",
+    "curved_radius": "mm",
+    "flat_radius": "mm",
+    "curved_modulus": "GPa",
+    "flat_modulus": "GPa",
+    "slip": "%",
+    "wear_volume": "mm^3",
+    "wear_depth": "um",
+    "track_width": "um",
+    "sliding_speed": "mm/s",
+    "track_radius": "mm",
+    "depth_scale": "1",
+    "pin_end_value": "um",
+    "disc_end_value": "nm",
+    "zero_offset": "um",
+    "end_reading": "um",
+    "running_in_distance": "m",
+    "wear_coefficient": WEAR_COEFFICIENT,
+}
+
+
+@dataclass(frozen=True)
+class Input:
+    """One number that wear depends on."""
+
+    quantity: Quantity
+    source: Literal["manifest", "default", "fit", "recipe"]
+
+    @property
+    def spread(self) -> float:
+        """Standard uncertainty."""
+        return self.quantity.standard_uncertainty or 0.0
+
+
+Inputs = Mapping[str, Input]
+
+
+def shown_unit(name: str, quantity: Quantity) -> str | None:
+    """Return the unit in which people read an input; of an end value by what was measured."""
+    if quantity.unit == "m^3":
+        return SHOWN_UNITS["wear_volume"]
+    if quantity.unit == "N":
+        return force_unit(quantity.value)
+    ends = (unit for measured, unit in SHOWN_UNITS.items() if measured in name)
+    return SHOWN_UNITS.get(name) or next(ends, None)
+
+
+def best_values(inputs: Inputs) -> dict[str, float]:
+    """Return the best estimate of each input."""
+    return {name: given.quantity.value for name, given in inputs.items()}
+
+
+def contact_inputs(contact: PinOnDisc, normal_load: Quantity, recipe: Recipe) -> dict[str, Input]:
+    """Collect load, tip radius and moduli with the uncertainties stated, or else the recipe's defaults."""
+    defaults = recipe.uncertainty
+    stated = (normal_load, contact.pin.radius, contact.pin.youngs_modulus, contact.disc.youngs_modulus)
+    relative = (defaults.normal_load, defaults.pin_radius, defaults.youngs_modulus, defaults.youngs_modulus)
+    return {
+        name: relative_input(quantity, share)
+        for name, quantity, share in zip(CONTACT_INPUTS, stated, relative, strict=True)
+    }
+
+
+def load_input(run: RawRun, recipe: Recipe) -> Input:
+    """Return the load of a run, recorded or nominal, and who stated how far its calibration may be off."""
+    stated = run.manifest.conditions.normal_load.standard_uncertainty is not None
+    load = relative_input(applied_load(run, recipe), recipe.uncertainty.normal_load)
+    return Input(load.quantity, "manifest" if stated else "default")
+
+
+def pin_inputs(run: RawRun, recipe: Recipe) -> dict[str, Input]:
+    """Collect load, tip radius and moduli of a run, the load as it was recorded."""
+    load = load_input(run, recipe)
+    return contact_inputs(run.manifest.pin_on_disc, load.quantity, recipe) | {"normal_load": load}
+
+
+def instrument_inputs(run: RawRun, recipe: Recipe) -> dict[str, Input]:
+    """Collect the sensor's scale, and the sliding speed or track radius where sliding distance was derived from it."""
+    found = {"depth_scale": relative_input(run.manifest.sensors.depth_scale, recipe.uncertainty.depth_scale)}
+    told = told_by(run, recipe.uncertainty)
+    return found if told is None else found | {told.name: Input(told.quantity, told.source)}
+
+
+def distance_scale(values: Values, best: Values) -> Numbers:
+    """Return by how much sliding distances are longer than by the best estimates of what they were derived from."""
+    return next((values[name] / best[name] for name in DISTANCE_INPUTS if name in values), 1.0)
+
+
+def friction_inputs(friction: FrictionFit) -> dict[str, Input]:
+    """Collect A, b and c as fitted."""
+    fitted = (friction.amplitude, friction.steady_state, friction.running_in_distance)
+    return {
+        name: Input(quantity, "fit")
+        for name, quantity in zip(FRICTION_INPUTS, fitted, strict=True)
+        if quantity is not None
+    }
+
+
+def law_inputs(law: WearLaw, recipe: Recipe) -> dict[str, Input]:
+    """Collect the parameters of a law that a recipe gives."""
+    return {law.input_of(name): Input(given, "recipe") for name, given in given_parameters(law, recipe).items()}
+
+
+class LawFriction(NamedTuple):
+    """What a law knows of friction: nothing where it needs none."""
+
+    path: FrictionPath | None = None
+    inputs: Mapping[str, Input] = MappingProxyType({})
+    """A, b and c, where the path is Eq. 7 as fitted."""
+    covariance: tuple[tuple[float, ...], ...] | None = None
+    """Of (A, b, c) at a given load: the load varies by itself, and ``friction_along`` carries it over to A and b."""
+
+
+def law_friction(run: RawRun, law: LawName, fit: FrictionFit | None, source: FrictionSource) -> LawFriction | None:
+    """Return a run's friction as a law needs it; none where it needs some and the run has none."""
+    if not law_named(law).needs_friction:
+        return LawFriction()
+    path = run_path(run, fit, source)
+    if path is None:
+        return None
+    if isinstance(path, ExponentialFriction) and fit is not None:
+        return LawFriction(path, friction_inputs(fit), fit.noise_covariance)
+    return LawFriction(path)
+
+
+def friction_along(path: FrictionPath | None, values: Values, best: Values) -> FrictionPath | None:
+    """Return the friction that values of the inputs stand for: Eq. 7 by A, b and c, or the path as it is.
+
+    The friction force is what was measured, so that A and b are lower by the share by which the load is higher than its
+    best estimate, unless the instrument recorded μ itself.
+    """
+    if "friction_steady_state" not in values:
+        return path
+    divided = isinstance(path, ExponentialFriction) and path.divided_by_load
+    share = best["normal_load"] / values["normal_load"] if divided else 1.0
+    amplitude, steady, running_in = (values[name] for name in FRICTION_INPUTS)
+    return ExponentialFriction(amplitude * share, steady * share, running_in, divided_by_load=divided)
+
+
+def relative_input(quantity: Quantity, share: float) -> Input:
+    """Return a quantity as an input, with a share of it as standard uncertainty where none was stated."""
+    return Input(*stated_or_default(quantity, share * abs(quantity.value)))
+
+
+def draw_values(
+    inputs: Inputs,
+    friction_covariance: tuple[tuple[float, ...], ...] | None,
+    rng: Generator,
+    count: int,
+    shared: Mapping[str, Column] | None = None,
+) -> dict[str, Column]:
+    """Draw each input ``count`` times, as columns of shape (count, 1).
+
+    ``shared`` gives errors in standard uncertainties for inputs that are off by the same in other runs. Inputs that
+    must be above zero are drawn again where they come out below. The running-in distance is log-normal.
+    """
+    drawn: dict[str, Column] = {}
+    for name, given in inputs.items():
+        if shared is not None and name in shared:
+            drawn[name] = (given.quantity.value + given.spread * shared[name])[:, None]
+        elif friction_covariance is None or name not in FRICTION_INPUTS:
+            drawn[name] = _normal(given, rng, count, above_zero=name in _ABOVE_ZERO)[:, None]
+    if friction_covariance is not None:
+        drawn |= _draw_friction(inputs, np.asarray(friction_covariance), rng, count)
+    return drawn
+
+
+def _normal(given: Input, rng: Generator, count: int, *, above_zero: bool) -> Column:
+    drawn = given.quantity.value + given.spread * rng.standard_normal(count)
+    while above_zero and np.any(low := drawn <= 0):
+        drawn[low] = given.quantity.value + given.spread * rng.standard_normal(np.count_nonzero(low))
+    return np.asarray(drawn)
+
+
+def _draw_friction(inputs: Inputs, covariance: Column, rng: Generator, count: int) -> dict[str, Column]:
+    amplitude, steady, running_in = (inputs[name].quantity.value for name in FRICTION_INPUTS)
+    scale = np.array([1.0, 1.0, 1.0 / running_in])
+    centre = np.array([amplitude, steady, 0.0])
+    drawn = rng.multivariate_normal(centre, covariance * np.outer(scale, scale), count, method="eigh")
+    drawn[:, 2] = running_in * np.exp(np.clip(drawn[:, 2], -5.0, 5.0))
+    return {name: drawn[:, [place]] for place, name in enumerate(FRICTION_INPUTS)}
+
+
+def default_notes(inputs: Inputs) -> tuple[str, ...]:
+    """Name the inputs whose uncertainty is a default, in one sentence; nothing where all were stated."""
+    named = [
+        f"{name.replace('_', ' ')} {given.quantity.shown(shown_unit(name, given.quantity))}"
+        for name, given in inputs.items()
+        if given.source == "default"
+    ]
+    return (f"default uncertainty used for {', '.join(named)}",) if named else ()

@@ -1,0 +1,263 @@
+"""Drift and wear estimated together: zero offsets, drift rate and k_D in one least-squares fit.
+
+    g·reading(t) = z + ρ·(t − t₀) + h(s; k_D)·(1 + disc/pin) + noise
+    measured depth at an interruption or at the end = h(s; k_D) + its own error
+
+Each row is weighted by its variance: the sensor's noise with its autocorrelation, and the uncertainty of each end
+value. So the end value is one more measurement, not the truth that the curve is bent to; every interruption adds
+another; and where the specimens were taken out, a new zero offset begins. The fit trusts the law's shape to tell wear
+from drift, which correction in two steps does not.
+"""
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from tribopipe.base.arrays import Column, Numbers, Values
+from tribopipe.base.errors import FitError
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import Recipe
+from tribopipe.evaluation.depth_reading import remountings
+from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear
+from tribopipe.evaluation.wear.inputs import FRICTION_INPUTS, Input
+from tribopipe.evaluation.wear.law_parameters import with_fitted_law
+from tribopipe.evaluation.wear.problem import NODES, WearProblem
+from tribopipe.results.run import CorrectedRun
+
+_LEAST_SPREAD = 1e-12
+"""Standard uncertainty, m, of an end value stated as exact: it cannot be weighted without bound."""
+END_ANCHOR = "pin_end_value"
+
+
+@dataclass(frozen=True)
+class JointFit:
+    """Zero offsets, drift rate and k_D estimated together, to first order."""
+
+    zero_offsets: tuple[Quantity, ...]
+    """Sensor reading at the start of sliding, and after each remounting less what drift had added."""
+    drift_rate: Quantity
+    """Slope against time of what the sensor reads beside wear."""
+    wear_coefficient: Quantity
+    """k_D."""
+    end_wear_depth: Quantity
+    """Pin wear depth at the end by the fitted law."""
+    end_value_deviation: float
+    """End value of the pin minus fitted depth, over the end value's standard uncertainty."""
+    anchors: int
+    """Number of depths measured on the pin, at interruptions and at the end."""
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """Wear of the pin measured at one sliding distance."""
+
+    name: str
+    """Name of its input."""
+    distance: float
+    wear: EndWear
+
+
+@dataclass(frozen=True)
+class JointProblem(WearProblem):
+    """One run with drift and wear in one fit: rows of the reading, and then one for each anchor."""
+
+    anchors: tuple[Anchor, ...] = ()
+    segments: Column = field(default_factory=lambda: np.zeros(1))
+    """Number of remountings before each row of the reading."""
+
+    def rows(self, values: Values) -> Column:
+        """Return the reading in true displacement, and each depth measured on the pin, m."""
+        reading = np.asarray(values["depth_scale"] * self.trace.reading)
+        measured = [anchor.wear.pin_depth_of(values[anchor.name], values["pin_radius"]) for anchor in self.anchors]
+        draws = reading.shape[:-1]
+        return np.concatenate([reading, *(np.broadcast_to(depth, (*draws, 1)) for depth in measured)], axis=-1)
+
+    def modelled(self, values: Values) -> Callable[[Column], tuple[Column, Column]]:
+        """Return wear of pin and disc at each sample and of the pin at each anchor, and slopes against ln k_D, m."""
+        pin, unit = self.pin(values), self.unit_volume(values, self._row_distance)
+        grown = self._grown(self._row_distance)
+
+        def model(log_coefficient: Column) -> tuple[Column, Column]:
+            volume = np.exp(log_coefficient)[..., None] * unit
+            state = pin.worn(volume)
+            depth = np.array(state.depth * grown)
+            depth[..., : len(self.distance)] += self.disc_wear(state.radius, values)
+            return depth, volume / state.area * grown
+
+        return model
+
+    @property
+    def measured_inputs(self) -> Collection[str]:
+        """Names of inputs that what is measured depends on, but not what the model says."""
+        return ("depth_scale", *(anchor.name for anchor in self.anchors))
+
+    @cached_property
+    def _row_distance(self) -> Column:
+        """Sliding distance of each row, m, that of the end anchor right after the reading's."""
+        return np.concatenate([self.distance, [anchor.distance for anchor in self.anchors]])
+
+    def disc_wear(self, radius: Column, values: Values) -> Numbers:
+        """Return the disc's wear at each sample, m, for contact radii at each sample and, next, at the end.
+
+        By Archard's law a point of the track, passing under a contact of radius a once a turn, wears as ∫ds/a.
+        """
+        if "disc_end_value" not in values:
+            return 0.0
+        count = len(self.distance) + 1
+        # By the trapezoidal rule over √s, in which 2√s/a is smooth and begins at 0.
+        root = np.concatenate([[0.0], np.sqrt(self._row_distance[:count])])
+        rate = root[1:] / radius[..., :count]
+        rate = np.concatenate([np.zeros((*rate.shape[:-1], 1)), rate], axis=-1)
+        grown = np.cumsum((rate[..., 1:] + rate[..., :-1]) * np.diff(root), axis=-1)
+        return np.asarray(values["disc_end_value"] * grown[..., :-1] / grown[..., -1:])
+
+    @cached_property
+    def root_weights(self) -> Column:
+        """Inverse standard deviation of each row, 1/m."""
+        spreads = [anchor.wear.pin_depth.standard_uncertainty or 0.0 for anchor in self.anchors]
+        deviations = [*np.sqrt(self.noise / self.weights), *np.maximum(spreads, _LEAST_SPREAD)]
+        return 1 / np.asarray(deviations)
+
+    @cached_property
+    def linear(self) -> Column:
+        """Columns of the zero offsets and of the drift over the whole run, in weighted rows."""
+        offsets = np.equal.outer(self.segments, np.unique(self.segments)).astype(float)
+        columns = np.column_stack([offsets, self.trace.ramp])
+        rows = np.vstack([columns, np.zeros((len(self.anchors), columns.shape[1]))])
+        return np.asarray(rows * self.root_weights[:, None])
+
+    def draw_noise(self, rng: Generator, count: int) -> Column:
+        """Draw the noise of the reading, m; what is uncertain of an anchor is among the inputs."""
+        return np.hstack([super().draw_noise(rng, count), np.zeros((count, len(self.anchors)))])
+
+    def stretches(self, nodes: int) -> NDArray[np.intp]:
+        """Return the numbers of the stretches into which samples are pooled, none across a remounting."""
+        within: NDArray[np.intp] = super().stretches(nodes)
+        return within + nodes * self.segments.astype(np.intp)
+
+    def pooled(self) -> Self:
+        """Return the problem itself: it is posed on pooled samples."""
+        return self
+
+    def reduced(self, nodes: int = NODES) -> Self:
+        """Return the same problem on means over stretches of samples."""
+        filled = np.flatnonzero(np.bincount(self.stretches(nodes)))
+        return replace(super().reduced(nodes), segments=(filled // nodes).astype(float))
+
+    def offsets_and_drift(self, coefficient: Column, values: Values, noise: Numbers = 0.0) -> Column:
+        """Return the zero offsets and what drift adds over the run, m, for a k_D; one row a draw."""
+        depth, _ = self.model(np.log(coefficient), values)
+        residual = (self.rows(values) + noise - depth) * self.root_weights
+        together = np.hstack([self.linear, self.law_columns])
+        return np.asarray(residual @ np.linalg.pinv(together).T[:, : self.linear.shape[1]])
+
+    def starting_depth(self, values: Values) -> Column:
+        """Return the best estimate of the end value, m: from a low draw of it the search would slide to no wear."""
+        return np.broadcast_to(self.end_depth(self.values), np.shape(self.end_depth(values)))
+
+    def measured(self, values: Values, coefficient: Column, noise: Numbers = 0.0) -> Column:
+        """Return the pin's wear as the reading has it without drift, zero offset and disc wear found with a k_D, m."""
+        count = len(self.distance)
+        beside = self.linear[:count] / self.root_weights[:count, None]
+        drift = self.offsets_and_drift(coefficient, values, noise) @ beside.T
+        volume = np.asarray(coefficient)[..., None] * self.unit_volume(values, self._row_distance)
+        disc = self.disc_wear(self.pin(values).worn(volume).radius, values)
+        return np.asarray((self.rows(values) + noise)[..., :count] - drift - disc)
+
+
+def joint_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe) -> JointProblem:
+    """Pose the joint fit of a run that a fit in two steps has been posed for."""
+    manifest = corrected.run.manifest
+    anchors, inputs = [Anchor(END_ANCHOR, problem.trace.slid, problem.end)], dict(problem.inputs)
+    for name in ("zero_offset", "end_reading"):
+        inputs.pop(name)
+    for number, stop in enumerate(manifest.interruptions, start=1):
+        wear = end_wear(corrected.run, recipe.uncertainty, number - 1)
+        if wear is not None:
+            anchors.append(Anchor(f"pin_value_at_interruption_{number}", stop.place, wear))
+            inputs[anchors[-1].name] = Input(wear.pin.quantity, wear.pin.source)
+    joint = JointProblem(
+        contact=problem.contact,
+        law=problem.law,
+        distance=problem.distance,
+        trace=problem.trace,
+        end=problem.end,
+        friction=problem.friction,
+        inputs=inputs,
+        engine=problem.engine,
+        friction_covariance=problem.friction_covariance,
+        weights=np.ones(len(problem.distance)),
+        noise=problem.noise,
+        anchors=tuple(anchors),
+        segments=remountings(manifest, problem.distance),
+    ).reduced()
+    return with_fitted_law(joint)
+
+
+def fit_joint(problem: JointProblem) -> JointFit:
+    """Estimate zero offsets, drift rate and k_D together, to first order (JCGM 100:2008, 5.1.2 and 5.2).
+
+    Raises ``FitError`` where the depth signal does not tell them apart.
+    """
+    values = problem.values
+    best = problem.coefficient()
+    covariance = _statistical_covariance(problem, best) + _systematic_covariance(problem)
+    *offsets, drift = problem.offsets_and_drift(np.asarray(best), values)
+    variances = np.diag(covariance)
+    if not np.all(np.isfinite(variances) & (variances >= 0)):
+        raise FitError(
+            "joint fit: found a depth signal that does not tell offset, drift and wear apart; expected one that "
+            "follows the wear; look at the depth that is left after clean-up, or take the correction in two steps"
+        )
+    log_spread, *offset_spreads, drift_spread = np.sqrt(variances)
+    duration, end = problem.trace.duration, problem.end.pin_depth
+    depths = problem.model(np.log(best), values)[0][len(problem.distance) :]
+    return JointFit(
+        zero_offsets=tuple(
+            Quantity(value=value, unit="m", standard_uncertainty=spread)
+            for value, spread in zip(offsets, offset_spreads, strict=True)
+        ),
+        drift_rate=Quantity(value=drift / duration, unit="m/s", standard_uncertainty=drift_spread / duration),
+        wear_coefficient=Quantity(value=best, unit="m^2/N", standard_uncertainty=best * log_spread),
+        end_wear_depth=Quantity(value=float(depths[0]), unit="m"),
+        end_value_deviation=(end.value - float(depths[0])) / max(end.standard_uncertainty or 0.0, _LEAST_SPREAD),
+        anchors=len(problem.anchors),
+    )
+
+
+def _parameters(problem: JointProblem, values: Values) -> Column:
+    """Return ln k_D, zero offsets and drift, one row a draw."""
+    coefficient = problem.solve(values)
+    return np.concatenate([np.log(coefficient)[..., None], problem.offsets_and_drift(coefficient, values)], axis=-1)
+
+
+def _statistical_covariance(problem: JointProblem, coefficient: float) -> Column:
+    """Return the covariance of ln k_D, zero offsets and drift by noise and end values, (JᵀWJ)⁻¹."""
+    _, slope = problem.model(np.log(coefficient), problem.values)
+    design = np.column_stack([slope * problem.root_weights, problem.linear, problem.law_columns])
+    # Columns of length one: ln k_D and metres differ by many orders of magnitude.
+    length = np.linalg.norm(design, axis=0)
+    root = np.linalg.inv(np.linalg.qr(design / length)[1]) / length[:, None]
+    found = 1 + problem.linear.shape[1]
+    return np.asarray(root @ root.T)[:found, :found]
+
+
+def _systematic_covariance(problem: JointProblem) -> Column:
+    """Return what the inputs add, friction by its covariance; anchors are among the rows and their weights."""
+    anchors = {anchor.name for anchor in problem.anchors}
+    friction = FRICTION_INPUTS if problem.friction_covariance is not None else ()
+    names = [name for name, given in problem.inputs.items() if given.spread and name not in anchors]
+    low, high = np.split(_parameters(problem, problem.moved(names)), 2)
+    moved = dict(zip(names, (high - low) / 2, strict=True))
+    alone = [shift for name, shift in moved.items() if name not in friction]
+    covariance = np.sum([np.outer(shift, shift) for shift in alone], axis=0)
+    if problem.friction_covariance is not None:
+        spreads = np.array([problem.inputs[name].spread for name in friction])
+        slopes = np.column_stack([moved[name] for name in friction]) / spreads
+        covariance = covariance + slopes @ np.asarray(problem.friction_covariance) @ slopes.T
+    return np.asarray(covariance)

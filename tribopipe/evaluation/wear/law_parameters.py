@@ -1,0 +1,264 @@
+"""Parameters of a wear law beside k_D: given in a recipe, or found with it.
+
+What is given is an input like any other. What is not is found by least squares over the parameters alone, k_D being
+solved for at each try (variable projection). From then on it is free to first order: what it can explain of rows is
+projected out of them, as zero offsets and drift are in a joint fit. So budget and draws of k_D have it free as well.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+
+from tribopipe.base.arrays import Column
+from tribopipe.base.errors import FitError, did_you_mean
+from tribopipe.base.units import show
+from tribopipe.documents.quantity import Quantity, read_quantity
+from tribopipe.documents.recipe import GivenParameter, LawName, Recipe
+from tribopipe.physics.laws import WearLaw, law_named
+
+if TYPE_CHECKING:
+    from tribopipe.evaluation.wear.problem import WearProblem
+
+P = TypeVar("P", bound="WearProblem")
+_STARTS = 7
+"""Of a search over a parameter that is above zero, spread over its decades."""
+_STEP = 1e-4
+"""Of a difference quotient, relative."""
+_AS_GOOD = 4.0
+"""Difference of χ² that noise makes."""
+_NEAR = 1e-3
+"""Of an end of where a parameter is sought, relative: nearer than this it is there."""
+
+
+@dataclass(frozen=True)
+class Tangent:
+    """The parameters of a law that are free, to first order about the best estimate."""
+
+    names: tuple[str, ...]
+    coefficient: float
+    """k_D there, m²/N."""
+
+
+def given_parameters(law: WearLaw, recipe: Recipe) -> dict[str, Quantity]:
+    """Return the parameters that a recipe gives of a law. Raises ``FitError`` where it cannot have them."""
+    return read_parameters(law, recipe.wear.parameters.get(law.name, {}), f"wear.parameters.{law.name}")
+
+
+def read_parameters(law: WearLaw, written: Mapping[str, GivenParameter], where: str) -> dict[str, Quantity]:
+    """Return parameters as they are written at a place. Raises ``FitError`` where a law cannot have them."""
+    return {name: _read(law, name, said, f"{where}.{name}") for name, said in written.items()}
+
+
+def _read(law: WearLaw, name: str, said: GivenParameter, where: str) -> Quantity:
+    known = law.parameters()
+    if name not in known:
+        raise FitError(f"{where}: found a parameter that {law.title} has not; {did_you_mean(name, known)}")
+    try:
+        quantity = read_quantity(said, known[name].kind)
+    except ValueError as error:
+        raise FitError(f"{where}: {error}") from None
+    low, high = known[name].low, known[name].high
+    if not low <= quantity.value <= high:
+        ends = " to ".join(show(end, None, quantity.unit) for end in (low, high))
+        raise FitError(f"{where}: found {quantity}; expected {ends}; correct it")
+    return quantity
+
+
+def law_as_given(name: LawName, recipe: Recipe) -> WearLaw:
+    """Return a law with its parameters as a recipe gives them.
+
+    Raises ``FitError`` where the law is not installed here, or has a parameter that is not given.
+    """
+    law = law_named(name)
+    return law_with(law, given_parameters(law, recipe))
+
+
+def law_with(law: WearLaw, given: Mapping[str, Quantity], place: str | None = None) -> WearLaw:
+    """Return a law with parameters. Raises ``FitError`` where one is missing, saying where it belongs."""
+    values = {law.input_of(name): quantity.value for name, quantity in given.items()}
+    require_all(law, values, place)
+    return law.at(values)
+
+
+def require_all(law: WearLaw, values: Mapping[str, float], place: str | None = None) -> None:
+    """Raise ``FitError`` where a parameter of a law is not among the values of inputs.
+
+    It says where they belong: in a recipe, unless told otherwise.
+    """
+    if missing := [parameter for parameter in law.parameters() if law.input_of(parameter) not in values]:
+        raise FitError(
+            f"{law.title}: found no {' and no '.join(missing)}; expected them given, since only the fit of one pin "
+            f"finds them; write them under {place or f'[wear.parameters.{law.name}] in a recipe'}"
+        )
+
+
+def with_fitted_law(problem: P) -> P:
+    """Return a problem with those parameters of its law fitted that are not among its inputs.
+
+    One that is found at 0 is held there, and so is one that has no effect. Raises ``FitError`` where the depth shows no
+    wear, or where one is found at another end of where it is sought.
+    """
+    names = _sought(problem)
+    if not names:
+        return problem
+    law, free = _Search(problem.condensed(), names).best()
+    found = replace(problem, law=law)
+    return replace(found, tangent=Tangent(free, found.coefficient()))
+
+
+def _sought(problem: "WearProblem") -> tuple[str, ...]:
+    """Return the parameters of the law that nobody gave."""
+    return tuple(name for name in problem.law.parameters() if problem.law.input_of(name) not in problem.inputs)
+
+
+def _end(law: WearLaw, name: str) -> float | None:
+    """Return the end of where a parameter is sought that it stands at; none where it stands between them."""
+    known, value = law.parameters()[name], law.values()[name]
+    near = (end for end in (known.low, known.high) if abs(value - end) < _NEAR * _size(law, name, end))
+    return next(near, None)
+
+
+def indistinct(law: WearLaw, names: Sequence[str]) -> str:
+    """Say that a run does not tell k_D and the parameters of its law apart."""
+    return (
+        f"wear fit: found a depth that does not tell k_D from {' and '.join(names)} of {law.title}; expected one that "
+        f"shows them; give some under [wear.parameters.{law.name}] in a recipe, or fit another law"
+    )
+
+
+def held_notes(problem: "WearProblem") -> tuple[str, ...]:
+    """Say of each parameter that was sought and is held why it is, in a sentence."""
+    return tuple(_held(problem.law, name) for name in _sought(problem) if name not in problem.fitted_parameters)
+
+
+def _held(law: WearLaw, name: str) -> str:
+    called = name.replace("_", " ")
+    if _end(law, name) == 0:
+        return f"{called} was found at 0 and is held there: k_D and its uncertainty are those without it"
+    return f"{called} has no effect on the wear of this run: its value says nothing"
+
+
+def _size(law: WearLaw, name: str, value: float) -> float:
+    """Return by how much a parameter has to change to matter: its value, or what it starts at where it may be 0."""
+    known, start = law.parameters()[name], type(law)().values()[name]
+    return abs(value) if known.low > 0 else max(abs(value), abs(start) or known.high - known.low)
+
+
+class _Search:
+    """For the parameters of a law with which k_D follows a run best; those above zero by their logarithms.
+
+    Others are counted in what they start at.
+    """
+
+    def __init__(self, problem: "WearProblem", names: Sequence[str]) -> None:
+        self.problem, self.names = problem, names
+        known, start = problem.law.parameters(), problem.law.values()
+        self.known = [known[name] for name in names]
+        self.logarithmic = np.array([one.low > 0 for one in self.known])
+        self.unit = np.array([_size(problem.law, name, 1.0 if known[name].low > 0 else 0.0) for name in names])
+        self.start = self._sought([start[name] for name in names])
+        self.bounds = self._sought([one.low for one in self.known]), self._sought([one.high for one in self.known])
+        self.rows = problem.rows(problem.values)
+        self.length = float(np.linalg.norm(self.rows * problem.root_weights))
+
+    def law(self, sought: Column) -> WearLaw:
+        """Return the law with its parameters as they are sought."""
+        values = np.where(self.logarithmic, np.exp(np.where(self.logarithmic, sought, 0.0)), sought * self.unit)
+        return replace(self.problem.law, **dict(zip(self.names, values.tolist(), strict=True)))
+
+    def left(self, sought: Column) -> Column:
+        """Return what the law with its best k_D leaves of each weighted row, over the length of them all."""
+        tried = replace(self.problem, law=self.law(sought))
+        coefficient = float(tried.solve(tried.values))
+        log_k = np.log(coefficient) if coefficient > 0 else -np.inf
+        depth, _ = tried.model(np.asarray(log_k), tried.values)
+        return tried.without_free((self.rows - depth) * tried.root_weights) / self.length
+
+    def best(self) -> tuple[WearLaw, tuple[str, ...]]:
+        """Return the law with which the misfit is least, and which of its parameters are free.
+
+        The search begins at each start with a few tries and goes on from the best of them; from others that are as good
+        where a parameter runs away. Raises ``FitError`` where one always does.
+        """
+        rough = [self._least(np.array(start), most=20) for start in product(*self._starts())]
+        misfits = [self._misfit(sought) for sought in rough]
+        as_good = [place for place in np.argsort(misfits) if misfits[place] < min(misfits) + _AS_GOOD]
+        found = (self._settled(self.law(self._least(rough[place], most=200))) for place in as_good)
+        for law, free in found:
+            if all(_end(law, name) is None for name in free):
+                return law, free
+        raise FitError(indistinct(self.problem.law, self.names))
+
+    def _settled(self, law: WearLaw) -> tuple[WearLaw, tuple[str, ...]]:
+        """Return a law with what is found at 0 held there, and the parameters that then have an effect."""
+        zero = {name: 0.0 for name in self.names if _end(law, name) == 0}
+        problem = replace(self.problem, law=replace(law, **zero))
+        free = [
+            name
+            for name in self.names
+            if name not in zero and np.any(_slope(problem, name, lambda moved: moved.effective_distance(moved.values)))
+        ]
+        return problem.law, tuple(free)
+
+    def _misfit(self, sought: Column) -> float:
+        """Return the sum of squares that is left, over the variance of the noise."""
+        problem = self.problem
+        one_sample = problem.root_weights[0] ** 2 * problem.noise / problem.weights[0]
+        return float(np.sum(self.left(sought) ** 2) * self.length**2 / one_sample)
+
+    def _least(self, start: Column, most: int) -> Column:
+        from scipy.optimize import least_squares
+
+        inside = np.clip(start, *self.bounds)
+        found = least_squares(self.left, inside, bounds=self.bounds, xtol=1e-12, ftol=1e-14, gtol=1e-14, max_nfev=most)
+        return np.asarray(found.x)
+
+    def _starts(self) -> list[list[float]]:
+        ends = zip(self.start, self.logarithmic, *self.bounds, strict=True)
+        return [
+            np.linspace(low, high, _STARTS + 2)[1:-1].tolist() if logarithmic else [start]
+            for start, logarithmic, low, high in ends
+        ]
+
+    def _sought(self, values: Sequence[float]) -> Column:
+        column = np.asarray(values, dtype=float)
+        return np.where(self.logarithmic, np.log(np.where(self.logarithmic, column, 1.0)), column / self.unit)
+
+
+def law_columns(problem: "WearProblem", rows_of: Callable[["WearProblem"], Column]) -> Column:
+    """Return how each row of the model moves with the parameters of its law that are free: rows by parameters."""
+    return np.stack([_slope(problem, name, rows_of) for name in problem.fitted_parameters], axis=-1)
+
+
+def _slope(problem: "WearProblem", name: str, rows_of: Callable[["WearProblem"], Column]) -> Column:
+    law, value = problem.law, problem.law.values()[name]
+    step = _STEP * _size(law, name, value)
+    known = law.parameters()[name]
+    low, high = max(value - step, known.low), min(value + step, known.high)
+    rows = [rows_of(replace(problem, law=replace(law, **{name: near}), tangent=None)) for near in (low, high)]
+    return np.asarray((rows[1] - rows[0]) / (high - low))
+
+
+def law_covariance(problem: "WearProblem", coefficient: float) -> Column:
+    """Return the covariance of ln k_D and the parameters that are free, in SI, to first order (JCGM 100:2008, 5.2).
+
+    Of the noise of the reading and of every input, those of the friction fit by their own covariance.
+    """
+    _, slope = problem.model(np.log(coefficient), problem.values)
+    design = np.column_stack([slope * problem.root_weights, problem.law_columns, problem.linear])
+    length = np.linalg.norm(design, axis=0)
+    pull = (np.linalg.pinv(design / length) / length[:, None])[: 1 + problem.law_columns.shape[1]]
+    samples = len(problem.distance)
+    noisy = pull[:, :samples] * problem.root_weights[:samples] * np.sqrt(problem.noise / problem.weights)
+    names = [name for name in problem.inputs if problem.inputs[name].spread]
+    moved = dict(zip(names, problem.shifts(names, coefficient) * problem.root_weights @ pull.T, strict=True))
+    together, covariance = problem.friction_together(), problem.friction_covariance
+    alone = [shift for name, shift in moved.items() if name not in together]
+    found = noisy @ noisy.T + sum((np.outer(shift, shift) for shift in alone), np.zeros((len(pull), len(pull))))
+    if together:
+        per_unit = np.column_stack([moved[name] / problem.inputs[name].spread for name in together])
+        found = found + per_unit @ np.asarray(covariance) @ per_unit.T
+    return np.asarray(found)

@@ -1,0 +1,337 @@
+"""Local wear of a pin or of two discs from a known k_D, at every point of the contact, beside the GIWM.
+
+The amount of wear that local wear counts in (tribopipe.physics.local.surface) is k_D·S(s) for a pin, with the law's
+effective distance S, m³/N, and for discs, m²/N,
+
+    (k₁ + k₂·r₁/r₂)·N_s,    N_s = N·|slip|
+
+with the rotations N_s of one disc against the other (Eq. 9). Both discs wear where they touch, in the ratio
+k₁/r₁ : k₂/r₂, so that their sum wears as one; slip and radii are those of the unworn discs. k₁ and k₂ are Archard's,
+by which V = k·F_N·s: those of the GIWM's volume-conserving way of counting.
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribopipe.base.arrays import Column
+from tribopipe.base.errors import FitError
+from tribopipe.contacts.surfaces import disc_surface, pin_surface
+from tribopipe.contacts.twin_disc import disc_pair
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import LawName, Recipe
+from tribopipe.documents.slip import slip
+from tribopipe.evaluation.wear.predict import WearScenario
+from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario, KnownDiscs, known_discs
+from tribopipe.evaluation.wear.twin_disc.validity import hertz_start, validity_notes
+from tribopipe.physics.conventions import Course, DistanceConvention, Engine
+from tribopipe.physics.friction_path import FrictionPath
+from tribopipe.physics.local.course import STEPS_PER_DECADE, LocalWear, wear
+from tribopipe.physics.local.economy import Elastic, wear_economically
+from tribopipe.physics.local.surface import Surface
+from tribopipe.physics.twin_disc import DiscWear
+from tribopipe.results.disc_evaluation import TwinDiscFit
+from tribopipe.results.local_wear import LocalDiscPoint, LocalPinPoint, LocalWearResult
+from tribopipe.results.local_wear_curves import GlobalWear, LocalCurves
+
+ARCHARDS: DistanceConvention = "volume-conserving"
+"""The way of counting distance by which the k_D of discs is Archard's."""
+Indices = NDArray[np.intp]
+_DECADES = 5
+"""Powers of ten before the last place that a course is shown over."""
+_PLACES_PER_DECADE = 12
+_VOLUME_INPUTS = ("wear_coefficient", "normal_load")
+_DISC_OUTCOMES = ("curved_depth", "flat_depth", "curved_volume", "flat_volume")
+_STABLE_SHARE = 0.5
+"""Of the longest stable increment: what the economy takes, whose pressure is one increment late."""
+_ROUNDING = 1e-9
+"""Of a place: by so much a decade may be longer than one."""
+_FEWEST_POINTS = 8
+"""Points to the radius of a contact, with which local wear is within about one per cent."""
+
+
+@dataclass(frozen=True)
+class LocalOptions:
+    """How local wear is computed."""
+
+    engine: Engine | None = None
+    """None for that which suits the tribometer: rings under a pin, a half space under discs."""
+    scheme: Course = "implicit"
+    steps_per_decade: int = STEPS_PER_DECADE
+    """Wear steps for each power of ten; with so many, depths are off by less than the grid makes them."""
+    update_mesh_every: int = 50
+    """Steps after which elasticity is computed for the worn shape, where it depends on it; 0 for never."""
+    stress_loss: float = 0.0
+    """Share of its stresses that an increment of the economy loses."""
+
+
+def default_places(end: float) -> list[float]:
+    """Return the powers of ten in the five decades before an end, and the end."""
+    powers = 10.0 ** np.arange(math.floor(math.log10(end)) - _DECADES, math.floor(math.log10(end)) + 1)
+    return [*(power for power in powers.tolist() if end / 10**_DECADES <= power < end), end]
+
+
+def local_scenario(
+    manifest: RunManifest,
+    coefficients: Sequence[Quantity],
+    law: LawName = "archard",
+    friction: FrictionPath | None = None,
+    recipe: Recipe | None = None,
+) -> WearScenario | DiscScenario:
+    """Return what a run is worn under: its own contact, load and slip, a law, and k_D as Archard has it.
+
+    Of discs that is the curved one's, and the flat one's where it wears. Raises ``FitError`` for more of them.
+    """
+    if not 1 <= len(coefficients) <= 1 + manifest.rolls:
+        raise FitError(
+            f"{manifest.id}: found {len(coefficients)} wear coefficients; expected one of a pin, at most two of discs; "
+            "give each once"
+        )
+    conditions = manifest.conditions
+    told: dict[str, Any] = {
+        "normal_load": conditions.normal_load,
+        "model": law,
+        "friction": friction,
+        "recipe": recipe or Recipe(),
+    }
+    if not manifest.rolls:
+        return WearScenario(contact=manifest.pin_on_disc, wear_coefficient=coefficients[0], **told)
+    known = KnownDiscs(coefficients[0], distance=ARCHARDS)
+    if len(coefficients) > 1:
+        known = replace(known, flat=coefficients[1])
+    return DiscScenario(contact=manifest.twin_disc, slip=slip(manifest), known=known, **told)
+
+
+def wear_locally(
+    scenario: WearScenario | DiscScenario,
+    at: Sequence[float],
+    options: LocalOptions | None = None,
+    *,
+    reference: str | None = None,
+) -> LocalCurves:
+    """Wear a pin to sliding distances, m, or two discs to rotations of the curved one.
+
+    ``reference`` names the run that k_D was identified from. Raises ``FitError`` where a place is not above zero, and
+    ``ContactError`` past the tip or crown, where no contact is found, or explicit steps are too many.
+    """
+    how = options or LocalOptions()
+    if isinstance(scenario, WearScenario):
+        return _wear_pin(scenario, at, how, reference)
+    return _wear_discs(scenario, at, how, reference)
+
+
+def _wear_pin(scenario: WearScenario, at: Sequence[float], how: LocalOptions, reference: str | None) -> LocalCurves:
+    engine, values, along = how.engine or "rings", scenario.values, _along(at)
+    amounts = values["wear_coefficient"] * scenario.law.effective_distance(along, scenario.friction)
+    surface = pin_surface(scenario.contact, values, float(amounts[-1]), engine)
+    course = _worn(surface, amounts[1:], how)
+    known = scenario.worn(along)
+    mean, pressed = (values["normal_load"] / (np.pi * radius**2) for radius in (course.half_width, known.radius))
+    giwm = GlobalWear(known.depth, pressed, known.radius, known.radius)
+    places = np.searchsorted(along, at)
+    result = LocalWearResult(
+        model=scenario.model,
+        wear_coefficient=scenario.wear_coefficient,
+        reference=reference,
+        normal_load=scenario.normal_load,
+        notes=(*_exactness(scenario.wear_coefficient), *_coarseness(course, along, places)),
+        points=tuple(_pin_points(scenario, places, along, course, mean, giwm)),
+        **_told(how, engine, course),
+    )
+    return LocalCurves(result, along, course, surface.gap, mean, {"giwm": giwm})
+
+
+def _pin_points(
+    scenario: WearScenario, places: Indices, along: Column, course: LocalWear, mean: Column, giwm: GlobalWear
+) -> Iterator[LocalPinPoint]:
+    """Yield the wanted places, with the relative uncertainties that the GIWM has there."""
+    shares = _shares(scenario.depth_uncertainty(along), giwm.depth)
+    inputs = scenario.inputs
+    of_volume = math.hypot(
+        *(inputs[name].spread / scenario.values[name] for name in ("wear_coefficient", "normal_load"))
+    )
+    for place in places.tolist():
+        yield LocalPinPoint(
+            sliding_distance=_quantity(along[place], "m"),
+            contact_radius=_quantity(course.half_width[place], "m"),
+            wear_volume=_quantity(course.volume[place], "m^3", of_volume),
+            **_common(place, course, mean, giwm, shares),
+        )
+
+
+def _wear_discs(scenario: DiscScenario, at: Sequence[float], how: LocalOptions, reference: str | None) -> LocalCurves:
+    engine, values, along = how.engine or "half-space", scenario.values, _along(at)
+    turns = scenario.effective_rotations(along) * abs(values["slip"])
+    amounts = _both_coefficients(values) * turns
+    surface = disc_surface(scenario.contact, values, float(amounts[-1]), engine)
+    course = _worn(surface, amounts[1:], how)
+    mean = values["normal_load"] / np.sum((course.pressure > 0) * surface.areas, axis=(1, 2))
+    giwm = {"giwm": _global(scenario.worn(along)), "giwm_as_printed": _global(_as_printed(scenario, turns))}
+    places = np.searchsorted(along, at)
+    result = LocalWearResult(
+        model=scenario.model,
+        wear_coefficient=scenario.known.curved,
+        flat_disc_wear_coefficient=scenario.known.flat,
+        reference=reference,
+        normal_load=scenario.normal_load,
+        notes=(*_disc_notes(scenario, along[-1], course.half_width[-1]), *_coarseness(course, along, places)),
+        points=tuple(_disc_points(scenario, places, along, course, mean, giwm["giwm"])),
+        **_told(how, engine, course),
+    )
+    return LocalCurves(result, along, course, surface.gap, mean, giwm)
+
+
+def _both_coefficients(values: Mapping[str, float]) -> float:
+    """Return k₁ + k₂·r₁/r₂, m²/N, by which the depths of both discs grow together."""
+    ratio = values["curved_radius"] / values["flat_radius"]
+    return values["curved_coefficient"] + values["flat_coefficient"] * ratio
+
+
+def _global(worn: DiscWear) -> GlobalWear:
+    return GlobalWear(worn.curved_depth + worn.flat_depth, worn.pressure, worn.half_width, worn.half_length)
+
+
+def _as_printed(scenario: DiscScenario, turns: Column) -> DiscWear:
+    """Return the discs by Eq. 11, which counts the length of the contact as slid in each rotation of slip."""
+    values = scenario.values
+    pair = disc_pair(scenario.contact, values, "contact-width")
+    return pair.worn(turns, values["curved_coefficient"], values["flat_coefficient"])
+
+
+def _disc_points(
+    scenario: DiscScenario, places: Indices, along: Column, course: LocalWear, mean: Column, giwm: GlobalWear
+) -> Iterator[LocalDiscPoint]:
+    """Yield the wanted places, with the relative uncertainties that the GIWM has there."""
+    values = scenario.values
+    share = values["curved_coefficient"] / _both_coefficients(values)
+    known, spreads = scenario.worn(along), scenario.uncertainties(along)
+    shares = {name: _shares(spreads[name], getattr(known, name)) for name in _DISC_OUTCOMES}
+    shares["depth"] = _shares(spreads["depth"], giwm.depth)
+    for place in places.tolist():
+        depth, area = course.depth[place], course.volume[place]
+        own = {name: float(column[place]) for name, column in shares.items()}
+        yield LocalDiscPoint(
+            rotations=_quantity(along[place], "1"),
+            slip_rotations=_quantity(along[place] * abs(values["slip"]), "1"),
+            half_width=_quantity(course.half_width[place], "m"),
+            half_length=_quantity(course.half_length[place], "m"),
+            curved_disc_wear_depth=_quantity(share * depth, "m", own["curved_depth"]),
+            flat_disc_wear_depth=_quantity((1 - share) * depth, "m", own["flat_depth"]),
+            curved_disc_wear_volume=_quantity(
+                2 * np.pi * values["curved_radius"] * share * area, "m^3", own["curved_volume"]
+            ),
+            flat_disc_wear_volume=_quantity(
+                2 * np.pi * values["flat_radius"] * (1 - share) * area, "m^3", own["flat_volume"]
+            ),
+            **_common(place, course, mean, giwm, shares["depth"]),
+        )
+
+
+def _disc_notes(scenario: DiscScenario, rotations: float, half_width: float) -> Iterator[str]:
+    yield from _exactness(scenario.known.curved)
+    start, worn = hertz_start(scenario.contact, scenario.values), scenario.worn(np.asarray(rotations))
+    yield from validity_notes(scenario.contact, start, scenario.slip.value, half_width, float(worn.slip))
+
+
+def archards_discs(fit: TwinDiscFit) -> KnownDiscs | None:
+    """Return k₁ and k₂ of a fit as Archard's law has them, whatever way of counting it was made with; none without."""
+    fitted = known_discs(fit)
+    if fitted is None or fitted.distance == ARCHARDS:
+        return fitted
+    same = next((other for other in fit.equivalents if other.distance_per_rotation == ARCHARDS), None)
+    if same is None:
+        return None
+    curved, flat = _as_uncertain(same.curved_disc, fitted.curved), _as_uncertain(same.flat_disc, fitted.flat)
+    return replace(fitted, curved=curved, flat=flat, distance=ARCHARDS)
+
+
+def _as_uncertain(coefficient: Quantity, fitted: Quantity) -> Quantity:
+    """Return a coefficient with the relative uncertainty of another: both make of the run the same wear."""
+    if not (fitted.value and fitted.standard_uncertainty):
+        return coefficient
+    return _quantity(coefficient.value, coefficient.unit, fitted.standard_uncertainty / fitted.value)
+
+
+def _along(at: Sequence[float]) -> Column:
+    """Return the places of a course: 0, the wanted ones, and some before and between them, even in their logarithm."""
+    asked = np.asarray(at, dtype=float)
+    if not (asked.size and np.all(np.isfinite(asked) & (asked > 0))):
+        raise FitError(f"local wear: found the places {list(at)}; expected some, all above zero; check --at")
+    anchors = np.unique(np.append(asked, asked.max() / 10**_DECADES))
+    counts = np.ceil(_PLACES_PER_DECADE * np.diff(np.log10(anchors)) - _ROUNDING).astype(int)
+    stretches = map(np.geomspace, anchors[:-1], anchors[1:], counts + 1)
+    return np.unique(np.concatenate([np.zeros(1), *stretches]))
+
+
+def _worn(surface: Surface, amounts: Column, how: LocalOptions) -> LocalWear:
+    every = how.update_mesh_every or None
+    if how.scheme != "economy":
+        return wear(surface, amounts, scheme=how.scheme, steps_per_decade=how.steps_per_decade, refresh_every=every)
+    if not isinstance(surface, Elastic):
+        raise FitError("local wear: found the scheme economy without finite elements; expected them; add --engine fe")
+    unworn = surface.press(np.zeros_like(surface.gap))
+    return wear_economically(
+        surface,
+        amounts,
+        increment=_STABLE_SHARE * surface.stable_amount(unworn),
+        correct_every=every,
+        stress_loss=how.stress_loss,
+    )
+
+
+def _told(how: LocalOptions, engine: Engine, course: LocalWear) -> dict[str, Any]:
+    """Return what a result says of how it was computed."""
+    return {
+        "engine": engine,
+        "scheme": how.scheme,
+        "steps_per_decade": how.steps_per_decade,
+        "update_mesh_every": how.update_mesh_every,
+        "stress_loss": how.stress_loss,
+        "grid": course.pressure.shape[1:],
+        "finest": _quantity(min(np.diff(axis).min() for axis in course.places), "m"),
+    }
+
+
+def _common(place: int, course: LocalWear, mean: Column, giwm: GlobalWear, shares: Column) -> dict[str, Any]:
+    """Return what is said of every contact at a place; ``shares`` are relative uncertainties of its depth."""
+    depth, other = float(course.depth[place]), float(giwm.depth[place])
+    return {
+        "wear_depth": _quantity(depth, "m", float(shares[place])),
+        "peak_pressure": _quantity(course.peak_pressure[place], "Pa"),
+        "middle_pressure": _quantity(course.middle_pressure[place], "Pa"),
+        "mean_pressure": _quantity(mean[place], "Pa"),
+        "giwm_depth": _quantity(other, "m", float(shares[place])),
+        "difference": depth / other - 1 if other else None,
+    }
+
+
+def _coarseness(course: LocalWear, along: Column, places: Indices) -> Iterator[str]:
+    """Say up to which of the wanted places the contact is too small for the points of the surface."""
+    spacing = min(np.diff(axis).min() for axis in course.places)
+    coarse = [place for place in places.tolist() if course.half_length[place] < _FEWEST_POINTS * spacing]
+    if coarse:
+        points = course.half_length[min(coarse)] / spacing
+        yield (
+            f"the contact's radius is only {points:.1f} points at {along[min(coarse)]:g}, and below {_FEWEST_POINTS} "
+            f"up to {along[max(coarse)]:g}: depths there may be a few per cent off"
+        )
+
+
+def _exactness(coefficient: Quantity) -> Iterator[str]:
+    if coefficient.standard_uncertainty is None:
+        yield "k_D is taken as exact, since no standard uncertainty of it is known"
+
+
+def _quantity(value: float, unit: str, share: float | None = None) -> Quantity:
+    """Return a quantity, with the share of it that its standard uncertainty is where that is known."""
+    return Quantity(value=float(value), unit=unit, standard_uncertainty=None if share is None else share * abs(value))
+
+
+def _shares(spreads: Column, values: Column) -> Column:
+    """Return relative standard uncertainties; 0 where there is nothing."""
+    return np.divide(spreads, np.abs(values), out=np.zeros_like(spreads), where=values != 0)

@@ -1,0 +1,455 @@
+"""The wear of one run as a question: which k_D makes the model follow what was measured.
+
+The model depth is h(v) of the pin's curve, by the GIWM or by local wear, with v = k_D·F_N·S(s). k_D is found by
+weighted least squares on rows of measured and modelled depth, for any values of the other inputs, or for thousands of
+draws of them at once. What is fitted linearly beside k_D (zero offsets and drift of a joint fit) is projected out of
+all rows.
+"""
+
+import math
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from tribopipe.base.arrays import Column, Numbers, Values
+from tribopipe.base.errors import FitError
+from tribopipe.contacts.pin_on_disc import pin_curve
+from tribopipe.documents.contact import PinOnDisc
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import LawName, Recipe
+from tribopipe.evaluation.depth_reading import engine_of, remountings
+from tribopipe.evaluation.drift import SensorTrace, read_trace
+from tribopipe.evaluation.measurements.measured import EndValueUsed
+from tribopipe.evaluation.measurements.pin_on_disc import EndWear, beside_unseen_groove, end_wear
+from tribopipe.evaluation.measurements.pin_tip import PinTip
+from tribopipe.evaluation.wear.inputs import (
+    FRICTION_INPUTS,
+    Input,
+    best_values,
+    distance_scale,
+    friction_along,
+    instrument_inputs,
+    law_friction,
+    law_inputs,
+    pin_inputs,
+)
+from tribopipe.evaluation.wear.law_parameters import Tangent, indistinct, law_columns, law_covariance
+from tribopipe.physics.autocorrelation import inflation, left_of
+from tribopipe.physics.conventions import WearEngine
+from tribopipe.physics.friction_path import FrictionPath
+from tribopipe.physics.laws import WearLaw, law_named
+from tribopipe.physics.pin_on_disc import PinContact
+from tribopipe.physics.pin_on_track import depth_growth, volume_growth
+from tribopipe.results.evaluation import FrictionFit
+from tribopipe.results.run import CorrectedRun
+
+_MOST_ITERATIONS = 60
+_CONVERGED = 1e-12
+_LEAST_STEP = 1e-300
+_LEAST_RATIO = -0.5
+"""Depth of a groove over that of the pin below which a draw of it is not taken: none is so far above the disc."""
+_LEAST_LOG_K = 14.0
+"""A k_D this many e-folds below where the search starts is no wear at all."""
+NODES = 40
+_FINE_NODES = 1000
+_SMOOTH_TERMS = 8
+"""Powers of √s that, beside drift, take the wear out of a reading so that its noise is left."""
+_LEAST_NOISE = 1e-12
+"""Standard deviation, m, below which a reading counts as without noise."""
+
+
+@dataclass(frozen=True)
+class WearProblem:
+    """One run corrected in two steps: drift first, by the end value, then k_D on the corrected wear of the pin."""
+
+    contact: PinOnDisc
+    law: WearLaw
+    distance: Column
+    trace: SensorTrace
+    end: EndWear
+    friction: FrictionPath | None
+    inputs: Mapping[str, Input]
+    engine: WearEngine = "giwm"
+    friction_covariance: tuple[tuple[float, ...], ...] | None = None
+    """Of (A, b, c), where Eq. 7 is the friction."""
+    weights: Column = field(default_factory=lambda: np.ones(1))
+    """Number of samples behind each row of the curve."""
+    noise: float = _LEAST_NOISE**2
+    """Variance of the sensor's noise times its autocorrelation time, m²."""
+    tangent: Tangent | None = None
+    """Of the parameters of the law that are fitted beside k_D."""
+    missed: float = 0.0
+    """Standard deviation, m, of what the law, fitted to this run, misses of each row beyond that noise."""
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """Best estimates of the inputs."""
+        return best_values(self.inputs)
+
+    def pin(self, values: Values) -> PinContact:
+        """Return the pin's depth against worn volume."""
+        return pin_curve(self.contact, values, self.engine)
+
+    def pin_wear(self, values: Values) -> Column:
+        """Return the corrected wear of the pin, m: the sensor's wear times the pin's share by the end values."""
+        pin = self.end_depth(values)
+        total = pin + values.get("disc_end_value", 0.0)
+        wear = self.trace.wear(total, values["zero_offset"], values["end_reading"], values["depth_scale"])
+        return np.asarray(wear * np.divide(pin, total, out=np.ones_like(total), where=total != 0))
+
+    def end_depth(self, values: Values) -> Column:
+        """Return the pin's wear depth by its end value, m."""
+        return self.end.pin_depth_of(values["pin_end_value"], values["pin_radius"])
+
+    def effective_distance(self, values: Values, distance: Column | None = None) -> Column:
+        """Return the law's S(s), m, longer or shorter as speed or track radius is above or below its best estimate."""
+        friction = friction_along(self.friction, values, self.values)
+        effective = self.law.at(values).effective_distance(self.distance if distance is None else distance, friction)
+        return np.asarray(effective * distance_scale(values, self.values))
+
+    def depth(self, coefficient: Numbers, values: Values, distance: Column | None = None) -> Column:
+        """Return the model's wear depth, m, for a k_D in m²/N; at the samples unless told where."""
+        deep = self.pin(values).worn(coefficient * self.unit_volume(values, distance)).depth
+        return deep * self._grown(self.distance if distance is None else distance)
+
+    def unit_volume(self, values: Values, distance: Column | None = None) -> Column:
+        """Return the volume worn at k_D = 1, F_N·S(s), as that of a pin on a disc that does not wear.
+
+        On a disc that does, the pin has lost more at the same depth (tribopipe.physics.pin_on_track), and on one that
+        nobody looked at it may have.
+        """
+        on_plane = self._groove_growth(values) * values.get("unseen_groove", 1.0)
+        return values["normal_load"] * self.effective_distance(values, distance) / on_plane
+
+    def _groove_growth(self, values: Values) -> Numbers:
+        ratio = self._depth_ratio(values)
+        return volume_growth(ratio) if np.any(ratio) else 1.0
+
+    def _grown(self, distance: Column) -> Numbers:
+        """Return by what factor the pin was deeper on its way, while the groove was shallower than at the end."""
+        ratio = float(self._depth_ratio(self.values))
+        if not ratio:
+            return 1.0
+        whole = self.effective_distance(self.values, np.asarray([self.trace.slid]))
+        return depth_growth(self.effective_distance(self.values, distance) / whole, ratio)
+
+    def _depth_ratio(self, values: Values) -> Numbers:
+        """Return the depth of the groove over that of the pin where that shapes the scar, and 0 where it does not."""
+        depth = self.end.pin_depth.value
+        if "disc_end_value" not in values or self.contact.pin.shape == "flat" or not depth > 0:
+            return 0.0
+        # A draw of a disc that has hardly worn may be below zero, and counts as what it is, lest the mean be off.
+        return np.maximum(values["disc_end_value"] / depth, _LEAST_RATIO)
+
+    def rows(self, values: Values) -> Column:
+        """Return what is measured, m."""
+        return self.pin_wear(values)
+
+    def measured(self, values: Values, coefficient: Column, noise: Numbers = 0.0) -> Column:  # noqa: ARG002
+        """Return the pin's wear as the curve has it, m; here it does not depend on the run's k_D."""
+        return self.pin_wear(values) + noise * np.sqrt(1 + self.missed**2 * self.weights / self.noise)
+
+    def model(self, log_coefficient: Column, values: Values) -> tuple[Column, Column]:
+        """Return what the model says each row is, and its slope against ln k_D, m."""
+        return self.modelled(values)(log_coefficient)
+
+    def modelled(self, values: Values) -> Callable[[Column], tuple[Column, Column]]:
+        """Return the model as a function of ln k_D, with all that does not depend on k_D computed once."""
+        pin, unit, grown = self.pin(values), self.unit_volume(values), self._grown(self.distance)
+
+        def model(log_coefficient: Column) -> tuple[Column, Column]:
+            volume = np.exp(log_coefficient)[..., None] * unit
+            state = pin.worn(volume)
+            return state.depth * grown, volume / state.area * grown
+
+        return model
+
+    @property
+    def measured_inputs(self) -> Collection[str]:
+        """Names of inputs that what is measured depends on, but not what the model says."""
+        return ("pin_end_value", "zero_offset", "end_reading", "depth_scale")
+
+    @cached_property
+    def root_weights(self) -> Column:
+        """What each row is multiplied by in the least-squares sum."""
+        return np.asarray(np.sqrt(self.weights))
+
+    @property
+    def linear(self) -> Column:
+        """Columns of what is fitted beside k_D and the law, in weighted rows; none here."""
+        return np.zeros((len(self.distance), 0))
+
+    @property
+    def fitted_parameters(self) -> tuple[str, ...]:
+        """Parameters of the law that are fitted beside k_D."""
+        return self.tangent.names if self.tangent else ()
+
+    @cached_property
+    def law_columns(self) -> Column:
+        """Columns of the law's parameters that are fitted beside k_D, in weighted rows."""
+        if self.tangent is None or not self.fitted_parameters:
+            return self.linear[:, :0]
+        log_k = np.asarray(np.log(self.tangent.coefficient))
+        rows = law_columns(self, lambda problem: problem.model(log_k, problem.values)[0])
+        return (rows.T * self.root_weights).T
+
+    @cached_property
+    def free(self) -> Column:
+        """Orthonormal basis of what is fitted beside k_D, in weighted rows."""
+        return np.linalg.qr(np.hstack([self.linear, self.law_columns]))[0]
+
+    def without_free(self, rows: Column) -> Column:
+        """Return weighted rows without what is fitted beside k_D."""
+        return _projected(rows, self.free)
+
+    def friction_together(self) -> tuple[str, ...]:
+        """Return the inputs that the friction fit found, which are uncertain together; none where there is no fit."""
+        return () if self.friction_covariance is None else FRICTION_INPUTS
+
+    def draw_noise(self, rng: Generator, count: int) -> Column:
+        """Draw the noise of each row, m, independent from row to row."""
+        return rng.standard_normal((count, len(self.distance))) * np.sqrt(self.noise / self.weights)
+
+    def draw_scores(self, rng: Generator, count: int) -> Column:
+        """Draw what k_D is off by beyond the errors of the inputs: here the noise of each row, m."""
+        return self.draw_noise(rng, count)
+
+    def solve(self, values: Values, noise: Column | float = 0.0, tolerance: float = _CONVERGED) -> Column:
+        """Return the least-squares k_D, m²/N, by Gauss–Newton on ln k_D; 0 where no wear fits best, else NaN.
+
+        Values of shape (draws, 1), and ``noise`` on each row of them, give as many solutions at once. The search
+        starts at the k_D that meets the end value.
+        """
+        root, free, model = self.root_weights, self.free, self.modelled(values)
+        measured = self.rows(values) + noise
+        log_k, lowest, highest = self._search_range(values)
+        change = left = np.full_like(log_k, np.inf)
+        for _ in range(_MOST_ITERATIONS):
+            depth, slope = model(log_k)
+            residual, slope = _projected((measured - depth) * root, free), _projected(slope * root, free)
+            step = np.clip(np.vecdot(residual, slope) / np.vecdot(slope, slope), -1.0, 1.0)
+            moved = np.clip(log_k + step, lowest, highest)
+            before, change, log_k = change, np.abs(moved - log_k), moved
+            # Steps shrink at least as fast from now on as they just did.
+            left = change * np.where(before < np.inf, np.minimum(change / np.maximum(before, _LEAST_STEP), 1.0), 1.0)
+            if np.all(left < tolerance):
+                break
+        found = np.where(log_k <= lowest, 0.0, np.exp(log_k))
+        return np.where(left < tolerance, found, np.nan)
+
+    def _search_range(self, values: Values) -> tuple[Column, Column, Column]:
+        pin, unit = self.pin(values), self.unit_volume(values)[..., -1]
+        worn = np.maximum(self.starting_depth(values), 1e-3 * abs(float(self.end_depth(self.values))))
+        start = np.log(_last(pin.volume(worn)) / unit)
+        return start, start - _LEAST_LOG_K, np.log(_last(pin.most_volume) / unit) - 1e-12
+
+    def starting_depth(self, values: Values) -> Column:
+        """Return the depth at the end from which the search for k_D starts, m: here the curve is bent to it."""
+        return self.end_depth(values)
+
+    def coefficient(self) -> float:
+        """Return k_D, m²/N, at the best estimates. Raises ``FitError`` where the pin shows no wear."""
+        if not float(self.end_depth(self.values)) > 0:
+            raise FitError(
+                "wear fit: found an end value without wear of the pin; expected wear to fit; a longer or "
+                "heavier test may show some"
+            )
+        found = float(self.solve(self.values))
+        if not found > 0:
+            if self.fitted_parameters:
+                raise FitError(indistinct(self.law, self.fitted_parameters))
+            raise FitError(
+                f"wear fit: found no k_D in {_MOST_ITERATIONS} iterations; expected the depth to grow with distance; "
+                "look at the raw depth signal"
+            )
+        return found
+
+    def sensitivity(self, name: str, coefficient: float) -> float:
+        """Return ∂ln k_D/∂x for one input."""
+        return self.sensitivities(coefficient, (name,))[name]
+
+    def sensitivities(self, coefficient: float, names: Sequence[str]) -> dict[str, float]:
+        """Return ∂ln k_D/∂x for inputs, by central differences over their standard uncertainties."""
+        uncertain = [name for name in names if self.inputs[name].spread]
+        slope = self.without_free(self.model(np.asarray(np.log(coefficient)), self.values)[1] * self.root_weights)
+        by_spread = (self.shifts(uncertain, coefficient) * self.root_weights) @ slope / np.vecdot(slope, slope)
+        found = {name: float(by) / self.inputs[name].spread for name, by in zip(uncertain, by_spread, strict=True)}
+        return dict.fromkeys(names, 0.0) | found
+
+    def shifts(self, names: Sequence[str], coefficient: float) -> Column:
+        """Return how far each row is measured above the model, m, for one standard uncertainty of each input."""
+        modelled = [name for name in names if name not in self.measured_inputs]
+        low, high = np.split(self.rows(self.moved(names)), 2)
+        change = high - low
+        log_k = np.full(2 * len(modelled), np.log(coefficient))
+        low, high = np.split(self.model(log_k, self.moved(modelled))[0], 2)
+        change[[names.index(name) for name in modelled]] -= high - low
+        return np.asarray(change / 2)
+
+    def moved(self, names: Sequence[str]) -> dict[str, Column]:
+        """Return the inputs as columns: in a row for each name it is one standard uncertainty low, and then high."""
+        values = {name: np.full((2 * len(names), 1), value) for name, value in self.values.items()}
+        for row, name in enumerate(names):
+            values[name][[row, row + len(names)], 0] += np.array([-1.0, 1.0]) * self.inputs[name].spread
+        return values
+
+    def parameter_covariance(self, coefficient: float) -> Column | None:
+        """Return the covariance of ln k_D and the law's own parameters; none where it has none that are fitted."""
+        return law_covariance(self.condensed(), coefficient) if self.fitted_parameters else None
+
+    @property
+    def measured_end_depth(self) -> Quantity | None:
+        """Pin wear depth at the end as measured, m."""
+        return self.end.pin_depth
+
+    def random_uncertainty(self, coefficient: float) -> float:
+        """Return the standard uncertainty of ln k_D by the noise of the curve alone."""
+        _, slope = self.model(np.log(coefficient), self.values)
+        slope = _projected(slope * self.root_weights, self.free)
+        weighted = (slope * self.root_weights)[: len(self.distance)] * np.sqrt(self.noise / self.weights)
+        return math.sqrt(float(weighted @ weighted)) / float(slope @ slope)
+
+    def stretches(self, nodes: int) -> NDArray[np.intp]:
+        """Return the numbers of the stretches into which samples are pooled, evenly spaced in the wear to come."""
+        wear = self._to_come
+        return np.asarray(np.minimum((wear / wear[-1] * nodes).astype(int), nodes - 1))
+
+    @property
+    def _power(self) -> float:
+        """Depth grows about as √s on a sphere, truncated or not, and as s on a flat pin."""
+        return 1.0 if self.contact.pin.shape == "flat" else 0.5
+
+    @property
+    def _to_come(self) -> Column:
+        return np.asarray(np.maximum(self.distance, 0.0) ** self._power)
+
+    def pooled(self) -> Self:
+        """Return the same problem on pooled samples, with what the law misses of this run."""
+        reduced = self.reduced()
+        missed = reduced.rows(reduced.values) - reduced.depth(reduced.coefficient(), reduced.values)
+        excess = np.average(missed**2 - reduced.noise / reduced.weights, weights=reduced.weights)
+        return replace(reduced, missed=math.sqrt(max(0.0, float(excess))))
+
+    def condensed(self) -> Self:
+        """Return the problem for what is smooth along it: on stretches so short that it hardly changes."""
+        return self.reduced(_FINE_NODES) if len(self.distance) > 2 * _FINE_NODES else self
+
+    def reduced(self, nodes: int = NODES) -> Self:
+        """Return the same problem on means over stretches of samples; each stands at the mean of √s, or of s."""
+        place = self.stretches(nodes)
+        counts = np.bincount(place)
+        filled = counts > 0
+
+        def mean(column: Column) -> Column:
+            return np.bincount(place, column)[filled] / counts[filled]
+
+        trace = replace(self.trace, reading=mean(self.trace.reading), ramp=mean(self.trace.ramp))
+        return replace(
+            self, distance=mean(self._to_come) ** (1 / self._power), trace=trace, weights=counts[filled].astype(float)
+        )
+
+
+def _projected(rows: Column, free: Column) -> Column:
+    """Return rows without what the columns of ``free``, orthonormal, can describe."""
+    return rows - (rows @ free) @ free.T if free.shape[1] else rows
+
+
+def _last(values: Column) -> Column:
+    """Drop the axis that a column of draws, (draws, 1), has for broadcasting against samples."""
+    return values[..., 0] if np.ndim(values) else values
+
+
+def wear_problem(
+    corrected: CorrectedRun, law: LawName, friction: FrictionFit | None, recipe: Recipe
+) -> WearProblem | tuple[str, ...]:
+    """Pose the fit of k_D to a corrected run under a law as it is to start, or say what the run lacks for it."""
+    run, manifest = corrected.run, corrected.run.manifest
+    if corrected.wear_depth is None:
+        return corrected.correction.lacks
+    measured = end_wear(run, recipe.uncertainty)
+    end = measured or _end_by_reading(corrected)
+    if end is None:
+        return corrected.correction.lacks
+    known = law_friction(run, law, friction, recipe.wear.friction)
+    if known is None:
+        return ("a friction signal",)
+    inputs = pin_inputs(run, recipe)
+    inputs |= instrument_inputs(run, recipe)
+    inputs |= known.inputs
+    trace = _seen(read_trace(run, end, recipe), seen := np.isfinite(corrected.wear_depth))
+    inputs |= _trace_inputs(trace, end)
+    inputs |= _unseen_groove(end, recipe, by_sensor=measured is None)
+    inputs |= law_inputs(law_named(law), recipe)
+    return WearProblem(
+        contact=manifest.pin_on_disc,
+        law=law_named(law),
+        distance=run.sliding_distance[seen],
+        trace=trace,
+        end=end,
+        friction=known.path,
+        inputs=inputs,
+        engine=engine_of(manifest.pin_on_disc.pin, measured, recipe),
+        friction_covariance=known.covariance,
+        noise=_sensor_noise(trace, run.sliding_distance[seen], remountings(manifest, run.sliding_distance[seen])),
+    )
+
+
+def _end_by_reading(corrected: CorrectedRun) -> EndWear | None:
+    """Return the wear at the end as the depth reading itself has it, where nothing was measured after the test."""
+    model = corrected.correction.model
+    if model is None:
+        return None
+    tip = PinTip.of(corrected.run.manifest.pin_on_disc.pin)
+    # What is worn is above zero; a reading that tells none still bounds it.
+    depth = max(model.end_depth.value, model.end_depth.standard_uncertainty or 0.0)
+    read = Quantity(value=depth, unit="m", standard_uncertainty=model.end_depth.standard_uncertainty)
+    return EndWear(EndValueUsed("pin_wear_depth", read, "manifest"), None, tip)
+
+
+def _unseen_groove(end: EndWear, recipe: Recipe, *, by_sensor: bool) -> dict[str, Input]:
+    """Return by what factor the pin may have lost more than it would have on a disc without a groove."""
+    beside = beside_unseen_groove(end, recipe.uncertainty.unseen_groove, by_sensor=by_sensor)
+    factor = Quantity(value=1.0, unit="1", standard_uncertainty=abs(beside - 1))
+    return {"unseen_groove": Input(factor, "default")} if factor.standard_uncertainty else {}
+
+
+def _sensor_noise(trace: SensorTrace, distance: Column, segments: Column) -> float:
+    """Return the variance of the reading times its autocorrelation time about a smooth curve, m²."""
+    return max(inflation(*about_smooth(trace, distance, segments)), _LEAST_NOISE**2)
+
+
+def about_smooth(
+    trace: SensorTrace, distance: Column, segments: Column, terms: int = _SMOOTH_TERMS
+) -> tuple[Column, int]:
+    """Return what a reading differs from a smooth curve by, m, and how many parameters the curve has.
+
+    Not from the law: what a law or a wrong end value misses is smooth, no noise, and counted by itself.
+    """
+    root = np.sqrt(np.maximum(distance, 0.0) / distance[-1])
+    # Chebyshev's polynomials of √s rather than its powers, which are nearly alike; the first of them is an offset.
+    curves = np.polynomial.chebyshev.chebvander(2 * root - 1, terms + 1).T
+    curves[-1] = trace.ramp
+    further = np.unique(segments)[1:]
+    if len(further):
+        curves = np.vstack([curves, np.equal.outer(further, segments)])
+    return left_of(trace.reading, curves)
+
+
+def _seen(trace: SensorTrace, seen: Column) -> SensorTrace:
+    return replace(trace, reading=trace.reading[seen], ramp=trace.ramp[seen])
+
+
+def _trace_inputs(trace: SensorTrace, end: EndWear) -> dict[str, Input]:
+    inputs = {
+        "pin_end_value": Input(end.pin.quantity, end.pin.source),
+        "zero_offset": Input(trace.zero_offset, "fit"),
+        "end_reading": Input(trace.end_reading, "fit"),
+    }
+    if end.disc is not None:
+        inputs["disc_end_value"] = Input(end.disc.quantity, end.disc.source)
+    return inputs

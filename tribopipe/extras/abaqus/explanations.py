@@ -1,0 +1,146 @@
+"""What the files say in words: the law, k_D and where it came from, how long increments may be, and how to use them."""
+
+import math
+from collections.abc import Iterator
+
+from tribopipe.documents.contact import Specimen, TwinDisc
+from tribopipe.documents.quantity import Quantity
+from tribopipe.extras.abaqus.case import WearCase
+from tribopipe.extras.abaqus.fortran import in_mm
+from tribopipe.version import VERSION
+
+SUBROUTINE, STEP, README = "umeshmotion.f", "umeshmotion.inp", "README.txt"
+HONEST = (
+    "NOT RUN IN ABAQUS. Subroutines of this text have been compiled with gfortran and driven by the harness beside "
+    "this one, which held their increments against those of tribopipe's own contact solver; nothing more."
+)
+_K_D = "mm^3/(N mm)"
+
+
+def title(case: WearCase, what: str) -> str:
+    """Say what a file is, of which run, and who wrote it."""
+    return f"{what} of run {case.known.run_id}, written by tribopipe {VERSION}. Units: mm, N, MPa, s."
+
+
+def law_told(case: WearCase) -> Iterator[str]:
+    """Say by which law and with which k_D nodes recede."""
+    rate = "k_D n (integral of p along its streamline)" if case.rolls else "k_D p v"
+    factor = "" if case.friction is None else " sqrt(1 + 3 mu^2)"
+    yield f"{case.law.title()}'s law: a node recedes at {rate}{factor}."
+    yield f"k_D = {_stated(case.known.coefficient)}. {case.known.origin}"
+    yield from (f"Note: {note}" for note in case.known.notes)
+    if case.friction is not None:
+        yield (
+            f"mu(s) = A exp(-s/c) + b with A = {case.friction.amplitude:.6g}, b = {case.friction.steady_state:.6g} and "
+            f"c = {in_mm(float(case.friction.running_in_distance), 'm'):.6g} mm, at the distance slid by the middle of "
+            "the increment: TIME(1) is taken for the time of the step at the end of the increment."
+        )
+    if isinstance(case.contact, TwinDisc):
+        yield (
+            f"Eq. 9: n = |V1 - V2|/(2 pi r) = {case.turns:.6g} slip rotations per second, with the slip speed "
+            f"{in_mm(case.speed, 'm/s'):.6g} mm/s and the radius r = "
+            f"{in_mm(case.contact.curved_disc.rolling_radius.value, 'm'):.6g} mm of the curved disc, which wears; k_D "
+            "counts what a point slides while it is in contact. Pressures are those of the increment itself: the "
+            "utility routines are called for all nodes of all streamlines at the first call in an increment."
+        )
+
+
+def _stated(coefficient: Quantity) -> str:
+    value, spread = in_mm(coefficient.value, "m^2/N"), coefficient.standard_uncertainty
+    if spread is None:
+        return f"{value:.6g} {_K_D}, whose standard uncertainty is not known"
+    return f"{value:.6g} {_K_D} with a standard uncertainty of {in_mm(spread, 'm^2/N'):.2g} {_K_D}"
+
+
+def increments_told(case: WearCase) -> Iterator[str]:
+    """Say how long increments may be, by formula and in numbers."""
+    factors = ["WK", "EC", *(["CLEN", "TURNS"] if case.rolls else ["V"]), *(["FMAX"] if case.friction else [])]
+    numbers = [f"HEL = {in_mm(case.element, 'm'):.4g} mm", f"EC = {in_mm(case.modulus, 'Pa'):.6g} MPa"]
+    if case.rolls:
+        length = in_mm(2 * case.start.half_length, "m")
+        numbers += [f"CLEN = {length:.4g} mm (of the unworn contact)", f"TURNS = {case.turns:.4g} 1/s"]
+    else:
+        numbers.append(f"V = {in_mm(case.speed, 'm/s'):.6g} mm/s")
+    numbers += [f"FMAX = {case.largest_factor:.4g}"] if case.friction else []
+    yield (
+        "Increments: the mesh is moved explicitly, so that the pressure becomes a checkerboard unless DTIME <= 1.2 "
+        f"h_el/(k_D E_c v), here 1.2 HEL/({' '.join(factors)}). With {', '.join(numbers)} that is "
+        f"{case.step_limit:.4g} s, and {math.ceil(case.increments):,} increments in the {case.duration:.6g} s of the "
+        "test. PNEWDT keeps increments below it; set HEL to your mesh."
+    )
+
+
+def use_told(case: WearCase) -> Iterator[str]:
+    """Say what the model around the subroutine has to be like."""
+    yield (
+        "Use: *ADAPTIVE MESH CONSTRAINT, TYPE=VELOCITY, USER on the nodes of the surface that wears, which has to be "
+        "the slave (secondary) surface of the contact, since CSTRESS is had there. UREF is not used, since a step may "
+        "ramp it."
+    )
+    if isinstance(case.contact, TwinDisc):
+        yield (
+            "Run with cpus=1: streamlines and their integrals are kept in COMMON. streamlines.dat has to be in the "
+            f"folder of the job; {README} says what is in it. Its node numbers are those of an input file without "
+            "parts and assemblies."
+        )
+    yield (
+        "At corners and edges of the mesh domain (LNODETYPE 3 and 4), such as the node on the axis, look at the "
+        "direction in which nodes move: local directions there are the solver's choice."
+    )
+
+
+def step_told(case: WearCase) -> Iterator[str]:
+    """Say what the step needs of the model."""
+    body = _wearing(case)
+    modulus = in_mm(case.modulus * (1 - body.poisson_ratio.value**2), "Pa")
+    yield (
+        "It follows a step that presses the bodies on each other, whose loads stay as they are. WEAR_MESH is the set "
+        "of the solid elements that adapt, WEAR_NODES that of the nodes of the surface that wears: both are yours. The "
+        "time of this step is that of the test."
+    )
+    yield (
+        f"Where the other body is rigid in your model, give the one that wears E = {modulus:.6g} MPa, which is E_c (1 "
+        f"- nu^2) with its Poisson's ratio nu = {body.poisson_ratio.value:g}, so that the contact is as stiff as that "
+        "of both bodies."
+    )
+
+
+def _wearing(case: WearCase) -> Specimen:
+    return case.contact.curved_disc if isinstance(case.contact, TwinDisc) else case.contact.pin
+
+
+def files_told() -> Iterator[str]:
+    """Say what the files are."""
+    yield f"{SUBROUTINE}: the subroutine; Windows wants it named umeshmotion.for."
+    yield f"{STEP}: the step to put into an input file."
+    yield "harness: drives the subroutine without ABAQUS; never copy its ABA_PARAM.INC beside a job."
+
+
+def drive_told(case: WearCase, first_wear: float) -> Iterator[str]:
+    """Say how to run job and harness, and what the harness should say."""
+    yield "In ABAQUS:"
+    yield f"  abaqus job=NAME user={SUBROUTINE}{' cpus=1' if case.rolls else ''}"
+    yield "Without it, in the folder harness:"
+    yield "  gfortran -Wall -Wextra -Wno-unused-dummy-argument harness.f"
+    yield "  ./a.out < pressures.txt"
+    yield (
+        "That says PNEWDT and the wear of each node in mm, a line for each increment, under the pressure of the unworn "
+        f"contact: {in_mm(first_wear, 'm'):.6g} mm of the first node in the first increment. The warning that is "
+        "turned off is for arguments of UMESHMOTION that are not used: their list is ABAQUS's."
+    )
+    yield (
+        "If nothing wears, see that the surface is the slave one and its nodes are in the mesh domain: the utility "
+        "routine does not tell a pressure of zero from one that cannot be had."
+    )
+    yield (
+        "ABAQUS does not solve the contact anew after it has moved the mesh. With twin discs that made 11 % less wear "
+        "than solving it anew, growing with it; moving the nodes of the mesh by the wear so far and going on in "
+        "another step brings it back (Figs. 10 and 11 of the paper)."
+    )
+    if case.rolls:
+        yield (
+            "streamlines.dat: the number of rows, then in each row a node, its streamline (1, 2, ...) and the length "
+            "dl in mm that the node stands for along the direction of rolling: half the distance between its "
+            "neighbours, twice that where a plane of symmetry mirrors it. Nodes on no streamline do not wear. The one "
+            "of the harness is an example."
+        )

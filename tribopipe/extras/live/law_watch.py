@@ -1,0 +1,115 @@
+"""An early word when the wear law stops holding: the CUSUM of recursive residuals.
+
+The test is divided into blocks of equal distance. Each block's mean is foretold by the law with zero offset, drift and
+k_D fitted to the blocks before it; what it differs by, over what that may differ by, is its recursive residual. As long
+as the law holds these are independent and of unit variance, so that their sum W_j crosses
+
+    ±a·(√n + 2·j/√n),     a = 1.143
+
+at any of the n blocks of the whole test in 1 % of tests (R. L. Brown, J. Durbin, J. M. Evans, Journal of the Royal
+Statistical Society B 37 (1975) 149). Wear that changes, a drift that bends and a sensor that slips all show; which of
+them it is the sum does not say.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from tribopipe.base.arrays import Column
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.evaluation.depth_reading import remountings
+from tribopipe.extras.live.alarm import Alarm, alarm_at
+from tribopipe.extras.live.posterior import Posterior
+from tribopipe.extras.live.problem import mean_distance
+from tribopipe.extras.live.state import Means, State
+
+BLOCKS = 100
+"""Into which a test is divided."""
+_BOUND = 1.143
+"""a of the bound that 1 % of sound tests cross."""
+_FEWEST_BLOCKS = 10
+_SINGULAR = 1e-9
+
+
+@dataclass(frozen=True)
+class Departure:
+    """Where a run left the law that it had followed."""
+
+    noticed: float
+    """Sliding distance, m, at which it was sure."""
+    since: float
+    """Sliding distance, m, from which on the residuals are farthest from those of a law that holds."""
+    deeper: bool
+    """Whether the reading went deeper than foretold."""
+
+    @property
+    def alarm(self) -> Alarm:
+        """Say it."""
+        where = "deeper" if self.deeper else "shallower"
+        return alarm_at(
+            "law",
+            self.noticed,
+            f"the reading has left the wear law since about {self.since:.4g} m, {where} than foretold by what was "
+            "before: wear has changed, or the sensor drifts otherwise than steadily",
+        )
+
+
+def blocks(state: State, planned: float) -> Means:
+    """Return means over the blocks of a test that are whole by now, up to a planned distance, m."""
+    number = np.floor(state.means.sliding_distance / planned * BLOCKS)
+    found = state.pooled(number)
+    return found[: len(found) - 1]
+
+
+def departure(found: Posterior, manifest: RunManifest, state: State, planned: float) -> Departure | None:
+    """Return where a run left the law; none where it follows it, or has come too short a way to tell."""
+    means = blocks(state, planned)
+    if not math.isfinite(found.best) or len(means) < _FEWEST_BLOCKS:
+        return None
+    design, measured = _linear(found, manifest, means)
+    # Taken for smaller than it is, the noise would raise alarms.
+    root = np.sqrt(means.samples / found.problem.most_noise)
+    places, residuals = recursive_residuals(design * root[:, None], measured * root)
+    whole = max(BLOCKS, len(means)) - (len(means) - len(places))
+    return _crossing(means.sliding_distance[places], residuals, whole)
+
+
+def _linear(found: Posterior, manifest: RunManifest, means: Means) -> tuple[Column, Column]:
+    """Return the law, linear about the fit so far, at each block, and what was read beyond that fit, m.
+
+    Columns are ln k_D, drift and zero offsets.
+    """
+    problem, values = found.problem, found.problem.values
+    distance = mean_distance(problem.contact, means)
+    volume = math.exp(found.best) * problem.unit_volume(values, distance)
+    worn = problem.pin(values).worn(volume)
+    segments = remountings(manifest, means.sliding_distance)
+    offsets = np.equal.outer(segments, np.unique(segments)).astype(float)
+    columns = np.column_stack([volume / worn.area, means.time, offsets])
+    return columns / np.linalg.norm(columns, axis=0), values["depth_scale"] * means.depth - worn.depth
+
+
+def recursive_residuals(design: Column, measured: Column) -> tuple[list[int], Column]:
+    """Return the rows that those before them foretell by least squares, and what they differ by, in unit variances."""
+    places, residuals = [], []
+    for row in range(1, len(design)):
+        before = np.linalg.pinv(design[:row], rcond=_SINGULAR)
+        weights = design[row] @ before
+        if np.allclose(weights @ design[:row], design[row], rtol=1e-6):
+            places.append(row)
+            residuals.append((measured[row] - weights @ measured[:row]) / math.sqrt(1 + weights @ weights))
+    return places, np.asarray(residuals)
+
+
+def _crossing(distance: Column, residuals: Column, whole: int) -> Departure | None:
+    """Return where the sum of residuals crosses its bound in a test of so many of them; none where it does not."""
+    total, number = np.cumsum(residuals), np.arange(1, len(residuals) + 1)
+    crossed = np.flatnonzero(np.abs(total) > _BOUND * (math.sqrt(whole) + 2 * number / math.sqrt(whole)))
+    if not len(crossed):
+        return None
+    first = int(crossed[0])
+    deeper = bool(total[first] > 0)
+    before = np.concatenate([[0.0], total[:first]])
+    change = int(np.argmax(np.abs(total[first] - before) / np.sqrt(first + 1 - np.arange(first + 1))))
+    return Departure(float(distance[first]), float(distance[change]), deeper)

@@ -1,0 +1,261 @@
+"""The joint fit of a run that is not over: drift and wear together, with what is known beforehand in the place of ends.
+
+To the rows of the reading, and of depths measured at interruptions, comes one row for each thing that is known of the
+drift, of the disc's wear and of k_D before the test, weighted by its own uncertainty. Of a run whose end value is known
+it is the joint fit itself.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from tribopipe.base.arrays import Column, Values
+from tribopipe.base.errors import FitError
+from tribopipe.documents.contact import PinOnDisc
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import LawName, Recipe
+from tribopipe.evaluation.depth_reading import engine_of, remountings
+from tribopipe.evaluation.drift import SensorTrace
+from tribopipe.evaluation.measurements.measured import EndValueUsed
+from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear
+from tribopipe.evaluation.measurements.pin_tip import PinTip
+from tribopipe.evaluation.wear.inputs import Input, contact_inputs, instrument_inputs, law_inputs
+from tribopipe.evaluation.wear.joint import END_ANCHOR, Anchor, JointProblem
+from tribopipe.evaluation.wear.law_parameters import law_as_given
+from tribopipe.evaluation.wear.problem import NODES
+from tribopipe.extras.live.noise import noise_of, noise_of_all
+from tribopipe.extras.live.state import Means, State
+from tribopipe.physics.friction_path import MeasuredFriction
+from tribopipe.physics.laws import law_named
+from tribopipe.results.run import RawRun
+
+_DISC_POWER = 0.75
+"""Of s, as which ∫ds/a grows under a sphere, whose contact radius a grows as the fourth root of s."""
+_LEAST_SPREAD = 1e-12
+_AS_PLANNED = 0.98
+"""Share of the planned distance at which a test has ended as planned."""
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is known of a run before its end."""
+
+    drift_rate: Quantity | None = None
+    """m/s"""
+    disc_wear: Quantity | None = None
+    """Depth of the disc's wear at the planned end, m."""
+    wear_coefficient: Quantity | None = None
+    """k_D, m²/N; its standard uncertainty over its value is that of ln k_D."""
+    notes: tuple[str, ...] = ()
+    """Whence it is known."""
+
+
+@dataclass(frozen=True)
+class Belief:
+    """One row of what is known beforehand, m or a logarithm."""
+
+    name: str
+    value: float
+    spread: float
+
+
+@dataclass(frozen=True)
+class LiveProblem(JointProblem):
+    """The joint fit of the samples so far."""
+
+    beliefs: tuple[Belief, ...] = ()
+    """Of "drift" and "disc" by now, m, and of "ln k_D"."""
+    most_noise: float = math.inf
+    """What the noise is below with a probability of 95 %, m²."""
+    freedom: float = math.inf
+    """Degrees of freedom by which the noise is known."""
+
+    @property
+    def _believed(self) -> tuple[str, ...]:
+        return tuple(belief.name for belief in self.beliefs)
+
+    def rows(self, values: Values) -> Column:
+        """Return the reading in true displacement, each depth measured on the pin, m, and what is known beforehand."""
+        rows = super().rows(values)
+        known = [belief.value for belief in self.beliefs]
+        return np.concatenate([rows, np.broadcast_to(known, (*rows.shape[:-1], len(known)))], axis=-1)
+
+    def modelled(self, values: Values) -> Callable[[Column], tuple[Column, Column]]:
+        """Return what the law says each row is, and its slope against ln k_D; drift and disc are fitted beside it."""
+        joint = super().modelled(values)
+        of_k = np.asarray([name == "ln k_D" for name in self._believed], dtype=float)
+
+        def model(log_coefficient: Column) -> tuple[Column, Column]:
+            depth, slope = joint(log_coefficient)
+            known = np.asarray(log_coefficient)[..., None] * of_k
+            slopes = [slope, np.zeros_like(known) + of_k]
+            return np.concatenate([depth, known], axis=-1), np.concatenate(slopes, axis=-1)
+
+        return model
+
+    @cached_property
+    def root_weights(self) -> Column:
+        """Inverse standard deviation of each row."""
+        spreads = [max(belief.spread, _LEAST_SPREAD) for belief in self.beliefs]
+        return np.concatenate([super().root_weights, 1 / np.asarray(spreads)])
+
+    @cached_property
+    def linear(self) -> Column:
+        """Columns of zero offsets, drift and the disc's wear by now, in weighted rows."""
+        offsets = np.equal.outer(self.segments, np.unique(self.segments)).astype(float)
+        columns = [*offsets.T, self.trace.ramp]
+        if "disc" in self._believed:
+            columns.append(np.maximum(self.distance / self.trace.slid, 0.0) ** _DISC_POWER)
+        fitted = ["offset"] * offsets.shape[1] + ["drift", "disc"][: len(columns) - offsets.shape[1]]
+        beliefs = [[float(name == belief) for name in fitted] for belief in self._believed]
+        anchors = np.zeros((len(self.anchors), len(columns)))
+        rows = np.vstack([np.column_stack(columns), anchors, np.reshape(beliefs, (-1, len(columns)))])
+        return np.asarray(rows * self.root_weights[:, None])
+
+    @property
+    def drift_column(self) -> int:
+        """Which of what is fitted beside k_D is the drift by now."""
+        return len(np.unique(self.segments))
+
+    @property
+    def tells_drift(self) -> bool:
+        """Whether wear and drift are told apart: not of a flat pin, where both are linear, unless one is known."""
+        return self.contact.pin.shape != "flat" or bool(self.anchors) or bool({"drift", "ln k_D"} & {*self._believed})
+
+    @property
+    def finished(self) -> bool:
+        """Whether the wear at the end of the run was measured."""
+        return any(anchor.name == END_ANCHOR for anchor in self.anchors)
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is followed, and by what law it is judged."""
+
+    run: RawRun
+    """Without its samples; where its columns come from the first of them tell."""
+    law: LawName = "archard"
+    recipe: Recipe = field(default_factory=Recipe)
+    known: Known = Known()
+    planned: float | None = None
+    """Sliding distance, m, at which the test is to end; none where nobody said."""
+
+    def ends_at(self, reached: float) -> bool:
+        """Tell whether a test that has come so far, m, has ended as planned: any may have, where nobody said."""
+        return self.planned is None or reached >= _AS_PLANNED * self.planned
+
+
+def live_problem(asked: Asked, state: State) -> LiveProblem:
+    """Pose the fit of the samples so far. Raises ``FitError`` where the law needs a friction that was not recorded."""
+    fine, manifest = state.means, asked.run.manifest
+    pin = manifest.pin_on_disc.pin
+    segments = remountings(manifest, fine.sliding_distance)
+    trace = _trace(fine, fine)
+    stretches = _stretches(fine.sliding_distance if pin.shape == "flat" else fine.root, segments)
+    means = state.pooled(stretches)
+    # Before the end, an end value is that of another run, left in a copied run.toml, or measured further on.
+    end = end_wear(asked.run, asked.recipe.uncertainty) if asked.ends_at(trace.slid) else None
+    if end is None:
+        noise = noise_of(fine, trace, segments, asked.planned or trace.slid)
+    else:
+        noise = noise_of_all(fine, trace, segments)
+    anchors = _anchors(asked, trace.slid, end)
+    return LiveProblem(
+        contact=manifest.pin_on_disc,
+        law=law_as_given(asked.law, asked.recipe),
+        distance=mean_distance(manifest.pin_on_disc, means),
+        trace=_trace(means, fine),
+        end=end
+        or EndWear(EndValueUsed("pin_wear_depth", Quantity(value=0.0, unit="m"), "default"), None, PinTip.of(pin)),
+        friction=_friction(asked, fine),
+        inputs=_inputs(asked, anchors, end),
+        engine=engine_of(pin, end, asked.recipe) if end else asked.recipe.wear.engine or "giwm",
+        weights=means.samples,
+        noise=noise.variance,
+        most_noise=noise.most,
+        freedom=noise.freedom,
+        anchors=tuple(anchors),
+        segments=remountings(manifest, means.sliding_distance),
+        beliefs=() if end else tuple(_beliefs(asked, trace)),
+    )
+
+
+def mean_distance(contact: PinOnDisc, means: Means) -> Column:
+    """Return where a pin is worn as in the mean of a stretch, m: at the mean of √s, or of s under a flat one."""
+    return means.sliding_distance if contact.pin.shape == "flat" else means.root**2
+
+
+def _trace(means: Means, fine: Means) -> SensorTrace:
+    """Return the reading of means, with drift counted from the first to the last sample."""
+    begun, duration = fine.time[0], fine.time[-1] - fine.time[0]
+    if not duration > 0:
+        raise FitError("found samples at one time only; expected a test that goes on; check the clock")
+    first, last = (Quantity(value=float(fine.depth[place]), unit="m") for place in (0, -1))
+    return SensorTrace(
+        reading=means.depth,
+        ramp=(means.time - begun) / duration,
+        duration=float(duration),
+        slid=float(fine.sliding_distance[-1]),
+        zero_offset=first,
+        end_reading=last,
+    )
+
+
+def _stretches(to_come: Column, segments: Column) -> Column:
+    """Return the numbers of stretches evenly spaced in the wear to come, none across a remounting."""
+    within = np.minimum((to_come / to_come[-1] * NODES).astype(int), NODES - 1)
+    return np.asarray(within + NODES * segments)
+
+
+def _friction(asked: Asked, fine: Means) -> MeasuredFriction | None:
+    if not law_named(asked.law).needs_friction:
+        return None
+    seen = np.isfinite(fine.friction)
+    if not np.any(seen):
+        raise FitError(
+            f"{asked.run.id}: found no friction among the samples; expected one for Sarkar's law; map a friction "
+            "column in run.toml, or follow the run by Archard's law"
+        )
+    return MeasuredFriction(fine.sliding_distance[seen], fine.friction[seen])
+
+
+def _anchors(asked: Asked, slid: float, end: EndWear | None) -> list[Anchor]:
+    """Return the depths measured on the pin so far, that at the end of a finished run first."""
+    anchors = [] if end is None else [Anchor(END_ANCHOR, slid, end)]
+    for number, stop in enumerate(asked.run.manifest.interruptions):
+        wear = end_wear(asked.run, asked.recipe.uncertainty, number)
+        if wear is not None and stop.place <= slid:
+            anchors.append(Anchor(f"pin_value_at_interruption_{number + 1}", stop.place, wear))
+    return anchors
+
+
+def _inputs(asked: Asked, anchors: list[Anchor], end: EndWear | None) -> Mapping[str, Input]:
+    manifest, recipe = asked.run.manifest, asked.recipe
+    inputs = contact_inputs(manifest.pin_on_disc, manifest.conditions.normal_load, recipe)
+    inputs |= instrument_inputs(asked.run, recipe)
+    inputs |= law_inputs(law_named(asked.law), recipe)
+    inputs |= {anchor.name: Input(anchor.wear.pin.quantity, anchor.wear.pin.source) for anchor in anchors}
+    if end is not None and end.disc is not None:
+        inputs["disc_end_value"] = Input(end.disc.quantity, end.disc.source)
+    return inputs
+
+
+def _beliefs(asked: Asked, trace: SensorTrace) -> list[Belief]:
+    known, beliefs = asked.known, []
+    if known.drift_rate is not None:
+        rate = known.drift_rate
+        beliefs.append(
+            Belief("drift", rate.value * trace.duration, (rate.standard_uncertainty or 0.0) * trace.duration)
+        )
+    # The disc's wear grows with the distance, whether its end is near or not.
+    share = (trace.slid / (asked.planned or trace.slid)) ** _DISC_POWER
+    default = asked.recipe.uncertainty.wear_depth
+    disc = known.disc_wear or Quantity(value=0.0, unit="m", standard_uncertainty=default.value)
+    beliefs.append(Belief("disc", disc.value * share, (disc.standard_uncertainty or 0.0) * share))
+    if known.wear_coefficient is not None:
+        k = known.wear_coefficient
+        beliefs.append(Belief("ln k_D", float(np.log(k.value)), (k.standard_uncertainty or 0.0) / k.value))
+    return beliefs

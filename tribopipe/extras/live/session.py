@@ -1,0 +1,140 @@
+"""One run that is followed: what came, what it tells, and what is amiss, look by look."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from tribopipe.base.errors import ContactError, FitError
+from tribopipe.documents.preprocessing import TurnOver
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.record import Record
+from tribopipe.extras.live.alarm import Alarm, AlarmKind, alarm_at
+from tribopipe.extras.live.estimate import Estimate, estimated
+from tribopipe.extras.live.follow import Appended, Follower
+from tribopipe.extras.live.law_watch import blocks, departure
+from tribopipe.extras.live.posterior import Posterior, posterior
+from tribopipe.extras.live.problem import Asked, live_problem
+from tribopipe.extras.live.sensor_faults import StuckSensor, friction_alarms, load_alarms
+from tribopipe.extras.live.state import State
+
+
+class LiveUpdate(Record):
+    """What one look at a run found."""
+
+    id: str
+    """Name of the run."""
+    samples: int
+    """Samples with depth so far."""
+    sliding_distance: Quantity | None = None
+    """How far the run has come; none before the first sample."""
+    estimate: Estimate | None = None
+    """What the samples tell; none while they tell nothing."""
+    lacks: str | None = None
+    """Why there is no estimate."""
+    alarms: tuple[Alarm, ...] = ()
+    """What is amiss, each told once."""
+    notes: tuple[str, ...] = ()
+    """What was known beforehand, and whence."""
+
+
+class Session:
+    """A run that is followed."""
+
+    def __init__(self, folder: Path, asked: Asked) -> None:
+        """Follow the run of a folder."""
+        if asked.run.manifest.rolls:
+            raise ContactError(
+                f"{asked.run.id}: found a twin-disc run; expected a pin on a disc, of which alone a running test is "
+                "followed; process the run when it has ended"
+            )
+        self.asked = asked
+        self.state = State()
+        self.posterior: Posterior | None = None
+        """What the last look found of k_D; none while nothing tells it."""
+        self.grew = False
+        """Whether samples came since the look before the last."""
+        self._follower = Follower(asked.run.manifest, folder)
+        self._sensor = StuckSensor()
+        self._reached: float | None = None
+        self._lacks = "no samples yet"
+        self._told: set[AlarmKind] = set()
+
+    def look(self) -> LiveUpdate:
+        """Take in what has come, and say what it tells.
+
+        Raises ``TribopipeError`` where the files cannot be read, or hold nothing that can be followed.
+        """
+        self.grew, alarms = False, list[Alarm]()
+        for appended in self._follower.look():
+            alarms += self._taken(appended)
+        if self.grew:
+            self._judge()
+            alarms += self._amiss()
+        return self._update(alarms)
+
+    def still(self, seconds: float) -> LiveUpdate:
+        """Say that nothing has come for so long, unless the planned end was reached, or nobody knows it."""
+        planned, reached = self.asked.planned, self._reached or 0.0
+        if planned is None or self.asked.ends_at(reached):
+            return self._update([])
+        message = (
+            f"nothing was appended for {seconds:.0f} s, at {reached:.4g} m of {planned:.4g} m: the test or its "
+            "recording stopped"
+        )
+        return self._update([alarm_at("still", reached, message)])
+
+    def _taken(self, appended: Appended) -> Iterator[Alarm]:
+        """Take in samples."""
+        if "depth" not in appended.columns:
+            raise FitError(
+                f"{self.asked.run.id}: found no depth signal; expected one to follow; map its column in run.toml"
+            )
+        if appended.anew:
+            self.state, self._sensor = State(), StuckSensor()
+            message = "the file was cut, or another took its place: all begins anew with what it holds"
+            yield Alarm(kind="anew", message=message)
+        turned = any(isinstance(step, TurnOver) and "depth" in step.signals for step in self.asked.recipe.clean_up)
+        columns = dict(appended.columns) | ({"depth": -appended.columns["depth"]} if turned else {})
+        self.asked = replace(self.asked, run=replace(self.asked.run, origins=appended.origins))
+        self.state.add(columns)
+        self._sensor.add(columns["depth"], columns["sliding_distance"])
+        if len(columns["depth"]):
+            self.grew, self._reached = True, float(columns["sliding_distance"][-1])
+
+    def _judge(self) -> None:
+        try:
+            self.posterior = posterior(live_problem(self.asked, self.state), self.asked.recipe.monte_carlo)
+        except FitError as error:
+            self.posterior, self._lacks = None, str(error)
+
+    def _amiss(self) -> Iterator[Alarm]:
+        """Say what does not look sound."""
+        yield from self._sensor.alarms()
+        if not self.state.samples or not self._reached:
+            return
+        means = blocks(self.state, self.asked.planned or self._reached)
+        if self.asked.run.origins.get("normal_force") == "measured":
+            yield from load_alarms(means, self.asked.run.manifest.conditions.normal_load.value)
+        yield from friction_alarms(means)
+        if self.posterior is not None and self.asked.planned is not None:
+            found = departure(self.posterior, self.asked.run.manifest, self.state, self.asked.planned)
+            yield from [] if found is None else [found.alarm]
+
+    def _update(self, alarms: list[Alarm]) -> LiveUpdate:
+        new = list({alarm.kind: alarm for alarm in reversed(alarms) if alarm.kind not in self._told}.values())
+        self._told |= {alarm.kind for alarm in new}
+        found = self.posterior
+        return LiveUpdate(
+            id=self.asked.run.id,
+            samples=self.state.samples,
+            sliding_distance=None if self._reached is None else Quantity(value=self._reached, unit="m"),
+            estimate=None if found is None else estimated(found, self.asked.law, self.asked.planned),
+            lacks=self._lacks if found is None else None,
+            alarms=tuple(new),
+            notes=self.asked.known.notes,
+        )
+
+    @property
+    def alarmed(self) -> bool:
+        """Whether anything was amiss so far."""
+        return bool(self._told)

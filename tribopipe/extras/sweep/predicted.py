@@ -1,0 +1,155 @@
+"""One prediction of a sweep: wear and life of a run under one set of conditions, by the exact engine."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from tribopipe.base.errors import FitError
+from tribopipe.base.units import show
+from tribopipe.documents.contact import DISCS
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.quantity import Quantity, WearCoefficient
+from tribopipe.documents.recipe import LawName, Recipe
+from tribopipe.documents.record import Record
+from tribopipe.documents.slip import slip
+from tribopipe.evaluation.friction_paths import stated_path
+from tribopipe.evaluation.wear.predict import KnownPin, WearScenario, predict_wear
+from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario, KnownDiscs, predict_discs
+from tribopipe.extras.sweep.rows import Head, Row
+from tribopipe.extras.sweep.subject import Settings, Subject
+from tribopipe.physics.friction_path import FrictionPath
+from tribopipe.results.disc_evaluation import spoken
+
+PIN_NUMBERS = (
+    Head("sliding_distance", "m", uncertain=True),
+    Head("time", "s", uncertain=True),
+    Head("wear_depth", "m", uncertain=True),
+    Head("pressure", "Pa"),
+)
+DISC_NUMBERS = (
+    Head("rotations", "1", uncertain=True),
+    Head("time", "s", uncertain=True),
+    Head("wear_depth", "m", uncertain=True),
+    Head("wear_volume", "m^3", uncertain=True),
+)
+_WORN = "worn to "
+_FRICTION = "run.conditions.friction"
+Known: TypeAlias = KnownPin | KnownDiscs
+
+
+class Condition(Record):
+    """What a run's wear is predicted under."""
+
+    run: RunManifest
+    """Its run.toml."""
+    law: LawName = "archard"
+    """Wear law."""
+    recipe: Recipe
+    """Recipe."""
+    wear_coefficient: WearCoefficient | None = None
+    """k_D of the pin or the curved disc; none for what the archived fit found under the law."""
+    flat_wear_coefficient: WearCoefficient | None = None
+    """k_D of the flat disc beside it."""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is wanted of every prediction, and what is known beside its documents."""
+
+    at: tuple[float, ...]
+    """Distances, m, or rotations."""
+    depths: tuple[float, ...]
+    """Depths, m."""
+    known: Mapping[LawName, Known]
+    """k_D that the archived fit found under each law."""
+    friction: FrictionPath | None
+    """As the run has it."""
+
+    def outcomes(self, unit: str) -> list[str]:
+        """Say what each row tells: the state at a place, or where a depth is worn to."""
+        return [
+            *(f"at {place:g} {unit}" for place in self.at),
+            *(f"{_WORN}{show(h, None, 'm', 'um')}" for h in self.depths),
+        ]
+
+    @property
+    def parts(self) -> list[Any]:
+        """What tells it from another for a fingerprint, but for the friction."""
+        known = [part for law in sorted(self.known) for part in self.known[law].parts]
+        return [str((self.at, self.depths)), *known]
+
+
+def predicted(subject: Subject[Condition], settings: Settings, wanted: Wanted) -> list[Row]:
+    """Predict a run under one set of conditions. Raises ``TribopipeError`` where there can be no such run."""
+    condition = subject.changed(settings)
+    stated = condition.run.conditions.friction
+    otherwise = stated is not None and any(path.startswith(_FRICTION) for path in settings)
+    friction = stated_path(stated) if stated is not None and otherwise else wanted.friction
+    if condition.run.rolls:
+        return list(_discs(condition, friction, wanted))
+    return list(_pin(condition, friction, wanted))
+
+
+def _pin(condition: Condition, friction: FrictionPath | None, wanted: Wanted) -> Iterator[Row]:
+    conditions, known = condition.run.conditions, wanted.known.get(condition.law)
+    if condition.wear_coefficient is not None:
+        known = KnownPin(condition.wear_coefficient, condition.recipe.wear.engine or "giwm")
+    if not isinstance(known, KnownPin):
+        raise _unknown(condition)
+    scenario = WearScenario(
+        condition.run.pin_on_disc,
+        conditions.normal_load,
+        known.coefficient,
+        condition.law,
+        friction,
+        condition.recipe,
+        conditions.nominal_speed,
+        known.engine,
+        known.parameters,
+        known.covariance,
+    )
+    result = predict_wear(scenario, wanted.at, depths=wanted.depths)
+    for outcome, point in zip(wanted.outcomes("m"), (*result.prediction, *result.reached), strict=True):
+        yield Row("pin", outcome, _told(point, PIN_NUMBERS))
+
+
+def _discs(condition: Condition, friction: FrictionPath | None, wanted: Wanted) -> Iterator[Row]:
+    conditions, known = condition.run.conditions, wanted.known.get(condition.law)
+    if condition.wear_coefficient is not None:
+        flat = condition.flat_wear_coefficient or Quantity(value=0.0, unit="m^2/N")
+        known = KnownDiscs(condition.wear_coefficient, flat, distance=condition.recipe.wear.distance_per_rotation)
+    if not isinstance(known, KnownDiscs):
+        raise _unknown(condition)
+    scenario = DiscScenario(
+        contact=condition.run.twin_disc,
+        normal_load=conditions.normal_load,
+        slip=slip(condition.run),
+        known=known,
+        model=condition.law,
+        friction=friction,
+        recipe=condition.recipe,
+        curved_disc_speed=conditions.curved_disc_speed,
+    )
+    result = predict_discs(scenario, wanted.at, depths=wanted.depths)
+    for outcome, point in zip(wanted.outcomes("rotations"), (*result.prediction, *result.reached), strict=True):
+        for disc in DISCS:
+            worn = {name: getattr(point, f"{disc}_{name}") for name in ("wear_depth", "wear_volume")}
+            yield Row(spoken(disc), outcome, _told(point, DISC_NUMBERS) | worn)
+
+
+def asked_for(row: Row) -> str:
+    """Name what a row was made for: the depth at a place, or the place where a depth is worn to."""
+    axis = "rotations" if "rotations" in row.found else "sliding_distance"
+    return axis if row.outcome.startswith(_WORN) else "wear_depth"
+
+
+def _told(point: Record, numbers: tuple[Head, ...]) -> dict[str, Quantity]:
+    found = {head.name: getattr(point, head.name, None) for head in numbers}
+    return {name: quantity for name, quantity in found.items() if quantity is not None}
+
+
+def _unknown(condition: Condition) -> FitError:
+    return FitError(
+        f"{condition.run.id}: found no k_D under {condition.law}; expected one to predict from; give wear_coefficient "
+        "in the sweep, or fit the run first"
+    )

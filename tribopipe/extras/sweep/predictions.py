@@ -1,0 +1,141 @@
+"""Wear and life of one run under many conditions: the cases of such a sweep."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tribopipe.archive.digest import digest
+from tribopipe.archive.steps import WEAR_FITS
+from tribopipe.archive.store import Archive
+from tribopipe.base.errors import ManifestError, UnitError
+from tribopipe.base.units import parse
+from tribopipe.documents.manifest import RunManifest, manifest_path, read_manifest
+from tribopipe.documents.recipe import LawName, Recipe
+from tribopipe.documents.sweep import Predictions, Sweep
+from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.friction_paths import run_path, stated_path
+from tribopipe.evaluation.preprocessing.cleaning import clean_run
+from tribopipe.extras.sweep.grid import combinations, label_heads, refuse_endless
+from tribopipe.extras.sweep.predicted import DISC_NUMBERS, PIN_NUMBERS, Condition, Known, Wanted, predicted
+from tribopipe.extras.sweep.rows import Case, Ensemble
+from tribopipe.extras.sweep.subject import Subject, parameters
+from tribopipe.physics.friction_path import FrictionPath
+from tribopipe.physics.laws import law_named
+from tribopipe.pipeline.archived_results import archived_fit, archived_friction
+from tribopipe.pipeline.step_definitions import known_coefficient
+from tribopipe.readers.harmonize import read_run
+from tribopipe.results.evaluation import FrictionFit
+from tribopipe.results.run import RawRun
+from tribopipe.version import VERSION
+
+
+@dataclass(frozen=True)
+class _Source:
+    """The run that is predicted, and as much of its signals as that takes."""
+
+    manifest: RunManifest
+    sha256: str
+    """Of what it is made from; empty of a folder whose manifest is all."""
+    end: float | None
+    """Its own end, m or rotations."""
+    friction: FrictionPath | None = None
+    fit: FrictionFit | None = None
+
+
+def predictions(
+    sweep: Sweep, asked: Predictions, beside: Path, archive: Archive, recipe: Recipe, where: str
+) -> Ensemble:
+    """Return a case for each combination.
+
+    Raises ``TribopipeError`` where a key or value is wrong, or the run, its fit or its friction is not there.
+    """
+    varied_laws = sweep.vary.get("law", ("archard",))
+    laws = list(dict.fromkeys(varied_laws))
+    frictional = any(law_named(law).needs_friction for law in laws)
+    if asked.run is not None:
+        source = _archived(archive, asked.run, recipe, frictional=frictional)
+    else:
+        source = _in_folder(beside / str(asked.folder), recipe, frictional=frictional)
+    subject = Subject(Condition, _documents(source, asked, recipe), where)
+    varied, repeats = parameters(sweep.vary, subject), sweep.repeats or 1
+    refuse_endless(varied, repeats, where)
+    given = asked.wear_coefficient is not None or "wear_coefficient" in sweep.vary
+    known = {} if asked.run is None or given else _fitted(archive, asked.run, laws)
+    wanted = Wanted(_places(asked, source, where), tuple(depth.value for depth in asked.depth), known, source.friction)
+    made_from = digest(VERSION, subject.base, source.sha256, *wanted.parts)
+    cases = [
+        Case(
+            one.labels(source.manifest.id),
+            digest(made_from, one.settings)[:16],
+            partial(predicted, subject, one.settings, wanted),
+        )
+        for one in combinations(varied, repeats, sweep.seed)
+    ]
+    return Ensemble(label_heads(varied, sweep.repeats), DISC_NUMBERS if source.manifest.rolls else PIN_NUMBERS, cases)
+
+
+def _archived(archive: Archive, run_id: str, recipe: Recipe, *, frictional: bool) -> _Source:
+    run, sha256 = archive.cleaned(run_id), digest(archive.stands_on(run_id, WEAR_FITS["sarkar"]))
+    end = float(np.nanmax(run.progress))
+    if not frictional:
+        return _Source(run.manifest, sha256, end)
+    fit = archived_friction(archive, run_id)
+    return _Source(run.manifest, sha256, end, run_path(run, fit, recipe.wear.friction), fit)
+
+
+def _in_folder(folder: Path, recipe: Recipe, *, frictional: bool) -> _Source:
+    """Take a run folder; its signals are only read where friction has to be found in them."""
+    manifest, _ = read_manifest(manifest_path(folder))
+    conditions, end = manifest.conditions, manifest.planned
+    if not frictional:
+        return _Source(manifest, "", end)
+    if conditions.friction is not None:
+        return _Source(manifest, "", end, stated_path(conditions.friction))
+    read = read_run(folder)
+    run = clean_run(read, recipe).run
+    fit = fit_friction(run, recipe.friction, recipe.uncertainty)
+    return _Source(manifest, _sources(read), end, run_path(run, fit, recipe.wear.friction), fit)
+
+
+def _sources(run: RawRun) -> str:
+    return digest(*(source.sha256 for source in run.sources))
+
+
+def _documents(source: _Source, asked: Predictions, recipe: Recipe) -> dict[str, Any]:
+    """Return what is varied: run.toml with its friction as it was fitted, without what was measured after the test."""
+    condition = Condition(
+        run=source.manifest,
+        recipe=recipe,
+        wear_coefficient=asked.wear_coefficient,
+        flat_wear_coefficient=asked.flat_wear_coefficient,
+    )
+    documents = condition.model_dump(mode="json", by_alias=True, exclude_none=True)
+    run, fit = documents["run"], source.fit
+    for measured in ("end_values", "interruptions"):
+        run.pop(measured, None)
+    if fit is not None and fit.outcome == "exponential" and "friction" not in run["conditions"]:
+        parts = ("amplitude", "steady_state", "running_in_distance")
+        run["conditions"]["friction"] = fit.model_dump(mode="json", include=set(parts), exclude_none=True)
+    return documents
+
+
+def _fitted(archive: Archive, run_id: str, laws: Sequence[LawName]) -> dict[LawName, Known]:
+    """Return k_D that the archived fits found, where they did."""
+    found = {law: known_coefficient(archived_fit(archive, run_id, law)) for law in laws}
+    return {law: known for law, known in found.items() if known is not None}
+
+
+def _places(asked: Predictions, source: _Source, where: str) -> tuple[float, ...]:
+    """Return where to predict, m or rotations: the run's own end where nothing is said."""
+    if not asked.at and not asked.depth:
+        if source.end is None:
+            raise ManifestError(f'{where}: predictions.at: missing; expected where to predict; add at = ["500 m"]')
+        return (source.end,)
+    try:
+        return tuple(parse(text, source.manifest.progress.kind) for text in asked.at)
+    except UnitError as error:
+        raise ManifestError(f"{where}: predictions.at: {error}") from None

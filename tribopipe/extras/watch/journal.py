@@ -1,0 +1,120 @@
+"""What became of each drop, remembered over restarts and crashes: one line of JSON for each that happened."""
+
+import json
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Literal
+
+from pydantic import ValidationError
+
+from tribopipe.base.errors import ArchiveError
+from tribopipe.base.files import clear_leftovers_of, write_file
+from tribopipe.documents.record import Record
+from tribopipe.extras.watch.drops import Drop
+
+FOLDER = ".watch"
+_LINES, _LOCK = "journal.jsonl", "lock"
+State = Literal["begun", "made", "done", "failed", "same", "left"]
+
+
+class Entry(Record):
+    """What became of a drop."""
+
+    name: str
+    """Path in the watched folder."""
+    stamp: str
+    """What it looked like."""
+    sha256: str = ""
+    """Checksum of its bytes; empty for a run folder."""
+    state: State
+    """Begun, and its run folder may be there or not; made; done, with the run archived; failed, until run.toml changes;
+    same bytes as another; left alone, since no run can be made of it."""
+    run: str | None = None
+    """Id of the run that was made of it; none for a run folder, which stays where it is."""
+    run_stamp: str = ""
+    """What run.toml looked like when it was processed, or failed."""
+    instead_of: str | None = None
+    """Run made of the same export before it went on."""
+
+
+class Journal:
+    """The entries of a folder of runs. They are written as they come, and each is whole or not there at all."""
+
+    def __init__(self, runs: Path) -> None:
+        self._path = runs / FOLDER / _LINES
+        self._entries: dict[tuple[str, str], Entry] = {}
+        self._newest: dict[str, Entry] = {}
+        self._by_content: dict[str, Entry] = {}
+        for entry in self._read():
+            self.hold(entry)
+        # What a crash cut in the middle, and what is out of date, goes.
+        clear_leftovers_of(self._path)
+        write_file(self._path, "".join(map(_line, self._entries.values())).encode())
+
+    def note(self, entry: Entry) -> None:
+        """Remember an entry for ever."""
+        with self._path.open("a", encoding="ascii", newline="\n") as file:
+            file.write(_line(entry))
+            file.flush()
+            os.fsync(file.fileno())
+        self.hold(entry)
+
+    def hold(self, entry: Entry) -> None:
+        """Remember an entry until the watch ends; what was noted of it before counts again then."""
+        key = (entry.name, entry.sha256)
+        self._entries.pop(key, None)
+        self._entries[key] = self._newest[entry.name] = entry
+        if entry.state != "same":
+            self._by_content[entry.sha256] = entry
+
+    def newest(self, name: str) -> Entry | None:
+        """Return what became of the last drop of a name."""
+        return self._newest.get(name)
+
+    def knows(self, drop: Drop) -> bool:
+        """Tell whether a drop was dealt with as it lies there."""
+        entry = self._newest.get(drop.name)
+        return entry is not None and entry.stamp == drop.stamp and entry.state != "begun"
+
+    def run_of(self, sha256: str) -> Entry | None:
+        """Return the entry of the run that was made, or begun, of these bytes, under whatever name."""
+        entry = self._by_content.get(sha256)
+        return entry if entry is not None and entry.run is not None else None
+
+    def that_are(self, state: State) -> list[Entry]:
+        """Return the newest entries in a state."""
+        return [entry for entry in self._newest.values() if entry.state == state]
+
+    def _read(self) -> Iterator[Entry]:
+        if not self._path.exists():
+            return
+        for line in self._path.read_bytes().splitlines():
+            try:
+                yield Entry.model_validate_json(line)
+            except ValidationError:
+                continue  # cut in the middle by a crash: what it was about is begun again
+
+
+def _line(entry: Entry) -> str:
+    return json.dumps(entry.model_dump(exclude_defaults=True)) + "\n"
+
+
+@contextmanager
+def alone(runs: Path) -> Iterator[None]:
+    """Be the only one who makes runs of exports in a folder, which is made where it is not there.
+
+    Raises ``ArchiveError`` where another is at it.
+    """
+    from filelock import FileLock, Timeout
+
+    try:
+        (runs / FOLDER).mkdir(parents=True, exist_ok=True)
+        with FileLock(runs / FOLDER / _LOCK, timeout=0, mode=0o666):
+            yield
+    except Timeout:
+        raise ArchiveError(
+            f"{runs}: found another `tribopipe watch` that makes runs here; expected none; leave it to that one, or "
+            "choose another folder with --runs"
+        ) from None

@@ -1,1 +1,0 @@
-"""From the instrument's own files to a run: readers parse, one place harmonises."""

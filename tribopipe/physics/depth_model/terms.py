@@ -1,0 +1,97 @@
+"""Terms of a depth reading besides wear whose shape is known: offsets, a line, settling, temperature, a counterbody.
+
+Offsets and the rate of the line have flat priors. Whether the reading follows a recorded temperature, and whether it
+settles, are alternatives, each with a normal prior of its amplitude about zero; they are averaged over by their
+evidence. What follows the temperature may settle besides: a thermometer is never quite where the frame is warm.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from tribopipe.base.arrays import Column
+
+SETTLING_TIMES = tuple(np.geomspace(0.04, 0.6, 22).tolist())
+"""Time constants of an exponential settling, as shares of the test."""
+AMPLITUDES = (0.03, 0.15, 0.6)
+"""Standard deviations of the amplitude of a settling, as shares of the wear at the end,"""
+_WARMED = 0.6
+"""and of what a reading follows of the temperature."""
+_FOLLOWS = 0.5
+"""Prior probability that it follows a temperature that moved."""
+_LEAST_WARMING = 0.05
+"""Standard deviation of a recorded temperature, K, below which nothing follows from it."""
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """Terms that a reading may have besides the line: settling, temperature, both or none."""
+
+    column: int | None
+    """Which settling, if any."""
+    deviation: float
+    """Prior standard deviation of the amplitude of the settling, as a share of the wear at the end."""
+    warmed: float
+    """The same of what follows the temperature; 0 where nothing does."""
+    probability: float
+    """Prior probability."""
+
+
+@dataclass(frozen=True)
+class OptionalTerms:
+    """Columns of optional terms at each block, of amplitude one, and their alternatives."""
+
+    temperature: Column
+    """Shape (blocks, 1), or (blocks, 0) where none was recorded or it did not move."""
+    settling: Column
+    """With each of ``SETTLING_TIMES``, shape (blocks, times)."""
+    alternatives: tuple[Alternative, ...]
+    """None of them first, and those without the temperature before those with it."""
+
+    @property
+    def columns(self) -> Column:
+        """All of them, shape (blocks, terms)."""
+        return np.hstack([self.temperature, self.settling])
+
+    @property
+    def time_constants(self) -> tuple[float | None, ...]:
+        """Of each column: of settling, as a share of the test; none of temperature."""
+        return (*[None] * self.temperature.shape[1], *SETTLING_TIMES)
+
+
+def settling(time: Column, constant: float) -> Column:
+    """Return 1 − exp(−t/τ) from the first sample on, with t and τ as shares of the test."""
+    return np.asarray(-np.expm1(-(time - time[0]) / constant))
+
+
+def optional_terms(time: Column, temperature: Column | None) -> OptionalTerms:
+    """Return the optional terms of a reading.
+
+    Parameters
+    ----------
+    time
+        Mean time of each block as a share of the test, shape (blocks,).
+    temperature
+        Mean temperature of each block, K; none where it was not recorded or did not move.
+
+    Returns
+    -------
+    OptionalTerms
+        Settling with each time constant and prior amplitude, with and without temperature, and none of them.
+    """
+    columns = np.column_stack([settling(time, constant) for constant in SETTLING_TIMES])
+    if temperature is None or float(np.std(temperature)) <= _LEAST_WARMING:
+        return OptionalTerms(np.empty((len(time), 0)), columns, (*_alternatives(0.0, 1.0),))
+    warming = (temperature - temperature[0]) / float(np.ptp(temperature))
+    alternatives = (*_alternatives(0.0, 1 - _FOLLOWS), *_alternatives(_WARMED, _FOLLOWS))
+    return OptionalTerms(warming[:, None], columns, alternatives)
+
+
+def _alternatives(warmed: float, probability: float) -> Iterator[Alternative]:
+    """Yield no settling, and each."""
+    yield Alternative(None, 0.0, warmed, probability / 2)
+    share = probability / 2 / len(AMPLITUDES) / len(SETTLING_TIMES)
+    for deviation in AMPLITUDES:
+        for column in range(len(SETTLING_TIMES)):
+            yield Alternative(column, deviation, warmed, share)

@@ -1,0 +1,148 @@
+"""Geometry of a worn spherical tip and of the groove it leaves, in forms that lose no digits.
+
+A sphere of radius R worn flat over a radius b has lost a cap of the height c = R − √(R² − b²). Where it began with a
+flat of radius a₀, it has lost what lies between the two flats. The groove that such a tip leaves is as deep across its
+middle as the tip's flat a, and from there on follows the sphere up to the half width b.
+
+The short formulas of ASTM G99 take the sphere for a paraboloid; how far off they are is told beside them.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tribopipe.base.arrays import Column
+
+_MOST_ITERATIONS = 60
+_CONVERGED = 1e-14
+_SMALL_ANGLE = 1.0
+"""Angle below which θ − sin θ is summed as a series, since its two parts cancel."""
+
+
+def cap_height(*, scar_radius: ArrayLike, sphere_radius: ArrayLike) -> Column:
+    """Return the height of the cap under a flat scar: R − √(R² − a²), m.
+
+    Written a²/(R + √(R² − a²)), which keeps all digits of shallow caps. a and R in m, a ≤ R.
+    """
+    a, r = np.asarray(scar_radius, dtype=float), np.asarray(sphere_radius, dtype=float)
+    # A draw of a scar as wide as the tip may be wider: half a sphere is gone then.
+    return np.asarray(a**2 / (r + np.sqrt(np.maximum(r**2 - a**2, 0.0))))
+
+
+def cap_radius(*, height: ArrayLike, sphere_radius: ArrayLike) -> Column:
+    """Return the scar radius of a cap: a = √(c(2R − c)), m. c and R in m, c ≤ R."""
+    c, r = np.asarray(height, dtype=float), np.asarray(sphere_radius, dtype=float)
+    return np.asarray(np.sqrt(c * (2 * r - c)))
+
+
+def scar_depth(*, scar_radius: ArrayLike, sphere_radius: ArrayLike, flat_radius: ArrayLike = 0.0) -> Column:
+    """Return the height between a scar of radius b and the flat a₀ the sphere began with, m; below zero if b < a₀.
+
+    h = √(R² − a₀²) − √(R² − b²), written (b² − a₀²)/(√(R² − a₀²) + √(R² − b²)). All in m.
+    """
+    b, r, a = (np.asarray(x, dtype=float) for x in (scar_radius, sphere_radius, flat_radius))
+    return np.asarray((b - a) * (b + a) / (_leg(r, a) + _leg(r, b)))
+
+
+def scar_radius_at(*, depth: ArrayLike, sphere_radius: ArrayLike, flat_radius: ArrayLike = 0.0) -> Column:
+    """Return the scar radius b of a sphere worn by a depth h beyond its flat a₀: b² = a₀² + h(2√(R² − a₀²) − h), m."""
+    h, r, a = (np.asarray(x, dtype=float) for x in (depth, sphere_radius, flat_radius))
+    return np.asarray(np.sqrt(np.maximum(a**2 + h * (2 * _leg(r, a) - h), 0.0)))
+
+
+def worn_volume(*, depth: ArrayLike, sphere_radius: ArrayLike, flat_radius: ArrayLike = 0.0) -> Column:
+    """Return the volume worn off a sphere by a depth h beyond the flat a₀ it began with, m³.
+
+    V = π·h·(a₀² + h·√(R² − a₀²) − h²/3), which without a flat is the cap's πh²(3R − h)/3. All in m.
+    """
+    h, r, a = (np.asarray(x, dtype=float) for x in (depth, sphere_radius, flat_radius))
+    return np.asarray(np.pi * h * (a**2 + h * _leg(r, a) - h**2 / 3))
+
+
+def worn_depth(*, volume: ArrayLike, sphere_radius: ArrayLike, flat_radius: ArrayLike = 0.0) -> Column:
+    """Return the depth, m, at which a sphere has lost a volume, m³, beyond the flat it began with.
+
+    The cubic of ``worn_volume`` by Newton's method; it is solved at most for what is left of half a sphere. A volume
+    below zero, as a draw may be, gives as much of a depth below zero.
+    """
+    lost, r, a = np.broadcast_arrays(*(np.asarray(x, dtype=float) for x in (volume, sphere_radius, flat_radius)))
+    most = _leg(r, a)
+    wanted = np.minimum(np.abs(lost) / np.pi, most * (a**2 + 2 * most**2 / 3))
+    root = a**2 + np.sqrt(a**4 + 4 * most * wanted)
+    depth = np.divide(2 * wanted, root, out=np.zeros_like(root), where=root > 0)
+    for _ in range(_MOST_ITERATIONS):
+        slope = a**2 + depth * (2 * most - depth)
+        excess = depth * (a**2 + depth * (most - depth / 3)) - wanted
+        step = np.divide(excess, slope, out=np.zeros_like(slope), where=slope > 0)
+        depth = np.minimum(depth - step, most)
+        if np.all(np.abs(step) <= _CONVERGED * depth):
+            break
+    return np.asarray(np.copysign(depth, lost))
+
+
+def segment_area(*, half_chord: ArrayLike, radius: ArrayLike) -> Column:
+    """Return the area between a circle and a chord of half length b: R²·(θ − sin θ·cos θ), θ = arcsin(b/R), m².
+
+    It is the r²·arcsin(d/2r) − (d/4)·√(4r² − d²) of ASTM G99, with d = 2b: the groove of a ball that has not worn. Both
+    in m, b ≤ R.
+    """
+    b, r = np.asarray(half_chord, dtype=float), np.asarray(radius, dtype=float)
+    share = np.divide(b, r, out=np.zeros(np.broadcast(b, r).shape), where=r > 0)
+    return np.asarray(r**2 / 2 * _angle_less_sine(2 * np.arcsin(np.minimum(share, 1.0))))
+
+
+def circle_volume(*, area: ArrayLike, track_radius: ArrayLike) -> Column:
+    """Return the volume of a track around a circle, 2πR·A, m³: exact for a groove symmetric about R (Pappus)."""
+    return np.asarray(2 * np.pi * np.asarray(track_radius, dtype=float) * np.asarray(area, dtype=float))
+
+
+def stroke_volume(*, area: ArrayLike, stroke: ArrayLike, ends: ArrayLike) -> Column:
+    """Return the volume of a track of a given stroke, m³: A times the stroke, and both rounded ends.
+
+    The ends together are the solid that half of the groove's section sweeps about its middle: where the pin turns, it
+    stands still in a groove it fits. For a sphere that is ``worn_volume`` (ASTM G133 leaves them out or measures them).
+    """
+    a, length, round_ends = (np.asarray(x, dtype=float) for x in (area, stroke, ends))
+    return np.asarray(a * length + round_ends)
+
+
+def short_cap_volume(*, scar_diameter: ArrayLike, sphere_radius: ArrayLike) -> Column:
+    """Return πd⁴/(64R), m³: the volume of a cap of scar diameter d as that of a paraboloid (ASTM G99)."""
+    d, r = np.asarray(scar_diameter, dtype=float), np.asarray(sphere_radius, dtype=float)
+    return np.asarray(np.pi * d**4 / (64 * r))
+
+
+def short_cap_error(*, scar_diameter: ArrayLike, sphere_radius: ArrayLike) -> Column:
+    """Return the relative error of ``short_cap_volume``, −c(5 + 3s)/(4(2 + s)) with c = h/R, s = 1 − c.
+
+    It is always too small: by (d/2R)²/3 for shallow caps, by 5/8 for half a sphere.
+    """
+    r = np.asarray(sphere_radius, dtype=float)
+    c = cap_height(scar_radius=np.asarray(scar_diameter, dtype=float) / 2, sphere_radius=r) / r
+    s = 1 - c
+    return np.asarray(-c * (5 + 3 * s) / (4 * (2 + s)))
+
+
+def short_track_volume(*, width: ArrayLike, sphere_radius: ArrayLike, track_radius: ArrayLike) -> Column:
+    """Return πR_t·d³/(6R), m³: the volume of a track of width d, its section as that of a parabola (ASTM G99)."""
+    d, r, track = (np.asarray(x, dtype=float) for x in (width, sphere_radius, track_radius))
+    return np.asarray(np.pi * track * d**3 / (6 * r))
+
+
+def short_track_error(*, width: ArrayLike, sphere_radius: ArrayLike) -> Column:
+    """Return the relative error of ``short_track_volume``: too small, by 3(d/2R)²/10 for shallow tracks."""
+    d, r = np.asarray(width, dtype=float), np.asarray(sphere_radius, dtype=float)
+    exact = segment_area(half_chord=d / 2, radius=r)
+    return np.asarray(d**3 / (12 * r) / exact - 1)
+
+
+def _leg(hypotenuse: Column, other: Column) -> Column:
+    """Return √(R² − a²); 0 for what a draw may make wider than the sphere."""
+    return np.asarray(np.sqrt(np.maximum((hypotenuse - other) * (hypotenuse + other), 0.0)))
+
+
+def _angle_less_sine(angle: Column) -> Column:
+    """Return θ − sin θ of an angle from 0 to π: θ³/6·(1 − θ²/20·(1 − θ²/42·(…))) where it is small."""
+    series = np.ones_like(angle)
+    for n in range(21, 3, -2):
+        series = 1 - angle**2 / (n * (n - 1)) * series
+    return np.asarray(np.where(angle < _SMALL_ANGLE, angle**3 / 6 * series, angle - np.sin(angle)))

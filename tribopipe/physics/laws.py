@@ -1,0 +1,198 @@
+"""Wear laws: how fast a surface recedes under pressure and friction, and along its way.
+
+Each law is written dh/ds = k_D · p · f with the dimensional wear coefficient k_D = k/H, m²/N, and a factor f of the
+sliding distance s, of the friction coefficient μ(s) where the law needs it, and of parameters of its own. So a law is
+known by its effective distance S(s) = ∫₀ˢ f ds': the distance over which Archard's law would wear as much.
+
+A package adds a law by an entry point in the group ``tribopipe.laws`` whose value is a class derived from ``WearLaw``;
+those here are declared the same way.
+"""
+
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from functools import cache
+from importlib.metadata import EntryPoint
+from operator import attrgetter
+from typing import Any, ClassVar, NamedTuple, Self, get_args, get_type_hints
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tribopipe.base.arrays import Column, Values
+from tribopipe.base.errors import FitError
+from tribopipe.base.plugins import Plugins, added, names, not_installed
+from tribopipe.base.units import KINDS
+from tribopipe.physics.conventions import LAW_GROUP, LAW_PATTERN
+from tribopipe.physics.friction_path import FrictionPath, junction_factor
+from tribopipe.physics.path_integrals import integral
+
+
+class LawParameter(NamedTuple):
+    """A parameter of a law beside k_D."""
+
+    meaning: str
+    kind: str
+    """Kind of number, by which its unit is known: "ratio", "distance"…"""
+    low: float
+    high: float
+    """Between which it is sought, SI."""
+
+
+@dataclass(frozen=True)
+class WearLaw(ABC):
+    """One wear law. Its fields are its parameters beside k_D: numbers, or columns of as many draws.
+
+    Each is annotated with a ``LawParameter``, and a fit of it starts at its default.
+    """
+
+    name: ClassVar[str]
+    """In commands, recipes and results: small letters, digits and _."""
+    title: ClassVar[str]
+    """What it is called within a sentence, such as "Archard's law"."""
+    rate: ClassVar[str]
+    """dh/ds as one would write it down."""
+    citation: ClassVar[str]
+    """Where it was published."""
+    needs_friction: ClassVar[bool] = False
+    """Whether μ enters."""
+
+    @abstractmethod
+    def rate_factor(self, distance: ArrayLike, friction: FrictionPath | None) -> Column:
+        """Return f of dh/ds = k_D·p·f at sliding distances in m; friction is there where the law needs it."""
+
+    def effective_distance(self, distance: ArrayLike, friction: FrictionPath | None) -> Column:
+        """Return S(s) = ∫₀ˢ f ds', m: by quadrature, unless a law knows it in closed form."""
+        return integral(lambda s: self.rate_factor(s, friction), distance, friction)
+
+    @classmethod
+    def parameters(cls) -> dict[str, LawParameter]:
+        """Return the parameters beside k_D by name."""
+        return _parameters(cls)
+
+    @staticmethod
+    def input_of(parameter: str) -> str:
+        """Return what a parameter is called among the inputs of a fit."""
+        return f"law_{parameter}"
+
+    @classmethod
+    def inputs(cls) -> tuple[str, ...]:
+        """Return what all parameters are called among the inputs of a fit."""
+        return tuple(map(cls.input_of, cls.parameters()))
+
+    def values(self) -> dict[str, float]:
+        """Return the parameters as they are set, SI."""
+        return {name: float(getattr(self, name)) for name in self.parameters()}
+
+    def at(self, values: Values) -> Self:
+        """Return the law with those parameters that are among the inputs of a fit, within their bounds."""
+        found = {
+            name: np.clip(values[self.input_of(name)], known.low, known.high)
+            for name, known in self.parameters().items()
+            if self.input_of(name) in values
+        }
+        return replace(self, **found) if found else self
+
+
+@cache
+def _parameters(law: type[WearLaw]) -> dict[str, LawParameter]:
+    hints = get_type_hints(law, include_extras=True)
+    return {one.name: _parameter(hints[one.name]) for one in fields(law)}
+
+
+def _parameter(hint: Any) -> LawParameter:
+    return next(said for said in get_args(hint) if isinstance(said, LawParameter))
+
+
+@dataclass(frozen=True)
+class Archard(WearLaw):
+    """V/s = k·F_N/H (Eq. 1): friction plays no part."""
+
+    name = "archard"
+    title = "Archard's law"
+    rate = "k_D·p"
+    citation = "J. F. Archard, J. Appl. Phys. 24 (1953) 981"
+
+    def rate_factor(self, distance: ArrayLike, friction: FrictionPath | None) -> Column:  # noqa: ARG002
+        """Return ones."""
+        return np.ones_like(np.asarray(distance, dtype=float))
+
+    def effective_distance(self, distance: ArrayLike, friction: FrictionPath | None) -> Column:  # noqa: ARG002
+        """Return the sliding distance itself."""
+        return np.asarray(distance, dtype=float)
+
+
+@dataclass(frozen=True)
+class Sarkar(WearLaw):
+    """V/s = k·F_N/H·√(1 + 3μ²) (Eq. 2): junctions grow with friction."""
+
+    name = "sarkar"
+    title = "Sarkar's law"
+    rate = "k_D·p·√(1 + 3μ²)"
+    citation = "A. D. Sarkar, Friction and Wear, Academic Press (1980)"
+    needs_friction = True
+
+    def rate_factor(self, distance: ArrayLike, friction: FrictionPath | None) -> Column:
+        """Return √(1 + 3μ²). Raises ``FitError`` where there is no friction."""
+        return junction_factor(_given(friction).coefficient(distance))
+
+    def effective_distance(self, distance: ArrayLike, friction: FrictionPath | None) -> Column:
+        """Return ∫₀ˢ √(1 + 3μ²) ds'. Raises ``FitError`` where there is no friction."""
+        return _given(friction).sarkar_distance(distance)
+
+
+def _given(friction: FrictionPath | None) -> FrictionPath:
+    if friction is None:
+        raise FitError(
+            "Sarkar's law: found no friction coefficient; expected μ(s), fitted or given; give it with "
+            '--friction "A=0.2 b=0.4 c=50 m", or use Archard\'s law'
+        )
+    return friction
+
+
+def _made(entry: EntryPoint) -> WearLaw:
+    law = entry.load()()
+    if not isinstance(law, WearLaw) or law.name != entry.name or not re.fullmatch(LAW_PATTERN, law.name):
+        raise TypeError(f"is no WearLaw of the name {entry.name}, of small letters, digits and _")
+    if unknown := {known.kind for known in law.parameters().values()} - set(KINDS):
+        raise TypeError(f"has a parameter of the kind {min(unknown)!r}, and the kinds are {', '.join(KINDS)}")
+    return law
+
+
+LAWS: Mapping[str, WearLaw] = Plugins(LAW_GROUP, "wear law", _made, attrgetter("name"))
+"""Those installed, by name, each with the parameters that a fit starts from."""
+
+
+def law_named(name: str) -> WearLaw:
+    """Return a law. Raises ``FitError``, which names the nearest, where it is not installed on this machine."""
+    if name not in LAWS and name in names(LAW_GROUP):
+        raise FitError(
+            f"found the wear law {name!r}, which cannot be loaded; expected one that can; a warning says why: mend its "
+            "package, or install it again"
+        )
+    if name not in LAWS:
+        raise FitError(not_installed(LAW_GROUP, "wear law", name))
+    return LAWS[name]
+
+
+def law_package(name: str) -> str | None:
+    """Return the package that adds a law, with its version; none of tribopipe's own or of one not installed here."""
+    package = next((entry.dist for entry in added(LAW_GROUP) if entry.name == name), None)
+    return None if package is None else f"{package.name} {package.version}"
+
+
+def law_title(name: str) -> str:
+    """Return what a law is called within a sentence, installed here or not."""
+    return LAWS[name].title if name in LAWS else f"the law {name}, which is not installed here"
+
+
+def law_heading(name: str) -> str:
+    """Return what a law is called where a sentence begins."""
+    title = law_title(name)
+    return title[:1].upper() + title[1:]
+
+
+def law_label(name: str) -> str:
+    """Return what a law is called in the head of a column or in a key, such as Archard."""
+    return name.replace("_", " ").capitalize()

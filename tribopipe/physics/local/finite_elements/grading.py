@@ -1,0 +1,39 @@
+"""Nodes of meshes that are fine where the contact is, and coarse far from it."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribopipe.base.arrays import Column
+
+_LEAF = 27
+"""Grid points that are not worth dividing any further."""
+
+
+def continued(nodes: Column, last: float, growth: float) -> Column:
+    """Return the nodes and more of them to beyond ``last``, m, each spacing larger than the one before by a factor."""
+    spacing = nodes[-1] - nodes[-2]
+    count = int(np.ceil(np.log1p((last - nodes[-1]) * (growth - 1) / (spacing * growth)) / np.log(growth)))
+    return np.append(nodes, nodes[-1] + spacing * np.cumsum(growth ** np.arange(1, count + 1)))
+
+
+def tributary(nodes: Column, radial: bool = False) -> Column:
+    """Return ∫Nᵢ·dx of each node's linear shape function Nᵢ, m; ∫Nᵢ·2πr·dr, m², where nodes are radii."""
+    inner, outer = nodes[:-1], nodes[1:]
+    to_inner, to_outer = np.ones_like(inner), np.ones_like(inner)
+    if radial:
+        to_inner, to_outer = 2 * np.pi * (2 * inner + outer) / 3, 2 * np.pi * (inner + 2 * outer) / 3
+    halves = (outer - inner) / 2
+    return np.asarray(np.append(halves * to_inner, 0.0) + np.append(0.0, halves * to_outer))
+
+
+def nested_dissection(grid: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the points of a grid so ordered that factors of a matrix that couples neighbours fill little.
+
+    The plane that halves the grid's longest side comes last, after either half in the same order (A. George, SIAM J.
+    Numer. Anal. 10, 1973, 345). In three dimensions factors are half as large as by minimum degree.
+    """
+    if grid.size <= _LEAF:
+        return grid.ravel()
+    longest = int(np.argmax(grid.shape))
+    below, plane, above = np.split(grid, [grid.shape[longest] // 2, grid.shape[longest] // 2 + 1], axis=longest)
+    return np.concatenate([nested_dissection(below), nested_dissection(above), plane.ravel()])

@@ -1,0 +1,323 @@
+"""A pin that stays in contact on a track that passes under it: scar and groove together, from the wear of both.
+
+Archard's law holds at each point of both surfaces. In a slice at the distance x from the middle of the track, the pin
+loses the area A, and the track, which meets the pin once per path L, loses the depth
+
+    h_d(x) = κ·A(x),        κ = k_2/(k_1·L)
+
+The total approach D = w(x) + κ·A(x, w(x)) is the same in all slices, where w is the level to which the pin is worn,
+counted from its lowest unworn point. That defines w(x), hence the scar, the groove and both volumes, which is exact for
+rigid bodies: the groove's cross-section is S = κ·V_1 and the volume of the track V_2 = L·S.
+
+For small κ the groove follows the chord of the scar, and S is 3π/16 = 0.589 of depth times width; a hard ball leaves a
+segment of its own shape, 0.667. On a worn track the scar is wider across than it is long along the sliding direction.
+
+Everything is in SI, in arrays that are broadcast against each other. Cf. Kauzlarich and Williams, Proc. IMechE Part J
+215 (2001) 387; Hegadekatte, Huber and Kraft, Tribol. Lett. 24 (2006) 51.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tribopipe.physics.geometry import scar_depth, scar_radius_at, segment_area, worn_depth
+
+Array = NDArray[np.float64]
+SHAPE_LEAST, SHAPE_MOST = 3 * np.pi / 16, 2 / 3
+"""Cross-section of a shallow groove of a sphere over depth times width: little wear of the track; of the pin."""
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
+_MOST_ITERATIONS = 80
+_EXACT = 1e-13
+_CONVERGED = 1e-9
+_GROWTH_NODES = 201
+"""Relative step after which a root that converges faster than linearly is exact."""
+
+
+@dataclass(frozen=True)
+class WornContact:
+    """Shape of a worn pin and of the groove it has worn; lengths in m, areas in m², volumes in m³."""
+
+    pin_depth: Array
+    """Height lost by the lowest point of the unworn pin, in the middle of the scar."""
+    groove_depth: Array
+    """In the middle of the groove."""
+    half_width: Array
+    """Of scar and groove, across the sliding direction."""
+    half_length: Array
+    """Of the scar, along the sliding direction."""
+    pin_volume: Array
+    groove_area: Array
+    """Cross-section of the groove."""
+    groove_revolved: Array
+    """Volume that half of that cross-section sweeps about the middle of the groove: both ends of a stroke together."""
+
+    @property
+    def approach(self) -> Array:
+        """Total approach of both bodies, m: what a displacement sensor sees."""
+        return self.pin_depth + self.groove_depth
+
+
+@dataclass(frozen=True)
+class SphereOnTrack:
+    """A spherical pin, with or without a flat ground on it before the test."""
+
+    radius: ArrayLike
+    """Of the sphere, m."""
+    flat_radius: ArrayLike = 0.0
+    """Of the flat, m."""
+
+    @property
+    def most(self) -> Array:
+        """Approach at which the scar would be as wide as the sphere, m."""
+        return scar_depth(scar_radius=self.radius, sphere_radius=self.radius, flat_radius=self.flat_radius)
+
+    def half_width_at(self, approach: ArrayLike) -> Array:
+        """Return the half width, m, at a depth below the lowest unworn point of the pin, m."""
+        return scar_radius_at(depth=approach, sphere_radius=self.radius, flat_radius=self.flat_radius)
+
+    def approach_at(self, half_width: ArrayLike) -> Array:
+        """Return the depth, m, at which the unworn pin has this half width, m."""
+        return scar_depth(scar_radius=half_width, sphere_radius=self.radius, flat_radius=self.flat_radius)
+
+    def middle_slice(self, pin_depth: ArrayLike) -> Array:
+        """Return the area lost by the pin in its middle slice, m²."""
+        b = self.half_width_at(pin_depth)
+        lost = segment_area(half_chord=b, radius=self.radius)
+        return np.asarray(lost - segment_area(half_chord=self.flat_radius, radius=self.radius))
+
+    def at_depths(self, pin_depth: ArrayLike, groove_depth: ArrayLike) -> WornContact:
+        """Return the contact worn to these depths in its middle, m.
+
+        In each slice the half chord z solves w(x, z) + κ·A(x, z) = D by Newton's method; slices are added up by
+        Gauss–Legendre quadrature over x = a·sin θ, in which everything is smooth.
+        """
+        r, f, h_p, h_d = np.broadcast_arrays(*map(_floats, (self.radius, self.flat_radius, pin_depth, groove_depth)))
+        a = self.half_width_at(h_p + h_d)
+        slices = _Slices(*(one[..., None] for one in (r, f, a, self.middle_slice(h_p), h_p, h_d)))
+        beside = np.arcsin(np.divide(f, a, out=np.zeros_like(a), where=a > 0))
+        sums = slices.integrals(beside[..., None], a[..., None])
+        if np.any(f > 0):
+            sums = sums + slices.integrals(np.zeros_like(f)[..., None], f[..., None])
+        return WornContact(h_p, h_d, a, self.half_width_at(h_p), *sums)
+
+    def worn(self, pin_volume: ArrayLike, groove_area: ArrayLike) -> WornContact:
+        """Return the contact whose pin has lost V_1, m³, and whose groove has the cross-section V_2/L, m².
+
+        V_1 = k_1·F_N·S and V_2 = k_2·F_N·S by Archard's law, for the effective sliding distance S.
+        """
+        v, s = np.broadcast_arrays(_floats(pin_volume), _floats(groove_area))
+        kappa = np.divide(s, v, out=np.zeros(v.shape), where=v > 0)
+        h_p = power_root(
+            lambda depth: self.at_depths(depth, kappa * self.middle_slice(depth)).pin_volume,
+            v,
+            self._about(v, s),
+            self.most,
+        )
+        unworn = 0.0 if np.all(v > 0) else self.groove_depth_at(s, h_p)
+        return self.at_depths(h_p, np.where(v > 0, kappa * self.middle_slice(h_p), unworn))
+
+    def _about(self, pin_volume: Array, groove_area: Array) -> Array:
+        """Return about how deep, m, a pin is worn: a cap beyond the flat that the groove alone would be wide.
+
+        A cap on the tip itself would be far too deep beside a deep groove, with which a shallow scar is wide.
+        """
+        groove = np.minimum(_plain(groove_area, _floats(self.radius)), self.most / 2)
+        wide = np.maximum(self.half_width_at(groove), self.flat_radius)
+        return worn_depth(volume=pin_volume, sphere_radius=self.radius, flat_radius=wide)
+
+    def groove_depth_at(self, groove_area: ArrayLike, pin_depth: ArrayLike) -> Array:
+        """Return the depth, m, of a groove with this cross-section, m², under a pin worn by a depth, m."""
+        s, r = _floats(groove_area), _floats(self.radius)
+        start = np.minimum(_plain(s, r), s / SHAPE_LEAST / 2 / np.maximum(self.half_width_at(pin_depth), 1e-300))
+        return power_root(lambda h: self.at_depths(pin_depth, h).groove_area, s, start, self.most)
+
+
+@dataclass(frozen=True)
+class FlatOnTrack:
+    """A flat pin of circular cross-section, which wears least along its middle line and ends crowned across."""
+
+    radius: ArrayLike
+    """m."""
+
+    @property
+    def most(self) -> Array:
+        """Depth, m, deeper than which none is looked for: a thousand radii."""
+        return np.asarray(1e3 * _floats(self.radius))
+
+    def approach_at(self, half_width: ArrayLike) -> Array:
+        """Return NaN: the contact is as wide at any depth."""
+        return np.full(np.shape(half_width), np.nan)
+
+    def half_width_at(self, approach: ArrayLike) -> Array:
+        """Return the radius, m: that of the contact at any depth."""
+        return np.broadcast_to(_floats(self.radius), np.broadcast_shapes(np.shape(self.radius), np.shape(approach)))
+
+    def middle_slice(self, pin_depth: ArrayLike) -> Array:
+        """Return the area lost by the pin in its middle slice, m²."""
+        return np.asarray(2 * _floats(self.radius) * _floats(pin_depth))
+
+    def at_depths(self, pin_depth: ArrayLike, groove_depth: ArrayLike) -> WornContact:
+        """Return the contact worn to these depths in its middle, m: w(x) = D/(1 + 2κ·√(r² − x²))."""
+        r, h_p, h_d = np.broadcast_arrays(*map(_floats, (self.radius, pin_depth, groove_depth)))
+        angle, weight = _quarter(np.zeros_like(r)[..., None])
+        chord, across = np.cos(angle), r[..., None] * np.sin(angle)
+        below = h_p[..., None] + h_d[..., None] * chord
+        share = np.divide(h_p[..., None], below, out=np.ones_like(below), where=below > 0)
+        groove = np.divide(h_d[..., None] * chord, below, out=np.zeros_like(below), where=below > 0)
+        approach, step = (h_p + h_d)[..., None], 2 * weight * r[..., None] * chord
+        return WornContact(
+            pin_depth=h_p,
+            groove_depth=h_d,
+            half_width=r,
+            half_length=r,
+            pin_volume=np.sum(step * approach * share * 2 * r[..., None] * chord, axis=-1),
+            groove_area=np.sum(step * approach * groove, axis=-1),
+            groove_revolved=np.sum(np.pi * step * across * approach * groove, axis=-1),
+        )
+
+    def worn(self, pin_volume: ArrayLike, groove_area: ArrayLike) -> WornContact:
+        """Return the contact whose pin has lost V_1, m³, and whose groove has the cross-section V_2/L, m²."""
+        r, v, s = np.broadcast_arrays(_floats(self.radius), _floats(pin_volume), _floats(groove_area))
+        kappa = np.divide(s, v, out=np.zeros(v.shape), where=v > 0)
+        unit = self.at_depths(1.0, 2 * kappa * r)
+        h_p = v / unit.pin_volume
+        return self.at_depths(h_p, np.where(v > 0, 2 * kappa * r * h_p, s / (2 * r)))
+
+
+@dataclass(frozen=True)
+class _Slices:
+    """Slices along the sliding direction, of arrays that end in an axis for the slices."""
+
+    radius: Array
+    flat_radius: Array
+    half_width: Array
+    middle: Array
+    """A in the middle slice."""
+    pin_depth: Array
+    groove_depth: Array
+
+    def integrals(self, first: Array, reach: Array) -> Array:
+        """Return ∫A dx, ∫h_d dx and π·∫|x|·h_d dx over the slices x = reach·sin θ on both sides, from θ = first."""
+        angle, weight = _quarter(first)
+        x, step = reach * np.sin(angle), 2 * weight * reach * np.cos(angle)
+        lost, groove = self._worn(x, (self.half_width - x) * (self.half_width + x))
+        return np.stack([np.sum(step * one, axis=-1) for one in (lost, groove, np.pi * x * groove)])
+
+    def _worn(self, x: Array, level: Array) -> tuple[Array, Array]:
+        """Return the area lost by the pin and the depth of the groove in each slice; ``level`` is a² − x²."""
+        rho = np.sqrt(self.radius**2 - x**2)
+        ground = np.sqrt(np.maximum(self.flat_radius**2 - x**2, 0.0))
+        before = segment_area(half_chord=ground, radius=rho)
+        at_edge = np.sqrt(np.maximum(rho**2 - level, 0.0))
+        z = self._start(level, ground)
+        for _ in range(_MOST_ITERATIONS):
+            leg = np.sqrt(np.maximum(rho**2 - z**2, 0.0))
+            excess = self.middle * (z**2 - level) / (at_edge + leg)
+            excess = excess + self.groove_depth * (segment_area(half_chord=z, radius=rho) - before)
+            slope = z * (self.middle + 2 * self.groove_depth * z)
+            step = np.divide(excess * leg, slope, out=np.zeros_like(slope), where=slope > 0)
+            z = np.clip(z - step, ground, np.sqrt(level))
+            if np.all(np.abs(step) <= _CONVERGED * z):
+                break
+        lost = segment_area(half_chord=z, radius=rho) - before
+        by_lost = np.divide(self.groove_depth * lost, self.middle, out=np.zeros_like(lost), where=self.middle > 0)
+        by_level = (level - z**2) / (at_edge + np.sqrt(np.maximum(rho**2 - z**2, 0.0)))
+        return lost, np.where(self.groove_depth > self.pin_depth, by_level, by_lost)
+
+    def _start(self, level: Array, ground: Array) -> Array:
+        """Return the half chords of a shallow sphere where the pin alone wears, or the track, whichever is less."""
+        worn = np.broadcast_to(self.groove_depth > 0, level.shape)
+        cube = np.divide(0.75 * self.middle * level, self.groove_depth, out=np.full_like(level, np.inf), where=worn)
+        return np.maximum(np.minimum(np.sqrt(level), np.cbrt(cube)), ground)
+
+
+def _quarter(first: Array) -> tuple[Array, Array]:
+    """Return angles from ``first`` to π/2 and their weights."""
+    half = (np.pi / 2 - first) / 2
+    return first + half * (1 + _NODES), half * _WEIGHTS
+
+
+def power_root(function: Callable[[Array], Array], target: ArrayLike, start: ArrayLike, most: ArrayLike) -> Array:
+    """Return x from 0 to ``most`` where a function that rises from zero about as a power of x meets its target.
+
+    By the secant method in ln x and ln f, which is exact for a power. Where the target is zero or less, x is 0;
+    where it is more than the function reaches, x is ``most``.
+    """
+    wanted, limit = _floats(target), np.log(_floats(most))
+    there = wanted > 0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        goal = np.log(wanted)
+        x = np.minimum(np.log(np.where(there, start, 1.0)), limit)
+        miss = np.log(function(np.exp(x))) - goal
+        step = np.asarray(-miss / 2)
+        for _ in range(_MOST_ITERATIONS):
+            last, before, x = x, miss, np.minimum(x + step, limit)
+            miss = np.log(function(np.exp(x))) - goal
+            step = np.where(miss == before, 0.0, -miss * (x - last) / (miss - before))
+            if np.all((np.abs(step) <= _CONVERGED) | (np.abs(miss) <= _EXACT) | ~there | ((x == limit) & (step > 0))):
+                break
+    return np.where(there, np.exp(np.minimum(x + step, limit)), 0.0)
+
+
+def _plain(groove_area: Array, radius: Array) -> Array:
+    """Return the depth, m, of a groove that an unworn sphere ploughs, as a parabola: S = 4/3·h·√(2Rh)."""
+    return np.asarray(np.cbrt(9 * groove_area**2 / (32 * radius)))
+
+
+def _floats(values: ArrayLike) -> Array:
+    return np.asarray(values, dtype=np.float64)
+
+
+def volume_growth(depth_ratio: ArrayLike) -> NDArray[np.float64]:
+    """Return the volume that a sphere has lost on a wearing track over that of the cap of the same depth.
+
+    The scar is the wider the deeper the groove. For a paraboloid, with q = h_d/h_p (Archard's law at each point),
+
+        V_1/V_cap = (16/π)·∫₀¹ t²·√(1 − t² + q·(1 − t³)) dt,
+
+    which is 1 on a track that does not wear. A sphere differs from it by about a thousandth.
+
+    Parameters
+    ----------
+    depth_ratio
+        Depth of the groove over wear depth of the pin, both in the middle of the contact; any shape.
+
+    Returns
+    -------
+    ndarray
+        The ratio of the volumes, of the same shape.
+    """
+    ratio = np.asarray(depth_ratio, dtype=float)
+    # In t = 1 − x², by which the root at the end of the chord is smooth.
+    x = 0.5 * (1 + _NODES)
+    t = 1 - x**2
+    under = np.sqrt(1 - t**2 + ratio[..., None] * (1 - t**3))
+    return np.asarray(16 / np.pi * np.sum(_WEIGHTS * x * t**2 * under, axis=-1))
+
+
+def depth_growth(share: ArrayLike, depth_ratio: float) -> NDArray[np.float64]:
+    """Return by what factor a sphere has worn deeper on its way than on a track that does not wear.
+
+    Of a paraboloid, whose scar was x times as long as at the end, the depth was x² and that of the groove x³ of the
+    last one; the share of the volume follows by ``volume_growth``:
+
+        V_1/V_end = x⁴·g(q·x)/g(q),        factor = x²/√(V_1/V_end)
+
+    Parameters
+    ----------
+    share
+        Share of the volume at the end that the pin has lost, from 0 to 1; any shape.
+    depth_ratio
+        q, depth of the groove over wear depth of the pin, at the end.
+
+    Returns
+    -------
+    ndarray
+        1 at the end, √g(q) at the start; of the same shape.
+    """
+    x = np.linspace(0.0, 1.0, _GROWTH_NODES)
+    grown = volume_growth(depth_ratio * x)
+    lost = x**4 * grown / grown[-1]
+    return np.asarray(np.interp(_floats(share), lost, np.sqrt(grown[-1] / grown)))

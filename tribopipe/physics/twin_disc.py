@@ -1,0 +1,159 @@
+"""Global Incremental Wear Model for two discs that roll and slip (paper, Sections 3.1 and A): the limit of its steps.
+
+A disc with a crown (1) rolls on a flat one (2). Worn by h₁ and h₂, they touch over a flat of half width a across and
+half length a_z along the direction of rolling (Eq. 10, 12, 15):
+
+    cap(a) = h₁ + h₂ + u,   cap(a) = r₁ₓ − √(r₁ₓ² − a²),   u = F_N / (2 E_c √(a·a_z)),   a_z = κ·√(4 F' r_eq / (π E_c)),
+    F' = F_N/(2a),   1/r_eq = 1/(r₁ − h₁) + 1/(r₂ − h₂),   κ = π/4 as printed
+
+and the mean pressure is p = (π/4)·√(F' E_c/(π r_eq)) (Eq. 13, 16). A rotation of the curved disc wears off, with
+ν = n₂/n₁ rotations of the flat disc and the slip distance s = 2π·|ν(r₂ − h₂) − (r₁ − h₁)| in it,
+
+    contact-width (Eq. 11)       dh₁/dN = k₁·p·2a_z = (π/4)·k₁·F'         dh₂/dN = (π/4)·k₂·F'·ν
+    line-load (κ = 1)            dh₁/dN = k₁·p·2a_z = k₁·F'         dh₂/dN = k₂·F'·ν
+    full-slip (Eq. 14)           dh₁/dN = k₁·p·s                          dh₂/dN = k₂·p·s·ν
+    volume-conserving            dh₁/dN = k₁·F'·s / (2π(r₁ − h₁))         dh₂/dN = k₂·F'·s / (2π(r₂ − h₂))
+
+*contact-width* counts the length of the contact as slid in each rotation, whatever the slip: the paper's picture of a
+disc turning at the slip velocity on a fixed one (Fig. 7b). *line-load* is the same with κ = 1, by which p·2a_z is
+all of the load: what the local model tends to (tribopipe.physics.local). *full-slip* counts all of s for every point,
+although it is in contact for a small part of a turn only. *volume-conserving* counts what a point slides while it is
+in contact, so that each disc loses V = k·F_N·s as Archard's law has it, and k compares with that of a pin on a disc.
+
+In all of them h₁ : h₂ follows from the sum h₁ + h₂ in closed form, and everything else from the height c = cap(a), so
+that the number of rotations is one integral over ln c, taken by Gauss and Legendre's rule to the last digits. It is
+inverted by Newton's method. The number of rotations itself costs nothing.
+
+What the paper leaves open, and is taken so: the motors hold n₁ and n₂, so that speeds and slip change with the radii;
+n counts revolutions; slip is that over the curved disc's speed, positive where the flat disc is faster; the crown
+radius r₁ₓ stays beside the flat; a starts where the elastic contact alone has it (h = 0 above), which is not quite
+Hertz's ellipse, since the equations above are not Hertz's; the volume lost is that of a flat of width 2a receding by
+dh, dV₁ = 2π(r₁ − h₁)·2a·dh₁, and likewise on the flat disc.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tribopipe.base.arrays import Column
+from tribopipe.base.errors import ContactError
+from tribopipe.physics.disc_contact import Discs
+from tribopipe.physics.disc_course import Course, beyond
+from tribopipe.physics.geometry import cap_height
+
+
+@dataclass(frozen=True)
+class DiscWear:
+    """State of two discs after a number of rotations of the curved one, SI."""
+
+    curved_depth: Column
+    """h₁, m."""
+    flat_depth: Column
+    """h₂, m."""
+    curved_volume: Column
+    """V₁, m³."""
+    flat_volume: Column
+    """V₂, m³."""
+    half_width: Column
+    """a_x, m: half of the worn track's width."""
+    half_length: Column
+    """a_z, m."""
+    pressure: Column
+    """Mean contact pressure p, Pa."""
+    slip: Column
+    """(v₂ − v₁)/v₁."""
+    sliding_distance: Column
+    """Slip distance so far, m."""
+    curved_rate: Column
+    """dh₁/dN, m."""
+    flat_rate: Column
+    """dh₂/dN, m."""
+
+
+@dataclass(frozen=True)
+class DiscPair(Discs):
+    """Two discs that wear. Raises ``ContactError`` where they do not touch, or touch over all of the crown."""
+
+    def worn(self, rotations: ArrayLike, curved_coefficient: ArrayLike, flat_coefficient: ArrayLike = 0.0) -> DiscWear:
+        """Return the discs after rotations of the curved one, for k₁ and k₂ in m²/N.
+
+        Raises ``ContactError`` where the crown would be worn away before that.
+        """
+        turns = np.asarray(rotations, dtype=float)
+        total, course = self._course(curved_coefficient, flat_coefficient)
+        if not np.all(turns >= 0):
+            raise ContactError(
+                f"contact: found {float(np.min(turns)):.4g} rotations; expected zero or more; check their number"
+            )
+        growth = course.growth_of_turns(turns * total * (np.asarray(self.slip) != 0))
+        contact, sums = course.contact(growth), course.sums(growth)
+        slip, part = course.slip_distance(contact), course.curved_part(contact)
+        rate = total * course.rate(contact) * (np.asarray(self.slip) != 0)
+        unworn = np.array(np.abs(slip) * turns + 0 * sums.turns)
+        slid = np.divide(sums.slid, total, out=unworn, where=(total > 0) & (sums.turns > 0))
+        curved = np.asarray(self.curved_radius, dtype=float)
+        return DiscWear(
+            curved_depth=contact.curved_depth,
+            flat_depth=contact.flat_depth,
+            curved_volume=sums.curved_volume,
+            flat_volume=sums.flat_volume,
+            half_width=contact.half_width,
+            half_length=course.half_length(contact),
+            pressure=course.pressure(contact),
+            slip=slip / (2 * np.pi * (curved - contact.curved_depth)),
+            sliding_distance=slid,
+            curved_rate=rate * part,
+            flat_rate=rate * (1 - part),
+        )
+
+    def rotations(
+        self, curved_depth: ArrayLike, curved_coefficient: ArrayLike, flat_coefficient: ArrayLike = 0.0
+    ) -> Column:
+        """Return the rotations of the curved disc after which it has worn by a depth, m; infinite where it never has.
+
+        Raises ``ContactError`` where the crown would be worn away before that.
+        """
+        total, course = self._course(curved_coefficient, flat_coefficient)
+        wears = (np.asarray(curved_coefficient) > 0) & (np.asarray(self.slip) != 0)
+        depth = np.asarray(curved_depth, dtype=float)
+        reached = wears & (depth < course.contact(course.end_growth).curved_depth)
+        if np.any(wears & ~reached & ~course.slip_ends):
+            raise beyond(self.largest_height)
+        turns = course.sums(course.growth_of_curved_depth(np.where(reached, depth, 0.0))).turns
+        return np.where(reached, np.divide(turns, total, out=np.zeros(np.shape(turns)), where=total > 0), np.inf)
+
+    def depth_of_area(self, area: ArrayLike) -> Column:
+        """Return h₁ + h₂, m, where the discs have lost a cross-section A₁ + A₂ = ∫2a·dh, m²."""
+        course = self._geometry()
+        return _depth(course, course.growth_of_area(np.asarray(area, dtype=float)))
+
+    def depth_of_width(self, width: ArrayLike) -> Column:
+        """Return h₁ + h₂, m, where the worn track is 2a wide, m; 0 where the elastic contact alone is wider."""
+        half, crown = np.asarray(width, dtype=float) / 2, np.asarray(self.crown_radius, dtype=float)
+        growth = cap_height(scar_radius=half, sphere_radius=crown) - self.start_height
+        return _depth(self._geometry(), np.maximum(growth, 0.0))
+
+    def _geometry(self) -> Course:
+        """Return a course along which wear never ends with the slip: how wear is shared hardly changes the shape."""
+        return Course(replace(self, distance="contact-width"), np.asarray(1.0), np.asarray(0.0))
+
+    def _course(self, curved_coefficient: ArrayLike, flat_coefficient: ArrayLike) -> tuple[Column, Course]:
+        """Return k₁ + k₂ and the course of wear for their shares; all of it the first's where nothing wears."""
+        first, second = np.broadcast_arrays(
+            np.asarray(curved_coefficient, dtype=float), np.asarray(flat_coefficient, dtype=float)
+        )
+        total = first + second
+        if not np.all((first >= 0) & (second >= 0) & np.isfinite(total)):
+            raise ContactError(
+                f"contact: found a wear coefficient of {float(np.min([first, second])):.4g} m²/N; expected zero or "
+                "more; check both"
+            )
+        mine = np.divide(first, total, out=np.ones(np.shape(total)), where=total > 0)
+        other = np.divide(second, total, out=np.zeros(np.shape(total)), where=total > 0)
+        return total, Course(self, mine, other)
+
+
+def _depth(course: Course, growth: Column) -> Column:
+    contact = course.contact(growth)
+    return np.asarray(contact.curved_depth + contact.flat_depth)

@@ -1,0 +1,67 @@
+"""The runs that others are predicted from, found in the catalogue, so that a large archive takes no longer."""
+
+from collections.abc import Iterable
+from itertools import product
+
+from tribopipe.archive.catalog.catalog import Catalogue
+from tribopipe.archive.catalog.columns import of_law
+from tribopipe.archive.catalog.listed import ListedRun
+from tribopipe.archive.steps import WEAR_FITS
+from tribopipe.archive.store import Archive
+from tribopipe.documents.recipe import LawName
+from tribopipe.documents.record import Record
+from tribopipe.evaluation.study.bodies import bodies
+from tribopipe.results.disc_evaluation import TwinDiscFit
+from tribopipe.results.evaluation import WearFit
+
+_BODIES = (
+    *("tribometer", "pin_material", "disc_material", "curved_disc_material", "flat_disc_material"),
+    *("medium", "shape", "radius"),
+)
+"""Columns that are alike for comparable runs, and for few others."""
+
+
+class References:
+    """The runs of an archive that k_D is known of under some wear laws, as they are now."""
+
+    def __init__(self, archive: Archive, laws: Iterable[LawName]) -> None:
+        self._archive = archive
+        catalogue = Catalogue(archive.folder)
+        catalogue.refresh()
+        self.unreadable = catalogue.unreadable
+        """Files of the archive that cannot be read, each with one sentence why."""
+        self._listed = {run.id: run for run in catalogue.runs()}
+        self._known: dict[tuple[object, ...], list[ListedRun]] = {}
+        for law, run in product(laws, sorted(self._listed.values(), key=_severity)):
+            if not run["mark"] and any(run[f"k_d{of_law(law)}{disc}"] is not None for disc in ("", "_flat")):
+                self._known.setdefault((law, *_alike(run)), []).append(run)
+        self._bodies: dict[str, tuple[object, ...]] = {}
+
+    def lightest(self, run_id: str, law: LawName) -> str | None:
+        """Return the comparable run under the lightest load; among those of two discs, the one with the least slip.
+
+        None where there is none, or the run is itself the one. A run marked bad never is. Raises ``ArchiveError`` where
+        a run is not there, or cannot be read.
+        """
+        same, mine = self._bodies_of(run_id), self._listed.get(run_id)
+        for run in self._known.get((law, *_alike(mine)), ()) if mine else ():
+            if self._bodies_of(run.id) == same and self._is_fitted(run.id, law):
+                return None if run.id == run_id else run.id
+        return None
+
+    def _bodies_of(self, run_id: str) -> tuple[object, ...]:
+        if run_id not in self._bodies:
+            self._bodies[run_id] = bodies(self._archive.manifest(run_id))
+        return self._bodies[run_id]
+
+    def _is_fitted(self, run_id: str, law: LawName) -> bool:
+        fit = self._archive.result(run_id, WEAR_FITS[law], Record)
+        return isinstance(fit, WearFit | TwinDiscFit) and fit.outcome == "fitted"
+
+
+def _alike(run: ListedRun) -> tuple[object, ...]:
+    return tuple(run[name] for name in _BODIES)
+
+
+def _severity(run: ListedRun) -> tuple[float, float]:
+    return run.value("load") or 0.0, abs(run.value("slip") or 0.0)

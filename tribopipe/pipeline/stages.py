@@ -1,0 +1,450 @@
+"""The whole line as plain calls: each step reads what it stands on from the archive and appends its result.
+
+A step is skipped where its version, its options and all that it stands on are unchanged; ``force`` redoes it.
+"""
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal, TypeVar
+
+from tribopipe.archive.single_run import OneRun
+from tribopipe.archive.steps import StepName
+from tribopipe.archive.store import Archive
+from tribopipe.base.errors import ArchiveError, ManifestError, TribopipeError
+from tribopipe.base.executor import ALONE, Crew, as_done, at_work
+from tribopipe.base.failures import in_a_sentence
+from tribopipe.base.files import found_below, natural_order
+from tribopipe.documents.manifest import MANIFEST_NAME, manifest_path
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import LawName, Recipe
+from tribopipe.documents.record import Record
+from tribopipe.documents.toml import parse_toml, read_bytes
+from tribopipe.evaluation.checks.registry import check_run, refuse_errors
+from tribopipe.evaluation.wear.local import LocalOptions
+from tribopipe.evaluation.wear.predict import KnownPin
+from tribopipe.evaluation.wear.twin_disc.predict import KnownDiscs
+from tribopipe.pipeline.archived_results import archived_fit
+from tribopipe.pipeline.references import References
+from tribopipe.pipeline.step_definitions import (
+    PlannedStep,
+    clean_up,
+    drift_correction,
+    friction_fit,
+    known_coefficient,
+    local_wear,
+    prediction,
+    specific_wear_rates,
+    wear_fit,
+)
+from tribopipe.readers.harmonize import read_run
+from tribopipe.results.finding import Finding
+from tribopipe.results.main_values import Headline, headline
+
+Stage = Literal[
+    "ingest",
+    "clean_up",
+    "drift_correction",
+    "friction_fit",
+    "specific_wear",
+    "wear_fit",
+    "prediction",
+    "local_wear",
+    "study",
+    "figures",
+]
+Status = Literal["done", "unchanged", "failed"]
+Answer = TypeVar("Answer")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one step of one run."""
+
+    run_id: str
+    """Id of the run, or of the study; its path where it could not be read."""
+    stage: Stage
+    status: Status
+    result: Record | None = None
+    findings: tuple[Finding, ...] = ()
+    error: TribopipeError | None = None
+    place: int = 0
+    """Place of its run in a batch, by which outcomes are put in order whichever came first."""
+    step: StepName | None = None
+    """Step of the run that it is about, which names the law; none of ingest, studies and figures."""
+    previous: Headline | None = None
+    """Main values of the result that this one has replaced; none where there was none, or where they are the same."""
+    dropped: tuple[StepName, ...] | None = None
+    """Steps that stood on the run.toml before it was amended; none where it was not."""
+
+    @classmethod
+    def failed(cls, run_id: str, stage: Stage, error: Exception) -> "Outcome":
+        """Return the outcome of a step that failed, for whatever reason."""
+        return cls(run_id, stage, "failed", error=in_a_sentence(error, run_id))
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the outcome as JSON types, without its result."""
+        return {
+            "id": self.run_id,
+            "stage": self.stage,
+            "step": self.step,
+            "status": self.status,
+            "previous": None if self.previous is None else {name: _json(old) for name, old in self.previous.items()},
+            "findings": [finding.model_dump(mode="json") for finding in self.findings],
+            "error": None if self.error is None else str(self.error),
+        }
+
+
+def _json(quantity: Quantity | None) -> dict[str, Any] | None:
+    return None if quantity is None else quantity.model_dump(mode="json")
+
+
+def attempted(run_id: str, stage: Stage, step: Callable[[], Outcome]) -> Outcome:
+    """Take a step of a batch; where it fails, for whatever reason, that is its outcome, and the batch can go on."""
+    try:
+        return step()
+    except Exception as error:  # noqa: BLE001 - a fault in one run is no reason to leave the others
+        return Outcome.failed(run_id, stage, error)
+
+
+def find_runs(path: Path) -> list[Path]:
+    """Return the run folders at or below a path. Raises ``ManifestError`` where there is none."""
+    if manifest_path(path).is_file() or not path.is_dir():
+        return [path]
+    manifests = found_below(path, MANIFEST_NAME)
+    found = sorted((manifest.parent for manifest in manifests), key=lambda run: natural_order(str(run)))
+    if not found:
+        raise ManifestError(
+            f"{path}: found no {MANIFEST_NAME} in it or below; expected a run folder; write one beside the "
+            "instrument's files"
+        )
+    return found
+
+
+def ingest(path: Path, archive: Archive, *, force: bool = False, amend: bool = False) -> Outcome:
+    """Read, check and archive one run folder; ``amend`` has another run.toml take the place of the archived one.
+
+    Raises ``TribopipeError`` where the run cannot be read, has errors, or its id is taken by other content.
+    """
+    run = read_run(path)
+    findings = check_run(run)
+    refuse_errors(run, findings)
+    before = archive.step_names(run.id) if amend and archive.path(run.id).exists() else []
+    status = archive.add(run, findings, force=force, amend=amend)
+    return Outcome(
+        run.id,
+        "ingest",
+        "unchanged" if status == "unchanged" else "done",
+        findings=tuple(findings),
+        dropped=tuple(before) if status == "amended" else None,
+    )
+
+
+def ingest_each(
+    paths: Sequence[Path], archive: Archive, *, force: bool = False, amend: bool = False, crew: Crew = ALONE
+) -> Iterator[Outcome]:
+    """Ingest run folders; yield what became of each, with its place. One that fails stops no other."""
+    for place, path, answer in _by_run(partial(_ingest_one, archive=archive, force=force, amend=amend), paths, crew):
+        outcome = Outcome.failed(str(path), "ingest", answer) if isinstance(answer, TribopipeError) else answer
+        yield replace(outcome, place=place)
+
+
+def _ingest_one(path: Path, archive: Archive, *, force: bool, amend: bool) -> Outcome:
+    return attempted(str(path), "ingest", partial(ingest, path, archive, force=force, amend=amend))
+
+
+def clean_archived(archive: Archive, run_id: str, recipe: Recipe, *, force: bool = False) -> Outcome:
+    """Clean up the signals of an archived run, and archive those that came out changed; the raw ones stay."""
+    return _advance(archive, clean_up(archive, run_id, recipe), "clean_up", force=force)
+
+
+def correct_archived_drift(archive: Archive, run_id: str, recipe: Recipe, *, force: bool = False) -> Outcome:
+    """Correct the drift of an archived run, cleaned up first where it is not, and archive the corrected curve."""
+    clean_archived(archive, run_id, recipe)
+    return _advance(archive, drift_correction(archive, run_id, recipe), "drift_correction", force=force)
+
+
+def fit_archived_friction(archive: Archive, run_id: str, recipe: Recipe, *, force: bool = False) -> Outcome:
+    """Fit the friction of an archived run, cleaned up first where it is not, and archive the fitted curve."""
+    clean_archived(archive, run_id, recipe)
+    return _advance(archive, friction_fit(archive, run_id, recipe), "friction_fit", force=force)
+
+
+def evaluate_archived_wear(archive: Archive, run_id: str, recipe: Recipe, *, force: bool = False) -> Outcome:
+    """Evaluate the specific wear rate of each body of an archived run by its end values, and archive it."""
+    clean_archived(archive, run_id, recipe)
+    return _advance(archive, specific_wear_rates(archive, run_id, recipe), "specific_wear", force=force)
+
+
+def fit_archived_wear(archive: Archive, run_id: str, law: LawName, recipe: Recipe, *, force: bool = False) -> Outcome:
+    """Identify k_D of an archived run under a wear law; steps it stands on are done first where they are not."""
+    correct_archived_drift(archive, run_id, recipe)
+    fit_archived_friction(archive, run_id, recipe)
+    return _advance(archive, wear_fit(archive, run_id, recipe, law), "wear_fit", force=force)
+
+
+def predict_archived(
+    archive: Archive, run_id: str, reference: str, law: LawName, recipe: Recipe, *, force: bool = False
+) -> Outcome:
+    """Predict a run's wear from the k_D of another run, over the run's own distance, and archive the prediction."""
+    fit = archived_fit(archive, reference, law)
+    known = known_coefficient(fit)
+    if known is None:
+        raise TribopipeError(
+            f"{reference}: found no wear coefficient to predict from; it lacks {' and '.join(fit.lacks)}"
+        )
+    return predict_with(archive, run_id, reference, law, known, recipe, force=force)
+
+
+def predict_with(
+    archive: Archive,
+    run_id: str,
+    reference: str,
+    law: LawName,
+    known: KnownPin | KnownDiscs,
+    recipe: Recipe,
+    *,
+    force: bool = False,
+) -> Outcome:
+    """Predict a run's wear from the k_D that ``reference`` found, over the run's own distance, and archive it."""
+    _clean_first(archive, run_id, recipe)
+    return _advance(archive, prediction(archive, run_id, recipe, law, reference, known), "prediction", force=force)
+
+
+def wear_archived_locally(
+    archive: Archive,
+    run_id: str,
+    law: LawName,
+    recipe: Recipe,
+    how: LocalOptions,
+    *,
+    coefficients: Sequence[Quantity] = (),
+    at: Sequence[float] = (),
+    force: bool = False,
+) -> Outcome:
+    """Wear a run locally to places ``at``, m or rotations, or over its own course, and archive it with its fields.
+
+    k_D is the one its fit under the law found, unless ``coefficients`` are given: of the pin, or of the curved and the
+    flat disc as Archard's law has them. Raises ``FitError`` where neither is there.
+    """
+    _clean_first(archive, run_id, recipe)
+    step = local_wear(archive, run_id, recipe, law, how, coefficients=coefficients, at=at)
+    return _advance(archive, step, "local_wear", force=force)
+
+
+def _clean_first(archive: Archive, run_id: str, recipe: Recipe) -> None:
+    """Clean up a run that was not; one that was stays as it is."""
+    if "clean_up" not in archive.step_names(run_id):
+        clean_archived(archive, run_id, recipe)
+
+
+def _advance(archive: Archive, step: PlannedStep, stage: Stage, *, force: bool) -> Outcome:
+    """Take a step and archive it, unless it is there already, made from the same."""
+    there = archive.fingerprints(step.run_id, step.name)
+    if there is not None and there.inputs == step.inputs_sha256 and not force:
+        found = archive.result(step.run_id, step.name, Record)
+        return Outcome(step.run_id, stage, "unchanged", found, step=step.name, findings=_findings_of(found))
+    taken = step.take()
+    archive.put_step(step.run_id, taken)
+    return Outcome(step.run_id, stage, "done", taken.result, step=step.name, findings=_findings_of(taken.result))
+
+
+def _findings_of(result: Record | None) -> tuple[Finding, ...]:
+    """Return what speaks against a result; nothing of results that are not judged."""
+    return tuple(getattr(result, "findings", ()))
+
+
+def compared(archive: Archive, run_id: str, outcomes: Iterator[Outcome]) -> Iterator[Outcome]:
+    """Yield outcomes of steps of a run, each with the main values that the archive had before the first of them.
+
+    All of these are read at the start, since a step whose result has changed drops those that stand on it.
+    """
+    earlier = _headlines(archive, run_id)
+    for outcome in outcomes:
+        before = earlier.get(outcome.step) if outcome.step else None
+        replaced = outcome.status == "done" and outcome.result is not None and before is not None
+        yield replace(outcome, previous=before) if replaced and before != headline(outcome.result) else outcome
+
+
+def _headlines(archive: Archive, run_id: str) -> dict[StepName, Headline]:
+    """Return the main values of each archived step; nothing of one whose result cannot be read any more."""
+    found = {}
+    for name in archive.step_names(run_id):
+        with suppress(ArchiveError):
+            found[name] = headline(archive.result(run_id, name, Record))
+    return {name: values for name, values in found.items() if values}
+
+
+def process(
+    paths: Sequence[Path],
+    archive: Archive,
+    recipe: Recipe | None = None,
+    *,
+    force: bool = False,
+    amend: bool = False,
+    studied: Collection[str] = (),
+    crew: Crew = ALONE,
+) -> Iterator[Outcome]:
+    """Take run folders through the whole line; yield what became of each step as it is done.
+
+    Runs of the same bodies in the same medium are predicted from the one under the lightest load, as the paper does,
+    but for those that are ``studied``: a study says from which runs they are predicted. A run that fails does not stop
+    the others. A crew takes several runs at once; their outcomes come as runs end, and have the place of their run.
+    """
+    recipe = recipe or Recipe()
+    with at_work(crew) as at_hand:
+        places: dict[str, int] = {}
+        for outcome in process_each(paths, archive, recipe, force=force, amend=amend, crew=at_hand):
+            if outcome.stage == "ingest" and outcome.error is None:
+                places[outcome.run_id] = outcome.place
+            elif outcome.error is not None:
+                places.pop(outcome.run_id, None)
+            yield outcome
+        left = sorted((run_id for run_id in places if run_id not in studied), key=places.__getitem__)
+        for outcome in predict_from_lightest(archive, left, recipe.wear.models, recipe, force=force, crew=at_hand):
+            yield replace(outcome, place=places.get(outcome.run_id, len(paths)))
+    _tidy(archive, crew)
+
+
+def process_each(
+    paths: Sequence[Path],
+    archive: Archive,
+    recipe: Recipe,
+    *,
+    force: bool = False,
+    amend: bool = False,
+    crew: Crew = ALONE,
+) -> Iterator[Outcome]:
+    """Take run folders through all that needs no other run; yield what became of each step, as ``process`` does."""
+    take = partial(_process_one, archive=archive, recipe=recipe, force=force, amend=amend)
+    for place, outcomes in _each_run(paths, archive, take, crew):
+        for outcome in outcomes:
+            yield replace(outcome, place=place)
+    _tidy(archive, crew)
+
+
+def _tidy(archive: Archive, crew: Crew) -> None:
+    """Take away what workers left that were killed; what they did was done again by others."""
+    if not crew.is_alone:
+        archive.tidy()
+
+
+def _each_run(
+    paths: Sequence[Path], archive: Archive, take: Callable[[Path], Iterator[Outcome]], crew: Crew
+) -> Iterator[tuple[int, Iterable[Outcome]]]:
+    """Give the place of each run with its outcomes: step by step, or those of a run together where a crew takes it."""
+    if crew.is_alone:
+        yield from enumerate(map(take, paths))
+        return
+    with suppress(ArchiveError):  # which each run will tell
+        archive.begin()
+    for place, path, answer in _by_run(partial(_whole, take), paths, crew):
+        if isinstance(answer, TribopipeError):
+            yield place, [Outcome.failed(str(path), "ingest", answer)]
+        else:
+            yield place, answer
+
+
+def _by_run(
+    take: Callable[[Path], Answer], paths: Sequence[Path], crew: Crew
+) -> Iterator[tuple[int, Path, Answer | TribopipeError]]:
+    """Take each run folder by a crew; give its place, and what came of it.
+
+    Folders of one id are taken one after the other, so that it is the first of them that is archived.
+    """
+    same: dict[str, list[tuple[int, Path]]] = {}
+    for place, path in enumerate(paths):
+        same.setdefault(_id_said(path), []).append((place, path))
+    for placed, answers in as_done(partial(_take_same, take), same.values(), crew):
+        for number, (place, path) in enumerate(placed):
+            yield place, path, answers if isinstance(answers, TribopipeError) else answers[number]
+
+
+def _take_same(take: Callable[[Path], Answer], same: Sequence[tuple[int, Path]]) -> list[Answer]:
+    return [take(path) for _, path in same]
+
+
+def _id_said(path: Path) -> str:
+    """Return the id in a run.toml; what cannot be read counts as a run of its own."""
+    try:
+        where = manifest_path(path)
+        return str(parse_toml(where, read_bytes(where))["id"])
+    except (TribopipeError, OSError, LookupError):
+        return str(path)
+
+
+def _whole(take: Callable[[Path], Iterator[Outcome]], path: Path) -> list[Outcome]:
+    return list(take(path))
+
+
+def _process_one(path: Path, archive: Archive, recipe: Recipe, *, force: bool, amend: bool) -> Iterator[Outcome]:
+    ingested = attempted(str(path), "ingest", partial(ingest, path, archive, force=force, amend=amend))
+    yield ingested
+    if ingested.error is not None:
+        return
+    run_id, archive = ingested.run_id, OneRun(archive)
+    stages: list[tuple[Stage, Callable[[], Outcome]]] = [
+        ("clean_up", lambda: clean_archived(archive, run_id, recipe, force=force)),
+        ("drift_correction", lambda: correct_archived_drift(archive, run_id, recipe, force=force)),
+        ("friction_fit", lambda: fit_archived_friction(archive, run_id, recipe, force=force)),
+        ("specific_wear", lambda: evaluate_archived_wear(archive, run_id, recipe, force=force)),
+    ]
+    stages += [
+        ("wear_fit", partial(fit_archived_wear, archive, run_id, law, recipe, force=force))
+        for law in recipe.wear.models
+    ]
+    yield from compared(archive, run_id, (attempted(run_id, stage, advance) for stage, advance in stages))
+
+
+def predict_from_lightest(
+    archive: Archive,
+    run_ids: Sequence[str],
+    laws: Sequence[LawName],
+    recipe: Recipe,
+    *,
+    force: bool = False,
+    crew: Crew = ALONE,
+) -> Iterator[Outcome]:
+    """Predict each run from the comparable run under the lightest load; nothing for a run that is itself that one.
+
+    Files that could not be predicted from, since they cannot be read, are failures too.
+    """
+    references = References(archive, laws)
+    for name, why in references.unreadable:
+        yield Outcome.failed(Path(name).stem, "prediction", ArchiveError(why))
+    predict = partial(_predict_under_each, archive=archive, recipe=recipe, force=force)
+    for (run_id, _), outcomes in as_done(predict, _with_references(run_ids, laws, references), crew):
+        if isinstance(outcomes, TribopipeError):
+            yield Outcome.failed(run_id, "prediction", outcomes)
+        else:
+            yield from outcomes
+
+
+_Known = Mapping[LawName, str] | TribopipeError
+"""The run to predict from under each law, or why none can be told."""
+
+
+def _with_references(
+    run_ids: Iterable[str], laws: Sequence[LawName], references: References
+) -> Iterator[tuple[str, _Known]]:
+    for run_id in run_ids:
+        try:
+            found = {law: references.lightest(run_id, law) for law in laws}
+        except TribopipeError as error:
+            yield run_id, error
+        else:
+            if known := {law: reference for law, reference in found.items() if reference is not None}:
+                yield run_id, known
+
+
+def _predict_under_each(known: tuple[str, _Known], archive: Archive, recipe: Recipe, *, force: bool) -> list[Outcome]:
+    run_id, references = known
+    if isinstance(references, TribopipeError):
+        raise references
+    own = OneRun(archive)
+    return [
+        attempted(run_id, "prediction", partial(predict_archived, own, run_id, reference, law, recipe, force=force))
+        for law, reference in references.items()
+    ]

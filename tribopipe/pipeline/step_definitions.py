@@ -1,0 +1,338 @@
+"""What each step of an archived run is: what it is told, what it stands on, and how it is computed.
+
+Nothing is written here. A planned step reads what it stands on from the archive when it is taken.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from datetime import UTC, datetime
+from typing import Any
+
+import numpy as np
+
+from tribopipe.archive.digest import digest
+from tribopipe.archive.local_wear_tables import local_wear_tables
+from tribopipe.archive.steps import (
+    LOCAL_WEAR,
+    PREDICTIONS,
+    WEAR_FITS,
+    Step,
+    StepName,
+    Table,
+    inputs_digest,
+    method_number,
+)
+from tribopipe.archive.store import Archive
+from tribopipe.base.arrays import Column
+from tribopipe.base.environment import environment
+from tribopipe.base.errors import TribopipeError
+from tribopipe.documents.contact import TwinDisc
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import LawName, Recipe
+from tribopipe.documents.record import Record, read_document
+from tribopipe.documents.signals import SIGNALS
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.friction_paths import fitted_path, run_path
+from tribopipe.evaluation.measurements.specific_wear import specific_wear
+from tribopipe.evaluation.preprocessing.cleaning import clean_run
+from tribopipe.evaluation.wear.fit import fit_wear
+from tribopipe.evaluation.wear.law_curves import LawCurve, fitted_curve, predicted_curve, run_scenario
+from tribopipe.evaluation.wear.local import LocalOptions, default_places, local_scenario, wear_locally
+from tribopipe.evaluation.wear.predict import KnownPin, known_pin, predict_wear
+from tribopipe.evaluation.wear.twin_disc.curves import DiscCurves, disc_scenario, fitted_discs, predicted_discs
+from tribopipe.evaluation.wear.twin_disc.fit import fit_discs
+from tribopipe.evaluation.wear.twin_disc.predict import KnownDiscs, known_discs, predict_discs
+from tribopipe.physics.laws import law_package
+from tribopipe.pipeline.archived_results import archived_coefficients, archived_correction, archived_friction
+from tribopipe.results.disc_evaluation import OUTCOMES, TwinDiscFit
+from tribopipe.results.evaluation import WearFit
+from tribopipe.results.local_wear import LocalWearResult
+from tribopipe.version import VERSION
+
+Curves = Mapping[str, tuple[Column, str]]
+_APART = 0.01
+"""How far off the GIWM may be before its k_D is called another than that of local wear."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a step found."""
+
+    result: Record
+    curves: Curves = field(default_factory=dict)
+    """Over the samples of the run."""
+    tables: Mapping[str, Table] = field(default_factory=dict)
+    """Over other axes."""
+
+
+@dataclass(frozen=True)
+class PlannedStep:
+    """A step of a run, ready to be taken."""
+
+    run_id: str
+    name: StepName
+    options: Mapping[str, Any]
+    """What it is told, as JSON types."""
+    stands_on: Mapping[str, str]
+    """What it is made from, each with its SHA-256, as a ``Step`` has it."""
+    compute: Callable[[], Found]
+
+    @property
+    def inputs_sha256(self) -> str:
+        """Fingerprint of all it is made from."""
+        return inputs_digest(VERSION, self.name, self.options, self.stands_on)
+
+    def take(self) -> Step:
+        """Take the step. Raises ``TribopipeError``, which names the run, where that cannot be done."""
+        try:
+            found = self.compute()
+        except TribopipeError as error:
+            raise error if self.run_id in str(error) else type(error)(f"{self.run_id}: {error}") from None
+        return Step(
+            name=self.name,
+            inputs_sha256=self.inputs_sha256,
+            options=self.options,
+            program_version=VERSION,
+            date=datetime.now(UTC).isoformat(timespec="seconds"),
+            stands_on=self.stands_on,
+            environment=environment(),
+            **vars(found),
+        )
+
+
+def _planned(
+    archive: Archive,
+    run_id: str,
+    name: StepName,
+    options: Mapping[str, Any],
+    compute: Callable[[], Found],
+    **told: str,
+) -> PlannedStep:
+    """Plan a step that stands on the raw run, on the steps before it, and on fingerprints of what else it is told."""
+    by_method = {**options, "method": method_number(name)}
+    return PlannedStep(run_id, name, by_method, archive.stands_on(run_id, name) | told, compute)
+
+
+def clean_up(archive: Archive, run_id: str, recipe: Recipe) -> PlannedStep:
+    """Plan to clean up signals; its curves are those that came out changed."""
+
+    def compute() -> Found:
+        found = clean_run(archive.raw(run_id), recipe)
+        return Found(found.record, {name: (values, SIGNALS[name].unit) for name, values in found.columns.items()})
+
+    return _planned(archive, run_id, "clean_up", {"clean_up": [_told(step) for step in recipe.clean_up]}, compute)
+
+
+def drift_correction(archive: Archive, run_id: str, recipe: Recipe) -> PlannedStep:
+    """Plan to correct the drift of the depth signal."""
+
+    def compute() -> Found:
+        corrected = correct_drift(archive.cleaned(run_id), recipe)
+        curves = {name: getattr(corrected, name) for name in ("wear_depth", "pin_wear_depth", "wander")}
+        return Found(corrected.correction, {name: (curve, "m") for name, curve in curves.items() if curve is not None})
+
+    options = {
+        "drift": _told(recipe.drift),
+        "uncertainty": _told(recipe.uncertainty),
+        "wear": {"correction": recipe.wear.correction},
+    }
+    return _planned(archive, run_id, "drift_correction", options | _convention(archive, run_id, recipe), compute)
+
+
+def friction_fit(archive: Archive, run_id: str, recipe: Recipe) -> PlannedStep:
+    """Plan to fit the friction coefficient."""
+
+    def compute() -> Found:
+        run = archive.cleaned(run_id)
+        fit = fit_friction(run, recipe.friction, recipe.uncertainty)
+        path = fitted_path(fit)
+        curves = {} if path is None else {"friction_coefficient": (path.coefficient(run.sliding_distance), "1")}
+        return Found(fit, curves)
+
+    options = {"friction": _told(recipe.friction), "uncertainty": _told(recipe.uncertainty)}
+    return _planned(archive, run_id, "friction_fit", options, compute)
+
+
+def specific_wear_rates(archive: Archive, run_id: str, recipe: Recipe) -> PlannedStep:
+    """Plan to evaluate the specific wear rate of each body by its end values."""
+
+    def compute() -> Found:
+        return Found(specific_wear(archive.cleaned(run_id), recipe))
+
+    return _planned(archive, run_id, "specific_wear", {"uncertainty": _told(recipe.uncertainty)}, compute)
+
+
+def wear_fit(archive: Archive, run_id: str, recipe: Recipe, law: LawName) -> PlannedStep:
+    """Plan to identify k_D under a wear law."""
+
+    def compute() -> Found:
+        corrected, friction = archived_correction(archive, run_id), archived_friction(archive, run_id)
+        if isinstance(corrected.run.manifest.contact, TwinDisc):
+            pair = fit_discs(corrected.run, law, friction, recipe)
+            return Found(pair, _disc_curves(fitted_discs(corrected.run, pair, friction, recipe)))
+        fit = fit_wear(corrected, law, friction, recipe)
+        return Found(fit, _law_curves(fitted_curve(corrected.run, fit, friction, recipe)))
+
+    options = {
+        "wear": {
+            "engine": recipe.wear.engine,
+            "friction": recipe.wear.friction,
+            "correction": recipe.wear.correction,
+            **_given(recipe, law),
+        },
+        "drift": _told(recipe.drift),
+        "uncertainty": _told(recipe.uncertainty),
+        "monte_carlo": _told(recipe.monte_carlo),
+        **_by(law),
+    }
+    return _planned(archive, run_id, WEAR_FITS[law], options | _convention(archive, run_id, recipe), compute)
+
+
+def _by(law: LawName) -> dict[str, Any]:
+    """Return whose a law is, where another package adds it: a later version of that may say something else."""
+    package = law_package(law)
+    return {} if package is None else {"law_package": package}
+
+
+def _given(recipe: Recipe, law: LawName) -> dict[str, Any]:
+    """Return what a step under a law is told besides: its parameters, where the recipe gives some."""
+    given = recipe.wear.parameters.get(law)
+    return {"parameters": {law: given}} if given else {}
+
+
+def _law_curves(curve: LawCurve | None) -> Curves:
+    if curve is None:
+        return {}
+    return {
+        "wear_depth": (curve.wear_depth, "m"),
+        "wear_depth_lower": (curve.lower, "m"),
+        "wear_depth_upper": (curve.upper, "m"),
+    }
+
+
+def _disc_curves(curves: DiscCurves | None) -> Curves:
+    found: dict[str, tuple[Column, str]] = {}
+    for name, band in curves.bands.items() if curves is not None else ():
+        lines = {name: band.best, f"{name}_lower": band.lower, f"{name}_upper": band.upper}
+        found |= {line: (values, OUTCOMES[name]) for line, values in lines.items()}
+    return found
+
+
+def _convention(archive: Archive, run_id: str, recipe: Recipe) -> dict[str, Any]:
+    """Return what steps of a twin-disc run are told besides: what counts as slid in a rotation."""
+    discs = archive.manifest(run_id).rolls
+    return {"distance_per_rotation": recipe.wear.distance_per_rotation} if discs else {}
+
+
+def prediction(
+    archive: Archive, run_id: str, recipe: Recipe, law: LawName, reference: str, known: KnownPin | KnownDiscs
+) -> PlannedStep:
+    """Plan to predict a run's wear from the k_D that ``reference`` found, over the run's own distance."""
+
+    def compute() -> Found:
+        run, friction = archive.cleaned(run_id), archived_friction(archive, run_id)
+        if isinstance(known, KnownDiscs):
+            discs = disc_scenario(run, law, known, friction, recipe)
+            pair = predict_discs(discs, [float(np.nanmax(run.columns["rotations"]))], reference=reference)
+            return Found(pair, _disc_curves(predicted_discs(run, discs, pair)))
+        scenario = run_scenario(run, law, known, friction, recipe)
+        result = predict_wear(scenario, [float(np.nanmax(run.sliding_distance))], reference=reference)
+        return Found(result, _law_curves(predicted_curve(run, scenario, result)))
+
+    options = {
+        "reference": reference,
+        "wear": {"friction": recipe.wear.friction, **_given(recipe, law)},
+        "uncertainty": _told(recipe.uncertainty),
+        **_by(law),
+    }
+    fingerprint = digest(*known.parts)
+    return _planned(archive, run_id, PREDICTIONS[law], options, compute, wear_coefficient=fingerprint)
+
+
+def known_coefficient(fit: WearFit | TwinDiscFit) -> KnownPin | KnownDiscs | None:
+    """Return k_D of a fit, to predict from; none where nothing was fitted."""
+    return known_discs(fit) if isinstance(fit, TwinDiscFit) else known_pin(fit)
+
+
+def local_wear(
+    archive: Archive,
+    run_id: str,
+    recipe: Recipe,
+    law: LawName,
+    how: LocalOptions,
+    *,
+    coefficients: Sequence[Quantity] = (),
+    at: Sequence[float] = (),
+) -> PlannedStep:
+    """Plan to wear a run locally to places ``at``, m or rotations, or over its own course.
+
+    k_D is the one its fit under the law found, unless ``coefficients`` are given: of the pin, or of the curved and the
+    flat disc as Archard's law has them. Raises ``FitError`` where neither is there.
+    """
+    known = coefficients or archived_coefficients(archive, run_id, law)
+
+    def compute() -> Found:
+        run = archive.cleaned(run_id)
+        path = run_path(run, archived_friction(archive, run_id), recipe.wear.friction)
+        end = float(np.nanmax(run.progress))
+        scenario = local_scenario(run.manifest, known, law, path, recipe)
+        reference = None if coefficients else run_id
+        curves = wear_locally(scenario, at or default_places(end), how, reference=reference)
+        fit = None if coefficients else archive.result(run_id, WEAR_FITS[law], Record)
+        return Found(curves.result.told(_engine_notes(fit, curves.result)), tables=local_wear_tables(curves))
+
+    options = {
+        "local_wear": asdict(how),
+        "at": list(at),
+        "wear_coefficient": [_told(given) for given in coefficients],
+        "wear": {"friction": recipe.wear.friction, **_given(recipe, law)},
+        "uncertainty": _told(recipe.uncertainty),
+        **_by(law),
+    }
+    return _planned(archive, run_id, LOCAL_WEAR[law], options, compute, wear_coefficient=digest(*known))
+
+
+def _engine_notes(fit: Record | None, worn: LocalWearResult) -> Iterator[str]:
+    """Say of a k_D by the GIWM that local wear has another, where the two depths differ."""
+    apart = worn.points[-1].difference
+    if isinstance(fit, WearFit) and fit.engine == "giwm" and apart is not None and abs(apart) > _APART:
+        yield (
+            f"k_D was identified by the GIWM, whose depth is {abs(apart):.1%} off here; "
+            "`tribopipe fit --engine local` finds that of local wear"
+        )
+
+
+def _told(record: Record) -> dict[str, Any]:
+    """Return a record as a step is told it, in JSON types."""
+    return record.model_dump(mode="json")
+
+
+PLANS: Mapping[StepName, Callable[[Archive, str, Recipe], PlannedStep]] = {
+    "clean_up": clean_up,
+    "drift_correction": drift_correction,
+    "friction_fit": friction_fit,
+    "specific_wear": specific_wear_rates,
+}
+"""Steps of which a recipe says all, but for the law of a fit."""
+
+
+def recipe_of(options: Mapping[str, Any]) -> Recipe:
+    """Return the recipe that a step was told of; what it was not told has its default."""
+    document = {name: options[name] for name in Recipe.model_fields if name in options}
+    if "distance_per_rotation" in options:
+        document["wear"] = {**document.get("wear", {}), "distance_per_rotation": options["distance_per_rotation"]}
+    return read_document(document, Recipe, where="options")
+
+
+def local_wear_as_told(archive: Archive, run_id: str, law: LawName, options: Mapping[str, Any]) -> PlannedStep:
+    """Plan local wear by the options of an archived one."""
+    return local_wear(
+        archive,
+        run_id,
+        recipe_of(options),
+        law,
+        LocalOptions(**options["local_wear"]),
+        coefficients=[Quantity.model_validate(given) for given in options.get("wear_coefficient", ())],
+        at=options["at"],
+    )

@@ -1,0 +1,360 @@
+"""Studies on archived runs: found beside run folders, evaluated, archived, and their predictions put into the runs."""
+
+import os
+import re
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import partial
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+from tribopipe.archive.digest import digest
+from tribopipe.archive.steps import METHODS
+from tribopipe.archive.store import Archive
+from tribopipe.archive.studyfile import StoredStudy
+from tribopipe.base.environment import environment
+from tribopipe.base.errors import ArchiveError, FitError, ManifestError, TribopipeError, did_you_mean
+from tribopipe.base.files import found_below
+from tribopipe.base.units import from_si
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import LawName, Recipe
+from tribopipe.documents.record import load_toml, quoted
+from tribopipe.documents.study import STUDY_NAME, STUDY_SUFFIX, Study
+from tribopipe.evaluation.checks.samples import broken_off
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.preprocessing.cleaning import clean_run
+from tribopipe.evaluation.study.bodies import bodies, severity
+from tribopipe.evaluation.study.design import design
+from tribopipe.evaluation.study.disc_design import design_discs
+from tribopipe.evaluation.study.discs import DiscEvaluation, evaluate_discs
+from tribopipe.evaluation.study.evaluate import Evaluation, evaluate
+from tribopipe.evaluation.study.member import Member
+from tribopipe.evaluation.wear.predict import KnownPin
+from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
+from tribopipe.evaluation.wear.twin_disc.predict import KnownDiscs
+from tribopipe.evaluation.wear.twin_disc.problem import disc_problem
+from tribopipe.physics.laws import law_named, law_package
+from tribopipe.pipeline.stages import (
+    Outcome,
+    attempted,
+    correct_archived_drift,
+    fit_archived_friction,
+    predict_with,
+)
+from tribopipe.results.agreement import BetweenRuns, LawResult, LeftOut, StudyResult
+from tribopipe.results.disc_agreement import TwinDiscLawResult, TwinDiscStudyResult
+from tribopipe.results.run import RawRun
+from tribopipe.results.test_design import Design
+from tribopipe.version import VERSION
+
+
+def find_studies(path: Path) -> list[Path]:
+    """Return the study documents in a folder or below it: study.toml, and all whose names end in .study.toml."""
+    if not path.is_dir():
+        return []
+    return sorted(found_below(path, STUDY_NAME, f"*{STUDY_SUFFIX}"))
+
+
+def load_studies(paths: Sequence[Path]) -> list[Study]:
+    """Read studies, each document once. Raises ``ManifestError`` where one is wrong, or two have the same id."""
+    studies: dict[str, tuple[Path, Study]] = {}
+    for path in {os.path.realpath(path): path for path in paths}.values():
+        study = load_toml(path, Study)
+        if study.id in studies:
+            raise ManifestError(
+                f"{path}: id: found {study.id!r}, which {studies[study.id][0]} has too; expected each study under "
+                "an id of its own; change one of them"
+            )
+        studies[study.id] = (path, study)
+    return [study for _, study in studies.values()]
+
+
+def members(archive: Archive, run_ids: Sequence[str], recipe: Recipe) -> tuple[dict[str, Member], list[LeftOut]]:
+    """Return archived runs as a study takes them, and those marked bad. Nothing is written.
+
+    Raises ``ArchiveError`` for a run that is not in the archive.
+    """
+    found: dict[str, Member] = {}
+    left_out: list[LeftOut] = []
+    for run_id in run_ids:
+        mark = archive.bad(run_id)
+        if mark is not None:
+            left_out.append(LeftOut(id=run_id, reason=f"marked bad: {mark.reason}"))
+            continue
+        run = clean_run(archive.raw(run_id), recipe).run
+        found[run_id] = Member(correct_drift(run, recipe), fit_friction(run, recipe.friction, recipe.uncertainty))
+    return found, left_out
+
+
+@dataclass(frozen=True)
+class PlannedStudy:
+    """A study of archived runs, ready to be evaluated."""
+
+    study: Study
+    recipe: Recipe
+    runs: Mapping[str, Member]
+    left_out: Sequence[LeftOut]
+    stands_on: Mapping[str, str]
+    """Its runs, each with the SHA-256 of what was ingested."""
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """What it is told, as JSON types, by which methods it is evaluated, and which packages its laws are of."""
+        packages = [package for law in self.study.laws if (package := law_package(law)) is not None]
+        told = self.recipe.model_dump(mode="json", by_alias=True)
+        return told | {"methods": METHODS} | ({"law_packages": packages} if packages else {})
+
+    @property
+    def inputs_sha256(self) -> str:
+        """Fingerprint of all it is made from."""
+        return digest(VERSION, self.study, self.options, *self.left_out, *self.stands_on.values())
+
+    def evaluate(self) -> Evaluation | DiscEvaluation:
+        """Evaluate it on the tribometer its runs are from; runs of different ones are refused by either."""
+        discs = any(run.corrected.run.manifest.rolls for run in self.runs.values())
+        return (evaluate_discs if discs else evaluate)(self.study, self.runs, self.recipe, self.left_out)
+
+    def take(self) -> StoredStudy:
+        """Evaluate it, and return it as it is archived."""
+        found = self.evaluate()
+        return StoredStudy(
+            study=self.study,
+            result=found.result,
+            inputs_sha256=self.inputs_sha256,
+            options=self.options,
+            program_version=VERSION,
+            date=datetime.now(UTC).isoformat(timespec="seconds"),
+            curves=found.curves,
+            stands_on=self.stands_on,
+            environment=environment(),
+        )
+
+
+def planned_study(archive: Archive, study: Study, recipe: Recipe) -> PlannedStudy:
+    """Plan a study on archived runs. Raises ``ArchiveError`` for a run that is not in the archive."""
+    try:
+        runs, left_out = members(archive, (*study.fit, *study.predict), recipe)
+    except TribopipeError as error:
+        raise type(error)(f"study {study.id}: {error}") from None
+    return PlannedStudy(study, recipe, runs, left_out, {run_id: archive.raw_sha256(run_id) for run_id in runs})
+
+
+def evaluate_archived(archive: Archive, study: Study, recipe: Recipe) -> Evaluation | DiscEvaluation:
+    """Evaluate a study on archived runs; nothing of it is kept."""
+    return planned_study(archive, study, recipe).evaluate()
+
+
+def run_study(archive: Archive, study: Study, recipe: Recipe, *, force: bool = False) -> Iterator[Outcome]:
+    """Evaluate a study, archive it, and put its predictions into the runs; yield what became of each step.
+
+    A study whose runs, options and version are unchanged is skipped.
+    """
+    outcome = attempted(study.id, "study", partial(_keep, archive, study, recipe, force=force))
+    yield outcome
+    if not isinstance(outcome.result, StudyResult | TwinDiscStudyResult):
+        return
+    left_out = {one.id for one in outcome.result.left_out}
+    for run_id in (run_id for run_id in (*study.fit, *study.predict) if run_id not in left_out):
+        yield from _complete(archive, run_id, recipe)
+    for law in outcome.result.laws:
+        for run_id in (run_id for run_id in study.predict if run_id not in left_out):
+            reference = study_reference(study)
+            predict = partial(predict_with, archive, run_id, reference, law.model, known_by(law), recipe, force=force)
+            yield attempted(run_id, "prediction", predict)
+
+
+def study_reference(study: Study) -> str:
+    """Return what predictions with a study's k_D call it: the run that alone identified it, or the study."""
+    return study.fit[0] if len(study.fit) == 1 else f"study {study.id}"
+
+
+def known_by(law: LawResult | TwinDiscLawResult) -> KnownPin | KnownDiscs:
+    """Return the wear coefficients a study found under a law."""
+    if isinstance(law, LawResult):
+        return KnownPin(law.wear_coefficient, law.engine)
+    curved, *flat = (disc.wear_coefficient for disc in law.discs)
+    unworn = Quantity(value=0.0, unit="m^2/N")
+    return KnownDiscs(curved, next(iter(flat), unworn), law.correlation or 0.0, law.distance_per_rotation)
+
+
+def _complete(archive: Archive, run_id: str, recipe: Recipe) -> Iterator[Outcome]:
+    """Take the steps that a run of a study lacks for its figures and its prediction; those it has stay as they are."""
+    done = archive.step_names(run_id)
+    if "drift_correction" not in done:
+        yield correct_archived_drift(archive, run_id, recipe)
+    if "friction_fit" not in done:
+        yield fit_archived_friction(archive, run_id, recipe)
+
+
+def process_studies(
+    archive: Archive, studies: Sequence[Study], recipe: Recipe, *, force: bool = False
+) -> Iterator[Outcome]:
+    """Run studies one after the other; one that fails does not stop the others."""
+    for study in studies:
+        try:
+            yield from run_study(archive, study, recipe, force=force)
+        except Exception as error:  # noqa: BLE001 - as in ``attempted``
+            yield Outcome.failed(study.id, "study", error)
+
+
+def _keep(archive: Archive, study: Study, recipe: Recipe, *, force: bool) -> Outcome:
+    planned = planned_study(archive, study, recipe)
+    if study.id in archive.study_ids() and not force:
+        stored = archive.study_outline(study.id)
+        if stored.inputs_sha256 == planned.inputs_sha256:
+            return Outcome(study.id, "study", "unchanged", stored.result)
+    taken = planned.take()
+    archive.put_study(taken)
+    return Outcome(study.id, "study", "done", taken.result)
+
+
+def plan_archived(archive: Archive, name: str, law: LawName, wanted: float, recipe: Recipe) -> tuple[Design, ...]:
+    """Plan from an archived run, or from the first run that identifies k_D in an archived study; for each disc of two.
+
+    ``wanted`` is the half width of the 95 % interval of k_D over k_D. Raises ``ArchiveError`` for an unknown name, or
+    where all that could be planned from is marked bad.
+    """
+    fit: tuple[str, ...] = (name,)
+    scatter: tuple[float | None, ...] = (None, None)
+    shared = Study.model_fields["shared"].default
+    if name not in archive.ids():
+        if name not in archive.study_ids():
+            known = [*archive.ids(), *archive.study_ids()]
+            raise ArchiveError(
+                f"{archive.folder}: found no run and no study {name!r}; expected one of the archive's; "
+                f"{did_you_mean(name, known)}"
+            )
+        stored = archive.study(name)
+        fit, shared = stored.study.fit, stored.study.shared
+        scatter = _scatter(stored.result, law)
+    runs, left_out = members(archive, fit, recipe)
+    if not runs:
+        raise ArchiveError(
+            f"{name}: found nothing to plan from: {left_out[0].id} is {left_out[0].reason}; expected a sound run; name "
+            "another, or take the mark back with `tribopipe mark-bad --undo`"
+        )
+    run = next(iter(runs.values()))
+    if run.corrected.run.manifest.rolls:
+        return design_discs(run, law, wanted, recipe, shared, scatter)
+    return (design(run.pose(law, recipe), law, wanted, shared, scatter[0]),)
+
+
+def _scatter(result: StudyResult | TwinDiscStudyResult, law: LawName) -> tuple[float | None, ...]:
+    """Return the scatter between runs over k_D, of the pin or of both discs; none where it is not known."""
+    found: list[BetweenRuns | None] = []
+    if isinstance(result, StudyResult):
+        found += [one.between_runs for one in result.laws if one.model == law]
+    else:
+        found += [disc.between_runs for one in result.laws if one.model == law for disc in one.discs]
+    known = [None if between is None else between.scatter for between in found]
+    return (*known, None, None)[:2]
+
+
+def unfit_for_study(run: RawRun, recipe: Recipe) -> str | None:
+    """Return why a study cannot use a run: it was aborted, or what k_D needs is missing; none of a sound run."""
+    short = broken_off(run)
+    if short is not None:
+        return f"aborted: {short}"
+    try:
+        lacks = _lacks(clean_run(run, recipe).run, recipe)
+    except TribopipeError as error:
+        return str(error)
+    return f"lacks {' and '.join(lacks)}" if lacks else None
+
+
+def _lacks(run: RawRun, recipe: Recipe) -> tuple[str, ...]:
+    """Return what a run lacks for a k_D under Archard's law. Raises ``TribopipeError`` where its wear tells none."""
+    if run.manifest.rolls:
+        discs = disc_problem(run, "archard", None, recipe)
+        return discs if isinstance(discs, tuple) else ()
+    # Two-step correction needs what a study needs, a post-test measurement, and takes a moment.
+    recipe = recipe.model_copy(update={"wear": recipe.wear.model_copy(update={"correction": "two-step"})})
+    pin = wear_problem(correct_drift(run, recipe), "archard", None, recipe)
+    if not isinstance(pin, WearProblem):
+        return pin
+    pin.coefficient()
+    return ()
+
+
+def draft_studies(manifests: Sequence[RunManifest], without_friction: Collection[str] = ()) -> list[Study]:
+    """Propose a study for each set of runs of the same bodies: the lightest load identifies k_D, as in the paper.
+
+    Of twin-disc runs it is the lightest load with the least slip. Laws that need friction are left out of a study with
+    a run ``without_friction``.
+
+    Raises ``FitError`` where no two runs belong together.
+    """
+    groups: dict[tuple[object, ...], list[RunManifest]] = {}
+    for manifest in manifests:
+        groups.setdefault(bodies(manifest), []).append(manifest)
+    drafts: list[Study] = []
+    for group in groups.values():
+        if len(group) > 1:
+            drafted = _draft(group, {draft.id for draft in drafts})
+            silent = any(manifest.id in without_friction for manifest in group)
+            laws = tuple(law for law in drafted.laws if not (silent and law_named(law).needs_friction))
+            drafts.append(drafted.model_copy(update={"laws": laws}))
+    if not drafts:
+        raise FitError(
+            f"study: found {len(manifests)} runs, of which no two are of the same bodies in the same medium; expected "
+            "at least one to fit and one to predict; check material, radius and medium in run.toml"
+        )
+    return drafts
+
+
+def _draft(group: Sequence[RunManifest], taken: Collection[str]) -> Study:
+    by_load = sorted(group, key=severity)
+    fit = [manifest.id for manifest in by_load if severity(manifest) == severity(by_load[0])]
+    predict = [manifest.id for manifest in by_load if manifest.id not in fit]
+    first = by_load[0]
+    upper, lower = (body.material for body in first.bodies.values())
+    discs = first.rolls
+    words = [upper, "twin disc" if discs else "", first.conditions.medium or ""]
+    name = re.sub("[^a-z0-9]+", "-", " ".join(words).lower()).strip("-")
+    # A word more keeps Windows' device names away, a number other studies' names.
+    name = name[:80] if name and name not in ("con", "prn", "aux", "nul") else f"study-{name}".rstrip("-")
+    numbered = (f"{name}-{number}" for number in count(2))
+    name = name if name not in taken else next(other for other in numbered if other not in taken)
+    title = f"{upper} on {lower}"
+    return Study(
+        id=name,
+        title=f"{title} in {first.conditions.medium}" if first.conditions.medium else title,
+        fit=tuple(fit),
+        predict=tuple(predict),
+        shared=("curved_modulus", "flat_modulus") if first.rolls else ("pin_modulus", "disc_modulus"),
+    )
+
+
+def study_toml(study: Study) -> str:
+    """Write a study as people read it."""
+    lines = [
+        'schema = "tribopipe.study/1"',
+        f'id = "{study.id}"',
+        f"title = {quoted(study.title or study.id)}",
+        "",
+        "fit = [                              # these runs identify k_D",
+        *(f"    {quoted(run_id)}," for run_id in study.fit),
+        "]",
+        "predict = [                          # these are predicted with it, and judged",
+        *(f"    {quoted(run_id)}," for run_id in study.predict),
+        "]",
+        f"laws = [{', '.join(quoted(law) for law in study.laws)}]",
+        "# Inputs that are off by the same error in all runs; add normal_load where one load cell weighed them all.",
+        f"shared = [{', '.join(quoted(name) for name in study.shared)}]",
+    ]
+    depth = study.end_of_life
+    if depth is None:
+        lines.append(
+            '# end_of_life = "50 um"             # wear depth whose sliding distance, or rotations, are wanted'
+        )
+    else:
+        value = f'"{from_si(depth.value, "m", "um"):.15g} um"'
+        spread = depth.standard_uncertainty
+        if spread is not None:
+            value = f'{{ value = {value}, standard_uncertainty = "{from_si(spread, "m", "um"):.15g} um" }}'
+        lines.append(f"end_of_life = {value}")
+    return "\n".join(lines) + "\n"

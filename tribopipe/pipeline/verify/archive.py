@@ -1,0 +1,159 @@
+"""Every file of an archive looked at, what they say of each other, and what lies around them."""
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import Any, NamedTuple
+
+from tribopipe.archive.file_signature import STUDIES, SUFFIX, Stamp, stamps
+from tribopipe.archive.store import Archive
+from tribopipe.base.errors import ArchiveError, did_you_mean
+from tribopipe.base.files import natural_order
+from tribopipe.pipeline.verify.agreement import check_agreement
+from tribopipe.pipeline.verify.catalog import look_into_catalogue
+from tribopipe.pipeline.verify.files import look_at
+from tribopipe.pipeline.verify.folder import look_around
+from tribopipe.pipeline.verify.history import look_into_history
+from tribopipe.pipeline.verify.look import Look
+from tribopipe.pipeline.verify.recompute import recompute
+from tribopipe.pipeline.verify.runs import SeenRun
+from tribopipe.pipeline.verify.studies import SeenStudy
+from tribopipe.results.finding import Finding
+
+Advance = Callable[[str], None]
+_ROUNDS = 5
+"""How often what was replaced meanwhile is looked at again."""
+
+
+@dataclass(frozen=True)
+class Verified:
+    """What became of it."""
+
+    runs: int
+    studies: int
+    size: int
+    """Of all files looked at, bytes."""
+    recomputed: bool
+    findings: tuple[Finding, ...]
+    lines: int
+    """Of the history."""
+    head: str
+    """Hash of its last line: kept elsewhere, it tells whether the whole archive was put back to an older state."""
+
+    @property
+    def sound(self) -> bool:
+        """Whether nothing was found but notes."""
+        return all(finding.severity == "note" for finding in self.findings)
+
+    def __str__(self) -> str:
+        files = f"{_counted(self.runs, 'run')} and {_counted(self.studies, 'study', 'studies')}"
+        errors, warnings = (sum(one.severity == kind for one in self.findings) for kind in ("error", "warning"))
+        verdict = "sound" if self.sound else f"{_counted(errors, 'error')}, {_counted(warnings, 'warning')}"
+        done = "verified and computed again" if self.recomputed else "verified"
+        return f"{files}, {self.size / 1e6:.3g} MB, {done}: {verdict}"
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it as JSON types."""
+        told = {name: getattr(self, name) for name in ("sound", "runs", "studies", "size", "recomputed", "head")}
+        return told | {"findings": [finding.model_dump(mode="json") for finding in self.findings]}
+
+
+class _Looked(NamedTuple):
+    """How a file looked, and what was found in it."""
+
+    stamp: Stamp
+    look: Look
+    seen: SeenRun | SeenStudy | None
+
+
+def verify(
+    archive: Archive,
+    run_ids: Collection[str] = (),
+    *,
+    again: bool = False,
+    against: str = "",
+    advance: Advance = lambda _: None,
+) -> Verified:
+    """Verify an archive, or some of its runs alone; no run and no study is changed.
+
+    Parameters
+    ----------
+    archive
+        What to verify. Its history gains a line for each file that was put in by hand, and for each write of which a
+        killed process did not say whether it was done.
+    run_ids
+        Runs to verify; all, and the studies, where there are none.
+    again
+        Whether every step is computed again from what was ingested.
+    against
+        Hash of a line of the history that was kept elsewhere, or how it begins.
+    advance
+        Told the name of each file looked at.
+    """
+    looked = _look_at_all(archive.folder, run_ids, advance)
+    sound = {name: one.seen for name, one in looked.items() if one.seen is not None}
+    looks = [one.look for one in looked.values()]
+    told, account = look_into_history(archive.folder, sound.keys(), looked.keys() if run_ids else None, against)
+    looks += told
+    if not run_ids:
+        by_id = {_called(name): seen for name, seen in sound.items()}
+        for name, seen in sound.items():
+            check_agreement(looked[name].look, seen, by_id)
+        looks += [
+            *look_around(archive.folder),
+            *look_into_catalogue(archive.folder, sound.keys(), account.files.keys()),
+        ]
+    for name in sound if again else ():
+        recompute(archive, looked[name].look, PurePosixPath(name).stem, study=_is_study(name))
+        advance(name)
+    return Verified(
+        runs=sum(not _is_study(name) for name in looked),
+        studies=sum(map(_is_study, looked)),
+        size=sum(one.stamp.size for one in looked.values()),
+        recomputed=again,
+        findings=tuple(finding for look in looks for finding in look.findings),
+        lines=account.lines,
+        head=account.head,
+    )
+
+
+def files_of(archive: Path, run_ids: Collection[str] = ()) -> dict[str, Stamp]:
+    """Return the files to be looked at, by their path in the archive, in natural order; runs before studies.
+
+    Raises ``ArchiveError`` where one of the runs asked for is not there.
+    """
+    there = stamps(archive)
+    chosen = [f"{run_id}{SUFFIX}" for run_id in run_ids] or list(there)
+    for name in chosen:
+        if name not in there:
+            known = did_you_mean(_called(name), map(_called, there))
+            raise ArchiveError(f"{archive}: found no run {_called(name)!r}; expected one of the archive's; {known}")
+    return {name: there[name] for name in sorted(chosen, key=lambda name: (_is_study(name), natural_order(name)))}
+
+
+def _look_at_all(archive: Path, run_ids: Collection[str], advance: Advance) -> dict[str, _Looked]:
+    """Look at files until none was replaced since it was looked at."""
+    looked: dict[str, _Looked] = {}
+    for _ in range(_ROUNDS):
+        there = files_of(archive, run_ids)
+        changed = {name: stamp for name, stamp in there.items() if name not in looked or looked[name].stamp != stamp}
+        looked = {name: looked[name] for name in looked if name in there}
+        if not changed:
+            break
+        for name, stamp in changed.items():
+            looked[name] = _Looked(stamp, *look_at(archive, name))
+            advance(name)
+    return looked
+
+
+def _is_study(name: str) -> bool:
+    return name.startswith(f"{STUDIES}/")
+
+
+def _called(name: str) -> str:
+    stem = PurePosixPath(name).stem
+    return f"study {stem}" if _is_study(name) else stem
+
+
+def _counted(count: int, one: str, many: str = "") -> str:
+    return f"{count} {one if count == 1 else many or f'{one}s'}"

@@ -1,0 +1,200 @@
+"""Whether the files of an archive are those of its history: none lost, exchanged or put back to an older state."""
+
+from collections import defaultdict
+from collections.abc import Collection, Iterator, Set
+from contextlib import ExitStack, suppress
+from pathlib import Path, PurePosixPath
+
+from tribopipe.archive.file_signature import STUDIES, SUFFIX, stamps
+from tribopipe.archive.history.account import Account, Known
+from tribopipe.archive.history.chain import append
+from tribopipe.archive.history.entry import FILE_NAME, Entry, State, can_be_named, entry
+from tribopipe.archive.lock import share_of, writers_lock
+from tribopipe.archive.seal import state_of
+from tribopipe.base.errors import ArchiveError, did_you_mean
+from tribopipe.pipeline.verify.look import Look
+
+_ACCEPT = "tribopipe verify --accept"
+_RESTORE = "restore the archive from a copy"
+
+
+def look_into_history(
+    archive: Path, sound: Set[str], chosen: Collection[str] | None = None, against: str = ""
+) -> tuple[list[Look], Account]:
+    """Hold files against the history of their archive; return what was found, and the history.
+
+    Parameters
+    ----------
+    archive
+        Folder of the archive.
+    sound
+        Files that are whole, by their path in the archive; of others it is known already that they are not right.
+    chosen
+        Files to look at; all that are there or should be, where there is no choice.
+    against
+        Hash of a line that was kept elsewhere, or how it begins.
+
+    Raises
+    ------
+    ArchiveError
+        Where another process holds the lock of a file for minutes.
+    """
+    try:
+        account = Account(archive).read()
+        looks = [_look_at_itself(archive, account, against)]
+        if account.begun:
+            names = account.files.keys() | stamps(archive).keys() if chosen is None else chosen
+            looks += _look_at_files(archive, account, sorted(names), sound)
+    except OSError as error:
+        look, account = Look(FILE_NAME), Account(archive)
+        look.error("history", f"cannot be read ({error.strerror or error}); expected lines as written", _RESTORE)
+        return [look], account
+    return looks, account
+
+
+def accept(archive: Path, wanted: str, by: str | None = None) -> list[str]:
+    """Acknowledge that a run or a study is gone or is another one, or what is wrong with the history itself.
+
+    Parameters
+    ----------
+    archive
+        Folder of the archive.
+    wanted
+        Id of the run or study, or its path in the archive; ``history.jsonl`` for the history.
+    by
+        Who accepts it.
+
+    Returns
+    -------
+    Paths in the archive of what was accepted.
+
+    Raises
+    ------
+    ArchiveError
+        Where nothing of that name is to be accepted.
+    OSError
+        Where the history cannot be written.
+    """
+    account = Account(archive).read()
+    if wanted == FILE_NAME:
+        _accept_history(archive, account, by)
+        return [wanted]
+    names = [f"{wanted}{SUFFIX}", f"{STUDIES}/{wanted}{SUFFIX}", f"{wanted}"]
+    accepted = [name for name in names if name in account.files and _accepted(archive, account, name, by)]
+    if not accepted:
+        open_ones = [_called(name) for name in account.files if _is_open(account.files[name], _state(archive, name))]
+        raise ArchiveError(
+            f"{archive}: found nothing to accept of {wanted!r}; expected a run or study of the history that is gone or "
+            f"another one; {did_you_mean(wanted, open_ones)}"
+        )
+    return accepted
+
+
+def _accepted(archive: Path, account: Account, name: str, by: str | None) -> bool:
+    with writers_lock(archive, PurePosixPath(name).stem):
+        state = state_of(archive / name)
+        if not _is_open(account.read().files[name], state):
+            return False
+        append(archive, [entry("accepted", name, after=state, by=by)])
+    return True
+
+
+def _accept_history(archive: Path, account: Account, by: str | None) -> None:
+    """Accept what is wrong with the history; where there is none, one begins with the files that are there."""
+    if account.begun or stamps(archive) or account.missing():
+        append(archive, [])  # which says what is missing
+    if not account.read().problems:
+        raise ArchiveError(f"{archive}: found nothing to accept of {FILE_NAME}; expected a history that is not whole")
+    append(archive, [entry("accepted", FILE_NAME, problems=account.fingerprint, by=by)])
+    files = account.read().files
+    unknown = {name for name in stamps(archive) if name not in files or files[name].by_hand}
+    list(_look_at_files(archive, account, sorted(unknown), unknown))  # all are adopted, and need not be told one by one
+
+
+def _look_at_itself(archive: Path, account: Account, against: str) -> Look:
+    look, count, missing = Look(FILE_NAME), len(stamps(archive)), account.missing()
+    begin = f"`{_ACCEPT} {FILE_NAME}` goes on without"
+    if not account.begun and (count or missing):
+        message = f"found none, though {count} runs and studies are there; expected the history of what was written"
+        look.error("history", message, f"restore it from a copy; {begin}")
+    elif missing:
+        message = f"found that lines are gone, the last of them {missing[:16]}; expected all that were written"
+        look.error("history", message, f"restore it from a copy; {begin}")
+    for problem in account.problems:
+        look.error("history", problem.found, f"restore it from a copy; {begin}", f"line {problem.line}")
+    if against and not account.has(against):
+        message = f"found no line {against}, which was kept elsewhere; expected it, unless the archive is an older one"
+        look.error("history", message, _RESTORE)
+    return look
+
+
+def _look_at_files(archive: Path, account: Account, names: Collection[str], sound: Set[str]) -> Iterator[Look]:
+    """Look closer at files that are not plainly as they should be, while nobody writes them; settle what can be."""
+    shares = defaultdict(list)
+    for name in names:
+        if _is_in_doubt(account.files.get(name), _state(archive, name)):
+            shares[share_of(PurePosixPath(name).stem)].append(name)
+    for doubted in shares.values():
+        looks = {name: Look(name) for name in doubted}
+        with ExitStack() as held:
+            with suppress(OSError):  # where nobody can write, nobody does
+                held.enter_context(writers_lock(archive, PurePosixPath(doubted[0]).stem))
+            account.read()
+            settled = [one for name in doubted if (one := _judged(account, looks[name], _state(archive, name), sound))]
+            if settled and account.is_whole:
+                with suppress(OSError):
+                    append(archive, settled)
+        yield from looks.values()
+    account.read()
+
+
+def _judged(account: Account, look: Look, state: State, sound: Set[str]) -> Entry | None:
+    """Note what is wrong with a file; return the line that settles what can be."""
+    known, mend = account.files.get(look.name), f"`{_ACCEPT} {_called(look.name)}` if it is meant to be so"
+    if known is None or (state is not None and known.states == {None}) or (known.by_hand and state in known.states):
+        if state is None or look.name not in sound or not can_be_named(look.name):
+            return None
+        look.note(
+            "history", "found a file that was put in by hand; expected what tribopipe wrote here", "none is needed"
+        )
+        return entry("adopted", look.name, after=state)
+    if known.foreign:
+        message = (
+            f"found that another file was in its place when it was written to on {known.foreign}; expected the one"
+        )
+        look.error("history", f"{message} written before", f"compare it with a copy; {mend}")
+    elif state is None and None not in known.states:
+        look.error(
+            "history", f"found no such file, which was written on {known.date}; expected it", f"restore it; {mend}"
+        )
+    elif state not in known.states and look.name in sound:
+        look.error("history", _other(known, state), f"restore it from a copy; {mend}")
+    elif known.unconfirmed and state in known.states:
+        return entry("settled", look.name, after=state)
+    return None
+
+
+def _other(known: Known, state: State) -> str:
+    if state in known.earlier:
+        return f"found it as it was on {known.earlier[state]}; expected it as it was written on {known.date}"
+    return f"found another file than the one written on {known.date}; expected that one"
+
+
+def _is_in_doubt(known: Known | None, state: State) -> bool:
+    return known is None or known.by_hand or known.unconfirmed or _is_open(known, state)
+
+
+def _is_open(known: Known, state: State) -> bool:
+    return bool(known.foreign) or state not in known.states
+
+
+def _state(archive: Path, name: str) -> State:
+    """Return the state of a file; none where it cannot be read, which is told where it is looked into."""
+    try:
+        return state_of(archive / name)
+    except OSError:
+        return "unreadable"
+
+
+def _called(name: str) -> str:
+    return name.removesuffix(SUFFIX)

@@ -1,0 +1,219 @@
+"""Whether a file is what its NeXus application definition says, and what viewers can plot.
+
+What a file may hold, and has to, is declared in ``tribopipe.archive.definitions``. What NXdata has to say for itself
+follows the chapter "Associating plottable data using attributes applied to the NXdata group" of the NeXus manual.
+"""
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from datetime import datetime
+from typing import NamedTuple
+
+import numpy as np
+
+from tribopipe.archive.definitions.parts import FieldPart, GroupPart, Kind, Part
+from tribopipe.archive.definitions.registry import definitions
+from tribopipe.pipeline.verify.look import Look
+from tribopipe.pipeline.verify.tree import Field, Group, Link, Member
+
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_NUMBER = "fiu"
+"""Kinds of types: floating, signed, unsigned."""
+_REDO = "`tribopipe process --force` writes it anew; where that does not help, restore the file from a copy"
+_DEFINITION = "/entry/definition"
+_ROOT_ATTRIBUTES = ("default", "creator", "creator_version")
+_ANY_ATTRIBUTE = ("NXcollection", "NXdata")
+
+
+class Fault(NamedTuple):
+    """One breach of a rule."""
+
+    part: str
+    message: str
+
+
+def check_nexus(root: Group, look: Look) -> None:
+    """Note where a file breaks a rule."""
+    for fault in (*_definition_faults(root), *_default_faults(root)):
+        look.warning("nexus", fault.message, _REDO, fault.part or "/")
+
+
+def _definition_faults(root: Group) -> Iterator[Fault]:
+    said = root.at(_DEFINITION)
+    named = said.text if isinstance(said, Field) else None
+    if named is None or named not in definitions():
+        yield Fault(_DEFINITION, f"found {named!r}; expected one of {', '.join(definitions())}")
+        return
+    definition = definitions()[named]
+    if isinstance(said, Field) and said.attributes.get("version") != str(definition.version):
+        yield Fault(_DEFINITION, f"found no version {definition.version}; expected that of the file's format")
+    yield from _faults("", root, GroupPart("", "NXroot", "", (definition.entry,), attributes=_ROOT_ATTRIBUTES), root)
+
+
+def _faults(path: str, group: Group, declared: GroupPart, root: Group) -> Iterator[Fault]:
+    """Find what a group is, holds or lacks otherwise than declared."""
+    nx_class = _text(group, "NX_class") or ""
+    if nx_class != declared.nx_class:
+        yield Fault(path, f"found a group of the class {nx_class!r}; expected {declared.nx_class}")
+        return
+    yield from _attribute_faults(path, group, declared)
+    yield from _missing_faults(path, group, declared)
+    for name, member in group.members.items():
+        yield from _member_faults(f"{path}/{name}", name, member, declared, root)
+    yield from _uncertainty_faults(path, group)
+    if nx_class == "NXdata":
+        yield from _data_faults(path, group, root)
+
+
+def _missing_faults(path: str, group: Group, declared: GroupPart) -> Iterator[Fault]:
+    classes = {_text(member, "NX_class") for member in group.members.values() if isinstance(member, Group)}
+    for part in declared.members:
+        if part.required and part.name and part.name not in group.members:
+            yield Fault(path, f"found no {part.name!r}; expected one")
+        elif part.required and isinstance(part, GroupPart) and not part.name and part.nx_class not in classes:
+            yield Fault(path, f"found no {part.nx_class}; expected at least one")
+
+
+def _attribute_faults(path: str, group: Group, declared: GroupPart) -> Iterator[Fault]:
+    if declared.nx_class in _ANY_ATTRIBUTE:
+        return
+    for name in group.attributes.keys() - {"NX_class", *declared.attributes}:
+        yield Fault(path, f"found the attribute {name!r}; expected none of that name in an {declared.nx_class}")
+
+
+def _member_faults(path: str, name: str, member: Member, holder: GroupPart, root: Group) -> Iterator[Fault]:
+    if not _NAME.fullmatch(name):
+        yield Fault(path, "found a name that NeXus does not allow; expected letters, digits and _")
+    declared = holder.member(name, _text(member, "NX_class") if isinstance(member, Group) else None)
+    if declared is None:
+        yield Fault(path, "found what the file's definition does not know; expected nothing of this name there")
+    elif isinstance(member, Link):
+        if not isinstance(root.at(member.path), Field) or isinstance(declared, GroupPart):
+            yield Fault(path, f"found a link to {member.path}, where there is no field; expected one")
+    elif isinstance(member, Group) and isinstance(declared, GroupPart):
+        yield from _faults(path, member, declared, root)
+    elif isinstance(member, Field) and isinstance(declared, FieldPart):
+        yield from _field_faults(path, member, declared)
+    else:
+        yield Fault(path, f"found a {type(member).__name__.lower()}; expected {_kind_of(declared)}")
+
+
+def _kind_of(declared: Part) -> str:
+    return {GroupPart: "a group", FieldPart: "a field"}.get(type(declared), "a link to a field")
+
+
+def _field_faults(path: str, member: Field, declared: FieldPart) -> Iterator[Fault]:
+    if not _IS[declared.kind](member):
+        yield Fault(path, f"found a field of another type; expected {declared.kind}")
+    elif declared.values and member.text not in declared.values:
+        yield Fault(path, f"found {member.text!r}; expected {' or '.join(declared.values)}")
+    if declared.units and _unit(member) not in declared.units:
+        found = "no units" if _unit(member) is None else f"the units {_unit(member)!r}"
+        yield Fault(path, f"found {found}; expected {' or '.join(declared.units)}")
+    for wrong in {"signal", "axis"} & member.attributes.keys():
+        yield Fault(path, f"found the attribute {wrong!r} at a field; expected it at its group")
+
+
+def _uncertainty_faults(path: str, group: Group) -> Iterator[Fault]:
+    """Find uncertainties, <name>_errors, that do not belong to a number of the same unit."""
+    for name, member in group.members.items():
+        of = group.members.get(name.removesuffix("_errors"))
+        if of is member:
+            continue
+        told = (of, member)
+        if not all(isinstance(one, Field) and one.kind in _NUMBER for one in told) or _unit(of) != _unit(member):
+            yield Fault(f"{path}/{name}", "found an uncertainty without a number of its unit; expected one beside it")
+
+
+def _is_text(member: Field) -> bool:
+    return member.text is not None
+
+
+def _is_count(member: Field) -> bool:
+    return member.kind in _NUMBER[1:] and member.shape == ()
+
+
+def _is_date(member: Field) -> bool:
+    try:
+        datetime.fromisoformat(member.text or "")
+    except ValueError:
+        return False
+    return True
+
+
+_IS: Mapping[Kind, Callable[[Field], bool]] = {
+    "NX_CHAR": _is_text,
+    "NX_DATE_TIME": _is_date,
+    "NX_FLOAT": lambda member: member.kind == "f",
+    "NX_INT": lambda member: member.kind in _NUMBER[1:],
+    "NX_POSINT": _is_count,
+    "NX_BINARY": lambda member: member.kind == "u",
+    "NX_CHAR_OR_NUMBER": lambda member: member.kind in f"{_NUMBER}S",
+}
+"""Whether a field is of a type of NeXus."""
+
+
+def _data_faults(path: str, data: Group, root: Group) -> Iterator[Fault]:
+    """Find what keeps a viewer from plotting."""
+    signal = _plotted(data, _text(data, "signal"), root)
+    if signal is None:
+        yield Fault(path, f"found no field for the signal {_text(data, 'signal')!r}; expected one")
+        return
+    axes = _texts(data, "axes")
+    if len(axes) != len(signal.shape):
+        yield Fault(path, f"found {len(axes)} axes; expected {len(signal.shape)}, as the signal has dimensions")
+    for place, (axis, length) in enumerate(zip(axes, signal.shape, strict=False)):
+        yield from _axis_faults(path, data, axis, place, length, root)
+    for name in _texts(data, "auxiliary_signals"):
+        other = _plotted(data, name, root)
+        if other is None or other.shape != signal.shape:
+            yield Fault(path, f"found no field of the signal's shape for {name!r}; expected one")
+    yield from _unit_faults(path, data, [_text(data, "signal") or "", *axes, *_texts(data, "auxiliary_signals")], root)
+
+
+def _axis_faults(path: str, data: Group, axis: str, place: int, length: int, root: Group) -> Iterator[Fault]:
+    if axis == ".":
+        return
+    field = _plotted(data, axis, root)
+    if field is None:
+        yield Fault(path, f"found no field for the axis {axis!r}; expected one")
+    elif field.shape != (length,):
+        yield Fault(path, f"found the axis {axis!r} of shape {field.shape}; expected ({length},), as the signal is")
+    if data.attributes.get(f"{axis}_indices", -1) != place:
+        yield Fault(path, f"found no attribute {axis}_indices that is {place}; expected one")
+
+
+def _unit_faults(path: str, data: Group, names: Sequence[str], root: Group) -> Iterator[Fault]:
+    for name in names:
+        field = _plotted(data, name, root)
+        if field is not None and _unit(field) is None:
+            yield Fault(f"{path}/{name}", "found no units; expected the attribute at all that is plotted")
+
+
+def _default_faults(root: Group) -> Iterator[Fault]:
+    """Follow what a viewer opens first."""
+    entry = root.members.get(_text(root, "default") or "")
+    data = entry.members.get(_text(entry, "default") or "") if isinstance(entry, Group) else None
+    if not isinstance(data, Group) or _text(data, "NX_class") != "NXdata":
+        yield Fault("", "found no plot by the attributes 'default'; expected them to lead to an NXdata")
+
+
+def _plotted(data: Group, name: str | None, root: Group) -> Field | None:
+    """Return a field of numbers that is a member, or that a member leads to."""
+    there = data.members.get(name or "")
+    if isinstance(there, Link):
+        there = root.at(there.path)
+    return there if isinstance(there, Field) and there.kind in _NUMBER else None
+
+
+def _unit(member: Member | None) -> str | None:
+    return _text(member, "units") if isinstance(member, Field) else None
+
+
+def _text(group: Group | Field, attribute: str) -> str | None:
+    said = group.attributes.get(attribute)
+    return said if isinstance(said, str) else None
+
+
+def _texts(group: Group, attribute: str) -> list[str]:
+    return [str(one) for one in np.atleast_1d(group.attributes.get(attribute, []))]

@@ -1,0 +1,1 @@
+"""From the instrument's own files to a run: readers parse, one place harmonizes."""

@@ -1,0 +1,159 @@
+"""What columns mean by the names that labs and instruments of several languages give them."""
+
+import unicodedata
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import Literal, NamedTuple
+
+from tribopipe.base.units import is_unit_of
+from tribopipe.documents.signals import SIGNALS, SignalName
+from tribopipe.readers.column_names import bare_name
+from tribopipe.readers.fields import is_mostly_numbers
+from tribopipe.readers.reader import ReadColumn
+
+# As plain_name writes names: small Latin letters and digits alone, accents taken off.
+_SYNONYMS: dict[SignalName, str] = {
+    "time": "testtime elapsedtime runtime t zeit messzeit testzeit versuchszeit czas tiempo temps tempo tid aika cas",
+    "rotations": "revolutions numberofrevolutions umdrehungen anzahlumdrehungen obroty liczbaobrotow vueltas giri",
+    "sliding_distance": (
+        "distance totaldistance slidedistance distanz weg gleitweg reibweg droga drogatarcia dystans distancia "
+        "distanciadedeslizamiento distancedeglissement distanza"
+    ),
+    "sliding_speed": (
+        "speed velocity slidingvelocity linearspeed linearvelocity geschwindigkeit gleitgeschwindigkeit predkosc "
+        "predkoscposlizgu velocidad velocidadlineal vitesse vitessedeglissement velocita"
+    ),
+    "normal_force": (
+        "fn fz nf load normalload appliedload normalkraft last normallast belastung kraftnormal silanormalna nacisk "
+        "obciazenie carga carganormal fuerzanormal charge chargenormale forcenormale carico forzanormale"
+    ),
+    "friction_force": (
+        "ff ft fr friction frictionload frictionalforce tangentialforce lateralforce reibkraft reibungskraft "
+        "tangentialkraft tarcie silatarcia fuerza fuerzadefriccion fuerzaderozamiento friccion forcedefrottement "
+        "forcetangentielle forzadiattrito"
+    ),
+    "friction_coefficient": (
+        "mu cof coefffriction coeffoffriction coefficientoffriction coefficientfriction reibwert reibzahl reibungszahl "
+        "reibungskoeffizient reibkoeffizient wspolczynniktarcia coeficientedefriccion coeficientederozamiento "
+        "coefficientdefrottement coefficientediattrito"
+    ),
+    "depth": (
+        "weardepth penetrationdepth displacement lineardisplacement wear linearwear lvdt tiefe verschleiss "
+        "verschleisstiefe eindringtiefe zuzycie zuzycieliniowe profundidad profundidaddedesgaste desgaste profondeur "
+        "usure profondita usura"
+    ),
+    "temperature": "temp t temperatur temperatura",
+    "relative_humidity": (
+        "humidity rh relhumidity humidite umidita feuchte luftfeuchte luftfeuchtigkeit relativefeuchte wilgotnosc "
+        "wilgotnoscwzgledna humedad humedadrelativa"
+    ),
+}
+_NAMED = {signal: frozenset(written.split()) for signal, written in _SYNONYMS.items()}
+NO_UNIT = "its unit is not known"
+By = Literal["by the format", "by its name"]
+
+
+class Meaning(NamedTuple):
+    """What one column means, and by whose word."""
+
+    signal: SignalName
+    by: By
+    lacks: str = ""
+    """Why it cannot be taken so without a person's word."""
+    synonym: bool = False
+    """Whether the name is another one than the signal's own."""
+
+
+def meanings_of(columns: Sequence[ReadColumn], given: frozenset[SignalName] = frozenset()) -> dict[str, Meaning]:
+    """Say what columns mean, by name: by the format's word, else by their own names where the unit fits.
+
+    Signals that are ``given`` by other columns are left out. No two columns are the same signal: the format's word goes
+    before a signal's own name, that before a synonym, and where two synonyms stand for one signal both are in doubt. A
+    column of numbers keeps its meaning although a field of it is none, for which it is refused later; one of words has
+    a meaning that cannot be taken.
+    """
+    counted = Counter(column.name for column in columns)
+    named = [column for column in columns if counted[column.name] == 1 and column.name]
+    numbers = [column for column in named if is_mostly_numbers(column)]
+    found: dict[str, Meaning] = {}
+    for column in numbers:
+        if column.signal is not None and not _taken(column.signal, found):
+            lacks = NO_UNIT if column.unit is None and not _fits(None, column.signal) else ""
+            found[column.name] = Meaning(column.signal, "by the format", lacks)
+    for told in (_by_own_name, _by_synonym):
+        left = [column for column in numbers if column.name not in found]
+        _add_named([column for column in left if told(column) not in given], found, told)
+    for column in named:
+        meaning = _strange(column)
+        if column.name not in found and meaning and meaning.signal not in given and not _taken(meaning.signal, found):
+            found[column.name] = meaning
+    return {name: meaning for name, meaning in found.items() if meaning.signal not in given}
+
+
+def _strange(column: ReadColumn) -> Meaning | None:
+    """Say which signal a column is called as although it holds words, or its unit is of another kind."""
+    own = column.signal or _by_own_name(column)
+    by: By = "by the format" if column.signal else "by its name"
+    if is_mostly_numbers(column) or column.first_bad is None:
+        return Meaning(own, by) if own else None
+    signal, (line, text) = own or _by_synonym(column), column.first_bad
+    lacks = f"it holds words, the first of them {text!r} in line {line}"
+    return Meaning(signal, by, lacks, synonym=own is None) if signal else None
+
+
+def is_synonym(column: ReadColumn, signal: SignalName) -> bool:
+    """Tell whether a column that is a signal by its name is called otherwise than the signal."""
+    return column.signal is None and _by_own_name(column) != signal
+
+
+def _by_own_name(column: ReadColumn) -> SignalName | None:
+    name = plain_name(column)
+    return next((signal for signal in SIGNALS if name == signal.replace("_", "")), None)
+
+
+def _by_synonym(column: ReadColumn) -> SignalName | None:
+    """Give the signal that a column's name stands for: one that its unit fits, where there is one."""
+    name = plain_name(column)
+    meant = [signal for signal in SIGNALS if name in _NAMED[signal]]
+    return next((signal for signal in meant if _fits(column.unit, signal)), meant[0] if meant else None)
+
+
+def _add_named(
+    columns: list[ReadColumn], found: dict[str, Meaning], told: Callable[[ReadColumn], SignalName | None]
+) -> None:
+    meant = [(column, signal) for column in columns if (signal := told(column)) and not _taken(signal, found)]
+    fitting = Counter(signal for column, signal in meant if _fits(column.unit, signal))
+    for column, signal in meant:
+        if _fits(column.unit, signal):
+            lacks = "another column could be it too" if fitting[signal] > 1 else _other_sense(column, signal)
+            found[column.name] = Meaning(signal, "by its name", lacks, synonym=told is _by_synonym)
+        elif column.unit is None:
+            found[column.name] = Meaning(signal, "by its name", NO_UNIT, synonym=told is _by_synonym)
+
+
+def _other_sense(column: ReadColumn, signal: SignalName) -> str:
+    """Say what else a column may be: "Weg [um]" and "distance [mm]" are what displacement sensors read."""
+    distant = signal == "sliding_distance" and column.unit not in ("m", "km")
+    return "it may as well be a displacement" if distant and _by_own_name(column) is None else ""
+
+
+def _taken(signal: SignalName, found: dict[str, Meaning]) -> bool:
+    return any(meaning.signal == signal and not meaning.lacks for meaning in found.values())
+
+
+def _fits(unit: str | None, signal: SignalName) -> bool:
+    """Tell whether a unit is one of the signal; 45 for a humidity without a unit might be 45 % or 4500 %."""
+    kind = SIGNALS[signal].kind
+    if kind == "percentage":
+        return unit is not None and "%" in unit
+    return is_unit_of(unit or "1", kind) or (kind == "force" and is_unit_of(unit or "1", "mass"))
+
+
+def plain_name(column: ReadColumn) -> str:
+    """Write a name without its unit in small Latin letters and digits: "Reibkraft [N]", "fz_N", "µ", "Fₙ"."""
+    spelt = (
+        bare_name(column.name.removesuffix(f"_{column.unit}"))
+        .casefold()
+        .translate({ord("ł"): "l", ord("µ"): "mu", ord("μ"): "mu"})
+    )
+    return "".join(sign for sign in unicodedata.normalize("NFKD", spelt) if sign.isascii() and sign.isalnum())

@@ -1,0 +1,121 @@
+"""What the columns of a table mean by the manifest's word, or else by the file's, and the signals among them in SI."""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+from tribopipe.base.arrays import Column
+from tribopipe.base.errors import ReaderError
+from tribopipe.base.units import is_rotational
+from tribopipe.documents.manifest import ColumnSource, SignalFile
+from tribopipe.documents.signals import SIGNALS, SignalName
+from tribopipe.readers.column_aliases import Meaning, is_synonym, meanings_of
+from tribopipe.readers.columns import column_in_si, find_column, is_a_weight, unit_of
+from tribopipe.readers.fields import remarks
+from tribopipe.readers.reader import Hints, ReadColumn, ReadTable
+from tribopipe.results.run import ExtraColumn
+
+
+class Part(NamedTuple):
+    """Columns of one file, of several that continue each other, or of some rows."""
+
+    columns: dict[SignalName, Column]
+    extras: dict[str, ExtraColumn]
+
+
+def hints_of(signals: SignalFile) -> Hints:
+    """Return what the manifest says of how files are written."""
+    return Hints(signals.encoding, signals.separator, signals.decimal, signals.sheet)
+
+
+Meanings = dict[str, list[tuple[SignalName, ColumnSource | None]]]
+
+
+def meanings_in(table: ReadTable, signals: SignalFile, file: str) -> Meanings:
+    """Say for each column by name which signals it is: by the manifest's word, else by the format's or its own name.
+
+    Where the manifest maps no column of the file, names that stand for a signal count, too.
+    """
+    meanings: Meanings = {}
+    for name, source in signals.columns.items():
+        meanings.setdefault(find_column(table, source.column, name, file).name, []).append((name, source))
+    meanings |= {name: [(meaning.signal, None)] for name, meaning in _by_the_file(table, signals) if not meaning.lacks}
+    if not meanings:
+        names = ", ".join(repr(column.name) for column in table.columns[:8])
+        raise ReaderError(
+            f"{file}: found the columns {names}, none with a known meaning; expected to be told; "
+            "map signals to columns under [signals.columns] in run.toml"
+        )
+    return meanings
+
+
+def _by_the_file(table: ReadTable, signals: SignalFile) -> Iterator[tuple[str, Meaning]]:
+    """Give what columns mean that the manifest does not map, and signals that it maps to none."""
+    mapped = {find_column(table, source.column, "", "").name for source in signals.columns.values()}
+    columns = [column for column in table.columns if column.name not in mapped]
+    for name, meaning in meanings_of(columns, frozenset(signals.columns)).items():
+        if not (meaning.synonym and signals.columns):
+            yield name, meaning
+
+
+def doubts_on(table: ReadTable, signals: SignalFile, file: str) -> list[str]:
+    """Say which columns seem to be signals and are not used, and why."""
+    return [
+        f"{file}: column {name!r} seems to be {meaning.signal} and is not used: {meaning.lacks}"
+        for name, meaning in _by_the_file(table, signals)
+        if meaning.lacks
+    ]
+
+
+def part_of(
+    table: ReadTable, meanings: Meanings, file: str, before: int = 0, track_radius: float | None = None
+) -> Part:
+    """Return the signals of a table in SI, and what no signal is made of; so many rows were read ``before`` it.
+
+    A rotational speed n that is given for the sliding speed is one on a track of radius R, m: v = 2πR·n.
+
+    Raises ``ReaderError`` where a column does not hold what it should.
+    """
+    part = Part({}, {})
+    for column in table.columns:
+        for name, told in meanings.get(column.name, []):
+            if name == "sliding_speed" and is_rotational(unit_of(column, told) or "1"):
+                part.columns[name] = _on_track(column, told, file, before, track_radius)
+                continue
+            part.columns[name] = column_in_si(column, told, name, SIGNALS[name].kind, file, before)
+        if column.name not in meanings:
+            part.extras[column.name] = ExtraColumn(column.values, column.unit)
+    return part
+
+
+def _on_track(
+    column: ReadColumn, told: ColumnSource | None, file: str, before: int, track_radius: float | None
+) -> Column:
+    """Return the sliding speed, m/s, of a rotational speed. Raises ``ReaderError`` where no track radius is stated."""
+    if track_radius is None:
+        raise ReaderError(
+            f"{file}, column {column.name!r}: found a rotational speed for sliding_speed and no track radius in "
+            'run.toml; expected both, v = 2πR·n; add conditions.track_radius = "6 mm" or the like'
+        )
+    return track_radius * column_in_si(column, told, "sliding_speed", "rotational speed", file, before)
+
+
+def notes_on(table: ReadTable, meanings: Meanings, file: str) -> list[str]:
+    """Return what a person should know of how a file was read and understood."""
+    synonyms = [
+        f"column {column.name!r} is taken as {name}, by its name"
+        for column in table.columns
+        for name, told in meanings.get(column.name, [])
+        if told is None and is_synonym(column, name)
+    ]
+    weights = [
+        f"{name} in {unit_of(column, told)} is taken as the weight of that mass"
+        for column in table.columns
+        for name, told in meanings.get(column.name, [])
+        if is_a_weight(column, told, SIGNALS[name].kind)
+    ]
+    return [f"{file}: {note}" for note in (*remarks(table), *synonyms, *weights)]
+
+
+def spoken(names: Sequence[str]) -> str:
+    """Name files that continue each other."""
+    return names[0] if len(names) == 1 else f"{names[0]} … {names[-1]}"

@@ -1,0 +1,99 @@
+"""What only the lab knows of a run: each key of run.toml with an example, and what it is in words."""
+
+from typing import Any, NamedTuple
+
+from tribopipe.readers.draft.toml import value_of
+
+
+class Blank(NamedTuple):
+    """A key that may be left open."""
+
+    example: str
+    """As run.toml would hold it."""
+    words: str
+
+    @property
+    def value(self) -> Any:
+        """The example as a value."""
+        return value_of(self.example)
+
+
+_SPECIMEN = {
+    "material": Blank('"Si3N4"', "material as the lab calls it"),
+    "youngs_modulus": Blank('"304 GPa"', "Young's modulus E"),
+    "poisson_ratio": Blank("0.24", "Poisson ratio, a bare number"),
+    "density": Blank('"3.21 g/cm^3"', "density, for end values given as a mass"),
+    "surface_roughness": Blank('"0.07 um"', "roughness Ra before the test"),
+    "vickers_hardness": Blank("1600.0", "Vickers hardness HV, a bare number"),
+}
+_PIN = {
+    "shape": Blank('"spherical"', 'shape of the pin: "spherical", "flat" or "truncated-sphere"'),
+    "radius": Blank('"3 mm"', "radius of the sphere, or of the flat end of a flat pin"),
+    "flat_radius": Blank('"0.2 mm"', "radius of the flat on a truncated sphere before the test"),
+}
+_CURVED = {
+    "rolling_radius": Blank('"20 mm"', "radius along the direction of rolling"),
+    "crown_radius": Blank('"20 mm"', "radius of the surface across the direction of rolling"),
+}
+_FLAT = {"rolling_radius": Blank('"20 mm"', "radius along the direction of rolling")}
+_BODIES = {
+    "pin": _PIN | _SPECIMEN,
+    "disc": _SPECIMEN,
+    "curved_disc": _CURVED | _SPECIMEN,
+    "flat_disc": _FLAT | _SPECIMEN,
+}
+_DEPTH = Blank('{ value = "12.3 um", standard_uncertainty = "0.5 um" }', "depth worn")
+_WIDTH = Blank('{ value = "410 um", standard_uncertainty = "5 um" }', "width of the track")
+_VOLUME = Blank('{ value = "2.7e-3 mm^3", standard_uncertainty = "5 %" }', "volume worn")
+_MASS = Blank('{ value = "1.2 mg", standard_uncertainty = "0.1 mg" }', "mass lost; needs the density")
+_PROFILE = Blank('{ file = "profile.txt" }', "profile in a file beside this one, or several: [{ … }, { … }]")
+
+BLANKS: dict[str, Blank] = {
+    "started": Blank("2006-03-01T09:30:00+01:00", "start of the test"),
+    "title": Blank('"Si3N4 on Si3N4 in air"', "one line about the run"),
+    "operator": Blank('"A. Tester"', "who ran the test"),
+    "instrument": Blank('"pin-on-disc tribometer no. 2"', "name of the tribometer"),
+    "comment": Blank('"…"', "anything else worth keeping"),
+    "contact.kind": Blank('"pin-on-disc"', 'or "twin-disc"'),
+    **{f"contact.{body}.{name}": blank for body, blanks in _BODIES.items() for name, blank in blanks.items()},
+    "conditions.normal_load": Blank('"50 N"', "nominal normal load"),
+    "conditions.sliding_speed": Blank('"400 mm/s"', "nominal sliding speed"),
+    "conditions.track_radius": Blank('"6 mm"', "radius of the circle that the pin slides on"),
+    "conditions.rotational_speed": Blank('"328 rpm"', "of the disc; with track_radius in the place of sliding_speed"),
+    "conditions.stroke": Blank('"10 mm"', "length of one stroke of a pin that slides there and back"),
+    "conditions.frequency": Blank(
+        '"5 Hz"', "cycles there and back a second; with stroke in the place of sliding_speed"
+    ),
+    "conditions.sliding_distance": Blank('"500 m"', "planned sliding distance"),
+    "conditions.curved_disc_speed": Blank('"800 mm/s"', "tangential speed of the curved disc"),
+    "conditions.flat_disc_speed": Blank('"832 mm/s"', "tangential speed of the flat disc; or give slip"),
+    "conditions.slip": Blank('"4 %"', "(v2 - v1)/v1 of the flat disc against the curved one"),
+    "conditions.rotations": Blank("1e6", "planned rotations of the curved disc"),
+    "conditions.medium": Blank('"air"', "what surrounds the contact"),
+    "conditions.temperature": Blank('"23 degC"', "room temperature"),
+    "conditions.relative_humidity": Blank('"45 %"', "relative humidity of the air"),
+    "end_values.pin_scar_diameter": Blank(_WIDTH.example, "diameter of the flat scar on the pin"),
+    "end_values.pin_scar_length": Blank(_WIDTH.example, "where the disc wore: length of the scar, along the sliding"),
+    "end_values.pin_scar_width": Blank(_WIDTH.example, "where the disc wore: width of the scar, across the sliding"),
+    "end_values.pin_wear_depth": Blank(_DEPTH.example, "height worn off the pin"),
+    "end_values.pin_wear_volume": _VOLUME,
+    "end_values.pin_mass_loss": _MASS,
+    "end_values.pin_profile": _PROFILE,
+    "end_values.disc_wear_depth": Blank(_DEPTH.example, "greatest depth of the track"),
+    "end_values.disc_track_width": _WIDTH,
+    "end_values.disc_wear_volume": _VOLUME,
+    "end_values.disc_mass_loss": _MASS,
+    "end_values.disc_profile": _PROFILE,
+    **{
+        f"end_values.{disc}_{name}": blank
+        for disc in ("curved_disc", "flat_disc")
+        for name, blank in (
+            ("wear_depth", _DEPTH),
+            ("track_width", _WIDTH),
+            ("wear_volume", _VOLUME),
+            ("profile", _PROFILE),
+        )
+    },
+    "sensors.depth_scale": Blank("{ value = 1, standard_uncertainty = 0.005 }", "true displacement over that read"),
+}
+"""By key of run.toml."""

@@ -1,0 +1,322 @@
+"""A run folder from files of an instrument: made beside its place, and given its name once it is whole."""
+
+import re
+import secrets
+import shutil
+import unicodedata
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from tribopipe.base.errors import ManifestError, ReaderError
+from tribopipe.base.interrupts import undone_by
+from tribopipe.documents.manifest import MANIFEST_NAME, MANIFEST_SCHEMA, RunManifest, is_described
+from tribopipe.documents.record import read_document
+from tribopipe.documents.template import read_template
+from tribopipe.readers.draft.columns import friction_left_open
+from tribopipe.readers.draft.gathering import gather
+from tribopipe.readers.draft.grouping import Group, grouped
+from tribopipe.readers.draft.hints import doubt_names
+from tribopipe.readers.draft.known_values import Known
+from tribopipe.readers.draft.profiles import Measured, add_profiles, profiles_left_open, read_profile, which_profile
+from tribopipe.readers.draft.questions import Ask, Say, ask_for_missing
+from tribopipe.readers.draft.splitting import (
+    propose_conditions,
+    propose_motion,
+    sheets_of,
+    split_steps,
+    steps_left_together,
+)
+from tribopipe.readers.draft.writing import Draft, manifest_text
+from tribopipe.readers.export_files import Export, chosen_reader, open_export, read_export
+from tribopipe.readers.harmonize import read_run
+from tribopipe.readers.reader import Hints
+from tribopipe.results.run import SourceFile
+
+_LONGEST_ID = 100
+_SUFFIX = re.compile(r"\.[A-Za-z][A-Za-z0-9]{0,9}$")
+_DEVICE = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
+_DIALECT = ("encoding", "separator", "decimal")
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What a person wants a run to be made of."""
+
+    files: Sequence[Path]
+    into: Path = Path()
+    """Folder in which the run's folder is made."""
+    id: str | None = None
+    template: Path | None = None
+    reader: str | None = None
+    """Name of a reader, or the file that describes one."""
+    settings: Sequence[str] = ()
+    """Keys of run.toml with their values: "conditions.normal_load=50 N"."""
+    profiles: Sequence[str] = ()
+    """Bodies with files of profiles measured on them: "disc=track.txt"."""
+    sheet: str | None = None
+    """Sheet of a workbook."""
+    each_sheet: bool = False
+    """Whether each sheet of a workbook is a run."""
+    split: str | None = None
+    """Column that numbers the steps of a file, each of which is a run."""
+
+
+@dataclass(frozen=True)
+class NewRun:
+    """A run folder that has been made."""
+
+    folder: Path
+    groups: tuple[Group, ...]
+    lacks: tuple[str, ...]
+    """Keys without which it cannot be processed."""
+    bodies_lack: tuple[str, ...]
+    """Keys without which wear cannot be computed."""
+    problem: str | None
+    """What else is in the way of processing it."""
+    notes: tuple[str, ...]
+    """What a person should know of how the files were read."""
+
+
+@dataclass(frozen=True)
+class _Defaults:
+    """How all files are read, by a person's or a template's word."""
+
+    template: dict[str, Any]
+    name: str
+    reader: str | None
+    """As run.toml names it."""
+    description: Path | None
+    """The file that describes the reader, where one does."""
+
+    @property
+    def signals(self) -> dict[str, Any]:
+        """What the template says of files of signals."""
+        return dict(self.template.get("signals", {}))
+
+    @property
+    def dialect(self) -> dict[str, str]:
+        """How text is written."""
+        return {name: self.signals[name] for name in _DIALECT if name in self.signals}
+
+    def read(self, path: Path, sheet: str | None = None) -> Export:
+        """Read a file of signals, or a sheet of it."""
+        hints: Any = self.dialect | ({} if sheet is None else {"sheet": sheet})
+        named = self.reader or ("delimited" if "separator" in hints else None)
+        if named is None:
+            return read_export(path, hints=Hints(**hints))
+        reader = chosen_reader(named if self.description is None else str(self.description))
+        return read_export(path, reader, Hints(**hints))
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """A run folder to be made."""
+
+    draft: Draft
+    exports: Sequence[Export]
+    sources: Sequence[SourceFile]
+    target: Path
+
+
+def make_run(wanted: Wanted, ask: Ask | None = None, say: Say = print) -> NewRun:
+    """Make the run folder of one test; see ``make_runs``."""
+    return make_runs(wanted, ask, say)[0]
+
+
+def make_runs(wanted: Wanted, ask: Ask | None = None, say: Say = print) -> list[NewRun]:
+    """Make a run folder, or one of each sheet or step, asking once for what is missing where there is somebody to ask.
+
+    Raises ``ManifestError`` or ``ReaderError`` where that cannot be done, and then leaves nothing behind.
+    """
+    plans = [plan for each in _by_sheet(wanted) for plan in _planned(each)]
+    _refuse_places(plans)
+    if ask is not None:
+        _ask_once([plan.draft.known for plan in plans], ask, say)
+    wanted.into.mkdir(parents=True, exist_ok=True)
+    with ExitStack() as stack:
+        parts = [stack.enter_context(_building(plan.target)) for plan in plans]
+        problems = [_fill(part, plan.draft, plan.sources) for part, plan in zip(parts, plans, strict=True)]
+    return [_new_run(plan, problem) for plan, problem in zip(plans, problems, strict=True)]
+
+
+def _by_sheet(wanted: Wanted) -> list[Wanted]:
+    """Return what is wanted of each sheet, where each is a run."""
+    if not wanted.each_sheet:
+        return [wanted]
+    names = sheets_of(wanted.files, wanted.reader)
+    base = fit_for_id(wanted.files[0].name) if wanted.id is None else wanted.id
+    return [replace(wanted, sheet=name, each_sheet=False, id=fit_for_id(f"{base}-{name}")) for name in names]
+
+
+def _planned(wanted: Wanted) -> list[_Plan]:
+    """Return the run folder that is wanted, or one for each step."""
+    defaults = _defaults(wanted)
+    wanted = replace(wanted, sheet=wanted.sheet or defaults.signals.get("sheet"))
+    exports = [defaults.read(path, wanted.sheet) for path in wanted.files]
+    measured = [read_profile(written) for written in wanted.profiles]
+    if wanted.split is None:
+        return [_plan(wanted, defaults, exports, measured)]
+    plans = []
+    for step in split_steps(exports, wanted.split):
+        plan = _plan(wanted, defaults, step.exports, measured)
+        draft = replace(plan.draft, id=f"{plan.draft.id}-step-{step.number}", step=step)
+        propose_conditions(draft.known, step)
+        plans.append(replace(plan, draft=draft, target=wanted.into / draft.id))
+    return plans
+
+
+def _plan(wanted: Wanted, defaults: _Defaults, exports: Sequence[Export], measured: list[Measured]) -> _Plan:
+    draft = replace(_drafted(wanted, defaults, exports, measured), sheet=wanted.sheet)
+    described = [open_export(defaults.description)] if defaults.description else []
+    sources = [export.source for export in [*exports, *(one.export for one in measured)]] + described
+    return _Plan(draft, exports, sources, wanted.into / draft.id)
+
+
+def _refuse_places(plans: Sequence[_Plan]) -> None:
+    """Refuse names that run.toml cannot hold, and places that are taken or wanted twice."""
+    taken: set[Path] = set()
+    for plan in plans:
+        _refuse_names(plan.draft.id, plan.sources)
+        _refuse_taken(plan.target)
+        if plan.target in taken:
+            raise ManifestError(
+                f"{plan.target}: found two runs of that id; expected one each; rename the sheets, or make a run of "
+                "each with --sheet and --id"
+            )
+        taken.add(plan.target)
+
+
+def _ask_once(known: Sequence[Known], ask: Ask, say: Say) -> None:
+    """Ask for what is missing in the first of several runs, and take the answers for all of them."""
+    first, *others = known
+    before = dict(first.given)
+    ask_for_missing(first, ask, say)
+    for other in others:
+        for key in first.given.keys() - before.keys():
+            other.take(key, first.given[key].value)
+
+
+def _new_run(plan: _Plan, problem: str | None) -> NewRun:
+    draft = plan.draft
+    notes = dict.fromkeys(f"{export.name}: {note}" for export in plan.exports for note in export.notes)
+    notes |= dict.fromkeys(profiles_left_open(draft.known))
+    notes |= dict.fromkeys(_one_test(group) for group in draft.groups if group.clocks_begin_anew)
+    notes |= dict.fromkeys(note for export in plan.exports if (note := friction_left_open(export)))
+    if draft.step is None:
+        notes |= dict.fromkeys(note for export in plan.exports if (note := steps_left_together(export)))
+    lacks, bodies_lack = draft.known.lacks, draft.known.bodies_lack
+    return NewRun(plan.target, tuple(draft.groups), tuple(lacks), tuple(bodies_lack), problem, tuple(notes))
+
+
+def _one_test(group: Group) -> str:
+    return (
+        f"{len(group.exports)} files are taken as one test, one after the other, though the clock begins anew in each; "
+        "of tests of their own make a run each, or let `tribopipe watch FOLDER` do so"
+    )
+
+
+def _defaults(wanted: Wanted) -> _Defaults:
+    template = read_template(wanted.template) if wanted.template else {}
+    name = wanted.template.name if wanted.template else ""
+    told = template.get("signals", {}).get("reader")
+    reader = wanted.reader or told
+    if reader is None or not is_described(reader):
+        return _Defaults(template, name, reader, None)
+    beside = wanted.template.parent if wanted.template and not wanted.reader else Path()
+    return _Defaults(template, name, Path(reader).name, beside / reader)
+
+
+def _drafted(wanted: Wanted, defaults: _Defaults, exports: Sequence[Export], measured: list[Measured]) -> Draft:
+    groups = grouped([export for export in exports if export.reader.holds == "signals"])
+    if not groups:
+        raise ReaderError(
+            f"{exports[0].name}: found a profile ({exports[0].reader.title}); expected at least one file of signals "
+            "beside it, since a run is what was recorded during a test; name it too"
+        )
+    in_order = [export for group in groups for export in group.exports]
+    known = gather(defaults.template, defaults.name, wanted.settings, in_order)
+    add_profiles(known, measured)
+    which_profile(known, [export for export in exports if export.reader.holds == "profile"])
+    propose_motion(known, in_order)
+    doubt_names(known, [export.name for export in in_order])
+    run_id = fit_for_id(in_order[0].name) if wanted.id is None else wanted.id
+    columns = defaults.signals.get("columns", {})
+    return Draft(run_id, groups, known, defaults.reader, defaults.name, defaults.dialect, columns)
+
+
+def fit_for_id(file: str) -> str:
+    """Make an id of a file's name, which the archive file can be named after too."""
+    latin = unicodedata.normalize("NFKD", _SUFFIX.sub("", file)).encode("ascii", "ignore").decode()
+    name = re.sub(r"[^A-Za-z0-9._+-]+", "-", latin).lstrip("._+-")[:_LONGEST_ID].rstrip("._+-")
+    return f"run-{name}"[:_LONGEST_ID] if not name or _DEVICE.fullmatch(name) else name
+
+
+def _refuse_names(run_id: str, sources: Sequence[SourceFile]) -> None:
+    """Refuse an id or names of files that run.toml cannot hold."""
+    names = [source.name for source in sources]
+    frame = {"schema": MANIFEST_SCHEMA, "id": run_id, "conditions": {"normal_load": "1 N"}}
+    read_document(frame | {"signals": [{"files": list(dict.fromkeys(names))}]}, RunManifest, where=f"run {run_id}")
+    taken = {MANIFEST_NAME: "the manifest of the run"}
+    for name in names:
+        if name.lower() in taken:
+            raise ReaderError(
+                f"{name}: found it twice, as {taken[name.lower()]} has that name too; expected files of different "
+                "names, since they stand in one folder; rename one"
+            )
+        taken[name.lower()] = "another file"
+
+
+def _refuse_taken(target: Path) -> None:
+    if target.exists() or target.is_symlink():
+        raise ManifestError(
+            f"{target}: there already; expected a place where nothing is, since no run is ever overwritten; choose "
+            "another id with --id, or another folder with --into"
+        )
+
+
+@contextmanager
+def _building(target: Path) -> Iterator[Path]:
+    """Give a temporary folder beside ``target`` that takes its place on success and vanishes on failure."""
+    part = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
+    with undone_by(partial(shutil.rmtree, part, ignore_errors=True)):
+        try:
+            part.mkdir()
+        except PermissionError as error:
+            raise ManifestError(
+                f"{target}: cannot be made ({error.strerror}); expected a folder with write permission; name another "
+                "with --into"
+            ) from error
+        yield part
+        _refuse_taken(target)
+        part.rename(target)
+
+
+def _fill(part: Path, draft: Draft, sources: Sequence[SourceFile]) -> str | None:
+    """Write files and run.toml; say what is in the way of reading the run, once what it lacks is filled in."""
+    for source in sources:
+        with (part / source.name).open("wb") as file:
+            file.writelines(source.pieces())
+    manifest = part / MANIFEST_NAME
+    manifest.write_bytes(manifest_text(replace(draft, known=draft.known.completed())).encode())
+    problem = _problem(part)
+    manifest.write_bytes(manifest_text(draft).encode())
+    return problem
+
+
+def _problem(folder: Path) -> str | None:
+    """Say what is in the way of processing a run."""
+    try:
+        run = read_run(folder)
+    except ReaderError as error:
+        return str(error).removeprefix(f"{folder}: ")
+    if "friction_coefficient" in run.columns or "depth" in run.columns:
+        return None
+    measured = [signal for signal, origin in run.origins.items() if origin == "measured"]
+    return (
+        f"found {', '.join(measured)} among the signals, but neither friction nor depth; expected one of them; map "
+        "friction_force, friction_coefficient or depth under [signals.columns] in run.toml"
+    )

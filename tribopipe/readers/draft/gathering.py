@@ -1,0 +1,79 @@
+"""What a template, a person and the headers of files say of a run, and whose word goes before whose."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import islice
+from typing import Any
+
+from tribopipe.base.errors import ManifestError
+from tribopipe.readers.draft.known_values import LOAD, Given, Known, flat
+from tribopipe.readers.draft.toml import value_of
+from tribopipe.readers.export_files import Export
+
+_MOST_DOUBTS = 4
+
+
+def gather(
+    template: Mapping[str, Any], template_name: str, settings: Sequence[str], exports: Sequence[Export]
+) -> Known:
+    """Gather what a template, a person and the headers of files say of a run.
+
+    A person's word goes before a header's, that before a template's. Raises ``ManifestError`` where the template
+    or the person says what cannot be; what headers say so is doubted.
+    """
+    known = Known()
+    told = {key: value for key, value in flat(template).items() if key not in ("schema", "signals")}
+    known.given = {key: Given(value, f"from {template_name}") for key, value in told.items()}
+    if told and (problem := known.problem()) is not None:
+        raise ManifestError(f"{template_name}: {problem}")
+    for setting in settings:
+        _set(known, setting)
+    for key, values in _facts(exports).items():
+        _take_fact(known, key, values)
+    return known
+
+
+def _set(known: Known, setting: str) -> None:
+    key, equals, text = (part.strip() for part in setting.partition("="))
+    if not equals:
+        raise ManifestError(
+            f"--set {setting}: found no '='; expected a key of run.toml and its value, such as {LOAD}='50 N'"
+        )
+    value = value_of(text)
+    problem = known.take(key, value)
+    if problem is not None and not isinstance(value, Mapping | list):
+        problem = known.take(key, text)
+    if problem is not None:
+        raise ManifestError(f"--set {setting}: {problem}")
+
+
+Said = dict[str, list[str]]
+"""What headers say of one key → the files that say so."""
+
+
+def _facts(exports: Iterable[Export]) -> dict[str, Said]:
+    told: dict[str, Said] = {}
+    for export in exports:
+        for key, text in export.table.facts.items():
+            told.setdefault(key, {}).setdefault(text, []).append(export.name)
+    return told
+
+
+def _take_fact(known: Known, key: str, said: Said) -> None:
+    if len(said) > 1 and key != "started":
+        for text, files in islice(said.items(), _MOST_DOUBTS):
+            known.doubt(key, text, f"says {_few(files)}; not all files say the same")
+        return
+    text, files = next(iter(said.items()))  # a test starts with its first file
+    before, origin = known.given.get(key), f"from {_few(files)}"
+    if before is not None and not before.origin:
+        known.given[key] = before if text == before.value else Given(before.value, f"{_few(files)} says {text}")
+        return
+    if before is not None and text != before.value:
+        origin += f"; {before.origin.removeprefix('from ')} says {before.value}"
+    problem = known.take_text(key, text, origin)
+    if problem is not None:
+        known.doubt(key, text, f"from {_few(files)}, but {problem}")
+
+
+def _few(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more"

@@ -1,0 +1,190 @@
+r"""Anton Paar and CSM tribometers: the tab-separated text that TRB³, nano tribometer and their forerunners export.
+
+    Time [s]\tDistance [m]\tLaps\tSequence ID\tCycle ID\tMax Linear Speed [m/s]\tNominal Load [N]\tµ\tAngle [°]\t…
+    0.05\t0.001\t0.01\t1\t1\t0.1\t5\t0.153\t12.4\t…
+
+* One row of names with units in brackets; tabs; decimal point or comma; UTF-8 with a byte order mark, UTF-16 or cp1252.
+* TRB³: forces in N; Friction Force, Temperature, Humidity and Penetration Depth (wear of both bodies, µm) follow.
+* Nano tribometer: forces in mN, small letters ("laps", "Friction force [mN]"), and Normal force [mN] as measured.
+* Rotating tests have Angle [°], reciprocating ones Linear Position [mm]; Max Linear Speed is the highest of a cycle.
+* Older exports, or trimmed ones, name columns `Time`, `Distance`, `Laps`, `mu`, `FrictionForce`, with stray blanks and
+  without units: time is in s and distance in m, but the force may be in N or mN, so that its unit is left open.
+* Signs beyond ASCII may be lost, to "?" above all: "?" alone is µ, "[?m]" is µm, "[?C]" is °C.
+* Lines above may tell settings as `key: value` or `key\tvalue`.
+
+Apart from the nano tribometer the load is not measured: Nominal Load is what was set, no signal; where it is one
+value throughout, it is a fact of the run. Columns may come in any order, and others beside these.
+"""
+
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from tribopipe.base.errors import ReaderError, UnitError
+from tribopipe.base.units import is_unit, parse
+from tribopipe.documents.signals import SignalName
+from tribopipe.readers.headed_tables import bare_key, cells_of, head_lines, moment, read_below, refused
+from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
+from tribopipe.readers.text import decode, sample_lines
+from tribopipe.results.run import SourceFile
+
+_SEPARATOR = "\t"
+_FRICTION_COEFFICIENTS = ("µ", "μ", "mu", "âμ", "?", "\ufffd", "cof", "frictioncoefficient", "coefficientoffriction")
+_SIGNALS: dict[str, SignalName] = {
+    "time": "time",
+    "distance": "sliding_distance",
+    **dict.fromkeys(_FRICTION_COEFFICIENTS, "friction_coefficient"),
+    "normalforce": "normal_force",
+    "frictionforce": "friction_force",
+    "temperature": "temperature",
+    "humidity": "relative_humidity",
+    "penetrationdepth": "depth",
+}
+_MARKS = frozenset({"time", "distance", "laps"})
+_FRICTION = frozenset({*_FRICTION_COEFFICIENTS, "frictionforce"})
+_BY_DEFINITION = {"time": "s", "distance": "m", "laps": "1", **dict.fromkeys(_FRICTION_COEFFICIENTS, "1")}
+_LOST_SIGNS = {"?m": "um", "?C": "degC", "?": "deg"}
+_SETTING = re.compile(r"(?P<key>[^:\s][^:\t]{0,38}[^:\s])\s*[:\t]\s*+(?P<value>\S.*)")
+_QUANTITY = re.compile(r"(?P<number>[+-]?\d+(?:[.,]\d+)?)\s*\[?(?P<unit>[^\[\]]+?)\]?")
+_QUANTITIES = {
+    "normal load": ("conditions.normal_load", "force"),
+    "nominal load": ("conditions.normal_load", "force"),
+    "radius": ("conditions.track_radius", "length"),
+    "lin. speed": ("conditions.sliding_speed", "speed"),
+    "linear speed": ("conditions.sliding_speed", "speed"),
+    "temperature": ("conditions.temperature", "temperature"),
+    "humidity": ("conditions.relative_humidity", "percentage"),
+}
+_TEXTS = {"atmosphere": "conditions.medium", "operator": "operator", "user": "operator", "instrument": "instrument"}
+_MODEL = re.compile("TRB ?[3³]|(?:Ultra )?Nano ?Tribometer", re.IGNORECASE)
+_OF_ROTATION = ("conditions.track_radius", "conditions.sliding_speed")
+
+
+class AntonPaarReader:
+    """Exports of Anton Paar's and CSM's tribometers."""
+
+    name = "anton-paar"
+    title = "Anton Paar and CSM tribometers (TRB³, nano, older ones)"
+    holds: Holds = "signals"
+
+    def match(self, source: SourceFile) -> Match:
+        """Judge by the names of the columns."""
+        try:
+            found = _names_row(head_lines(source))
+        except ReaderError as error:
+            return refused(source, error)
+        if found is None:
+            return Match(0.0, "no line names Time, Distance, Laps and µ or Friction Force between tabs")
+        return Match(0.95, f"line {found + 1} names columns as Anton Paar's and CSM's tribometers do")
+
+    def read(self, source: SourceFile, hints: Hints) -> ReadTable:
+        """Parse the file; ``ReaderError`` with file and line where it is broken."""
+        text = decode(source, hints.encoding)
+        lines = sample_lines(text)
+        at = _names_row(lines)
+        if at is None:
+            raise ReaderError(
+                f"{source.name}: found no line that names Time, Distance, Laps and µ or Friction Force between tabs; "
+                "expected one as Anton Paar's and CSM's tribometers write it; name another reader in run.toml"
+            )
+        table = read_below(text, lines, at, _SEPARATOR, hints.decimal)
+        columns = tuple(map(_with_meaning, table.columns))
+        facts = _header_facts(lines[:at], columns) | _column_facts(columns)
+        return replace(table, columns=columns, notes=(*table.notes, *_notes(table.columns, columns)), facts=facts)
+
+
+def _names_row(lines: list[str]) -> int | None:
+    """Find the index of the row of names, where there is one."""
+    rows = (frozenset(map(bare_key, cells_of(line, _SEPARATOR))) for line in lines)
+    return next((index for index, names in enumerate(rows) if names >= _MARKS and names & _FRICTION), None)
+
+
+def _with_meaning(column: ReadColumn) -> ReadColumn:
+    key = bare_key(column.name)
+    unit = column.unit or _mended_unit(column.name) or _BY_DEFINITION.get(key)
+    return replace(column, unit=unit, signal=_SIGNALS.get(key))
+
+
+def _mended_unit(name: str) -> str | None:
+    """Give the unit of a name whose signs beyond ASCII were lost or decoded twice."""
+    written = re.search(r"\[([^\[\]]*)\]$", name)
+    unit = written[1].replace("\ufffd", "?").replace("Â", "") if written else ""
+    return _LOST_SIGNS.get(unit) or (unit if unit and is_unit(unit) else None)
+
+
+def _notes(written: tuple[ReadColumn, ...], columns: tuple[ReadColumn, ...]) -> Iterator[str]:
+    assumed = [
+        f"{column.name} in {column.unit}"
+        for before, column in zip(written, columns, strict=True)
+        if before.unit is None and column.signal in ("time", "sliding_distance")
+    ]
+    if assumed:
+        yield f"the file names no units; {' and '.join(assumed)} is assumed, as these tribometers write it"
+    open_force = next((column for column in columns if column.signal == "friction_force" and not column.unit), None)
+    if open_force is not None:
+        yield f"{open_force.name!r} may be in N or mN; map it with its unit in run.toml"
+    loads, _ = _set_values(columns, "nominalload")
+    if len(loads) > 1:
+        yield f"the nominal load takes {len(loads)} values, from {min(loads):g} to {max(loads):g}"
+
+
+def _set_values(columns: tuple[ReadColumn, ...], key: str) -> tuple[list[float], str | None]:
+    """Give the values that a setting takes, each once, and their unit; none where it is not in the file."""
+    column = next((each for each in columns if bare_key(each.name) == key and each.first_bad is None), None)
+    if column is None:
+        return [], None
+    return [float(value) for value in np.unique(column.values) if np.isfinite(value)], column.unit
+
+
+def _column_facts(columns: tuple[ReadColumn, ...]) -> dict[str, str]:
+    """Give load and speed where they are set to the same throughout."""
+    facts = {}
+    for key, fact in (("nominalload", "conditions.normal_load"), ("maxlinearspeed", "conditions.sliding_speed")):
+        values, unit = _set_values(columns, key)
+        if unit and len(values) == 1 and values[0] > 0:
+            facts[fact] = f"{values[0]:.12g} {unit}"
+    return _without_rotation(facts, columns)
+
+
+def _without_rotation(facts: dict[str, str], columns: tuple[ReadColumn, ...]) -> dict[str, str]:
+    """Leave out radius and speed unless the pin is known to run in a circle: else it has the one at times only."""
+    if any(bare_key(column.name) == "angle" for column in columns):
+        return facts
+    return {key: value for key, value in facts.items() if key not in _OF_ROTATION}
+
+
+def _header_facts(lines: list[str], columns: tuple[ReadColumn, ...]) -> dict[str, str]:
+    """Give what the lines above the names say of the run, where they say it once."""
+    settings: dict[str, set[str]] = {}
+    for line in lines:
+        setting = _SETTING.fullmatch(line.strip())
+        if setting is not None:
+            settings.setdefault(setting["key"].casefold(), set()).add(setting["value"])
+    once = {key: values.pop() for key, values in settings.items() if len(values) == 1}
+    facts = {fact: once[key] for key, fact in _TEXTS.items() if key in once}
+    for key, (fact, kind) in _QUANTITIES.items():
+        quantity = _quantity(once.get(key, ""), kind)
+        if quantity is not None:
+            facts[fact] = quantity
+    started = moment(f"{once.get('date', '')} {once.get('time', '')}")
+    model = _MODEL.search("".join(lines))
+    if started is not None:
+        facts["started"] = started
+    if model is not None:
+        facts.setdefault("instrument", f"Anton Paar {model[0]}")
+    return _without_rotation(facts, columns)
+
+
+def _quantity(text: str, kind: str) -> str | None:
+    """Write "5,00 [N]" as run.toml does; none where it is no such quantity."""
+    found = _QUANTITY.fullmatch(text)
+    if found is None:
+        return None
+    quantity = f"{found['number'].replace(',', '.')} {found['unit']}"
+    try:
+        parse(quantity, kind)
+    except UnitError:
+        return None
+    return quantity

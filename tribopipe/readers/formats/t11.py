@@ -1,0 +1,83 @@
+"""T-11 (ITeE Radom): what the software of this pin-on-disc tester exports.
+
+    Time [s];Friction force [N];Displacement [um];Temperature2 [C];Temperature1 [C];Rotational speed [rpm];Number of …
+    0,000;0,12;0,0;23,1;22,8;120;0;
+
+* Semicolons separate; a row may end in one more. Decimal comma or point. Column order and lines above the names vary.
+* Friction force in N, displacement (linear wear of both bodies) in µm, rotational speed of the disc in rotations a
+  minute, its rotations since the start. [C] is °C.
+* A friction force of exactly 0 between others is a failed reading, kept as it stands.
+
+Load, track radius and date are not in the file. Where the thermometers are is the lab's choice, so that temperatures
+have no meaning by themselves.
+"""
+
+from dataclasses import replace
+
+from tribopipe.base.errors import ReaderError
+from tribopipe.documents.signals import SignalName
+from tribopipe.readers.headed_tables import bare_key, cells_of, head_lines, read_below, refused
+from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
+from tribopipe.readers.text import decode, sample_lines
+from tribopipe.results.run import SourceFile
+
+_SIGNALS: dict[str, SignalName] = {
+    "time": "time",
+    "frictionforce": "friction_force",
+    "frictioncoefficient": "friction_coefficient",
+    "displacement": "depth",
+    "numberofrevolutions": "rotations",
+}
+_ALWAYS = frozenset({"time", "frictionforce"})
+_USUAL = frozenset({"displacement", "temperature1", "temperature2", "rotationalspeed", "numberofrevolutions"})
+_ENOUGH = 2
+_SEPARATOR = ";"
+
+
+class T11Reader:
+    """Tables of the T-11 pin-on-disc tester."""
+
+    name = "t-11"
+    title = "T-11 pin-on-disc tester (ITeE Radom)"
+    holds: Holds = "signals"
+
+    def match(self, source: SourceFile) -> Match:
+        """Judge by the names of the columns."""
+        try:
+            found = _names_row(head_lines(source))
+        except ReaderError as error:
+            return refused(source, error)
+        if found is None:
+            return Match(
+                0.0, "no line names friction force, displacement, temperatures and revolutions as the T-11 does"
+            )
+        return Match(0.95, f"line {found + 1} names columns as the T-11 does")
+
+    def read(self, source: SourceFile, hints: Hints) -> ReadTable:
+        """Parse the file; ``ReaderError`` with file and line where it is broken."""
+        text = decode(source, hints.encoding)
+        lines = sample_lines(text)
+        at = _names_row(lines)
+        if at is None:
+            raise ReaderError(
+                f"{source.name}: found no line of names such as 'Time [s];Friction force [N];…;Number of revolutions'; "
+                "expected one as the T-11 writes it; name another reader in run.toml"
+            )
+        table = read_below(text, lines, at, _SEPARATOR, hints.decimal)
+        return replace(table, columns=tuple(map(_with_meaning, table.columns)))
+
+
+def _are_marks(names: frozenset[str]) -> bool:
+    return names >= _ALWAYS and len(names & _USUAL) >= _ENOUGH
+
+
+def _names_row(lines: list[str]) -> int | None:
+    """Find the index of the row of names, where there is one."""
+    rows = (frozenset(map(bare_key, cells_of(line, _SEPARATOR))) for line in lines)
+    return next((index for index, names in enumerate(rows) if _are_marks(names)), None)
+
+
+def _with_meaning(column: ReadColumn) -> ReadColumn:
+    signal = _SIGNALS.get(bare_key(column.name))
+    unit = "degC" if column.unit == "C" else "1" if signal == "rotations" else column.unit
+    return replace(column, unit=unit, signal=signal)

@@ -1,0 +1,223 @@
+"""Spreadsheets (.xlsx, .xlsb, .xls, .ods): a table in a sheet, perhaps with lines of text above it.
+
+* .xlsx and .xlsb are zip files with members below xl/; .ods is a zip file whose first member says its type; .xls is
+  an OLE2 file with a stream called Workbook or Book.
+* The table is found as in delimited text: a row of names, perhaps a row of units, rows of numbers; the rows above it
+  are the header, its cells separated by tabs. Line numbers in messages are the row numbers of the sheet.
+* One sheet is one test. Several sheets with a table of a test are refused until one of them is named; where time goes
+  on from each to the next, as in a test with more rows than a sheet holds, they are segments of one test. Sheets
+  without a table, and lists of settings, are left out, hidden sheets with a note.
+* Numbers are read with all digits stored, whatever a cell shows. Empty cells and errors (#DIV/0!) are missing samples;
+  a formula gives the value that the spreadsheet program saved. A number stored as text is text, unless it is written
+  with a point, or with the decimal sign that run.toml names.
+* A column of durations or times of day is given in seconds, a column of dates with times in seconds since the first.
+
+Reading takes the package python-calamine: pip install "tribopipe[excel]".
+"""
+
+import json
+import re
+import zipfile
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from importlib.util import find_spec
+from io import BytesIO
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from tribopipe.base.errors import ReaderError
+from tribopipe.readers.delimited import read_table
+from tribopipe.readers.layout import find_layout
+from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
+from tribopipe.readers.sheets import several_tests, unknown_sheet
+from tribopipe.readers.subprocess_readers import answer_of
+from tribopipe.readers.table_parts import is_time, join_parts, seconds_since_first, tests_among
+from tribopipe.readers.text import Text
+from tribopipe.results.run import SourceFile
+
+_HEAD_BYTES = 1 << 20
+_ZIP = b"PK\x03\x04"
+_MEMBER_OF_XLSX = re.compile(rb"PK\x03\x04.{26}xl/", re.DOTALL)
+_ODS_TYPE = b"application/vnd.oasis.opendocument.spreadsheet"
+_OLE2 = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
+_STREAMS = tuple(f"{name}\0".encode("utf-16-le") for name in ("Workbook", "Book", "EncryptedPackage"))
+_MOST_BYTES = 1 << 30
+_INTERVALS = 3
+"""Sampling intervals within which a test goes on in the next sheet."""
+_REMEDY = "save the workbook again, without a password, or export the table as text"
+_DURATION = re.compile(r"PT(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)S")
+_DATE = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(?:\.\d{1,6})?")
+
+
+class WorkbookReader:
+    """Spreadsheets."""
+
+    name = "workbook"
+    title = "Spreadsheet (.xlsx, .xls, .ods)"
+    holds: Holds = "signals"
+
+    def match(self, source: SourceFile) -> Match:
+        """Judge by the first members of a zip file, or the streams of an OLE2 file."""
+        head = source.content[:_HEAD_BYTES]
+        if head.startswith(_ZIP):
+            if head.startswith(b"mimetype", 30) and _ODS_TYPE in head[:512]:
+                return Match(0.95, "a zip file that calls itself an OpenDocument spreadsheet")
+            if _MEMBER_OF_XLSX.search(head):
+                return Match(0.95, "a zip file with members below xl/, as Excel writes them")
+            return Match(0.1, "a zip file without the members of a spreadsheet")
+        if head.startswith(_OLE2):
+            if any(name in head or name in _directory(source.content) for name in _STREAMS):
+                return Match(0.95, "an OLE2 file with a stream that holds a workbook")
+            return Match(0.1, "an OLE2 file without a workbook in it")
+        return Match(0.0, "neither a zip file nor an OLE2 file, as spreadsheets are")
+
+    def read(self, source: SourceFile, hints: Hints) -> ReadTable:
+        """Parse the file; ``ReaderError`` where it is damaged or locked, or holds no table, or several."""
+        decimal = hints.decimal or "."
+        filled = _filled_sheets(source, decimal)
+        chosen = [sheet for sheet in filled if sheet["visible"]]
+        if hints.sheet is not None:
+            chosen = [sheet for sheet in filled if sheet["name"] == hints.sheet]
+            if not chosen:
+                raise unknown_sheet(source.name, hints.sheet, [sheet["name"] for sheet in filled])
+        tables = _tables(source, chosen, Hints(None, "\t", decimal))
+        tests = tests_among(tables)
+        if len(tests) > 1 and not _go_on(list(tests.values())):
+            raise several_tests(source.name, list(tests))
+        joined = join_parts(source.name, "sheet", tables)
+        left = [sheet["name"] for sheet in filled if not sheet["visible"] and hints.sheet is None]
+        hidden = [f"sheet {name!r} is hidden and is left out" for name in left]
+        return replace(joined, notes=(*joined.notes, *hidden))
+
+    def sheets(self, source: SourceFile, hints: Hints) -> list[str]:
+        """Name the visible sheets that hold a table like that of a test. Raises ``ReaderError`` where none does."""
+        decimal = hints.decimal or "."
+        visible = [sheet for sheet in _filled_sheets(source, decimal) if sheet["visible"]]
+        tables = _tables(source, visible, Hints(None, "\t", decimal))
+        return list(tests_among(tables)) or list(tables)[:1]
+
+
+def _go_on(tables: Sequence[ReadTable]) -> bool:
+    """Tell whether time goes on from each table to the next of the same columns, by about one sampling interval."""
+    times = [next((column.values for column in table.columns if is_time(column)), None) for table in tables]
+    if len({tuple(column.name for column in table.columns) for table in tables}) > 1:
+        return False
+    return all(
+        before is not None
+        and after is not None
+        and before.dtype.kind == after.dtype.kind == "f"
+        and 0 < after[0] - before[-1] <= _INTERVALS * np.median(np.diff(before))
+        for before, after in pairwise(times)
+    )
+
+
+def _directory(content: bytes) -> bytes:
+    """Give the sector of an OLE2 file where the names of its streams begin."""
+    shift = min(int.from_bytes(content[30:32], "little"), 12)
+    start = (int.from_bytes(content[48:52], "little") + 1) << shift
+    return content[start : start + (1 << shift)]
+
+
+def _refuse_bombs(source: SourceFile) -> None:
+    if source.content.startswith(_OLE2):
+        return
+    try:
+        with zipfile.ZipFile(BytesIO(source.content)) as archive:
+            size = sum(member.file_size for member in archive.infolist())
+    except Exception as error:  # noqa: BLE001 - damaged archives raise more than BadZipFile
+        raise ReaderError(
+            f"{source.name}: found a damaged zip file ({error}); expected a whole workbook; {_REMEDY}"
+        ) from None
+    if size > _MOST_BYTES:
+        raise ReaderError(
+            f"{source.name}: found {size >> 20} MB in the sheets unpacked; expected at most {_MOST_BYTES >> 20} MB; "
+            "export the table as text instead"
+        )
+
+
+def _filled_sheets(source: SourceFile, decimal: str) -> list[dict[str, Any]]:
+    """Give each sheet that is not empty: its name, whether it is visible, and its cells as text."""
+    _refuse_bombs(source)
+    if find_spec("python_calamine") is None:
+        raise ReaderError(
+            f"{source.name}: found a spreadsheet; expected the package python-calamine, which reads it, to be "
+            'installed; run pip install "tribopipe[excel]"'
+        )
+    answer = json.loads(answer_of("workbook_cells.py", source, decimal, remedy=_REMEDY))
+    return [sheet for sheet in answer if sheet["text"].strip()]
+
+
+def _tables(source: SourceFile, sheets: list[dict[str, Any]], hints: Hints) -> dict[str, ReadTable]:
+    """Read the sheets that hold a table; ``ReaderError`` says of the first one what it lacks where none does."""
+    tables, reasons = {}, []
+    for sheet in sheets:
+        text = Text(f"{source.name}, sheet {sheet['name']!r}", sheet["text"].encode())
+        try:
+            layout = find_layout(text, hints)
+        except ReaderError as error:
+            reasons.append(error)
+            continue
+        table = _with_times(read_table(text, layout))
+        if any(column.first_bad is None for column in table.columns):
+            tables[sheet["name"]] = table
+        else:
+            reasons.append(_without_numbers(text))
+    if tables:
+        return tables
+    if reasons:
+        raise reasons[0]
+    raise ReaderError(
+        f"{source.name}: found no visible sheet with anything in it; expected a row of names and rows of numbers; save "
+        "the workbook again with its data"
+    )
+
+
+def _without_numbers(text: Text) -> ReaderError:
+    return ReaderError(
+        f"{text.name}: found no column of numbers alone; expected a row of names and rows of numbers; save the "
+        "workbook with the record of the test in a sheet of its own"
+    )
+
+
+def _with_times(table: ReadTable) -> ReadTable:
+    """Turn columns of durations and of dates with times into seconds."""
+    columns, notes = [], list(table.notes)
+    for column in table.columns:
+        found = _durations(column) or _since_first(column, known=any(map(is_time, table.columns)))
+        if found:
+            notes.append(f"column {column.name!r} holds {found[1]}; given are seconds")
+        columns.append(found[0] if found else column)
+    return replace(table, columns=tuple(columns), notes=tuple(notes))
+
+
+def _durations(column: ReadColumn) -> tuple[ReadColumn, str] | None:
+    matched = list(_matches(column, _DURATION))
+    if not matched or not all(matched):
+        return None
+    seconds = [float(found[1]) if isinstance(found, re.Match) else np.nan for found in matched]
+    return ReadColumn(column.name, np.array(seconds), "s", column.signal), "durations or times of day"
+
+
+def _since_first(column: ReadColumn, *, known: bool) -> tuple[ReadColumn, str] | None:
+    matched = list(_matches(column, _DATE))
+    if not matched or not all(matched):
+        return None
+    stamps = [found[0] if isinstance(found, re.Match) else "NaT" for found in matched]
+    try:
+        seconds = seconds_since_first(np.array(stamps, dtype="datetime64[us]"))
+    except ValueError:  # a text that looks like a date
+        return None
+    steps = np.diff(seconds[~np.isnan(seconds)])
+    if not (steps.size and steps.min() >= 0 and steps.max() > 0):
+        return None
+    return ReadColumn(column.name, seconds, "s", None if known else "time"), f"dates since {stamps[0]}"
+
+
+def _matches(column: ReadColumn, pattern: re.Pattern[str]) -> Iterator[re.Match[str] | str | None]:
+    """Match each text; a missing one counts as matched. Nothing where the column holds numbers."""
+    if column.first_bad is None:
+        return
+    for value in column.values:
+        yield pattern.fullmatch(value) or ("missing" if not value else None)

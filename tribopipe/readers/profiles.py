@@ -1,0 +1,281 @@
+"""Profiles across wear tracks and worn pins, from the files that run.toml names beside the end values.
+
+A file is read by the reader that run.toml names, by one that knows its content to be a profile, or as any other table.
+Which columns are position and height is for run.toml to say, else for the format. Where neither does, columns called x,
+y and z are taken, or the two columns of a table that has just two, both of them lengths.
+
+A file may hold several profiles: several columns of heights, one for each pass, or a map. A map gives one profile for
+each scan line along x, or along the column that run.toml names as position.
+
+Each profile has a key by its place in run.toml: "end_values.disc_profile" where there is one, and
+"end_values.disc_profile[0]", "[1]", … in the order of the files and of the lines in them where there are several.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path, PurePath
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribopipe.base.arrays import Column
+from tribopipe.base.errors import ReaderError
+from tribopipe.base.units import is_unit_of, show
+from tribopipe.documents.contact import DISCS
+from tribopipe.documents.manifest import ColumnSource, EndValues, ProfileSource, RunManifest, is_described
+from tribopipe.readers.column_names import bare_name
+from tribopipe.readers.columns import column_in_si, find_column, read_source
+from tribopipe.readers.fields import remarks
+from tribopipe.readers.reader import Axis, Hints, ReadColumn, Reader, ReadTable
+from tribopipe.readers.registry import candidates, detect, is_sure, reader_named
+from tribopipe.results.run import Profile, SourceFile
+
+_FEWEST = 20
+"""Points by which shoulders and track can be told apart."""
+_BODIES = ("pin", "disc", *DISCS)
+
+
+@dataclass
+class _Read:
+    """What was read so far: files that are sources of the run, and what there is to keep of them."""
+
+    folder: Path
+    sources: list[SourceFile]
+    headers: dict[str, str]
+    notes: list[str]
+    tables: dict[tuple[str, str | None], ReadTable] = field(default_factory=dict)
+    """What files hold, by name and reader, however many profiles are taken from each."""
+
+    def table(self, source: SourceFile, named: ProfileSource, key: str) -> ReadTable:
+        """Read a file, once."""
+        known = source.name, named.reader
+        if known not in self.tables:
+            self.tables[known] = self._reader(source, named, key).read(source, Hints())
+        return self.tables[known]
+
+    def _reader(self, source: SourceFile, named: ProfileSource, key: str) -> Reader:
+        if named.reader is None or not is_described(named.reader):
+            return _reader_for(source, named, key)
+        from tribopipe.readers.toml_reader import reader_in
+
+        return reader_in(self.folder, named.reader, self.sources, f"{key}.reader")
+
+    def source(self, key: str, file: str) -> SourceFile:
+        """Return a file, which may be a source already."""
+        there = next((source for source in self.sources if PurePath(source.name) == PurePath(file)), None)
+        return there or read_source(self.folder, file, f"{key}.file", "profile")
+
+    def keep(self, source: SourceFile, table: ReadTable, notes: list[str]) -> None:
+        """Make a file a source of the run, once."""
+        if source not in self.sources:
+            self.sources.append(source)
+            self.headers[source.name] = table.header
+            self.notes += [f"{source.name}: {note}" for note in (*remarks(table), *notes)]
+
+
+def read_profiles(
+    manifest: RunManifest, folder: Path, sources: list[SourceFile], headers: dict[str, str], notes: list[str]
+) -> dict[str, Profile]:
+    """Return the profiles of a run by where run.toml names them, such as "interruptions[0].flat_disc_profile".
+
+    Their files are added to the sources, each once, with what stands above the numbers and what there is to note.
+    Raises ``ReaderError`` with file, key or line, what was found and what was expected.
+    """
+    profiles: dict[str, Profile] = {}
+    read = _Read(folder, sources, headers, notes)
+    for key, files in _named(manifest):
+        found: list[Profile] = []
+        for number, named in enumerate(files):
+            at = key if len(files) == 1 else f"{key}[{number}]"
+            source = read.source(at, named.file)
+            table = read.table(source, named, at)
+            lines, said = _profiles_of(table, named, at, Units.of(named))
+            read.keep(source, table, said)
+            found += lines
+        profiles |= dict(zip(_keys(key, len(found)), found, strict=True))
+    return profiles
+
+
+def _named(manifest: RunManifest) -> Iterator[tuple[str, tuple[ProfileSource, ...]]]:
+    stops: list[tuple[str, EndValues]] = [
+        (f"interruptions[{number}]", stop) for number, stop in enumerate(manifest.interruptions)
+    ]
+    for where, values in [("end_values", manifest.end_values), *stops]:
+        for body in _BODIES:
+            files: tuple[ProfileSource, ...] = getattr(values, f"{body}_profile")
+            if files:
+                yield f"{where}.{body}_profile", files
+
+
+def _keys(key: str, count: int) -> list[str]:
+    return [key] if count == 1 else [f"{key}[{number}]" for number in range(count)]
+
+
+@dataclass(frozen=True)
+class Units:
+    """Of positions and heights, where somebody says them; they win over what the file says."""
+
+    position: str | None = None
+    height: str | None = None
+
+    @classmethod
+    def of(cls, named: ProfileSource) -> "Units":
+        """Return those of run.toml."""
+        return cls(*(None if column is None else column.unit for column in (named.position, named.height)))
+
+
+def profiles_in(
+    source: SourceFile, named: ProfileSource, key: str, units: Units | None = None
+) -> tuple[ReadTable, list[Profile], list[str]]:
+    """Read all profiles of one file, in SI, and say what there is to note of them.
+
+    ``key`` is where run.toml names the file, for errors. Raises ``ReaderError``.
+    """
+    table = _reader_for(source, named, key).read(source, Hints())
+    return table, *_profiles_of(table, named, key, units or Units.of(named))
+
+
+def _profiles_of(table: ReadTable, named: ProfileSource, key: str, units: Units) -> tuple[list[Profile], list[str]]:
+    columns = _columns(table, named, key)
+    position = _in_si(columns.position, units.position, "position", named.file)
+    lines = _scan_lines(columns.across, len(position), named.file)
+    profiles: list[Profile] = []
+    notes: list[str] = []
+    fewest = len(position)
+    for column in columns.heights:
+        height = _in_si(column, units.height, "height", named.file)
+        for line in lines:
+            seen = line[np.isfinite(position[line]) & np.isfinite(height[line])]
+            if len(seen) >= _FEWEST:
+                profiles.append(_profile(position[seen], height[seen], columns.position.name, named.file, notes))
+            fewest = min(fewest, len(seen))
+    _account(len(columns.heights) * len(lines), profiles, fewest, named.file, key, notes)
+    return profiles, list(dict.fromkeys(notes))
+
+
+def _account(lines: int, profiles: list[Profile], fewest: int, file: str, key: str, notes: list[str]) -> None:
+    """Note what was left out. Raises ``ReaderError`` where nothing is left."""
+    if not profiles:
+        raise ReaderError(
+            f"{file}: found {fewest} points with position and height for {key}; expected at least {_FEWEST}; "
+            "export the profile with all its points"
+        )
+    if len(profiles) < lines:
+        notes.append(f"{lines - len(profiles)} of {lines} scan lines left out, with fewer than {_FEWEST} points each")
+
+
+def _reader_for(source: SourceFile, named: ProfileSource, key: str) -> Reader:
+    """Return the reader named, or one that knows the content as a profile, or as a table at least."""
+    if named.reader is not None:
+        try:
+            return reader_named(named.reader)
+        except ReaderError as error:
+            raise ReaderError(f"run.toml: {key}.reader of {named.file}: {error}") from None
+    if is_sure(candidates(source, "profile")[0][1]):
+        return detect(source, "profile")
+    return detect(source) if is_sure(candidates(source)[0][1]) else reader_named("delimited")
+
+
+@dataclass(frozen=True)
+class _Columns:
+    """Which columns of a table are what."""
+
+    position: ReadColumn
+    """Along a scan line."""
+    heights: list[ReadColumn]
+    """Of one pass each."""
+    across: ReadColumn | None = None
+    """What tells the scan lines of a map apart."""
+
+
+def _columns(table: ReadTable, named: ProfileSource, key: str) -> _Columns:
+    """Find position and heights. Raises ``ReaderError`` where run.toml has to say which they are."""
+    axes = _axes(table)
+    along, heights = axes["x"][:1], axes["z"]
+    if named.position is not None:
+        along = [find_column(table, named.position.column, "position", named.file)]
+    if named.height is not None:
+        heights = [find_column(table, named.height.column, "height", named.file)]
+    if not along or not heights:
+        names = ", ".join(repr(column.name) for column in table.columns[:8])
+        raise ReaderError(
+            f"{named.file}: found the columns {names}, of which position and height cannot be told; expected to be "
+            f'told; name them in run.toml under {key}: position = "…", height = "…"'
+        )
+    others = [column for column in (*axes["x"], *axes["y"]) if column.name not in (along[0].name, heights[0].name)]
+    return _Columns(along[0], heights, others[0] if axes["y"] and others else None)
+
+
+def tells_axes(table: ReadTable) -> bool:
+    """Tell whether position and height are known though nobody names their columns."""
+    axes = _axes(table)
+    return bool(axes["x"] and axes["z"])
+
+
+def _axes(table: ReadTable) -> dict[Axis, list[ReadColumn]]:
+    """Sort columns by axis: by the format's word, else by their names, else by being two lengths."""
+    wanted: tuple[Axis, ...] = ("x", "y", "z")
+    columns = table.columns
+    if any(column.axis for column in columns):
+        return {axis: [column for column in columns if column.axis == axis] for axis in wanted}
+    by_name = {axis: [column for column in columns if bare_name(column.name).lower() == axis] for axis in wanted}
+    if (by_name["x"] and by_name["z"]) or len(columns) != 2 or not all(map(_is_length, columns)):
+        return by_name
+    return {"x": [columns[0]], "y": [], "z": [columns[1]]}
+
+
+def _is_length(column: ReadColumn) -> bool:
+    return column.unit is not None and is_unit_of(column.unit, "length")
+
+
+def _in_si(column: ReadColumn, unit: str | None, what: str, file: str) -> Column:
+    return column_in_si(column, ColumnSource(column=column.name, unit=unit), what, "length", file)
+
+
+def _scan_lines(across: ReadColumn | None, count: int, file: str) -> list[NDArray[np.intp]]:
+    """Return which of so many rows make up each scan line, in the order of the file."""
+    if across is None:
+        return [np.arange(count)]
+    places = _in_si(across, "m", "scan lines", file)
+    _, first, line, rows = np.unique(places, return_index=True, return_inverse=True, return_counts=True)
+    lines = np.split(np.argsort(line, kind="stable"), np.cumsum(rows)[:-1])
+    return [lines[number] for number in np.argsort(first)]
+
+
+def _profile(position: Column, height: Column, column: str, file: str, notes: list[str]) -> Profile:
+    """Return one pass across the track, sorted."""
+    position = _spread_evenly(position, notes)
+    order = np.argsort(position, kind="stable")
+    profile = Profile(position[order], height[order])
+    _refuse_repeats(profile.position, column, file)
+    return profile
+
+
+def _spread_evenly(position: Column, notes: list[str]) -> Column:
+    """Give samples that were rounded to the same position their own, where all of them are even but for that."""
+    steps = np.diff(position)
+    if np.all(steps > 0) or not (np.all(steps >= 0) and np.any(steps)):
+        return position
+    even = np.linspace(position[0], position[-1], len(position))
+    rounded = float(np.min(steps[steps > 0]))
+    if np.max(np.abs(position - even)) > rounded:
+        return position
+    notes.append("positions are rounded so that some repeat; they were spread evenly from the first to the last")
+    return even
+
+
+def _refuse_repeats(position: Column, column: str, file: str) -> None:
+    """Refuse what is no single pass across the track: then height does not follow from position."""
+    where = f"{file}, column {column!r}"
+    repeated = np.flatnonzero(np.diff(position) == 0)
+    if position[0] == position[-1]:
+        raise ReaderError(
+            f"{where}: found the same position in all {len(position)} rows; expected positions across the track; map "
+            "the column that holds them"
+        )
+    if len(repeated):
+        first = float(position[repeated[0]])
+        raise ReaderError(
+            f"{where}: found the position {show(first, None, 'm', 'mm')} {np.count_nonzero(position == first)} times; "
+            "expected each once; export a single pass across the track, with enough digits of the position"
+        )

@@ -1,0 +1,280 @@
+"""Finding the table in the head of a text: separator, row of names, row of units, where the numbers begin."""
+
+import re
+from collections import Counter
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+
+from tribopipe.base.errors import ReaderError
+from tribopipe.readers.column_names import is_unit_row
+from tribopipe.readers.placeholders import is_gap
+from tribopipe.readers.reader import Hints
+from tribopipe.readers.text import BLANKS, MOST_COLUMNS, SAMPLE_LINES, Row, Text, sample_lines, sampled_rows, trimmed
+
+_STRONG_SEPARATORS = ("\t", ";", "|")
+_SEPARATORS = (*_STRONG_SEPARATORS, ",", BLANKS)
+_NUMBER = {
+    signs: re.compile(rf"[+-]?(?:{digits})(?:[eE][+-]?\d+)?", re.ASCII)
+    for signs, digits in {
+        ".": r"\d+(?:\.\d*)?|\.\d+",
+        ",": r"\d+(?:,\d*)?",
+        ".,": r"\d+(?:[.,]\d*)?|\.\d+",
+    }.items()
+}
+_QUOTED_COMMA = re.compile(r'"\s*[+-]?\d+,\d+(?:[eE][+-]?\d+)?\s*"', re.ASCII)
+_NAME_AMONG_BLANKS = re.compile(r"\S+(?:[ \t]*(?:\[[^\[\]]*\]|\([^()]*\))|[ \t]+/[ \t]+\S+)?")
+
+
+@dataclass(frozen=True)
+class Table:
+    """What one separator makes of the sample."""
+
+    separator: str
+    signs: str
+    """Decimal signs that numbers may have."""
+    rows: list[Row]
+    body: int
+    """Index of the first row below the header."""
+    width: int
+    numeric: frozenset[int]
+    """Columns of numbers."""
+    textual: frozenset[int]
+    """Columns of something else; those in neither set are empty."""
+    top: int = -1
+    """Index of the row of names, -1 where there is none."""
+    names: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
+    fits: bool = False
+    """Whether there are as many names as columns."""
+
+    @cached_property
+    def numbers(self) -> list[tuple[int, int, str]]:
+        """Line, column and text of each number in the columns of numbers."""
+        return [
+            (row.line, column, cell)
+            for row in self.rows[self.body :]
+            for column, cell in enumerate(row.cells)
+            if column in self.numeric and is_number(cell, self.signs)
+        ]
+
+    def has_sample(self, row: Row) -> bool:
+        """Tell whether a row has numbers, and something else only in columns of something else."""
+        if len(row.cells) != self.width or not count_numbers(row, self.signs):
+            return False
+        cells = [cell for column, cell in enumerate(row.cells) if column not in self.textual]
+        return all(is_gap(cell) or is_number(cell, self.signs) for cell in cells)
+
+    @property
+    def coverage(self) -> float:
+        """Share of the body's characters that stand in numbers."""
+        cells = [cell for row in self.rows[self.body :] for cell in row.cells if not is_gap(cell)]
+        return sum(len(cell) for cell in cells if is_number(cell, self.signs)) / max(1, sum(map(len, cells)))
+
+    @property
+    def regularity(self) -> float:
+        """Share of the body's rows that have as many fields as the header."""
+        body = self.rows[self.body :]
+        return sum(len(trimmed(self.names)) <= len(row.cells) <= self.width for row in body) / len(body)
+
+
+@lru_cache(maxsize=1 << 12)  # a sample's fields are asked about again and again
+def is_number(cell: str, signs: str) -> bool:
+    """Tell whether a field is a plain number with one of the decimal signs."""
+    return _NUMBER[signs].fullmatch(cell) is not None
+
+
+def count_numbers(row: Row, signs: str) -> int:
+    """Count the fields of a row that are numbers."""
+    return sum(is_number(cell, signs) for cell in row.cells)
+
+
+def _looks_like_names(row: Row) -> bool:
+    cells = [cell for cell in row.cells if cell]
+    lettered = sum(any(map(str.isalpha, cell)) for cell in cells if not is_gap(cell))
+    return len(row.cells) > 1 and 2 * lettered >= max(1, len(cells))
+
+
+def find_table(text: Text, hints: Hints) -> tuple[Table, list[str]]:
+    """Find the table in the head of a text, and the lines looked at; ``ReaderError`` where there is none."""
+    lines = sample_lines(text)
+    quoted = has_quoted_commas(lines)
+    wanted = _wanted(text, hints, quoted=quoted)
+    written = [separator for separator in wanted if any(sign in line for line in lines for sign in _written(separator))]
+    tables = [
+        table
+        for separator in written or wanted
+        if (table := _table(lines, separator, decimal_signs(separator, hints, quoted=quoted)))
+    ]
+    table = _chosen([table for table in tables if table.top >= 0 and max(table.width, len(table.names)) > 1])
+    if table is None:
+        raise ReaderError(_why_none(text, hints, lines, tables))
+    if max(len(table.names), table.width) > MOST_COLUMNS:
+        found = max(len(row.cells) for row in sampled_rows(lines, table.separator))
+        raise ReaderError(
+            f"{text.name}, line {table.rows[table.top].line}: found {found} columns; expected at most {MOST_COLUMNS}; "
+            "check that the file is a table of one row a sample"
+        )
+    return table, lines
+
+
+def has_quoted_commas(lines: list[str]) -> bool:
+    """Tell whether numbers with a comma stand in quotation marks, so that commas may separate as well."""
+    return any(map(_QUOTED_COMMA.search, lines))
+
+
+def _wanted(text: Text, hints: Hints, *, quoted: bool) -> tuple[str, ...]:
+    """Name the separators to try."""
+    separator = hints.separator
+    if separator is None:
+        return tuple(each for each in _SEPARATORS if each != "," or hints.decimal != "," or quoted)
+    if len(separator) != 1 or not separator.isascii() or separator.isalnum() or separator in '"+-.\r\n\0':
+        raise ReaderError(
+            f"{text.name}: found the separator {separator!r} in run.toml; expected one character such as "
+            '";" or "\\t", or " " for runs of blanks; correct it'
+        )
+    if separator == hints.decimal and not quoted:
+        raise ReaderError(
+            f"{text.name}: found {separator!r} as separator and as decimal sign in run.toml, and no number in "
+            "quotation marks; expected two different signs; correct one of them"
+        )
+    return (separator,)
+
+
+def _written(separator: str) -> str:
+    """Return the characters of which any may stand for a separator."""
+    return " \t" if separator == BLANKS else separator
+
+
+def decimal_signs(separator: str, hints: Hints, *, quoted: bool) -> str:
+    """Return the decimal signs that numbers may have."""
+    return hints.decimal or ("." if separator == "," and not quoted else ".,")
+
+
+def _table(lines: list[str], separator: str, signs: str) -> Table | None:
+    """Find the table that a separator makes of the sample, where it makes one."""
+    rows = [Row(row.line, row.cells[: MOST_COLUMNS + 1]) for row in sampled_rows(lines, separator)]
+    counts = [count_numbers(row, signs) for row in rows]
+    last = max((index for index, count in enumerate(counts) if count), default=-1)
+    named = [index for index in range(last) if not counts[index] and _looks_like_names(rows[index])]
+    # Below the last row that could be names, rows with numbers are samples for certain.
+    below = range(max(named, default=-1) + 1, last + 1)
+    certain = [rows[index] for index in below if counts[index]]
+    if certain and is_unit_row(certain[0].cells):  # the unit 1 looks like a number
+        del certain[0]
+    if not certain:
+        return None
+    width = _usual_width(certain, signs)
+    certain = [row for row in certain if len(row.cells) == width]
+    columns = [[row.cells[column] for row in certain] for column in range(width)]
+    numeric = frozenset(column for column, cells in enumerate(columns) if _is_numeric(cells, signs))
+    filled = frozenset(column for column, cells in enumerate(columns) if not all(map(is_gap, cells)))
+    table = Table(separator, signs, rows, rows.index(certain[0]), width, numeric, filled - numeric)
+    table = replace(table, body=next((i for i, row in enumerate(rows) if table.has_sample(row)), table.body))
+    return _with_header(table, lines, [index for index in named if index < table.body][-20:])
+
+
+def _usual_width(rows: list[Row], signs: str) -> int:
+    weights: Counter[int] = Counter()
+    for row in rows:
+        weights[len(row.cells)] += count_numbers(row, signs)
+    return max(weights, key=lambda width: (weights[width], width))
+
+
+def _is_numeric(cells: list[str], signs: str) -> bool:
+    numbers = sum(is_number(cell, signs) for cell in cells)
+    return 2 * numbers > sum(not is_gap(cell) for cell in cells)
+
+
+def _with_header(table: Table, lines: list[str], named: list[int]) -> Table:
+    """Add names and units from the rows above the numbers; ``named`` are those that could be names."""
+    filled = 1 + max(table.numeric | table.textual)
+    split = {index: _header_cells(table, lines, index) for index in named}
+    enough = [i for i in named if filled <= len(split[i]) and filled <= 2 * sum(map(bool, split[i]))]
+    if not named:
+        return _with_numbered_names(table)
+    top = max(enough or named)
+    units, body = _below_names(table, top)
+    if not units and top - 1 in enough and is_unit_row(split[top]):
+        units, top = split[top], top - 1
+    elif not units and top > 0 and filled <= len(table.rows[top - 1].cells):
+        above = table.rows[top - 1].cells
+        units = above if is_unit_row(above) else []
+    names = trimmed(split[top])
+    padded = [len(row.cells) for row in table.rows[body:] if not any(row.cells[len(names) :])]
+    return replace(
+        table,
+        top=top,
+        body=body,
+        names=tuple(split[top]),
+        units=tuple(units),
+        width=max(table.width, len(names), *padded, 0),
+        fits=top in enough and len(names) <= table.width,
+    )
+
+
+def _below_names(table: Table, top: int) -> tuple[list[str], int]:
+    """Find a row of units and the first sample between the names and what is a sample for certain."""
+    units: list[str] = []
+    for index in range(top + 1, table.body):
+        row = table.rows[index]
+        if not units and is_unit_row(row.cells):
+            units = row.cells
+        elif count_numbers(row, table.signs) or (len(row.cells) > 1 and all(map(is_gap, row.cells))):
+            return units, index
+    return units, table.body
+
+
+def _with_numbered_names(table: Table) -> Table:
+    """Take the row above the numbers as names although it holds numbers, unless it holds nothing else."""
+    above = table.rows[table.body - 1].cells if table.body else []
+    if len(above) != table.width or all(is_gap(cell) or is_number(cell, table.signs) for cell in above):
+        return table
+    return replace(table, names=tuple(above), top=table.body - 1, fits=True)
+
+
+def _header_cells(table: Table, lines: list[str], index: int) -> list[str]:
+    """Split a header row; between blanks, a unit belongs to the name before it."""
+    row = table.rows[index]
+    if table.separator != BLANKS:
+        cells = [" ".join(filter(None, map(str.strip, re.split(r"[\r\n]+", cell)))) for cell in row.cells]
+        return [cells[0].removeprefix("#").strip() or cells[0], *cells[1:]]
+    line = lines[row.line - 1].strip(" \t\r\n")
+    for text in (line, line.removeprefix("#").strip(" \t")):
+        for cells in (text.split(), _NAME_AMONG_BLANKS.findall(text), re.split(r" {2,}|\t+", text)):
+            if len(cells) == table.width:
+                return cells
+    return row.cells
+
+
+def _chosen(tables: list[Table]) -> Table | None:
+    """Choose among separators: the stronger ones first, then by how much stands in numbers."""
+
+    def rank(table: Table) -> tuple[bool, bool, bool, float]:
+        return table.fits, table.regularity >= 0.5, table.separator in _STRONG_SEPARATORS, table.coverage
+
+    return max(tables, key=rank, default=None)
+
+
+def _why_none(text: Text, hints: Hints, lines: list[str], tables: list[Table]) -> str:
+    """Say what a file without a table lacks."""
+    number, line = next(((n, line.strip()) for n, line in enumerate(lines, 1) if not line.isspace()), (1, ""))
+    where = f"{text.name}, line {number}"
+    if not tables and (not hints.separator or any(hints.separator in line for line in lines)):
+        found = line if len(line) <= 40 else f"{line[:39]}…"
+        below = "below" if len(lines) < SAMPLE_LINES else f"in the first {SAMPLE_LINES} lines"
+        return (
+            f"{where}: found {found!r} and no row of numbers {below}; expected a row of names and rows of numbers; "
+            "export the file again with its data"
+        )
+    if any(table.width > 1 for table in tables):
+        table = max(tables, key=lambda table: (table.width > 1, table.coverage))
+        where = f"{text.name}, line {table.rows[table.body].line}"
+        return (
+            f"{where}: found numbers without a row of names above; expected one such as 'Time [s]', 'Depth [um]' "
+            "with the same separators; add it"
+        )
+    under = f"with the separator {hints.separator!r}" if hints.separator else "with any known separator"
+    return (
+        f"{where}: found a single column {under}; expected at least two, one of them time or sliding distance; "
+        "name the file's separator and decimal in run.toml"
+    )

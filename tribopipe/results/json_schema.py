@@ -1,0 +1,72 @@
+"""JSON Schemas of the records, for editors and other programs."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from tribopipe.base.files import write_file
+from tribopipe.documents.dataset import Dataset
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.plan import Plan, Truth, TwinDiscTruth
+from tribopipe.documents.preprocessing import CleanUp
+from tribopipe.documents.reader_profile import ReaderProfile
+from tribopipe.documents.recipe import Recipe
+from tribopipe.documents.record import Record
+from tribopipe.documents.study import Study
+from tribopipe.documents.sweep import Sweep
+from tribopipe.documents.template import Template
+from tribopipe.results.agreement import StudyResult
+from tribopipe.results.disc_agreement import TwinDiscStudyResult
+from tribopipe.results.disc_evaluation import TwinDiscFit, TwinDiscPrediction
+from tribopipe.results.evaluation import DriftCorrection, FrictionFit, WearFit, WearPrediction
+from tribopipe.results.local_wear import LocalWearResult
+from tribopipe.results.specific_wear import SpecificWear
+from tribopipe.results.test_design import Design
+
+SCHEMAS: dict[str, type[Record]] = {
+    "run": RunManifest,
+    "template": Template,
+    "reader": ReaderProfile,
+    "recipe": Recipe,
+    "plan": Plan,
+    "truth": Truth,
+    "study": Study,
+    "sweep": Sweep,
+    "dataset": Dataset,
+    "clean-up": CleanUp,
+    "drift-correction": DriftCorrection,
+    "friction-fit": FrictionFit,
+    "specific-wear": SpecificWear,
+    "wear-fit": WearFit,
+    "wear-prediction": WearPrediction,
+    "local-wear": LocalWearResult,
+    "study-result": StudyResult,
+    "twin-disc-truth": TwinDiscTruth,
+    "twin-disc-fit": TwinDiscFit,
+    "twin-disc-prediction": TwinDiscPrediction,
+    "twin-disc-study-result": TwinDiscStudyResult,
+    "design": Design,
+}
+
+
+def schema_text(name: str) -> str:
+    """Return one schema as the file holds it."""
+    schema: dict[str, Any] = {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "$comment": "Written by tribopipe schema export.",
+    }
+    schema |= SCHEMAS[name].model_json_schema(by_alias=True)
+    return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
+
+
+def schema_files() -> dict[str, str]:
+    """Return which schema each file holds."""
+    return {f"{name}.schema.json": name for name in SCHEMAS}
+
+
+def write_schemas(folder: Path) -> list[Path]:
+    """Write every schema into a folder and return the files."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for file, name in schema_files().items():
+        write_file(folder / file, schema_text(name).encode("utf-8"))
+    return [folder / file for file in schema_files()]

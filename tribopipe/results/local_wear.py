@@ -1,0 +1,125 @@
+"""What local wear of a run returns: where the surface has worn how far, beside the Global Incremental Wear Model."""
+
+from collections.abc import Iterable
+
+from tribopipe.base.units import WEAR_COEFFICIENT
+from tribopipe.documents.quantity import Metres, Newtons, Quantity, SquareMetresPerNewton, force
+from tribopipe.documents.recipe import LawName
+from tribopipe.documents.record import Record
+from tribopipe.physics.conventions import Course, Engine
+
+
+class LocalPoint(Record):
+    """What is said of every contact at one place of its course."""
+
+    wear_depth: Quantity
+    """Of the deepest point: of the pin, or of both discs together."""
+    peak_pressure: Quantity
+    """Largest contact pressure; in a worn contact it is at the edge, and depends on the grid."""
+    middle_pressure: Quantity
+    """Contact pressure in the middle."""
+    mean_pressure: Quantity
+    """Normal load over the area in contact."""
+    giwm_depth: Quantity
+    """Wear depth by the Global Incremental Wear Model with the same k_D."""
+    difference: float | None
+    """Wear depth over that of the GIWM, less one; none where nothing has worn."""
+
+    @property
+    def depths(self) -> str:
+        """Both depths, as people read them."""
+        more = "" if self.difference is None else f" ({self.difference:+.2%})"
+        return f"{self.wear_depth.shown('um')}{more}, GIWM {self.giwm_depth.shown('um')}"
+
+
+class LocalPinPoint(LocalPoint):
+    """A pin after sliding some distance."""
+
+    sliding_distance: Quantity
+    """Where."""
+    contact_radius: Quantity
+    """Radius of the contact."""
+    wear_volume: Quantity
+    """Volume worn off the pin."""
+
+    def __str__(self) -> str:
+        return (
+            f"{self.sliding_distance.shown('m')}: {self.depths}; a = {self.contact_radius.shown('um')}, "
+            f"p = {self.middle_pressure.shown('MPa')} in the middle, {self.mean_pressure.shown('MPa')} on average"
+        )
+
+
+class LocalDiscPoint(LocalPoint):
+    """Two discs after some rotations of the curved one."""
+
+    rotations: Quantity
+    """Of the curved disc."""
+    slip_rotations: Quantity
+    """Of one disc against the other (Eq. 9): rotations times slip."""
+    half_width: Quantity
+    """a_x: half the width of the contact, across the direction of rolling."""
+    half_length: Quantity
+    """a_z: half its length along it."""
+    curved_disc_wear_depth: Quantity
+    """The curved disc's part of the depth."""
+    flat_disc_wear_depth: Quantity
+    """The flat disc's part of it."""
+    curved_disc_wear_volume: Quantity
+    """Volume worn off the curved disc."""
+    flat_disc_wear_volume: Quantity
+    """Volume worn off the flat disc."""
+
+    def __str__(self) -> str:
+        return (
+            f"{self.rotations} rotations, {self.slip_rotations} of slip: {self.depths}; a_x = "
+            f"{self.half_width.shown('um')}, a_z = {self.half_length.shown('um')}, p = "
+            f"{self.middle_pressure.shown('MPa')} in the middle, {self.mean_pressure.shown('MPa')} on average"
+        )
+
+
+class LocalWearResult(Record):
+    """Local wear against sliding distance, or rotations, from a known k_D."""
+
+    model: LawName
+    """Wear law."""
+    engine: Engine
+    """How the contact was solved."""
+    scheme: Course
+    """Whether pressure at the end of a step wears the surface, or that before it as in the paper; or, by economy, that
+    of a contact that is mended rather than solved anew."""
+    wear_coefficient: SquareMetresPerNewton
+    """k_D of the pin, or of the curved disc, as V = k_D·F_N·s has it."""
+    flat_disc_wear_coefficient: SquareMetresPerNewton | None = None
+    """k_D of the flat disc; none for a pin."""
+    reference: str | None = None
+    """Run that k_D was identified from; none where it was given."""
+    normal_load: Newtons
+    """F_N."""
+    steps_per_decade: int
+    """Wear steps for each power of ten in the amount of wear; explicit ones are divided where they have to be."""
+    update_mesh_every: int
+    """Steps after which elasticity was computed for the worn shape, where the engine's depends on it; by economy,
+    increments after which the contact was solved as well, 0 for never."""
+    stress_loss: float = 0.0
+    """Share of its stresses that an increment of the economy was taken to lose."""
+    grid: tuple[int, ...]
+    """Number of points from the axis outwards, or across and along the contact."""
+    finest: Metres
+    """Least distance between neighbouring points."""
+    notes: tuple[str, ...] = ()
+    """What to beware of."""
+    points: tuple[LocalPinPoint | LocalDiscPoint, ...] = ()
+    """The wanted places in the order asked for."""
+
+    def told(self, notes: Iterable[str]) -> "LocalWearResult":
+        """Return the result with more notes."""
+        return self.model_copy(update={"notes": (*self.notes, *notes)})
+
+    def __str__(self) -> str:
+        flat = self.flat_disc_wear_coefficient
+        both = "" if flat is None else f" (curved disc), {flat.shown(WEAR_COEFFICIENT)} (flat disc)"
+        head = (
+            f"{self.model}, {self.engine}, {self.scheme}: k_D = {self.wear_coefficient.shown(WEAR_COEFFICIENT)}{both}, "
+            f"F_N = {force(self.normal_load)}"
+        )
+        return "\n".join([head, *(f"  {point}" for point in self.points), *(f"  {note}" for note in self.notes)])

@@ -1,0 +1,209 @@
+"""A run in memory: its manifest, its columns in SI, and where each of them came from."""
+
+import hashlib
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, Literal, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tribopipe.base.arrays import Column
+from tribopipe.base.units import show_force
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.preprocessing import CleanUp
+from tribopipe.documents.signals import SIGNALS, SignalName
+from tribopipe.results.evaluation import DriftCorrection
+
+Origin = Literal[
+    "measured",
+    "derived from nominal speed",
+    "derived from measured speed",
+    "derived from nominal slip",
+    "derived from rotations",
+    "derived from measured load",
+    "derived from nominal load",
+    "unknown",
+]
+"""Whether a signal was measured, or what it is derived from; unknown where nothing tells it, and it is NaN."""
+
+
+@dataclass(frozen=True)
+class SourceFile:
+    """One file as the instrument wrote it."""
+
+    name: str
+    content: bytes = field(repr=False)
+
+    @cached_property
+    def sha256(self) -> str:
+        """Checksum of the bytes."""
+        return hashlib.sha256(self.content).hexdigest()
+
+    @cached_property
+    def size(self) -> int:
+        """Number of bytes."""
+        return len(self.content)
+
+    def pieces(self) -> Iterator[bytes]:
+        """Give the bytes one piece after the other. Raises ``TribopipeError`` where they are not there any more."""
+        yield self.content
+
+
+class UnheldSource(SourceFile):
+    """A file whose bytes are not held in memory: they are read each time that they are asked for."""
+
+    def __init__(self, name: str, size: int, sha256: str, read: Callable[[], Iterable[bytes]]) -> None:
+        """Name a file; ``read`` gives its bytes in pieces, and raises ``TribopipeError`` where they are others."""
+        self.__dict__.update(name=name, size=size, sha256=sha256, _read=read)
+
+    @property
+    def content(self) -> bytes:
+        """The bytes, all at once."""
+        return b"".join(self.pieces())
+
+    def pieces(self) -> Iterator[bytes]:
+        """Give the bytes one piece after the other. Raises ``TribopipeError`` where they are not there any more."""
+        yield from self.__dict__["_read"]()
+
+
+@dataclass(frozen=True)
+class ExtraColumn:
+    """A column tribopipe gives no meaning to, kept as it was found."""
+
+    values: NDArray[Any]
+    unit: str | None = None
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Height measured across a wear track, m; position and height of one length."""
+
+    position: Column
+    height: Column
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What was recorded in a run that is too long to be held; the run itself holds means of it."""
+
+    rows: int
+    """Samples that were recorded."""
+    samples: int
+    """Samples of which a mean was taken; of fewer beside a restart and at both ends."""
+    starts: NDArray[np.int64] = field(repr=False)
+    """Number of the first sample of each mean, from 0."""
+    blocks: Callable[[], Iterator[Mapping[SignalName, Column]]] = field(repr=False)
+    """Gives the measured signals in SI block by block, each as often as it is asked; signals of one file together."""
+
+
+@dataclass(frozen=True)
+class RawRun:
+    """One run as ingested. Columns are float64, in SI, of one length; NaN marks a missing sample.
+
+    Where more was recorded than memory should hold, they are means, and ``recording`` is what they are means of.
+    """
+
+    manifest: RunManifest
+    columns: Mapping[SignalName, Column]
+    """Signals by name, in SI."""
+    origins: Mapping[SignalName, Origin]
+    """Whether each signal was measured or derived, and from what."""
+    extras: Mapping[str, ExtraColumn]
+    """Columns of the files that no signal was made of."""
+    headers: Mapping[str, str]
+    """What stood above the numbers of each file, verbatim."""
+    sources: tuple[SourceFile, ...]
+    """run.toml first, then the instrument's files, byte for byte."""
+    notes: tuple[str, ...] = ()
+    """What readers had to say about their files; kept in an archive among the findings."""
+    unused: tuple[str, ...] = ()
+    """Columns that seem to be signals and are not used, with the reason; kept in an archive among the findings."""
+    profiles: Mapping[str, Profile] = field(default_factory=dict)
+    """Profiles across wear tracks by where run.toml names them: "end_values.curved_disc_profile"."""
+    recording: Recording | None = None
+    """What the columns are means of; none where they are what was recorded."""
+
+    @property
+    def id(self) -> str:
+        """Name of the run."""
+        return self.manifest.id
+
+    @property
+    def sliding_distance(self) -> Column:
+        """Sliding distance of each sample, m."""
+        return self.columns["sliding_distance"]
+
+    @property
+    def progress(self) -> Column:
+        """What wear grows along at each sample: sliding distance, m, or rotations."""
+        return self.columns[self.manifest.progress.signal]
+
+    def numbered(self, index: int) -> str:
+        """Name what a row stands for by the numbers of samples, from 1: "sample 36", or "samples 701 to 720"."""
+        if self.recording is None:
+            return f"sample {index + 1}"
+        first, last = np.append(self.recording.starts, self.recording.rows)[index : index + 2]
+        return f"sample {last}" if last == first + 1 else f"samples {first + 1} to {last}"
+
+    @property
+    def samples(self) -> str:
+        """How many samples there are, for people: "12501 samples", or "1000001 means of 20000000 samples"."""
+        of = "" if self.recording is None else f"means of {self.recording.rows} "
+        return f"{len(self)} {of}samples"
+
+    def __len__(self) -> int:
+        return len(self.sliding_distance)
+
+    def __str__(self) -> str:
+        stated = self.manifest.conditions.normal_load
+        load = show_force(stated.value, stated.standard_uncertainty)
+        signals = ", ".join(self.columns)
+        known = self.sliding_distance[np.isfinite(self.sliding_distance)]
+        far = f"{np.max(known):.4g} m" if len(known) else "an unknown distance"
+        if self.manifest.rolls:
+            far = f"{np.nanmax(self.columns['rotations']):,.0f} rotations"
+        return f"run {self.id}: {load}, {far}, {self.samples} of {signals}"
+
+
+@dataclass(frozen=True)
+class CorrectedRun:
+    """A run whose depth has been corrected for drift, as far as it has what that takes."""
+
+    run: RawRun
+    """As cleaned up, where it was."""
+    correction: DriftCorrection
+    wear_depth: Column | None
+    """Wear of pin and disc at each sample, m; none where the run could not be corrected."""
+    wander: Column | None = None
+    """Of that, what is slow and neither wear by Archard's law nor drift, m; none where noise hides it."""
+
+    @property
+    def id(self) -> str:
+        """Name of the run."""
+        return self.run.id
+
+    @property
+    def pin_wear_depth(self) -> Column | None:
+        """The pin's part of the wear, m: a constant share, by the end values of pin and disc; none without a pin."""
+        if self.wear_depth is None or self.correction.pin_wear_depth is None:
+            return None
+        return self.wear_depth * self.correction.pin_share
+
+    def __str__(self) -> str:
+        return f"run {self.id}: {self.correction}"
+
+
+def with_cleaned(run: RawRun, record: CleanUp, columns: Mapping[SignalName, Column]) -> RawRun:
+    """Return a run with what its clean-up made of it: some columns replaced, some left out."""
+    if not columns and not record.left_out:
+        return run
+    kept = {**run.columns, **columns}
+    origins = {**run.origins, **record.derived}
+    names = [name for name in SIGNALS if name in kept and name not in record.left_out]
+    return replace(
+        run,
+        columns={name: kept[name] for name in names},
+        origins={name: cast("Origin", origins[name]) for name in names},
+    )

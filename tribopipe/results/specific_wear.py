@@ -1,0 +1,101 @@
+"""Wear volume and specific wear rate of each body of a run, by what was measured on it."""
+
+from typing import Literal
+
+from tribopipe.base.units import SPECIFIC_WEAR_RATE
+from tribopipe.documents.quantity import CubicMetres, Metres, Newtons, Quantity, SquareMetresPerNewton
+from tribopipe.documents.record import Record
+
+
+class MeasuredWear(Record):
+    """Wear of one body by one end value."""
+
+    by: str
+    """Name of the end value."""
+    depth: Quantity | None = None
+    """Height lost; none where this end value does not tell it."""
+    volume: Quantity | None = None
+    """Volume lost; none where this end value does not tell it."""
+
+
+class WearInterval(Record):
+    """Wear of one body between two measurements."""
+
+    start: Metres
+    """Sliding distance at its beginning."""
+    end: Metres
+    """Sliding distance at its end."""
+    volume: CubicMetres
+    """Volume lost in it."""
+    specific_wear_rate: SquareMetresPerNewton
+    """That volume over load and distance slid in it."""
+
+
+class BodyWearRate(Record):
+    """Wear of one body at the end of a run."""
+
+    depth: Metres | None = None
+    """Height lost, by the most certain end value."""
+    depth_by: str | None = None
+    """Name of that end value."""
+    volume: CubicMetres | None = None
+    """Volume lost, by the most certain end value."""
+    volume_by: str | None = None
+    """Name of that end value."""
+    specific_wear_rate: SquareMetresPerNewton | None = None
+    """Volume over normal load and sliding distance, k = V/(F_N·s)."""
+    measured: tuple[MeasuredWear, ...] = ()
+    """Everything measured on the body, as depth and volume."""
+    intervals: tuple[WearInterval, ...] = ()
+    """Wear between one measurement and the next, where the test was interrupted."""
+    steady_rate: SquareMetresPerNewton | None = None
+    """Specific wear rate after running-in: slope of volume over ∫F_N ds; none of less than four measurements."""
+    steady_from: Metres | None = None
+    """Sliding distance at which running-in is over."""
+    steady_deviation: float | None = None
+    """Overall less steady rate, over the standard uncertainty of the difference."""
+
+    def __str__(self) -> str:
+        if self.volume is None or self.specific_wear_rate is None:
+            return "no volume" if self.depth is None else f"{self.depth.shown('um')} deep, no volume"
+        rate = self.specific_wear_rate.shown(SPECIFIC_WEAR_RATE)
+        depth = "" if self.depth is None else f", {self.depth.shown('um')} deep"
+        steady = "" if self.steady_rate is None else f", steady {self.steady_rate.shown(SPECIFIC_WEAR_RATE)}"
+        return f"{rate}{steady}, {self.volume.shown('mm^3')} by {self.volume_by}{depth}"
+
+
+class SpecificWear(Record):
+    """Specific wear rate of a run: what each body has lost, over load and distance."""
+
+    outcome: Literal["evaluated", "not evaluated"]
+    """Not evaluated where no volume of any body is known."""
+    notes: tuple[str, ...] = ()
+    """What is lacking, and what is taken for granted."""
+    sliding_distance: Metres | None = None
+    """Distance slid at the end; of two discs, the distance they slipped on each other."""
+    normal_load: Newtons | None = None
+    """Mean normal load over that distance."""
+    load: Literal["measured", "nominal"] | None = None
+    """Whether the load was recorded, or is as run.toml states it."""
+    pin: BodyWearRate | None = None
+    """The pin."""
+    disc: BodyWearRate | None = None
+    """The disc that a pin rubs on."""
+    curved_disc: BodyWearRate | None = None
+    """The disc with a crown."""
+    flat_disc: BodyWearRate | None = None
+    """The disc whose running surface is flat."""
+    total: SquareMetresPerNewton | None = None
+    """Specific wear rate of both bodies together; none where the volume of one is not known."""
+
+    @property
+    def bodies(self) -> dict[str, BodyWearRate]:
+        """What is known of each body, by its name."""
+        found = {name: getattr(self, name) for name in ("pin", "disc", "curved_disc", "flat_disc")}
+        return {name: body for name, body in found.items() if body is not None}
+
+    def __str__(self) -> str:
+        told = [f"{name.replace('_', ' ')}: {body}" for name, body in self.bodies.items()]
+        if self.total is not None:
+            told.append(f"both: {self.total.shown(SPECIFIC_WEAR_RATE)}")
+        return "; ".join(["specific wear rate", *told, *self.notes] if told else ["no specific wear rate", *self.notes])

@@ -1,0 +1,130 @@
+"""Figures of archived runs, drawn, and saved beside the archive."""
+
+from collections.abc import Mapping
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tribopipe.archive.file_signature import FIGURES
+from tribopipe.archive.local_wear_tables import archived_local_wear
+from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, Step, StepName
+from tribopipe.archive.store import Archive
+from tribopipe.documents.preprocessing import CleanUp
+from tribopipe.evaluation.wear.law_curves import LawCurve
+from tribopipe.evaluation.wear.twin_disc.curves import DiscBand, DiscCurves
+from tribopipe.pipeline.archived_results import archived_correction, archived_friction
+from tribopipe.results.disc_evaluation import OUTCOMES, TwinDiscFit, TwinDiscPrediction
+from tribopipe.results.evaluation import WearFit, WearPrediction
+from tribopipe.results.run import CorrectedRun, RawRun
+from tribopipe.views.clean_up_figures import changed_signals, plot_clean_up
+from tribopipe.views.disc_figures import plot_disc_contact, plot_disc_wear
+from tribopipe.views.local_wear_figures import local_wear_figures
+from tribopipe.views.run_figures import plot_depth, plot_friction, plot_wear, save_beside
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_DRAWN = ("depth", "friction", "clean-up", "wear", "contact", "local-wear", "local-pressure")
+
+
+def run_figures(archive: Archive, run_id: str) -> "dict[str, Figure]":
+    """Draw what a run has: depth, friction, what clean-up changed, wear, the contact of two discs, and local wear.
+
+    Return the figures by these names, in this order. Nothing is drawn of a run that could not be corrected for want of
+    samples. Raises ``ArchiveError`` where the run is not in the archive.
+    """
+    if "drift_correction" not in archive.step_names(run_id):
+        return {}
+    corrected, friction = archived_correction(archive, run_id), archived_friction(archive, run_id)
+    clean_up = archive.result(run_id, "clean_up", CleanUp) or CleanUp()
+    figures = _clean_up_figures(archive, corrected.run, clean_up)
+    if "depth" in corrected.run.columns:
+        figures["depth"] = plot_depth(corrected, clean_up)
+    if friction is not None and friction.outcome != "none":
+        figures["friction"] = plot_friction(corrected.run, friction, clean_up)
+    steps = archive.steps(run_id)
+    draw_wear = _disc_figures if corrected.run.manifest.rolls else _pin_figures
+    figures |= draw_wear(corrected, steps) | _local_figures(steps, run_id)
+    return {what: figures[what] for what in _DRAWN if what in figures}
+
+
+def save_run_figures(archive: Archive, run_id: str, suffix: str = ".png") -> list[Path]:
+    """Draw what a run has. Return the files written, <archive>/figures/<id>-<what>.png.
+
+    A figure that was drawn before of what the run no longer has is deleted. Raises ``ArchiveError`` where the run is
+    not in the archive, or figures cannot be written.
+    """
+    figures = run_figures(archive, run_id)
+    paths = _paths(archive, run_id, suffix)
+    save_beside(archive, run_id, {paths[what].name: figure for what, figure in figures.items()})
+    for what in paths.keys() - figures.keys():
+        paths[what].unlink(missing_ok=True)
+    return [paths[what] for what in figures]
+
+
+def run_is_drawn(archive: Archive, run_id: str) -> bool:
+    """Tell whether all figures of a run were saved after its last step, whichever command was interrupted since."""
+    run = archive.outline(run_id)
+    if "drift_correction" not in run.steps:
+        return True
+    saved = [path for path in _paths(archive, run_id, ".png").values() if path.exists()]
+    complete = saved and ("depth" not in run.origins or saved[0].stem.endswith("-depth"))  # the first is written last
+    return bool(complete) and is_since(saved[0], max(step.date for step in run.steps.values()))
+
+
+def is_since(path: Path, date: str) -> bool:
+    """Tell whether a file was written at a date, ISO 8601, or later."""
+    return path.stat().st_mtime >= datetime.fromisoformat(date).timestamp()
+
+
+def _paths(archive: Archive, run_id: str, suffix: str) -> dict[str, Path]:
+    return {what: archive.folder / FIGURES / f"{run_id}-{what}{suffix}" for what in _DRAWN}
+
+
+def _clean_up_figures(archive: Archive, cleaned: RawRun, clean_up: CleanUp) -> "dict[str, Figure]":
+    if not clean_up.changes:
+        return {}
+    raw = archive.raw(cleaned.id)
+    return {"clean-up": plot_clean_up(raw, cleaned, clean_up)} if changed_signals(raw, cleaned, clean_up) else {}
+
+
+def _pin_figures(corrected: CorrectedRun, steps: Mapping[StepName, Step]) -> "dict[str, Figure]":
+    fits, predictions = (
+        [curve for name in names.values() if (curve := _curve(steps.get(name)))] for names in (WEAR_FITS, PREDICTIONS)
+    )
+    return {"wear": plot_wear(corrected, fits, predictions)} if fits else {}
+
+
+def _disc_figures(corrected: CorrectedRun, steps: Mapping[StepName, Step]) -> "dict[str, Figure]":
+    """Draw wear by all laws, and the contact by the first of them."""
+    fits, predictions = (
+        [curves for name in names.values() if (curves := _disc_curves(steps.get(name)))]
+        for names in (WEAR_FITS, PREDICTIONS)
+    )
+    if not fits:
+        return {}
+    return {
+        "wear": plot_disc_wear(corrected.run, fits, predictions),
+        "contact": plot_disc_contact(corrected, fits[0]),
+    }
+
+
+def _local_figures(steps: Mapping[StepName, Step], run_id: str) -> "dict[str, Figure]":
+    """Draw local wear by the first law under which it was computed."""
+    found = (archived_local_wear(steps.get(name)) for name in LOCAL_WEAR.values())
+    return next((local_wear_figures(curves, run_id) for curves in found if curves is not None), {})
+
+
+def _curve(step: Step | None) -> LawCurve | None:
+    if step is None or not step.curves or not isinstance(step.result, WearFit | WearPrediction):
+        return None
+    return LawCurve(
+        step.result, *(step.curves[name][0] for name in ("wear_depth", "wear_depth_lower", "wear_depth_upper"))
+    )
+
+
+def _disc_curves(step: Step | None) -> DiscCurves | None:
+    if step is None or not step.curves or not isinstance(step.result, TwinDiscFit | TwinDiscPrediction):
+        return None
+    lines = {name: [step.curves[f"{name}{end}"][0] for end in ("", "_lower", "_upper")] for name in OUTCOMES}
+    return DiscCurves(step.result, {name: DiscBand(*three) for name, three in lines.items()})

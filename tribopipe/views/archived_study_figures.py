@@ -1,0 +1,94 @@
+"""Figures of archived studies, drawn, and saved beside the archive."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tribopipe.archive.file_signature import FIGURES
+from tribopipe.archive.store import Archive
+from tribopipe.archive.studyfile import StoredStudy
+from tribopipe.base.arrays import Column
+from tribopipe.documents.recipe import Recipe
+from tribopipe.evaluation.study.effective import effective_coefficient
+from tribopipe.evaluation.study.member import Member
+from tribopipe.pipeline.archived_results import archived_correction, archived_friction
+from tribopipe.pipeline.step_definitions import recipe_of
+from tribopipe.results.agreement import StudyResult
+from tribopipe.results.disc_agreement import TwinDiscStudyResult
+from tribopipe.results.study_curves import DiscStudyCurve, StudyCurve
+from tribopipe.views.archived_figures import is_since
+from tribopipe.views.disc_study_figures import plot_disc_study
+from tribopipe.views.run_figures import save_beside, save_figures
+from tribopipe.views.study_figures import plot_study_coefficient, plot_study_friction, plot_study_wear
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def study_figures(archive: Archive, study_id: str) -> "dict[str, Figure]":
+    """Draw wear under each law of a study, friction, and effective k_D. Return the figures by name, in this order.
+
+    Friction is drawn where a run has it, effective k_D where the study also tried Sarkar's law on pins. Raises
+    ``ArchiveError`` where the study or one of its runs is not in the archive.
+    """
+    stored = archive.study(study_id)
+    recipe = recipe_of(stored.options)
+    runs = [
+        Member(archived_correction(archive, run.id), archived_friction(archive, run.id))
+        for run in stored.result.laws[0].runs
+    ]
+    return _figures(stored, runs, recipe)
+
+
+def save_study_figures(
+    archive: Archive, study_id: str, into: Path | None = None, suffixes: Sequence[str] = (".svg", ".png")
+) -> list[Path]:
+    """Draw a study. Return the files, <into>/<study>-<what>.
+
+    ``into`` is the archive's own figures/ unless named. Raises as ``study_figures`` does.
+    """
+    figures = study_figures(archive, study_id)
+    named = {f"{study_id}-{what}{suffix}": figure for what, figure in figures.items() for suffix in suffixes}
+    folder = into or archive.folder / FIGURES
+    if into is None:
+        save_beside(archive, study_id, named)
+    else:
+        save_figures(folder, named)
+    return [folder / name for name in named]
+
+
+def study_is_drawn(archive: Archive, study_id: str) -> bool:
+    """Tell whether all figures of a study were saved after it was evaluated."""
+    study = archive.study_outline(study_id)
+    first = archive.folder / FIGURES / f"{study_id}-wear-{study.result.laws[0].model}.svg"  # which is written last
+    return first.exists() and is_since(first, study.date)
+
+
+def _figures(stored: StoredStudy, runs: Sequence[Member], recipe: Recipe) -> "dict[str, Figure]":
+    result = stored.result
+    figures = _disc_wear(stored, result) if isinstance(result, TwinDiscStudyResult) else _wear(stored, result, runs)
+    if any(run.friction is not None and run.friction.outcome != "none" for run in runs):
+        figures["friction"] = plot_study_friction(runs)
+    if isinstance(result, StudyResult) and any(law.model == "sarkar" for law in result.laws):
+        found = [effective_coefficient(run.pose("sarkar", recipe), recipe.monte_carlo.seed) for run in runs]
+        effective = [one for one in found if one is not None]
+        if effective:
+            figures["coefficient"] = plot_study_coefficient(result, effective)
+    return figures
+
+
+def _wear(stored: StoredStudy, result: StudyResult, runs: Sequence[Member]) -> "dict[str, Figure]":
+    curves = [curve for curve in stored.curves if isinstance(curve, StudyCurve)]
+    measured = _measured(runs) if result.correction == "two-step" else {}
+    return {f"wear-{law.model}": plot_study_wear(result, law.model, curves, measured) for law in result.laws}
+
+
+def _disc_wear(stored: StoredStudy, result: TwinDiscStudyResult) -> "dict[str, Figure]":
+    curves = [curve for curve in stored.curves if isinstance(curve, DiscStudyCurve)]
+    return {f"wear-{law.model}": plot_disc_study(result, law.model, curves) for law in result.laws}
+
+
+def _measured(runs: Sequence[Member]) -> Mapping[str, tuple[Column, Column]]:
+    """Return the corrected wear of the pins; a fit that finds drift with k_D has its own, which the study holds."""
+    curves = {run.id: (run.corrected.run.sliding_distance, run.corrected.pin_wear_depth) for run in runs}
+    return {run_id: (distance, depth) for run_id, (distance, depth) in curves.items() if depth is not None}

@@ -1,0 +1,210 @@
+"""What reports of sliding wear tests customarily state, as under ASTM G99, and what of it a run does not say.
+
+The list is tribopipe's own wording of what the practice for pin-on-disc tests asks a report to hold; for two discs it
+is the same where it applies. Each item that is missing comes with the key that would report it.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from tribopipe.archive.store import Archive
+from tribopipe.base.units import KINDS, show, show_force
+from tribopipe.documents.contact import CurvedDisc, FlatDisc, Pin, PinOnDisc, Specimen
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.quantity import EndValue
+from tribopipe.documents.signals import SIGNALS, SignalName
+from tribopipe.documents.slip import slip
+from tribopipe.results.disc_evaluation import spoken
+from tribopipe.results.evaluation import FrictionFit
+from tribopipe.results.run import RawRun
+from tribopipe.results.specific_wear import BodyWearRate, SpecificWear
+from tribopipe.views.labeled_values import shown
+
+_BODIES = ("pin", "disc")
+"""Asked for where run.toml does not say which bodies there were."""
+_ASKED = {
+    "material": "material",
+    "form": "form and size",
+    "surface_roughness": "surface roughness Ra",
+    "vickers_hardness": "hardness",
+}
+"""Asked for of each body."""
+_FORM_KEYS = {
+    "pin": "radius",
+    "disc": "diameter",
+    "curved_disc": "crown_radius",
+    "flat_disc": "rolling_radius",
+}
+"""Where the size of each body is written."""
+_REPEAT = ("repeat the test, and name all runs of it in", "of study.toml")
+_RADII = {"rolling_radius": "rolling radius", "crown_radius": "crown radius"}
+
+
+@dataclass(frozen=True)
+class ReportingItem:
+    """One thing that a report states."""
+
+    subject: str
+    """What it belongs to: "pin", "test", "result"…"""
+    name: str
+    """What it is: "surface roughness"."""
+    value: str | None
+    """As people read it; none where it is missing."""
+    key: str
+    """Where it is written, if it is missing."""
+    do: str = "add"
+    """What to do with the key."""
+    place: str = "to run.toml"
+    """Where to do it."""
+
+
+def reporting_items(archive: Archive, run_id: str, replicates: str | None = None) -> list[ReportingItem]:
+    """Return what a run states of each item, and ``replicates``, the number of like runs and their scatter in words.
+
+    Raises ``ArchiveError`` where the run is not in the archive.
+    """
+    run = archive.cleaned(run_id)
+    return [
+        *_bodies(run.manifest),
+        *(_rolling(run) if run.manifest.rolls else _sliding(run)),
+        *_surroundings(run),
+        *_volumes(run.manifest, archive.result(run_id, "specific_wear", SpecificWear)),
+        *_friction(archive.result(run_id, "friction_fit", FrictionFit)),
+        ReportingItem("result", "replicates, and scatter between them", replicates, "fit", *_REPEAT),
+        *_circumstances(run.manifest),
+    ]
+
+
+def _bodies(manifest: RunManifest) -> Iterator[ReportingItem]:
+    for name in manifest.bodies or _BODIES:
+        told = _told(manifest.bodies.get(name))
+        for key, label in _ASKED.items():
+            place = _FORM_KEYS.get(name, key) if key == "form" else key
+            yield ReportingItem(spoken(name), label, told.get(key), f"contact.{name}.{place}")
+
+
+def _told(body: Specimen | None) -> dict[str, str | None]:
+    if body is None:
+        return {}
+    hardness = body.vickers_hardness
+    return {
+        "material": body.material,
+        "form": _form(body),
+        "surface_roughness": shown(body.surface_roughness, "um"),
+        "vickers_hardness": None if hardness is None else f"{hardness:g} HV",
+    }
+
+
+def _form(body: Specimen) -> str | None:
+    size = None if body.diameter is None else f"diameter {body.diameter.shown('mm')}"
+    if isinstance(body, Pin):
+        own = [f"{body.shape}, radius {body.radius.shown('mm')}"]
+    elif isinstance(body, CurvedDisc | FlatDisc):
+        own = [f"{label} {getattr(body, key).shown('mm')}" for key, label in _RADII.items() if hasattr(body, key)]
+    else:
+        own = []
+    return ", ".join([*own, *([size] if size else [])]) or None
+
+
+def _sliding(run: RawRun) -> Iterator[ReportingItem]:
+    conditions = run.manifest.conditions
+    track, stroke = conditions.track_radius, conditions.stroke
+    load = show_force(conditions.normal_load.value, conditions.normal_load.standard_uncertainty)
+    speed = shown(conditions.nominal_speed, "mm/s") or _mean(run, "sliding_speed")
+    path = f"stroke {stroke.shown('mm')}" if stroke else f"track radius {track.shown('mm')}" if track else None
+    yield ReportingItem("test", "normal load", load, "conditions.normal_load")
+    yield ReportingItem("test", "sliding speed", speed, "conditions.sliding_speed")
+    yield ReportingItem("test", "sliding distance", _last(run, "sliding_distance"), "conditions.sliding_distance")
+    yield ReportingItem("test", "track radius, or stroke", path, "conditions.track_radius")
+
+
+def _rolling(run: RawRun) -> Iterator[ReportingItem]:
+    conditions = run.manifest.conditions
+    load = show_force(conditions.normal_load.value, conditions.normal_load.standard_uncertainty)
+    speed = shown(conditions.curved_disc_speed, "mm/s")
+    turned = f"{np.nanmax(run.columns['rotations']):,.0f}"
+    yield ReportingItem("test", "normal load", load, "conditions.normal_load")
+    yield ReportingItem("test", "speed of the curved disc", speed, "conditions.curved_disc_speed")
+    yield ReportingItem("test", "slip", slip(run.manifest).shown("%"), "conditions.slip")
+    yield ReportingItem("test", "rotations of the curved disc", turned, "conditions.rotations")
+    yield ReportingItem("test", "slip distance", _last(run, "sliding_distance"), "conditions.curved_disc_speed")
+
+
+def _surroundings(run: RawRun) -> Iterator[ReportingItem]:
+    conditions = run.manifest.conditions
+    temperature = shown(conditions.temperature, "degC") or _mean(run, "temperature")
+    humidity = shown(conditions.relative_humidity, "%") or _mean(run, "relative_humidity")
+    yield ReportingItem("test", "medium, or lubricant", conditions.medium, "conditions.medium")
+    yield ReportingItem("test", "temperature", temperature, "conditions.temperature")
+    yield ReportingItem("test", "relative humidity", humidity, "conditions.relative_humidity")
+
+
+def _volumes(manifest: RunManifest, worn: SpecificWear | None) -> Iterator[ReportingItem]:
+    found = {} if worn is None else worn.bodies
+    for name in manifest.bodies or _BODIES:
+        key = _volume_key(manifest, name)
+        yield ReportingItem("result", f"wear volume of the {spoken(name)}", _volume(manifest, found.get(name)), key)
+
+
+def _volume(manifest: RunManifest, worn: BodyWearRate | None) -> str | None:
+    """Write a volume with how it was measured."""
+    if worn is None or worn.volume is None:
+        return None
+    by = worn.volume_by or ""
+    measured = getattr(manifest.end_values, by, None)
+    method = measured.method if isinstance(measured, EndValue) else None
+    return f"{worn.volume.shown('mm^3')} by {spoken(by)}" + (f", {method}" if method else "")
+
+
+def _volume_key(manifest: RunManifest, name: str) -> str:
+    """Name what lacks for a volume: the track's length where its cross-section was measured, else a measurement."""
+    ended, conditions = manifest.end_values, manifest.conditions
+    track = name == "disc" and (ended.disc_profile or ended.disc_wear_depth or ended.disc_track_width)
+    if track and conditions.track_radius is None and conditions.stroke is None:
+        return "conditions.track_radius"
+    if name != "pin":
+        return f"end_values.{name}_wear_volume"
+    contact = manifest.contact
+    flat = isinstance(contact, PinOnDisc) and contact.pin.shape == "flat"
+    return "end_values.pin_wear_depth" if flat else "end_values.pin_scar_diameter"
+
+
+def _friction(fit: FrictionFit | None) -> Iterator[ReportingItem]:
+    steady = None if fit is None else shown(fit.steady_state, "1")
+    yield ReportingItem("result", "friction coefficient at the start", _start(fit), "signals.columns.friction_force")
+    yield ReportingItem("result", "friction coefficient, steady", steady, "signals.columns.friction_force")
+
+
+def _start(fit: FrictionFit | None) -> str | None:
+    """Write A + b with its uncertainty."""
+    if fit is None or fit.steady_state is None:
+        return None
+    if fit.amplitude is None or fit.covariance is None:
+        return "no running-in could be told from the data"
+    variance = fit.covariance[0][0] + 2 * fit.covariance[0][1] + fit.covariance[1][1]
+    return show(fit.amplitude.value + fit.steady_state.value, max(variance, 0.0) ** 0.5, "1")
+
+
+def _circumstances(manifest: RunManifest) -> Iterator[ReportingItem]:
+    started = None if manifest.started is None else f"{manifest.started:%Y-%m-%d %H:%M}"
+    yield ReportingItem("record", "instrument", manifest.instrument, "instrument")
+    yield ReportingItem("record", "date of the test", started, "started")
+    yield ReportingItem("record", "operator", manifest.operator, "operator")
+    yield ReportingItem("record", "composition, processing and cleaning", manifest.comment, "comment")
+
+
+def _mean(run: RawRun, name: SignalName) -> str | None:
+    """Write the mean of a recorded signal; none where nothing was recorded."""
+    values = run.columns.get(name)
+    if values is None or run.origins[name] != "measured" or not np.any(np.isfinite(values)):
+        return None
+    kind = KINDS[SIGNALS[name].kind]
+    return f"{show(float(np.nanmean(values)), None, kind.si, kind.shown)}, mean of what was recorded"
+
+
+def _last(run: RawRun, name: SignalName) -> str | None:
+    """Write how far a signal got; none where nothing tells."""
+    values = run.columns[name]
+    return show(float(np.nanmax(values)), None, "m") if np.any(np.isfinite(values)) else None

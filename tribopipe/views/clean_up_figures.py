@@ -1,0 +1,128 @@
+"""What clean-up did to a run: each signal that a step changed, as recorded and as cleaned up."""
+
+from textwrap import wrap
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tribopipe.base.arrays import Column
+from tribopipe.base.units import KINDS, axis, force_unit, from_si
+from tribopipe.documents.preprocessing import CleanUp
+from tribopipe.documents.signals import SIGNALS, SignalName
+from tribopipe.results.run import RawRun
+from tribopipe.views.decimation import thinned
+from tribopipe.views.run_figures import GREY, PALETTE, finish, styled
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_BLUE = PALETTE[0]
+_MOST_PANELS = 6
+_MOST_LETTERS, _MOST_LINES = 94, 2
+"""Of the words above a panel."""
+_AXES: tuple[SignalName, ...] = ("time", "rotations", "sliding_distance")
+_GAP = 0.01
+"""Share of the samples that a stretch of missing ones has at least where a line is broken off."""
+_FAR_OFF = 20.0
+"""Times the largest cleaned value that a raw signal usually has at least where it is off the scale."""
+_USUAL = (1, 99)
+"""Percentiles between which the raw signal is shown in any case."""
+_ROOM, _EDGE = 0.5, 0.05
+"""Shares of the scale: by which masked samples may widen it, and left free above and below."""
+
+
+def changed_signals(raw: RawRun, cleaned: RawRun, record: CleanUp) -> list[SignalName]:
+    """Return the signals that a step changed, the axes last; not those that are merely derived from them anew."""
+    touched = {change.signal for change in record.changes}
+    changed = [name for name in SIGNALS if name in touched & raw.columns.keys() and _differs(name, raw, cleaned)]
+    return sorted(changed, key=lambda name: name in _AXES)
+
+
+def _differs(name: SignalName, raw: RawRun, cleaned: RawRun) -> bool:
+    after = cleaned.columns.get(name)
+    return after is None or not np.array_equal(raw.columns[name], after, equal_nan=True)
+
+
+@styled
+def plot_clean_up(raw: RawRun, cleaned: RawRun, record: CleanUp) -> "Figure":
+    """Draw each signal that clean-up changed against time, raw and cleaned, with what was done to it."""
+    from tribopipe.views.canvas import ShownFigure
+
+    changed = changed_signals(raw, cleaned, record)
+    names, count = changed[:_MOST_PANELS], max(min(len(changed), _MOST_PANELS), 1)
+    figure = ShownFigure(figsize=(6.3, 1.3 + 1.6 * count), dpi=150, layout="constrained")
+    panels = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
+    for ax, name in zip(panels, names, strict=False):
+        _draw_signal(ax, name, raw, cleaned)
+        ax.set_title(_words(name, record), loc="left", fontsize=8)
+        ax.margins(x=0.01)
+    some = f", {len(names)} of {len(changed)} signals" if len(changed) > len(names) else ""
+    finish(panels[0], f"{raw.id}: clean-up{some}", _words(names[0], record) if names else str(record))
+    panels[-1].set_xlabel(axis("time", "s"))
+    lines = {line.get_label(): line for ax in panels for line in ax.lines}
+    figure.legend(lines.values(), lines.keys(), loc="outside lower center", ncols=2)
+    return figure
+
+
+def _draw_signal(ax: "Axes", name: SignalName, raw: RawRun, cleaned: RawRun) -> None:
+    """Draw a signal as recorded and as cleaned up; of one that was left out the former alone."""
+    time, unit = cleaned.columns["time"], _shown_unit(name, raw)
+    before, after = (
+        from_si(run.columns.get(name, np.full_like(time, np.nan)), SIGNALS[name].unit, unit) for run in (raw, cleaned)
+    )
+    ax.set_ylabel(axis(_short(name), unit))
+    ax.ticklabel_format(axis="y", style="plain", useOffset=False)
+    if _is_far_off(before, after):
+        ax.text(0.99, 0.04, "as recorded: off the scale", transform=ax.transAxes, ha="right", color=GREY, fontsize=8)
+    else:
+        ax.plot(*thinned(time, before), color=GREY, lw=0.8, label="as recorded")
+    if np.any(np.isfinite(after)):
+        ax.plot(*_broken(time, after), color=_BLUE, lw=0.9, label="cleaned up")
+        ax.set_ylim(*_scale(before, after))
+
+
+def _shown_unit(name: SignalName, run: RawRun) -> str:
+    if SIGNALS[name].kind != "force":
+        return KINDS[SIGNALS[name].kind].shown
+    return force_unit(run.manifest.conditions.normal_load.value)
+
+
+def _short(name: SignalName) -> str:
+    short = {"friction_coefficient": "μ", "sliding_distance": "distance", "relative_humidity": "humidity"}
+    return short.get(name, name.replace("_", " "))
+
+
+def _broken(x: Column, y: Column) -> tuple[Column, Column]:
+    """Thin a line out, and break it off where a longer stretch of it is missing."""
+    thin_x, thin_y = thinned(x, y)
+    missing = np.searchsorted(x[np.isfinite(x) & ~np.isfinite(y)], thin_x)
+    gaps = np.flatnonzero(np.diff(missing) > _GAP * len(x)) + 1
+    return np.insert(thin_x, gaps, np.nan), np.insert(thin_y, gaps, np.nan)
+
+
+def _is_far_off(before: Column, after: Column) -> bool:
+    """Tell whether a raw signal is so large that the cleaned one would be a flat line beside it."""
+    kept = before[np.isfinite(before) & np.isfinite(after)]
+    return bool(len(kept)) and np.median(np.abs(kept)) > _FAR_OFF * np.nanmax(np.abs(after))
+
+
+def _scale(before: Column, after: Column) -> tuple[float, float]:
+    """Choose a scale on which the cleaned signal is seen, and of the raw one what does not flatten it."""
+    masked = ~np.isfinite(after)
+    low, high = np.nanmin(after), np.nanmax(after)
+    if not _is_far_off(before, after):
+        kept = before[~masked & np.isfinite(before)]
+        least, most = np.percentile(kept, _USUAL) if len(kept) else (low, high)
+        low, high = min(low, least), max(high, most)
+    span = high - low or abs(high) or 1.0
+    hidden = np.append(before[masked], [low, high])
+    low, high = max(np.nanmin(hidden), low - _ROOM * span), min(np.nanmax(hidden), high + _ROOM * span)
+    return float(low - _EDGE * span), float(high + _EDGE * span)
+
+
+def _words(name: SignalName, record: CleanUp) -> str:
+    """Say what was done to a signal, in a line or two."""
+    done = "; ".join(change.what for change in record.changes if change.signal == name)
+    sentence = f"{name.replace('_', ' ')}: {done}"
+    return "\n".join(wrap(sentence, _MOST_LETTERS, max_lines=_MOST_LINES, placeholder=" …"))

@@ -1,0 +1,442 @@
+r"""How the numbers of a report were found: the methods that its runs have been through, with their equations.
+
+Equations are in the notation of tribopipe.views.html.mathml; those of the paper keep its numbers.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from tribopipe.documents.contact import PinOnDisc
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.preprocessing import CleanUp
+from tribopipe.documents.recipe import Correction, LawName
+from tribopipe.documents.record import Record
+from tribopipe.physics.conventions import DistanceConvention
+from tribopipe.physics.laws import LAWS, WearLaw
+from tribopipe.results.agreement import LawResult, StudyResult
+from tribopipe.results.disc_agreement import TwinDiscLawResult, TwinDiscStudyResult
+from tribopipe.results.disc_evaluation import TwinDiscFit, TwinDiscPrediction
+from tribopipe.results.evaluation import DriftCorrection, FrictionFit, WearFit, WearPrediction
+from tribopipe.results.local_wear import LocalWearResult
+from tribopipe.results.specific_wear import SpecificWear
+
+PAPER = (
+    "V. Hegadekatte, S. Kurzenhäuser, N. Huber, O. Kraft, “A predictive modeling scheme for wear in tribometers”, "
+    "Tribology International."
+)
+GUM = (
+    "JCGM 100:2008, Evaluation of measurement data – Guide to the expression of uncertainty in measurement. "
+    "Joint Committee for Guides in Metrology."
+)
+MONTE_CARLO = (
+    "JCGM 101:2008, Evaluation of measurement data – Supplement 1 to the “Guide to the expression of uncertainty in "
+    "measurement” – Propagation of distributions using a Monte Carlo method. Joint Committee for Guides in Metrology."
+)
+PAULE = (
+    "R. C. Paule, J. Mandel, “Consensus values and weighting factors”, Journal of Research of the National Bureau of "
+    "Standards 87 (1982) 377."
+)
+AKAIKE = (
+    "H. Akaike, “A new look at the statistical model identification”, IEEE Transactions on Automatic Control 19 "
+    "(1974) 716."
+)
+MATERN = "M. L. Stein, Interpolation of Spatial Data: Some Theory for Kriging, Springer, New York, 1999, section 2.7."
+SCHWARZ = "G. Schwarz, “Estimating the dimension of a model”, Annals of Statistics 6 (1978) 461."
+ISO_13528 = "ISO 13528, Statistical methods for use in proficiency testing by interlaboratory comparison (E_n number)."
+
+
+@dataclass(frozen=True)
+class Equation:
+    """One equation, with its number in the paper where it has one."""
+
+    source: str
+    number: str = ""
+
+
+@dataclass(frozen=True)
+class Method:
+    """One method in words and equations."""
+
+    title: str
+    text: str
+    equations: tuple[Equation, ...] = ()
+    after: str = ""
+    """What the signs mean, below the equations."""
+    references: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What a report is about, by which its methods are known."""
+
+    manifests: Sequence[RunManifest]
+    results: Sequence[Record]
+    """Of every step of every run."""
+    study: StudyResult | TwinDiscStudyResult | None = None
+
+    def any(self, kind: type[Record], holds: Callable[[object], object] = lambda _: True) -> bool:
+        """Tell whether there is a result of a kind of which something holds."""
+        return any(isinstance(result, kind) and holds(result) for result in self.results)
+
+    @cached_property
+    def wear(self) -> list[WearFit | WearPrediction | TwinDiscFit | TwinDiscPrediction]:
+        """Fits that found k_D, and predictions."""
+        return [
+            result
+            for result in self.results
+            if isinstance(result, WearPrediction | TwinDiscPrediction)
+            or (isinstance(result, WearFit | TwinDiscFit) and result.outcome == "fitted")
+        ]
+
+    @property
+    def fits(self) -> list[WearFit | TwinDiscFit]:
+        """Fits that found k_D."""
+        return [result for result in self.wear if isinstance(result, WearFit | TwinDiscFit)]
+
+    @cached_property
+    def pins(self) -> list[WearFit | WearPrediction | LawResult]:
+        """All by which wear of a pin was computed."""
+        of_study = self.study.laws if isinstance(self.study, StudyResult) else ()
+        return [*(result for result in self.wear if isinstance(result, WearFit | WearPrediction)), *of_study]
+
+    @cached_property
+    def discs(self) -> list[TwinDiscFit | TwinDiscPrediction | TwinDiscLawResult]:
+        """All by which wear of two discs was computed."""
+        of_study = self.study.laws if isinstance(self.study, TwinDiscStudyResult) else ()
+        return [*(result for result in self.wear if isinstance(result, TwinDiscFit | TwinDiscPrediction)), *of_study]
+
+    @cached_property
+    def shapes(self) -> set[str]:
+        """Shapes of the pins whose wear was computed under even pressure."""
+        if all(one.engine != "giwm" for one in self.pins):
+            return set()
+        return {one.contact.pin.shape for one in self.manifests if isinstance(one.contact, PinOnDisc)}
+
+    @cached_property
+    def corrections(self) -> set[Correction]:
+        """Whether k_D of pins was found after drift, or with it."""
+        of_study = {self.study.correction} if isinstance(self.study, StudyResult) else set()
+        return {fit.correction for fit in self.fits if isinstance(fit, WearFit)} | of_study
+
+
+def methods_used(evidence: Evidence) -> list[Method]:
+    """Return the methods that the runs have been through, in the order of the work."""
+    others = [_of_law(law) for name, law in LAWS.items() if name not in _WRITTEN and _wears_by(name)(evidence)]
+    return [*(method for used, method in _METHODS if used(evidence)), *others]
+
+
+def references_of(methods: Iterable[Method]) -> list[str]:
+    """Return what the methods refer to, each once."""
+    return list(dict.fromkeys(reference for method in methods for reference in method.references))
+
+
+_CLEAN_UP = Method(
+    "Clean-up of signals",
+    "Signals were mended by named steps, which are listed with what each of them changed. What was recorded is kept "
+    "as it was.",
+)
+_DRIFT = Method(
+    "Drift of the depth sensor",
+    "The sensor reads the wear of both bodies, an offset, and a drift that is taken as linear in time. The corrected "
+    "wear is made to end on what was measured after the test:",
+    (
+        Equation(r"w ( t ) = g ( d ( t ) − z ) − ρ ( t − t_0 )"),
+        Equation(r"ρ = \frac{g ( d ( t_{\text{end}} ) − z ) − h_{\text{end}}}{t_{\text{end}} − t_0}"),
+    ),
+    "d is the reading, g the scale of the sensor, z its zero offset at the start of sliding, ρ the drift rate, and "
+    "h_end the wear by the end values. Zero offset and end reading are fitted to the first and the last part of the "
+    "signal.",
+    (PAPER,),
+)
+_DRIFT_BY_MODEL = Method(
+    "Model of the depth reading",
+    "Wear and everything else that the depth sensor reads were fitted together, with what was measured after the "
+    "test. The corrected wear is the reading minus the mean of all that is not wear:",
+    (
+        Equation(r"g y ( t ) = z + r t + h ( s ; k_D ) + h_d + a ( 1 − e^{− t / τ} ) + f ( t ) + e ( t )"),
+        Equation(r"h_{\text{end}} = h ( s_{\text{end}} ; k_D ) ± u ( h_{\text{end}} )"),
+    ),
+    "y is the reading, g the scale of the sensor, z the zero offset, r the drift rate, h the wear of the pin, h_d that "
+    "of the disc, and h_end the pin's wear as measured. Settling with the amplitude a and the time constant τ, and a "
+    "shift with the recorded temperature, are possibilities beside others; each counts by its evidence. f is slow "
+    "wander, a stationary Matérn process whose amplitude and correlation length are marginalized; e is the noise of "
+    "block averages.",
+    references=(MATERN,),
+)
+_FRICTION = Method(
+    "Friction",
+    "The friction coefficient was fitted by bounded least squares over the distance slid, the loading ramp left out:",
+    (Equation(r"μ ( s ) = A e^{− s / c} + b", "7"),),
+    "Standard uncertainties of A, b and c include the autocorrelation of the residuals; those of A and b the load's "
+    "where μ is a force over a load, and that of c the one of the speed or radius that the distance comes from.",
+    (PAPER,),
+)
+_STEADY = Method(
+    "Steady friction",
+    "Where the data do not tell an exponential from a constant or a straight line, by the Bayesian information "
+    "criterion over the number of independent samples, the steady value alone is given.",
+    references=(SCHWARZ,),
+)
+_SPECIFIC = Method(
+    "Specific wear rate",
+    "Of each body on which a volume is known,",
+    (Equation(r"k = \frac{V}{F_N s}"),),
+    "with the volume V by the most certain measurement, the mean normal load F_N and the distance slid s.",
+)
+_ARCHARD = Method(
+    "Wear law by Archard",
+    "Worn volume grows with load and distance; the surface recedes with the pressure p on it:",
+    (
+        Equation(r"\frac{V}{s} = k \frac{F_N}{H}", "1"),
+        Equation(r"\frac{d h}{d s} = k_D p"),
+    ),
+    "k_D = k/H is the dimensional wear coefficient; 1 mm³/(N·mm) is 1 mm²/N.",
+    (PAPER,),
+)
+_SARKAR = Method(
+    "Wear law by Sarkar",
+    "Friction adds to wear as the contact's junctions grow:",
+    (
+        Equation(r"\frac{V}{s} = k \frac{F_N}{H} \sqrt{1 + 3 μ^2}", "2"),
+        Equation(r"\frac{d h}{d s} = k_D p \sqrt{1 + 3 μ^2}"),
+    ),
+    "with μ(s) as fitted or as measured; the options say which.",
+    (PAPER,),
+)
+_PIN = Method(
+    "Global Incremental Wear Model of a pin",
+    "The load is spread evenly over the contact of radius a, which widens as the pin wears and is pressed in:",
+    (
+        Equation(r"\frac{1}{E_c} = \frac{1 − ν_p^2}{E_p} + \frac{1 − ν_d^2}{E_d}", "3"),
+        Equation(r"a_0^3 = \frac{3 F_N R_P}{4 E_c}", "4"),
+        Equation(r"h^e = \frac{F_N}{2 E_c a}", "5"),
+        Equation(r"h_{i + 1} = k_D p_i Δ s_i + h_i , \quad p = \frac{F_N}{π a^2}", "6"),
+    ),
+    "Eq. 4 is the unworn contact, Eq. 5 the elastic displacement, Eq. 6 one step of sliding.",
+    (PAPER,),
+)
+_SPHERE = Method(
+    "Exact curve of a sphere",
+    "In the limit of small steps, depth h depends on the worn volume v alone. Fits and predictions use that curve, "
+    "in closed form, in the place of steps:",
+    (
+        Equation(r"v = k_D F_N S , \quad S = ∫_0^s f d s"),
+        Equation(r"R − \sqrt{R^2 − a^2} = h + \frac{F_N}{2 E_c a}"),
+        Equation(
+            r"v = V_{\text{cap}} ( a ) − V_{\text{cap}} ( a_* ) + \frac{π F_N}{2 E_c} ( a − a_* ) , \quad "
+            r"V_{\text{cap}} = \frac{π c^2}{3} ( 3 R − c )"
+        ),
+    ),
+    "f is 1 in Archard's law and √(1 + 3μ²) in Sarkar's; c = R − √(R² − a²) is the height of the cap that is cut off, "
+    "a* the radius of the contact without wear.",
+)
+_TRUNCATED = Method(
+    "A sphere truncated before the test",
+    "It goes on along the curve of the whole sphere, h_s(v), from the height of the cap that it lacked:",
+    (Equation(r"h ( v ) = h_s ( v_0 + v ) − h_s ( v_0 )"),),
+)
+_FLAT = Method(
+    "A flat pin",
+    "The contact keeps its radius a, so that depth is the worn volume over its area:",
+    (Equation(r"h = \frac{v}{π a^2} , \quad v = k_D F_N S , \quad S = ∫_0^s f d s"),),
+    "f is 1 in Archard's law and √(1 + 3μ²) in Sarkar's.",
+)
+_BY_VOLUME = Method(
+    "Volume of a pin on a disc that wears",
+    "Where the disc has worn as well, the pin has lost the volume that its shape lacks, elastic approach left out. Its "
+    "scar is the wider the deeper the groove, h_d, beside its own depth, h_p:",
+    (
+        Equation(r"v = k_D F_N S = g ( h_d / h_p ) V_{\text{cap}} ( h_p ) , \quad S = ∫_0^s f d s"),
+        Equation(r"g ( q ) = \frac{16}{π} ∫_0^1 t^2 \sqrt{1 − t^2 + q ( 1 − t^3 )} d t"),
+    ),
+    "f is 1 in Archard's law and √(1 + 3μ²) in Sarkar's.",
+)
+_LOCAL = Method(
+    "Local wear",
+    "Where results say so, the pressure at each point of the contact was solved for as it wears, instead of being "
+    "spread evenly; each point recedes by the wear law with its own pressure:",
+    (Equation(r"\frac{∂ h ( x , s )}{∂ s} = k_D p ( x , s )"),),
+)
+_DISCS = Method(
+    "Global Incremental Wear Model of two discs",
+    "The discs touch over a flat of half width a_x across and half length a_z along the direction of rolling:",
+    (
+        Equation(r"u = \frac{F_N}{2 E_c \sqrt{a_x a_z}}", "10"),
+        Equation(r"a_z^2 = κ^2 \frac{4 F_{N l} r_{\text{eq}}}{π E_c}", "12, 15"),
+        Equation(r"p^2 = \frac{π^2}{16} \frac{F_{N l} E_c}{π r_{\text{eq}}}", "13, 16"),
+        Equation(r"r_{1 x} − \sqrt{r_{1 x}^2 − a_x^2} = h_1 + h_2 + u"),
+        Equation(
+            r"F_{N l} = \frac{F_N}{2 a_x} , \quad "
+            r"\frac{1}{r_{\text{eq}}} = \frac{1}{r_1 − h_1} + \frac{1}{r_2 − h_2}"
+        ),
+    ),
+    "κ is π/4 as printed; 1 where distance is counted as line-load. The number of rotations N is taken as an integral "
+    "over the worn height, in the limit of the paper's steps of one rotation.",
+    (PAPER,),
+)
+_CONVENTIONS: dict[DistanceConvention, Method] = {
+    "full-slip": Method(
+        "Distance slid in a rotation: full slip",
+        "Every point counts as sliding over the whole slip distance s of a rotation:",
+        (
+            Equation(r"\frac{d h_1}{d N} = k_1 p s", "14 a"),
+            Equation(r"\frac{d h_2}{d N} = k_2 p s \frac{n_2}{n_1}", "14 b"),
+        ),
+        "k_D found so compares with other coefficients of this kind, not with that of a pin.",
+        (PAPER,),
+    ),
+    "contact-width": Method(
+        "Distance slid in a rotation: contact width",
+        "A point counts as sliding over the length of the contact in each rotation, whatever the slip:",
+        (Equation(r"\frac{d h}{d N} = 2 k_D p a_z", "11"),),
+        references=(PAPER,),
+    ),
+    "line-load": Method(
+        "Distance slid in a rotation: line load",
+        "A point counts as sliding over the length of the contact in each rotation, with κ = 1, by which the pressure "
+        "carries all of the load:",
+        (Equation(r"\frac{d h}{d N} = k_D F_{N l}"),),
+    ),
+    "volume-conserving": Method(
+        "Distance slid in a rotation: volume conserving",
+        "A point counts as sliding while it is in contact only, so that each disc loses V = k_D·F_N·s:",
+        (Equation(r"\frac{d h}{d N} = k_D F_{N l} \frac{s}{2 π ( r − h )}"),),
+    ),
+}
+_TWO_STEPS = Method(
+    "Identification of k_D",
+    "k_D is what brings the law's curve closest, in least squares, to the wear that was corrected for drift before.",
+)
+_MODEL = Method(
+    "Identification of k_D together with drift",
+    "The wear depth H at the end of the test was found in one model of the depth reading, with the wear law's own "
+    "course h(s; k_D), and with the post-test measurement. It has one k_D:",
+    (Equation(r"k_D = \frac{V ( H )}{F_N S}"),),
+    "V is the worn volume at the depth H, and S the sliding distance weighted by the wear law. Where reading and "
+    "measurement differ by more than three standard uncertainties of their difference, the reading is not trusted, "
+    "and k_D is that of the measurement. Where nothing was measured after the test, k_D is that of the reading.",
+)
+_BOTH_DISCS = Method(
+    "Identification of both k_D",
+    "The coefficients of both discs were found together, in weighted least squares, from everything that was measured "
+    "on them, at the end and where the test was interrupted.",
+)
+_BUDGET = Method(
+    "Uncertainty budget",
+    "To first order, the standard uncertainty of k_D is that of each input carried through the evaluation; the budget "
+    "gives each input's part with its sign.",
+    (Equation(r"u^2 ( k_D ) = Σ_i c_i^2 u^2 ( x_i ) , \quad c_i = \frac{∂ k_D}{∂ x_i}"),),
+    references=(GUM,),
+)
+_DRAWN = Method(
+    "Coverage intervals",
+    "Intervals hold 95 % of the values that a Monte Carlo drew: everything systematic, such as load, tip radius, "
+    "moduli, sensor scale and end values, once a run; noise of the depth signal with its autocorrelation.",
+    references=(MONTE_CARLO,),
+)
+_VERDICTS = Method(
+    "Verdicts",
+    "A run is judged by measured minus predicted wear δ, over the half width U of its 95 % interval on the side "
+    "towards zero:",
+    (Equation(r"E_n = \frac{δ}{U}"),),
+    "Within ±1 measured and predicted wear agree. The interval is drawn, so that errors which both share cancel. A law "
+    "is called off beyond the 99 % limits only; between 95 % and 99 % nothing is decided, nor where a k_D off by a "
+    "factor of two would show neither at the end nor along the curve. What is measured along the way is held against "
+    "limits of its own, which 95 % of runs keep to everywhere.",
+    (ISO_13528, MONTE_CARLO),
+)
+_SEVERAL = Method(
+    "Several runs",
+    "Runs that identify k_D together are weighed by their own uncertainty u and by the scatter between runs τ, which "
+    "is estimated so that their spread is explained, both of √k_D:",
+    (Equation(r"w_i = \frac{1}{u_i^2 + τ^2}"),),
+    references=(PAULE,),
+)
+_COMPARED = Method(
+    "Archard's law against Sarkar's",
+    "On the shape of each curve, drift and k_D left free, by Akaike's criterion; a difference below 2 decides nothing.",
+    references=(AKAIKE,),
+)
+
+
+def _between_runs(evidence: Evidence) -> bool:
+    study = evidence.study
+    if isinstance(study, TwinDiscStudyResult):
+        return any(disc.between_runs for law in study.laws for disc in law.discs)
+    return study is not None and any(law.between_runs for law in study.laws)
+
+
+def _of_law(law: WearLaw) -> Method:
+    """Return what a law of another package says of itself."""
+    title = law.title[:1].upper() + law.title[1:]
+    meant = "; ".join(f"{name.replace('_', ' ')}: {known.meaning}" for name, known in law.parameters().items())
+    return Method(f"Wear law: {title}", f"dh/ds = {law.rate}. {meant}", references=(law.citation,))
+
+
+def _wears_by(law: LawName) -> Callable[[Evidence], object]:
+    return lambda told: any(one.model == law for one in (*told.pins, *told.discs))
+
+
+def _counted(convention: DistanceConvention) -> Callable[[Evidence], object]:
+    return lambda told: any(one.distance_per_rotation == convention for one in told.discs)
+
+
+def _drift_was_corrected(correction: Correction) -> Callable[[Evidence], object]:
+    return lambda told: told.any(
+        DriftCorrection,
+        lambda one: isinstance(one, DriftCorrection) and (one.outcome, one.correction) == ("corrected", correction),
+    )
+
+
+def _is_local(told: Evidence) -> bool:
+    compared = told.study.laws if isinstance(told.study, StudyResult) else ()
+    return (
+        told.any(LocalWearResult)
+        or any(one.engine == "local" for one in told.pins)
+        or any(run.engines for law in compared for run in law.runs)
+    )
+
+
+def _has_budget(told: Evidence) -> bool:
+    return any(
+        bool(fit.budget) if isinstance(fit, WearFit) else any(one.budget for one in fit.coefficients)
+        for fit in told.fits
+    )
+
+
+def _has_draws(told: Evidence) -> bool:
+    return told.study is not None or any(
+        bool(fit.monte_carlo) if isinstance(fit, WearFit) else any(one.monte_carlo for one in fit.coefficients)
+        for fit in told.fits
+    )
+
+
+_WRITTEN = ("archard", "sarkar")
+"""Laws whose methods are written here."""
+_METHODS: tuple[tuple[Callable[[Evidence], object], Method], ...] = (
+    (lambda told: told.any(CleanUp, lambda one: getattr(one, "changes", ())), _CLEAN_UP),
+    (_drift_was_corrected("two-step"), _DRIFT),
+    (_drift_was_corrected("model"), _DRIFT_BY_MODEL),
+    (lambda told: told.any(FrictionFit, lambda one: getattr(one, "outcome", "") == "exponential"), _FRICTION),
+    (lambda told: told.any(FrictionFit, lambda one: getattr(one, "outcome", "") == "steady-only"), _STEADY),
+    (lambda told: told.any(SpecificWear, lambda one: getattr(one, "outcome", "") == "evaluated"), _SPECIFIC),
+    (_wears_by("archard"), _ARCHARD),
+    (_wears_by("sarkar"), _SARKAR),
+    (lambda told: any(one.engine == "giwm" for one in told.pins), _PIN),
+    (lambda told: told.shapes & {"spherical", "truncated-sphere"}, _SPHERE),
+    (lambda told: "truncated-sphere" in told.shapes, _TRUNCATED),
+    (lambda told: "flat" in told.shapes, _FLAT),
+    (lambda told: any(one.engine == "volume" for one in told.pins), _BY_VOLUME),
+    (_is_local, _LOCAL),
+    (lambda told: told.discs, _DISCS),
+    *((_counted(convention), method) for convention, method in _CONVENTIONS.items()),
+    (lambda told: "two-step" in told.corrections, _TWO_STEPS),
+    (lambda told: "model" in told.corrections, _MODEL),
+    (lambda told: told.discs, _BOTH_DISCS),
+    (_has_budget, _BUDGET),
+    (_has_draws, _DRAWN),
+    (lambda told: told.study, _VERDICTS),
+    (_between_runs, _SEVERAL),
+    (lambda told: isinstance(told.study, StudyResult) and told.study.comparisons, _COMPARED),
+)

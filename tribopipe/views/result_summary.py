@@ -1,0 +1,27 @@
+"""What is said of the result of a step."""
+
+from collections.abc import Mapping
+from typing import NamedTuple, TypeAlias
+
+from tribopipe.archive.outline import StepOutline
+from tribopipe.archive.steps import StepName
+from tribopipe.documents.quantity import Quantity
+from tribopipe.views.labeled_values import NOTHING, shown
+from tribopipe.views.page import Fact, TextTable
+
+Steps: TypeAlias = Mapping[StepName, StepOutline]
+"""The steps a run has been through."""
+
+
+class Told(NamedTuple):
+    """A result in words, numbers and tables; those without rows are not shown."""
+
+    sentence: str
+    facts: tuple[Fact, ...] = ()
+    notes: tuple[str, ...] = ()
+    tables: tuple[TextTable, ...] = ()
+
+
+def cells(*told: tuple[Quantity | None, str]) -> tuple[str, ...]:
+    """Return quantities as cells of a table, each in its unit."""
+    return tuple(shown(quantity, unit) or NOTHING for quantity, unit in told)

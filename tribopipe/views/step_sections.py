@@ -1,0 +1,201 @@
+"""What each step of a run has found, on a page: a sentence, single facts, notes and tables."""
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from tribopipe.archive.outline import StepOutline
+from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, StepName
+from tribopipe.base.units import SPECIFIC_WEAR_RATE
+from tribopipe.documents.preprocessing import CleanUp
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.record import Record
+from tribopipe.physics.laws import law_title
+from tribopipe.results.disc_evaluation import TwinDiscFit, TwinDiscPrediction, spoken
+from tribopipe.results.evaluation import DepthModel, DriftCorrection, FrictionFit, WearFit, WearPrediction
+from tribopipe.results.local_wear import LocalWearResult
+from tribopipe.results.specific_wear import BodyWearRate, SpecificWear
+from tribopipe.views.labeled_values import NOTHING, duration, facts, interval, listed, shown
+from tribopipe.views.page import StagePage, TextTable
+from tribopipe.views.prediction_sections import disc_prediction_told, local_wear_told, prediction_told
+from tribopipe.views.result_summary import Steps, Told
+from tribopipe.views.wear_sections import disc_fit_told, wear_fit_told
+
+_TITLES: Mapping[StepName, str] = {
+    "clean_up": "Clean-up",
+    "drift_correction": "Drift correction",
+    "friction_fit": "Friction",
+    "specific_wear": "Specific wear rate",
+}
+_UNDER_LAWS = ((WEAR_FITS, "Wear coefficient"), (PREDICTIONS, "Prediction"), (LOCAL_WEAR, "Local wear"))
+
+
+def step_title(name: StepName) -> str:
+    """Return what people call a step."""
+    for steps, title in _UNDER_LAWS:
+        if (law := steps.law_of(name)) is not None:
+            return f"{title} by {law_title(law)}"
+    return _TITLES[name]
+
+
+def stage_pages(steps: Steps) -> tuple[StagePage, ...]:
+    """Return a page for each step, in order."""
+    return tuple(_stage_page(step, steps) for step in steps.values())
+
+
+def _stage_page(step: StepOutline, steps: Steps) -> StagePage:
+    told = _TOLD[type(step.result)](step.result, steps)
+    return StagePage(
+        name=step.name,
+        title=step_title(step.name),
+        sentence=told.sentence,
+        facts=told.facts,
+        notes=told.notes,
+        tables=tuple(table for table in told.tables if table.rows),
+        path=f"/entry/{step.name}",
+        program_version=step.program_version,
+        date=step.date,
+        options=step.options,
+        inputs_sha256=step.inputs_sha256,
+        result_sha256=step.result_sha256,
+    )
+
+
+def _clean_up_told(result: CleanUp, _: Steps) -> Told:
+    rows = [(spoken(one.signal), one.step, f"{one.samples:,}", one.what, one.why) for one in result.changes]
+    return Told(
+        "; ".join(f"{one.signal}: {one.what}" for one in result.changes) or "nothing to do",
+        (
+            *facts(*((f"{spoken(name)}, derived anew", origin) for name, origin in result.derived.items())),
+            *facts(("left out", listed(map(spoken, result.left_out)))),
+        ),
+        tables=(TextTable("what was changed", ("signal", "step", "samples", "what", "why"), tuple(rows)),),
+    )
+
+
+def _drift_correction_told(result: DriftCorrection, _: Steps) -> Told:
+    return Told(
+        str(result),
+        facts(
+            ("drift rate", shown(result.drift_rate, "nm/min")),
+            ("drift rate by two-step correction", _by_two_steps(result)),
+            ("zero offset", shown(result.zero_offset)),
+            ("discrepancy at the end", shown(result.discrepancy)),
+            ("anchored on", result.anchor),
+            ("wear depth at the end", shown(result.end_wear_depth)),
+            ("of that, pin", shown(result.pin_wear_depth)),
+            ("of that, disc", shown(result.disc_wear_depth)),
+            *(() if result.model is None else _besides_wear(result.model)),
+        ),
+    )
+
+
+def _by_two_steps(result: DriftCorrection) -> str | None:
+    return None if result.model is None else shown(result.two_step_rate, "nm/min")
+
+
+def _besides_wear(model: DepthModel) -> Iterator[tuple[str, str | None]]:
+    """Yield what the model finds in a depth reading besides wear and a line."""
+    yield "probability of settling", f"{model.settling_probability:.2f}"
+    yield "amplitude of the settling", shown(model.settling)
+    yield "time constant of the settling", duration(model.settling_time)
+    if model.thermal_probability is not None:
+        yield "probability of a shift with the temperature", f"{model.thermal_probability:.2f}"
+    yield "shift over the range of the temperature", shown(model.thermal_shift)
+    yield "slow wander, root mean square", shown(model.wander, "nm")
+    yield "noise of a block average, standard deviation", shown(model.noise, "nm")
+
+
+def _friction_told(result: FrictionFit, _: Steps) -> Told:
+    sentences = {
+        "none": "no friction fit",
+        "steady-only": f"μ = {result.steady_state}, steady value only",
+        "exponential": str(result.model_copy(update={"notes": ()})),
+    }
+    samples = result.effective_samples
+    return Told(
+        sentences[result.outcome],
+        facts(
+            ("A, above the steady state at the start", shown(result.amplitude)),
+            ("b, steady state", shown(result.steady_state)),
+            ("c, running-in distance", shown(result.running_in_distance, "m")),
+            ("fitted between", interval(result.window, "m")),
+            ("standard deviation about the fit", shown(result.residual_deviation)),
+            ("independent samples", None if samples is None else f"{samples:,.0f}"),
+            ("mean of μ over the run", shown(result.mean)),
+            ("standard deviation of μ over the run", shown(result.standard_deviation)),
+            ("load that friction was divided by", result.load),
+        ),
+        result.notes,
+    )
+
+
+def _specific_wear_told(result: SpecificWear, _: Steps) -> Told:
+    load, bodies = result.normal_load, {spoken(name): body for name, body in result.bodies.items()}
+    rows = [
+        (name, one.by, shown(one.depth) or NOTHING, shown(one.volume) or NOTHING)
+        for name, body in bodies.items()
+        for one in body.measured
+    ]
+    return Told(
+        str(result.model_copy(update={"notes": ()})),
+        facts(
+            *(
+                (f"rate of the {name}", shown(body.specific_wear_rate, SPECIFIC_WEAR_RATE))
+                for name, body in bodies.items()
+            ),
+            *(
+                (f"steady rate of the {name}", _steady(body))
+                for name, body in bodies.items()
+                if body.steady_rate is not None
+            ),
+            ("rate of both", shown(result.total, SPECIFIC_WEAR_RATE)),
+            *((f"volume of the {name}", _found_by(body.volume, body.volume_by)) for name, body in bodies.items()),
+            *((f"depth of the {name}", _found_by(body.depth, body.depth_by)) for name, body in bodies.items()),
+            ("over a sliding distance of", shown(result.sliding_distance, "m")),
+            ("under a normal load of", None if load is None else f"{shown(load)}, {result.load}"),
+        ),
+        result.notes,
+        (TextTable("wear by each end value", ("body", "by", "depth", "volume"), tuple(rows)), *_intervals(bodies)),
+    )
+
+
+def _steady(body: BodyWearRate) -> str:
+    return f"{shown(body.steady_rate, SPECIFIC_WEAR_RATE)}, from {shown(body.steady_from, 'm')} on"
+
+
+def _intervals(bodies: Mapping[str, BodyWearRate]) -> Iterator[TextTable]:
+    """Yield a table of the wear between one measurement and the next, where a test was interrupted."""
+    rows = [
+        (
+            name,
+            shown(one.start, "m"),
+            shown(one.end, "m"),
+            shown(one.volume),
+            shown(one.specific_wear_rate, SPECIFIC_WEAR_RATE),
+        )
+        for name, body in bodies.items()
+        for one in body.intervals
+    ]
+    if rows:
+        head = ("body", "from", "to", "volume", "specific wear rate")
+        yield TextTable(
+            "wear between measurements", head, tuple(tuple(cell or NOTHING for cell in row) for row in rows)
+        )
+
+
+def _found_by(quantity: Quantity | None, by: str | None) -> str | None:
+    return None if quantity is None else f"{shown(quantity)}, by {by}"
+
+
+_TOLD: Mapping[type[Record], Callable[[Any, Steps], Told]] = {
+    CleanUp: _clean_up_told,
+    DriftCorrection: _drift_correction_told,
+    FrictionFit: _friction_told,
+    SpecificWear: _specific_wear_told,
+    WearFit: wear_fit_told,
+    TwinDiscFit: disc_fit_told,
+    WearPrediction: prediction_told,
+    TwinDiscPrediction: disc_prediction_told,
+    LocalWearResult: local_wear_told,
+}
+"""How each kind of result is told."""
