@@ -133,7 +133,7 @@ def test_a_check_that_fails_itself_says_so(tmp_path):
 )
 @pytest.mark.usefixtures("installed")
 def test_given_parameters_are_checked(given, words):
-    from tribopipe.evaluation.wear.law_parameters import law_as_given
+    from tribopipe.evaluation.wear.given_parameters import law_as_given
 
     recipe = read_document({"wear": {"parameters": {"running_in": given}}}, Recipe, where="recipe.toml")
     with pytest.raises(FitError, match=words):

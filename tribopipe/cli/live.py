@@ -64,7 +64,7 @@ def live(
     Nothing is archived: the run is processed when it has ended. Exit code 1 where something was amiss.
     """
     from tribopipe.documents.manifest import manifest_path, read_manifest
-    from tribopipe.evaluation.wear.law_parameters import law_as_given
+    from tribopipe.evaluation.wear.given_parameters import law_as_given
     from tribopipe.extras.live.problem import Asked
     from tribopipe.extras.live.session import Session
     from tribopipe.pipeline.output_paths import made_here, require_free

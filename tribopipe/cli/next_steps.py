@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import typer
 
-from tribopipe.cli.options import DEFAULT_ARCHIVE
+from tribopipe.cli.options import DEFAULT_ARCHIVE, RUN_TOML
 from tribopipe.cli.output import say, seen
 from tribopipe.cli.pages import paragraph
-from tribopipe.cli.workspace import RUN_TOML, Whereabouts, ids_in, look_around
+from tribopipe.cli.workspace import Whereabouts, ids_in, look_around
 
 if TYPE_CHECKING:
     from tribopipe.archive.catalog.listed import ListedRun

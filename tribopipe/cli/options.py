@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from tribopipe.physics.friction_path import FrictionPath
 
 DEFAULT_ARCHIVE = Path("archive")
+RUN_TOML = "run.toml"
+"""Name of the manifest, known without loading what reads it."""
 _FRICTION = re.compile(r"\s*A\s*=\s*(\S+)[\s,;]+b\s*=\s*(\S+)[\s,;]+c\s*=\s*(.+?)\s*")
 
 
@@ -91,7 +93,6 @@ def load_archive(folder: Path, *, must_exist: bool = True) -> "Archive":
 def require_archive(folder: Path) -> None:
     """Raise ``ArchiveError`` where there is no archive folder, or a run folder in its place."""
     from tribopipe.base.errors import ArchiveError
-    from tribopipe.cli.workspace import RUN_TOML
 
     if (folder / RUN_TOML).is_file():
         raise ArchiveError(

@@ -8,10 +8,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tribopipe.cli.options import RUN_TOML
+
 if TYPE_CHECKING:
     from tribopipe.archive.catalog.listed import ListedRun
 
-RUN_TOML = "run.toml"
 _OF_INSTRUMENTS = {".asc", ".csv", ".dat", ".dwf", ".lvm", ".tdms", ".tsv", ".txt", ".xls", ".xlsx"}
 """How names of exports end; what is in one is told by who reads it."""
 _LEVELS, _MOST_ENTRIES = 2, 20_000

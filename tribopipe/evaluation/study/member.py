@@ -15,9 +15,9 @@ from tribopipe.documents.study import Study
 from tribopipe.evaluation.study.bodies import check_bodies
 from tribopipe.evaluation.wear.depth_problem import DepthProblem, depth_problem
 from tribopipe.evaluation.wear.draws import solve_draws
+from tribopipe.evaluation.wear.given_parameters import law_as_given
 from tribopipe.evaluation.wear.inputs import draw_values
 from tribopipe.evaluation.wear.joint import JointProblem, joint_problem
-from tribopipe.evaluation.wear.law_parameters import law_as_given
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
 from tribopipe.results.agreement import LeftOut
 from tribopipe.results.evaluation import FrictionFit

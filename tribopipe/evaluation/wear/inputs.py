@@ -21,7 +21,7 @@ from tribopipe.evaluation.applied_load import applied_load
 from tribopipe.evaluation.friction_paths import run_path
 from tribopipe.evaluation.measurements.disc_track import told_by
 from tribopipe.evaluation.measurements.measured import stated_or_default
-from tribopipe.evaluation.wear.law_parameters import given_parameters
+from tribopipe.evaluation.wear.given_parameters import given_parameters
 from tribopipe.physics.friction_path import ExponentialFriction, FrictionPath
 from tribopipe.physics.laws import WearLaw, law_named
 from tribopipe.results.evaluation import FrictionFit

@@ -14,8 +14,8 @@ from tribopipe.contacts.pin_on_disc import pin_curve
 from tribopipe.documents.contact import PinOnDisc
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
+from tribopipe.evaluation.wear.given_parameters import given_parameters, require_all
 from tribopipe.evaluation.wear.inputs import Input, best_values, contact_inputs, default_notes, law_inputs
-from tribopipe.evaluation.wear.law_parameters import given_parameters, require_all
 from tribopipe.physics.conventions import WearEngine
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import WearLaw, law_named

@@ -22,9 +22,9 @@ from tribopipe.evaluation.drift import SensorTrace
 from tribopipe.evaluation.measurements.measured import EndValueUsed
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear
 from tribopipe.evaluation.measurements.pin_tip import PinTip
+from tribopipe.evaluation.wear.given_parameters import law_as_given
 from tribopipe.evaluation.wear.inputs import Input, contact_inputs, instrument_inputs, law_inputs
 from tribopipe.evaluation.wear.joint import END_ANCHOR, Anchor, JointProblem
-from tribopipe.evaluation.wear.law_parameters import law_as_given
 from tribopipe.evaluation.wear.problem import NODES
 from tribopipe.extras.live.noise import noise_of, noise_of_all
 from tribopipe.extras.live.state import Means, State

@@ -3,7 +3,7 @@
 from tribopipe.base.units import KINDS
 from tribopipe.documents.plan import Series, TwinDiscSeries
 from tribopipe.documents.quantity import Quantity
-from tribopipe.evaluation.wear.law_parameters import law_with, read_parameters
+from tribopipe.evaluation.wear.given_parameters import law_with, read_parameters
 from tribopipe.physics.laws import WearLaw, law_named
 
 _PLACE = "law_parameters"

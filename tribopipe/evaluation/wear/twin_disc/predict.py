@@ -14,8 +14,8 @@ from tribopipe.contacts.twin_disc import disc_pair
 from tribopipe.documents.contact import TwinDisc
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
+from tribopipe.evaluation.wear.given_parameters import law_as_given
 from tribopipe.evaluation.wear.inputs import Input, best_values, default_notes, law_inputs
-from tribopipe.evaluation.wear.law_parameters import law_as_given
 from tribopipe.evaluation.wear.predict import beyond
 from tribopipe.evaluation.wear.twin_disc.inputs import disc_inputs, effective_rotations
 from tribopipe.evaluation.wear.twin_disc.validity import hertz_start, validity_notes

@@ -20,8 +20,8 @@ from tribopipe.documents.contact import TwinDisc
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.slip import slip_per_rotation
 from tribopipe.evaluation.measurements.twin_disc import DiscMeasurement, Measured, disc_measurements
+from tribopipe.evaluation.wear.given_parameters import law_as_given
 from tribopipe.evaluation.wear.inputs import Input, best_values, draw_values, friction_along, law_friction, law_inputs
-from tribopipe.evaluation.wear.law_parameters import law_as_given
 from tribopipe.evaluation.wear.twin_disc.inputs import effective_rotations, run_inputs
 from tribopipe.physics.conventions import DistanceConvention
 from tribopipe.physics.friction_path import FrictionPath
