@@ -2,7 +2,7 @@
 
     python tests/mutants.py            checks those of mutants.toml; CI does
     python tests/mutants.py --only drift
-    python tests/mutants.py --survey   looks for a test that fails with each mutant that names none in killed_by
+    python tests/mutants.py --survey   looks for a test that fails with each mutant without killed_by
     python tests/mutants.py --draw     shows the drawn mutants, drawn again from the code as it is now
 
 Each mutant is made in a copy of the package, never in the work tree. A test that fails kills it; a test that cannot be
@@ -83,6 +83,7 @@ class PackageCopy:
             shutil.copytree(ROOT / name, folder / name, ignore=unneeded)
         checked = py_compile.PycInvalidationMode.CHECKED_HASH
         compileall.compile_dir(folder / "tribopipe", quiet=1, invalidation_mode=checked)
+        _declare(folder / "tribopipe-0.dist-info")
         return cls(folder)
 
     def again(self, folder: Path) -> "PackageCopy":
@@ -125,9 +126,20 @@ class PackageCopy:
         return ended.returncode, ended.stdout + ended.stderr
 
 
-def mutants() -> list[Mutant]:
-    """Return the mutants of the list."""
-    return [Mutant(**one) for one in _listed()["mutant"]]
+def _declare(folder: Path) -> None:
+    """Declare the entry points of the work tree for a copy, whatever was installed last."""
+    groups = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["entry-points"]
+    parts = [
+        "\n".join([f"[{group}]", *(f"{name} = {value}" for name, value in of.items())]) for group, of in groups.items()
+    ]
+    folder.mkdir()
+    (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: tribopipe\nVersion: 0\n", encoding="utf-8")
+    (folder / "entry_points.txt").write_text("\n".join(parts), encoding="utf-8")
+
+
+def mutants(kind: str = "mutant") -> list[Mutant]:
+    """Return the mutants of the list; those of the kind "survivor" are waiting for a test."""
+    return [Mutant(**one) for one in _listed().get(kind, [])]
 
 
 def _listed() -> dict:
@@ -259,13 +271,15 @@ def main() -> None:
     if asked.draw:
         print("\n".join(drawn()))  # noqa: T201
         return
-    listed = [one for one in mutants() if asked.only in one.file or asked.only in one.changes]
+    every = [*mutants(), *mutants("survivor")] if asked.survey else mutants()
+    listed = [one for one in every if asked.only in one.file or asked.only in one.changes]
     if asked.survey:
         for line in survey([one for one in listed if one.killed_by is None], asked.most):
             print(line, flush=True)  # noqa: T201
         return
     wrong = check(listed)
-    print(f"{len(listed) - len(wrong)} of {len(listed)} mutants killed", *wrong, sep="\n")  # noqa: T201
+    waiting = f"; {len(mutants('survivor'))} more are waiting for a test" if mutants("survivor") else ""
+    print(f"{len(listed) - len(wrong)} of {len(listed)} mutants killed{waiting}", *wrong, sep="\n")  # noqa: T201
     sys.exit(bool(wrong))
 
 
