@@ -26,6 +26,8 @@ from typing import NamedTuple
 
 from told import Row, asked, tell
 
+from tribopipe.archive.history.entry import FILE_NAME as HISTORY
+from tribopipe.archive.lock import LOCKS
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import InternalError, TribopipeError
 from tribopipe.documents.manifest import read_manifest
@@ -123,8 +125,9 @@ class Trial:
             (self.folder / name).write_bytes(content)
 
     def _held(self) -> dict[str, bytes]:
-        """Give the bytes of all that the archive holds; locks are kept beside it in a hidden folder."""
-        files = (path for path in self.archive.rglob("*") if path.is_file() and path.parent.name != ".locks")
+        """Give the bytes of all that the archive holds, but its locks and its history, which every write adds to."""
+        beside = (LOCKS, HISTORY)
+        files = (path for path in self.archive.rglob("*") if path.is_file() and not {*path.parts}.intersection(beside))
         return {path.relative_to(self.archive).as_posix(): path.read_bytes() for path in files}
 
     def run(self, case: Case) -> tuple[str, str]:

@@ -47,7 +47,8 @@ def look_into_history(
             looks += _look_at_files(archive, account, sorted(names), sound)
     except OSError as error:
         look, account = Look(FILE_NAME), Account(archive)
-        look.error("history", f"cannot be read ({error.strerror or error}); expected lines as written", _RESTORE)
+        why = f"cannot be read ({error.strerror or error}); expected to look at it"
+        look.error("history", why, "nothing is known to be wrong with it; see to that, and run this again")
         return [look], account
     return looks, account
 
