@@ -62,6 +62,8 @@ formats list
 formats detect stroke_1.csv
 watch exports --template lab.toml --once --settle 0
 import crate --archive imported
+remove si3n4-air-200mN --archive imported --force
+restore si3n4-air-200mN --archive imported
 mark-bad si3n4-air-200mN --reason "worn through"
 simulate simulated --plan plan.toml
 schema export schemas
