@@ -130,7 +130,8 @@ def _keep_catalogue(archive: Path, children: Sequence[int]) -> int:
             catalogue.refresh()
             times += 1
             time.sleep(_PAUSE)
-    catalogue.refresh()
+    # As the next command does: one that waited for others in vain goes on in memory.
+    Catalogue(archive).refresh()
     return times + 1
 
 
