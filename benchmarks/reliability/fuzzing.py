@@ -116,6 +116,7 @@ class Trial:
         self.archive = scratch / "archive"
         self._lay_out(sound)
         ingest(self.folder, Archive(self.archive))
+        self.begun = (self.archive / HISTORY).stat().st_size
         self.held = self._held()
 
     def _lay_out(self, case: Case) -> None:
@@ -125,10 +126,10 @@ class Trial:
             (self.folder / name).write_bytes(content)
 
     def _held(self) -> dict[str, bytes]:
-        """Give the bytes of all that the archive holds, but its locks and its history, which every write adds to."""
-        beside = (LOCKS, HISTORY)
-        files = (path for path in self.archive.rglob("*") if path.is_file() and not {*path.parts}.intersection(beside))
-        return {path.relative_to(self.archive).as_posix(): path.read_bytes() for path in files}
+        """Give the bytes of all that the archive holds, but its locks, and of its history those that came first."""
+        files = (path for path in self.archive.rglob("*") if path.is_file() and path.parent.name != LOCKS)
+        held = {path.relative_to(self.archive).as_posix(): path.read_bytes() for path in files}
+        return held | {HISTORY: held[HISTORY][: self.begun]}
 
     def run(self, case: Case) -> tuple[str, str]:
         """Return what became of a case, and what was said of it."""
