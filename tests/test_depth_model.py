@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from scipy.stats import multivariate_normal
+from scipy.stats import chi2, multivariate_normal
 from test_identify import CASES, record
 
 from tribopipe.documents.manifest import EndValues
+from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
+from tribopipe.evaluation.depth_model_summary import depth_model
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.wear.depth_problem import depth_problem
 from tribopipe.evaluation.wear.findings import DECISIVE
@@ -176,6 +178,28 @@ def test_draws_of_the_end_depth_have_its_moments():
     depth, spread = posterior.together
     assert np.mean(drawn) == pytest.approx(depth, abs=0.05 * spread)
     assert np.std(drawn) == pytest.approx(spread, rel=0.05)
+
+
+@pytest.mark.parametrize("spread", [10e-9, 0.2e-6, 5e-6])
+def test_terms_change_with_the_scale_of_the_reading_as_if_it_were_fitted_anew(spread):
+    found = reading(np.random.default_rng(7), spread=spread)
+    low, high = (depth_posterior(replace(found, depth=found.depth * (1 + by))).terms[0] for by in (-1e-5, 1e-5))
+    offset, drift = depth_posterior(found).terms_per_scale[:2]
+    np.testing.assert_allclose([offset, drift], (high - low)[:2] / 2e-5, rtol=0.05, atol=0.02e-6)
+
+
+@pytest.mark.parametrize("spread", [10e-9, 0.2e-6])
+def test_drift_is_off_by_what_its_uncertainty_says_where_the_scale_is_off(spread):
+    """The scale takes 100 nm of 20 µm, ten times what an exact measurement of the end may be off by."""
+    scale, off = Quantity(value=1.0, unit="1", standard_uncertainty=0.005), []
+    for seed in range(60):
+        rng = np.random.default_rng([seed, 11])
+        found = reading(rng, spread=spread)
+        found = replace(found, depth=found.depth * (1 + 0.005 * rng.standard_normal()))
+        drift = depth_model(depth_posterior(found), 1.0, scale).drift_rate
+        off.append((drift.value + 0.4e-6) / drift.standard_uncertainty)
+    low, high = np.sqrt(chi2.ppf([0.001, 0.999], len(off)) / len(off))
+    assert low < np.sqrt(np.mean(np.square(off))) < high
 
 
 def test_measurement_and_wear_differ_as_each_way_has_it():

@@ -25,10 +25,10 @@ StepName: TypeAlias = str
 
 METHODS: dict[str, int] = {
     "clean_up": 1,
-    "drift_correction": 2,
+    "drift_correction": 3,
     "friction_fit": 2,
     "specific_wear": 2,
-    "wear_fit": 2,
+    "wear_fit": 3,
     "prediction": 1,
     "local_wear": 1,
     "study": 2,

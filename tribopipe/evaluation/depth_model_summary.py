@@ -10,9 +10,21 @@ from tribopipe.results.evaluation import DepthModel
 _PROBABLE = 0.5
 
 
-def depth_model(posterior: DepthPosterior, duration: float) -> DepthModel:
-    """Return what a posterior says of everything but wear; ``duration`` is the sliding time, s."""
-    reading, (mean, deviation) = posterior.reading, posterior.terms
+def depth_model(posterior: DepthPosterior, duration: float, scale: Quantity) -> DepthModel:
+    """Return what a posterior says of everything but wear.
+
+    Parameters
+    ----------
+    posterior
+        Of the reading by the best estimate of the sensor's scale.
+    duration
+        Sliding time, s.
+    scale
+        Scale of the sensor, whose uncertainty the posterior knows nothing of: it is in that of offset, drift and
+        settling, since where the end of the wear is known, they take what the reading is too large or too small by.
+    """
+    reading, (mean, statistical) = posterior.reading, posterior.terms
+    deviation = np.hypot(statistical, (scale.standard_uncertainty or 0.0) / scale.value * posterior.terms_per_scale)
     offsets = reading.offsets.shape[1]
     line = offsets + (0 if reading.free is None else reading.free.shape[1])
     first = line + 1 + len(reading.known)

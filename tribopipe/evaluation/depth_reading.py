@@ -16,8 +16,10 @@ from tribopipe.contacts.pin_on_disc import pin_curve
 from tribopipe.contacts.twin_disc import disc_pair, nominal_values
 from tribopipe.documents.contact import Pin
 from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.applied_load import applied_load
+from tribopipe.evaluation.measurements.measured import stated_or_default
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear
 from tribopipe.evaluation.measurements.twin_disc import DiscEndWear
 from tribopipe.evaluation.preprocessing.spikes import spikes
@@ -126,6 +128,12 @@ def depth_record(run: RawRun) -> DepthRecord:
     )
     slid = float(distance[placed][-1])
     return DepthRecord(samples, start, duration, slid, stops, new, int(np.count_nonzero(spiky & ~seen)))
+
+
+def sensor_scale(run: RawRun, recipe: Recipe) -> Quantity:
+    """Return by how much the depth sensor's reading is to be multiplied, with its uncertainty."""
+    scale = run.manifest.sensors.depth_scale
+    return stated_or_default(scale, recipe.uncertainty.depth_scale * abs(scale.value))[0]
 
 
 def remountings(manifest: RunManifest, distance: Column) -> Column:

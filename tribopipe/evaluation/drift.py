@@ -32,9 +32,9 @@ from tribopipe.evaluation.depth_reading import (
     disc_reading,
     pin_reading,
     require_samples,
+    sensor_scale,
     sliding_time,
 )
-from tribopipe.evaluation.measurements.measured import stated_or_default
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear
 from tribopipe.evaluation.measurements.twin_disc import DiscEndWear, disc_end_wear
 from tribopipe.physics.autocorrelation import inflation, left_of
@@ -186,10 +186,11 @@ def _by_model(
         pin = best_pin(run, pin_end, recipe)
         reading = pin_reading(run, samples, pin_end, recipe, pin=pin, share=lambda s: s / slid)
     posterior = depth_posterior(reading)
-    found = depth_model(posterior, record.duration)
+    scale = sensor_scale(run, recipe)
+    found = depth_model(posterior, record.duration, scale)
     time, segments = (run.columns["time"] - record.start) / record.duration, record.segments(run.sliding_distance)
     beside = baseline(posterior, time, segments, run.columns.get("temperature"))
-    wear = run.manifest.sensors.depth_scale.value * run.columns["depth"] - beside
+    wear = scale.value * run.columns["depth"] - beside
     changed = {
         "correction": "model",
         "zero_offset": found.zero_offsets[0],
@@ -207,7 +208,7 @@ def _by_model(
 
 def _contradictions(run: RawRun, found: DepthModel, measured: Quantity, recipe: Recipe) -> Iterator[Finding]:
     """Say where the reading of two discs tells another wear than what was measured on them."""
-    scale, _ = stated_or_default(run.manifest.sensors.depth_scale, recipe.uncertainty.depth_scale)
+    scale = sensor_scale(run, recipe)
     read = combined(lambda depth, by: depth * by / scale.value, (found.end_depth_by_reading, scale), "m")
     spread = math.hypot(read.standard_uncertainty or 0.0, measured.standard_uncertainty or 0.0)
     deviation = (read.value - measured.value) / max(spread, 1e-15)
@@ -227,12 +228,12 @@ def _contradictions(run: RawRun, found: DepthModel, measured: Quantity, recipe: 
 
 def _two_step(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> CorrectedRun:
     """Subtract the straight line between zero offset and end reading."""
-    trace, scale = read_trace(run, end, recipe), run.manifest.sensors.depth_scale.value
-    wear = trace.wear(end.total.value, trace.zero_offset.value, trace.end_reading.value, scale)
-    gap = scale * (trace.end_reading.value - trace.zero_offset.value) - end.total.value
-    spread = math.hypot(
-        *(part.standard_uncertainty or 0.0 for part in (end.total, trace.zero_offset, trace.end_reading))
-    )
+    trace = read_trace(run, end, recipe)
+    scale = sensor_scale(run, recipe)
+    wear = trace.wear(end.total.value, trace.zero_offset.value, trace.end_reading.value, scale.value)
+    read = combined(lambda last, first, by: (last - first) * by, (trace.end_reading, trace.zero_offset, scale), "m")
+    gap = read.value - end.total.value
+    spread = math.hypot(end.total.standard_uncertainty or 0.0, read.standard_uncertainty or 0.0)
     rate = Quantity(value=gap / trace.duration, unit="m/s", standard_uncertainty=spread / trace.duration)
     correction = DriftCorrection(
         outcome="corrected",

@@ -104,7 +104,7 @@ def _by_whole_reading(whole: DepthProblem | None, recipe: Recipe) -> dict[str, A
         "by_reading": ways["reading"],
         "by_measurement": ways.get("measurement"),
         "deviation": whole.deviation if whole.measured_after else None,
-        "sensor": depth_model(whole.posterior, whole.trace.duration),
+        "sensor": depth_model(whole.posterior, whole.trace.duration, whole.inputs["depth_scale"].quantity),
     }
 
 

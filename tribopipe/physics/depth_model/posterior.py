@@ -189,9 +189,14 @@ class DepthPosterior:
         """Means and covariances of the coefficients in each way, with the measurement."""
         if self.anchor is None:
             return self.ways.mean, self.ways.covariance
-        gain = self.ways.covariance[:, :, 0] / (self.ways.covariance[:, :1, 0] + self.anchor.uncertainty**2)
-        means = self.ways.mean + gain * (self.anchor.value - self.ways.mean[:, :1])
-        return means, self.ways.covariance - gain[:, :, None] * self.ways.covariance[:, None, :, 0]
+        means = self.ways.mean + self._gain * (self.anchor.value - self.ways.mean[:, :1])
+        return means, self.ways.covariance - self._gain[:, :, None] * self.ways.covariance[:, None, :, 0]
+
+    @cached_property
+    def _gain(self) -> Column:
+        """By how much the coefficients in each way change with the measurement."""
+        measured = 0.0 if self.anchor is None else self.anchor.uncertainty**2
+        return np.asarray(self.ways.covariance[:, :, 0] / (self.ways.covariance[:, :1, 0] + measured))
 
     @property
     def shared_variance(self) -> float:
@@ -219,6 +224,18 @@ class DepthPosterior:
         off = means[:, :1] - self.weights @ means[:, 0]
         covariance = self._by_column(self.weights[:, None] * (covariances[:, :, 0] + means * off))
         return np.asarray(covariance[1:] / covariance[0])
+
+    @cached_property
+    def terms_per_scale(self) -> Column:
+        """By how much the coefficient of each column changes with the logarithm of the sensor's scale, m.
+
+        A reading that is larger by a factor is one of so much more wear, drift and all else; what was measured on the
+        specimens stays, and the terms take the difference.
+        """
+        means, _ = self._anchored
+        if self.anchor is not None:
+            means = means - self._gain * (self.anchor.value + self.reference)
+        return self._by_column(self.weights[:, None] * means)[1:]
 
     def _by_column(self, found: Column) -> Column:
         """Add up what belongs to the coefficients of each way: those of each settling by themselves."""
