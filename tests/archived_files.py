@@ -20,6 +20,12 @@ def edited(path: Path) -> Iterator[h5py.File]:
     seal_file(path)
 
 
+def write_as_earlier(path: Path) -> None:
+    """Let an archived run say that it is of the last format before the first release."""
+    with edited(path) as file:
+        file["entry/archived/format"][()] = "tribopipe.archive/3"
+
+
 def with_sources(bare: RawRun, **contents: bytes) -> RawRun:
     """Return a run of five samples that was read from some files; `run` is its run.toml."""
     distance = np.linspace(0, 1, 5)

@@ -76,7 +76,6 @@ COMMANDS: Mapping[str, str] = {
     "export-csv": f"export csv {PIN} --output columns",
     "reproduce": f"reproduce {PIN}",
     "live": f"live sample_runs/{PIN} --once",
-    "migrate": "migrate --archive other",
     "verify": "verify --archive other",
     "rescue": f"rescue other/{PIN}.h5 --to rescued",
     "mark-bad": f"mark-bad {PIN} --reason outlier --by lab --archive other",

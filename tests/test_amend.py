@@ -11,14 +11,11 @@ from folders import replace_in, tree_bytes
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from killed import Killed, dying_at
-from old_formats import take_back
 
 from tribopipe.archive.catalog.catalog import Catalogue
 from tribopipe.archive.earlier_manifests import changes
 from tribopipe.archive.history.entry import FILE_NAME as HISTORY
 from tribopipe.archive.lock import LOCKS
-from tribopipe.archive.migrate import content_of
-from tribopipe.archive.opening import of_any_format
 from tribopipe.archive.rescue import rescue
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
@@ -173,21 +170,6 @@ def test_it_is_undone_by_amending_back(amended, measured):
     assert [one.changes for one in amended.earlier_manifests(RUN)] == ["end_values added", "end_values removed"]
     assert amended.raw_sha256(RUN) == first.raw_sha256
     assert amended.raw(RUN).sources[0].content == first.source.content
-    assert verify(amended, [RUN]).findings == ()
-
-
-def test_it_comes_along_from_an_older_format(amended, run_cli):
-    path = amended.path(RUN)
-    with of_any_format(path) as file:
-        before = content_of(file)
-    take_back(path, 2)
-    accept(amended.folder, RUN)
-    assert run_cli("ls", "--archive", amended.folder).exit_code == 1
-    brought = run_cli("migrate", "--archive", amended.folder)
-    assert (brought.exit_code, f"{RUN}: format 2 brought to 3" in brought.stderr) == (0, True)
-    with of_any_format(path) as file:
-        assert content_of(file) == before
-    assert [one.changes for one in amended.earlier_manifests(RUN)] == ["end_values added"]
     assert verify(amended, [RUN]).findings == ()
 
 

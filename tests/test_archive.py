@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
-from archived_files import edited
+from archived_files import edited, write_as_earlier
 from folders import DISC_IDS, SAMPLE_IDS
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -17,11 +17,13 @@ from hypothesis.extra import numpy as npst
 
 from tribopipe.archive.history.entry import FILE_NAME as HISTORY
 from tribopipe.archive.lock import LOCKS
+from tribopipe.archive.rescue import rescue
 from tribopipe.archive.steps import STEPS, Step, downstream
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
 from tribopipe.base.files import natural_order
 from tribopipe.documents.quantity import Quantity
+from tribopipe.pipeline.stages import ingest
 from tribopipe.results.evaluation import DriftCorrection, FrictionFit, WearFit
 from tribopipe.results.finding import Finding
 from tribopipe.results.run import ExtraColumn, RawRun, SourceFile
@@ -183,9 +185,21 @@ def test_file_of_a_later_format_is_refused(bare_run, tmp_path):
     archive = Archive(tmp_path)
     archive.add(run_with(bare_run, np.arange(10.0)))
     with edited(archive.path("bare")) as file:
-        file["entry/archived/format"][()] = "tribopipe.archive/99"
-    with pytest.raises(ArchiveError, match="archive/99"):
+        file["entry/archived/format"][()] = "tribopipe.run/99"
+    with pytest.raises(ArchiveError, match=r"'tribopipe.run/99'; .*; use the tribopipe version that wrote it"):
         archive.raw("bare")
+
+
+def test_file_of_a_format_before_the_first_release_says_how_to_bring_it_over(short_runs, tmp_path):
+    archive, path = Archive(tmp_path / "archive"), tmp_path / "archive" / "si3n4-air-200mN.h5"
+    ingest(short_runs / path.stem, archive)
+    raw = archive.raw_sha256(path.stem)
+    write_as_earlier(path)
+    with pytest.raises(ArchiveError, match=r"'tribopipe.archive/3', .*; save .*`tribopipe rescue`, and ingest them"):
+        archive.raw(path.stem)
+    again = Archive(tmp_path / "again")
+    ingest(rescue(path, tmp_path / "saved").folder, again)
+    assert again.raw_sha256(path.stem) == raw
 
 
 def nxcheck(path: Path) -> tuple[int, int, str]:

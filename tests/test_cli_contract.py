@@ -58,7 +58,6 @@ FLAGS = {
     "export dataset": COMMON | {"--ro-crate", "--eln", "--dataset", "--report", "--no-report", "--force"},
     "import": COMMON,
     "reproduce": COMMON,
-    "migrate": COMMON,
     "rescue": {"--to", "--json"},
     "verify": COMMON | {"--run", "--recompute", "--against", "--accept"},
     "remove": COMMON | {"--study", "--force"},

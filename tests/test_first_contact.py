@@ -12,11 +12,10 @@ from typing import Any, get_args
 
 import pytest
 import typer
-from archived_files import with_sources
+from archived_files import with_sources, write_as_earlier
 from folders import SAMPLES, replace_in
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from old_formats import take_back
 from test_light_import import heavy_modules_after
 
 from tribopipe.archive.store import Archive
@@ -169,9 +168,7 @@ def test_a_study_is_run_once_its_runs_are_archived(tmp_path):
 
 
 def test_files_that_cannot_be_read_come_first():
-    older, damaged = "found the format 2; `tribopipe migrate` brings it up to date", "found a damaged file"
-    assert offered(unreadable={"a": older}) == ["tribopipe migrate"]
-    assert offered([listed("b")], unreadable={"a": damaged}) == ["tribopipe verify", BROWSE]
+    assert offered([listed("b")], unreadable={"a": "found a damaged file"}) == ["tribopipe verify", BROWSE]
 
 
 def test_an_export_is_named_where_nothing_else_is(commands, lab):
@@ -211,15 +208,15 @@ def test_folders_are_known_by_their_run_toml(commands, lab, archived):
 
 
 @pytest.mark.usefixtures("archived")
-def test_a_damaged_or_older_file_is_not_taken_for_a_run_to_be_archived(commands, lab):
+def test_a_damaged_or_earlier_file_is_not_taken_for_a_run_to_be_archived(commands, lab):
     path = Archive(lab / "archive").path("bare")
     whole = path.read_bytes()
     path.chmod(0o600)
     path.write_bytes(whole[:-1])
     assert commands() == ["tribopipe verify"]
     path.write_bytes(whole)
-    take_back(path, 2)
-    assert commands() == ["tribopipe migrate"]
+    write_as_earlier(path)
+    assert commands() == ["tribopipe verify"]
 
 
 @pytest.mark.slow

@@ -18,7 +18,6 @@ import pytest
 from archived_files import edited
 from folders import tree_bytes
 from killed import Killed, dying_at
-from old_formats import take_back
 from test_archive import run_with
 
 import tribopipe.pipeline.verify.history as verifying
@@ -27,7 +26,6 @@ from tribopipe.archive.history import chain
 from tribopipe.archive.history.account import Account
 from tribopipe.archive.history.entry import FILE_NAME, FIRST, chained, entry, hash_of
 from tribopipe.archive.lock import LOCKS
-from tribopipe.archive.migrate import migrate
 from tribopipe.archive.removal import remove, restore
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
@@ -36,7 +34,6 @@ from tribopipe.base.files import sha256_of
 from tribopipe.documents.annotation import Annotation
 from tribopipe.documents.study import Study
 from tribopipe.pipeline.verify.archive import verify
-from tribopipe.pipeline.verify.history import accept
 from tribopipe.results.agreement import StudyResult
 from tribopipe.results.finding import Finding
 from tribopipe.results.run import RawRun
@@ -592,15 +589,6 @@ def test_writers_killed_at_any_moment_raise_no_alarm(folder, tmp_path, times):
                 assert alarms(folder) == []
     assert errors(folder) == []
     assert Account(folder).read().lines > times
-
-
-def test_a_migrated_file_is_known(folder):
-    archive, path = Archive(folder), folder / FILES[0]
-    take_back(path, 2)
-    accept(folder, RUN)
-    migrate(archive, path)
-    assert json.loads(lines_of(folder)[-2])["event"] == "migrated"
-    assert [one for one in errors(folder) if one.code == "history"] == []
 
 
 # --- several at once ---

@@ -56,7 +56,6 @@ export runs
 export umeshmotion si3n4-air-200mN
 verify
 reproduce
-migrate
 rescue archive/si3n4-air-200mN.h5 --to rescued
 formats list
 formats detect stroke_1.csv

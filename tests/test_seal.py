@@ -62,14 +62,14 @@ def test_damage_is_not_copied_into_the_next_file(archive):
     assert path.read_bytes() == content
 
 
-def test_a_file_without_its_seal_is_told_apart_from_an_older_one(archive):
+def test_a_file_without_its_seal_is_told_apart_from_an_earlier_one(archive):
     path = archive.path("bare")
     path.write_bytes(path.read_bytes()[SEAL_SIZE:])
     with pytest.raises(ArchiveError, match="no seal in front"):
         archive.raw("bare")
     with h5py.File(path, "r+") as file:
         file["entry/archived/format"][()] = "tribopipe.archive/1"
-    with pytest.raises(ArchiveError, match=r"'tribopipe.archive/1'; expected .*migrate"):
+    with pytest.raises(ArchiveError, match=r"'tribopipe.archive/1', .*'tribopipe.run/1'; .*`tribopipe rescue`"):
         archive.raw("bare")
 
 

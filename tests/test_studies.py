@@ -455,7 +455,7 @@ def a_run(path: Path) -> None:
 
 def later_format(path: Path) -> None:
     with edited(path) as file:
-        file["entry/archived/format"][()] = "tribopipe.archive.study/99"
+        file["entry/archived/format"][()] = "tribopipe.study/99"
 
 
 def hollow(path: Path) -> None:

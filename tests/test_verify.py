@@ -170,7 +170,7 @@ DAMAGE = {
     put("entry/identifier_run", "another"): {("error", "identity")},
     put("entry/marks/data", "[{]"): {("error", "content")},
     put("entry/annotations", 1.0): {("error", "content"), ("warning", "nexus")},
-    put("entry/archived/format", "tribopipe.archive/99"): {("error", "content")},
+    put("entry/archived/format", "tribopipe.run/99"): {("error", "content")},
     put("entry/wear_fit_archard/result/data", "{}"): {("error", "content")},
     put("entry/friction_fit/fingerprints/result_sha256", "0" * 64): {("error", "result")},
 }
@@ -335,9 +335,8 @@ def test_what_is_none_of_ours_is_noted(small):
     (small / "old").mkdir()
     (small / "studies" / "draft.toml").write_bytes(b"")
     (small / "folder.h5").mkdir()
-    (small / "before-format-2").mkdir()
     told = {one.where: one.severity for one in verify(Archive(small)).findings if one.code == "folder"}
-    assert told == dict.fromkeys(["thesis.docx", "old", "studies/draft.toml", "folder.h5", "before-format-2"], "note")
+    assert told == dict.fromkeys(["thesis.docx", "old", "studies/draft.toml", "folder.h5"], "note")
 
 
 @pytest.mark.skipif(os.name == "nt", reason="a file system that does not tell capitals has no such names")

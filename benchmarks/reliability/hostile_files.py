@@ -79,7 +79,6 @@ def commands(archive: Path, out: Path) -> Commands:
         "rescue": ("rescue", archive / f"{run}.h5", "--to", out / "rescued"),
         "study show": ("study", "show", STUDY_ID, *where),
         "report of a study": ("report", STUDY_ID, "-o", out / "study.html", *where),
-        "migrate": ("migrate", *where),
         "fit": ("fit", run, "--force", *where),
         "tag": ("tag", run, "--add", "seen", *where),
     }

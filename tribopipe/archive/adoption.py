@@ -4,21 +4,19 @@ import json
 from pathlib import Path
 
 from tribopipe.archive import nexus
-from tribopipe.archive.formats import STUDY_FORMAT, Format, check_format, format_of
-from tribopipe.archive.opening import of_any_format
+from tribopipe.archive.formats import STUDY_FORMAT, Format, check_format
+from tribopipe.archive.opening import opened
 from tribopipe.base.errors import ArchiveError
 
 
 def check_adopted(part: Path, path: Path, form: Format) -> None:
-    """Look through a file that is to have the name ``path``; one of an older format waits there for `migrate`.
+    """Look through a file that is to have the name ``path``.
 
-    Raises ``ArchiveError`` where it is damaged, hostile, of a later format, or not the run or study of that name.
+    Raises ``ArchiveError`` where it is damaged, hostile, of another format, or not the run or study of that name.
     """
     try:
-        with of_any_format(part) as file:
-            found = format_of(file)
-            if found is None or found.kind != form.kind or found.version > form.version:
-                check_format(file, path, form)
+        with opened(part) as file:
+            check_format(file, path, form)
             document = "study" if form == STUDY_FORMAT else "manifest"
             held = json.loads(nexus.text(file, f"entry/{document}/data"))["id"]
     except ArchiveError as error:

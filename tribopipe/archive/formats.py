@@ -10,7 +10,9 @@ from tribopipe.base.errors import ArchiveError
 
 FORMAT_TEXT = "entry/archived/format"
 """Where a file says of which format it is."""
-_FORMAT = re.compile(r"(tribopipe\.archive(?:\.study)?)/(\d{1,6})")
+_FORMAT = re.compile(r"(tribopipe\.(?:run|study|archive(?:\.study)?))/(\d{1,6})")
+_EARLIER = ("tribopipe.archive", "tribopipe.archive.study")
+"""What runs and studies were called before the first release."""
 
 
 class Format(NamedTuple):
@@ -23,8 +25,8 @@ class Format(NamedTuple):
         return f"{self.kind}/{self.version}"
 
 
-RUN_FORMAT = Format("tribopipe.archive", 3)
-STUDY_FORMAT = Format("tribopipe.archive.study", 3)
+RUN_FORMAT = Format("tribopipe.run", 1)
+STUDY_FORMAT = Format("tribopipe.study", 1)
 
 
 def format_of(file: h5py.File) -> Format | None:
@@ -40,15 +42,22 @@ def check_format(file: h5py.File, path: object, expected: Format) -> None:
     found = format_of(file)
     if found == expected:
         return
+    if found is not None and found.kind in _EARLIER:
+        remedy = (
+            "save the files that it was ingested from with `tribopipe rescue`, and ingest them into another archive"
+            if expected == RUN_FORMAT
+            else "run the study anew in another archive, once its runs are there"
+        )
+        raise ArchiveError(
+            f"{path}: found the format '{found}', of a tribopipe before the first release; expected '{expected}'; "
+            f"{remedy}"
+        )
     if found is None or found.kind != expected.kind:
         holds = "run" if expected.kind == RUN_FORMAT.kind else "study"
         raise ArchiveError(
             f"{path}: found an HDF5 file that is no tribopipe {holds}; expected one written by tribopipe; move it out "
             "of the archive folder"
         )
-    mend = (
-        "`tribopipe migrate` brings it up to date"
-        if found.version < expected.version
-        else "use the tribopipe version that wrote it, or a later one"
+    raise ArchiveError(
+        f"{path}: found the format '{found}'; expected '{expected}'; use the tribopipe version that wrote it"
     )
-    raise ArchiveError(f"{path}: found the format '{found}'; expected '{expected}'; {mend}")

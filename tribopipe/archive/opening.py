@@ -22,23 +22,11 @@ _LONGEST = 300
 
 @contextmanager
 def opened(path: Path, parts: Sequence[str] | None = None) -> Iterator[h5py.File]:
-    """Open a file of the archive for reading, all of it or some datasets alone.
+    """Open a file of the archive for reading.
 
-    Raises ``ArchiveError`` where a byte of it is not as it was written, it has no seal, or it cannot be read.
-    """
-    with of_any_format(path, parts) as file:
-        if not is_sealed(path):
-            _refuse_unsealed(file, path)
-        yield file
+    It is looked through before; where no more than some datasets are wanted, these alone are looked at.
 
-
-@contextmanager
-def of_any_format(path: Path, parts: Sequence[str] | None = None) -> Iterator[h5py.File]:
-    """Open a file for reading that may be of a format without a seal.
-
-    One of ours is looked through before; where no more than some datasets are wanted, these alone are looked at.
-
-    Raises ``ArchiveError`` where a byte of a sealed file is not as it was written, it holds what tribopipe never
+    Raises ``ArchiveError`` where a byte of it is not as it was written, it has no seal, it holds what tribopipe never
     writes, or it cannot be read.
     """
     try:
@@ -53,6 +41,8 @@ def of_any_format(path: Path, parts: Sequence[str] | None = None) -> Iterator[h5
                 check_parts(file, [FORMAT_TEXT, *(parts or ())])
                 if parts is None and format_of(file) is not None:
                     own_datasets(file)
+            if not is_sealed(path):
+                _refuse_unsealed(file, path)
             yield file
         except _DAMAGED as error:
             if number := number_of(error):
@@ -80,7 +70,7 @@ def _why_not_opened(error: OSError) -> str:
 
 
 def _refuse_unsealed(file: h5py.File, path: Path) -> NoReturn:
-    """Say what a file without a seal is: one of an older format, one that lost it, or none of ours."""
+    """Say what a file without a seal is: one of an earlier format, one that lost it, or none of ours."""
     found = format_of(file)
     check_format(file, path, STUDY_FORMAT if found is not None and found.kind == STUDY_FORMAT.kind else RUN_FORMAT)
     raise ArchiveError(

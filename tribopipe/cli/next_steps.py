@@ -113,16 +113,10 @@ def _not_as_archived(found: Whereabouts) -> tuple[list[Path], list[Path]]:
 
 
 def _of_unreadable(found: Whereabouts) -> Iterator[NextStep]:
-    """Say what to do with files of the archive that cannot be read: their own sentences name the command."""
-    older = [run_id for run_id, error in found.unreadable.items() if "`tribopipe migrate`" in error]
-    damaged = [run_id for run_id in found.unreadable if run_id not in older]
-    if older:
-        why = f"{_are(older, 'file')} of an older format: bring the archive up to date"
-        yield NextStep(why, ("tribopipe migrate",))
-    if damaged:
-        yield NextStep(
-            f"{_counted(len(damaged), 'file')} of the archive cannot be read: see why", ("tribopipe verify",)
-        )
+    """Say what to do with files of the archive that cannot be read."""
+    if found.unreadable:
+        why = f"{_counted(len(found.unreadable), 'file')} of the archive cannot be read: see why"
+        yield NextStep(why, ("tribopipe verify",))
 
 
 def _of_folders(new: Sequence[Path], amended: Sequence[Path], found: Whereabouts) -> Iterator[NextStep]:

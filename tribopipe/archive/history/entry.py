@@ -21,7 +21,7 @@ FIRST = "0" * 64
 LONGEST_LINE = 1 << 16
 """Bytes; those we write have some hundreds."""
 State: TypeAlias = str | None
-Change = Literal["written", "imported", "migrated", "removed", "restored"]
+Change = Literal["written", "imported", "removed", "restored"]
 """Announced before the file takes its place, or leaves it."""
 Event = Literal[Change, "done", "settled", "adopted", "accepted", "begun", "broken"]
 _NAME = rf"^(({STUDIES}/)?[^./\\:\x00-\x1f][^/\\:\x00-\x1f]{{0,250}}\{SUFFIX}|{FILE_NAME}|)$"

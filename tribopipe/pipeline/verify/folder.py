@@ -14,8 +14,6 @@ from tribopipe.base.errors import ArchiveError
 from tribopipe.base.files import is_old, leftovers
 from tribopipe.pipeline.verify.look import Look
 
-_BEFORE = "before-format-"
-"""How the folders are called in which migration keeps what was there."""
 _OURS = {FILE_NAME, f"{FILE_NAME}-journal", HISTORY, REMOVED, STUDIES, FIGURES}
 
 
@@ -54,10 +52,6 @@ def _others(archive: Path) -> Iterator[Look]:
         look = Look(_inside(archive, path))
         if path.is_symlink() and not path.exists():
             look.error("folder", "found a link that leads nowhere; expected the file", "restore what it leads to")
-        elif look.name.startswith(_BEFORE):
-            look.note(
-                "folder", "found files as they were before `tribopipe migrate`", "remove them once it is all right"
-            )
         else:
             look.note("folder", "found what is none of tribopipe's; expected runs and studies", "move it elsewhere")
         yield look

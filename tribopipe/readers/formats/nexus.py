@@ -1,6 +1,6 @@
 """Run archived by tribopipe (.h5): HDF5, laid out by NeXus.
 
-    /entry/archived/format             "tribopipe.archive/3", or an older one
+    /entry/archived/format             "tribopipe.run/1", or one of before the first release
     /entry/raw/<signal>                numbers in SI; attributes units, origin ("measured", "derived from …")
     /entry/extra_columns/column_<n>    numbers or texts; attributes column_name, column_unit
     /entry/source_files/file_<n>       description: what stood above the numbers of that file
@@ -30,9 +30,9 @@ from tribopipe.results.run import SourceFile
 _MAGIC = b"\x89HDF\r\n\x1a\n"
 _SUPERBLOCK = 48
 _HEAD_BYTES = 1 << 16
-_FORMATS = ("tribopipe.archive/1", "tribopipe.archive/2", "tribopipe.archive/3")
+_FORMATS = ("tribopipe.run/1", "tribopipe.archive/1", "tribopipe.archive/2", "tribopipe.archive/3")
 _USER_BLOCKS = (0, 512)
-"""Where HDF5 begins: from format 2 on, after a user block."""
+"""Where HDF5 begins: after a user block, but in the first files of all."""
 _REMEDY = "copy the file again from the archive"
 _FACTS = ("started", "title", "operator", "instrument", "comment", "contact", "conditions")
 
