@@ -39,6 +39,7 @@ def test_a_request_that_does_not_come_is_not_waited_for(client, monkeypatch, sai
         assert not is_open(waiting)
 
 
+@pytest.mark.slow
 def test_the_longest_without_a_request_gives_way(client, monkeypatch):
     monkeypatch.setattr(patience, "most_connections", lambda: 20)
     with ExitStack() as held:
@@ -103,6 +104,7 @@ def test_two_reports_at_a_time_and_none_for_those_who_left(client, monkeypatch):
     assert (most[0], len(made)) == (2, 3)
 
 
+@pytest.mark.slow
 def test_a_report_that_nobody_waits_for_is_not_finished(client, monkeypatch):
     figures = []
 

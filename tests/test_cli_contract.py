@@ -407,6 +407,7 @@ def test_another_recipe_redoes_what_depends_on_it(run_cli, archive):
 # --- from nothing to a prediction ---
 
 
+@pytest.mark.slow
 def test_commands_lead_from_an_empty_folder_to_a_prediction(run_cli, short_plan, tmp_path):
     shutil.copy(short_plan, tmp_path)
     for command, told in (

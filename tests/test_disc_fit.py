@@ -247,6 +247,7 @@ def assert_binomial(held: list[int], count: int) -> None:
         assert binom.sf(one - 1, count, 0.95) > 0.002, held
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth_in_most_of_a_few_runs():
     assert_binomial(coverage(6), 6)
 

@@ -35,6 +35,7 @@ def contradicted(other_run):
     return other_run
 
 
+@pytest.mark.slow
 def test_finding_of_a_fit_is_seen_on_every_surface(run_cli, contradicted, tmp_path):
     place = ("--archive", tmp_path / "found")
     processed = run_cli("process", contradicted, *place)

@@ -81,6 +81,7 @@ def test_true_coefficient_comes_back_without_noise(run_id, law):
     assert fit.fitted_end_depth.value == pytest.approx(fit.measured_end_depth.value, rel=0.003, abs=20e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("correction", ["model", "two-step"])
 @pytest.mark.parametrize("law", ["archard", "sarkar"])
 def test_uncertainty_of_the_end_depth_is_that_of_draws_and_knows_no_load(law, correction):

@@ -87,6 +87,7 @@ def test_earlier_fit_is_shown_though_another_drift_correction_has_dropped_it(run
     assert f"{RUN}: archard: k_D {change(earlier, now, 'mm^3/(N*mm)')}\n" in result.stderr
 
 
+@pytest.mark.slow
 def test_result_that_is_done_again_and_stays_is_not_shown(run_cli, short_runs, archive):
     again = ("process", short_runs / RUN, "--archive", archive, "--no-figures", "--force", "--json")
     run_cli(*again)  # with as many draws as the next time

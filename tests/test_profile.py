@@ -69,6 +69,7 @@ def test_groove_in_a_flat_disc_is_two_thirds_of_its_box():
     assert track.area_per_crown_radius == 0
 
 
+@pytest.mark.slow
 @given(
     crown=st.floats(1e-3, 0.1),
     share=st.floats(0.005, 0.1),

@@ -79,6 +79,7 @@ def sound() -> list[Shape]:
     return [shape_of(seeded((LIGHT, CARBIDE)[seed % 2], 3_000 + seed)) for seed in range(60)]
 
 
+@pytest.mark.slow
 def test_trends_of_sound_runs_are_as_improbable_as_they_say(sound):
     told = np.array([shape.trend().p_value for shape in sound])
     assert np.all((told > 0) & (told <= 1))

@@ -209,6 +209,7 @@ def test_a_step_that_repeats_the_one_before_is_noted():
     assert read(write([STEPS[0], STEPS[0]])).notes == ("segments that repeat the one before, number for number: 2",)
 
 
+@pytest.mark.slow
 def test_cut_at_every_byte():
     content = SMALL
     truth = expected()
