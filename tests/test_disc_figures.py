@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from disc_runs import known_pair
 from folders import SAMPLES, replace_in
 
 from tribopipe.archive.store import Archive
@@ -19,7 +20,7 @@ from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.study.member import Member
 from tribopipe.evaluation.wear.twin_disc.curves import fitted_discs
 from tribopipe.evaluation.wear.twin_disc.fit import fit_discs
-from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario, KnownDiscs, published_discs
+from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario, published_discs
 from tribopipe.pipeline.archived_results import archived_correction
 from tribopipe.pipeline.stages import ingest, process
 from tribopipe.pipeline.studies import run_study
@@ -155,7 +156,7 @@ def test_wear_figure_says_both_coefficients_of_each_law(run):
     (curves,) = curves_of(run)
     words = plot_disc_wear(run, [curves]).axes[0].texts[-1].get_text()
     assert words.startswith("Archard, full-slip: $k_\\mathrm{D}$ / mm³/(N·mm) = ")
-    for found, disc in zip(curves.result.coefficients, ("curved", "flat"), strict=True):
+    for found, disc in zip(curves.result.bodies.values(), ("curved", "flat"), strict=True):
         assert f"{found.wear_coefficient.shown('mm^3/(N*mm)').removesuffix(' mm³/(N·mm)')} ({disc})" in words
 
 
@@ -291,7 +292,7 @@ def scenario(distance, flat=0.0):
         contact=TwinDisc(kind="twin-disc", **discs),
         normal_load=Quantity(value=0.3, unit="N"),
         slip=Quantity(value=0.1, unit="1"),
-        known=KnownDiscs(*coefficients, distance=distance),
+        known=known_pair(*coefficients, distance=distance),
     )
 
 

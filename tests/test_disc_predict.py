@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from disc_runs import BARE, BODY, CONVENTIONS, DOCUMENT, K_1, K_2, TYPICAL, exact_run, recipe, worn
+from disc_runs import BARE, BODY, CONVENTIONS, DOCUMENT, K_1, K_2, TYPICAL, exact_run, known_pair, recipe, worn
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -15,12 +15,11 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.slip import slip
+from tribopipe.evaluation.wear.known import known_wear
 from tribopipe.evaluation.wear.twin_disc.fit import fit_discs
 from tribopipe.evaluation.wear.twin_disc.predict import (
     MOST_STEPS,
     DiscScenario,
-    KnownDiscs,
-    known_discs,
     predict_discs,
     published_discs,
 )
@@ -47,7 +46,7 @@ def k_d(value: float, share: float | None = None) -> Quantity:
 def scenario(convention="full-slip", first=0.08, second=0.09, correlation=-0.3, **changes) -> DiscScenario:
     """What the sample discs are predicted for, with relative uncertainties of both k_D."""
     scale = TYPICAL[convention]
-    known = KnownDiscs(k_d(K_1 * scale, first), k_d(K_2 * scale, second), correlation, convention)
+    known = known_pair(k_d(K_1 * scale, first), k_d(K_2 * scale, second), correlation=correlation, distance=convention)
     given_ = {"curved_disc_speed": BARE.conditions.curved_disc_speed} | changes
     return replace(DiscScenario(BARE.twin_disc, BARE.conditions.normal_load, slip(BARE), known), **given_)
 
@@ -154,7 +153,7 @@ def test_uncertainty_is_that_of_draws(convention, correlation):
 
 
 def test_uncertainty_of_an_unworn_disc_is_none():
-    known = KnownDiscs(k_d(K_1, 0.05))
+    known = known_pair(k_d(K_1, 0.05))
     (point,) = predict_discs(scenario(known=known), [1e6]).prediction
     assert point.flat_disc_wear_volume.value == 0
     assert point.flat_disc_wear_volume.standard_uncertainty == 0
@@ -164,7 +163,7 @@ def test_uncertainty_of_an_unworn_disc_is_none():
 def test_flat_disc_that_may_have_worn_after_all_is_as_uncertain_as_its_k_d():
     """k₂ = 0 ± 0.1 k₁, as of a disc on which no wear was found."""
     flat = Quantity(value=0.0, unit="m^2/N", standard_uncertainty=0.1 * K_1)
-    (point,) = predict_discs(scenario(known=KnownDiscs(k_d(K_1, 0.05), flat)), [1e6]).prediction
+    (point,) = predict_discs(scenario(known=known_pair(k_d(K_1, 0.05), flat)), [1e6]).prediction
     assert point.flat_disc_wear_volume.value == 0
     once = worn(1e6, second=0.1 * K_1)
     assert point.flat_disc_wear_volume.standard_uncertainty == pytest.approx(float(once.flat_volume), rel=0.1)
@@ -180,12 +179,9 @@ def test_wide_uncertainty_of_k_d_stays_first_order(share):
 def test_own_end_values_come_back_from_a_fit():
     run = exact_run({"curved_disc_wear_volume": 0.05, "flat_disc_wear_volume": 0.06})
     fit = fit_discs(run, recipe=recipe())
-    known = known_discs(fit)
-    assert (known.curved, known.flat, known.correlation) == (
-        fit.curved_disc.wear_coefficient,
-        fit.flat_disc.wear_coefficient,
-        fit.correlation,
-    )
+    known = known_wear(fit)
+    assert known.bodies == {name: body.wear_coefficient for name, body in fit.bodies.items()}
+    assert (known.correlation, known.distance) == (fit.correlation, "full-slip")
     (point,) = predict_discs(scenario(known=known), [1e6]).prediction
     ends = run.manifest.end_values
     assert point.curved_disc_wear_volume.value == pytest.approx(ends.curved_disc_wear_volume.value, rel=1e-9)
@@ -254,7 +250,7 @@ def test_nothing_is_said_of_a_sound_prediction():
 
 
 def test_flat_of_half_the_crown_is_noted():
-    known = KnownDiscs(k_d(2000 * K_1, 0.1), k_d(2000 * K_2, 0.1))
+    known = known_pair(k_d(2000 * K_1, 0.1), k_d(2000 * K_2, 0.1))
     assert "the worn flat is 5.1" in notes(1e6, known=known)
     assert "more than the crown radius of" in notes(1e6, known=known)
 
@@ -269,12 +265,12 @@ def test_flat_wider_than_a_disc_is_noted(disc):
 
 
 def test_slip_changed_by_wear_is_noted():
-    known = KnownDiscs(k_d(300 * K_1, 0.1), k_d(300 * K_2, 0.1))
+    known = known_pair(k_d(300 * K_1, 0.1), k_d(300 * K_2, 0.1))
     assert "wear changes the slip from 4.00% to 5.30% at constant rotation rates" in notes(1e6, known=known)
 
 
 def test_k_d_without_uncertainty_is_noted():
-    assert "k_D is taken as exact" in notes(1e6, known=KnownDiscs(k_d(K_1), k_d(K_2)))
+    assert "k_D is taken as exact" in notes(1e6, known=known_pair(k_d(K_1), k_d(K_2)))
 
 
 def test_defaults_are_named():
@@ -298,7 +294,7 @@ def test_rotations_that_are_no_count_are_refused(at):
 
 @pytest.mark.parametrize("scheme", ["exact", "published"])
 def test_wear_beyond_the_crown_is_refused(scheme):
-    known = KnownDiscs(k_d(1e5 * K_1, 0.1), k_d(1e5 * K_2, 0.1))
+    known = known_pair(k_d(1e5 * K_1, 0.1), k_d(1e5 * K_2, 0.1))
     with pytest.raises(ContactError, match="crown"):
         predict_discs(scenario(known=known), [1e6], scheme=scheme, steps=1000)
 
@@ -322,7 +318,7 @@ def test_depth_that_is_none_is_refused(depth):
 
 
 def test_depth_of_a_curved_disc_that_does_not_wear_is_refused():
-    known = KnownDiscs(Quantity(value=0.0, unit="m^2/N"), k_d(K_2, 0.1))
+    known = known_pair(Quantity(value=0.0, unit="m^2/N"), k_d(K_2, 0.1))
     with pytest.raises(FitError, match="a curved disc that does not wear"):
         predict_discs(scenario(known=known), depths=[1e-6])
 

@@ -36,7 +36,7 @@ from tribopipe.pipeline.studies import (
     study_toml,
 )
 from tribopipe.results.agreement import LeftOut, StudyResult
-from tribopipe.results.evaluation import WearPrediction
+from tribopipe.results.wear_prediction import WearPrediction
 
 # What is kept and what is refused does not depend on how often one draws.
 pytestmark = pytest.mark.usefixtures("few_draws")

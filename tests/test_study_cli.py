@@ -20,8 +20,8 @@ from tribopipe.extras.simulate import simulate_plan
 from tribopipe.pipeline.stages import ingest
 from tribopipe.pipeline.studies import run_study, study_toml
 from tribopipe.results.agreement import StudyResult
-from tribopipe.results.evaluation import WearPrediction
 from tribopipe.results.test_design import Design
+from tribopipe.results.wear_prediction import WearPrediction
 
 # What is said and what is refused does not depend on how often one draws.
 pytestmark = pytest.mark.usefixtures("few_draws")

@@ -14,10 +14,11 @@ from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.recipe import LawName
 from tribopipe.documents.record import Record
 from tribopipe.physics.laws import LAWS
-from tribopipe.results.disc_evaluation import TwinDiscFit, TwinDiscPrediction
-from tribopipe.results.evaluation import DriftCorrection, FrictionFit, WearFit, WearPrediction
+from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.local_wear import LocalWearResult
 from tribopipe.results.specific_wear import SpecificWear
+from tribopipe.results.wear_fit import WearFit
+from tribopipe.results.wear_prediction import TwinDiscPrediction, WearPrediction
 
 StepName: TypeAlias = str
 """Such as "drift_correction" or "wear_fit_archard": steps under a wear law end in its name."""
@@ -28,7 +29,7 @@ METHODS: dict[str, int] = {
     "drift_correction": 2,
     "friction_fit": 2,
     "specific_wear": 2,
-    "wear_fit": 2,
+    "wear_fit": 3,
     "prediction": 1,
     "local_wear": 1,
     "study": 2,
@@ -85,7 +86,7 @@ WEAR_FITS, PREDICTIONS, LOCAL_WEAR = StepsByLaw("wear_fit"), StepsByLaw("predict
 
 
 def _fit_kind(law: LawName) -> StepKind:
-    return StepKind((WearFit, TwinDiscFit), ("clean_up", "drift_correction", *_friction(law)))
+    return StepKind((WearFit,), ("clean_up", "drift_correction", *_friction(law)))
 
 
 def _prediction_kind(law: LawName) -> StepKind:

@@ -16,8 +16,8 @@ from tribopipe.pipeline.archived_results import archived_correction, archived_fr
 from tribopipe.pipeline.step_definitions import recipe_of
 from tribopipe.results.agreement import LawResult, StudyResult
 from tribopipe.results.disc_agreement import TwinDiscLawResult, TwinDiscStudyResult
-from tribopipe.results.disc_evaluation import spoken
 from tribopipe.results.study_curves import DiscStudyCurve, StudyCurve
+from tribopipe.results.wear_fit import spoken
 
 _STAGE = "study"
 

@@ -33,9 +33,8 @@ from tribopipe.evaluation.study.disc_design import design_discs
 from tribopipe.evaluation.study.discs import DiscEvaluation, evaluate_discs
 from tribopipe.evaluation.study.evaluate import Evaluation, evaluate
 from tribopipe.evaluation.study.member import Member
-from tribopipe.evaluation.wear.predict import KnownPin
+from tribopipe.evaluation.wear.known import KnownWear
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
-from tribopipe.evaluation.wear.twin_disc.predict import KnownDiscs
 from tribopipe.evaluation.wear.twin_disc.problem import disc_problem
 from tribopipe.physics.laws import law_named, law_package
 from tribopipe.pipeline.stages import (
@@ -172,13 +171,12 @@ def study_reference(study: Study) -> str:
     return study.fit[0] if len(study.fit) == 1 else f"study {study.id}"
 
 
-def known_by(law: LawResult | TwinDiscLawResult) -> KnownPin | KnownDiscs:
+def known_by(law: LawResult | TwinDiscLawResult) -> KnownWear:
     """Return the wear coefficients a study found under a law."""
     if isinstance(law, LawResult):
-        return KnownPin(law.wear_coefficient, law.engine)
-    curved, *flat = (disc.wear_coefficient for disc in law.discs)
-    unworn = Quantity(value=0.0, unit="m^2/N")
-    return KnownDiscs(curved, next(iter(flat), unworn), law.correlation or 0.0, law.distance_per_rotation)
+        return KnownWear({"pin": law.wear_coefficient}, law.engine)
+    discs: dict[str, Quantity] = {disc.disc: disc.wear_coefficient for disc in law.discs}
+    return KnownWear(discs, distance=law.distance_per_rotation, correlation=law.correlation or 0.0)
 
 
 def _complete(archive: Archive, run_id: str, recipe: Recipe) -> Iterator[Outcome]:

@@ -13,9 +13,9 @@ from tribopipe.documents.recipe import LawName
 from tribopipe.physics.laws import law_heading
 from tribopipe.results.agreement import Verdict
 from tribopipe.results.disc_agreement import DiscVerdict, TwinDiscLawResult, TwinDiscStudyResult, TwinDiscVerdict
-from tribopipe.results.disc_evaluation import spoken
 from tribopipe.results.evaluation import COVERAGE_FACTOR
 from tribopipe.results.study_curves import DiscStudyCurve
+from tribopipe.results.wear_fit import spoken
 from tribopipe.views.layout import ONE_COLUMN, TWO_COLUMNS, in_columns, letter, rows_and_columns
 from tribopipe.views.number_format import coefficient_words, power_of, powered_axis
 from tribopipe.views.run_figures import BLACK, GREY, PALETTE

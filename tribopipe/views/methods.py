@@ -16,10 +16,11 @@ from tribopipe.physics.conventions import DistanceConvention
 from tribopipe.physics.laws import LAWS, WearLaw
 from tribopipe.results.agreement import LawResult, StudyResult
 from tribopipe.results.disc_agreement import TwinDiscLawResult, TwinDiscStudyResult
-from tribopipe.results.disc_evaluation import TwinDiscFit, TwinDiscPrediction
-from tribopipe.results.evaluation import DriftCorrection, FrictionFit, WearFit, WearPrediction
+from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.local_wear import LocalWearResult
 from tribopipe.results.specific_wear import SpecificWear
+from tribopipe.results.wear_fit import WearFit
+from tribopipe.results.wear_prediction import TwinDiscPrediction, WearPrediction
 
 PAPER = (
     "V. Hegadekatte, S. Kurzenhäuser, N. Huber, O. Kraft, “A predictive modeling scheme for wear in tribometers”, "
@@ -80,31 +81,41 @@ class Evidence:
         return any(isinstance(result, kind) and holds(result) for result in self.results)
 
     @cached_property
-    def wear(self) -> list[WearFit | WearPrediction | TwinDiscFit | TwinDiscPrediction]:
+    def wear(self) -> list[WearFit | WearPrediction | TwinDiscPrediction]:
         """Fits that found k_D, and predictions."""
         return [
             result
             for result in self.results
             if isinstance(result, WearPrediction | TwinDiscPrediction)
-            or (isinstance(result, WearFit | TwinDiscFit) and result.outcome == "fitted")
+            or (isinstance(result, WearFit) and result.outcome == "fitted")
         ]
 
     @property
-    def fits(self) -> list[WearFit | TwinDiscFit]:
+    def fits(self) -> list[WearFit]:
         """Fits that found k_D."""
-        return [result for result in self.wear if isinstance(result, WearFit | TwinDiscFit)]
+        return [result for result in self.wear if isinstance(result, WearFit)]
 
     @cached_property
     def pins(self) -> list[WearFit | WearPrediction | LawResult]:
         """All by which wear of a pin was computed."""
         of_study = self.study.laws if isinstance(self.study, StudyResult) else ()
-        return [*(result for result in self.wear if isinstance(result, WearFit | WearPrediction)), *of_study]
+        of_runs = (
+            result
+            for result in self.wear
+            if not isinstance(result, TwinDiscPrediction) and getattr(result, "distance_per_rotation", None) is None
+        )
+        return [*of_runs, *of_study]
 
     @cached_property
-    def discs(self) -> list[TwinDiscFit | TwinDiscPrediction | TwinDiscLawResult]:
+    def discs(self) -> list[WearFit | TwinDiscPrediction | TwinDiscLawResult]:
         """All by which wear of two discs was computed."""
         of_study = self.study.laws if isinstance(self.study, TwinDiscStudyResult) else ()
-        return [*(result for result in self.wear if isinstance(result, TwinDiscFit | TwinDiscPrediction)), *of_study]
+        of_runs = (
+            result
+            for result in self.wear
+            if not isinstance(result, WearPrediction) and result.distance_per_rotation is not None
+        )
+        return [*of_runs, *of_study]
 
     @cached_property
     def shapes(self) -> set[str]:
@@ -117,7 +128,7 @@ class Evidence:
     def corrections(self) -> set[Correction]:
         """Whether k_D of pins was found after drift, or with it."""
         of_study = {self.study.correction} if isinstance(self.study, StudyResult) else set()
-        return {fit.correction for fit in self.fits if isinstance(fit, WearFit)} | of_study
+        return {fit.correction for fit in self.fits if fit.correction is not None} | of_study
 
 
 def methods_used(evidence: Evidence) -> list[Method]:
@@ -399,17 +410,11 @@ def _is_local(told: Evidence) -> bool:
 
 
 def _has_budget(told: Evidence) -> bool:
-    return any(
-        bool(fit.budget) if isinstance(fit, WearFit) else any(one.budget for one in fit.coefficients)
-        for fit in told.fits
-    )
+    return any(body.budget for fit in told.fits for body in fit.bodies.values())
 
 
 def _has_draws(told: Evidence) -> bool:
-    return told.study is not None or any(
-        bool(fit.monte_carlo) if isinstance(fit, WearFit) else any(one.monte_carlo for one in fit.coefficients)
-        for fit in told.fits
-    )
+    return told.study is not None or any(body.monte_carlo for fit in told.fits for body in fit.bodies.values())
 
 
 _WRITTEN = ("archard", "sarkar")

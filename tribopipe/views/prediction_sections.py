@@ -4,9 +4,8 @@ from collections.abc import Iterator, Sequence
 
 from tribopipe.base.units import WEAR_COEFFICIENT
 from tribopipe.documents.quantity import Quantity
-from tribopipe.results.disc_evaluation import DiscPoint, TwinDiscPrediction
-from tribopipe.results.evaluation import PredictedPoint, WearPrediction
 from tribopipe.results.local_wear import LocalDiscPoint, LocalPinPoint, LocalWearResult
+from tribopipe.results.wear_prediction import DiscPoint, PredictedPoint, TwinDiscPrediction, WearPrediction
 from tribopipe.views.labeled_values import NOTHING, duration, facts, shown, signed_share
 from tribopipe.views.page import TextTable
 from tribopipe.views.result_summary import Steps, Told, cells

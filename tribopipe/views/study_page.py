@@ -14,8 +14,7 @@ from tribopipe.results.disc_agreement import (
     TwinDiscStudyResult,
     TwinDiscVerdict,
 )
-from tribopipe.results.disc_evaluation import spoken
-from tribopipe.results.evaluation import by
+from tribopipe.results.wear_fit import by, spoken
 from tribopipe.version import VERSION
 from tribopipe.views.labeled_values import NOTHING, bare, interval, shown
 from tribopipe.views.page import LawPage, StudyPage, TextTable, VerdictLine

@@ -22,9 +22,8 @@ from tribopipe.documents.slip import slip
 from tribopipe.physics.laws import law_label
 from tribopipe.results.agreement import StudyResult
 from tribopipe.results.disc_agreement import TwinDiscStudyResult
-from tribopipe.results.disc_evaluation import TwinDiscFit
-from tribopipe.results.evaluation import WearFit
 from tribopipe.results.specific_wear import BodyWearRate, SpecificWear
+from tribopipe.results.wear_fit import WearFit
 
 _STAGES: Mapping[str, str] = {
     "local_wear": "local wear",
@@ -174,13 +173,11 @@ def _under_laws(held: _Held) -> dict[str, object]:
 
 
 def _coefficients(law: str, fit: Record | None) -> dict[str, Quantity | None]:
-    if isinstance(fit, WearFit):
-        return {f"k_d{law}": fit.wear_coefficient}
-    if not isinstance(fit, TwinDiscFit):
+    if not isinstance(fit, WearFit):
         return {}
     return {
-        f"k_d{law}{suffix}": None if disc is None else disc.wear_coefficient
-        for suffix, disc in (("", fit.curved_disc), ("_flat", fit.flat_disc))
+        f"k_d{law}{suffix}": body.wear_coefficient
+        for suffix, body in zip(("", "_flat"), fit.bodies.values(), strict=False)
     }
 
 

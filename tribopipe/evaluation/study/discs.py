@@ -40,8 +40,8 @@ from tribopipe.results.disc_agreement import (
     TwinDiscStudyResult,
     TwinDiscVerdict,
 )
-from tribopipe.results.disc_evaluation import spoken
 from tribopipe.results.study_curves import DiscStudyCurve
+from tribopipe.results.wear_fit import spoken
 
 _FIRST = ("track_width", "wear_depth", "wear_volume")
 """What a disc is judged by first, the best last."""

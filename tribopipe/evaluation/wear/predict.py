@@ -20,35 +20,11 @@ from tribopipe.physics.conventions import WearEngine
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import WearLaw, law_named
 from tribopipe.physics.pin_on_disc import PinContact, WornState
-from tribopipe.results.evaluation import LawValue, PredictedPoint, WearFit, WearPrediction
+from tribopipe.results.wear_fit import LawValue
+from tribopipe.results.wear_prediction import PredictedPoint, WearPrediction
 
 DEFAULT_STEPS = 50_000
 _NOTABLE_STEP_ERROR = 1e-3
-
-
-@dataclass(frozen=True)
-class KnownPin:
-    """k_D of a pin, m²/N, and the engine it was found by: by the other one it gives another depth."""
-
-    coefficient: Quantity
-    engine: WearEngine = "giwm"
-    parameters: tuple[LawValue, ...] = ()
-    """Of the law beside k_D."""
-    covariance: tuple[tuple[float, ...], ...] | None = None
-    """Of ln k_D and those parameters that were fitted."""
-
-    @property
-    def parts(self) -> tuple[Quantity | str, ...]:
-        """Everything that says which it is, for a fingerprint."""
-        beside = [part for one in self.parameters for part in (one.name, one.value)]
-        return self.coefficient, self.engine, *beside, *([] if self.covariance is None else [str(self.covariance)])
-
-
-def known_pin(fit: WearFit) -> KnownPin | None:
-    """Return k_D of a fit; none where nothing was fitted."""
-    if fit.wear_coefficient is None:
-        return None
-    return KnownPin(fit.wear_coefficient, fit.engine, fit.parameters or (), fit.parameter_covariance)
 
 
 @dataclass(frozen=True)

@@ -11,51 +11,27 @@ import numpy as np
 from tribopipe.base.arrays import Column, Values
 from tribopipe.base.errors import FitError
 from tribopipe.contacts.twin_disc import disc_pair
-from tribopipe.documents.contact import TwinDisc
+from tribopipe.documents.contact import DISCS, TwinDisc
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.wear.given_parameters import law_as_given
 from tribopipe.evaluation.wear.inputs import Input, best_values, default_notes, law_inputs
+from tribopipe.evaluation.wear.known import KnownWear
 from tribopipe.evaluation.wear.predict import beyond
 from tribopipe.evaluation.wear.twin_disc.inputs import disc_inputs, effective_rotations
 from tribopipe.evaluation.wear.twin_disc.validity import hertz_start, validity_notes
-from tribopipe.physics.conventions import DistanceConvention
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import WearLaw
 from tribopipe.physics.twin_disc import DiscWear
 from tribopipe.physics.twin_disc_steps import published_wear
-from tribopipe.results.disc_evaluation import DiscPoint, HertzStart, TwinDiscFit, TwinDiscPrediction
+from tribopipe.results.wear_fit import HertzStart
+from tribopipe.results.wear_prediction import DiscPoint, TwinDiscPrediction
 
 MOST_STEPS = 5_000_000
 """A rotation at a time takes about a second for every million of them."""
 COEFFICIENTS = ("curved_coefficient", "flat_coefficient")
 """Names of k₁ and k₂ among the inputs of a scenario."""
 _NOTABLE_STEP_ERROR = 1e-3
-
-
-@dataclass(frozen=True)
-class KnownDiscs:
-    """k₁ and k₂, m²/N; 0 for a disc that does not wear."""
-
-    curved: Quantity
-    flat: Quantity = field(default_factory=lambda: Quantity(value=0.0, unit="m^2/N"))
-    correlation: float = 0.0
-    """Of both."""
-    distance: DistanceConvention = "full-slip"
-    """What counts as slid in one rotation; under another way of counting k means nothing."""
-
-    @property
-    def parts(self) -> tuple[Quantity | str, ...]:
-        """Everything that says which they are, for a fingerprint."""
-        return self.curved, self.flat, str(self.correlation), self.distance
-
-
-def known_discs(fit: TwinDiscFit) -> KnownDiscs | None:
-    """Return k₁ and k₂ of a fit; none where nothing was fitted."""
-    if fit.curved_disc is None:
-        return None
-    flat = Quantity(value=0.0, unit="m^2/N") if fit.flat_disc is None else fit.flat_disc.wear_coefficient
-    return KnownDiscs(fit.curved_disc.wear_coefficient, flat, fit.correlation or 0.0, fit.distance_per_rotation)
 
 
 @dataclass(frozen=True)
@@ -68,7 +44,7 @@ class DiscScenario:
     contact: TwinDisc
     normal_load: Quantity
     slip: Quantity
-    known: KnownDiscs
+    known: KnownWear
     model: LawName = "archard"
     friction: FrictionPath | None = None
     recipe: Recipe = field(default_factory=Recipe)
@@ -80,8 +56,7 @@ class DiscScenario:
         given = disc_inputs(self.contact, self.normal_load, self.slip, self.recipe)
         given |= law_inputs(self.law, self.recipe)
         return given | {
-            name: Input(quantity, "fit")
-            for name, quantity in zip(COEFFICIENTS, (self.known.curved, self.known.flat), strict=True)
+            name: Input(quantity, "fit") for name, quantity in zip(COEFFICIENTS, map(self.known.of, DISCS), strict=True)
         }
 
     @property
@@ -145,7 +120,7 @@ class DiscScenario:
         from scipy.optimize import brentq
 
         discs = disc_pair(self.contact, self.values, self.known.distance)
-        wanted = float(discs.rotations(depth, self.known.curved.value, self.known.flat.value))
+        wanted = float(discs.rotations(depth, *(self.known.of(disc).value for disc in DISCS)))
         if not 0 < wanted < math.inf:
             return wanted
 
@@ -215,8 +190,8 @@ def predict_discs(
         model=scenario.model,
         scheme=scheme,
         distance_per_rotation=scenario.known.distance,
-        curved_disc_wear_coefficient=scenario.known.curved,
-        flat_disc_wear_coefficient=scenario.known.flat,
+        curved_disc_wear_coefficient=scenario.known.of("curved_disc"),
+        flat_disc_wear_coefficient=scenario.known.of("flat_disc"),
         reference=reference,
         normal_load=scenario.normal_load,
         slip=scenario.slip,
@@ -281,7 +256,7 @@ def _notes(
     scenario: DiscScenario, start: HertzStart, rotations: Column, error: float | None, steps: int | None
 ) -> tuple[str, ...]:
     notes = []
-    if scenario.known.curved.standard_uncertainty is None:
+    if scenario.known.first.standard_uncertainty is None:
         notes.append("k_D is taken as exact, since no standard uncertainty of it is known")
     if rotations.size:
         last = scenario.worn(np.asarray([rotations.max()]))
