@@ -329,10 +329,10 @@ def test_predictions_go_into_the_runs(kept):
     for run_id in SAMPLE_STUDY.predict:
         prediction = store.step(run_id, "prediction_archard").result
         assert prediction.reference == "study si3n4-twin-disc"
-        assert prediction.curved_disc_wear_coefficient.value == law.discs[0].wear_coefficient.value
+        assert prediction.bodies["curved_disc"].wear_coefficient.value == law.discs[0].wear_coefficient.value
         (point,) = prediction.prediction
         told = of(law, run_id).discs[0].predicted
-        assert point.curved_disc_wear_volume.value == pytest.approx(told.value, rel=1e-9)
+        assert point.bodies["curved_disc"].wear_volume.value == pytest.approx(told.value, rel=1e-9)
         assert {"depth", "curved_volume", "flat_volume_upper"} <= set(store.step(run_id, "prediction_archard").curves)
 
 

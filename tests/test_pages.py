@@ -52,7 +52,7 @@ from tribopipe.results.wear_fit import (
     MonteCarlo,
     WearFit,
 )
-from tribopipe.results.wear_prediction import DiscPoint, PredictedPoint, TwinDiscPrediction, WearPrediction
+from tribopipe.results.wear_prediction import PredictedBody, PredictedPoint, UsedCoefficient, WearPrediction
 from tribopipe.views.labeled_values import duration, interval, record_facts, shown
 from tribopipe.views.page import StagePage
 from tribopipe.views.run_page import run_page
@@ -393,30 +393,32 @@ def test_disc_fit_tells_both_discs():
 
 def test_predictions_tell_every_place():
     point = PredictedPoint(
-        sliding_distance=q(50, "m"), time=q(125, "s"), wear_depth=q(5e-6, "m"), contact_radius=q(9e-5, "m"),
-        pressure=q(8e6, "Pa"),
+        sliding_distance=q(50, "m"), time=q(125, "s"), wear_depth=q(5e-6, "m"), half_width=q(9e-5, "m"),
+        half_length=q(9e-5, "m"), pressure=q(8e6, "Pa"), bodies={"pin": PredictedBody(wear_depth=q(5e-6, "m"))},
     )  # fmt: skip
     pin = WearPrediction(
-        model="archard", scheme="published", wear_coefficient=K, reference="other", normal_load=q(0.2, "N"),
-        pin_radius=q(7.9e-4, "m"), steps=100, step_error=0.012, notes=("far",), prediction=(point,), reached=(point,),
+        model="archard", scheme="published", bodies={"pin": UsedCoefficient(wear_coefficient=K)}, reference="other",
+        normal_load=q(0.2, "N"), conditions={"pin_radius": q(7.9e-4, "m")}, steps=100, step_error=0.012,
+        notes=("far",), prediction=(point,), reached=(point,),
     )  # fmt: skip
     page = stage(pin, "prediction_archard")
     assert "\n" not in page.sentence
-    assert table(page, "predicted") == (("50 m", "125 s", "5 µm", "90 µm", "8 MPa"),)
+    assert table(page, "predicted") == (("50 m", "125 s", "5 µm", "180 µm", "8 MPa"),)
     assert table(page, "predicted") == table(page, "where wanted depths are reached")
     assert facts_of(page, "")["relative error by its steps"] == "+1.20%"
 
 
 def test_disc_predictions_tell_every_place():
-    depths = {f"{disc}_wear_depth": q(1e-6, "m") for disc in ("curved_disc", "flat_disc")}
-    volumes = {f"{disc}_wear_volume": q(1e-12, "m^3") for disc in ("curved_disc", "flat_disc")}
-    point = DiscPoint(
+    worn = PredictedBody(wear_depth=q(1e-6, "m"), wear_volume=q(1e-12, "m^3"))
+    point = PredictedPoint(
         rotations=q(2e6, "1"), sliding_distance=q(2000, "m"), wear_depth=q(2e-6, "m"), half_width=q(1e-4, "m", 1e-6),
-        half_length=q(1e-5, "m"), pressure=q(1e8, "Pa"), slip=q(0.04, "1"), **depths, **volumes,
+        half_length=q(1e-5, "m"), pressure=q(1e8, "Pa"), slip=q(0.04, "1"),
+        bodies={"curved_disc": worn, "flat_disc": worn},
     )  # fmt: skip
-    prediction = TwinDiscPrediction(
-        model="sarkar", scheme="exact", distance_per_rotation="full-slip", curved_disc_wear_coefficient=K,
-        flat_disc_wear_coefficient=K, normal_load=q(0.25, "N"), slip=q(0.04, "1"), start=DISC_FIT.start,
+    used = UsedCoefficient(wear_coefficient=K)
+    prediction = WearPrediction(
+        model="sarkar", scheme="exact", distance_per_rotation="full-slip", normal_load=q(0.25, "N"),
+        bodies={"curved_disc": used, "flat_disc": used}, conditions={"slip": q(0.04, "1")}, start=DISC_FIT.start,
         prediction=(point,),
     )  # fmt: skip
     page = stage(prediction, "prediction_sarkar")

@@ -214,7 +214,7 @@ def test_the_whole_line_with_another_package(package, tmp_path):
     assert done.returncode == 0, done.stderr
     assert "warning: temperature: found that it moves by 6.0 K" in done.stderr
     fit = json.loads(done.stdout)["runs"][0]["wear_fits"]["running_in"]
-    found = {one["name"]: one["value"] for one in fit["parameters"]} | {"k_d": fit["wear_coefficient"]}
+    found = {one["name"]: one["value"] for one in fit["parameters"]} | {"k_d": fit["bodies"]["pin"]["wear_coefficient"]}
     for name, true in {"excess": EXCESS, "length": LENGTH, "k_d": K_D}.items():
         assert abs(found[name]["value"] - true) < 2.5 * found[name]["standard_uncertainty"], found
         assert found[name]["standard_uncertainty"] < 0.1 * true

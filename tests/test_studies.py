@@ -212,7 +212,7 @@ def test_predictions_of_a_study_carry_its_coefficient_and_its_name(ran):
     store, outcomes = ran
     for law in result_of(outcomes).laws:
         predicted = store.result(HEAVY, f"prediction_{law.model}", WearPrediction)
-        assert predicted.wear_coefficient == law.wear_coefficient
+        assert predicted.first.wear_coefficient == law.wear_coefficient
         assert predicted.reference == "study air"
     for fitted in (LIGHT, AGAIN):
         assert [name for name in store.step_names(fitted) if name.startswith("prediction")] == []
@@ -223,7 +223,7 @@ def test_prediction_from_one_run_refers_to_that_run(store):
     outcomes = list(run_study(store, study, Recipe()))
     predicted = store.result(HEAVY, "prediction_archard", WearPrediction)
     assert predicted.reference == AGAIN
-    assert predicted.wear_coefficient == result_of(outcomes).law("archard").wear_coefficient
+    assert predicted.first.wear_coefficient == result_of(outcomes).law("archard").wear_coefficient
     assert any(AGAIN in note and "replicates" in note for note in result_of(outcomes).notes)
 
 
@@ -326,7 +326,7 @@ def test_run_marked_bad_is_left_out_until_the_mark_is_taken_back(quick, ran_quic
     assert AGAIN not in {curve.run_id for curve in store.study("air").curves}
     alone = evaluate_archived(store, QUICK.model_copy(update={"fit": (LIGHT,)}), Recipe()).result
     assert law == alone.law("archard")
-    assert store.result(HEAVY, "prediction_archard", WearPrediction).wear_coefficient == law.wear_coefficient
+    assert store.result(HEAVY, "prediction_archard", WearPrediction).first.wear_coefficient == law.wear_coefficient
     assert [status for *_, status in statuses(list(run_study(store, QUICK, Recipe())))] == ["unchanged", "unchanged"]
     store.mark(AGAIN, GOOD)
     back = list(run_study(store, QUICK, Recipe()))

@@ -208,7 +208,7 @@ def test_run_puts_its_predictions_into_the_runs(run_cli, home):
     predicted = shown["predictions"]["archard"]
     assert predicted["reference"] == "study air"
     (law,) = json.loads(run_cli("study", "show", "air", "--json", cwd=home).stdout)["laws"]
-    assert predicted["wear_coefficient"] == law["wear_coefficient"]
+    assert predicted["bodies"]["pin"]["wear_coefficient"] == law["wear_coefficient"]
 
 
 def test_second_run_says_unchanged_and_writes_nothing(run_cli, evaluated):
@@ -508,7 +508,7 @@ def test_process_does_runs_study_and_figures_and_the_second_time_nothing(run_cli
     law = store.study("air").result.law("archard")
     for verdict in law.runs:
         assert verdict.sentence in first.stderr
-    assert store.result(HEAVY, "prediction_archard", WearPrediction).wear_coefficient == law.wear_coefficient
+    assert store.result(HEAVY, "prediction_archard", WearPrediction).first.wear_coefficient == law.wear_coefficient
     # Of each run ingest, clean-up, drift, friction, specific wear and one fit; the study, and its prediction.
     assert "14 steps done, 0 unchanged" in first.stderr
     assert f"figures in {Path('archive') / 'figures'}" in first.stderr

@@ -18,7 +18,7 @@ from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.local_wear import LocalWearResult
 from tribopipe.results.specific_wear import SpecificWear
 from tribopipe.results.wear_fit import WearFit
-from tribopipe.results.wear_prediction import TwinDiscPrediction, WearPrediction
+from tribopipe.results.wear_prediction import WearPrediction
 
 StepName: TypeAlias = str
 """Such as "drift_correction" or "wear_fit_archard": steps under a wear law end in its name."""
@@ -30,7 +30,7 @@ METHODS: dict[str, int] = {
     "friction_fit": 2,
     "specific_wear": 2,
     "wear_fit": 3,
-    "prediction": 1,
+    "prediction": 2,
     "local_wear": 1,
     "study": 2,
 }
@@ -90,7 +90,7 @@ def _fit_kind(law: LawName) -> StepKind:
 
 
 def _prediction_kind(law: LawName) -> StepKind:
-    return StepKind((WearPrediction, TwinDiscPrediction), ("clean_up", *_friction(law)))
+    return StepKind((WearPrediction,), ("clean_up", *_friction(law)))
 
 
 def _local_wear_kind(law: LawName) -> StepKind:

@@ -13,7 +13,7 @@ from tribopipe.documents.contact import DISCS, DiscName
 from tribopipe.documents.recipe import LawName
 from tribopipe.physics.laws import law_label
 from tribopipe.results.wear_fit import WearFit, spoken
-from tribopipe.results.wear_prediction import OUTCOMES, Outcome, TwinDiscPrediction
+from tribopipe.results.wear_prediction import OUTCOMES, Outcome, WearPrediction
 from tribopipe.views.disc_figures import QUANTITIES, MeasuredPoint, ShownQuantity, measured_point
 
 
@@ -57,7 +57,7 @@ def _steps(run: RunFile) -> Iterator[_Drawn]:
     for law, name in WEAR_FITS.items():
         yield _Drawn(name, law, "fit", f"{law_label(law)}, fitted")
     for law, name in PREDICTIONS.items():
-        prediction = run.result(name, TwinDiscPrediction)
+        prediction = run.result(name, WearPrediction)
         source = prediction.reference if prediction is not None else None
         yield _Drawn(name, law, "prediction", f"{law_label(law)}, predicted from {source or 'given k_D'}")
 

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from tribopipe.physics.friction_path import FrictionPath
     from tribopipe.results.run import RawRun
     from tribopipe.results.wear_fit import WearFit
-    from tribopipe.results.wear_prediction import TwinDiscPrediction, WearPrediction
+    from tribopipe.results.wear_prediction import WearPrediction
 
 Scheme = Literal["exact", "published"]
 Convention = Literal["full-slip", "contact-width", "line-load", "volume-conserving"]
@@ -343,7 +343,7 @@ def _known(subject: _Subject, asked: _Asked) -> "KnownWear":
     return fitted
 
 
-def _predict_discs(subject: _Subject, asked: _Asked, reference: str | None) -> "TwinDiscPrediction":
+def _predict_discs(subject: _Subject, asked: _Asked, reference: str | None) -> "WearPrediction":
     from tribopipe.documents.slip import slip
     from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario, predict_discs
 

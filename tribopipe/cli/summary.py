@@ -15,7 +15,7 @@ from tribopipe.physics.laws import law_label
 from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.specific_wear import SpecificWear
 from tribopipe.results.wear_fit import WearFit, spoken
-from tribopipe.results.wear_prediction import TwinDiscPrediction, WearPrediction
+from tribopipe.results.wear_prediction import WearPrediction
 
 
 def run_summary(archive: Archive, run_id: str) -> dict[str, Any]:
@@ -100,7 +100,7 @@ def _disc_rows(run: RunOutline) -> list[list[str]]:
     fits = [_result(steps, name) for name in WEAR_FITS.values()]
     predictions = [_result(steps, name) for name in PREDICTIONS.values()]
     volumes = {name: getattr(manifest.end_values, f"{name}_wear_volume") for name in DISCS}
-    reference = next((p.reference for p in predictions if isinstance(p, TwinDiscPrediction)), None)
+    reference = next((p.reference for p in predictions if isinstance(p, WearPrediction)), None)
     fitted = any(isinstance(fit, WearFit) and fit.outcome == "fitted" for fit in fits)
     about = [
         manifest.id,
@@ -113,8 +113,7 @@ def _disc_rows(run: RunOutline) -> list[list[str]]:
     for name in DISCS:
         found = [fit.bodies.get(name) if isinstance(fit, WearFit) else None for fit in fits]
         ends = [
-            getattr(p.prediction[0], f"{name}_wear_volume") if isinstance(p, TwinDiscPrediction) else None
-            for p in predictions
+            p.prediction[0].bodies[name].wear_volume if isinstance(p, WearPrediction) else None for p in predictions
         ]
         rows.append(
             [

@@ -22,7 +22,7 @@ from tribopipe.results.local_wear import LocalWearResult
 from tribopipe.results.specific_wear import SpecificWear
 from tribopipe.results.test_design import Design
 from tribopipe.results.wear_fit import WearFit
-from tribopipe.results.wear_prediction import TwinDiscPrediction, WearPrediction
+from tribopipe.results.wear_prediction import WearPrediction
 
 SCHEMAS: dict[str, type[Record]] = {
     "run": RunManifest,
@@ -43,7 +43,6 @@ SCHEMAS: dict[str, type[Record]] = {
     "local-wear": LocalWearResult,
     "study-result": StudyResult,
     "twin-disc-truth": TwinDiscTruth,
-    "twin-disc-prediction": TwinDiscPrediction,
     "twin-disc-study-result": TwinDiscStudyResult,
     "design": Design,
 }

@@ -22,7 +22,7 @@ from tribopipe.physics.twin_disc import DiscWear
 from tribopipe.results.evaluation import COVERAGE_FACTOR
 from tribopipe.results.run import CorrectedRun, RawRun
 from tribopipe.results.wear_fit import FittedValue, WearFit, spoken
-from tribopipe.results.wear_prediction import OUTCOMES, Outcome, TwinDiscPrediction
+from tribopipe.results.wear_prediction import OUTCOMES, Outcome, WearPrediction
 from tribopipe.views.decimation import thinned
 from tribopipe.views.layout import TWO_COLUMNS, in_columns
 from tribopipe.views.number_format import course, power_of, powered_axis, turned
@@ -153,7 +153,7 @@ def _laws(fits: Sequence[DiscCurves], predictions: Sequence[DiscCurves]) -> Iter
         yield curves, law_look(law).colour, law_look(law).fitted, f"{law_label(law)}, fitted"
     for curves in predictions:
         law = curves.result.model
-        source = curves.result.reference if isinstance(curves.result, TwinDiscPrediction) else None
+        source = curves.result.reference if isinstance(curves.result, WearPrediction) else None
         yield curves, GREEN, law_look(law).predicted, f"{law_label(law)}, predicted from {source or 'given k_D'}"
 
 
@@ -355,7 +355,7 @@ def _head(ax: "Axes", title: str, laws: Sequence[DiscCurves]) -> None:
     ax.margins(x=0.02)
 
 
-def _words(result: WearFit | TwinDiscPrediction) -> str:
+def _words(result: WearFit | WearPrediction) -> str:
     found = _coefficients(result)
     unit = pretty(WEAR_COEFFICIENT)
     numbers = {disc: value.shown(WEAR_COEFFICIENT).removesuffix(f" {unit}") for disc, value in found.items()}
@@ -363,11 +363,8 @@ def _words(result: WearFit | TwinDiscPrediction) -> str:
     return f"{law_label(result.model)}, {result.distance_per_rotation}: $k_\\mathrm{{D}}$ / {unit} = {each}"
 
 
-def _coefficients(result: WearFit | TwinDiscPrediction) -> dict[str, Quantity]:
-    if isinstance(result, WearFit):
-        return {name: body.wear_coefficient for name, body in result.bodies.items()}
-    both = (result.curved_disc_wear_coefficient, result.flat_disc_wear_coefficient)
-    return {disc: found for disc, found in zip(DISCS, both, strict=True) if found.value}
+def _coefficients(result: WearFit | WearPrediction) -> dict[str, Quantity]:
+    return {name: body.wear_coefficient for name, body in result.bodies.items() if body.wear_coefficient.value}
 
 
 def _name(ax: "Axes", words: str, side: Literal["left", "right"] = "left") -> None:

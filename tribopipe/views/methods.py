@@ -20,7 +20,7 @@ from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.local_wear import LocalWearResult
 from tribopipe.results.specific_wear import SpecificWear
 from tribopipe.results.wear_fit import WearFit
-from tribopipe.results.wear_prediction import TwinDiscPrediction, WearPrediction
+from tribopipe.results.wear_prediction import WearPrediction
 
 PAPER = (
     "V. Hegadekatte, S. Kurzenhäuser, N. Huber, O. Kraft, “A predictive modeling scheme for wear in tribometers”, "
@@ -81,13 +81,12 @@ class Evidence:
         return any(isinstance(result, kind) and holds(result) for result in self.results)
 
     @cached_property
-    def wear(self) -> list[WearFit | WearPrediction | TwinDiscPrediction]:
+    def wear(self) -> list[WearFit | WearPrediction]:
         """Fits that found k_D, and predictions."""
         return [
             result
             for result in self.results
-            if isinstance(result, WearPrediction | TwinDiscPrediction)
-            or (isinstance(result, WearFit) and result.outcome == "fitted")
+            if isinstance(result, WearPrediction) or (isinstance(result, WearFit) and result.outcome == "fitted")
         ]
 
     @property
@@ -99,22 +98,14 @@ class Evidence:
     def pins(self) -> list[WearFit | WearPrediction | LawResult]:
         """All by which wear of a pin was computed."""
         of_study = self.study.laws if isinstance(self.study, StudyResult) else ()
-        of_runs = (
-            result
-            for result in self.wear
-            if not isinstance(result, TwinDiscPrediction) and getattr(result, "distance_per_rotation", None) is None
-        )
+        of_runs = (result for result in self.wear if result.distance_per_rotation is None)
         return [*of_runs, *of_study]
 
     @cached_property
-    def discs(self) -> list[WearFit | TwinDiscPrediction | TwinDiscLawResult]:
+    def discs(self) -> list[WearFit | WearPrediction | TwinDiscLawResult]:
         """All by which wear of two discs was computed."""
         of_study = self.study.laws if isinstance(self.study, TwinDiscStudyResult) else ()
-        of_runs = (
-            result
-            for result in self.wear
-            if not isinstance(result, WearPrediction) and result.distance_per_rotation is not None
-        )
+        of_runs = (result for result in self.wear if result.distance_per_rotation is not None)
         return [*of_runs, *of_study]
 
     @cached_property

@@ -263,8 +263,7 @@ def _draw_law(ax: "Axes", distance: Column, curve: LawCurve, colour: str, style:
 
 
 def _wear_words(fit: WearFit | WearPrediction) -> str:
-    body = fit if isinstance(fit, WearPrediction) else fit.first
-    known = None if body is None else body.wear_coefficient
+    known = None if fit.first is None else fit.first.wear_coefficient
     return f"{law_label(fit.model)}: $k_\\mathrm{{D}}$ = {_shown(known, WEAR_COEFFICIENT)}"
 
 

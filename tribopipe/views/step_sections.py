@@ -14,10 +14,10 @@ from tribopipe.results.evaluation import DepthModel, DriftCorrection, FrictionFi
 from tribopipe.results.local_wear import LocalWearResult
 from tribopipe.results.specific_wear import BodyWearRate, SpecificWear
 from tribopipe.results.wear_fit import WearFit, spoken
-from tribopipe.results.wear_prediction import TwinDiscPrediction, WearPrediction
+from tribopipe.results.wear_prediction import WearPrediction
 from tribopipe.views.labeled_values import NOTHING, duration, facts, interval, listed, shown
 from tribopipe.views.page import StagePage, TextTable
-from tribopipe.views.prediction_sections import disc_prediction_told, local_wear_told, prediction_told
+from tribopipe.views.prediction_sections import local_wear_told, prediction_told
 from tribopipe.views.result_summary import Steps, Told
 from tribopipe.views.wear_sections import wear_fit_told
 
@@ -195,7 +195,6 @@ _TOLD: Mapping[type[Record], Callable[[Any, Steps], Told]] = {
     SpecificWear: _specific_wear_told,
     WearFit: wear_fit_told,
     WearPrediction: prediction_told,
-    TwinDiscPrediction: disc_prediction_told,
     LocalWearResult: local_wear_told,
 }
 """How each kind of result is told."""

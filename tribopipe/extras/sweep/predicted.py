@@ -138,7 +138,7 @@ def _discs(condition: Condition, known: KnownWear, friction: FrictionPath | None
     result = predict_discs(scenario, wanted.at, depths=wanted.depths)
     for outcome, point in zip(wanted.outcomes("rotations"), (*result.prediction, *result.reached), strict=True):
         for disc in DISCS:
-            worn = {name: getattr(point, f"{disc}_{name}") for name in ("wear_depth", "wear_volume")}
+            worn = {name: getattr(point.bodies[disc], name) for name in ("wear_depth", "wear_volume")}
             yield Row(spoken(disc), outcome, _told(point, DISC_NUMBERS) | worn)
 
 

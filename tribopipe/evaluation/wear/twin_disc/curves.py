@@ -15,7 +15,7 @@ from tribopipe.evaluation.wear.twin_disc.predict import COEFFICIENTS, DiscScenar
 from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit
 from tribopipe.results.run import RawRun
 from tribopipe.results.wear_fit import WearFit
-from tribopipe.results.wear_prediction import OUTCOMES, Outcome, TwinDiscPrediction
+from tribopipe.results.wear_prediction import OUTCOMES, Outcome, WearPrediction
 
 _MOST_PLACES = 600
 """At so many places the law is evaluated; samples between lie on straight lines."""
@@ -34,7 +34,7 @@ class DiscBand:
 class DiscCurves:
     """Two discs along a run by a law."""
 
-    result: WearFit | TwinDiscPrediction
+    result: WearFit | WearPrediction
     bands: Mapping[Outcome, DiscBand]
 
 
@@ -70,7 +70,7 @@ def fitted_discs(
     return DiscCurves(fit, _bands(run, scenario, COEFFICIENTS))
 
 
-def predicted_discs(run: RawRun, scenario: DiscScenario, prediction: TwinDiscPrediction) -> DiscCurves:
+def predicted_discs(run: RawRun, scenario: DiscScenario, prediction: WearPrediction) -> DiscCurves:
     """Return a prediction along the run it is made for; the bands are those of all its inputs."""
     return DiscCurves(prediction, _bands(run, scenario, None))
 

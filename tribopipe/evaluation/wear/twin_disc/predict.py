@@ -25,7 +25,7 @@ from tribopipe.physics.laws import WearLaw
 from tribopipe.physics.twin_disc import DiscWear
 from tribopipe.physics.twin_disc_steps import published_wear
 from tribopipe.results.wear_fit import HertzStart
-from tribopipe.results.wear_prediction import DiscPoint, TwinDiscPrediction
+from tribopipe.results.wear_prediction import PredictedBody, PredictedPoint, UsedCoefficient, WearPrediction
 
 MOST_STEPS = 5_000_000
 """A rotation at a time takes about a second for every million of them."""
@@ -160,7 +160,7 @@ def predict_discs(
     scheme: Literal["exact", "published"] = "exact",
     steps: int | None = None,
     reference: str | None = None,
-) -> TwinDiscPrediction:
+) -> WearPrediction:
     """Predict both discs after rotations ``at``, and the rotations at which the curved one reaches ``depths``, m.
 
     ``scheme="published"`` takes the paper's explicit steps, one a rotation unless ``steps`` says how many up to the
@@ -186,15 +186,14 @@ def predict_discs(
         exact = float(worn.curved_depth[last])
         worn = DiscWear(*(np.interp(rotations, grid, getattr(curve, one.name)) for one in fields(DiscWear)))
         error = float(worn.curved_depth[last]) / exact - 1 if exact else 0.0
-    return TwinDiscPrediction(
+    return WearPrediction(
         model=scenario.model,
         scheme=scheme,
         distance_per_rotation=scenario.known.distance,
-        curved_disc_wear_coefficient=scenario.known.of("curved_disc"),
-        flat_disc_wear_coefficient=scenario.known.of("flat_disc"),
+        bodies={name: UsedCoefficient(wear_coefficient=found) for name, found in scenario.known.bodies.items()},
         reference=reference,
         normal_load=scenario.normal_load,
-        slip=scenario.slip,
+        conditions={"slip": scenario.slip},
         steps=taken,
         step_error=error,
         start=start,
@@ -204,7 +203,7 @@ def predict_discs(
     )
 
 
-def _points(scenario: DiscScenario, rotations: Column, worn: DiscWear) -> Iterator[DiscPoint]:
+def _points(scenario: DiscScenario, rotations: Column, worn: DiscWear) -> Iterator[PredictedPoint]:
     spreads, slid = scenario.uncertainties(rotations), scenario.effective_rotations(rotations)
     # The model counts effective rotations; what is slid in them is slid in the true ones.
     truly = np.divide(rotations, slid, out=np.ones_like(rotations), where=slid > 0)
@@ -215,17 +214,17 @@ def _points(scenario: DiscScenario, rotations: Column, worn: DiscWear) -> Iterat
             return Quantity(value=value, unit=unit, standard_uncertainty=spread)
 
         curved, flat = told("curved_depth", "m"), told("flat_depth", "m")
-        yield DiscPoint(
+        yield PredictedPoint(
             rotations=Quantity(value=turns, unit="1"),
             sliding_distance=Quantity(value=float(worn.sliding_distance[place] * truly[place]), unit="m"),
             time=_time(scenario, turns),
             wear_depth=Quantity(
                 value=curved.value + flat.value, unit="m", standard_uncertainty=float(spreads["depth"][place])
             ),
-            curved_disc_wear_depth=curved,
-            flat_disc_wear_depth=flat,
-            curved_disc_wear_volume=told("curved_volume", "m^3"),
-            flat_disc_wear_volume=told("flat_volume", "m^3"),
+            bodies={
+                "curved_disc": PredictedBody(wear_depth=curved, wear_volume=told("curved_volume", "m^3")),
+                "flat_disc": PredictedBody(wear_depth=flat, wear_volume=told("flat_volume", "m^3")),
+            },
             half_width=told("half_width", "m"),
             half_length=told("half_length", "m"),
             pressure=told("pressure", "Pa"),
@@ -233,16 +232,20 @@ def _points(scenario: DiscScenario, rotations: Column, worn: DiscWear) -> Iterat
         )
 
 
-def _reached(scenario: DiscScenario, rotations: Column) -> Iterator[DiscPoint]:
+def _reached(scenario: DiscScenario, rotations: Column) -> Iterator[PredictedPoint]:
     """Say where each depth is reached; its uncertainty is that of the depth there over the slope dh/dN."""
     worn, law = scenario.worn(rotations), scenario.law
     rates = worn.curved_rate * law.rate_factor(rotations * scenario.slip_per_rotation, scenario.friction)
-    for point, rate in zip(_points(scenario, rotations, worn), rates.tolist(), strict=True):
-        spread = (point.curved_disc_wear_depth.standard_uncertainty or 0.0) / rate
-        exact = point.curved_disc_wear_depth.model_copy(update={"standard_uncertainty": None})
-        turns = point.rotations.model_copy(update={"standard_uncertainty": spread})
+    for point, reached, rate in zip(
+        _points(scenario, rotations, worn), rotations.tolist(), rates.tolist(), strict=True
+    ):
+        curved = point.bodies[DISCS[0]]
+        spread = (curved.wear_depth.standard_uncertainty or 0.0) / rate
+        exact = curved.wear_depth.model_copy(update={"standard_uncertainty": None})
+        turns = Quantity(value=float(reached), unit="1", standard_uncertainty=spread)
+        bodies = point.bodies | {DISCS[0]: curved.model_copy(update={"wear_depth": exact})}
         time = _time(scenario, turns.value, spread)
-        yield point.model_copy(update={"rotations": turns, "time": time, "curved_disc_wear_depth": exact})
+        yield point.model_copy(update={"rotations": turns, "time": time, "bodies": bodies})
 
 
 def _time(scenario: DiscScenario, rotations: float, spread: float | None = None) -> Quantity | None:
