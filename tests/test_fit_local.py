@@ -189,11 +189,11 @@ def test_study_by_local_wear_records_its_engine(locally_worn, monkeypatch):
     law = result.law("archard")
     fitted, predicted = law.runs
     assert law.engine == "local"
-    assert predicted.engines is None
-    assert law.wear_coefficient.value == pytest.approx(fitted.engines.local.value, rel=1e-6)
+    assert predicted.first.engines is None
+    assert law.first.wear_coefficient.value == pytest.approx(fitted.first.engines.local.value, rel=1e-6)
     assert predicted.outcome in ("supported", "not decidable")
     document = json.loads(result.model_dump_json())
-    assert document["laws"][0]["runs"][0]["engines"]["trusted"] == "local"
+    assert document["laws"][0]["runs"][0]["bodies"]["pin"]["engines"]["trusted"] == "local"
 
 
 def test_fit_is_done_again_by_another_engine_and_predicted_from_as_it_was_fitted(archive):

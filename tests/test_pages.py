@@ -20,6 +20,7 @@ from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.pipeline.stages import ingest
 from tribopipe.results.agreement import (
     BetweenRuns,
+    BodyVerdict,
     ChangePoint,
     EndOfLife,
     EngineComparison,
@@ -28,16 +29,9 @@ from tribopipe.results.agreement import (
     LawResult,
     LeftOut,
     RunVerdict,
+    StudiedBody,
     StudyResult,
     Trend,
-)
-from tribopipe.results.disc_agreement import (
-    DiscVerdict,
-    RotationsToDepth,
-    StudiedDisc,
-    TwinDiscLawResult,
-    TwinDiscStudyResult,
-    TwinDiscVerdict,
 )
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.finding import Finding
@@ -460,13 +454,17 @@ def test_local_wear_stands_beside_the_global_model():
 def verdict(run_id: str = "a", **changes) -> RunVerdict:
     told = {
         "id": run_id, "role": "predicted", "normal_load": q(0.2, "N", 0.002), "outcome": "over-predicts",
-        "sentence": "It does not.", "notes": ("far off",), "sliding_distance": q(500, "m"),
-        "measured_depth": q(2e-5, "m"), "predicted_depth": q(3e-5, "m"),
+        "sentence": "It does not.", "notes": ("far off",), "end": q(500, "m"),
+    }  # fmt: skip
+    of_pin = {
+        "outcome": "over-predicts", "what": "wear_depth", "measured": q(2e-5, "m"), "predicted": q(3e-5, "m"),
         "predicted_interval": (q(2.9e-5, "m"), q(3.1e-5, "m")), "measurement_interval": (q(2e-5, "m"), q(4e-5, "m")),
-        "e_n": -9.0, "e_n_curve": -8.0, "e_n_curve_at": q(400, "m"), "wear_coefficient": K,
+        "e_n": -9.0, "e_n_all": -8.0, "e_n_all_at": q(400, "m"), "wear_coefficient": K,
         "coefficient_ratio": q(0.5, "1", 0.01),
     }  # fmt: skip
-    return RunVerdict(**(told | changes))
+    pin = BodyVerdict(**of_pin | {name: value for name, value in changes.items() if name in BodyVerdict.model_fields})
+    of_run = {name: value for name, value in changes.items() if name in RunVerdict.model_fields}
+    return RunVerdict(**told | of_run, bodies={"pin": pin})
 
 
 def test_study_page_tells_warnings_on_a_curve_but_no_notes():
@@ -477,8 +475,10 @@ def test_study_page_tells_warnings_on_a_curve_but_no_notes():
 
 
 def study(*runs: RunVerdict) -> StudyResult:
-    law = LawResult(model="archard", wear_coefficient=K, interval=ENDS, draws=9, rejected=0, runs=runs)
-    return StudyResult(id="s", correction="model", laws=(law,))
+    law = LawResult(
+        model="archard", bodies={"pin": StudiedBody(wear_coefficient=K, interval=ENDS)}, draws=9, rejected=0, runs=runs
+    )
+    return StudyResult(id="s", tribometer="pin-on-disc", correction="model", laws=(law,))
 
 
 def test_study_page_tells_verdicts_and_all_else():
@@ -491,18 +491,16 @@ def test_study_page_tells_verdicts_and_all_else():
             trend=Trend(p_value=0.7, amplitude=q(5e-9, "m")),
             change_point=ChangePoint(sliding_distance=q(300, "m"), rate_ratio=0.93, p_value=0.2),
             engines=EngineComparison(giwm=K, local=K, trusted=None),
-            end_of_life=EndOfLife(
-                wear_depth=q(4e-5, "m"), sliding_distance=q(1400, "m"), interval=(q(1300, "m"), None)
-            ),
+            end_of_life=EndOfLife(wear_depth=q(4e-5, "m"), place=q(1400, "m"), interval=(q(1300, "m"), None)),
         ),
         verdict("b"),
     )
     between = BetweenRuns(runs=2, scatter=0.1, within=0.02, p_value=0.03, weights=(0.5, 0.5), outliers=("b",))
-    law = LawResult(
-        model="archard", wear_coefficient=K, interval=ENDS, draws=9, rejected=0, between_runs=between, runs=runs
-    )
+    pin = StudiedBody(wear_coefficient=K, interval=ENDS, between_runs=between)
+    law = LawResult(model="archard", bodies={"pin": pin}, draws=9, rejected=0, runs=runs)
     result = StudyResult(
         id="air",
+        tribometer="pin-on-disc",
         correction="two-step",
         laws=(law,),
         comparisons={"a": LawComparison(delta_aic=18.0, preferred="archard")},
@@ -513,7 +511,7 @@ def test_study_page_tells_verdicts_and_all_else():
     assert (page.id, page.title, page.fitted, page.predicted) == ("air", "air", ("a",), ("b",))
     (told,) = page.laws
     assert told.title == (
-        "Archard's law: k_D = (1.350 ± 0.030)×10⁻⁸ mm³/(N·mm), 95 % interval 1.3×10⁻⁸ to 1.4×10⁻⁸ mm³/(N·mm)"
+        "Archard's law: pin k_D = (1.350 ± 0.030)×10⁻⁸ mm³/(N·mm), 95 % interval 1.3×10⁻⁸ to 1.4×10⁻⁸ mm³/(N·mm)"
     )
     verdicts, shapes, engines = told.tables
     assert verdicts.rows[1] == (
@@ -522,9 +520,9 @@ def test_study_page_tells_verdicts_and_all_else():
     )
     assert shapes.rows == (("a", "0.500 ± 0.010", "0.502", "0.005 µm, p = 0.7", "300 m", "0.93, p = 0.2"),)
     assert len(engines.rows) == 1
-    assert told.sentences[0].startswith("scatter of k_D between the 2 runs 10.0%, within a run 2.0%; ")
+    assert told.sentences[0].startswith("scatter of k_D of the pin between the 2 runs 10.0%, within a run 2.0%; ")
     assert told.sentences[1].startswith("b: outlier; `tribopipe mark-bad b ")
-    assert told.sentences[2] == "a: reaches 40 µm at 1400 m (95 % interval 1300 m to open)"
+    assert told.sentences[2] == "a: its pin reaches 40 µm at 1400 m (95 % interval 1300 m to open)"
     assert [(one.run_id, one.role, one.outcome, one.notes) for one in told.verdicts] == [
         ("a", "fitted", "supported", ("far off",)),
         ("b", "predicted", "over-predicts", ("far off",)),
@@ -537,30 +535,33 @@ def test_study_page_tells_verdicts_and_all_else():
 
 
 def test_study_page_of_discs_has_a_row_for_each():
-    disc = DiscVerdict(
-        disc="curved_disc", outcome="supported", what="wear_volume", measured=q(1e-12, "m^3"),
+    disc = BodyVerdict(
+        outcome="supported", what="wear_volume", measured=q(1e-12, "m^3"),
         predicted=q(1.1e-12, "m^3"), predicted_interval=(q(1e-12, "m^3"), q(1.2e-12, "m^3")),
         measurement_interval=(q(1e-12, "m^3"), q(1.2e-12, "m^3")), e_n=0.3, e_n_all=0.3, e_n_all_at="volume",
         wear_coefficient=K, coefficient_ratio=q(1.0, "1"),
     )  # fmt: skip
-    run = TwinDiscVerdict(
-        id="d", role="fitted", normal_load=q(0.25, "N"), slip=q(0.04, "1"), rotations=q(1e6, "1"),
+    width = {"what": "track_width", "measured": q(1e-4, "m"), "predicted": q(1e-4, "m")}
+    width |= {"predicted_interval": (q(9e-5, "m"), q(1.1e-4, "m"))}
+    run = RunVerdict(
+        id="d", role="fitted", normal_load=q(0.25, "N"), slip=q(0.04, "1"), end=q(1e6, "1"),
         outcome="supported", sentence="It holds.",
-        discs=(disc, disc.model_copy(update={"disc": "flat_disc", "what": "track_width", "measured": q(1e-4, "m"),
-                                             "predicted": q(1e-4, "m"),
-                                             "predicted_interval": (q(9e-5, "m"), q(1.1e-4, "m"))})),
-        end_of_life=RotationsToDepth(wear_depth=q(1e-6, "m"), rotations=q(5e5, "1"), interval=(q(4e5, "1"), None)),
+        bodies={"curved_disc": disc, "flat_disc": disc.model_copy(update=width)},
+        end_of_life=EndOfLife(wear_depth=q(1e-6, "m"), place=q(5e5, "1"), interval=(q(4e5, "1"), None)),
     )  # fmt: skip
-    law = TwinDiscLawResult(
+    law = LawResult(
         model="archard", distance_per_rotation="full-slip", draws=9, rejected=0, runs=(run,),
-        discs=(StudiedDisc(disc="curved_disc", wear_coefficient=K, interval=ENDS),),
+        bodies={name: StudiedBody(wear_coefficient=K, interval=ENDS) for name in ("curved_disc", "flat_disc")},
     )  # fmt: skip
-    page = study_page_of(TwinDiscStudyResult(id="discs", title="Discs", laws=(law,)), "0.1.0", DATE, "f")
+    page = study_page_of(
+        StudyResult(id="discs", title="Discs", tribometer="twin-disc", laws=(law,)), "0.1.0", DATE, "f"
+    )
     (told,) = page.laws
     assert told.title.startswith("Archard's law, full-slip: curved disc k_D = ")
     curved, flat = told.tables[0].rows
-    assert curved[:8] == ("d", "fitted", "4 %", "1,000,000", "curved", "0.001 mm³", "0.0011 mm³", "0.001 to 0.0012")
-    assert flat[:8] == ("", "", "", "", "flat", "100 µm", "100 µm", "90 to 110")
+    disc = ("curved disc", "0.001 mm³", "0.0011 mm³", "0.001 to 0.0012")
+    assert curved[:9] == ("d", "fitted", "250 mN", "4 %", "1,000,000", *disc)
+    assert flat[:9] == ("", "", "", "", "", "flat disc", "100 µm", "100 µm", "90 to 110")
     assert told.sentences[0].startswith("d: its curved disc reaches 1 µm after 5×10⁵ rotations (95 % interval 4")
     assert (page.title, page.date, page.inputs_sha256) == ("Discs", DATE, "f")
     assert asdict(page)["laws"][0]["verdicts"][0]["sentence"] == "It holds."

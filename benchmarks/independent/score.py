@@ -146,7 +146,7 @@ def together(runs: Sequence[Recorded]) -> Outcome | str:
     except Exception as error:  # noqa: BLE001 - as above
         return _reason(error)
     law, true = found.law("archard"), float(np.mean([one.truth.coefficient for one in runs]))
-    best, (low, high) = law.wear_coefficient, law.interval
+    best, (low, high) = law.first.wear_coefficient, law.first.interval
     flags = tuple(sorted(set(_codes(_findings(found, law)))))
     interval = (low.value / true, high.value / true)
     return Outcome(best.value / true, _spread(best) / true, interval, flags, None, None, None, None, 0.0)

@@ -16,7 +16,6 @@ from tribopipe.documents.study import Study
 from tribopipe.documents.sweep import Sweep
 from tribopipe.documents.template import Template
 from tribopipe.results.agreement import StudyResult
-from tribopipe.results.disc_agreement import TwinDiscStudyResult
 from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.local_wear import LocalWearResult
 from tribopipe.results.specific_wear import SpecificWear
@@ -43,7 +42,6 @@ SCHEMAS: dict[str, type[Record]] = {
     "local-wear": LocalWearResult,
     "study-result": StudyResult,
     "twin-disc-truth": TwinDiscTruth,
-    "twin-disc-study-result": TwinDiscStudyResult,
     "design": Design,
 }
 

@@ -21,7 +21,6 @@ from tribopipe.documents.record import Record
 from tribopipe.documents.slip import slip
 from tribopipe.physics.laws import law_label
 from tribopipe.results.agreement import StudyResult
-from tribopipe.results.disc_agreement import TwinDiscStudyResult
 from tribopipe.results.specific_wear import BodyWearRate, SpecificWear
 from tribopipe.results.wear_fit import WearFit
 
@@ -91,7 +90,7 @@ def read_verdicts(archive: Archive, study_id: str) -> list[tuple[str, str | None
     return [*verdicts, *((run, None) for run in sorted(silent))]
 
 
-def _verdicts(study_id: str, result: StudyResult | TwinDiscStudyResult) -> Iterator[tuple[str, str]]:
+def _verdicts(study_id: str, result: StudyResult) -> Iterator[tuple[str, str]]:
     for law in result.laws:
         for run in law.runs:
             yield run.id, f"{law_label(law.model)} in {study_id}: {run.outcome}"
