@@ -98,12 +98,12 @@ def held(task: Task) -> Held | str:
         return reason(error)
     law, truth = found.result.law("archard"), runs[planned[0].id].truth.wear_coefficient.value
     curves = {curve.run_id: curve for curve in found.curves}
-    best = law.wear_coefficient
+    best = law.first.wear_coefficient
     return Held(
-        coefficient=_holds(law.interval, truth),
+        coefficient=_holds(law.first.interval, truth),
         ratio=best.value / truth,
         uncertainty=(best.standard_uncertainty or 0.0) / best.value,
-        below=truth < law.interval[0].value,
+        below=truth < law.first.interval[0].value,
         runs={one.id: _run_held(one, curves[one.id], runs[one.id]) for one in law.runs},
     )
 
@@ -113,12 +113,14 @@ def _holds(interval: Interval, value: float) -> bool:
 
 
 def _run_held(verdict: RunVerdict, curve: StudyCurve, lab: LabRun) -> RunHeld:
-    inside = ((curve.measurement_lower <= curve.measured) & (curve.measured <= curve.measurement_upper))[:-1]
-    distance = curve.sliding_distance[:-1]
-    at = [int(np.argmin(np.abs(distance - place * curve.sliding_distance[-1]))) for place in PLACES]
+    measured = curve.measured
+    if measured is None:
+        raise TypeError("coverage: found a curve without measurements; expected those of a pin")
+    inside = ((measured.lower <= measured.best) & (measured.best <= measured.upper))[:-1]
+    at = [int(np.argmin(np.abs(curve.places[:-1] - place * curve.places[-1]))) for place in PLACES]
     return RunHeld(
-        true_end=_holds(verdict.predicted_interval, lab.truth.end_pin_wear_depth.value),
-        end=_holds(verdict.measurement_interval, verdict.measured_depth.value),
+        true_end=_holds(verdict.first.predicted_interval, lab.truth.end_pin_wear_depth.value),
+        end=_holds(verdict.first.measurement_interval, verdict.first.measured.value),
         curve=float(np.mean(inside)),
         places=tuple(bool(inside[place]) for place in at),
     )

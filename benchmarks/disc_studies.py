@@ -26,8 +26,7 @@ from tribopipe.evaluation.study.member import Member
 from tribopipe.extras.simulate import simulate_twin_disc_run
 from tribopipe.physics.conventions import DistanceConvention
 from tribopipe.readers.harmonize import read_run
-from tribopipe.results.agreement import Verdict
-from tribopipe.results.disc_agreement import DiscVerdict, TwinDiscLawResult
+from tribopipe.results.agreement import BodyVerdict, LawResult, Verdict
 
 (SERIES,) = PLAN.twin_disc_series
 SAMPLES = {run.id: run for run in SERIES.runs}
@@ -48,7 +47,7 @@ class Task:
     convention: DistanceConvention
 
 
-Answer = TwinDiscLawResult | str
+Answer = LawResult | str
 
 
 def made(run: TwinDiscVirtualRun, folder: Path) -> Member:
@@ -78,13 +77,15 @@ def judged(task: Task) -> Answer:
         return reason(error)
 
 
-def held(labs: Sequence[TwinDiscLawResult]) -> list[list[str]]:
+def held(labs: Sequence[LawResult]) -> list[list[str]]:
     """Return how often each k_D, and each volume predicted, lay in its 95 % interval."""
     truth = (SERIES.runs[0].curved_wear_coefficient.value, SERIES.runs[0].flat_wear_coefficient.value)
     rows = []
     for place, true in enumerate(truth):
         name = ("curved disc", "flat disc")[place]
-        count = sum(lab.discs[place].interval[0].value <= true <= lab.discs[place].interval[1].value for lab in labs)
+        count = sum(
+            low.value <= true <= high.value for low, high in ([*lab.bodies.values()][place].interval for lab in labs)
+        )
         rows.append([f"k_D of the {name}", *share(count, len(labs))])
     for name in (SLIPPING, LONG):
         for place, disc in enumerate(("curved disc", "flat disc")):
@@ -97,11 +98,11 @@ def held(labs: Sequence[TwinDiscLawResult]) -> list[list[str]]:
     return rows
 
 
-def _disc(lab: TwinDiscLawResult, name: str, place: int) -> DiscVerdict:
-    return next(run for run in lab.runs if run.id == name).discs[place]
+def _disc(lab: LawResult, name: str, place: int) -> BodyVerdict:
+    return [*next(run for run in lab.runs if run.id == name).bodies.values()][place]
 
 
-def called(labs: Sequence[TwinDiscLawResult]) -> list[list[str]]:
+def called(labs: Sequence[LawResult]) -> list[list[str]]:
     """Return how often each run was given each verdict."""
     rows = []
     for name in (*FITTED, *CHANGES):

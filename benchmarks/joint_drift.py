@@ -72,7 +72,7 @@ def errors(task: Task) -> Errors | str:
         fits = [fit_wear(corrected, "archard", None, how) for how in (TWO_STEP, MODEL)]
     except NO_ANSWER as error:
         return reason(error)
-    two_step, model = (fit.wear_coefficient for fit in fits)
+    two_step, model = (None if fit.first is None else fit.first.wear_coefficient for fit in fits)
     rate, sensor = corrected.correction.two_step_rate, fits[1].sensor
     if two_step is None or model is None or rate is None or sensor is None:
         return "no k_D"

@@ -168,8 +168,9 @@ class Evaluated(NamedTuple):
 def evaluated(run: RawRun) -> Evaluated:
     """Take a run through the line."""
     corrected, friction = correct_drift(run), fit_friction(run)
-    fits = {law: fit_wear(corrected, law, friction).wear_coefficient for law in LAWS}
-    return Evaluated(needed(friction.steady_state), {law: needed(found) for law, found in fits.items()})
+    fits = {law: fit_wear(corrected, law, friction).first for law in LAWS}
+    coefficients = {law: needed(None if found is None else found.wear_coefficient) for law, found in fits.items()}
+    return Evaluated(needed(friction.steady_state), coefficients)
 
 
 def needed(found: Quantity | None) -> Quantity:

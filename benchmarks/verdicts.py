@@ -106,18 +106,18 @@ def rates(case: str, correction: str, labs: Sequence[Answer]) -> list[list[str]]
     """Return how often each test was significant although the law holds."""
     every = [one for lab in labs if not isinstance(lab, str) for one in lab]
     foretold = [one for one in every if one.role == "predicted"]
-    trends = [one.trend.p_value < UNLIKELY for one in every if one.trend]
-    changes = [one.change_point.p_value < UNLIKELY for one in every if one.change_point]
+    trends = [one.first.trend.p_value < UNLIKELY for one in every if one.first.trend]
+    changes = [one.first.change_point.p_value < UNLIKELY for one in every if one.first.change_point]
     rows = [
         ["trend, p < 0.01, all runs (1 % expected)", *share(sum(trends), len(trends))],
         ["change point, p < 0.01, all runs (1 %)", *share(sum(changes), len(changes))],
         [
             "E_n beyond ±1 at the end, predicted runs (5 %)",
-            *share(sum(abs(one.e_n) > 1 for one in foretold), len(foretold)),
+            *share(sum(abs(one.first.e_n) > 1 for one in foretold), len(foretold)),
         ],
         [
             "E_n beyond ±1 on the curve, predicted (5 %)",
-            *share(sum(abs(one.e_n_curve) > 1 for one in foretold), len(foretold)),
+            *share(sum(abs(one.first.e_n_all) > 1 for one in foretold), len(foretold)),
         ],
     ]
     return [[case, correction, *row] for row in rows]

@@ -13,8 +13,9 @@ from tribopipe.documents.manifest import MANIFEST_NAME, read_manifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.profile.track import examined
+from tribopipe.evaluation.wear.known import KnownWear
 from tribopipe.evaluation.wear.local import local_scenario, wear_locally
-from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario, KnownDiscs
+from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario
 from tribopipe.physics.conventions import DistanceConvention
 from tribopipe.pipeline.stages import find_runs, process
 from tribopipe.pipeline.studies import load_studies, run_study
@@ -114,7 +115,7 @@ def table_3(distance: DistanceConvention) -> DiscScenario:
         ),
         normal_load=Quantity(value=0.3, unit="N"),
         slip=Quantity(value=0.1, unit="1"),
-        known=KnownDiscs(Quantity(value=1e-16, unit="m^2/N"), distance=distance),
+        known=KnownWear({"curved_disc": Quantity(value=1e-16, unit="m^2/N")}, distance=distance),
     )
 
 

@@ -8,10 +8,12 @@ from folders import SAMPLES
 from tribopipe.contacts.twin_disc import disc_pair, nominal_values
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.plan import Plan, TwinDiscSensors, TwinDiscVirtualRun
+from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import MonteCarloRecipe, Recipe, WearRecipe
 from tribopipe.documents.record import load_toml
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.study.member import Member
+from tribopipe.evaluation.wear.known import KnownWear
 from tribopipe.extras.simulate import VirtualTwinDiscTest
 from tribopipe.physics.friction_path import junction_factor
 from tribopipe.physics.twin_disc import DiscWear
@@ -54,6 +56,11 @@ def recipe(convention: str = "full-slip", *, drawn: bool = False, **changes) -> 
     how = MonteCarloRecipe() if drawn else MonteCarloRecipe(significant_digits=0)
     wear = WearRecipe(distance_per_rotation=convention, **changes)
     return Recipe(wear=wear, monte_carlo=how)
+
+
+def known_pair(first: Quantity, second: Quantity | None = None, **how) -> KnownWear:
+    """k_D of the curved disc, and of the flat one where it wears."""
+    return KnownWear({"curved_disc": first} | ({} if second is None else {"flat_disc": second}), **how)
 
 
 def worn(rotations, convention="full-slip", first=K_1, second=K_2, manifest=BARE) -> DiscWear:

@@ -11,10 +11,11 @@ from tribopipe.documents.recipe import MonteCarloRecipe, Recipe, WearRecipe
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.preprocessing.cleaning import clean_run
 from tribopipe.evaluation.wear.fit import fit_wear
-from tribopipe.evaluation.wear.predict import WearScenario, known_pin, predict_wear
+from tribopipe.evaluation.wear.known import known_wear
+from tribopipe.evaluation.wear.predict import WearScenario, predict_wear
 from tribopipe.extras.simulate import VirtualTest
 from tribopipe.extras.simulate.in_memory import pin_run
-from tribopipe.results.evaluation import WearFit
+from tribopipe.results.wear_fit import WearFit
 
 PLUGIN = Path(__file__).parent / "example_plugin"
 K_D, EXCESS, LENGTH = 5e-15, 4.0, 30.0
@@ -117,11 +118,11 @@ def virtual(series: Series, seed: int, law: str = "running_in", recipe: Recipe =
 
 def predicted(series: Series, fit: WearFit, load: float, at: float) -> Quantity:
     """Return the wear depth that a fit predicts under a load in N, 0.5 % uncertain, at a sliding distance in m."""
-    known, pressed = known_pin(fit), Quantity(value=load, unit="N", standard_uncertainty=0.005 * load)
+    known, pressed = known_wear(fit), Quantity(value=load, unit="N", standard_uncertainty=0.005 * load)
     scenario = WearScenario(
         series.contact,
         pressed,
-        known.coefficient,
+        known.first,
         fit.model,
         parameters=known.parameters,
         covariance=known.covariance,

@@ -141,13 +141,13 @@ def told(reference: Member, other: Member, recipe: Recipe = TWO_STEP) -> RunVerd
 def test_a_run_of_the_same_k_d_supports_the_law_and_one_of_another_does_not(reference, share, outcome, sign):
     found = told(reference, member(HEAVY, "heavy", share * TRUE, seed=2))
     assert found.outcome == outcome
-    assert abs(found.coefficient_ratio.value - share) < 3 * found.coefficient_ratio.standard_uncertainty
+    assert abs(found.first.coefficient_ratio.value - share) < 3 * found.first.coefficient_ratio.standard_uncertainty
     if sign:
-        assert sign * found.e_n > 1
-        assert sign * (found.measured_depth.value - found.predicted_depth.value) > 0
+        assert sign * found.first.e_n > 1
+        assert sign * (found.first.measured.value - found.first.predicted.value) > 0
         assert f" {outcome} the wear at 400 mN" in found.sentence
     else:
-        assert abs(found.e_n) < 1
+        assert abs(found.first.e_n) < 1
 
 
 @pytest.mark.usefixtures("few_draws")

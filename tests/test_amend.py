@@ -135,7 +135,7 @@ def test_amendments_outlive_later_ones_steps_marks_and_a_rewriting(bare_run, tmp
 def test_an_amended_run_is_evaluated_sound_and_reproduced(amended, measured):
     outcomes = list(process([measured], amended, amend=True))
     assert [outcome.error for outcome in outcomes if outcome.error is not None] == []
-    assert amended.step(RUN, "wear_fit_archard").result.wear_coefficient is not None
+    assert amended.step(RUN, "wear_fit_archard").result.first is not None
     assert verify(amended).findings == ()
     assert reproduce(amended, RUN).steps[0].outcome == "identical"
 

@@ -24,9 +24,10 @@ from tribopipe.base.errors import ArchiveError
 from tribopipe.base.files import natural_order
 from tribopipe.documents.quantity import Quantity
 from tribopipe.pipeline.stages import ingest
-from tribopipe.results.evaluation import DriftCorrection, FrictionFit, WearFit
+from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.finding import Finding
 from tribopipe.results.run import ExtraColumn, RawRun, SourceFile
+from tribopipe.results.wear_fit import WearFit
 
 
 def run_with(bare: RawRun, values: np.ndarray, **more) -> RawRun:

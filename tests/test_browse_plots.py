@@ -23,7 +23,8 @@ from tribopipe.browse.samples import Kept, RunFile
 from tribopipe.documents.recipe import Recipe
 from tribopipe.pipeline.archived_results import archived_correction
 from tribopipe.pipeline.stages import clean_archived, correct_archived_drift
-from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit, WearFit
+from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit
+from tribopipe.results.wear_fit import WearFit
 from tribopipe.views.run_figures import WANDER_NAME
 
 RUN = "si3n4-air-200mN"
@@ -193,7 +194,7 @@ def test_wear_stands_beside_its_laws_with_their_bands(run):
         assert np.all(np.less_equal(line["lower"], line["y"]))
         assert np.all(np.greater_equal(line["upper"], line["y"]))
     fit = run.archive.result(RUN, "wear_fit_archard", WearFit)
-    assert above["lines"][1]["y"][-1] == pytest.approx(1e6 * fit.fitted_end_depth.value, rel=1e-5)
+    assert above["lines"][1]["y"][-1] == pytest.approx(1e6 * fit.first.fitted_end_depth.value, rel=1e-5)
     assert np.std(below["lines"][0]["y"]) > 1e6 * fit.residual_deviation.value  # which is that of block averages
     assert np.std(below["lines"][0]["y"]) == pytest.approx(np.std(drawn_less_fitted(run)), rel=0.05)
 

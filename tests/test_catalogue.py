@@ -22,7 +22,7 @@ from tribopipe.archive.nexus import text
 from tribopipe.archive.store import Archive
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, pretty
 from tribopipe.documents.mark import Mark
-from tribopipe.results.disc_evaluation import TwinDiscFit
+from tribopipe.results.wear_fit import WearFit
 
 RUN, OTHER = "si3n4-air-200mN", "si3n4-air-other"
 BAD = Mark(kind="bad", reason="slipped", date="2026-01-01T00:00:00+00:00")
@@ -87,10 +87,10 @@ def test_cells_say_what_the_results_say(sample_archive):
     catalogue.refresh()
     for run in catalogue.runs():
         fit = sample_archive.steps(run.id)["wear_fit_archard"].result
-        assert run.value("k_d") == fit.wear_coefficient.value
-        assert run.uncertainty("k_d") == fit.wear_coefficient.standard_uncertainty
-        assert fit.wear_coefficient.shown("mm^3/(N*mm)") == f"{run.text('k_d')} mm³/(N·mm)"
-        assert run.number("k_d") == pytest.approx(fit.wear_coefficient.value * 1e6, rel=1e-12)
+        assert run.value("k_d") == fit.first.wear_coefficient.value
+        assert run.uncertainty("k_d") == fit.first.wear_coefficient.standard_uncertainty
+        assert fit.first.wear_coefficient.shown("mm^3/(N*mm)") == f"{run.text('k_d')} mm³/(N·mm)"
+        assert run.number("k_d") == pytest.approx(fit.first.wear_coefficient.value * 1e6, rel=1e-12)
         assert run.number("load") == pytest.approx(sample_archive.manifest(run.id).conditions.normal_load.value * 1e3)
         assert run.texts("material") == [run.text("pin_material")]
 
@@ -100,8 +100,8 @@ def test_cells_of_two_discs_say_what_the_results_say(disc_archive):
     discs.refresh()
     for run in discs.runs():
         fit = disc_archive.steps(run.id)["wear_fit_archard"].result
-        assert isinstance(fit, TwinDiscFit)
-        assert run.value("k_d_flat") == fit.flat_disc.wear_coefficient.value
+        assert isinstance(fit, WearFit)
+        assert run.value("k_d_flat") == fit.bodies["flat_disc"].wear_coefficient.value
         assert run.value("rotations") == disc_archive.raw(run.id).columns["rotations"][-1]
 
 

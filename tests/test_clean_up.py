@@ -370,7 +370,7 @@ def test_depth_that_counts_down_gives_the_same_wear_once_it_is_turned_over(short
     for name, values in truth.columns.items():
         np.testing.assert_array_equal(cleaned.run.columns[name], values)
     k_d, same, other = (
-        fit_wear(correct_drift(run, recipe), "archard").wear_coefficient for run in (truth, cleaned.run, falling)
+        fit_wear(correct_drift(run, recipe), "archard").first.wear_coefficient for run in (truth, cleaned.run, falling)
     )
     assert same == k_d
     assert other != k_d

@@ -281,8 +281,8 @@ def test_fit_tells_what_was_promised(run_cli, archive):
     (run,) = document_of(result)["runs"]
     assert run["id"] == "si3n4-air-200mN"
     assert run["model"] == "sarkar"
-    assert_quantity(run["wear_coefficient"], "m^2/N")
-    assert run["wear_coefficient"]["standard_uncertainty"] > 0
+    assert_quantity(run["bodies"]["pin"]["wear_coefficient"], "m^2/N")
+    assert run["bodies"]["pin"]["wear_coefficient"]["standard_uncertainty"] > 0
     assert run["friction"]["outcome"] == "exponential"
     assert_quantity(run["friction"]["amplitude"], "1")
     assert_quantity(run["friction"]["steady_state"], "1")
@@ -319,7 +319,7 @@ def test_predict_from_a_folder_tells_what_was_promised(run_cli, sample_run, law,
     )
     document = document_of(result)
     assert (document["model"], document["scheme"]) == (law, scheme)
-    assert document["wear_coefficient"]["value"] == 13.5e-15
+    assert document["bodies"]["pin"]["wear_coefficient"]["value"] == 13.5e-15
     assert [point["sliding_distance"]["value"] for point in document["prediction"]] == [50.0, 10.0]
     for point in (*document["prediction"], *document["reached"]):
         assert_quantity(point["sliding_distance"], "m")
@@ -415,8 +415,8 @@ def test_commands_lead_from_an_empty_folder_to_a_prediction(run_cli, short_plan,
         ("check runs", "si3n4-air-400mN: nothing to complain about"),
         ("ingest runs", "si3n4-air-400mN: archived"),
         ("correct-drift", "si3n4-air-400mN: drift "),
-        ("fit --model sarkar", "si3n4-air-400mN: sarkar: k_D = "),
-        ("predict --law sarkar", "si3n4-air-400mN: sarkar, exact: k_D = "),
+        ("fit --model sarkar", "si3n4-air-400mN: sarkar: pin k_D = "),
+        ("predict --law sarkar", "si3n4-air-400mN: sarkar, exact: pin k_D = "),
         ("predict si3n4-air-200mN --law sarkar --at 100", "100"),
         ("ls --columns id,steps", "drift, friction, specific wear, Sarkar, predicted by Sarkar"),
         ("show si3n4-air-400mN", "prediction_sarkar"),

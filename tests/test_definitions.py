@@ -242,7 +242,7 @@ FOUND_BY_BOTH = [
 ]
 FOUND_BY_US = [
     units("entry/raw/depth", "um"),
-    units("entry/wear_fit_archard/parameters/wear_coefficient", "mm^3/(N*mm)"),
+    units("entry/wear_fit_archard/parameters/pin_wear_coefficient", "mm^3/(N*mm)"),
     put("entry/definition", "NXtribometry_twin_disc"),
     put("entry/definition", "NXtribometry"),
     remove("entry/definition"),

@@ -269,10 +269,10 @@ def test_run_without_measurement_is_fitted_by_the_sensor_alone_and_says_so():
     raw = record(*CASES["si3n4-air-200mN"])
     bare = replace(raw, manifest=raw.manifest.model_copy(update={"end_values": EndValues()}))
     fit = fit_wear(correct_drift(bare), "archard")
-    assert (fit.basis, fit.measured_end_depth) == ("reading", None)
+    assert (fit.basis, fit.first.measured_end_depth) == ("reading", None)
     assert "no_post_test_measurement" in {finding.code for finding in fit.findings}
     truth = CASES["si3n4-air-200mN"][1].wear_coefficient.value
-    assert abs(fit.wear_coefficient.value - truth) < 3.5 * fit.wear_coefficient.standard_uncertainty
+    assert abs(fit.first.wear_coefficient.value - truth) < 3.5 * fit.first.wear_coefficient.standard_uncertainty
 
 
 @pytest.mark.parametrize(("drift", "codes"), [(0.0, set()), (-0.2e-6, set()), (2e-6, {"depends_on_drift_prior"})])

@@ -102,7 +102,7 @@ def test_fit_in_json_holds_both_k_d(run_cli, home):
     (run,) = document_of(run_cli("fit", RUN, "--json", cwd=home))["runs"]
     assert run["id"] == RUN
     for disc, true in (("curved_disc", K_1), ("flat_disc", K_2)):
-        found = run[disc]["wear_coefficient"]
+        found = run["bodies"][disc]["wear_coefficient"]
         assert abs(found["value"] - true) < 4 * found["standard_uncertainty"]
         assert found["unit"] == "m^2/N"
 
@@ -116,8 +116,12 @@ def test_predict_from_a_folder_with_two_k_d_is_the_model(run_cli, tmp_path):
     assert [point["rotations"]["value"] for point in document["prediction"]] == [1e5, 1e6]
     state = worn([1e5, 1e6])
     for place, point in enumerate(document["prediction"]):
-        assert point["curved_disc_wear_volume"]["value"] == pytest.approx(float(state.curved_volume[place]), rel=1e-9)
-        assert point["flat_disc_wear_depth"]["value"] == pytest.approx(float(state.flat_depth[place]), rel=1e-9)
+        assert point["bodies"]["curved_disc"]["wear_volume"]["value"] == pytest.approx(
+            float(state.curved_volume[place]), rel=1e-9
+        )
+        assert point["bodies"]["flat_disc"]["wear_depth"]["value"] == pytest.approx(
+            float(state.flat_depth[place]), rel=1e-9
+        )
         assert point["half_width"]["value"] == pytest.approx(float(state.half_width[place]), rel=1e-9)
     assert list(tmp_path.iterdir()) == []
 
@@ -127,8 +131,10 @@ def test_predict_with_one_k_d_leaves_the_flat_disc_unworn(run_cli):
         run_cli("predict", "--run", SAMPLES / RUN, "--wear-coefficient", SHOWN_K_1, "--at", "1e6", "--json")
     )
     (point,) = document["prediction"]
-    assert point["curved_disc_wear_volume"]["value"] == pytest.approx(float(worn(1e6, second=0.0).curved_volume))
-    assert point["flat_disc_wear_volume"]["value"] == 0
+    assert point["bodies"]["curved_disc"]["wear_volume"]["value"] == pytest.approx(
+        float(worn(1e6, second=0.0).curved_volume)
+    )
+    assert point["bodies"]["flat_disc"]["wear_volume"]["value"] == 0
 
 
 def test_predict_without_a_place_goes_to_the_planned_end(run_cli):
@@ -140,11 +146,14 @@ def test_predict_of_an_archived_run_takes_its_fit_to_its_end(run_cli, home):
     document = document_of(run_cli("predict", RUN, "--json", "--depth", "1 um", "--at", "250000", cwd=home))
     fit = document_of(run_cli("fit", RUN, "--json", cwd=home))["runs"][0]
     assert document["reference"] == RUN
-    assert document["curved_disc_wear_coefficient"]["value"] == fit["curved_disc"]["wear_coefficient"]["value"]
+    used, found = (one["bodies"]["curved_disc"]["wear_coefficient"] for one in (document, fit))
+    assert used["value"] == found["value"]
     measured = {one["name"]: one["measured"]["value"] for one in fit["measurements"]}
     (point,), (reached,) = document["prediction"], document["reached"]
-    assert point["curved_disc_wear_volume"]["value"] == pytest.approx(measured["curved_disc_wear_volume"], rel=1e-3)
-    assert reached["curved_disc_wear_depth"]["value"] == pytest.approx(1e-6, rel=1e-9)
+    assert point["bodies"]["curved_disc"]["wear_volume"]["value"] == pytest.approx(
+        measured["curved_disc_wear_volume"], rel=1e-3
+    )
+    assert reached["bodies"]["curved_disc"]["wear_depth"]["value"] == pytest.approx(1e-6, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -159,7 +168,7 @@ def test_predict_of_an_archived_run_takes_its_fit_to_its_end(run_cli, home):
 def test_predict_elsewhere(run_cli, options, bigger):
     command = ["predict", "--run", SAMPLES / RUN, *GIVEN, "--at", "1e6", "--json"]
     here, there = (
-        document_of(run_cli(*command, *more))["prediction"][0]["curved_disc_wear_volume"]["value"]
+        document_of(run_cli(*command, *more))["prediction"][0]["bodies"]["curved_disc"]["wear_volume"]["value"]
         for more in ((), options)
     )
     if bigger is None:
@@ -174,14 +183,16 @@ def test_predict_on_another_crown(run_cli):
         document_of(run_cli(*command, *more))["prediction"][0] for more in ((), ("--crown-radius", "1 mm"))
     )
     assert sharp["half_width"]["value"] < round_["half_width"]["value"]
-    assert sharp["curved_disc_wear_depth"]["value"] > round_["curved_disc_wear_depth"]["value"]
+    assert (
+        sharp["bodies"]["curved_disc"]["wear_depth"]["value"] > round_["bodies"]["curved_disc"]["wear_depth"]["value"]
+    )
 
 
 def test_another_speed_changes_the_time_only(run_cli):
     command = ["predict", "--run", SAMPLES / RUN, *GIVEN, "--at", "1e6", "--json"]
     one, other = (document_of(run_cli(*command, *more))["prediction"][0] for more in ((), ("--speed", "400 mm/s")))
     assert other["time"]["value"] == pytest.approx(2 * one["time"]["value"])
-    assert other["curved_disc_wear_volume"] == one["curved_disc_wear_volume"]
+    assert other["bodies"]["curved_disc"]["wear_volume"] == one["bodies"]["curved_disc"]["wear_volume"]
 
 
 @pytest.mark.parametrize("convention", ["contact-width", "volume-conserving"])
@@ -194,7 +205,7 @@ def test_predict_by_another_way_of_counting(run_cli, convention):
     )
     assert document["distance_per_rotation"] == convention
     (point,) = document["prediction"]
-    assert point["curved_disc_wear_volume"]["value"] == pytest.approx(
+    assert point["bodies"]["curved_disc"]["wear_volume"]["value"] == pytest.approx(
         float(worn(1e6, convention).curved_volume), rel=1e-9
     )
 
@@ -214,17 +225,17 @@ def test_depth_and_rotations_lead_to_each_other(run_cli):
     command = ["predict", "--run", SAMPLES / RUN, *GIVEN, "--json"]
     turns = document_of(run_cli(*command, "--depth", "2 um"))["reached"][0]["rotations"]["value"]
     (point,) = document_of(run_cli(*command, "--at", f"{turns:.17g}"))["prediction"]
-    assert point["curved_disc_wear_depth"]["value"] == pytest.approx(2e-6, rel=1e-9)
+    assert point["bodies"]["curved_disc"]["wear_depth"]["value"] == pytest.approx(2e-6, rel=1e-9)
 
 
 def test_sarkar_takes_friction_from_the_command_line_or_the_signals(run_cli):
     command = ["predict", "--run", SAMPLES / RUN, *GIVEN, "--law", "sarkar", "--at", "250000", "--json"]
     stated = document_of(run_cli(*command, "--friction", "A=0.14 b=0.44 c=40 m"))["prediction"][0]
     fitted = document_of(run_cli(*command))["prediction"][0]
-    assert fitted["curved_disc_wear_volume"]["value"] == pytest.approx(
-        stated["curved_disc_wear_volume"]["value"], rel=0.01
+    assert fitted["bodies"]["curved_disc"]["wear_volume"]["value"] == pytest.approx(
+        stated["bodies"]["curved_disc"]["wear_volume"]["value"], rel=0.01
     )
-    assert stated["curved_disc_wear_volume"]["value"] > float(worn(250_000).curved_volume) * 1.2
+    assert stated["bodies"]["curved_disc"]["wear_volume"]["value"] > float(worn(250_000).curved_volume) * 1.2
 
 
 def test_predict_from_one_run_onto_another(run_cli, home):
@@ -303,7 +314,7 @@ def test_fit_drawn_another_way_is_another_fit(run_cli, home):
     recipe = home / "recipe.toml"
     recipe.write_text('schema = "tribopipe.recipe/1"\n[monte_carlo]\nsignificant_digits = 0\n', encoding="utf-8")
     (run,) = document_of(run_cli("fit", RUN, "--recipe", recipe, "--json", cwd=home))["runs"]
-    assert run["curved_disc"]["monte_carlo"] is None
+    assert run["bodies"]["curved_disc"]["monte_carlo"] is None
 
 
 def test_marked_run_is_no_reference(run_cli, home):

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from disc_runs import known_pair
 from folders import SAMPLES, replace_in
 
 from tribopipe.archive.store import Archive
@@ -19,7 +20,7 @@ from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.study.member import Member
 from tribopipe.evaluation.wear.twin_disc.curves import fitted_discs
 from tribopipe.evaluation.wear.twin_disc.fit import fit_discs
-from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario, KnownDiscs, published_discs
+from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario, published_discs
 from tribopipe.pipeline.archived_results import archived_correction
 from tribopipe.pipeline.stages import ingest, process
 from tribopipe.pipeline.studies import run_study
@@ -155,7 +156,7 @@ def test_wear_figure_says_both_coefficients_of_each_law(run):
     (curves,) = curves_of(run)
     words = plot_disc_wear(run, [curves]).axes[0].texts[-1].get_text()
     assert words.startswith("Archard, full-slip: $k_\\mathrm{D}$ / mm³/(N·mm) = ")
-    for found, disc in zip(curves.result.coefficients, ("curved", "flat"), strict=True):
+    for found, disc in zip(curves.result.bodies.values(), ("curved", "flat"), strict=True):
         assert f"{found.wear_coefficient.shown('mm^3/(N*mm)').removesuffix(' mm³/(N·mm)')} ({disc})" in words
 
 
@@ -173,7 +174,7 @@ def test_interruptions_are_drawn_with_residuals_of_all_that_was_measured(run):
     assert lower[0].get_ylabel() == "residual / u"
     assert {"residual of wear volume", "residual of track width"} <= set(labels(figure))
     residuals = [
-        (one.rotations / 1e6, (one.measured.value - one.fitted.value) / one.measured.standard_uncertainty)
+        (one.place / 1e6, (one.measured.value - one.fitted.value) / one.measured.standard_uncertainty)
         for one in curves.result.measurements
     ]
     drawn = [
@@ -291,7 +292,7 @@ def scenario(distance, flat=0.0):
         contact=TwinDisc(kind="twin-disc", **discs),
         normal_load=Quantity(value=0.3, unit="N"),
         slip=Quantity(value=0.1, unit="1"),
-        known=KnownDiscs(*coefficients, distance=distance),
+        known=known_pair(*coefficients, distance=distance),
     )
 
 
@@ -344,7 +345,7 @@ def test_study_has_a_panel_for_each_slip_with_the_law_along_its_longest_run(stud
     assert {ax.get_xlabel() for ax in lower} == {"rotations of the curved disc / $10^{6}$"}
     assert len({(ax.get_xlim(), ax.get_ylim()) for ax in upper}) == 1
     for ax, run_id, last in zip(upper, (LONG, FAST[0]), (2.0, 1.0), strict=True):
-        curves = {one.disc: one for one in stored.curves if one.run_id == run_id}
+        curves = {one.body: one for one in stored.curves if one.run_id == run_id}
         laws = [drawn for drawn in ax.lines if len(drawn.get_xdata()) > 2]
         assert len(laws) == len(ax.collections) - len(ax.containers) == 2
         for drawn, disc in zip(laws, ("curved_disc", "flat_disc"), strict=True):
@@ -360,7 +361,7 @@ def test_study_figure_holds_every_measured_volume_and_its_share_of_the_law(studi
     runs = stored.result.law("archard").runs
     for place, slip in enumerate((0.04, 0.1)):
         ax, below = figure.axes[2 * place : 2 * place + 2]
-        judged = [(run, disc) for run in runs if run.slip.value == pytest.approx(slip) for disc in run.discs]
+        judged = [(run, disc) for run in runs if run.slip.value == pytest.approx(slip) for disc in run.bodies.values()]
         volumes = [
             (
                 disc.measured.value / CUBIC_MM * 1e3,
@@ -401,8 +402,8 @@ def test_study_tells_discs_and_roles_apart_and_marks_where_the_law_is_called_off
 def test_every_outcome_but_support_has_a_mark(studied, outcome, words):
     stored = studied.study("discs")
     *others, last = stored.result.law("archard").runs
-    discs = tuple(disc.model_copy(update={"outcome": outcome}) for disc in last.discs)
-    result = changed(stored.result, runs=(*others, last.model_copy(update={"discs": discs})))
+    discs = {name: disc.model_copy(update={"outcome": outcome}) for name, disc in last.bodies.items()}
+    result = changed(stored.result, runs=(*others, last.model_copy(update={"bodies": discs})))
     figure = plot_disc_study(result, "archard", stored.curves)
     assert {"law under-predicts", words} <= set(labels(figure))
     assert_printable(figure)
@@ -412,7 +413,7 @@ def test_study_figure_says_both_coefficients(studied):
     figure, stored = study_figure(studied)
     words = figure.get_suptitle()
     assert words.startswith("Archard's law, full-slip, fitted to 4 runs\n")
-    for found, disc in zip(stored.result.law("archard").discs, ("curved disc", "flat disc"), strict=True):
+    for found, disc in zip(stored.result.law("archard").bodies.values(), ("curved disc", "flat disc"), strict=True):
         number = found.wear_coefficient.value / 1e-6 * 1e12
         spread = found.wear_coefficient.standard_uncertainty / 1e-6 * 1e12
         shown = Quantity(value=number, unit="1", standard_uncertainty=spread)
@@ -437,8 +438,9 @@ def test_study_of_one_slip_fits_one_column(studied):
 def test_one_sided_study_draws_the_curved_disc_alone(studied):
     stored = studied.study("discs")
     law = stored.result.law("archard")
-    runs = tuple(run.model_copy(update={"discs": run.discs[:1]}) for run in law.runs)
-    figure = plot_disc_study(changed(stored.result, discs=law.discs[:1], runs=runs), "archard", stored.curves)
+    runs = tuple(run.model_copy(update={"bodies": {"curved_disc": run.first}}) for run in law.runs)
+    alone = changed(stored.result, bodies={"curved_disc": law.first}, runs=runs)
+    figure = plot_disc_study(alone, "archard", stored.curves)
     assert "flat disc" not in labels(figure)
     assert "flat" not in figure.get_suptitle()
     assert all(len([one for one in ax.lines if len(one.get_xdata()) > 2]) == 1 for ax in figure.axes[::2])
@@ -447,7 +449,9 @@ def test_one_sided_study_draws_the_curved_disc_alone(studied):
 def test_depths_are_not_drawn_for_volumes(studied):
     stored = studied.study("discs")
     first, *others = stored.result.law("archard").runs
-    deep = first.model_copy(update={"discs": tuple(d.model_copy(update={"what": "wear_depth"}) for d in first.discs)})
+    deep = first.model_copy(
+        update={"bodies": {name: d.model_copy(update={"what": "wear_depth"}) for name, d in first.bodies.items()}}
+    )
     figure = plot_disc_study(changed(stored.result, runs=(deep, *others)), "archard", stored.curves)
     assert "runs without measured volume: 1" in labels(figure)
     assert [len(bars(ax)) for ax in figure.axes[::2]] == [8, 4]

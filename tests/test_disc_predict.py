@@ -2,10 +2,11 @@
 
 import math
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
-from disc_runs import BARE, BODY, CONVENTIONS, DOCUMENT, K_1, K_2, TYPICAL, exact_run, recipe, worn
+from disc_runs import BARE, BODY, CONVENTIONS, DOCUMENT, K_1, K_2, TYPICAL, exact_run, known_pair, recipe, worn
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -15,12 +16,11 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.slip import slip
+from tribopipe.evaluation.wear.known import known_wear
 from tribopipe.evaluation.wear.twin_disc.fit import fit_discs
 from tribopipe.evaluation.wear.twin_disc.predict import (
     MOST_STEPS,
     DiscScenario,
-    KnownDiscs,
-    known_discs,
     predict_discs,
     published_discs,
 )
@@ -28,10 +28,6 @@ from tribopipe.physics.friction_path import ExponentialFriction
 
 FRICTION = ExponentialFriction(0.15, 0.42, 40.0)
 FIELDS = {
-    "curved_disc_wear_depth": "curved_depth",
-    "flat_disc_wear_depth": "flat_depth",
-    "curved_disc_wear_volume": "curved_volume",
-    "flat_disc_wear_volume": "flat_volume",
     "half_width": "half_width",
     "half_length": "half_length",
     "pressure": "pressure",
@@ -47,7 +43,7 @@ def k_d(value: float, share: float | None = None) -> Quantity:
 def scenario(convention="full-slip", first=0.08, second=0.09, correlation=-0.3, **changes) -> DiscScenario:
     """What the sample discs are predicted for, with relative uncertainties of both k_D."""
     scale = TYPICAL[convention]
-    known = KnownDiscs(k_d(K_1 * scale, first), k_d(K_2 * scale, second), correlation, convention)
+    known = known_pair(k_d(K_1 * scale, first), k_d(K_2 * scale, second), correlation=correlation, distance=convention)
     given_ = {"curved_disc_speed": BARE.conditions.curved_disc_speed} | changes
     return replace(DiscScenario(BARE.twin_disc, BARE.conditions.normal_load, slip(BARE), known), **given_)
 
@@ -69,6 +65,9 @@ def test_prediction_is_the_model(convention):
         assert point.time.value == pytest.approx(at[place] * 2 * math.pi * 4e-3 / 0.8)
         for name, field in FIELDS.items():
             assert getattr(point, name).value == pytest.approx(float(getattr(state, field)[place]), rel=1e-12), name
+        for body, what in product(("curved", "flat"), ("depth", "volume")):
+            found_there = getattr(point.bodies[f"{body}_disc"], f"wear_{what}").value
+            assert found_there == pytest.approx(float(getattr(state, f"{body}_{what}")[place]), rel=1e-12), body
         assert point.wear_depth.value == pytest.approx(float(state.curved_depth[place] + state.flat_depth[place]))
     assert (found.scheme, found.model, found.distance_per_rotation) == ("exact", "archard", convention)
 
@@ -81,7 +80,7 @@ def test_prediction_under_sarkar_turns_by_his_distance():
     effective = np.trapezoid(np.sqrt(1 + 3 * mu**2), fine) / per_turn
     state = worn(effective)
     (point,) = found.prediction
-    assert point.curved_disc_wear_volume.value == pytest.approx(float(state.curved_volume), rel=1e-8)
+    assert point.bodies["curved_disc"].wear_volume.value == pytest.approx(float(state.curved_volume), rel=1e-8)
     assert point.rotations.value == 3e5
     # The discs slid for as long as they turned, whatever friction did.
     assert point.sliding_distance.value == pytest.approx(3e5 * per_turn, rel=0.01)
@@ -93,16 +92,16 @@ def test_depths_are_reached_where_they_are_predicted(convention, log_depth, sark
     changes = {"model": "sarkar", "friction": FRICTION} if sarkar else {}
     one, depth = scenario(convention, **changes), 10**log_depth
     (reached,) = predict_discs(one, depths=[depth]).reached
-    assert reached.curved_disc_wear_depth.value == pytest.approx(depth, rel=1e-9)
+    assert reached.bodies["curved_disc"].wear_depth.value == pytest.approx(depth, rel=1e-9)
     (back,) = predict_discs(one, [reached.rotations.value]).prediction
-    assert back.curved_disc_wear_depth.value == pytest.approx(depth, rel=1e-9)
+    assert back.bodies["curved_disc"].wear_depth.value == pytest.approx(depth, rel=1e-9)
     assert reached.time.value == pytest.approx(back.time.value)
     # What is uncertain of the depth is uncertain of the place by the slope.
     rate = float(one.worn(np.array([reached.rotations.value * 1.001])).curved_depth[0] - depth) / (
         reached.rotations.value * 0.001
     )
     assert reached.rotations.standard_uncertainty == pytest.approx(
-        back.curved_disc_wear_depth.standard_uncertainty / rate, rel=0.01
+        back.bodies["curved_disc"].wear_depth.standard_uncertainty / rate, rel=0.01
     )
 
 
@@ -154,42 +153,39 @@ def test_uncertainty_is_that_of_draws(convention, correlation):
 
 
 def test_uncertainty_of_an_unworn_disc_is_none():
-    known = KnownDiscs(k_d(K_1, 0.05))
+    known = known_pair(k_d(K_1, 0.05))
     (point,) = predict_discs(scenario(known=known), [1e6]).prediction
-    assert point.flat_disc_wear_volume.value == 0
-    assert point.flat_disc_wear_volume.standard_uncertainty == 0
-    assert point.curved_disc_wear_volume.standard_uncertainty > 0
+    assert point.bodies["flat_disc"].wear_volume.value == 0
+    assert point.bodies["flat_disc"].wear_volume.standard_uncertainty == 0
+    assert point.bodies["curved_disc"].wear_volume.standard_uncertainty > 0
 
 
 def test_flat_disc_that_may_have_worn_after_all_is_as_uncertain_as_its_k_d():
     """k₂ = 0 ± 0.1 k₁, as of a disc on which no wear was found."""
     flat = Quantity(value=0.0, unit="m^2/N", standard_uncertainty=0.1 * K_1)
-    (point,) = predict_discs(scenario(known=KnownDiscs(k_d(K_1, 0.05), flat)), [1e6]).prediction
-    assert point.flat_disc_wear_volume.value == 0
+    (point,) = predict_discs(scenario(known=known_pair(k_d(K_1, 0.05), flat)), [1e6]).prediction
+    assert point.bodies["flat_disc"].wear_volume.value == 0
     once = worn(1e6, second=0.1 * K_1)
-    assert point.flat_disc_wear_volume.standard_uncertainty == pytest.approx(float(once.flat_volume), rel=0.1)
+    assert point.bodies["flat_disc"].wear_volume.standard_uncertainty == pytest.approx(float(once.flat_volume), rel=0.1)
 
 
 @pytest.mark.parametrize("share", [0.5, 1.0])
 def test_wide_uncertainty_of_k_d_stays_first_order(share):
     (point,) = predict_discs(scenario(first=share), [1e6]).prediction
     slope = (worn(1e6, first=1.01 * K_1).curved_volume - worn(1e6, first=0.99 * K_1).curved_volume) / 0.02
-    assert point.curved_disc_wear_volume.standard_uncertainty == pytest.approx(float(share * slope), rel=0.05)
+    assert point.bodies["curved_disc"].wear_volume.standard_uncertainty == pytest.approx(float(share * slope), rel=0.05)
 
 
 def test_own_end_values_come_back_from_a_fit():
     run = exact_run({"curved_disc_wear_volume": 0.05, "flat_disc_wear_volume": 0.06})
     fit = fit_discs(run, recipe=recipe())
-    known = known_discs(fit)
-    assert (known.curved, known.flat, known.correlation) == (
-        fit.curved_disc.wear_coefficient,
-        fit.flat_disc.wear_coefficient,
-        fit.correlation,
-    )
+    known = known_wear(fit)
+    assert known.bodies == {name: body.wear_coefficient for name, body in fit.bodies.items()}
+    assert (known.correlation, known.distance) == (fit.correlation, "full-slip")
     (point,) = predict_discs(scenario(known=known), [1e6]).prediction
     ends = run.manifest.end_values
-    assert point.curved_disc_wear_volume.value == pytest.approx(ends.curved_disc_wear_volume.value, rel=1e-9)
-    assert point.flat_disc_wear_volume.value == pytest.approx(ends.flat_disc_wear_volume.value, rel=1e-9)
+    assert point.bodies["curved_disc"].wear_volume.value == pytest.approx(ends.curved_disc_wear_volume.value, rel=1e-9)
+    assert point.bodies["flat_disc"].wear_volume.value == pytest.approx(ends.flat_disc_wear_volume.value, rel=1e-9)
 
 
 # --- the paper's steps ---
@@ -201,8 +197,8 @@ def test_published_steps_close_in_on_the_exact_scheme(convention):
     for steps in (500, 5_000):
         found = predict_discs(scenario(convention), [1e6, 5e5], scheme="published", steps=steps)
         assert (found.scheme, found.steps) == ("published", steps)
-        exact = predict_discs(scenario(convention), [1e6]).prediction[0].curved_disc_wear_depth.value
-        shown = found.prediction[0].curved_disc_wear_depth.value
+        exact = predict_discs(scenario(convention), [1e6]).prediction[0].bodies["curved_disc"].wear_depth.value
+        shown = found.prediction[0].bodies["curved_disc"].wear_depth.value
         assert found.step_error == pytest.approx(shown / exact - 1, rel=1e-9)
         errors.append(abs(found.step_error))
     assert errors[1] < errors[0]
@@ -214,7 +210,7 @@ def test_published_steps_are_those_of_the_scheme():
     grid, state = published_discs(one, 2e5, 400)
     assert grid[-1] == 2e5
     for point, place in zip(found.prediction, (400, 200), strict=True):
-        assert point.curved_disc_wear_volume.value == pytest.approx(state.curved_volume[place], rel=1e-12)
+        assert point.bodies["curved_disc"].wear_volume.value == pytest.approx(state.curved_volume[place], rel=1e-12)
         assert point.half_width.value == pytest.approx(state.half_width[place], rel=1e-12)
 
 
@@ -254,7 +250,7 @@ def test_nothing_is_said_of_a_sound_prediction():
 
 
 def test_flat_of_half_the_crown_is_noted():
-    known = KnownDiscs(k_d(2000 * K_1, 0.1), k_d(2000 * K_2, 0.1))
+    known = known_pair(k_d(2000 * K_1, 0.1), k_d(2000 * K_2, 0.1))
     assert "the worn flat is 5.1" in notes(1e6, known=known)
     assert "more than the crown radius of" in notes(1e6, known=known)
 
@@ -269,12 +265,12 @@ def test_flat_wider_than_a_disc_is_noted(disc):
 
 
 def test_slip_changed_by_wear_is_noted():
-    known = KnownDiscs(k_d(300 * K_1, 0.1), k_d(300 * K_2, 0.1))
+    known = known_pair(k_d(300 * K_1, 0.1), k_d(300 * K_2, 0.1))
     assert "wear changes the slip from 4.00% to 5.30% at constant rotation rates" in notes(1e6, known=known)
 
 
 def test_k_d_without_uncertainty_is_noted():
-    assert "k_D is taken as exact" in notes(1e6, known=KnownDiscs(k_d(K_1), k_d(K_2)))
+    assert "k_D is taken as exact" in notes(1e6, known=known_pair(k_d(K_1), k_d(K_2)))
 
 
 def test_defaults_are_named():
@@ -298,7 +294,7 @@ def test_rotations_that_are_no_count_are_refused(at):
 
 @pytest.mark.parametrize("scheme", ["exact", "published"])
 def test_wear_beyond_the_crown_is_refused(scheme):
-    known = KnownDiscs(k_d(1e5 * K_1, 0.1), k_d(1e5 * K_2, 0.1))
+    known = known_pair(k_d(1e5 * K_1, 0.1), k_d(1e5 * K_2, 0.1))
     with pytest.raises(ContactError, match="crown"):
         predict_discs(scenario(known=known), [1e6], scheme=scheme, steps=1000)
 
@@ -322,7 +318,7 @@ def test_depth_that_is_none_is_refused(depth):
 
 
 def test_depth_of_a_curved_disc_that_does_not_wear_is_refused():
-    known = KnownDiscs(Quantity(value=0.0, unit="m^2/N"), k_d(K_2, 0.1))
+    known = known_pair(Quantity(value=0.0, unit="m^2/N"), k_d(K_2, 0.1))
     with pytest.raises(FitError, match="a curved disc that does not wear"):
         predict_discs(scenario(known=known), depths=[1e-6])
 
@@ -341,5 +337,5 @@ def test_sarkar_without_friction_is_refused():
 
 def test_another_slip_wears_in_proportion_while_little_is_worn():
     little, much = (predict_discs(scenario(slip=ratio(value)), [1e6]).prediction[0] for value in (0.04, 0.1))
-    assert much.curved_disc_wear_volume.value > 2.4 * little.curved_disc_wear_volume.value
+    assert much.bodies["curved_disc"].wear_volume.value > 2.4 * little.bodies["curved_disc"].wear_volume.value
     assert Recipe().wear.distance_per_rotation == "full-slip"

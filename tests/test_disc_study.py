@@ -22,7 +22,7 @@ from tribopipe.evaluation.study.discs import evaluate_discs
 from tribopipe.evaluation.study.member import Member
 from tribopipe.pipeline.stages import ingest
 from tribopipe.pipeline.studies import run_study
-from tribopipe.results.disc_agreement import TwinDiscStudyResult
+from tribopipe.results.agreement import StudyResult
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("few_draws")]
 
@@ -69,12 +69,12 @@ def test_runs_at_4_percent_slip_give_both_k_d_back(labs):
     held = sum(
         disc.interval[0].value <= true <= disc.interval[1].value
         for law in labs
-        for disc, true in zip(law.discs, (K_1, K_2), strict=True)
+        for disc, true in zip(law.bodies.values(), (K_1, K_2), strict=True)
     )
     assert held >= 4
     for law in labs:
-        assert [disc.disc for disc in law.discs] == ["curved_disc", "flat_disc"]
-        for disc, true in zip(law.discs, (K_1, K_2), strict=True):
+        assert [*law.bodies] == ["curved_disc", "flat_disc"]
+        for disc, true in zip(law.bodies.values(), (K_1, K_2), strict=True):
             assert disc.wear_coefficient.value == pytest.approx(true, rel=0.2)
             assert disc.wear_coefficient.standard_uncertainty < 0.12 * true
             assert disc.between_runs.runs == 4
@@ -84,8 +84,8 @@ def test_run_at_10_percent_slip_is_predicted_within_its_band(labs):
     inside, total = 0, 0
     for law in labs:
         run = of(law, SLIPPING)
-        assert (run.role, run.rotations.value) == ("predicted", pytest.approx(1e6))
-        for disc in run.discs:
+        assert (run.role, run.end.value) == ("predicted", pytest.approx(1e6))
+        for disc in run.bodies.values():
             low, high = (end.value for end in disc.measurement_interval)
             inside, total = inside + (low <= disc.measured.value <= high), total + 1
             assert disc.what == "wear_volume"
@@ -100,7 +100,7 @@ def test_fatigue_at_high_rotations_is_called(factor, called):
     assert run.outcome == called
     assert f"{called} the wear at 250 mN and 4.00 % slip" in run.sentence or called in run.sentence
     assert "by itself this run has" in run.sentence
-    for disc in run.discs:
+    for disc in run.bodies.values():
         assert (disc.e_n > 1) == (called == "under-predicts")
         assert (disc.coefficient_ratio.value > 1) == (called == "under-predicts")
 
@@ -114,7 +114,7 @@ def test_sound_laboratories_seldom_call_the_law_off(monkeypatch):
         law = laboratory(1_000 + seed)
         alarms += sum(run.outcome in FALSE for run in law.runs)
         for place, true in enumerate((K_1, K_2)):
-            low, high = law.discs[place].interval
+            low, high = [*law.bodies.values()][place].interval
             held[place] += low.value <= true <= high.value
     assert binom.sf(alarms - 1, 5 * count, 0.01) > 0.005, alarms
     assert min(binom.cdf(one, count, 0.95) for one in held) > 0.002, held
@@ -135,10 +135,10 @@ def test_fatigue_is_called_in_most_laboratories(factor, called):
 def test_exact_runs_give_exactly_their_k_d_and_are_supported():
     members = {name: exact_member(name, rotations=turns) for name, turns in (("a", 2e5), ("b", 1e6), ("c", 2e6))}
     law = evaluate_discs(Study(id="s", fit=("a", "b"), predict=("c",), laws=("archard",)), members).result.laws[0]
-    assert [disc.wear_coefficient.value for disc in law.discs] == pytest.approx([K_1, K_2], rel=1e-8)
+    assert [disc.wear_coefficient.value for disc in law.bodies.values()] == pytest.approx([K_1, K_2], rel=1e-8)
     for run in law.runs:
         assert run.outcome == "supported"
-        for disc in run.discs:
+        for disc in run.bodies.values():
             assert disc.e_n == pytest.approx(0.0, abs=1e-6)
             assert disc.coefficient_ratio.value == pytest.approx(1.0, rel=1e-8)
 
@@ -149,7 +149,7 @@ def test_departure_of_one_disc_calls_the_run_off(factor, called):
     law = evaluate_discs(Study(id="s", fit=("a",), predict=("b",), laws=("archard",)), members).result.laws[0]
     run = of(law, "b")
     assert run.outcome == called
-    assert {disc.disc: disc.outcome for disc in run.discs}["flat_disc"] == called
+    assert run.bodies["flat_disc"].outcome == called
 
 
 def test_vague_measurement_decides_nothing():
@@ -164,7 +164,7 @@ def test_life_ends_where_the_curved_disc_reaches_the_depth():
     life = of(evaluate_discs(study, members).result.laws[0], "a").end_of_life
     from disc_runs import worn
 
-    turns = life.rotations.value
+    turns = life.place.value
     assert float(worn(turns).curved_depth) == pytest.approx(2e-6, rel=0.05)
     assert life.interval[0].value < turns < life.interval[1].value
 
@@ -173,9 +173,9 @@ def test_one_sided_runs_make_a_one_sided_study():
     wanted = {"curved_disc_wear_volume": 0.05}
     members = {name: exact_member(name, wanted=wanted, second=0.0) for name in ("a", "b")}
     law = evaluate_discs(Study(id="s", fit=("a",), predict=("b",), laws=("archard",)), members).result.laws[0]
-    assert [disc.disc for disc in law.discs] == ["curved_disc"]
+    assert [*law.bodies] == ["curved_disc"]
     assert law.correlation is None
-    assert [len(run.discs) for run in law.runs] == [1, 1]
+    assert [len(run.bodies) for run in law.runs] == [1, 1]
 
 
 def test_one_run_alone_owns_up_to_what_is_not_known():
@@ -266,8 +266,8 @@ def store(kept, tmp_path) -> Archive:
 
 def test_sample_study_tells_the_story_of_the_paper(kept):
     law = kept[1][0].result.law("archard")
-    assert [disc.wear_coefficient.value for disc in law.discs] == pytest.approx([K_1, K_2], rel=0.15)
-    for disc, true in zip(law.discs, (K_1, K_2), strict=True):
+    assert [disc.wear_coefficient.value for disc in law.bodies.values()] == pytest.approx([K_1, K_2], rel=0.15)
+    for disc, true in zip(law.bodies.values(), (K_1, K_2), strict=True):
         assert disc.interval[0].value < true < disc.interval[1].value
     told = {run.id.removeprefix("si3n4-twin-disc-"): run for run in law.runs}
     assert told[LONG].outcome == "under-predicts"
@@ -279,14 +279,14 @@ def test_sample_study_tells_the_story_of_the_paper(kept):
 def test_study_comes_back_from_the_archive(kept):
     store, outcomes = kept
     stored = store.study("si3n4-twin-disc")
-    assert isinstance(stored.result, TwinDiscStudyResult)
+    assert isinstance(stored.result, StudyResult)
     assert (stored.result, stored.study) == (outcomes[0].result, SAMPLE_STUDY)
-    assert {(one.run_id, one.disc) for one in stored.curves} == {
+    assert {(one.run_id, one.body) for one in stored.curves} == {
         (run_id, disc) for run_id in DISC_IDS for disc in ("curved_disc", "flat_disc")
     }
     for curve in stored.curves:
         assert np.all(curve.lower <= curve.upper)
-        assert np.all(np.diff(curve.rotations) > 0)
+        assert np.all(np.diff(curve.places) > 0)
 
 
 @pytest.mark.slow
@@ -299,11 +299,11 @@ def test_curves_are_those_evaluated(kept):
         again = evaluate_archived(store, SAMPLE_STUDY, Recipe())
     assert again.result == store.study("si3n4-twin-disc").result
     for mine, theirs in zip(again.curves, store.study("si3n4-twin-disc").curves, strict=True):
-        assert (mine.run_id, mine.model, mine.role, mine.disc) == (
+        assert (mine.run_id, mine.model, mine.role, mine.body) == (
             theirs.run_id,
             theirs.model,
             theirs.role,
-            theirs.disc,
+            theirs.body,
         )
         for name in ("rotations", "predicted", "lower", "upper"):
             np.testing.assert_allclose(getattr(mine, name), getattr(theirs, name), rtol=1e-14)
@@ -329,10 +329,10 @@ def test_predictions_go_into_the_runs(kept):
     for run_id in SAMPLE_STUDY.predict:
         prediction = store.step(run_id, "prediction_archard").result
         assert prediction.reference == "study si3n4-twin-disc"
-        assert prediction.curved_disc_wear_coefficient.value == law.discs[0].wear_coefficient.value
+        assert prediction.bodies["curved_disc"].wear_coefficient.value == law.first.wear_coefficient.value
         (point,) = prediction.prediction
-        told = of(law, run_id).discs[0].predicted
-        assert point.curved_disc_wear_volume.value == pytest.approx(told.value, rel=1e-9)
+        told = of(law, run_id).first.predicted
+        assert point.bodies["curved_disc"].wear_volume.value == pytest.approx(told.value, rel=1e-9)
         assert {"depth", "curved_volume", "flat_volume_upper"} <= set(store.step(run_id, "prediction_archard").curves)
 
 
@@ -345,7 +345,7 @@ def test_run_marked_bad_is_left_out(store):
     assert [(one.id, one.reason) for one in first.result.left_out] == [(bad, "marked bad: the discs jumped")]
     law = first.result.law("archard")
     assert bad not in {run.id for run in law.runs}
-    assert law.discs[0].between_runs.runs == 3
+    assert law.first.between_runs.runs == 3
 
 
 @pytest.mark.slow

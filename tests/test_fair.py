@@ -164,7 +164,7 @@ def test_codebook_explains_every_column_and_every_number(crate):
                 name, _, unit = head.removesuffix("]").partition(" [")
                 assert rows[name, unit]["meaning"], head
                 assert rows[name, unit]["UCUM"] == (UNITS[unit].ucum or "")
-    k_d = rows["wear_fit_archard.wear_coefficient", "m^2/N"]
+    k_d = rows["wear_fit_archard.bodies.pin.wear_coefficient", "m^2/N"]
     assert k_d["UCUM"] == "m2.N-1"
     assert k_d["QUDT"] == "http://qudt.org/vocab/unit/M2-PER-N"
     assert k_d["TriboDataFAIR"] == ""
@@ -229,11 +229,11 @@ def as_list(value):
 
 def test_k_d_is_told_with_unit_uncertainty_and_interval(exported, graph):
     fit = Archive(exported / "archive").step(RUN, "wear_fit_archard").result
-    told = graph[f"#{RUN}/wear_fit_archard.wear_coefficient"]
-    assert told["value"] == fit.wear_coefficient.value
+    told = graph[f"#{RUN}/wear_fit_archard.bodies.pin.wear_coefficient"]
+    assert told["value"] == fit.first.wear_coefficient.value
     assert told["unitCode"] == "http://qudt.org/vocab/unit/M2-PER-N"
-    assert (told["minValue"], told["maxValue"]) == tuple(end.value for end in fit.interval)
-    assert graph[told["valueReference"]["@id"]]["value"] == fit.wear_coefficient.standard_uncertainty
+    assert (told["minValue"], told["maxValue"]) == tuple(end.value for end in fit.first.interval)
+    assert graph[told["valueReference"]["@id"]]["value"] == fit.first.wear_coefficient.standard_uncertainty
 
 
 def test_everything_referred_to_is_there(graph):

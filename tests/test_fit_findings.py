@@ -10,8 +10,9 @@ from tribopipe.browse.answers import run_answer
 from tribopipe.browse.plots import run_plots
 from tribopipe.browse.samples import Kept, RunFile
 from tribopipe.pipeline.stages import process
-from tribopipe.results.evaluation import DepthModel, DriftCorrection, WearFit
+from tribopipe.results.evaluation import DepthModel, DriftCorrection
 from tribopipe.results.finding import Finding, first_of_each_code
+from tribopipe.results.wear_fit import WearFit
 from tribopipe.views.archived_figures import run_figures
 from tribopipe.views.html.document import run_report
 from tribopipe.views.run_figures import basis_words

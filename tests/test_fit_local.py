@@ -55,10 +55,10 @@ def test_coefficient_of_local_wear_comes_back(locally_worn, run_id, correction, 
     how = recipe("local", correction)
     fit = fit_wear(correct_drift(raw, how), "archard", recipe=how)
     assert fit.engine == "local"
-    assert fit.wear_coefficient.value == pytest.approx(run.wear_coefficient.value, rel=within)
-    assert fit.fitted_end_depth.value == pytest.approx(fit.measured_end_depth.value, rel=2e-3)
+    assert fit.first.wear_coefficient.value == pytest.approx(run.wear_coefficient.value, rel=within)
+    assert fit.first.fitted_end_depth.value == pytest.approx(fit.first.measured_end_depth.value, rel=2e-3)
     curve = fitted_curve(raw, fit, recipe=how)
-    assert curve.wear_depth[-1] == pytest.approx(fit.fitted_end_depth.value, rel=1e-9)
+    assert curve.wear_depth[-1] == pytest.approx(fit.first.fitted_end_depth.value, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -69,7 +69,7 @@ def test_giwm_finds_too_much_where_wear_is_shallow(locally_worn, run_id, least, 
     raw = locally_worn(series, run, sensors=quiet() | SLOW)
     for correction in ("two-step", "model"):
         how = recipe("giwm", correction)
-        found = fit_wear(correct_drift(raw, how), "archard", recipe=how).wear_coefficient.value
+        found = fit_wear(correct_drift(raw, how), "archard", recipe=how).first.wear_coefficient.value
         assert least < found / run.wear_coefficient.value - 1 < most
 
 
@@ -107,7 +107,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say(locally_worn, monkeypatch
     for seed in range(count):
         raw = locally_worn(series, run, seed=50_000 + seed, sensors=SLOW)
         fit = fit_wear(correct_drift(raw, how), recipe=how)
-        low, high = (end.value for end in fit.interval)
+        low, high = (end.value for end in fit.first.interval)
         held += low <= run.wear_coefficient.value <= high
     assert held / count == pytest.approx(0.95, abs=3 * np.sqrt(0.95 * 0.05 / count))
 
@@ -189,11 +189,11 @@ def test_study_by_local_wear_records_its_engine(locally_worn, monkeypatch):
     law = result.law("archard")
     fitted, predicted = law.runs
     assert law.engine == "local"
-    assert predicted.engines is None
-    assert law.wear_coefficient.value == pytest.approx(fitted.engines.local.value, rel=1e-6)
+    assert predicted.first.engines is None
+    assert law.first.wear_coefficient.value == pytest.approx(fitted.first.engines.local.value, rel=1e-6)
     assert predicted.outcome in ("supported", "not decidable")
     document = json.loads(result.model_dump_json())
-    assert document["laws"][0]["runs"][0]["engines"]["trusted"] == "local"
+    assert document["laws"][0]["runs"][0]["bodies"]["pin"]["engines"]["trusted"] == "local"
 
 
 def test_fit_is_done_again_by_another_engine_and_predicted_from_as_it_was_fitted(archive):
@@ -212,7 +212,7 @@ def test_command_line_fits_by_either_engine_and_refuses_to_mix_them(archive, run
     fitted = run_cli("fit", NITRIDE, "--engine", "local", "--recipe", how, "--json", *place)
     (found,) = json.loads(fitted.stdout)["runs"]
     assert (fitted.exit_code, found["engine"]) == (0, "local")
-    assert "archard, local pressure: k_D" in fitted.stderr
+    assert "archard, local pressure: pin k_D" in fitted.stderr
     mixed = run_cli("predict", NITRIDE, "--at", "100 m", "--engine", "giwm", *place)
     assert mixed.exit_code == 1
     assert "fit again with --engine giwm" in mixed.stderr

@@ -13,24 +13,18 @@ from tribopipe.archive.steps import STEPS
 from tribopipe.base.units import pretty
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.record import Record
-from tribopipe.results.disc_evaluation import (
+from tribopipe.results.evaluation import DepthModel, DriftCorrection, FrictionFit
+from tribopipe.results.specific_wear import BodyWearRate, MeasuredWear, SpecificWear
+from tribopipe.results.wear_fit import (
+    BodyWear,
+    Contribution,
     ConventionCoefficients,
-    DiscCoefficient,
     FittedValue,
     HertzStart,
-    TwinDiscFit,
-)
-from tribopipe.results.evaluation import (
-    Contribution,
-    DepthModel,
-    DriftCorrection,
-    FrictionFit,
     MonteCarlo,
-    PredictedPoint,
     WearFit,
-    WearPrediction,
 )
-from tribopipe.results.specific_wear import BodyWearRate, MeasuredWear, SpecificWear
+from tribopipe.results.wear_prediction import PredictedBody, PredictedPoint, WearPrediction
 
 TEXT = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8")
 OWN_LAWS = [name for name in COLUMNS if not re.match("(k_d|predicted_depth)_", name)]
@@ -53,8 +47,8 @@ LINES = [
 ]
 RESULTS: list[type[Record]] = [
     *(DriftCorrection, FrictionFit, SpecificWear, BodyWearRate, MeasuredWear, WearFit, DepthModel, MonteCarlo),
-    *(Contribution, TwinDiscFit, DiscCoefficient, HertzStart, FittedValue, ConventionCoefficients),
-    *(WearPrediction, PredictedPoint),
+    *(Contribution, BodyWear, HertzStart, FittedValue, ConventionCoefficients),
+    *(WearPrediction, PredictedPoint, PredictedBody),
 ]
 
 

@@ -8,7 +8,6 @@ import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import fields
 from functools import partial
 from itertools import count
 from pathlib import Path
@@ -37,7 +36,7 @@ from tribopipe.pipeline.verify.archive import verify
 from tribopipe.results.agreement import StudyResult
 from tribopipe.results.finding import Finding
 from tribopipe.results.run import RawRun
-from tribopipe.results.study_curves import StudyCurve
+from tribopipe.results.study_curves import MeasuredCurve, StudyCurve
 
 DATE = "2026-11-01T08:00:00+00:00"
 CATALOGUE = "catalogue.sqlite"
@@ -51,8 +50,10 @@ def note(text: str) -> Annotation:
 
 def study(title: str) -> StoredStudy:
     document = Study(id=STUDY, title=title, fit=(RUN,), predict=(OTHER,), laws=("archard",))
-    result = StudyResult(id=STUDY, title=title, correction="model", laws=())
-    curve = StudyCurve(RUN, "archard", "fitted", *[np.arange(3.0)] * len(fields(StudyCurve)[3:]))
+    result = StudyResult(id=STUDY, title=title, tribometer="pin-on-disc", correction="model", laws=())
+    values = np.arange(3.0)
+    told = ("fitted", "pin", "wear_depth", "sliding_distance")
+    curve = StudyCurve(RUN, "archard", *told, values, values, values, values, MeasuredCurve(values, values, values))
     return StoredStudy(document, result, "inputs", {}, "0.1.0", DATE, curves=(curve,))
 
 

@@ -77,8 +77,8 @@ def test_true_coefficient_comes_back_without_noise(run_id, law):
     series, run = CASES[run_id]
     raw = record(series.model_copy(update={"law": law}), run, sensors=quiet(), disc_wear_depth=UNWORN)
     fit = fit_wear(correct_drift(raw), law, fit_friction(raw), FIRST_ORDER)
-    assert fit.wear_coefficient.value == pytest.approx(run.wear_coefficient.value, rel=0.03, abs=0)
-    assert fit.fitted_end_depth.value == pytest.approx(fit.measured_end_depth.value, rel=0.003, abs=20e-9)
+    assert fit.first.wear_coefficient.value == pytest.approx(run.wear_coefficient.value, rel=0.03, abs=0)
+    assert fit.first.fitted_end_depth.value == pytest.approx(fit.first.measured_end_depth.value, rel=0.003, abs=20e-9)
 
 
 @pytest.mark.slow
@@ -93,7 +93,7 @@ def test_uncertainty_of_the_end_depth_is_that_of_draws_and_knows_no_load(law, co
         conditions = raw.manifest.conditions.model_copy(update={"normal_load": load})
         known = replace(raw, manifest=raw.manifest.model_copy(update={"conditions": conditions}))
         corrected = correct_drift(known, recipe)
-        ends.append(fit_wear(corrected, law, friction, recipe).fitted_end_depth.standard_uncertainty)
+        ends.append(fit_wear(corrected, law, friction, recipe).first.fitted_end_depth.standard_uncertainty)
     assert ends[1] == pytest.approx(ends[0], rel=0.02)
     problem = wear_problem(corrected, law, friction, recipe)
     if correction == "model":
@@ -110,7 +110,7 @@ def test_measured_friction_serves_sarkar_s_law_as_well_as_the_fitted():
     raw = record(series.model_copy(update={"law": "sarkar"}), run, sensors=quiet())
     recipe = FIRST_ORDER.model_copy(update={"wear": WearRecipe(friction="measured")})
     fitted, measured = (fit_wear(correct_drift(raw), "sarkar", fit_friction(raw), how) for how in (FIRST_ORDER, recipe))
-    assert measured.wear_coefficient.value == pytest.approx(fitted.wear_coefficient.value, rel=1e-4, abs=0)
+    assert measured.first.wear_coefficient.value == pytest.approx(fitted.first.wear_coefficient.value, rel=1e-4, abs=0)
     assert measured.friction == "measured"
 
 
@@ -123,7 +123,7 @@ def test_friction_without_an_exponential_enters_sarkar_s_law_as_measured():
     assert friction.outcome == "steady-only"
     fit = fit_wear(correct_drift(raw), "sarkar", friction)
     as_measured = fit_wear(correct_drift(raw), "sarkar", friction, Recipe(wear=WearRecipe(friction="measured")))
-    assert fit.wear_coefficient == as_measured.wear_coefficient
+    assert fit.first.wear_coefficient == as_measured.first.wear_coefficient
     assert fit.friction == "measured"
     assert any("straight line" in note for note in fit.notes)
 
@@ -132,10 +132,10 @@ def test_friction_enters_the_budget_with_its_covariance():
     raw = record(*CASES["si3n4-air-400mN"])
     friction = fit_friction(raw)
     fit = fit_wear(correct_drift(raw), "sarkar", friction, FIRST_ORDER)
-    (line,) = [line for line in fit.budget if line.name == "friction fit"]
+    (line,) = [line for line in fit.first.budget if line.name == "friction fit"]
     problem = problem_of(raw)
     alone = [
-        problem.sensitivity(name, fit.wear_coefficient.value) * given.spread
+        problem.sensitivity(name, fit.first.wear_coefficient.value) * given.spread
         for name, given in problem.inputs.items()
         if name in ("friction_amplitude", "friction_steady_state")
     ]
@@ -169,16 +169,18 @@ def test_the_budget_is_that_of_all_samples():
 def test_combined_uncertainty_is_the_root_sum_of_squares_of_the_budget():
     raw = record(*CASES["wc-co-water-400mN"])
     fit = fit_wear(correct_drift(raw), "archard", recipe=FIRST_ORDER)
-    combined = np.sqrt(sum(line.relative**2 for line in fit.budget))
-    assert fit.wear_coefficient.standard_uncertainty / fit.wear_coefficient.value == pytest.approx(combined, rel=1e-12)
-    assert {line.name for line in fit.budget} >= {
+    combined = np.sqrt(sum(line.relative**2 for line in fit.first.budget))
+    assert fit.first.wear_coefficient.standard_uncertainty / fit.first.wear_coefficient.value == pytest.approx(
+        combined, rel=1e-12
+    )
+    assert {line.name for line in fit.first.budget} >= {
         "normal load",
         "pin radius",
         "pin modulus",
         "disc modulus",
         "pin end value",
     }
-    assert fit.random_uncertainty.value < fit.wear_coefficient.standard_uncertainty
+    assert fit.first.random_uncertainty.value < fit.first.wear_coefficient.standard_uncertainty
 
 
 def test_larger_end_value_uncertainty_widens_the_interval():
@@ -190,7 +192,9 @@ def test_larger_end_value_uncertainty_widens_the_interval():
         scar = end.pin_scar_diameter.model_copy(update={"standard_uncertainty": spread})
         manifest = raw.manifest.model_copy(update={"end_values": end.model_copy(update={"pin_scar_diameter": scar})})
         fits.append(fit_wear(correct_drift(replace(raw, manifest=manifest)), "archard"))
-    assert fits[1].wear_coefficient.standard_uncertainty > 1.4 * fits[0].wear_coefficient.standard_uncertainty
+    assert (
+        fits[1].first.wear_coefficient.standard_uncertainty > 1.4 * fits[0].first.wear_coefficient.standard_uncertainty
+    )
 
 
 def test_defaults_used_are_named():
@@ -200,7 +204,7 @@ def test_defaults_used_are_named():
     manifest = raw.manifest.model_copy(update={"conditions": conditions.model_copy(update={"normal_load": load})})
     fit = fit_wear(correct_drift(replace(raw, manifest=manifest)), "archard")
     assert fit.notes == ("default uncertainty used for normal load 200.0 ± 2.0 mN",)
-    assert {line.source for line in fit.budget if line.name == "normal load"} == {"default"}
+    assert {line.source for line in fit.first.budget if line.name == "normal load"} == {"default"}
 
 
 def test_end_value_of_no_wear_is_refused_in_two_steps_and_bounds_k_d_by_the_model():
@@ -214,7 +218,7 @@ def test_end_value_of_no_wear_is_refused_in_two_steps_and_bounds_k_d_by_the_mode
         fit_wear(correct_drift(raw, in_two_steps), "archard", recipe=in_two_steps)
     fit = fit_wear(correct_drift(raw), "archard")
     truth = CASES["wc-co-water-400mN"][1].wear_coefficient.value
-    assert fit.interval[0].value < fit.wear_coefficient.value < 0.01 * truth
+    assert fit.first.interval[0].value < fit.first.wear_coefficient.value < 0.01 * truth
 
 
 def test_run_without_what_the_fit_needs_says_what_it_lacks():
@@ -233,7 +237,7 @@ def test_missing_depth_samples_change_little():
     depth = raw.columns["depth"].copy()
     depth[2000:2600] = np.nan
     holed = replace(raw, columns={**raw.columns, "depth": depth})
-    whole, part = (fit_wear(correct_drift(one)).wear_coefficient for one in (raw, holed))
+    whole, part = (fit_wear(correct_drift(one)).first.wear_coefficient for one in (raw, holed))
     assert part.value == pytest.approx(whole.value, abs=whole.standard_uncertainty)
 
 
@@ -266,7 +270,7 @@ def test_intervals_of_the_coefficient_hold_the_truth_as_often_as_they_say(run_id
     held, count = 0, 80
     for seed in range(count):
         fit = fit_wear(correct_drift(record(series, run, seed=20_000 + seed)), recipe=recipe)
-        low, high = (end.value for end in fit.interval)
+        low, high = (end.value for end in fit.first.interval)
         held += low <= run.wear_coefficient.value <= high
     assert held / count == pytest.approx(0.95, abs=three_deviations(count))
 
@@ -275,7 +279,7 @@ def test_depth_that_contradicts_the_end_value_is_said_to_be_in_doubt():
     raw = record(*CASES["si3n4-air-200mN"])
     fit = fit_wear(correct_drift(replace(raw, columns={**raw.columns, "depth": -raw.columns["depth"]})))
     assert "reading_contradicts_measurement" in {finding.code for finding in fit.findings}
-    assert fit.wear_coefficient.value == pytest.approx(fit.by_measurement.value, rel=5e-3, abs=0)
+    assert fit.first.wear_coefficient.value == pytest.approx(fit.first.by_measurement.value, rel=5e-3, abs=0)
 
 
 def test_k_d_is_as_uncertain_as_the_track_radius_its_distance_was_derived_from():
@@ -289,7 +293,7 @@ def test_k_d_is_as_uncertain_as_the_track_radius_its_distance_was_derived_from()
         origins={**raw.origins, "sliding_distance": "derived from rotations"},
     )
     fit = fit_wear(correct_drift(by_rotations), "archard", None, FIRST_ORDER)
-    (line,) = [line for line in fit.budget if line.name == "track radius"]
+    (line,) = [line for line in fit.first.budget if line.name == "track radius"]
     assert line.relative == pytest.approx(-0.02, rel=1e-3)
     assert line.value is not None
     assert line.value.shown(line.shown_in) == "8.00 ± 0.16 mm"

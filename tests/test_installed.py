@@ -265,8 +265,8 @@ def identify(folder: Path) -> float | None:
     run = tribopipe.read_run(folder)
     corrected = tribopipe.correct_drift(run)
     fit = tribopipe.fit_wear(corrected, "archard")
-    assert_type(fit.wear_coefficient, Quantity | None)
-    return None if fit.wear_coefficient is None else fit.wear_coefficient.value
+    assert_type(fit.bodies["pin"].wear_coefficient, Quantity)
+    return None if fit.first is None else fit.first.wear_coefficient.value
 
 
 def ids(folder: Path) -> list[str]:

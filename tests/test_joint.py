@@ -144,7 +144,7 @@ def test_both_corrections_agree_where_the_end_value_is_exact(run_id):
     corrected = correct_drift(with_end(raw, pin_wear_depth=metres(truth.pin_wear[-1], 1e-12)), GIWM)
     fit = fit_wear(corrected, recipe=FIRST_ORDER)
     joint = fit_joint(joint_problem(wear_problem(corrected, "archard", None, GIWM), corrected, GIWM))
-    assert alike(joint.wear_coefficient.value, fit.wear_coefficient.value, 3e-4)
+    assert alike(joint.wear_coefficient.value, fit.first.wear_coefficient.value, 3e-4)
     # Two steps take what drifts within the window at the start for no drift at all.
     assert alike(joint.drift_rate.value, corrected.correction.two_step_rate.value, 0.01)
 
@@ -155,7 +155,7 @@ def test_wrong_end_value_spoils_the_joint_fit_less(run_id):
     corrected = correct_drift(with_end(raw, pin_wear_depth=metres(truth.pin_wear[-1] + 1e-6, 1e-6)))
     fit = fit_wear(corrected, recipe=FIRST_ORDER)
     joint = fit_joint(joint_problem(wear_problem(corrected, "archard", None, GIWM), corrected, GIWM))
-    k_two, k_joint = (coefficient_error(one.wear_coefficient, truth) for one in (fit, joint))
+    k_two, k_joint = (coefficient_error(one.wear_coefficient, truth) for one in (fit.first, joint))
     rates = corrected.correction.two_step_rate, joint.drift_rate
     drift_two, drift_joint = (drift_error(rate, truth) for rate in rates)
     assert abs(k_joint) < 0.5 * abs(k_two)
@@ -183,7 +183,7 @@ def test_depth_lost_at_the_end_leaves_the_end_value_where_it_was_measured(run_id
 def test_fitted_end_depth_is_that_at_the_end_of_the_run_where_depth_was_lost(run_id):
     truth, raw = without_the_last_fifth(run_id)
     fit = fit_wear(correct_drift(raw, GIWM), recipe=FIRST_ORDER)
-    assert alike(fit.fitted_end_depth.value, truth.pin_wear[-1], 0.02)
+    assert alike(fit.first.fitted_end_depth.value, truth.pin_wear[-1], 0.02)
 
 
 # --- interruptions ---
@@ -255,7 +255,7 @@ def test_model_knows_new_starts_that_two_steps_do_not(run_id, step):
     first, second = (zero.value for zero in fit.sensor.zero_offsets)
     spread = 4 * max(zero.standard_uncertainty for zero in fit.sensor.zero_offsets)
     assert second - first == pytest.approx(step, abs=spread)
-    assert abs(coefficient_error(fit.wear_coefficient, truth)) < 3.5 * relative(fit.wear_coefficient)
+    assert abs(coefficient_error(fit.first.wear_coefficient, truth)) < 3.5 * relative(fit.first.wear_coefficient)
     assert not any("started anew" in note for note in fit.notes)
 
 
@@ -272,7 +272,7 @@ def test_correction_in_two_steps_says_that_it_does_not_know_of_a_new_start():
     assert [any("started anew at 200 m" in note for note in fit.notes) for fit in fits] == [True, False]
     truth, _ = runs[0]
     assert abs(coefficient_error(joint_fit(runs[0][1]).wear_coefficient, truth)) < 0.01
-    assert abs(coefficient_error(fits[0].wear_coefficient, truth)) > 0.02
+    assert abs(coefficient_error(fits[0].first.wear_coefficient, truth)) > 0.02
 
 
 # --- which fit is the headline ---
@@ -284,11 +284,14 @@ def test_recipe_says_how_drift_is_corrected_for(run_id):
     two_step, model = (fit_wear(correct_drift(raw, recipe), recipe=recipe) for recipe in (FIRST_ORDER, MODEL))
     assert (two_step.correction, model.correction) == ("two-step", "model")
     assert (two_step.basis, model.basis) == (None, "reading and measurement")
-    assert (two_step.by_reading, two_step.by_measurement) == (model.by_reading, model.by_measurement)
-    low, high = (end.value for end in model.interval)
-    assert low < model.wear_coefficient.value < high
+    assert (two_step.first.by_reading, two_step.first.by_measurement) == (
+        model.first.by_reading,
+        model.first.by_measurement,
+    )
+    low, high = (end.value for end in model.first.interval)
+    assert low < model.first.wear_coefficient.value < high
     # Zero offset and end reading are fitted along, and no longer inputs.
-    assert {line.name for line in two_step.budget} - {line.name for line in model.budget} == {
+    assert {line.name for line in two_step.first.budget} - {line.name for line in model.first.budget} == {
         "zero offset",
         "end reading",
     }
@@ -298,7 +301,7 @@ def test_recipe_says_how_drift_is_corrected_for(run_id):
 def test_fitted_end_depth_is_that_at_the_end_of_the_run(run_id):
     truth, raw = virtual(run_id, sensors=quiet())
     fit = fit_wear(correct_drift(raw, GIWM), recipe=MODEL)
-    assert alike(fit.fitted_end_depth.value, truth.pin_wear[-1], 2e-3)
+    assert alike(fit.first.fitted_end_depth.value, truth.pin_wear[-1], 2e-3)
 
 
 @pytest.mark.parametrize("run_id", SILICON_NITRIDE)
@@ -306,7 +309,7 @@ def test_depth_of_the_wrong_sign_is_not_trusted(run_id):
     _, raw = virtual(run_id)
     fit = fit_wear(correct_drift(with_depth(raw, -raw.columns["depth"])), recipe=MODEL)
     assert fit.basis == "measurement"
-    assert alike(fit.wear_coefficient.value, fit.by_measurement.value, 5e-3)
+    assert alike(fit.first.wear_coefficient.value, fit.first.by_measurement.value, 5e-3)
 
 
 # --- Monte Carlo ---
@@ -326,16 +329,16 @@ def test_monte_carlo_and_first_order_agree_where_the_model_is_nearly_linear(corr
         )
         for digits in (1, 0)
     )
-    assert drawn.wear_coefficient.value == linear.wear_coefficient.value
-    assert relative(drawn.wear_coefficient) == pytest.approx(relative(linear.wear_coefficient), rel=0.04)
-    for end, first_order in zip(drawn.interval, linear.interval, strict=True):
+    assert drawn.first.wear_coefficient.value == linear.first.wear_coefficient.value
+    assert relative(drawn.first.wear_coefficient) == pytest.approx(relative(linear.first.wear_coefficient), rel=0.04)
+    for end, first_order in zip(drawn.first.interval, linear.first.interval, strict=True):
         assert alike(end.value, first_order.value, 0.005)
-    monte_carlo = drawn.monte_carlo
+    monte_carlo = drawn.first.monte_carlo
     assert monte_carlo.stable
     assert monte_carlo.agrees_with_first_order
-    assert monte_carlo.first_order_interval == linear.interval
+    assert monte_carlo.first_order_interval == linear.first.interval
     assert not any("disagree" in note for note in drawn.notes)
-    assert linear.monte_carlo is None
+    assert linear.first.monte_carlo is None
 
 
 def test_uncertain_end_value_gives_an_interval_that_no_first_order_one_comes_near():
@@ -344,13 +347,13 @@ def test_uncertain_end_value_gives_an_interval_that_no_first_order_one_comes_nea
     raw = with_end(raw, pin_wear_depth=metres(end, spread))
     two_step = giwm("two-step")
     fit = fit_wear(correct_drift(raw, two_step), recipe=two_step)
-    best = fit.wear_coefficient.value
-    low, high = (one.value / best for one in fit.interval)
-    lognormal = [one.value / best for one in fit.monte_carlo.first_order_interval]
+    best = fit.first.wear_coefficient.value
+    low, high = (one.value / best for one in fit.first.interval)
+    lognormal = [one.value / best for one in fit.first.monte_carlo.first_order_interval]
     symmetric = 1 - np.log(lognormal[1]), 1 + np.log(lognormal[1])
     assert symmetric[0] + 0.2 < low < 0.8 * lognormal[0]
     assert symmetric[1] + 0.2 < high < 0.9 * lognormal[1]
-    assert not fit.monte_carlo.agrees_with_first_order
+    assert not fit.first.monte_carlo.agrees_with_first_order
     assert any("first order and Monte Carlo disagree" in note for note in fit.notes)
 
     # All else is as good as certain, and k_D grows with the end value: its ends are those of the end value.

@@ -16,7 +16,7 @@ from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.wear.local import LocalOptions
 from tribopipe.physics.local.course import LocalWear
 from tribopipe.pipeline.stages import wear_archived_locally
-from tribopipe.results.evaluation import WearFit
+from tribopipe.results.wear_fit import WearFit
 
 
 @pytest.fixture

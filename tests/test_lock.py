@@ -16,7 +16,8 @@ from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
 from tribopipe.documents.annotation import Annotation
 from tribopipe.documents.mark import Mark
-from tribopipe.results.evaluation import DriftCorrection, WearFit
+from tribopipe.results.evaluation import DriftCorrection
+from tribopipe.results.wear_fit import WearFit
 
 _HOLDER = """
 import sys, time

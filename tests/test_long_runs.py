@@ -31,8 +31,8 @@ from tribopipe.readers.export_files import read_export
 from tribopipe.readers.harmonize import read_run
 from tribopipe.readers.long_text import OtherWords
 from tribopipe.readers.reader import Hints, ReadTable
-from tribopipe.results.evaluation import WearFit
 from tribopipe.results.run import RawRun, SourceFile
+from tribopipe.results.wear_fit import WearFit
 
 RUN = "si3n4-air-200mN"
 
@@ -322,8 +322,8 @@ def test_a_long_run_has_the_wear_coefficient_of_every_sample_and_is_reproduced(s
     assert [outcome.error for outcome in outcomes if outcome.error] == []
     assert {step.outcome for step in reproduce(archive, RUN).steps} == {"identical"}
     monkeypatch.setattr(long_text, "LARGE", 1 << 40)
-    every = fit_wear(correct_drift(read_run(short_runs / RUN)), "archard").wear_coefficient
-    found = archive.result(RUN, "wear_fit_archard", WearFit).wear_coefficient
+    every = fit_wear(correct_drift(read_run(short_runs / RUN)), "archard").first.wear_coefficient
+    found = archive.result(RUN, "wear_fit_archard", WearFit).first.wear_coefficient
     # Noise is told from fewer means than samples, and with it what the reading weighs beside the measurement.
     assert abs(found.value - every.value) < 0.3 * every.standard_uncertainty
 

@@ -159,7 +159,7 @@ def test_csv_has_units_and_uncertainties(run_cli, archive):
     assert [row["id"] for row in rows] == [HEAVIER, RUN]
     assert (rows[1]["load [mN]"], rows[1]["load uncertainty [mN]"]) == ("200.0", "2.0")
     assert rows[0]["k_d [mm³/(N·mm)]"] == ""
-    fit = Archive(archive).steps(RUN)["wear_fit_archard"].result.wear_coefficient
+    fit = Archive(archive).steps(RUN)["wear_fit_archard"].result.first.wear_coefficient
     assert float(rows[1]["k_d [mm³/(N·mm)]"]) == pytest.approx(fit.value * 1e6, rel=1e-12)
     assert float(rows[1]["k_d uncertainty [mm³/(N·mm)]"]) == pytest.approx(fit.standard_uncertainty * 1e6, rel=1e-12)
 

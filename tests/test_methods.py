@@ -11,8 +11,8 @@ from tribopipe.archive.store import Archive
 from tribopipe.documents.quantity import change, wear_coefficient
 from tribopipe.pipeline import step_definitions
 from tribopipe.pipeline.stages import process
-from tribopipe.results.evaluation import WearFit
 from tribopipe.results.main_values import changes, headline
+from tribopipe.results.wear_fit import BodyWear, WearFit
 
 RUN = "si3n4-air-200mN"
 SHARE = 0.8
@@ -28,15 +28,16 @@ def later_method(monkeypatch):
 
     def smaller(*args):
         found = fit(*args)
-        k_d = found.wear_coefficient
-        return found.model_copy(update={"wear_coefficient": wear_coefficient(SHARE * k_d.value, 0.01 * k_d.value)})
+        k_d = found.first.wear_coefficient
+        pin = found.first.model_copy(update={"wear_coefficient": wear_coefficient(SHARE * k_d.value, 0.01 * k_d.value)})
+        return found.model_copy(update={"bodies": {"pin": pin}})
 
     monkeypatch.setattr(step_definitions, "fit_wear", smaller)
     monkeypatch.setitem(METHODS, "wear_fit", METHODS["wear_fit"] + 1)
 
 
 def k_d(archive, law: str):
-    return Archive(archive).result(RUN, f"wear_fit_{law}", WearFit).wear_coefficient
+    return Archive(archive).result(RUN, f"wear_fit_{law}", WearFit).first.wear_coefficient
 
 
 def test_every_step_has_a_method():
@@ -64,8 +65,8 @@ def test_process_shows_the_earlier_value_and_the_new_one(run_cli, short_runs, ar
     for law, earlier in before.items():
         now = k_d(archive, law)
         assert now.value == pytest.approx(SHARE * earlier.value)
-        assert steps[f"wear_fit_{law}"]["previous"] == {"wear_coefficient": earlier.model_dump(mode="json")}
-        assert f"{RUN}: {law}: k_D {change(earlier, now, 'mm^3/(N*mm)')}\n" in result.stderr
+        assert steps[f"wear_fit_{law}"]["previous"] == {"pin": earlier.model_dump(mode="json")}
+        assert f"{RUN}: {law}: k_D of the pin {change(earlier, now, 'mm^3/(N*mm)')}\n" in result.stderr
     others = [step for name, step in steps.items() if name is None or not name.startswith("wear_fit")]
     assert {(step["status"], step["previous"]) for step in others} == {("unchanged", None)}
 
@@ -74,7 +75,9 @@ def test_process_shows_the_earlier_value_and_the_new_one(run_cli, short_runs, ar
 def test_fit_shows_the_earlier_value_too(run_cli, archive):
     earlier = k_d(archive, "archard")
     result = run_cli("fit", RUN, "--archive", archive)
-    assert f"{RUN}: archard: k_D {change(earlier, k_d(archive, 'archard'), 'mm^3/(N*mm)')}\n" in result.stderr
+    assert (
+        f"{RUN}: archard: k_D of the pin {change(earlier, k_d(archive, 'archard'), 'mm^3/(N*mm)')}\n" in result.stderr
+    )
 
 
 def test_earlier_fit_is_shown_though_another_drift_correction_has_dropped_it(run_cli, archive):
@@ -84,7 +87,7 @@ def test_earlier_fit_is_shown_though_another_drift_correction_has_dropped_it(run
     now = k_d(archive, "archard")
     assert now != earlier
     assert f"{RUN}: drift rate " in result.stderr
-    assert f"{RUN}: archard: k_D {change(earlier, now, 'mm^3/(N*mm)')}\n" in result.stderr
+    assert f"{RUN}: archard: k_D of the pin {change(earlier, now, 'mm^3/(N*mm)')}\n" in result.stderr
 
 
 @pytest.mark.slow
@@ -109,15 +112,17 @@ def test_study_is_evaluated_again_by_a_later_method(run_cli, archive, monkeypatc
 @given(st.floats(1e-16, 1e-12), st.floats(0.002, 0.3), st.floats(0.2, 5.0))
 def test_line_names_both_values_unless_their_digits_are_the_same(value, share, factor):
     earlier, now = (wear_coefficient(k, share * value) for k in (value, factor * value))
-    fit = WearFit(model="archard", outcome="fitted", wear_coefficient=now)
-    lines = list(changes({"wear_coefficient": earlier}, fit))
+    fit = WearFit(
+        model="archard", outcome="fitted", bodies={"pin": BodyWear(wear_coefficient=now, interval=(now, now))}
+    )
+    lines = list(changes({"pin": earlier}, fit))
     shown = [one.shown("mm^3/(N*mm)") for one in (earlier, now)]
-    assert lines == ([] if shown[0] == shown[1] else [f"archard: k_D {change(earlier, now, 'mm^3/(N*mm)')}"])
+    assert lines == ([] if shown[0] == shown[1] else [f"archard: k_D of the pin {change(earlier, now, 'mm^3/(N*mm)')}"])
     for told in lines:
         assert told.count("mm³/(N·mm)") == 1
 
 
 def test_value_that_is_gone_is_shown_as_none():
     fit = WearFit(model="archard", outcome="not fitted", lacks=("an end value",))
-    (line,) = changes(headline(fit) | {"wear_coefficient": wear_coefficient(5.95e-16, 0.16e-16)}, fit)
-    assert line == "archard: k_D (5.95 ± 0.16)×10⁻¹⁰ mm³/(N·mm) → none"
+    (line,) = changes(headline(fit) | {"pin": wear_coefficient(5.95e-16, 0.16e-16)}, fit)
+    assert line == "archard: k_D of the pin (5.95 ± 0.16)×10⁻¹⁰ mm³/(N·mm) → none"

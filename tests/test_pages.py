@@ -20,6 +20,7 @@ from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.pipeline.stages import ingest
 from tribopipe.results.agreement import (
     BetweenRuns,
+    BodyVerdict,
     ChangePoint,
     EndOfLife,
     EngineComparison,
@@ -28,30 +29,24 @@ from tribopipe.results.agreement import (
     LawResult,
     LeftOut,
     RunVerdict,
+    StudiedBody,
     StudyResult,
     Trend,
 )
-from tribopipe.results.disc_agreement import (
-    DiscVerdict,
-    RotationsToDepth,
-    StudiedDisc,
-    TwinDiscLawResult,
-    TwinDiscStudyResult,
-    TwinDiscVerdict,
-)
-from tribopipe.results.disc_evaluation import (
-    ConventionCoefficients,
-    DiscCoefficient,
-    DiscPoint,
-    FittedValue,
-    HertzStart,
-    TwinDiscFit,
-    TwinDiscPrediction,
-)
-from tribopipe.results.evaluation import Contribution, FrictionFit, MonteCarlo, PredictedPoint, WearFit, WearPrediction
+from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.finding import Finding
 from tribopipe.results.local_wear import LocalDiscPoint, LocalPinPoint, LocalWearResult
 from tribopipe.results.specific_wear import SpecificWear
+from tribopipe.results.wear_fit import (
+    BodyWear,
+    Contribution,
+    ConventionCoefficients,
+    FittedValue,
+    HertzStart,
+    MonteCarlo,
+    WearFit,
+)
+from tribopipe.results.wear_prediction import PredictedBody, PredictedPoint, UsedCoefficient, WearPrediction
 from tribopipe.views.labeled_values import duration, interval, record_facts, shown
 from tribopipe.views.page import StagePage
 from tribopipe.views.run_page import run_page
@@ -295,23 +290,25 @@ def test_wear_fit_tells_budget_draws_and_what_k_d_is_by_each_way():
         Contribution(name="disc modulus", value=q(304e9, "Pa"), shown_in="GPa", source="default", relative=-4e-5),
     )
     fit = WearFit(
-        model="archard", outcome="fitted", wear_coefficient=K, interval=ENDS, budget=budget, monte_carlo=drawn,
-        fitted_end_depth=q(2.35e-5, "m"), notes=("beware",), basis="measurement", deviation=4.2,
-        by_reading=q(1.6e-14, "m^2/N", 5e-16), by_measurement=K,
+        model="archard", outcome="fitted", notes=("beware",), basis="measurement", deviation=4.2,
+        bodies={"pin": BodyWear(
+            wear_coefficient=K, interval=ENDS, budget=budget, monte_carlo=drawn, fitted_end_depth=q(2.35e-5, "m"),
+            by_reading=q(1.6e-14, "m^2/N", 5e-16), by_measurement=K,
+        )},
     )  # fmt: skip
     page = stage(fit, "wear_fit_archard")
     told = facts_of(page, "")
-    assert told["k_D by Archard's law"] == "(1.350 ± 0.030)×10⁻⁸ mm³/(N·mm)"
+    assert told["k_D of the pin by Archard's law"] == "(1.350 ± 0.030)×10⁻⁸ mm³/(N·mm)"
     assert told["95 % interval"] == "1.3×10⁻⁸ to 1.4×10⁻⁸ mm³/(N·mm)"
     assert page.notes == ("beware",)
-    assert table(page, "budget of k_D") == (
+    assert table(page, "budget of k_D of the pin") == (
         ("normal load", "200.0 ± 2.0 mN", "run.toml", "-1.00%"),
         ("noise of the depth signal", "–", "fit", "+0.08%"),
         ("disc modulus", "304 GPa", "default", "0.00%"),
     )
-    first, second = table(page, "k_D by draws and to first order")
+    first, second = table(page, "k_D of the pin by draws and to first order")
     assert (first[0], first[3], second[3]) == ("Monte Carlo, 20,000 draws, not yet stable", "they do not agree", "")
-    reading, measured, reported, apart = table(page, "k_D by reading and by measurement")
+    reading, measured, reported, apart = table(page, "k_D of the pin by reading and by measurement")
     assert reading == ("depth reading alone", "(1.600 ± 0.050)×10⁻⁸ mm³/(N·mm)", "not trusted")
     assert (measured[1], reported[1:]) == (reported[1], ("(1.350 ± 0.030)×10⁻⁸ mm³/(N·mm)", "measurement"))
     assert apart[1] == "4.2 standard uncertainties"
@@ -321,7 +318,7 @@ def test_run_that_could_not_be_fitted_says_why():
     page = stage(WearFit(model="sarkar", outcome="not fitted", lacks=("depth", "friction")), "wear_fit_sarkar")
     assert page.sentence.endswith("the run lacks depth and friction")
     assert page.tables == ()
-    assert "k_D by Sarkar's law" not in facts_of(page, "")
+    assert not any(name.startswith("k_D") for name in facts_of(page, ""))
 
 
 @pytest.mark.parametrize(
@@ -357,27 +354,30 @@ def test_specific_wear_without_any_volume_says_so():
     assert (page.sentence, page.notes, page.tables) == ("no specific wear rate", ("nothing was measured",), ())
 
 
-DISC_FIT = TwinDiscFit(
+DISC_FIT = WearFit(
     model="archard",
     outcome="fitted",
     distance_per_rotation="full-slip",
     start=HertzStart(half_width=q(1.8e-5, "m"), half_length=q(1.1e-5, "m"), peak_pressure=q(5e8, "Pa")),
-    curved_disc=DiscCoefficient(disc="curved_disc", wear_coefficient=K, interval=ENDS),
-    flat_disc=DiscCoefficient(disc="flat_disc", wear_coefficient=K, interval=ENDS),
+    bodies={name: BodyWear(wear_coefficient=K, interval=ENDS) for name in ("curved_disc", "flat_disc")},
     correlation=0.25,
     p_value=0.4,
     measurements=(
-        FittedValue(name="curved_disc_wear_volume", rotations=1e6, measured=q(1e-12, "m^3"), fitted=q(1e-12, "m^3")),
-        FittedValue(name="flat_disc_track_width", rotations=1e6, measured=q(1e-4, "m"), fitted=q(1.1e-4, "m")),
+        FittedValue(name="curved_disc_wear_volume", place=1e6, measured=q(1e-12, "m^3"), fitted=q(1e-12, "m^3")),
+        FittedValue(name="flat_disc_track_width", place=1e6, measured=q(1e-4, "m"), fitted=q(1.1e-4, "m")),
     ),
-    equivalents=(ConventionCoefficients(distance_per_rotation="line-load", curved_disc=K, flat_disc=K),),
+    equivalents=(ConventionCoefficients(distance_per_rotation="line-load", bodies={"curved_disc": K, "flat_disc": K}),),
 )
 
 
 def test_disc_fit_tells_both_discs():
     page = stage(DISC_FIT, "wear_fit_archard")
     told = facts_of(page, "")
-    assert told["k_D of the curved disc"] == told["k_D of the flat disc"] == "(1.350 ± 0.030)×10⁻⁸ mm³/(N·mm)"
+    assert (
+        told["k_D of the curved disc by Archard's law"]
+        == told["k_D of the flat disc by Archard's law"]
+        == "(1.350 ± 0.030)×10⁻⁸ mm³/(N·mm)"
+    )
     assert (told["correlation of both k_D"], told["peak pressure of the unworn contact"]) == ("0.25", "500 MPa")
     volume, width = table(page, "what was measured, and what the law makes of it")
     assert volume == ("curved disc wear volume", "1,000,000", "0.001 mm³", "0.001 mm³")
@@ -387,30 +387,32 @@ def test_disc_fit_tells_both_discs():
 
 def test_predictions_tell_every_place():
     point = PredictedPoint(
-        sliding_distance=q(50, "m"), time=q(125, "s"), wear_depth=q(5e-6, "m"), contact_radius=q(9e-5, "m"),
-        pressure=q(8e6, "Pa"),
+        sliding_distance=q(50, "m"), time=q(125, "s"), wear_depth=q(5e-6, "m"), half_width=q(9e-5, "m"),
+        half_length=q(9e-5, "m"), pressure=q(8e6, "Pa"), bodies={"pin": PredictedBody(wear_depth=q(5e-6, "m"))},
     )  # fmt: skip
     pin = WearPrediction(
-        model="archard", scheme="published", wear_coefficient=K, reference="other", normal_load=q(0.2, "N"),
-        pin_radius=q(7.9e-4, "m"), steps=100, step_error=0.012, notes=("far",), prediction=(point,), reached=(point,),
+        model="archard", scheme="published", bodies={"pin": UsedCoefficient(wear_coefficient=K)}, reference="other",
+        normal_load=q(0.2, "N"), conditions={"pin_radius": q(7.9e-4, "m")}, steps=100, step_error=0.012,
+        notes=("far",), prediction=(point,), reached=(point,),
     )  # fmt: skip
     page = stage(pin, "prediction_archard")
     assert "\n" not in page.sentence
-    assert table(page, "predicted") == (("50 m", "125 s", "5 µm", "90 µm", "8 MPa"),)
+    assert table(page, "predicted") == (("50 m", "125 s", "5 µm", "180 µm", "8 MPa"),)
     assert table(page, "predicted") == table(page, "where wanted depths are reached")
     assert facts_of(page, "")["relative error by its steps"] == "+1.20%"
 
 
 def test_disc_predictions_tell_every_place():
-    depths = {f"{disc}_wear_depth": q(1e-6, "m") for disc in ("curved_disc", "flat_disc")}
-    volumes = {f"{disc}_wear_volume": q(1e-12, "m^3") for disc in ("curved_disc", "flat_disc")}
-    point = DiscPoint(
+    worn = PredictedBody(wear_depth=q(1e-6, "m"), wear_volume=q(1e-12, "m^3"))
+    point = PredictedPoint(
         rotations=q(2e6, "1"), sliding_distance=q(2000, "m"), wear_depth=q(2e-6, "m"), half_width=q(1e-4, "m", 1e-6),
-        half_length=q(1e-5, "m"), pressure=q(1e8, "Pa"), slip=q(0.04, "1"), **depths, **volumes,
+        half_length=q(1e-5, "m"), pressure=q(1e8, "Pa"), slip=q(0.04, "1"),
+        bodies={"curved_disc": worn, "flat_disc": worn},
     )  # fmt: skip
-    prediction = TwinDiscPrediction(
-        model="sarkar", scheme="exact", distance_per_rotation="full-slip", curved_disc_wear_coefficient=K,
-        flat_disc_wear_coefficient=K, normal_load=q(0.25, "N"), slip=q(0.04, "1"), start=DISC_FIT.start,
+    used = UsedCoefficient(wear_coefficient=K)
+    prediction = WearPrediction(
+        model="sarkar", scheme="exact", distance_per_rotation="full-slip", normal_load=q(0.25, "N"),
+        bodies={"curved_disc": used, "flat_disc": used}, conditions={"slip": q(0.04, "1")}, start=DISC_FIT.start,
         prediction=(point,),
     )  # fmt: skip
     page = stage(prediction, "prediction_sarkar")
@@ -452,13 +454,17 @@ def test_local_wear_stands_beside_the_global_model():
 def verdict(run_id: str = "a", **changes) -> RunVerdict:
     told = {
         "id": run_id, "role": "predicted", "normal_load": q(0.2, "N", 0.002), "outcome": "over-predicts",
-        "sentence": "It does not.", "notes": ("far off",), "sliding_distance": q(500, "m"),
-        "measured_depth": q(2e-5, "m"), "predicted_depth": q(3e-5, "m"),
+        "sentence": "It does not.", "notes": ("far off",), "end": q(500, "m"),
+    }  # fmt: skip
+    of_pin = {
+        "outcome": "over-predicts", "what": "wear_depth", "measured": q(2e-5, "m"), "predicted": q(3e-5, "m"),
         "predicted_interval": (q(2.9e-5, "m"), q(3.1e-5, "m")), "measurement_interval": (q(2e-5, "m"), q(4e-5, "m")),
-        "e_n": -9.0, "e_n_curve": -8.0, "e_n_curve_at": q(400, "m"), "wear_coefficient": K,
+        "e_n": -9.0, "e_n_all": -8.0, "e_n_all_at": q(400, "m"), "wear_coefficient": K,
         "coefficient_ratio": q(0.5, "1", 0.01),
     }  # fmt: skip
-    return RunVerdict(**(told | changes))
+    pin = BodyVerdict(**of_pin | {name: value for name, value in changes.items() if name in BodyVerdict.model_fields})
+    of_run = {name: value for name, value in changes.items() if name in RunVerdict.model_fields}
+    return RunVerdict(**told | of_run, bodies={"pin": pin})
 
 
 def test_study_page_tells_warnings_on_a_curve_but_no_notes():
@@ -469,8 +475,10 @@ def test_study_page_tells_warnings_on_a_curve_but_no_notes():
 
 
 def study(*runs: RunVerdict) -> StudyResult:
-    law = LawResult(model="archard", wear_coefficient=K, interval=ENDS, draws=9, rejected=0, runs=runs)
-    return StudyResult(id="s", correction="model", laws=(law,))
+    law = LawResult(
+        model="archard", bodies={"pin": StudiedBody(wear_coefficient=K, interval=ENDS)}, draws=9, rejected=0, runs=runs
+    )
+    return StudyResult(id="s", tribometer="pin-on-disc", correction="model", laws=(law,))
 
 
 def test_study_page_tells_verdicts_and_all_else():
@@ -483,18 +491,16 @@ def test_study_page_tells_verdicts_and_all_else():
             trend=Trend(p_value=0.7, amplitude=q(5e-9, "m")),
             change_point=ChangePoint(sliding_distance=q(300, "m"), rate_ratio=0.93, p_value=0.2),
             engines=EngineComparison(giwm=K, local=K, trusted=None),
-            end_of_life=EndOfLife(
-                wear_depth=q(4e-5, "m"), sliding_distance=q(1400, "m"), interval=(q(1300, "m"), None)
-            ),
+            end_of_life=EndOfLife(wear_depth=q(4e-5, "m"), place=q(1400, "m"), interval=(q(1300, "m"), None)),
         ),
         verdict("b"),
     )
     between = BetweenRuns(runs=2, scatter=0.1, within=0.02, p_value=0.03, weights=(0.5, 0.5), outliers=("b",))
-    law = LawResult(
-        model="archard", wear_coefficient=K, interval=ENDS, draws=9, rejected=0, between_runs=between, runs=runs
-    )
+    pin = StudiedBody(wear_coefficient=K, interval=ENDS, between_runs=between)
+    law = LawResult(model="archard", bodies={"pin": pin}, draws=9, rejected=0, runs=runs)
     result = StudyResult(
         id="air",
+        tribometer="pin-on-disc",
         correction="two-step",
         laws=(law,),
         comparisons={"a": LawComparison(delta_aic=18.0, preferred="archard")},
@@ -505,7 +511,7 @@ def test_study_page_tells_verdicts_and_all_else():
     assert (page.id, page.title, page.fitted, page.predicted) == ("air", "air", ("a",), ("b",))
     (told,) = page.laws
     assert told.title == (
-        "Archard's law: k_D = (1.350 ± 0.030)×10⁻⁸ mm³/(N·mm), 95 % interval 1.3×10⁻⁸ to 1.4×10⁻⁸ mm³/(N·mm)"
+        "Archard's law: pin k_D = (1.350 ± 0.030)×10⁻⁸ mm³/(N·mm), 95 % interval 1.3×10⁻⁸ to 1.4×10⁻⁸ mm³/(N·mm)"
     )
     verdicts, shapes, engines = told.tables
     assert verdicts.rows[1] == (
@@ -514,9 +520,9 @@ def test_study_page_tells_verdicts_and_all_else():
     )
     assert shapes.rows == (("a", "0.500 ± 0.010", "0.502", "0.005 µm, p = 0.7", "300 m", "0.93, p = 0.2"),)
     assert len(engines.rows) == 1
-    assert told.sentences[0].startswith("scatter of k_D between the 2 runs 10.0%, within a run 2.0%; ")
+    assert told.sentences[0].startswith("scatter of k_D of the pin between the 2 runs 10.0%, within a run 2.0%; ")
     assert told.sentences[1].startswith("b: outlier; `tribopipe mark-bad b ")
-    assert told.sentences[2] == "a: reaches 40 µm at 1400 m (95 % interval 1300 m to open)"
+    assert told.sentences[2] == "a: its pin reaches 40 µm at 1400 m (95 % interval 1300 m to open)"
     assert [(one.run_id, one.role, one.outcome, one.notes) for one in told.verdicts] == [
         ("a", "fitted", "supported", ("far off",)),
         ("b", "predicted", "over-predicts", ("far off",)),
@@ -529,30 +535,33 @@ def test_study_page_tells_verdicts_and_all_else():
 
 
 def test_study_page_of_discs_has_a_row_for_each():
-    disc = DiscVerdict(
-        disc="curved_disc", outcome="supported", what="wear_volume", measured=q(1e-12, "m^3"),
+    disc = BodyVerdict(
+        outcome="supported", what="wear_volume", measured=q(1e-12, "m^3"),
         predicted=q(1.1e-12, "m^3"), predicted_interval=(q(1e-12, "m^3"), q(1.2e-12, "m^3")),
         measurement_interval=(q(1e-12, "m^3"), q(1.2e-12, "m^3")), e_n=0.3, e_n_all=0.3, e_n_all_at="volume",
         wear_coefficient=K, coefficient_ratio=q(1.0, "1"),
     )  # fmt: skip
-    run = TwinDiscVerdict(
-        id="d", role="fitted", normal_load=q(0.25, "N"), slip=q(0.04, "1"), rotations=q(1e6, "1"),
+    width = {"what": "track_width", "measured": q(1e-4, "m"), "predicted": q(1e-4, "m")}
+    width |= {"predicted_interval": (q(9e-5, "m"), q(1.1e-4, "m"))}
+    run = RunVerdict(
+        id="d", role="fitted", normal_load=q(0.25, "N"), slip=q(0.04, "1"), end=q(1e6, "1"),
         outcome="supported", sentence="It holds.",
-        discs=(disc, disc.model_copy(update={"disc": "flat_disc", "what": "track_width", "measured": q(1e-4, "m"),
-                                             "predicted": q(1e-4, "m"),
-                                             "predicted_interval": (q(9e-5, "m"), q(1.1e-4, "m"))})),
-        end_of_life=RotationsToDepth(wear_depth=q(1e-6, "m"), rotations=q(5e5, "1"), interval=(q(4e5, "1"), None)),
+        bodies={"curved_disc": disc, "flat_disc": disc.model_copy(update=width)},
+        end_of_life=EndOfLife(wear_depth=q(1e-6, "m"), place=q(5e5, "1"), interval=(q(4e5, "1"), None)),
     )  # fmt: skip
-    law = TwinDiscLawResult(
+    law = LawResult(
         model="archard", distance_per_rotation="full-slip", draws=9, rejected=0, runs=(run,),
-        discs=(StudiedDisc(disc="curved_disc", wear_coefficient=K, interval=ENDS),),
+        bodies={name: StudiedBody(wear_coefficient=K, interval=ENDS) for name in ("curved_disc", "flat_disc")},
     )  # fmt: skip
-    page = study_page_of(TwinDiscStudyResult(id="discs", title="Discs", laws=(law,)), "0.1.0", DATE, "f")
+    page = study_page_of(
+        StudyResult(id="discs", title="Discs", tribometer="twin-disc", laws=(law,)), "0.1.0", DATE, "f"
+    )
     (told,) = page.laws
     assert told.title.startswith("Archard's law, full-slip: curved disc k_D = ")
     curved, flat = told.tables[0].rows
-    assert curved[:8] == ("d", "fitted", "4 %", "1,000,000", "curved", "0.001 mm³", "0.0011 mm³", "0.001 to 0.0012")
-    assert flat[:8] == ("", "", "", "", "flat", "100 µm", "100 µm", "90 to 110")
+    disc = ("curved disc", "0.001 mm³", "0.0011 mm³", "0.001 to 0.0012")
+    assert curved[:9] == ("d", "fitted", "250 mN", "4 %", "1,000,000", *disc)
+    assert flat[:9] == ("", "", "", "", "", "flat disc", "100 µm", "100 µm", "90 to 110")
     assert told.sentences[0].startswith("d: its curved disc reaches 1 µm after 5×10⁵ rotations (95 % interval 4")
     assert (page.title, page.date, page.inputs_sha256) == ("Discs", DATE, "f")
     assert asdict(page)["laws"][0]["verdicts"][0]["sentence"] == "It holds."

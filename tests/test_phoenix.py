@@ -103,10 +103,10 @@ def test_k_d_of_a_flat_pin_is_area_times_wear_over_load_and_distance(tmp_path):
     end = EndValue(value=404e-6, unit="m", standard_uncertainty=4e-6)
     fit = wear_fit(tmp_path, phoenix(truth), end)
     expected = AREA * truth.wear * 1e-6 / (59.841 * truth.distance)
-    assert fit.wear_coefficient.value == pytest.approx(expected, rel=0.03)
+    assert fit.first.wear_coefficient.value == pytest.approx(expected, rel=0.03)
     # Drift is a line of any rate, and so is the wear of a flat pin: the measurement alone tells, and load and radius.
     ideal = np.hypot(4 / 404, np.hypot(0.01, 2 * 0.002))
-    assert fit.wear_coefficient.standard_uncertainty / expected < 1.5 * ideal
+    assert fit.first.wear_coefficient.standard_uncertainty / expected < 1.5 * ideal
     assert [finding.code for finding in fit.findings if finding.severity != "note"] == []
 
 
@@ -114,11 +114,11 @@ def test_k_d_of_a_flat_pin_by_the_sensor_alone_is_labeled(tmp_path):
     truth = Polymer()
     fit = wear_fit(tmp_path, phoenix(truth), None)
     expected = AREA * truth.wear * 1e-6 / (59.841 * truth.distance)
-    assert fit.wear_coefficient.value == pytest.approx(expected, rel=0.03)
+    assert fit.first.wear_coefficient.value == pytest.approx(expected, rel=0.03)
     # Of 0.3 µm of noise the line through 1800 samples leaves next to nothing; the prior of the drift, load, radius and
     # scale of the sensor are left.
     ideal = np.hypot(0.25 / 404, np.hypot(np.hypot(0.01, 2 * 0.002), 0.005))
-    assert fit.wear_coefficient.standard_uncertainty / expected < 1.5 * ideal
+    assert fit.first.wear_coefficient.standard_uncertainty / expected < 1.5 * ideal
     assert fit.basis == "reading"
     assert "no_post_test_measurement" in {finding.code for finding in fit.findings}
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from disc_runs import known_pair
 from example_rig import DISTANCE, EXCESS, JOINT, K_D, LENGTH, PLUGIN, predicted, record, series_of, virtual, worn
 
 from tribopipe.base.errors import FitError, ManifestError
@@ -23,13 +24,13 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe, WearRecipe
 from tribopipe.documents.record import load_toml, read_document
 from tribopipe.evaluation.checks import registry as checks
-from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario, KnownDiscs
+from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario
 from tribopipe.extras.simulate import VirtualTest, VirtualTwinDiscTest
 from tribopipe.physics import laws
 from tribopipe.readers import registry as readers
 from tribopipe.readers.conformance import Example, check_reader
 from tribopipe.readers.harmonize import read_run
-from tribopipe.results.evaluation import WearFit
+from tribopipe.results.wear_fit import WearFit
 
 ROOT = Path(__file__).parents[1]
 GROUPS = tomllib.loads((PLUGIN / "pyproject.toml").read_text(encoding="utf-8"))["project"]["entry-points"]
@@ -213,7 +214,7 @@ def test_the_whole_line_with_another_package(package, tmp_path):
     assert done.returncode == 0, done.stderr
     assert "warning: temperature: found that it moves by 6.0 K" in done.stderr
     fit = json.loads(done.stdout)["runs"][0]["wear_fits"]["running_in"]
-    found = {one["name"]: one["value"] for one in fit["parameters"]} | {"k_d": fit["wear_coefficient"]}
+    found = {one["name"]: one["value"] for one in fit["parameters"]} | {"k_d": fit["bodies"]["pin"]["wear_coefficient"]}
     for name, true in {"excess": EXCESS, "length": LENGTH, "k_d": K_D}.items():
         assert abs(found[name]["value"] - true) < 2.5 * found[name]["standard_uncertainty"], found
         assert found[name]["standard_uncertainty"] < 0.1 * true
@@ -314,7 +315,7 @@ def discs_under_running_in(length: str | dict[str, str]) -> DiscScenario:
         load_toml(ROOT / "sample_runs" / "plan.toml", Plan).twin_disc_series[0].contact,
         load,
         slip,
-        KnownDiscs(*(Quantity(value=k_d, unit="m^2/N") for k_d in (4.6e-18, 2e-18))),
+        known_pair(*(Quantity(value=k_d, unit="m^2/N") for k_d in (4.6e-18, 2e-18))),
         "running_in",
         recipe=recipe,
     )
@@ -338,7 +339,7 @@ def test_parameter_that_is_found_at_nothing_is_held_there_and_leaves_k_d_to_arch
         update={"wear": JOINT.wear.model_copy(update={"parameters": {"running_in": {"length": f"{LENGTH} m"}}})}
     )
     run_in, archard = (virtual(series, 1, law, recipe)[1] for law in ("running_in", "archard"))
-    assert run_in.wear_coefficient.value == pytest.approx(archard.wear_coefficient.value, rel=1e-9)
+    assert run_in.first.wear_coefficient.value == pytest.approx(archard.first.wear_coefficient.value, rel=1e-9)
     assert str(run_in.parameters[0].value) == "0"
     assert "excess was found at 0 and is held there: k_D and its uncertainty are those without it" in run_in.notes
 
@@ -350,7 +351,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say():
     for seed in range(24):
         series = series_of()
         _, fit = virtual(series, 1000 + seed)
-        found = {one.name: one.value for one in fit.parameters} | {"k_d": fit.wear_coefficient}
+        found = {one.name: one.value for one in fit.parameters} | {"k_d": fit.first.wear_coefficient}
         true = {"excess": EXCESS, "length": LENGTH, "k_d": K_D}
         for name, load, at in (("later", 0.2, 2000.0), ("heavier", 0.4, 500.0)):
             found[name] = predicted(series, fit, load, at)
@@ -368,6 +369,6 @@ def test_intervals_hold_the_truth_as_often_as_they_say():
 def test_parameters_that_a_run_hardly_shows_leave_k_d_right():
     series = series_of(law="archard", law_parameters={}, sliding_distance="100 m", systematic_errors=False)
     for seed in range(8):
-        fit = virtual(series, seed)[1].wear_coefficient
+        fit = virtual(series, seed)[1].first.wear_coefficient
         assert abs(fit.value - K_D) < 3 * fit.standard_uncertainty
         assert fit.standard_uncertainty < 0.5 * K_D

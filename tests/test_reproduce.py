@@ -188,7 +188,7 @@ def test_changed_result_is_found_with_its_name(done):
 
 
 def test_what_rounding_may_do_counts_as_the_same(done):
-    edit_result(done, HEAVY, "prediction_sarkar", "wear_coefficient", "value", factor=1 + 1e-12)
+    edit_result(done, HEAVY, "prediction_sarkar", "bodies", "pin", "wear_coefficient", "value", factor=1 + 1e-12)
     found = reproduce(done, HEAVY)
     assert found.same
     assert found.outcome == outcomes(found)["prediction_sarkar"] == "within 1e-9"

@@ -7,7 +7,7 @@ from folders import SAMPLE_IDS, SAMPLES
 
 from tribopipe.documents.plan import Truth
 from tribopipe.pipeline.archived_results import archived_fit, archived_friction
-from tribopipe.results.evaluation import WearPrediction
+from tribopipe.results.wear_prediction import WearPrediction
 
 MM3_PER_N_MM = 1e-6  # m²/N
 
@@ -20,7 +20,7 @@ def test_nine_in_ten_parameters_lie_in_their_95_percent_interval(sample_archive)
     held = []
     for run_id in SAMPLE_IDS:
         truth, friction = truth_of(run_id), archived_friction(sample_archive, run_id)
-        low, high = (end.value for end in archived_fit(sample_archive, run_id, truth.law).interval)
+        low, high = (end.value for end in archived_fit(sample_archive, run_id, truth.law).first.interval)
         held.append(low <= truth.wear_coefficient.value <= high)
         for name in ("amplitude", "steady_state", "running_in_distance"):
             found = getattr(friction, name)
@@ -31,12 +31,12 @@ def test_nine_in_ten_parameters_lie_in_their_95_percent_interval(sample_archive)
 
 @pytest.mark.parametrize(("law", "coefficient"), [("archard", 13.5e-9), ("sarkar", 10.2e-9)])
 def test_coefficients_of_the_paper_come_back_from_200_mn(sample_archive, law, coefficient):
-    found = archived_fit(sample_archive, "si3n4-air-200mN", law).wear_coefficient.value / MM3_PER_N_MM
+    found = archived_fit(sample_archive, "si3n4-air-200mN", law).first.wear_coefficient.value / MM3_PER_N_MM
     assert found == pytest.approx(coefficient, rel=0.03)
 
 
 def test_coefficient_of_tungsten_carbide_lies_in_its_interval(sample_archive):
-    low, high = (end.value for end in archived_fit(sample_archive, "wc-co-water-400mN", "archard").interval)
+    low, high = (end.value for end in archived_fit(sample_archive, "wc-co-water-400mN", "archard").first.interval)
     assert low <= 0.75e-11 * MM3_PER_N_MM <= high
 
 
@@ -44,7 +44,7 @@ def predicted_over_measured(archive, run_id: str) -> float:
     prediction = archive.step(run_id, "prediction_archard").result
     assert isinstance(prediction, WearPrediction)
     assert prediction.reference == "si3n4-air-200mN"
-    measured = archived_fit(archive, run_id, "archard").measured_end_depth.value
+    measured = archived_fit(archive, run_id, "archard").first.measured_end_depth.value
     return prediction.prediction[0].wear_depth.value / measured
 
 

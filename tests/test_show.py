@@ -59,9 +59,9 @@ def test_page_has_headings_facts_and_tables(show, archive):
     for heading in ("Pin", "Disc", "Conditions", "Recorded", "Signals", "End values", "Files as they came"):
         assert lines[lines.index(heading) - 1] == ""
     assert re.search(r"(?m)^  normal load +200\.0 ± 2\.0 mN$", shown.stderr)
-    assert re.search(r"(?m)^  k_D by Archard's law +\(", shown.stderr)
+    assert re.search(r"(?m)^  k_D of the pin by Archard's law +\(", shown.stderr)
     assert re.search(r"(?m)^Wear coefficient by Archard's law \(wear_fit_archard, tribopipe \S+, \S+\)$", shown.stderr)
-    assert "  budget of k_D" in lines
+    assert "  budget of k_D of the pin" in lines
     assert re.search(r"(?m)^ normal load +200\.0 ± 2\.0 mN +run\.toml +", shown.stderr)
     assert lines[-1] == str(archive / f"{RUN}.h5")
     assert STEERING.search(shown.stderr) is None

@@ -195,7 +195,7 @@ def test_simulated_run_tells_the_same_coefficient_by_every_end_value(sample_run)
         changed = re.sub(r"(?m)^density = .*$", 'density = "3.2 g/cm^3"', changed)
         (sample_run / "run.toml").write_text(changed, encoding="utf-8")
         run = read_run(sample_run)
-        found[way] = fit_wear(correct_drift(run, recipe), "archard", None, recipe).wear_coefficient
+        found[way] = fit_wear(correct_drift(run, recipe), "archard", None, recipe).first.wear_coefficient
         assert abs(found[way].value - k) < 2 * found[way].standard_uncertainty
         rate = specific_wear(run, recipe).pin.specific_wear_rate
         assert abs(rate.value - k) < 2 * rate.standard_uncertainty

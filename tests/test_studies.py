@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -36,7 +37,8 @@ from tribopipe.pipeline.studies import (
     study_toml,
 )
 from tribopipe.results.agreement import LeftOut, StudyResult
-from tribopipe.results.evaluation import WearPrediction
+from tribopipe.results.study_curves import MeasuredCurve
+from tribopipe.results.wear_prediction import WearPrediction
 
 # What is kept and what is refused does not depend on how often one draws.
 pytestmark = pytest.mark.usefixtures("few_draws")
@@ -128,7 +130,7 @@ def test_study_and_a_prediction_under_each_law_are_told(ran):
     assert (result.id, result.title, result.left_out) == ("air", "One law, two loads", ())
     for law in result.laws:
         assert [(run.id, run.role) for run in law.runs] == [(LIGHT, "fitted"), (AGAIN, "fitted"), (HEAVY, "predicted")]
-        assert law.between_runs.runs == 2
+        assert law.first.between_runs.runs == 2
 
 
 def test_study_is_read_back_to_the_last_digit(ran):
@@ -147,10 +149,14 @@ def test_curves_are_read_back_as_they_were_drawn(ran):
     told = [(curve.run_id, curve.model, curve.role) for curve in curves]
     assert told == [(run.id, law.model, run.role) for law in evaluation.result.laws for run in law.runs]
     for found, drawn in zip(curves, evaluation.curves, strict=True):
-        np.testing.assert_array_equal(found.sliding_distance, drawn.sliding_distance)
-        for name in ("measured", "predicted", "lower", "upper", "measurement_lower", "measurement_upper"):
+        assert (found.body, found.what, found.along) == ("pin", "wear_depth", "sliding_distance")
+        np.testing.assert_array_equal(found.places, drawn.places)
+        for name in ("predicted", "lower", "upper"):
             # They are written in µm, for people to look at.
             np.testing.assert_allclose(getattr(found, name), getattr(drawn, name), rtol=1e-14, atol=1e-24)
+        for name in ("best", "lower", "upper"):
+            measured, as_drawn = (getattr(one.measured, name) for one in (found, drawn))
+            np.testing.assert_allclose(measured, as_drawn, rtol=1e-14, atol=1e-24)
         assert np.all(found.lower[1:] < found.predicted[1:])
         assert np.all(found.predicted[1:] < found.upper[1:])
 
@@ -160,9 +166,9 @@ def test_curves_end_at_the_depths_of_the_verdicts(ran):
     stored = store.study("air")
     verdicts = [run for law in stored.result.laws for run in law.runs]
     for curve, verdict in zip(stored.curves, verdicts, strict=True):
-        assert curve.measured[-1] == pytest.approx(verdict.measured_depth.value, rel=1e-12, abs=0)
-        assert curve.predicted[-1] == pytest.approx(verdict.predicted_depth.value, rel=1e-12, abs=0)
-        low, high = (end.value for end in verdict.predicted_interval)
+        assert curve.measured.best[-1] == pytest.approx(verdict.first.measured.value, rel=1e-12, abs=0)
+        assert curve.predicted[-1] == pytest.approx(verdict.first.predicted.value, rel=1e-12, abs=0)
+        low, high = (end.value for end in verdict.first.predicted_interval)
         assert (curve.lower[-1], curve.upper[-1]) == pytest.approx((low, high), rel=1e-12, abs=0)
 
 
@@ -173,10 +179,13 @@ def test_curves_end_at_the_depths_of_the_verdicts(ran):
 )
 def test_every_title_and_curve_comes_back(ran, tmp_path_factory, title, depths):
     stored = ran[0].study("air")
-    curve = stored.curves[0]
-    named = {"sliding_distance": np.arange(len(depths), dtype=float), "measured": np.array(depths)}
-    names = ("predicted", "lower", "upper", "measurement_lower", "measurement_upper")
-    curve = type(curve)(curve.run_id, curve.model, curve.role, **named, **dict.fromkeys(names, np.array(depths)))
+    values = np.array(depths)
+    curve = replace(
+        stored.curves[0],
+        places=np.arange(len(depths), dtype=float),
+        **dict.fromkeys(("predicted", "lower", "upper"), values),
+        measured=MeasuredCurve(values, values, values),
+    )
     study = stored.study.model_copy(update={"title": title})
     put = StoredStudy(study, stored.result, "inputs", {"told": 1}, "0.1.0", DATE, (curve,))
     fresh = Archive(tmp_path_factory.mktemp("archive"))
@@ -184,7 +193,7 @@ def test_every_title_and_curve_comes_back(ran, tmp_path_factory, title, depths):
     got = fresh.study("air")
     assert (got.study, got.result, got.inputs_sha256, got.options) == (study, stored.result, "inputs", {"told": 1})
     assert (got.program_version, got.date) == ("0.1.0", DATE)
-    np.testing.assert_allclose(got.curves[0].measured, depths, rtol=1e-14, atol=1e-24)
+    np.testing.assert_allclose(got.curves[0].measured.best, depths, rtol=1e-14, atol=1e-24)
 
 
 def test_study_file_conforms_to_nexus(ran):
@@ -196,7 +205,7 @@ def test_study_file_conforms_to_nexus(ran):
         entry = file[file.attrs["default"]]
         opened = entry[entry.attrs["default"]]
         assert opened[opened.attrs["signal"]].attrs["units"] == "um"
-        assert opened["title"][()].decode() == f"{LIGHT}: fitted by Archard's law"
+        assert opened["title"][()].decode() == f"{LIGHT}, pin: fitted by Archard's law"
 
 
 def test_studies_are_no_runs(ran, filled):
@@ -212,7 +221,7 @@ def test_predictions_of_a_study_carry_its_coefficient_and_its_name(ran):
     store, outcomes = ran
     for law in result_of(outcomes).laws:
         predicted = store.result(HEAVY, f"prediction_{law.model}", WearPrediction)
-        assert predicted.wear_coefficient == law.wear_coefficient
+        assert predicted.first.wear_coefficient == law.first.wear_coefficient
         assert predicted.reference == "study air"
     for fitted in (LIGHT, AGAIN):
         assert [name for name in store.step_names(fitted) if name.startswith("prediction")] == []
@@ -223,7 +232,7 @@ def test_prediction_from_one_run_refers_to_that_run(store):
     outcomes = list(run_study(store, study, Recipe()))
     predicted = store.result(HEAVY, "prediction_archard", WearPrediction)
     assert predicted.reference == AGAIN
-    assert predicted.wear_coefficient == result_of(outcomes).law("archard").wear_coefficient
+    assert predicted.first.wear_coefficient == result_of(outcomes).law("archard").first.wear_coefficient
     assert any(AGAIN in note and "replicates" in note for note in result_of(outcomes).notes)
 
 
@@ -242,7 +251,7 @@ def test_run_whose_first_sample_is_a_stretch_of_its_own_is_judged_without_a_warn
     first = members(store, (LIGHT,), Recipe())[0][LIGHT].pose("archard", Recipe())
     assert first.places[0] == 0.0
     (law,) = evaluate_archived(store, QUICK.model_copy(update={"fit": (LIGHT,)}), Recipe()).result.laws
-    assert all(0 < run.change_point.p_value <= 1 for run in law.runs)
+    assert all(0 < run.first.change_point.p_value <= 1 for run in law.runs)
 
 
 # --- redone or not ---
@@ -263,7 +272,7 @@ def test_force_redoes_a_study_with_the_same_result(quick, ran_quick):
     assert {status for *_, status in statuses(again)} == {"done"}
     assert result_of(again) == result_of(ran_quick[1])
     for found, before in zip(quick.study("air").curves, curves, strict=True):
-        np.testing.assert_array_equal(found.measurement_upper, before.measurement_upper)
+        np.testing.assert_array_equal(found.measured.upper, before.measured.upper)
 
 
 @pytest.mark.slow
@@ -322,11 +331,13 @@ def test_run_marked_bad_is_left_out_until_the_mark_is_taken_back(quick, ran_quic
     assert without.left_out == (LeftOut(id=AGAIN, reason="marked bad: the pin slipped"),)
     (law,) = without.laws
     assert [run.id for run in law.runs] == [LIGHT, HEAVY]
-    assert law.between_runs is None
+    assert law.first.between_runs is None
     assert AGAIN not in {curve.run_id for curve in store.study("air").curves}
     alone = evaluate_archived(store, QUICK.model_copy(update={"fit": (LIGHT,)}), Recipe()).result
     assert law == alone.law("archard")
-    assert store.result(HEAVY, "prediction_archard", WearPrediction).wear_coefficient == law.wear_coefficient
+    assert (
+        store.result(HEAVY, "prediction_archard", WearPrediction).first.wear_coefficient == law.first.wear_coefficient
+    )
     assert [status for *_, status in statuses(list(run_study(store, QUICK, Recipe())))] == ["unchanged", "unchanged"]
     store.mark(AGAIN, GOOD)
     back = list(run_study(store, QUICK, Recipe()))
@@ -530,7 +541,7 @@ def test_plan_of_a_study_counts_with_its_scatter_and_its_shared_inputs(done, ran
     (by_run,), (by_study,) = (plan_archived(done, name, "archard", 0.05, Recipe()) for name in (LIGHT, "air"))
     assert (by_run.id, by_study.id) == (LIGHT, LIGHT)
     assert by_run.scatter is None
-    assert by_study.scatter == law.between_runs.scatter
+    assert by_study.scatter == law.first.between_runs.scatter
     assert by_study.levers == by_run.levers
 
 

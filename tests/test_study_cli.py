@@ -20,8 +20,8 @@ from tribopipe.extras.simulate import simulate_plan
 from tribopipe.pipeline.stages import ingest
 from tribopipe.pipeline.studies import run_study, study_toml
 from tribopipe.results.agreement import StudyResult
-from tribopipe.results.evaluation import WearPrediction
 from tribopipe.results.test_design import Design
+from tribopipe.results.wear_prediction import WearPrediction
 
 # What is said and what is refused does not depend on how often one draws.
 pytestmark = pytest.mark.usefixtures("few_draws")
@@ -184,11 +184,13 @@ def test_run_says_k_d_verdicts_and_figures(run_cli, home):
     result = run_cli("study", "run", "study.toml", cwd=home)
     assert (result.exit_code, result.stdout) == (0, "")
     law = archived(home).study("air").result.law("archard")
-    assert "air, Archard's law: k_D = (1." in result.stderr
+    assert "air, Archard's law: pin k_D = (1." in result.stderr
     for verdict in law.runs:
         assert f"{verdict.id}: {verdict.sentence}" in result.stderr
         assert f" {verdict.id} {verdict.role} " in f" {plain(result.stderr)}"
-    assert re.search(r"scatter of k_D between the 2 runs \d+\.\d %, within a run", result.stderr.replace("%", " %"))
+    assert re.search(
+        r"scatter of k_D of the pin between the 2 runs \d+\.\d %, within a run", result.stderr.replace("%", " %")
+    )
     assert f"figures in {Path('archive') / 'figures'}" in result.stderr
     drawn = {f"air-{name}.{suffix}" for name in NAMES for suffix in ("svg", "png")}
     assert files(home / "archive" / "figures") == drawn
@@ -208,7 +210,7 @@ def test_run_puts_its_predictions_into_the_runs(run_cli, home):
     predicted = shown["predictions"]["archard"]
     assert predicted["reference"] == "study air"
     (law,) = json.loads(run_cli("study", "show", "air", "--json", cwd=home).stdout)["laws"]
-    assert predicted["wear_coefficient"] == law["wear_coefficient"]
+    assert predicted["bodies"]["pin"]["wear_coefficient"] == law["bodies"]["pin"]["wear_coefficient"]
 
 
 def test_second_run_says_unchanged_and_writes_nothing(run_cli, evaluated):
@@ -216,7 +218,7 @@ def test_second_run_says_unchanged_and_writes_nothing(run_cli, evaluated):
     result = run_cli("study", "run", "study.toml", "--no-figures", cwd=evaluated)
     assert result.exit_code == 0
     assert result.stderr.startswith("air: unchanged, nothing to do\n")
-    assert "air, Archard's law: k_D = " in result.stderr
+    assert "air, Archard's law: pin k_D = " in result.stderr
     assert tree_bytes(evaluated) == before
 
 
@@ -260,8 +262,8 @@ def test_run_tells_where_a_depth_is_reached(run_cli, home):
         life = run["end_of_life"]
         assert life["wear_depth"] == {"value": 20e-6, "unit": "m", "standard_uncertainty": None}
         low, high = (end["value"] for end in life["interval"])
-        assert low < life["sliding_distance"]["value"] < high
-        assert f"{run['id']}: reaches 20 µm at " in result.stderr
+        assert low < life["place"]["value"] < high
+        assert f"{run['id']}: its pin reaches 20 µm at " in result.stderr
 
 
 @pytest.mark.slow
@@ -362,7 +364,7 @@ def test_fit_together_shows_one_coefficient_and_keeps_nothing(run_cli, home):
     before = tree_bytes(home)
     result = run_cli("fit", LIGHT, AGAIN, "--together", cwd=home)
     assert (result.exit_code, result.stdout) == (0, "")
-    assert "together, Archard's law: k_D = (1." in result.stderr
+    assert "together, Archard's law: pin k_D = (1." in result.stderr
     assert "between the 2 runs" in result.stderr
     assert f"{AGAIN}: Archard's law follows the wear at 200 mN" in result.stderr
     assert tree_bytes(home) == before
@@ -373,8 +375,8 @@ def test_fit_together_as_json_is_a_study_result(run_cli, home):
     told = StudyResult.model_validate(json.loads(result.stdout))
     (law,) = told.laws
     assert (law.model, [run.role for run in law.runs]) == ("sarkar", ["fitted", "fitted"])
-    assert law.between_runs.runs == 2
-    assert law.interval[0].value < law.wear_coefficient.value < law.interval[1].value
+    assert law.first.between_runs.runs == 2
+    assert law.first.interval[0].value < law.first.wear_coefficient.value < law.first.interval[1].value
 
 
 def test_prediction_onto_a_run_is_judged_and_not_kept(run_cli, home):
@@ -447,7 +449,7 @@ def test_plan_of_a_study_counts_with_its_scatter(run_cli, evaluated):
     result = run_cli("plan", "air", "--interval", "5 %", "--json", cwd=evaluated)
     assert result.exit_code == 0
     found = Design.model_validate(json.loads(result.stdout))
-    between = archived(evaluated).study("air").result.law("archard").between_runs
+    between = archived(evaluated).study("air").result.law("archard").first.between_runs
     assert (found.id, found.scatter) == (LIGHT, between.scatter)
     assert "scatter between runs is not known" not in result.stderr
 
@@ -508,7 +510,9 @@ def test_process_does_runs_study_and_figures_and_the_second_time_nothing(run_cli
     law = store.study("air").result.law("archard")
     for verdict in law.runs:
         assert verdict.sentence in first.stderr
-    assert store.result(HEAVY, "prediction_archard", WearPrediction).wear_coefficient == law.wear_coefficient
+    assert (
+        store.result(HEAVY, "prediction_archard", WearPrediction).first.wear_coefficient == law.first.wear_coefficient
+    )
     # Of each run ingest, clean-up, drift, friction, specific wear and one fit; the study, and its prediction.
     assert "14 steps done, 0 unchanged" in first.stderr
     assert f"figures in {Path('archive') / 'figures'}" in first.stderr

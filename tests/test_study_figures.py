@@ -132,7 +132,9 @@ def test_wear_figure_says_of_each_load_what_the_law_makes_of_it(studied):
     (ax,) = figure.axes
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("sliding distance s / m", "pin wear depth / µm")
     assert "Archard's law" in ax.get_title(loc="left")
-    found, spread = (x / UNIT * 1e9 for x in (law.wear_coefficient.value, law.wear_coefficient.standard_uncertainty))
+    found, spread = (
+        x / UNIT * 1e9 for x in (law.first.wear_coefficient.value, law.first.wear_coefficient.standard_uncertainty)
+    )
     words = f"({found:.2f} ± {spread:.2f})×$10^{{-9}}$ mm³/(N·mm), fitted at 200 mN"
     assert words in ax.get_title(loc="left")
 
@@ -151,9 +153,9 @@ def test_wear_figure_holds_each_run_with_law_bands_and_end_value(studied, study,
         assert edge.max() == pytest.approx(curves[run.id].upper.max() * 1e6)
     ends = [holder for holder in ax.containers if len(holder[0].get_xdata())]
     for end, run in zip(ends, runs, strict=True):
-        assert end[0].get_ydata()[0] == pytest.approx(run.measured_depth.value * 1e6)
+        assert end[0].get_ydata()[0] == pytest.approx(run.first.measured.value * 1e6)
         low, high = end[2][0].get_segments()[0][:, 1]
-        expanded = COVERAGE_FACTOR * run.measured_depth.standard_uncertainty * 1e6
+        expanded = COVERAGE_FACTOR * run.first.measured.standard_uncertainty * 1e6
         assert (high - low) / 2 == pytest.approx(expanded)
 
 
@@ -220,7 +222,7 @@ def test_coefficient_figure_holds_the_laws_against_the_windows_of_each_run(studi
     assert {ax.get_xlabel() for ax in panels} == {"friction coefficient μ"}
     assert bar.get_ylabel() == "sliding distance s / m"
     result = studied.study("si3n4").result
-    archard, sarkar = (result.law(law).wear_coefficient.value / UNIT * 1e9 for law in ("archard", "sarkar"))
+    archard, sarkar = (result.law(law).first.wear_coefficient.value / UNIT * 1e9 for law in ("archard", "sarkar"))
     for ax, run_id in zip(panels, (*SI3N4.fit, *SI3N4.predict), strict=True):
         points = ax.containers[0][0]
         assert points.get_xdata() == pytest.approx(effective[run_id].friction)

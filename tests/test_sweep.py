@@ -27,7 +27,7 @@ from tribopipe.extras.sweep.subject import Parameter, Subject, Value, parameters
 from tribopipe.extras.sweep.summary import Share, summarised
 from tribopipe.pipeline.stages import fit_archived_wear
 from tribopipe.readers.harmonize import read_run
-from tribopipe.results.evaluation import WearFit
+from tribopipe.results.wear_fit import WearFit
 
 RUN = "si3n4-air-200mN"
 FIRST_ORDER = 'schema = "tribopipe.recipe/1"\n[monte_carlo]\nsignificant_digits = 0\n'
@@ -184,8 +184,8 @@ def test_choices_are_what_single_fits_find_and_the_archive_stays(swept, archive,
     )
     fit = fit_archived_wear(store, RUN, "sarkar", changed).result
     assert isinstance(fit, WearFit)
-    assert row["wear_coefficient"] == fit.wear_coefficient.model_dump()
-    assert row["interval_lower"]["value"] == fit.interval[0].value
+    assert row["wear_coefficient"] == fit.first.wear_coefficient.model_dump()
+    assert row["interval_lower"]["value"] == fit.first.interval[0].value
     spreads = {one["labels"]["law"]: one for one in document["summary"]}
     values = [one["wear_coefficient"]["value"] for one in document["rows"] if one["case"]["law"] == "archard"]
     assert spreads["archard"]["least"]["value"] == min(values)
@@ -200,7 +200,7 @@ def test_predictions_are_what_predict_finds(swept, archive):
     store = Archive(archive)
     fit, manifest = store.result(RUN, "wear_fit_archard", WearFit), store.manifest(RUN)
     load = Quantity(value=0.4, unit="N", standard_uncertainty=0.4 * 0.01)
-    scenario = WearScenario(manifest.pin_on_disc, load, fit.wear_coefficient)
+    scenario = WearScenario(manifest.pin_on_disc, load, fit.first.wear_coefficient)
     expected = predict_wear(scenario, [1000.0], depths=[50e-6])
     assert [row["outcome"] for row in rows] == ["at 1000 m", "worn to 50 µm"] * 2
     assert rows[2]["wear_depth"] == expected.prediction[0].wear_depth.model_dump()

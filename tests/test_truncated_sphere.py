@@ -147,8 +147,8 @@ def test_coefficient_comes_back_from_a_scar(correction):
     run = recorded(pin_scar_diameter={"value": float(scar), "unit": "m", "standard_uncertainty": 2e-6})
     recipe = Recipe(wear=WearRecipe(correction=correction), monte_carlo=MonteCarloRecipe(significant_digits=0))
     fit = fit_wear(correct_drift(run, recipe), "archard", None, recipe)
-    assert fit.wear_coefficient.value == pytest.approx(K_D, rel=2e-3)
-    assert fit.measured_end_depth.value == pytest.approx(float(end.depth), rel=1e-9)
+    assert fit.first.wear_coefficient.value == pytest.approx(K_D, rel=2e-3)
+    assert fit.first.measured_end_depth.value == pytest.approx(float(end.depth), rel=1e-9)
 
 
 def test_prediction_starts_from_the_flat():
@@ -174,7 +174,7 @@ def test_simulated_run_of_a_truncated_sphere_tells_its_coefficient(short_plan, t
     recipe = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
     run = read_run(tmp_path / truth.id)
     assert run.manifest.pin_on_disc.pin.flat_radius.value == pytest.approx(60e-6)
-    found = fit_wear(correct_drift(run, recipe), "archard", None, recipe).wear_coefficient
+    found = fit_wear(correct_drift(run, recipe), "archard", None, recipe).first.wear_coefficient
     assert abs(found.value - truth.wear_coefficient.value) < 2.5 * found.standard_uncertainty
     rate = specific_wear(run, recipe).pin.specific_wear_rate
     assert abs(rate.value - truth.wear_coefficient.value) < 2.5 * rate.standard_uncertainty

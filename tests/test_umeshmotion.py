@@ -21,7 +21,7 @@ from tribopipe.extras.abaqus.known_wear import KnownWear, fitted_wear
 from tribopipe.extras.abaqus.texts import texts
 from tribopipe.physics.friction_path import ExponentialFriction, junction_factor
 from tribopipe.physics.local.rings import Rings
-from tribopipe.results.disc_evaluation import ConventionCoefficients, DiscCoefficient, TwinDiscFit
+from tribopipe.results.wear_fit import BodyWear, ConventionCoefficients, WearFit
 
 GFORTRAN = shutil.which("gfortran")
 needs_gfortran = pytest.mark.skipif(GFORTRAN is None, reason="needs gfortran")
@@ -180,18 +180,22 @@ def test_what_cannot_be_stepped_is_refused(changed, said):
         case_of(PIN, **changed)
 
 
-def disc_fit(convention: str, **found) -> TwinDiscFit:
+def disc_fit(convention: str, **found) -> WearFit:
     k_d = wear_coefficient(5e-18, 1e-18)
-    disc = DiscCoefficient(disc="curved_disc", wear_coefficient=k_d, interval=(k_d, k_d))
-    said = {"model": "archard", "outcome": "fitted", "distance_per_rotation": convention, "curved_disc": disc}
-    return TwinDiscFit(**said | found)
+    disc = BodyWear(wear_coefficient=k_d, interval=(k_d, k_d))
+    said = {
+        "model": "archard",
+        "outcome": "fitted",
+        "distance_per_rotation": convention,
+        "bodies": {"curved_disc": disc},
+    }
+    return WearFit(**said | found)
 
 
 def test_k_d_is_taken_for_what_eq_9_means():
     same = ConventionCoefficients(
         distance_per_rotation="volume-conserving",
-        curved_disc=wear_coefficient(1e-14),
-        flat_disc=wear_coefficient(0.0),
+        bodies={"curved_disc": wear_coefficient(1e-14)},
     )
     assert fitted_wear(DISCS, disc_fit("volume-conserving")).coefficient == wear_coefficient(5e-18, 1e-18)
     turned = fitted_wear(DISCS, disc_fit("full-slip", equivalents=(same,)))
@@ -201,7 +205,7 @@ def test_k_d_is_taken_for_what_eq_9_means():
     with pytest.raises(FitError, match='distance_per_rotation = "volume-conserving"'):
         fitted_wear(DISCS, disc_fit("full-slip"))
     with pytest.raises(FitError, match="the run lacks end values"):
-        fitted_wear(DISCS, disc_fit("full-slip", outcome="not fitted", curved_disc=None, lacks=("end values",)))
+        fitted_wear(DISCS, disc_fit("full-slip", outcome="not fitted", bodies={}, lacks=("end values",)))
 
 
 # --- that it compiles, and wears as tribopipe does ---
@@ -438,9 +442,9 @@ def test_k_d_of_discs_is_turned_into_that_of_eq_9(run_cli, disc_archive, tmp_pat
     told = json.loads(done.stdout)
     fit = disc_archive.step(DISCS, "wear_fit_archard").result
     (same,) = [one for one in fit.equivalents if one.distance_per_rotation == "volume-conserving"]
-    assert told["wear_coefficient"]["value"] == same.curved_disc.value
-    own = fit.curved_disc.wear_coefficient
-    assert told["wear_coefficient"]["standard_uncertainty"] / same.curved_disc.value == pytest.approx(
+    assert told["wear_coefficient"]["value"] == same.bodies["curved_disc"].value
+    own = fit.bodies["curved_disc"].wear_coefficient
+    assert told["wear_coefficient"]["standard_uncertainty"] / same.bodies["curved_disc"].value == pytest.approx(
         own.standard_uncertainty / own.value
     )
     assert "flat disc wore too" in done.stderr

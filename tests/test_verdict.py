@@ -117,53 +117,53 @@ def test_tungsten_carbide_follows_the_law_at_every_load(carbide):
     runs = carbide.result.law("archard").runs
     assert [one.id for one in runs] == list(CARBIDE)
     assert [one.outcome for one in runs] == ["supported"] * 4
-    assert all(abs(one.e_n) < 1 and abs(one.e_n_curve) < 1 for one in runs)
+    assert all(abs(one.first.e_n) < 1 and abs(one.first.e_n_all) < 1 for one in runs)
 
 
 def test_k_d_of_the_study_is_the_paper_s(nitride, carbide):
     for found, truth in ((nitride, 13.5e-15), (carbide, 7.5e-18)):
         result = found.result.law("archard")
-        low, high = (end.value for end in result.interval)
+        low, high = (end.value for end in result.first.interval)
         assert low <= truth <= high
-        assert low < result.wear_coefficient.value < high
-        assert result.between_runs is None
+        assert low < result.first.wear_coefficient.value < high
+        assert result.first.between_runs is None
 
 
 def test_800_mn_has_the_share_of_k_d_that_it_was_made_with(nitride):
-    ratio = verdict_on(nitride, HEAVY).coefficient_ratio
+    ratio = verdict_on(nitride, HEAVY).first.coefficient_ratio
     assert abs(ratio.value - 7.5 / 13.5) < 2 * ratio.standard_uncertainty
     assert ratio.standard_uncertainty < 0.03
-    ratio = verdict_on(nitride, MIDDLE).coefficient_ratio
+    ratio = verdict_on(nitride, MIDDLE).first.coefficient_ratio
     assert abs(ratio.value - 1) < 2 * ratio.standard_uncertainty
 
 
 def test_e_n_is_negative_where_the_law_says_too_much_and_positive_where_too_little(nitride, members):
     for law in LAWS:
         over = verdict_on(nitride, HEAVY, law)
-        assert over.measured_depth.value < over.predicted_depth.value
-        assert over.e_n < -4
-        assert over.e_n_curve < -3
+        assert over.first.measured.value < over.first.predicted.value
+        assert over.first.e_n < -4
+        assert over.first.e_n_all < -3
     under = verdict_on(evaluate(study([HEAVY], [LIGHT], laws=["archard"]), members), LIGHT)
     assert under.outcome == "under-predicts"
-    assert under.measured_depth.value > under.predicted_depth.value
-    assert under.e_n > 4
-    assert under.e_n_curve > 3
+    assert under.first.measured.value > under.first.predicted.value
+    assert under.first.e_n > 4
+    assert under.first.e_n_all > 3
 
 
 def test_e_n_is_about_that_of_iso_13528(nitride):
     for run_id in (MIDDLE, HEAVY):
         told = verdict_on(nitride, run_id)
-        spread = np.hypot(told.measured_depth.standard_uncertainty, told.predicted_depth.standard_uncertainty)
-        by_standard = (told.measured_depth.value - told.predicted_depth.value) / (1.96 * spread)
+        spread = np.hypot(told.first.measured.standard_uncertainty, told.first.predicted.standard_uncertainty)
+        by_standard = (told.first.measured.value - told.first.predicted.value) / (1.96 * spread)
         # Errors of the tip radius, which both depths share, are counted twice here.
-        assert told.e_n == pytest.approx(by_standard, rel=0.1)
+        assert told.first.e_n == pytest.approx(by_standard, rel=0.1)
 
 
 def test_exponents_are_those_of_a_sphere(nitride):
     for one in nitride.result.law("archard").runs:
-        assert one.exponent.by_law == pytest.approx(0.5, abs=0.01)
-        off = one.exponent.measured.value - one.exponent.by_law
-        assert abs(off) < 3 * one.exponent.measured.standard_uncertainty
+        assert one.first.exponent.by_law == pytest.approx(0.5, abs=0.01)
+        off = one.first.exponent.measured.value - one.first.exponent.by_law
+        assert abs(off) < 3 * one.first.exponent.measured.standard_uncertainty
 
 
 def test_laws_are_compared_where_a_study_has_both(nitride, carbide):
@@ -188,16 +188,16 @@ def test_sentences_hold_law_load_and_e_n(nitride, law):
             start, where = f"Whether {start}holds", f"at {load} cannot be decided: "
         assert one.sentence.startswith(start)
         assert where in one.sentence
-        assert f"E_n = {one.e_n:+.2f}" in one.sentence
-        assert one.predicted_depth.shown("um") in one.sentence
-        assert one.measured_depth.shown("um") in one.sentence
+        assert f"E_n = {one.first.e_n:+.2f}" in one.sentence
+        assert one.first.predicted.shown("um") in one.sentence
+        assert one.first.measured.shown("um") in one.sentence
         assert f"{one.role} (95 %" in one.sentence
         assert one.sentence.endswith(".")
     fitted, middle, over = nitride.result.law(law).runs
     assert " follows the wear" in fitted.sentence
     assert (" predicts the wear" in middle.sentence) == (middle.outcome == "supported")
     assert " over-predicts the wear" in over.sentence
-    assert f"by itself this run has {over.coefficient_ratio} times that k_D" in over.sentence
+    assert f"by itself this run has {over.first.coefficient_ratio} times that k_D" in over.sentence
 
 
 # --- bands ---
@@ -208,21 +208,21 @@ def test_band_of_the_law_lies_inside_that_of_measurements(nitride, carbide):
     assert len(carbide.curves) == 4
     for curve in (*nitride.curves, *carbide.curves):
         assert np.all((curve.lower < curve.predicted) & (curve.predicted < curve.upper))
-        assert np.all(curve.measurement_lower < curve.measurement_upper)
+        assert np.all(curve.measured.lower < curve.measured.upper)
         # What identified k_D is followed by it, so that measurements of a fitted run may lie closer.
         if curve.role == "predicted":
             slack = 0.05 * (curve.upper - curve.lower)
-            assert np.all(curve.measurement_lower < curve.lower + slack)
-            assert np.all(curve.measurement_upper > curve.upper - slack)
-            assert np.all(curve.measurement_upper - curve.measurement_lower > curve.upper - curve.lower)
+            assert np.all(curve.measured.lower < curve.lower + slack)
+            assert np.all(curve.measured.upper > curve.upper - slack)
+            assert np.all(curve.measured.upper - curve.measured.lower > curve.upper - curve.lower)
 
 
 def test_a_measurement_leaves_its_band_exactly_where_e_n_leaves_one(nitride, carbide):
     for found in (nitride, carbide):
         for curve in found.curves:
             told = verdict_on(found, curve.run_id, curve.model)
-            low, high = (end.value for end in told.measurement_interval)
-            assert (low <= told.measured_depth.value <= high) == (abs(told.e_n) <= 1)
+            low, high = (end.value for end in told.first.measurement_interval)
+            assert (low <= told.first.measured.value <= high) == (abs(told.first.e_n) <= 1)
 
 
 def test_the_band_of_measurements_is_that_of_e_n_at_every_place(pair):
@@ -243,20 +243,20 @@ def test_ends_of_the_curves_are_what_the_verdicts_say(nitride):
     for curve in nitride.curves:
         told = verdict_on(nitride, curve.run_id, curve.model)
         assert told.role == curve.role
-        assert told.sliding_distance.value == curve.sliding_distance[-1] == pytest.approx(500)
-        assert told.measured_depth.value == curve.measured[-1]
-        assert told.predicted_depth.value == curve.predicted[-1]
-        assert [end.value for end in told.predicted_interval] == [curve.lower[-1], curve.upper[-1]]
-        assert [end.value for end in told.measurement_interval] == [
-            curve.measurement_lower[-1],
-            curve.measurement_upper[-1],
+        assert told.end.value == curve.places[-1] == pytest.approx(500)
+        assert told.first.measured.value == curve.measured.best[-1]
+        assert told.first.predicted.value == curve.predicted[-1]
+        assert [end.value for end in told.first.predicted_interval] == [curve.lower[-1], curve.upper[-1]]
+        assert [end.value for end in told.first.measurement_interval] == [
+            curve.measured.lower[-1],
+            curve.measured.upper[-1],
         ]
 
 
 def test_measured_curves_of_a_law_that_holds_lie_in_their_band(nitride, carbide):
     curves = [curve for curve in (*nitride.curves, *carbide.curves) if curve.model == "archard"]
     for curve in curves:
-        held = (curve.measurement_lower <= curve.measured) & (curve.measured <= curve.measurement_upper)
+        held = (curve.measured.lower <= curve.measured) & (curve.measured <= curve.measured.upper)
         if curve.run_id == HEAVY:
             assert np.mean(held) < 0.3
         else:
@@ -341,7 +341,7 @@ def test_a_run_is_decided_by_end_or_curve_and_where_both_say_nothing_not_at_all(
         members = {"light": light, "heavy": member_of(run)}
         told = verdict_on(evaluate(study(["light"], ["heavy"], laws=["archard"]), members), "heavy")
         assert told.outcome == outcome
-        assert abs(told.e_n) < 1
+        assert abs(told.first.e_n) < 1
     assert told.sentence.startswith("Whether Archard's law holds at 400 mN cannot be decided")
 
 
@@ -400,9 +400,9 @@ def test_a_study_predicts_more_closely_where_one_load_cell_weighed_all_runs():
         verdict_on(evaluate(study(["light"], ["heavy"], laws=["archard"], shared=shared), runs), "heavy")
         for shared in (["normal_load"], [])
     )
-    assert together.predicted_depth.value == apart.predicted_depth.value
-    assert together.predicted_depth.standard_uncertainty < 0.6 * apart.predicted_depth.standard_uncertainty
-    assert abs(together.e_n) > 1.5 * abs(apart.e_n)
+    assert together.first.predicted.value == apart.first.predicted.value
+    assert together.first.predicted.standard_uncertainty < 0.6 * apart.first.predicted.standard_uncertainty
+    assert abs(together.first.e_n) > 1.5 * abs(apart.first.e_n)
 
 
 # --- end of life ---
@@ -410,24 +410,24 @@ def test_a_study_predicts_more_closely_where_one_load_cell_weighed_all_runs():
 
 @pytest.mark.parametrize("law", LAWS)
 def test_end_of_life_is_where_the_law_reaches_the_depth(nitride, members, law):
-    best = nitride.result.law(law).wear_coefficient.value
+    best = nitride.result.law(law).first.wear_coefficient.value
     for one in nitride.result.law(law).runs:
         life, posed = one.end_of_life, members[one.id].pose(law, Recipe())
         low, high = (end.value for end in life.interval)
         assert life.wear_depth.value == pytest.approx(20e-6, rel=1e-12)
-        assert low < life.sliding_distance.value < high
-        at = np.array([life.sliding_distance.value])
+        assert low < life.place.value < high
+        at = np.array([life.place.value])
         assert posed.problem.depth(best, posed.problem.values, at)[0] == pytest.approx(20e-6, rel=0.005, abs=0)
 
 
 def test_end_of_life_by_archard_is_volume_over_k_d_and_load(nitride):
-    best = nitride.result.law("archard").wear_coefficient
+    best = nitride.result.law("archard").first.wear_coefficient
     depth, tip = 20e-6, 0.794e-3
     for one in nitride.result.law("archard").runs:
         # A spherical cap without the elastic approach, which is a few nm here.
         volume = np.pi * depth**2 * (tip - depth / 3)
         expected = volume / (best.value * one.normal_load.value)
-        assert one.end_of_life.sliding_distance.value == pytest.approx(expected, rel=0.01)
+        assert one.end_of_life.place.value == pytest.approx(expected, rel=0.01)
         # k_D and load by themselves leave it this uncertain.
         low, high = (end.value for end in one.end_of_life.interval)
         assert (high - low) / expected >= 0.9 * 2 * 1.96 * best.standard_uncertainty / best.value * (one.id != LIGHT)
@@ -453,14 +453,14 @@ def test_end_of_life_is_open_above_where_k_d_may_be_none(slight):
     life = end_of_life(draws, without, 1e-6)
     assert life.interval[1] is None
     assert life.interval[0].value == pytest.approx(closed.interval[0].value, rel=0.02)
-    assert closed.sliding_distance.value < life.sliding_distance.value < closed.interval[1].value
+    assert closed.place.value < life.place.value < closed.interval[1].value
 
 
 def test_a_few_draws_without_wear_leave_the_end_of_life_bounded(slight):
     draws, coefficients = slight
     life = end_of_life(draws, np.where(np.arange(1_000) < 10, 0.0, coefficients), 1e-6)
     assert np.isfinite(life.interval[1].value)
-    assert life.interval[1].value > life.sliding_distance.value
+    assert life.interval[1].value > life.place.value
 
 
 def test_end_of_life_of_a_k_d_that_is_rather_none_is_no_program_error(slight):
@@ -505,7 +505,7 @@ def test_one_model_knows_k_d_of_tungsten_carbide_more_closely(members):
     widths = {}
     for correction in ("two-step", "model"):
         found = evaluate(asked, members, Recipe(wear=WearRecipe(correction=correction))).result
-        low, high = (end.value for end in found.law("archard").interval)
+        low, high = (end.value for end in found.law("archard").first.interval)
         assert found.correction == correction
         assert low <= 7.5e-18 <= high
         widths[correction] = high - low
@@ -641,7 +641,7 @@ def test_a_contact_wider_than_half_the_tip_is_noted(pair, load, beyond):
         virtual(MIDDLE, "far", seed=4, normal_load=Quantity(value=load, unit="N", standard_uncertainty=0.01))
     )
     found = evaluate(study(["light"], ["far"], laws=["archard"]), {"light": light, "far": far})
-    reached = cap_radius(height=verdict_on(found, "far").predicted_depth.value, sphere_radius=0.794e-3)
+    reached = cap_radius(height=verdict_on(found, "far").first.predicted.value, sphere_radius=0.794e-3)
     assert (reached > 0.794e-3 / 2) == beyond
     notes = extrapolations(found, "far")
     assert len(notes) == beyond
@@ -695,5 +695,5 @@ def test_a_law_that_holds_is_called_off_in_about_one_of_a_hundred_runs():
     called_off = np.mean([one.outcome in ("over-predicts", "under-predicts") for one in told])
     assert called_off <= 0.01 + 3 * np.sqrt(0.01 * 0.99 / 150)
     scatter = 3 * np.sqrt(0.05 * 0.95 / 150)
-    assert np.mean([abs(one.e_n) > 1 for one in told]) == pytest.approx(0.05, abs=scatter)
+    assert np.mean([abs(one.first.e_n) > 1 for one in told]) == pytest.approx(0.05, abs=scatter)
     assert np.mean([one.outcome == "supported" for one in told]) > 0.8

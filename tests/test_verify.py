@@ -301,8 +301,9 @@ def test_prediction_from_another_coefficient_is_stale(copied):
     """The run that k_D came from is replaced by one of another k_D, whose study is gone."""
     archive = Archive(copied)
     fit = archive.step(PIN, "wear_fit_archard")
-    other = fit.result.wear_coefficient.model_copy(update={"value": 1e-14})
-    archive.put_step(PIN, replace(fit, result=fit.result.model_copy(update={"wear_coefficient": other})))
+    other = fit.result.first.wear_coefficient.model_copy(update={"value": 1e-14})
+    pin = fit.result.first.model_copy(update={"wear_coefficient": other})
+    archive.put_step(PIN, replace(fit, result=fit.result.model_copy(update={"bodies": {"pin": pin}})))
     (copied / "studies" / "si3n4-air.h5").unlink()
     findings = verify(archive).findings
     assert (f"{HEAVY}.h5: /entry/prediction_archard", "warning", "reference") in [

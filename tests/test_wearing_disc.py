@@ -107,8 +107,8 @@ def test_both_worn_by_archard_s_law_give_k_d_of_the_pin(ratio):
     raw = recorded_by_the_volume(1.35e-14, ratio)
     fit = fit_wear(correct_drift(raw))
     assert (fit.engine, fit.basis) == ("volume", "reading and measurement")
-    assert fit.by_reading.value == pytest.approx(1.35e-14, rel=5e-3)
-    assert fit.wear_coefficient.value == pytest.approx(1.35e-14, rel=5e-3)
+    assert fit.first.by_reading.value == pytest.approx(1.35e-14, rel=5e-3)
+    assert fit.first.wear_coefficient.value == pytest.approx(1.35e-14, rel=5e-3)
     assert not [finding for finding in fit.findings if finding.severity != "note"]
 
 
@@ -136,6 +136,6 @@ def test_groove_that_nobody_saw_changes_the_volume_as_that_of_a_paraboloid(way, 
 def test_disc_that_nobody_looked_at_is_in_the_budget_and_a_note():
     fits = [fit_wear(correct_drift(recorded(depth(2.35e-5, 2e-7), disc))) for disc in (None, depth(0.0, 2e-8))]
     noted = [{finding.code for finding in fit.findings} >= {"disc_not_measured"} for fit in fits]
-    named = [any(line.name == "unseen groove" for line in fit.budget) for fit in fits]
+    named = [any(line.name == "unseen groove" for line in fit.first.budget) for fit in fits]
     assert noted == named == [True, False]
-    assert fits[0].wear_coefficient.standard_uncertainty > 2 * fits[1].wear_coefficient.standard_uncertainty
+    assert fits[0].first.wear_coefficient.standard_uncertainty > 2 * fits[1].first.wear_coefficient.standard_uncertainty

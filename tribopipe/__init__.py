@@ -6,7 +6,7 @@
 >>> friction = tribopipe.fit_friction(run)
 >>> fit = tribopipe.fit_wear(corrected, "sarkar", friction)
 >>> print(fit)  # doctest: +ELLIPSIS
-sarkar: k_D = ...
+sarkar: pin k_D = ...
 """
 
 from importlib import import_module

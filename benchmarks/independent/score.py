@@ -28,8 +28,9 @@ from tribopipe.evaluation.preprocessing.cleaning import clean_run
 from tribopipe.evaluation.study.evaluate import evaluate
 from tribopipe.evaluation.study.member import Member
 from tribopipe.evaluation.wear.fit import fit_wear
-from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit, WearFit
+from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit
 from tribopipe.results.run import CorrectedRun, Origin, RawRun
+from tribopipe.results.wear_fit import WearFit
 
 _FAR = 3.0
 """Standard uncertainties from which a number is wrong."""
@@ -114,18 +115,18 @@ def outcome(recorded: Recorded, law: str, *, judged: bool) -> Outcome | str:
         verdict = _verdict(corrected, friction, law, recipe) if judged else None
     except Exception as error:  # noqa: BLE001 - a crash is an answer to be counted, too
         return _reason(error)
-    if fit.wear_coefficient is None or fit.interval is None:
+    if (pin := fit.first) is None:
         return f"lacks {', '.join(fit.lacks)}"
     true = recorded.truth.coefficient
     measured = None if law != "archard" or rate is None else rate.specific_wear_rate
     return Outcome(
-        ratio=fit.wear_coefficient.value / true,
-        spread=_spread(fit.wear_coefficient) / true,
-        interval=(fit.interval[0].value / true, fit.interval[1].value / true),
+        ratio=pin.wear_coefficient.value / true,
+        spread=_spread(pin.wear_coefficient) / true,
+        interval=(pin.interval[0].value / true, pin.interval[1].value / true),
         flags=flags,
         friction=_friction_held(friction, recorded.truth),
         drift=_holds(_drift_rate(corrected, fit), recorded.truth.drift),
-        against_rate=None if measured is None else _apart(fit.wear_coefficient, measured),
+        against_rate=None if measured is None else _apart(pin.wear_coefficient, measured),
         verdict=verdict,
         cpu=cpu,
     )
@@ -145,7 +146,7 @@ def together(runs: Sequence[Recorded]) -> Outcome | str:
     except Exception as error:  # noqa: BLE001 - as above
         return _reason(error)
     law, true = found.law("archard"), float(np.mean([one.truth.coefficient for one in runs]))
-    best, (low, high) = law.wear_coefficient, law.interval
+    best, (low, high) = law.first.wear_coefficient, law.first.interval
     flags = tuple(sorted(set(_codes(_findings(found, law)))))
     interval = (low.value / true, high.value / true)
     return Outcome(best.value / true, _spread(best) / true, interval, flags, None, None, None, None, 0.0)

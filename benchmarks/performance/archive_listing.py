@@ -43,6 +43,6 @@ def listed(paths: Sequence[Path]) -> list[tuple[str, str, float]]:
     for path in paths:
         with h5py.File(path, "r") as file:
             entry = file["entry"]
-            k_d = entry["wear_fit_archard/parameters/wear_coefficient"][()]
+            k_d = entry["wear_fit_archard/parameters/pin_wear_coefficient"][()]
             found.append((entry["identifier_run"].asstr()[()], entry["start_time"].asstr()[()], float(k_d)))
     return found

@@ -159,10 +159,18 @@ def summary(parent: h5py.Group, record: Record) -> None:
 
 
 def summarised(record: Record, prefix: str = "") -> Iterator[tuple[str, float | str, str | None]]:
-    """Return what a summary shows, with its unit; fields of a record within the record with its name before theirs."""
+    """Return what a summary shows, with its unit; fields of a record within the record with its name before theirs.
+
+    Of bodies each has its own name before its fields: "pin_wear_coefficient".
+    """
     for name, told in type(record).model_fields.items():
-        show = _listed if Ellipsis in get_args(told.annotation) else _shown
+        show = _of_bodies if name == "bodies" else _listed if Ellipsis in get_args(told.annotation) else _shown
         yield from show(f"{prefix}{name}", getattr(record, name))
+
+
+def _of_bodies(_: str, bodies: Mapping[str, Any]) -> Iterator[tuple[str, float | str, str | None]]:
+    for body, found in bodies.items():
+        yield from _shown(body, found)
 
 
 def _listed(name: str, values: tuple[Any, ...]) -> Iterator[tuple[str, str, None]]:

@@ -14,10 +14,11 @@ from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.recipe import LawName
 from tribopipe.documents.record import Record
 from tribopipe.physics.laws import LAWS
-from tribopipe.results.disc_evaluation import TwinDiscFit, TwinDiscPrediction
-from tribopipe.results.evaluation import DriftCorrection, FrictionFit, WearFit, WearPrediction
+from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.local_wear import LocalWearResult
 from tribopipe.results.specific_wear import SpecificWear
+from tribopipe.results.wear_fit import WearFit
+from tribopipe.results.wear_prediction import WearPrediction
 
 StepName: TypeAlias = str
 """Such as "drift_correction" or "wear_fit_archard": steps under a wear law end in its name."""
@@ -29,9 +30,9 @@ METHODS: dict[str, int] = {
     "friction_fit": 2,
     "specific_wear": 2,
     "wear_fit": 3,
-    "prediction": 1,
+    "prediction": 2,
     "local_wear": 1,
-    "study": 2,
+    "study": 3,
 }
 """Number of the method of each step, under any law. Raise it by one where a change gives other numbers from the same
 inputs: archived steps are then done again, and `process` shows the earlier and the new values."""
@@ -85,11 +86,11 @@ WEAR_FITS, PREDICTIONS, LOCAL_WEAR = StepsByLaw("wear_fit"), StepsByLaw("predict
 
 
 def _fit_kind(law: LawName) -> StepKind:
-    return StepKind((WearFit, TwinDiscFit), ("clean_up", "drift_correction", *_friction(law)))
+    return StepKind((WearFit,), ("clean_up", "drift_correction", *_friction(law)))
 
 
 def _prediction_kind(law: LawName) -> StepKind:
-    return StepKind((WearPrediction, TwinDiscPrediction), ("clean_up", *_friction(law)))
+    return StepKind((WearPrediction,), ("clean_up", *_friction(law)))
 
 
 def _local_wear_kind(law: LawName) -> StepKind:

@@ -7,7 +7,7 @@
   study, result       NXnote: JSON, from which the records come back to the last digit
   options             NXnote: JSON of the recipe that was used
   stands_on           NXnote: JSON of the fingerprint of each run, as ingested
-  curve_000 …         NXdata: one run under one law, measured wear beside the law with both 95 % bands
+  curve_000 …         NXdata: one body of a run under one law, with its 95 % band; measured wear beside it, if recorded
 """
 
 import json
@@ -22,18 +22,22 @@ from pydantic import TypeAdapter
 from tribopipe.archive import nexus
 from tribopipe.archive.definitions.names import STUDY, write_definition
 from tribopipe.archive.formats import STUDY_FORMAT
+from tribopipe.base.arrays import Column
 from tribopipe.base.units import from_si, to_si
+from tribopipe.documents.signals import SIGNALS
 from tribopipe.documents.study import Study
-from tribopipe.physics.laws import law_heading, law_title
+from tribopipe.physics.laws import law_heading
 from tribopipe.results.agreement import StudyResult
-from tribopipe.results.disc_agreement import TwinDiscStudyResult
-from tribopipe.results.study_curves import DiscStudyCurve, StudyCurve
+from tribopipe.results.study_curves import MeasuredCurve, StudyCurve
 from tribopipe.version import VERSION
 
-_RESULT: TypeAdapter[StudyResult | TwinDiscStudyResult] = TypeAdapter(StudyResult | TwinDiscStudyResult)
-_DISC_TOLD = ("run_id", "model", "role", "disc")
-_DISC_LINES = ("predicted", "lower", "upper")
-_DEPTHS = ("predicted", "lower", "upper", "measurement_lower", "measurement_upper")
+_RESULT: TypeAdapter[StudyResult] = TypeAdapter(StudyResult)
+_TOLD = ("run_id", "model", "role", "body", "what")
+_UNITS: Mapping[str, tuple[str, str, str]] = {
+    "wear_depth": ("m", "um", "length"),
+    "wear_volume": ("m^3", "mm^3", "volume"),
+}
+"""SI unit, unit in the file, and kind of number of what a curve is of."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +45,7 @@ class StudyOutline:
     """A study without its curves."""
 
     study: Study
-    result: StudyResult | TwinDiscStudyResult
+    result: StudyResult
     inputs_sha256: str
     """Fingerprint of version, options, and the runs it stands on."""
     options: Mapping[str, Any]
@@ -57,7 +61,7 @@ class StudyOutline:
 class StoredStudy(StudyOutline):
     """A study as the archive keeps it."""
 
-    curves: tuple[StudyCurve | DiscStudyCurve, ...]
+    curves: tuple[StudyCurve, ...]
 
 
 def write_study(file: h5py.File, stored: StoredStudy) -> None:
@@ -80,37 +84,33 @@ def write_study(file: h5py.File, stored: StoredStudy) -> None:
     nexus.document(entry, "options", dict(stored.options))
     nexus.document(entry, "stands_on", dict(stored.stands_on))
     for number, curve in enumerate(stored.curves):
-        if isinstance(curve, DiscStudyCurve):
-            _write_disc_curve(entry, f"curve_{number:03}", curve)
-        else:
-            _write_curve(entry, f"curve_{number:03}", curve)
+        _write_curve(entry, f"curve_{number:03}", curve)
     if stored.curves:
         entry.attrs["default"] = "curve_000"
 
 
 def _write_curve(entry: h5py.Group, name: str, curve: StudyCurve) -> None:
-    data = nexus.group(entry, name, "NXdata", signal="measured", axes=["sliding_distance"])
-    data.attrs["auxiliary_signals"] = list(_DEPTHS)
-    data.attrs["sliding_distance_indices"] = 0
-    nexus.field(data, "title", f"{curve.run_id}: {curve.role} by {law_title(curve.model)}")
-    for told in ("run_id", "model", "role"):
+    first, *others = lines = _lines(curve)
+    data = nexus.group(entry, name, "NXdata", signal=first, axes=[curve.along])
+    data.attrs["auxiliary_signals"] = others
+    data.attrs[f"{curve.along}_indices"] = 0
+    body, law = curve.body.replace("_", " "), law_heading(curve.model)
+    nexus.field(data, "title", f"{curve.run_id}, {body}: {curve.role} by {law}")
+    for told in _TOLD:
         nexus.field(data, told, getattr(curve, told))
-    nexus.field(data, "sliding_distance", curve.sliding_distance, "m")
-    for depth in ("measured", *_DEPTHS):
-        nexus.field(data, depth, np.asarray(from_si(getattr(curve, depth), "m", "um")), "um")
+    nexus.field(data, curve.along, curve.places, SIGNALS[curve.along].unit)
+    si, unit, _ = _UNITS[curve.what]
+    for line, values in lines.items():
+        nexus.field(data, line, np.asarray(from_si(values, si, unit)), unit)
 
 
-def _write_disc_curve(entry: h5py.Group, name: str, curve: DiscStudyCurve) -> None:
-    data = nexus.group(entry, name, "NXdata", signal="predicted", axes=["rotations"])
-    data.attrs["auxiliary_signals"] = list(_DISC_LINES)[1:]
-    data.attrs["rotations_indices"] = 0
-    law = law_heading(curve.model)
-    nexus.field(data, "title", f"{curve.run_id}, {curve.disc.replace('_', ' ')}: {curve.role} by {law}")
-    for told in _DISC_TOLD:
-        nexus.field(data, told, getattr(curve, told))
-    nexus.field(data, "rotations", curve.rotations, "1")
-    for line in _DISC_LINES:
-        nexus.field(data, line, np.asarray(from_si(getattr(curve, line), "m^3", "mm^3")), "mm^3")
+def _lines(curve: StudyCurve) -> dict[str, Column]:
+    """Return what a curve has at each place, what was measured first."""
+    by_law = {"predicted": curve.predicted, "lower": curve.lower, "upper": curve.upper}
+    if curve.measured is None:
+        return by_law
+    band = {"measurement_lower": curve.measured.lower, "measurement_upper": curve.measured.upper}
+    return {"measured": curve.measured.best, **by_law, **band}
 
 
 def read_study(file: h5py.File) -> StoredStudy:
@@ -140,11 +140,16 @@ def read_study_document(file: h5py.File) -> Study:
     return Study.model_validate_json(nexus.text(file, "entry/study/data"))
 
 
-def _read_curve(data: h5py.Group) -> StudyCurve | DiscStudyCurve:
-    if "rotations" in data:
-        told = {name: nexus.text(data, name) for name in _DISC_TOLD}
-        lines = {name: to_si(nexus.floats(data, name), "mm^3", "volume") for name in _DISC_LINES}
-        return DiscStudyCurve(**told, rotations=nexus.floats(data, "rotations"), **lines)  # type: ignore[arg-type]
-    told = {name: nexus.text(data, name) for name in ("run_id", "model", "role")}
-    depths = {name: to_si(nexus.floats(data, name), "um", "length") for name in ("measured", *_DEPTHS)}
-    return StudyCurve(**told, sliding_distance=nexus.floats(data, "sliding_distance"), **depths)  # type: ignore[arg-type]
+def _read_curve(data: h5py.Group) -> StudyCurve:
+    told: dict[str, Any] = {name: nexus.text(data, name) for name in _TOLD}
+    along = next(name for name in data if name in SIGNALS)
+    _, unit, kind = _UNITS[told["what"]]
+
+    def line(name: str) -> Column:
+        return np.asarray(to_si(nexus.floats(data, name), unit, kind))
+
+    measured = None
+    if "measured" in data:
+        measured = MeasuredCurve(line("measured"), line("measurement_lower"), line("measurement_upper"))
+    by_law = {name: line(name) for name in ("predicted", "lower", "upper")}
+    return StudyCurve(**told, along=along, places=nexus.floats(data, along), **by_law, measured=measured)  # type: ignore[arg-type]

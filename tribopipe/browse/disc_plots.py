@@ -12,7 +12,8 @@ from tribopipe.browse.samples import RunFile
 from tribopipe.documents.contact import DISCS, DiscName
 from tribopipe.documents.recipe import LawName
 from tribopipe.physics.laws import law_label
-from tribopipe.results.disc_evaluation import OUTCOMES, Outcome, TwinDiscFit, TwinDiscPrediction, spoken
+from tribopipe.results.wear_fit import WearFit, spoken
+from tribopipe.results.wear_prediction import OUTCOMES, Outcome, WearPrediction
 from tribopipe.views.disc_figures import QUANTITIES, MeasuredPoint, ShownQuantity, measured_point
 
 
@@ -37,7 +38,7 @@ def draw_disc_wear(run: RunFile, x: Column) -> tuple[Panel, ...]:
 
 
 def _points(run: RunFile) -> list[MeasuredPoint]:
-    fits = (run.result(name, TwinDiscFit) for name in WEAR_FITS.values())
+    fits = (run.result(name, WearFit) for name in WEAR_FITS.values())
     return next(([measured_point(value) for value in fit.measurements] for fit in fits if fit is not None), [])
 
 
@@ -48,7 +49,7 @@ def _disc_panel(run: RunFile, x: Column, disc: DiscName, shown: ShownQuantity, p
     marks: list[Mark] = []
     for point in points:
         if point.disc == disc and QUANTITIES[point.what] is shown:
-            marks += mark("measured", run.id, point.value.rotations, point.value.measured, unit)
+            marks += mark("measured", run.id, point.value.place, point.value.measured, unit)
     return Panel(axis(f"{spoken(disc)}, {shown.label}", shown.unit), curves, tuple(marks))
 
 
@@ -56,7 +57,7 @@ def _steps(run: RunFile) -> Iterator[_Drawn]:
     for law, name in WEAR_FITS.items():
         yield _Drawn(name, law, "fit", f"{law_label(law)}, fitted")
     for law, name in PREDICTIONS.items():
-        prediction = run.result(name, TwinDiscPrediction)
+        prediction = run.result(name, WearPrediction)
         source = prediction.reference if prediction is not None else None
         yield _Drawn(name, law, "prediction", f"{law_label(law)}, predicted from {source or 'given k_D'}")
 

@@ -17,7 +17,8 @@ from tribopipe.physics.friction_path import junction_factor
 from tribopipe.physics.laws import law_title
 from tribopipe.pipeline.archived_results import archived_correction, archived_friction
 from tribopipe.pipeline.step_definitions import recipe_of
-from tribopipe.results.evaluation import COVERAGE_FACTOR, WearFit
+from tribopipe.results.evaluation import COVERAGE_FACTOR
+from tribopipe.results.wear_fit import WearFit
 
 COEFFICIENT = Unit("m^2/N", WEAR_COEFFICIENT)
 COEFFICIENT_LABEL = axis("effective k_D", WEAR_COEFFICIENT)
@@ -69,8 +70,8 @@ def draw_coefficient(run: RunFile) -> tuple[Panel, ...]:
     laws = [
         curve
         for fit in fits
-        if fit.wear_coefficient is not None and fit.interval is not None
-        for curve in law_curves(measured, fit.model, fit.wear_coefficient, fit.interval)
+        if (body := fit.first) is not None
+        for curve in law_curves(measured, fit.model, body.wear_coefficient, body.interval)
     ]
     return (Panel(COEFFICIENT_LABEL, (*map(measured_curve, measured), *laws)),)
 

@@ -11,7 +11,8 @@ from tribopipe.browse.drawing import MICRONS, RATIO, Curve, Mark, Panel, Role, m
 from tribopipe.browse.samples import RunFile
 from tribopipe.documents.recipe import LawName
 from tribopipe.physics.laws import law_label
-from tribopipe.results.evaluation import DriftCorrection, FrictionFit, WearPrediction
+from tribopipe.results.evaluation import DriftCorrection, FrictionFit
+from tribopipe.results.wear_prediction import WearPrediction
 from tribopipe.views.run_figures import WANDER_NAME
 
 CORRECTED, PIN_WEAR = "/entry/drift_correction/data/wear_depth", "/entry/drift_correction/data/pin_wear_depth"

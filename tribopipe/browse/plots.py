@@ -16,7 +16,7 @@ from tribopipe.browse.pin_plots import CORRECTED, PIN_WEAR, draw_depth, draw_fri
 from tribopipe.browse.samples import RunFile
 from tribopipe.browse.signal_plots import AXES, changed, draw_clean_up, draw_extra, draw_signals, extras, recorded
 from tribopipe.physics.laws import law_title
-from tribopipe.results.evaluation import WearFit
+from tribopipe.results.wear_fit import WearFit
 from tribopipe.views.run_figures import basis_words
 
 Draw = Callable[[str], tuple[Panel, ...]]

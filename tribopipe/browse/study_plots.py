@@ -1,58 +1,48 @@
 """Plots of a study: every run under a law together and by itself, and k_D against friction."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
-from tribopipe.base.arrays import Column
 from tribopipe.base.units import axis
 from tribopipe.browse.drawing import MICRONS, VOLUME, Curve, Mark, Panel, Role, Unit, mark
 from tribopipe.browse.local_plots import COEFFICIENT_LABEL, law_curves, measured_curve
 from tribopipe.browse.plots import PlotOffer, coefficient_offer
 from tribopipe.browse.samples import StudyFile
-from tribopipe.documents.contact import DISCS, DiscName
 from tribopipe.evaluation.study.effective import EffectiveCoefficient, effective_coefficient
 from tribopipe.evaluation.study.member import Member
 from tribopipe.physics.laws import law_label, law_title
 from tribopipe.pipeline.archived_results import archived_correction, archived_friction
 from tribopipe.pipeline.step_definitions import recipe_of
 from tribopipe.results.agreement import LawResult, StudyResult
-from tribopipe.results.disc_agreement import TwinDiscLawResult, TwinDiscStudyResult
-from tribopipe.results.disc_evaluation import spoken
-from tribopipe.results.study_curves import DiscStudyCurve, StudyCurve
+from tribopipe.results.study_curves import CurveQuantity, StudyCurve
+from tribopipe.results.wear_fit import spoken
 
 _STAGE = "study"
+_UNITS: Mapping[CurveQuantity, Unit] = {"wear_depth": MICRONS, "wear_volume": VOLUME}
 
 
 def study_plots(study: StudyFile) -> list[PlotOffer]:
     """Return the plots of a study, all runs under its first law first."""
     result = study.stored.result
-    if isinstance(result, TwinDiscStudyResult):
-        return [*_together(study, _disc_panels), *_each(study, _disc_panels)]
-    return [*_together(study, _pin_panels), *_coefficient(study, result), *_each(study, _pin_panels)]
+    return [*_together(study), *_coefficient(study, result), *_each(study)]
 
 
-Panels = Callable[[StudyFile, str, Sequence[str]], tuple[Panel, ...]]
-"""Draws some runs under a law."""
-
-
-def _together(study: StudyFile, panels: Panels) -> Iterator[PlotOffer]:
+def _together(study: StudyFile) -> Iterator[PlotOffer]:
     for law in study.stored.result.laws:
         runs = [run.id for run in law.runs]
-        yield _offer(study, f"wear-{law.model}", f"Wear by {law_title(law.model)}", panels, law, runs)
+        yield _offer(study, f"wear-{law.model}", f"Wear by {law_title(law.model)}", law, runs)
 
 
-def _each(study: StudyFile, panels: Panels) -> Iterator[PlotOffer]:
+def _each(study: StudyFile) -> Iterator[PlotOffer]:
     for law in study.stored.result.laws:
         for run in law.runs:
             title = f"{run.id}: {run.role} by {law_title(law.model)}"
-            yield _offer(study, f"wear-{law.model}-{run.id}", title, panels, law, [run.id])
+            yield _offer(study, f"wear-{law.model}-{run.id}", title, law, [run.id])
 
 
-def _offer(
-    study: StudyFile, name: str, title: str, panels: Panels, law: LawResult | TwinDiscLawResult, runs: list[str]
-) -> PlotOffer:
-    along = "rotations" if isinstance(law, TwinDiscLawResult) else "sliding_distance"
+def _offer(study: StudyFile, name: str, title: str, law: LawResult, runs: list[str]) -> PlotOffer:
+    along = next(curve.along for curve in study.stored.curves)
     path = _path(study, law.model, runs)
-    return PlotOffer(name, title, _STAGE, path, (along,), lambda _: panels(study, law.model, runs))
+    return PlotOffer(name, title, _STAGE, path, (along,), lambda _: _panels(study, law, runs))
 
 
 def _path(study: StudyFile, law: str, runs: Sequence[str]) -> str:
@@ -62,56 +52,46 @@ def _path(study: StudyFile, law: str, runs: Sequence[str]) -> str:
     return f"/entry/curve_{next(found, 0):03}"
 
 
-def _pin_panels(study: StudyFile, law: str, runs: Sequence[str]) -> tuple[Panel, ...]:
-    curves: list[Curve] = []
-    for number, curve in enumerate(study.stored.curves):
-        if isinstance(curve, StudyCurve) and curve.model == law and curve.run_id in runs:
-            curves += _pin_curves(curve, f"/entry/curve_{number:03}")
-    return (Panel(axis("pin wear depth", "um"), tuple(curves)),)
+def _panels(study: StudyFile, law: LawResult, runs: Sequence[str]) -> tuple[Panel, ...]:
+    """Draw some runs under a law: a panel for each body."""
+    bodies = dict.fromkeys(curve.body for curve in study.stored.curves if curve.model == law.model)
+    return tuple(_panel(study, law, runs, body) for body in bodies)
 
 
-def _pin_curves(curve: StudyCurve, path: str) -> Iterator[Curve]:
-    x, run, low, high = curve.sliding_distance, curve.run_id, curve.measurement_lower, curve.measurement_upper
-    yield Curve(f"{run}, measured", "measured", x, curve.measured, MICRONS, run, None, low, high, f"{path}/measured")
-    yield _law_curve(curve, x, MICRONS, f"{path}/predicted")
+def _panel(study: StudyFile, law: LawResult, runs: Sequence[str], body: str) -> Panel:
+    shown = {
+        f"/entry/curve_{number:03}": curve
+        for number, curve in enumerate(study.stored.curves)
+        if (curve.model, curve.body) == (law.model, body) and curve.run_id in runs
+    }
+    lines = tuple(line for path, curve in shown.items() for line in _lines(curve, path))
+    (what,) = {curve.what for curve in study.stored.curves if curve.body == body}
+    recorded = any(curve.measured is not None for curve in shown.values())
+    marks = () if recorded else tuple(_marks(law, runs, body, what))
+    return Panel(axis(f"{spoken(body)}, {spoken(what)}", _UNITS[what].shown), lines, marks)
 
 
-def _law_curve(curve: StudyCurve | DiscStudyCurve, x: Column, unit: Unit, path: str) -> Curve:
-    """Draw what a law says of a run, with its 95 % band."""
+def _lines(curve: StudyCurve, path: str) -> Iterator[Curve]:
+    """Draw what was measured along a run, where it was, and what a law says of it, with 95 % bands."""
+    x, run, unit = curve.places, curve.run_id, _UNITS[curve.what]
+    if (found := curve.measured) is not None:
+        name = f"{run}, measured"
+        yield Curve(name, "measured", x, found.best, unit, run, None, found.lower, found.upper, f"{path}/measured")
     role: Role = "fit" if curve.role == "fitted" else "prediction"
-    name = f"{curve.run_id}, {law_label(curve.model)}, {curve.role}"
-    return Curve(name, role, x, curve.predicted, unit, curve.run_id, curve.model, curve.lower, curve.upper, path)
+    name, path = f"{run}, {law_label(curve.model)}, {curve.role}", f"{path}/predicted"
+    yield Curve(name, role, x, curve.predicted, unit, run, curve.model, curve.lower, curve.upper, path)
 
 
-def _disc_panels(study: StudyFile, law: str, runs: Sequence[str]) -> tuple[Panel, ...]:
-    return tuple(_disc_panel(study, law, runs, disc) for disc in DISCS)
-
-
-def _disc_panel(study: StudyFile, law: str, runs: Sequence[str], disc: DiscName) -> Panel:
-    curves = []
-    for number, curve in enumerate(study.stored.curves):
-        if isinstance(curve, DiscStudyCurve) and (curve.model, curve.disc) == (law, disc) and curve.run_id in runs:
-            curves.append(_law_curve(curve, curve.rotations, VOLUME, f"/entry/curve_{number:03}/predicted"))
-    marks = tuple(_disc_marks(study, law, runs, disc))
-    return Panel(axis(f"{spoken(disc)}, volume worn off", "mm^3"), tuple(curves), marks)
-
-
-def _disc_marks(study: StudyFile, law: str, runs: Sequence[str], disc: DiscName) -> Iterator[Mark]:
-    result = study.stored.result
-    judged = [
-        one
-        for found in result.laws
-        if isinstance(found, TwinDiscLawResult) and found.model == law
-        for one in found.runs
-    ]
-    for run in judged:
-        for one in run.discs:
-            if run.id in runs and one.disc == disc and one.what == "wear_volume":
-                yield from mark(f"{run.id}, measured", run.id, run.rotations.value, one.measured, VOLUME)
+def _marks(law: LawResult, runs: Sequence[str], body: str, what: CurveQuantity) -> Iterator[Mark]:
+    """Draw what was measured on a body at the end of runs."""
+    for run in law.runs:
+        one = run.bodies.get(body)
+        if run.id in runs and one is not None and one.what == what:
+            yield from mark(f"{run.id}, measured", run.id, run.end.value, one.measured, _UNITS[what])
 
 
 def _coefficient(study: StudyFile, result: StudyResult) -> Iterator[PlotOffer]:
-    if any(law.model == "sarkar" for law in result.laws):
+    if any(curve.model == "sarkar" and curve.measured is not None for curve in study.stored.curves):
         path = _path(study, "sarkar", [run.id for run in result.laws[0].runs])
         yield coefficient_offer(_STAGE, path, lambda _: _draw_coefficient(study, result))
 
@@ -121,7 +101,7 @@ def _draw_coefficient(study: StudyFile, result: StudyResult) -> tuple[Panel, ...
     measured = study.keep("effective k_D", lambda: _effective(study, runs))
     curves = [measured_curve(one) for one in measured]
     for law in result.laws:
-        curves += law_curves(measured, law.model, law.wear_coefficient, law.interval)
+        curves += law_curves(measured, law.model, law.first.wear_coefficient, law.first.interval)
     return (Panel(COEFFICIENT_LABEL, tuple(curves)),)
 
 

@@ -164,14 +164,12 @@ def _fitted(store: "Archive", run_id: str, law: Law) -> "KnownWear":
     """Return the k_D of an archived fit. Raises ``FitError`` where there is none."""
     from tribopipe.archive.steps import WEAR_FITS
     from tribopipe.base.errors import FitError
-    from tribopipe.documents.record import Record
     from tribopipe.extras.abaqus.known_wear import fitted_wear
     from tribopipe.physics.laws import law_title
-    from tribopipe.results.disc_evaluation import TwinDiscFit
-    from tribopipe.results.evaluation import WearFit
+    from tribopipe.results.wear_fit import WearFit
 
-    fit = store.result(run_id, WEAR_FITS[law], Record)
-    if isinstance(fit, WearFit | TwinDiscFit):
+    fit = store.result(run_id, WEAR_FITS[law], WearFit)
+    if fit is not None:
         return fitted_wear(run_id, fit)
     raise FitError(
         f"{run_id}: found no k_D under {law_title(law)}; expected a fit; run `tribopipe fit {run_id} --law {law}`, "

@@ -34,12 +34,11 @@ if TYPE_CHECKING:
     from tribopipe.documents.manifest import Conditions, RunManifest
     from tribopipe.documents.quantity import Quantity
     from tribopipe.documents.recipe import Recipe
-    from tribopipe.evaluation.wear.predict import KnownPin
-    from tribopipe.evaluation.wear.twin_disc.predict import KnownDiscs
+    from tribopipe.evaluation.wear.known import KnownWear
     from tribopipe.physics.friction_path import FrictionPath
-    from tribopipe.results.disc_evaluation import TwinDiscFit, TwinDiscPrediction
-    from tribopipe.results.evaluation import WearFit, WearPrediction
     from tribopipe.results.run import RawRun
+    from tribopipe.results.wear_fit import WearFit
+    from tribopipe.results.wear_prediction import WearPrediction
 
 Scheme = Literal["exact", "published"]
 Convention = Literal["full-slip", "contact-width", "line-load", "volume-conserving"]
@@ -80,7 +79,7 @@ class _Subject:
     manifest: "RunManifest"
     raw: "RawRun | None" = None
     """None for a folder whose signals are not needed."""
-    fit: "WearFit | TwinDiscFit | None" = None
+    fit: "WearFit | None" = None
     path: "FrictionPath | None" = None
     end: float | None = None
     """Its own end, m or rotations."""
@@ -292,9 +291,7 @@ def _predict_pin(subject: _Subject, asked: _Asked, reference: str | None) -> "We
     _refuse(asked.slip, "--slip", "of two discs", "a pin has none")
     _refuse(asked.crown_radius, "--crown-radius", "of two discs", "for a pin it is --radius")
     _refuse(asked.distance, "--distance-per-rotation", "of two discs", "a pin slides all the way")
-    if len(asked.coefficients) > 1:
-        raise typer.BadParameter("--wear-coefficient: found more than one for a pin; give it once")
-    known = _known_pin(subject, asked)
+    known = _known(subject, asked)
     contact, conditions = subject.manifest.pin_on_disc, subject.manifest.conditions
     if asked.radius is not None:
         pin = contact.pin.model_copy(update={"radius": quantity("--radius", asked.radius, "length")})
@@ -302,7 +299,7 @@ def _predict_pin(subject: _Subject, asked: _Asked, reference: str | None) -> "We
     scenario = WearScenario(
         contact,
         _given("--load", asked.load, "force", conditions.normal_load),
-        known.coefficient,
+        known.first,
         asked.law,
         subject.path,
         asked.recipe,
@@ -316,25 +313,37 @@ def _predict_pin(subject: _Subject, asked: _Asked, reference: str | None) -> "We
     return predict_wear(scenario, at, depths=depths, scheme=asked.scheme, steps=steps, reference=reference)
 
 
-def _known_pin(subject: _Subject, asked: _Asked) -> "KnownPin":
-    """Return the wear coefficient given, or that of the run's fit, with the engine it is right with."""
+def _known(subject: _Subject, asked: _Asked) -> "KnownWear":
+    """Return the k_D given, or that of the run's fit, with the engine and the way of counting it is right with."""
     from tribopipe.base.errors import FitError
-    from tribopipe.evaluation.wear.predict import KnownPin, known_pin
-    from tribopipe.results.evaluation import WearFit
+    from tribopipe.evaluation.wear.known import given_wear, known_wear
 
-    fitted = known_pin(subject.fit) if isinstance(subject.fit, WearFit) else None
+    manifest = subject.manifest
+    fitted = None if subject.fit is None else known_wear(subject.fit)
     if fitted is None:
-        given = quantity("--wear-coefficient", asked.coefficients[0], "wear coefficient")
-        return KnownPin(given, asked.recipe.wear.engine or "giwm")
+        bodies = manifest.described.fitted_bodies
+        if len(asked.coefficients) > len(bodies):
+            names = " and ".join(name.replace("_", " ") for name in bodies)
+            raise typer.BadParameter(
+                f"--wear-coefficient: found {len(asked.coefficients)}; expected at most {len(bodies)}, of the {names}"
+            )
+        given = [quantity("--wear-coefficient", text, "wear coefficient") for text in asked.coefficients]
+        known = given_wear(bodies, given, asked.recipe)
+        return known if asked.distance is None else replace(known, distance=asked.distance)
     if asked.engine not in (None, fitted.engine):
         raise FitError(
-            f"{subject.manifest.id}: found a k_D that was fitted with --engine {fitted.engine}; expected "
+            f"{manifest.id}: found a k_D that was fitted with --engine {fitted.engine}; expected "
             f"{asked.engine}, since a k_D is right with its own engine only; fit again with --engine {asked.engine}"
+        )
+    if asked.distance not in (None, fitted.distance):
+        raise FitError(
+            f"{manifest.id}: found a k_D that was fitted with {fitted.distance}; expected {asked.distance}, "
+            "since k_D means nothing under another way of counting; fit again with a recipe that says so"
         )
     return fitted
 
 
-def _predict_discs(subject: _Subject, asked: _Asked, reference: str | None) -> "TwinDiscPrediction":
+def _predict_discs(subject: _Subject, asked: _Asked, reference: str | None) -> "WearPrediction":
     from tribopipe.documents.slip import slip
     from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario, predict_discs
 
@@ -349,7 +358,7 @@ def _predict_discs(subject: _Subject, asked: _Asked, reference: str | None) -> "
         contact=contact,
         normal_load=_given("--load", asked.load, "force", conditions.normal_load),
         slip=_slip(asked.slip) if asked.slip is not None else slip(subject.manifest),
-        known=_known_discs(subject, asked),
+        known=_known(subject, asked),
         model=asked.law,
         friction=subject.path,
         recipe=asked.recipe,
@@ -357,29 +366,6 @@ def _predict_discs(subject: _Subject, asked: _Asked, reference: str | None) -> "
     )
     at, depths = _places(subject, asked, "count", "1e6")
     return predict_discs(scenario, at, depths=depths, scheme=asked.scheme, steps=asked.steps, reference=reference)
-
-
-def _known_discs(subject: _Subject, asked: _Asked) -> "KnownDiscs":
-    """Return the wear coefficients given, or those of the run's fit, with the way they count the distance slid."""
-    from tribopipe.base.errors import FitError
-    from tribopipe.evaluation.wear.twin_disc.predict import KnownDiscs, known_discs
-    from tribopipe.results.disc_evaluation import TwinDiscFit
-
-    fitted = known_discs(subject.fit) if isinstance(subject.fit, TwinDiscFit) else None
-    if fitted is None:
-        if len(asked.coefficients) > len(("curved", "flat")):
-            raise typer.BadParameter(
-                "--wear-coefficient: found more than two; give the curved disc's and the flat one's"
-            )
-        given = [quantity("--wear-coefficient", text, "wear coefficient") for text in asked.coefficients]
-        known = KnownDiscs(given[0]) if len(given) == 1 else KnownDiscs(given[0], given[1])
-        return replace(known, distance=asked.distance or asked.recipe.wear.distance_per_rotation)
-    if asked.distance not in (None, fitted.distance):
-        raise FitError(
-            f"{subject.manifest.id}: found a k_D that was fitted with {fitted.distance}; expected {asked.distance}, "
-            "since k_D means nothing under another way of counting; fit again with a recipe that says so"
-        )
-    return fitted
 
 
 def _places(subject: _Subject, asked: _Asked, kind: str, example: str) -> tuple[list[float], list[float]]:

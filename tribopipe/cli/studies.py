@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from tribopipe.documents.manifest import RunManifest
     from tribopipe.documents.recipe import Recipe
     from tribopipe.results.agreement import StudyResult
-    from tribopipe.results.disc_agreement import TwinDiscStudyResult
     from tribopipe.results.run import RawRun
 
 study_app = typer.Typer(
@@ -187,7 +186,7 @@ def show(
     exit_with(unreadable, some_done=bool(stored))
 
 
-def _tally(result: "StudyResult | TwinDiscStudyResult") -> str:
+def _tally(result: "StudyResult") -> str:
     outcomes = [verdict.outcome for law in result.laws for verdict in law.runs if verdict.role == "predicted"]
     return ", ".join(f"{outcomes.count(name)} {name}" for name in dict.fromkeys(outcomes)) or "–"
 

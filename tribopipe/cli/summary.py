@@ -12,9 +12,10 @@ from tribopipe.documents.contact import DISCS
 from tribopipe.documents.quantity import Quantity, force
 from tribopipe.documents.slip import slip
 from tribopipe.physics.laws import law_label
-from tribopipe.results.disc_evaluation import TwinDiscFit, TwinDiscPrediction, spoken
-from tribopipe.results.evaluation import DriftCorrection, FrictionFit, WearFit, WearPrediction
+from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.specific_wear import SpecificWear
+from tribopipe.results.wear_fit import WearFit, spoken
+from tribopipe.results.wear_prediction import WearPrediction
 
 
 def run_summary(archive: Archive, run_id: str) -> dict[str, Any]:
@@ -99,8 +100,8 @@ def _disc_rows(run: RunOutline) -> list[list[str]]:
     fits = [_result(steps, name) for name in WEAR_FITS.values()]
     predictions = [_result(steps, name) for name in PREDICTIONS.values()]
     volumes = {name: getattr(manifest.end_values, f"{name}_wear_volume") for name in DISCS}
-    reference = next((p.reference for p in predictions if isinstance(p, TwinDiscPrediction)), None)
-    fitted = any(isinstance(fit, TwinDiscFit) and fit.outcome == "fitted" for fit in fits)
+    reference = next((p.reference for p in predictions if isinstance(p, WearPrediction)), None)
+    fitted = any(isinstance(fit, WearFit) and fit.outcome == "fitted" for fit in fits)
     about = [
         manifest.id,
         show(slip(manifest).value, None, "1", "%"),
@@ -110,10 +111,9 @@ def _disc_rows(run: RunOutline) -> list[list[str]]:
     ]
     rows: list[list[str]] = []
     for name in DISCS:
-        found = [getattr(fit, name) if isinstance(fit, TwinDiscFit) else None for fit in fits]
+        found = [fit.bodies.get(name) if isinstance(fit, WearFit) else None for fit in fits]
         ends = [
-            getattr(p.prediction[0], f"{name}_wear_volume") if isinstance(p, TwinDiscPrediction) else None
-            for p in predictions
+            p.prediction[0].bodies[name].wear_volume if isinstance(p, WearPrediction) else None for p in predictions
         ]
         rows.append(
             [
@@ -154,7 +154,7 @@ def _friction_cells(friction: object) -> list[str]:
 
 def _coefficient(steps: Mapping[StepName, StepOutline], name: StepName) -> Quantity | None:
     fit = _result(steps, name)
-    return fit.wear_coefficient if isinstance(fit, WearFit) else None
+    return fit.first.wear_coefficient if isinstance(fit, WearFit) and fit.first is not None else None
 
 
 def _cell(quantity: Quantity | None, unit: str) -> str:

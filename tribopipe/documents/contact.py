@@ -102,6 +102,10 @@ class PinOnDisc(Record):
     """The disc."""
 
     progress: ClassVar[Progress] = SLIDING
+    body_names: ClassVar[tuple[str, ...]] = ("pin", "disc")
+    """Both bodies."""
+    fitted_bodies: ClassVar[tuple[str, ...]] = ("pin",)
+    """Those whose k_D is found, the one that every fit finds first."""
 
     @property
     def travel(self) -> float:
@@ -145,6 +149,10 @@ class TwinDisc(Record):
     """The flat disc."""
 
     progress: ClassVar[Progress] = ROTATIONS
+    body_names: ClassVar[tuple[str, ...]] = ("curved_disc", "flat_disc")
+    """Both bodies."""
+    fitted_bodies: ClassVar[tuple[str, ...]] = ("curved_disc", "flat_disc")
+    """Those whose k_D is found, the one that every fit finds first."""
 
     @property
     def travel(self) -> float:
@@ -160,3 +168,5 @@ class TwinDisc(Record):
 DiscName = Literal["curved_disc", "flat_disc"]
 DISCS: tuple[DiscName, DiscName] = ("curved_disc", "flat_disc")
 """In the order of k₁ and k₂."""
+CONTACTS: dict[str, type[PinOnDisc | TwinDisc]] = {"pin-on-disc": PinOnDisc, "twin-disc": TwinDisc}
+"""Each kind of contact by its name in run.toml."""

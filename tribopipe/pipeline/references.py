@@ -9,10 +9,8 @@ from tribopipe.archive.catalog.listed import ListedRun
 from tribopipe.archive.steps import WEAR_FITS
 from tribopipe.archive.store import Archive
 from tribopipe.documents.recipe import LawName
-from tribopipe.documents.record import Record
 from tribopipe.evaluation.study.bodies import bodies
-from tribopipe.results.disc_evaluation import TwinDiscFit
-from tribopipe.results.evaluation import WearFit
+from tribopipe.results.wear_fit import WearFit
 
 _BODIES = (
     *("tribometer", "pin_material", "disc_material", "curved_disc_material", "flat_disc_material"),
@@ -55,8 +53,8 @@ class References:
         return self._bodies[run_id]
 
     def _is_fitted(self, run_id: str, law: LawName) -> bool:
-        fit = self._archive.result(run_id, WEAR_FITS[law], Record)
-        return isinstance(fit, WearFit | TwinDiscFit) and fit.outcome == "fitted"
+        fit = self._archive.result(run_id, WEAR_FITS[law], WearFit)
+        return fit is not None and fit.outcome == "fitted"
 
 
 def _alike(run: ListedRun) -> tuple[object, ...]:

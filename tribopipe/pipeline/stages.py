@@ -23,9 +23,8 @@ from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.record import Record
 from tribopipe.documents.toml import parse_toml, read_bytes
 from tribopipe.evaluation.checks.registry import check_run, refuse_errors
+from tribopipe.evaluation.wear.known import KnownWear, known_wear
 from tribopipe.evaluation.wear.local import LocalOptions
-from tribopipe.evaluation.wear.predict import KnownPin
-from tribopipe.evaluation.wear.twin_disc.predict import KnownDiscs
 from tribopipe.pipeline.archived_results import archived_fit
 from tribopipe.pipeline.references import References
 from tribopipe.pipeline.step_definitions import (
@@ -33,7 +32,6 @@ from tribopipe.pipeline.step_definitions import (
     clean_up,
     drift_correction,
     friction_fit,
-    known_coefficient,
     local_wear,
     prediction,
     specific_wear_rates,
@@ -190,7 +188,7 @@ def predict_archived(
 ) -> Outcome:
     """Predict a run's wear from the k_D of another run, over the run's own distance, and archive the prediction."""
     fit = archived_fit(archive, reference, law)
-    known = known_coefficient(fit)
+    known = known_wear(fit)
     if known is None:
         raise TribopipeError(
             f"{reference}: found no wear coefficient to predict from; it lacks {' and '.join(fit.lacks)}"
@@ -203,7 +201,7 @@ def predict_with(
     run_id: str,
     reference: str,
     law: LawName,
-    known: KnownPin | KnownDiscs,
+    known: KnownWear,
     recipe: Recipe,
     *,
     force: bool = False,

@@ -37,17 +37,18 @@ from tribopipe.evaluation.friction_paths import fitted_path, run_path
 from tribopipe.evaluation.measurements.specific_wear import specific_wear
 from tribopipe.evaluation.preprocessing.cleaning import clean_run
 from tribopipe.evaluation.wear.fit import fit_wear
+from tribopipe.evaluation.wear.known import KnownWear
 from tribopipe.evaluation.wear.law_curves import LawCurve, fitted_curve, predicted_curve, run_scenario
 from tribopipe.evaluation.wear.local import LocalOptions, default_places, local_scenario, wear_locally
-from tribopipe.evaluation.wear.predict import KnownPin, known_pin, predict_wear
+from tribopipe.evaluation.wear.predict import predict_wear
 from tribopipe.evaluation.wear.twin_disc.curves import DiscCurves, disc_scenario, fitted_discs, predicted_discs
 from tribopipe.evaluation.wear.twin_disc.fit import fit_discs
-from tribopipe.evaluation.wear.twin_disc.predict import KnownDiscs, known_discs, predict_discs
+from tribopipe.evaluation.wear.twin_disc.predict import predict_discs
 from tribopipe.physics.laws import law_package
 from tribopipe.pipeline.archived_results import archived_coefficients, archived_correction, archived_friction
-from tribopipe.results.disc_evaluation import OUTCOMES, TwinDiscFit
-from tribopipe.results.evaluation import WearFit
 from tribopipe.results.local_wear import LocalWearResult
+from tribopipe.results.wear_fit import WearFit
+from tribopipe.results.wear_prediction import OUTCOMES
 from tribopipe.version import VERSION
 
 Curves = Mapping[str, tuple[Column, str]]
@@ -226,13 +227,13 @@ def _convention(archive: Archive, run_id: str, recipe: Recipe) -> dict[str, Any]
 
 
 def prediction(
-    archive: Archive, run_id: str, recipe: Recipe, law: LawName, reference: str, known: KnownPin | KnownDiscs
+    archive: Archive, run_id: str, recipe: Recipe, law: LawName, reference: str, known: KnownWear
 ) -> PlannedStep:
     """Plan to predict a run's wear from the k_D that ``reference`` found, over the run's own distance."""
 
     def compute() -> Found:
         run, friction = archive.cleaned(run_id), archived_friction(archive, run_id)
-        if isinstance(known, KnownDiscs):
+        if run.manifest.rolls:
             discs = disc_scenario(run, law, known, friction, recipe)
             pair = predict_discs(discs, [float(np.nanmax(run.columns["rotations"]))], reference=reference)
             return Found(pair, _disc_curves(predicted_discs(run, discs, pair)))
@@ -248,11 +249,6 @@ def prediction(
     }
     fingerprint = digest(*known.parts)
     return _planned(archive, run_id, PREDICTIONS[law], options, compute, wear_coefficient=fingerprint)
-
-
-def known_coefficient(fit: WearFit | TwinDiscFit) -> KnownPin | KnownDiscs | None:
-    """Return k_D of a fit, to predict from; none where nothing was fitted."""
-    return known_discs(fit) if isinstance(fit, TwinDiscFit) else known_pin(fit)
 
 
 def local_wear(

@@ -19,7 +19,6 @@ from tribopipe.base.errors import ArchiveError, FitError, ManifestError, Tribopi
 from tribopipe.base.files import found_below
 from tribopipe.base.units import from_si
 from tribopipe.documents.manifest import RunManifest
-from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.record import load_toml, quoted
 from tribopipe.documents.study import STUDY_NAME, STUDY_SUFFIX, Study
@@ -30,12 +29,10 @@ from tribopipe.evaluation.preprocessing.cleaning import clean_run
 from tribopipe.evaluation.study.bodies import bodies, severity
 from tribopipe.evaluation.study.design import design
 from tribopipe.evaluation.study.disc_design import design_discs
-from tribopipe.evaluation.study.discs import DiscEvaluation, evaluate_discs
-from tribopipe.evaluation.study.evaluate import Evaluation, evaluate
+from tribopipe.evaluation.study.evaluate import evaluate
 from tribopipe.evaluation.study.member import Member
-from tribopipe.evaluation.wear.predict import KnownPin
+from tribopipe.evaluation.wear.known import KnownWear
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
-from tribopipe.evaluation.wear.twin_disc.predict import KnownDiscs
 from tribopipe.evaluation.wear.twin_disc.problem import disc_problem
 from tribopipe.physics.laws import law_named, law_package
 from tribopipe.pipeline.stages import (
@@ -45,9 +42,9 @@ from tribopipe.pipeline.stages import (
     fit_archived_friction,
     predict_with,
 )
-from tribopipe.results.agreement import BetweenRuns, LawResult, LeftOut, StudyResult
-from tribopipe.results.disc_agreement import TwinDiscLawResult, TwinDiscStudyResult
+from tribopipe.results.agreement import LawResult, LeftOut, StudyResult
 from tribopipe.results.run import RawRun
+from tribopipe.results.study_curves import Evaluation
 from tribopipe.results.test_design import Design
 from tribopipe.version import VERSION
 
@@ -113,10 +110,9 @@ class PlannedStudy:
         """Fingerprint of all it is made from."""
         return digest(VERSION, self.study, self.options, *self.left_out, *self.stands_on.values())
 
-    def evaluate(self) -> Evaluation | DiscEvaluation:
-        """Evaluate it on the tribometer its runs are from; runs of different ones are refused by either."""
-        discs = any(run.corrected.run.manifest.rolls for run in self.runs.values())
-        return (evaluate_discs if discs else evaluate)(self.study, self.runs, self.recipe, self.left_out)
+    def evaluate(self) -> Evaluation:
+        """Evaluate it; runs of different tribometers are refused."""
+        return evaluate(self.study, self.runs, self.recipe, self.left_out)
 
     def take(self) -> StoredStudy:
         """Evaluate it, and return it as it is archived."""
@@ -143,7 +139,7 @@ def planned_study(archive: Archive, study: Study, recipe: Recipe) -> PlannedStud
     return PlannedStudy(study, recipe, runs, left_out, {run_id: archive.raw_sha256(run_id) for run_id in runs})
 
 
-def evaluate_archived(archive: Archive, study: Study, recipe: Recipe) -> Evaluation | DiscEvaluation:
+def evaluate_archived(archive: Archive, study: Study, recipe: Recipe) -> Evaluation:
     """Evaluate a study on archived runs; nothing of it is kept."""
     return planned_study(archive, study, recipe).evaluate()
 
@@ -155,7 +151,7 @@ def run_study(archive: Archive, study: Study, recipe: Recipe, *, force: bool = F
     """
     outcome = attempted(study.id, "study", partial(_keep, archive, study, recipe, force=force))
     yield outcome
-    if not isinstance(outcome.result, StudyResult | TwinDiscStudyResult):
+    if not isinstance(outcome.result, StudyResult):
         return
     left_out = {one.id for one in outcome.result.left_out}
     for run_id in (run_id for run_id in (*study.fit, *study.predict) if run_id not in left_out):
@@ -172,13 +168,14 @@ def study_reference(study: Study) -> str:
     return study.fit[0] if len(study.fit) == 1 else f"study {study.id}"
 
 
-def known_by(law: LawResult | TwinDiscLawResult) -> KnownPin | KnownDiscs:
+def known_by(law: LawResult) -> KnownWear:
     """Return the wear coefficients a study found under a law."""
-    if isinstance(law, LawResult):
-        return KnownPin(law.wear_coefficient, law.engine)
-    curved, *flat = (disc.wear_coefficient for disc in law.discs)
-    unworn = Quantity(value=0.0, unit="m^2/N")
-    return KnownDiscs(curved, next(iter(flat), unworn), law.correlation or 0.0, law.distance_per_rotation)
+    return KnownWear(
+        {name: body.wear_coefficient for name, body in law.bodies.items()},
+        engine=law.engine,
+        distance=law.distance_per_rotation or "full-slip",
+        correlation=law.correlation or 0.0,
+    )
 
 
 def _complete(archive: Archive, run_id: str, recipe: Recipe) -> Iterator[Outcome]:
@@ -243,13 +240,9 @@ def plan_archived(archive: Archive, name: str, law: LawName, wanted: float, reci
     return (design(run.pose(law, recipe), law, wanted, shared, scatter[0]),)
 
 
-def _scatter(result: StudyResult | TwinDiscStudyResult, law: LawName) -> tuple[float | None, ...]:
-    """Return the scatter between runs over k_D, of the pin or of both discs; none where it is not known."""
-    found: list[BetweenRuns | None] = []
-    if isinstance(result, StudyResult):
-        found += [one.between_runs for one in result.laws if one.model == law]
-    else:
-        found += [disc.between_runs for one in result.laws if one.model == law for disc in one.discs]
+def _scatter(result: StudyResult, law: LawName) -> tuple[float | None, ...]:
+    """Return the scatter between runs over k_D, of each body; none where it is not known."""
+    found = [body.between_runs for one in result.laws if one.model == law for body in one.bodies.values()]
     known = [None if between is None else between.scatter for between in found]
     return (*known, None, None)[:2]
 

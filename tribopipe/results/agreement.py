@@ -1,4 +1,4 @@
-"""What a study finds: k_D of several runs, predictions with their bands, and how far the law holds."""
+"""What a study finds, of any contact: k_D of several runs, predictions with their bands, how far the law holds."""
 
 from typing import Literal
 
@@ -7,7 +7,7 @@ from pydantic import Field
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Correction, LawName
 from tribopipe.documents.record import Record
-from tribopipe.physics.conventions import WearEngine
+from tribopipe.physics.conventions import DistanceConvention, WearEngine
 from tribopipe.results.finding import Finding
 
 Verdict = Literal["supported", "over-predicts", "under-predicts", "not decidable"]
@@ -65,14 +65,49 @@ class EngineComparison(Record):
 
 
 class EndOfLife(Record):
-    """Sliding distance at which a run reaches a wear depth."""
+    """Where along a test the first body reaches a wear depth."""
 
     wear_depth: Quantity
     """The depth."""
-    sliding_distance: Quantity
-    """Median of the draws."""
+    place: Quantity
+    """Median of the draws: a sliding distance, or rotations."""
     interval: tuple[Quantity, Quantity | None]
     """95 % coverage interval; open above where k_D may be too small to get there."""
+
+
+class BodyVerdict(Record):
+    """The law against the wear of one body in a run."""
+
+    outcome: Verdict
+    """What the data say of the law for this body."""
+    what: Literal["wear_volume", "wear_depth", "track_width"]
+    """What was measured at the end, by which the law is judged first."""
+    measured: Quantity
+    """As measured."""
+    predicted: Quantity
+    """By the law."""
+    predicted_interval: Interval
+    """95 % coverage interval of it."""
+    measurement_interval: Interval
+    """Where 95 % of measurements of it would lie."""
+    e_n: float
+    """Measured minus predicted at the end over the half width of its 95 % interval on that side."""
+    e_n_all: float
+    """The largest such number among all that was measured on the body, over the limit that 95 % of runs keep to."""
+    e_n_all_at: str | Quantity
+    """Which measurement it belongs to, or where along the curve."""
+    wear_coefficient: Quantity
+    """k_D of this run alone."""
+    coefficient_ratio: Quantity
+    """k_D of this run alone over the study's."""
+    trend: Trend | None = None
+    """Residual trend of the law fitted to this run alone; none without a curve, as the three below."""
+    exponent: Exponent | None = None
+    """Local exponent of h(s)."""
+    change_point: ChangePoint | None = None
+    """Where the wear rate would leave the law."""
+    engines: EngineComparison | None = None
+    """k_D by even and by local pressure, of a run with a spherical pin that identified k_D."""
 
 
 class RunVerdict(Record):
@@ -84,44 +119,27 @@ class RunVerdict(Record):
     """Whether the run identified k_D or was predicted."""
     normal_load: Quantity
     """Nominal load."""
+    slip: Quantity | None = None
+    """Nominal slip; none of bodies that do not roll."""
+    end: Quantity
+    """End of the run: its sliding distance, or rotations."""
     outcome: Verdict
-    """What the data say of the law for this run."""
+    """What the data say of the law for this run: that of the body that departs most."""
     sentence: str
     """The same in words."""
     notes: tuple[str, ...] = ()
     """What to beware of, such as an extrapolation."""
-    sliding_distance: Quantity
-    """End of the run."""
-    measured_depth: Quantity
-    """Pin wear depth at the end as measured."""
-    predicted_depth: Quantity
-    """Pin wear depth at the end by the law."""
-    predicted_interval: Interval
-    """95 % coverage interval of it."""
-    measurement_interval: Interval
-    """Where 95 % of measurements of it would lie."""
-    e_n: float
-    """Measured minus predicted depth at the end over the half width of its 95 % interval on that side."""
-    e_n_curve: float
-    """The largest such number along the curve, over the limit that 95 % of curves keep to anywhere."""
-    e_n_curve_at: Quantity
-    """Where it is largest."""
-    wear_coefficient: Quantity
-    """k_D of this run alone."""
-    coefficient_ratio: Quantity
-    """k_D of this run alone over the study's."""
-    trend: Trend | None = None
-    """Residual trend of the law fitted to this run alone."""
-    exponent: Exponent | None = None
-    """Local exponent of h(s)."""
-    change_point: ChangePoint | None = None
-    """Where the wear rate would leave the law."""
-    engines: EngineComparison | None = None
-    """k_D by even and by local pressure, of a run with a spherical pin that identified k_D."""
     findings: tuple[Finding, ...] = ()
     """What speaks against the curve of the run."""
+    bodies: dict[str, BodyVerdict]
+    """One for each body on which something was measured."""
     end_of_life: EndOfLife | None = None
     """Where the run reaches the wanted depth; none where its k_D is rather zero, or no depth is wanted."""
+
+    @property
+    def first(self) -> BodyVerdict:
+        """The body that is judged in every run."""
+        return next(iter(self.bodies.values()))
 
 
 class BetweenRuns(Record):
@@ -141,25 +159,41 @@ class BetweenRuns(Record):
     """Runs that disagree with all others; still counted, until `tribopipe mark-bad` takes them out."""
 
 
+class StudiedBody(Record):
+    """k_D of one body by a study."""
+
+    wear_coefficient: Quantity
+    """k_D with its standard uncertainty."""
+    interval: Interval
+    """95 % coverage interval."""
+    between_runs: BetweenRuns | None = None
+    """Scatter between runs; none where one run identifies k_D."""
+
+
 class LawResult(Record):
     """One wear law in a study."""
 
     model: LawName
     """Wear law."""
     engine: WearEngine = "giwm"
-    """Pressure on the pin: even, as the Global Incremental Wear Model has it, or local."""
-    wear_coefficient: Quantity
-    """k_D with its standard uncertainty."""
-    interval: Interval
-    """95 % coverage interval."""
+    """Pressure that k_D was found by: even, as the Global Incremental Wear Model has it, or local."""
+    distance_per_rotation: DistanceConvention | None = None
+    """What counts as slid in one rotation; none of bodies that do not roll."""
+    bodies: dict[str, StudiedBody]
+    """k_D of each body, the one that is always found first; a body that is left out counts as unworn."""
+    correlation: float | None = None
+    """Of both k_D."""
     draws: int
     """Number of accepted draws."""
     rejected: int
     """Number of draws without a solution."""
-    between_runs: BetweenRuns | None = None
-    """Scatter between runs; none where one run identifies k_D."""
     runs: tuple[RunVerdict, ...]
     """One verdict for each run."""
+
+    @property
+    def first(self) -> StudiedBody:
+        """The body whose k_D every study finds."""
+        return next(iter(self.bodies.values()))
 
 
 class LeftOut(Record):
@@ -178,8 +212,10 @@ class StudyResult(Record):
     """The study."""
     title: str | None = None
     """One line about it."""
-    correction: Correction
-    """Whether drift was taken off first or fitted together with k_D."""
+    tribometer: str
+    """Type of tribometer."""
+    correction: Correction | None = None
+    """Whether drift was taken off first or fitted together with k_D; none where no depth signal is fitted."""
     laws: tuple[LawResult, ...]
     """One result for each wear law."""
     comparisons: dict[str, LawComparison] = Field(default_factory=dict)

@@ -2,22 +2,15 @@
 
 from typing import Literal
 
-from tribopipe.base.units import WEAR_COEFFICIENT
 from tribopipe.documents.quantity import (
     Metres,
     MetresPerSecond,
-    Newtons,
     Number,
     Quantity,
     Seconds,
-    SquareMetresPerNewton,
-    between,
-    force,
-    in_both_units,
 )
-from tribopipe.documents.recipe import Correction, FrictionSource, LawName
+from tribopipe.documents.recipe import Correction
 from tribopipe.documents.record import Record
-from tribopipe.physics.conventions import WearEngine
 from tribopipe.results.finding import Finding
 
 COVERAGE_FACTOR = 1.959963984540054
@@ -162,184 +155,6 @@ class FrictionFit(Record):
             f"μ(s) = A·exp(−s/c) + b with A = {self.amplitude}, b = {self.steady_state}, c = {self.running_in_distance}"
         )
         return text + (f" ({'; '.join(self.notes)})" if self.notes else "")
-
-
-class Contribution(Record):
-    """One line of an uncertainty budget (JCGM 100:2008, 5.1.2)."""
-
-    name: str
-    """Input quantity."""
-    value: Quantity | None = None
-    """Its value and standard uncertainty; none for the noise of the depth signal."""
-    shown_in: str | None = None
-    """Unit in which people read it."""
-    source: Literal["manifest", "default", "fit", "recipe"]
-    """Who stated the uncertainty: the lab in run.toml or a recipe, the recipe's default, or the data themselves."""
-    relative: float
-    """Standard uncertainty of k_D from this input alone, over k_D, with its sign."""
-
-
-class MonteCarlo(Record):
-    """Propagation of distributions (JCGM 101:2008)."""
-
-    draws: int
-    """Number of draws."""
-    mean: SquareMetresPerNewton
-    """Mean of the draws."""
-    standard_uncertainty: SquareMetresPerNewton
-    """Standard deviation of the draws."""
-    stable: bool
-    """Whether the digits asked for were stable when drawing ended (7.9.4)."""
-    first_order_interval: tuple[SquareMetresPerNewton, SquareMetresPerNewton]
-    """95 % interval of JCGM 100:2008, log-normal."""
-    agrees_with_first_order: bool
-    """Whether both ends agree with it within those digits (8.1)."""
-
-
-Basis = Literal["reading and measurement", "measurement", "reading"]
-"""What a wear coefficient is based on."""
-
-
-class LawValue(Record):
-    """A parameter of a wear law beside k_D."""
-
-    name: str
-    """Parameter."""
-    value: Quantity
-    """Its value; without uncertainty where the fit held it."""
-    source: Literal["fit", "recipe"]
-    """Whether it was fitted with k_D, or given."""
-
-    def __str__(self) -> str:
-        return f"{self.name.replace('_', ' ')} {self.value}"
-
-
-class WearFit(Record):
-    """Dimensional wear coefficient k_D of one run."""
-
-    model: LawName
-    """Wear law."""
-    engine: WearEngine = "giwm"
-    """Pressure that k_D was found by: even, as the Global Incremental Wear Model has it, or local."""
-    outcome: Literal["fitted", "not fitted"]
-    """Not fitted where the run lacks what the fit needs."""
-    lacks: tuple[str, ...] = ()
-    """What the run lacks for a fit."""
-    notes: tuple[str, ...] = ()
-    """What to beware of, the defaults used among it."""
-    wear_coefficient: SquareMetresPerNewton | None = None
-    """k_D with its combined standard uncertainty."""
-    interval: tuple[SquareMetresPerNewton, SquareMetresPerNewton] | None = None
-    """95 % coverage interval of k_D by Monte Carlo; to first order, log-normal, where none was drawn."""
-    random_uncertainty: SquareMetresPerNewton | None = None
-    """Standard uncertainty from the noise of the depth signal alone, by the least-squares covariance."""
-    budget: tuple[Contribution, ...] = ()
-    """What the combined standard uncertainty is made of, to first order."""
-    monte_carlo: MonteCarlo | None = None
-    """How the interval was drawn."""
-    correction: Correction = "two-step"
-    """How drift was found: with k_D in one model, or before it."""
-    basis: Basis | None = None
-    """What gives k_D: depth reading and post-test measurement together, or one of them; none of two-step correction."""
-    by_reading: SquareMetresPerNewton | None = None
-    """k_D by the depth reading alone."""
-    by_measurement: SquareMetresPerNewton | None = None
-    """k_D by the post-test measurement alone."""
-    deviation: float | None = None
-    """Wear at the end by the reading alone minus that by the measurement alone, over its standard uncertainty."""
-    sensor: DepthModel | None = None
-    """What the depth sensor reads besides wear under this law."""
-    findings: tuple[Finding, ...] = ()
-    """What speaks against the result."""
-    parameters: tuple[LawValue, ...] | None = None
-    """Parameters of the law beside k_D; none where it has none."""
-    parameter_covariance: tuple[tuple[float, ...], ...] | None = None
-    """Of ln k_D and the parameters that were fitted, in SI, to first order."""
-    friction: FrictionSource | None = None
-    """Which μ Sarkar's law was given."""
-    measured_end_depth: Metres | None = None
-    """Pin wear depth by the end value."""
-    fitted_end_depth: Metres | None = None
-    """Pin wear depth at the end by the fitted law."""
-    residual_deviation: Metres | None = None
-    """Standard deviation of the corrected pin wear about the fit; of block averages, except of two-step correction."""
-    effective_samples: float | None = None
-    """Number of independent samples the residuals amount to."""
-
-    def __str__(self) -> str:
-        if self.wear_coefficient is None or self.interval is None:
-            return f"{self.model}: no wear coefficient: the run lacks {' and '.join(self.lacks)}"
-        return (
-            f"{self.model}{by(self.engine)}: k_D = {in_both_units(self.wear_coefficient)}, "
-            f"95 % interval {between(self.interval, WEAR_COEFFICIENT)}{_with(self.parameters)}; pin wear at the end "
-            f"{_in(self.fitted_end_depth, 'um')} fitted, {_in(self.measured_end_depth, 'um')} measured"
-        )
-
-
-class PredictedPoint(Record):
-    """State of the pin at one sliding distance."""
-
-    sliding_distance: Quantity
-    """Where."""
-    time: Quantity | None = None
-    """When, at the sliding speed; none where the speed is not known."""
-    wear_depth: Quantity
-    """Height worn off the pin."""
-    contact_radius: Quantity
-    """Radius of the contact."""
-    pressure: Quantity
-    """Mean contact pressure p = F_N/(πa²)."""
-
-
-class WearPrediction(Record):
-    """Wear depth against sliding distance from a known k_D."""
-
-    model: LawName
-    """Wear law."""
-    engine: WearEngine = "giwm"
-    """Pressure on the pin: even, as the Global Incremental Wear Model has it, or local."""
-    scheme: Literal["exact", "published"]
-    """Closed form, or the paper's explicit Euler steps."""
-    wear_coefficient: SquareMetresPerNewton
-    """k_D used."""
-    reference: str | None = None
-    """Run that k_D was identified from; none where it was given."""
-    normal_load: Newtons
-    """F_N predicted for."""
-    pin_radius: Metres
-    """R_P predicted for."""
-    steps: int | None = None
-    """Number of Euler steps of the published scheme."""
-    step_error: float | None = None
-    """Relative error of the last depth by the finite step of the published scheme."""
-    notes: tuple[str, ...] = ()
-    """What to beware of."""
-    prediction: tuple[PredictedPoint, ...] = ()
-    """The wanted distances in the order asked for."""
-    reached: tuple[PredictedPoint, ...] = ()
-    """Where wanted depths are reached, in the order asked for."""
-    parameters: tuple[LawValue, ...] | None = None
-    """Parameters of the law beside k_D; none where it has none."""
-
-    def __str__(self) -> str:
-        lines = [
-            f"{self.model}{by(self.engine)}, {self.scheme}: k_D = {self.wear_coefficient.shown(WEAR_COEFFICIENT)}, "
-            f"F_N = {force(self.normal_load)}, R_P = {self.pin_radius.shown('mm')}"
-        ]
-        for point in (*self.prediction, *self.reached):
-            when = "" if point.time is None else f" ({point.time.shown('s')})"
-            lines.append(f"  {point.sliding_distance.shown('m')}{when}: {point.wear_depth.shown('um')}")
-        return "\n".join([*lines, *(f"  {note}" for note in self.notes)])
-
-
-def by(engine: WearEngine) -> str:
-    """Say the engine that a k_D was found by, after its law; nothing of the GIWM."""
-    return {"giwm": "", "volume": ", by volume", "local": ", local pressure"}[engine]
-
-
-def _with(parameters: tuple[LawValue, ...] | None) -> str:
-    """Say the parameters of a law after its k_D; nothing where it has none."""
-    return f", {', '.join(map(str, parameters))}" if parameters else ""
 
 
 def _in(quantity: Quantity | None, unit: str) -> str:

@@ -16,12 +16,12 @@ from tribopipe.documents.study import Study
 from tribopipe.documents.sweep import Sweep
 from tribopipe.documents.template import Template
 from tribopipe.results.agreement import StudyResult
-from tribopipe.results.disc_agreement import TwinDiscStudyResult
-from tribopipe.results.disc_evaluation import TwinDiscFit, TwinDiscPrediction
-from tribopipe.results.evaluation import DriftCorrection, FrictionFit, WearFit, WearPrediction
+from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.local_wear import LocalWearResult
 from tribopipe.results.specific_wear import SpecificWear
 from tribopipe.results.test_design import Design
+from tribopipe.results.wear_fit import WearFit
+from tribopipe.results.wear_prediction import WearPrediction
 
 SCHEMAS: dict[str, type[Record]] = {
     "run": RunManifest,
@@ -42,9 +42,6 @@ SCHEMAS: dict[str, type[Record]] = {
     "local-wear": LocalWearResult,
     "study-result": StudyResult,
     "twin-disc-truth": TwinDiscTruth,
-    "twin-disc-fit": TwinDiscFit,
-    "twin-disc-prediction": TwinDiscPrediction,
-    "twin-disc-study-result": TwinDiscStudyResult,
     "design": Design,
 }
 

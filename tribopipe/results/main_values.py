@@ -4,21 +4,13 @@ from collections.abc import Iterator, Mapping
 from typing import TypeAlias
 
 from tribopipe.base.units import KINDS, WEAR_COEFFICIENT
-from tribopipe.documents.contact import DISCS
 from tribopipe.documents.quantity import Quantity, change
 from tribopipe.documents.record import Record
-from tribopipe.results.disc_evaluation import TwinDiscFit
-from tribopipe.results.evaluation import DriftCorrection, WearFit
+from tribopipe.results.evaluation import DriftCorrection
+from tribopipe.results.wear_fit import WearFit, spoken
 
 Headline: TypeAlias = Mapping[str, Quantity | None]
 """By the name of the value; none where the run did not give it."""
-_SHOWN = {
-    "drift_rate": ("drift rate", KINDS["drift rate"].shown),
-    "wear_coefficient": ("k_D", WEAR_COEFFICIENT),
-    "curved_disc": ("k_D of the curved disc", WEAR_COEFFICIENT),
-    "flat_disc": ("k_D of the flat disc", WEAR_COEFFICIENT),
-}
-"""What each value is called, and the unit in which people read it."""
 
 
 def headline(result: Record | None) -> Headline:
@@ -32,20 +24,17 @@ def headline(result: Record | None) -> Headline:
     Returns
     -------
     Headline
-        ``drift_rate`` in m/s; ``wear_coefficient`` of a pin, ``curved_disc`` and ``flat_disc`` of two discs, in m²/N.
+        ``drift_rate`` in m/s; k_D of each body by its name, in m²/N.
     """
     if isinstance(result, DriftCorrection):
         return {"drift_rate": result.drift_rate}
     if isinstance(result, WearFit):
-        return {"wear_coefficient": result.wear_coefficient}
-    if isinstance(result, TwinDiscFit):
-        discs = {name: getattr(result, name) for name in DISCS}
-        return {name: None if disc is None else disc.wear_coefficient for name, disc in discs.items()}
+        return {name: body.wear_coefficient for name, body in result.bodies.items()}
     return {}
 
 
 def changes(before: Headline, result: Record | None) -> Iterator[str]:
-    """Write each main value that has changed: "archard: k_D 1.35 → 1.42 mm³/(N·mm)".
+    """Write each main value that has changed: "archard: k_D of the pin 1.35 → 1.42 mm³/(N·mm)".
 
     Parameters
     ----------
@@ -59,11 +48,20 @@ def changes(before: Headline, result: Record | None) -> Iterator[str]:
     str
         One line for each value of which the digits shown differ.
     """
-    model = f"{result.model}: " if isinstance(result, WearFit | TwinDiscFit) else ""
-    for name, now in headline(result).items():
-        (label, unit), earlier = _SHOWN[name], before.get(name)
+    model = f"{result.model}: " if isinstance(result, WearFit) else ""
+    after = headline(result)
+    for name in dict.fromkeys((*after, *before)):
+        label, unit = _shown(name)
+        earlier, now = before.get(name), after.get(name)
         if _in(earlier, unit) != _in(now, unit):
             yield f"{model}{label} {change(earlier, now, unit)}"
+
+
+def _shown(name: str) -> tuple[str, str]:
+    """Return what a value is called, and the unit in which people read it."""
+    if name == "drift_rate":
+        return "drift rate", KINDS["drift rate"].shown
+    return f"k_D of the {spoken(name)}", WEAR_COEFFICIENT
 
 
 def _in(quantity: Quantity | None, unit: str) -> str | None:

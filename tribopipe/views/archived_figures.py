@@ -13,9 +13,9 @@ from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.evaluation.wear.law_curves import LawCurve
 from tribopipe.evaluation.wear.twin_disc.curves import DiscBand, DiscCurves
 from tribopipe.pipeline.archived_results import archived_correction, archived_friction
-from tribopipe.results.disc_evaluation import OUTCOMES, TwinDiscFit, TwinDiscPrediction
-from tribopipe.results.evaluation import WearFit, WearPrediction
 from tribopipe.results.run import CorrectedRun, RawRun
+from tribopipe.results.wear_fit import WearFit
+from tribopipe.results.wear_prediction import OUTCOMES, WearPrediction
 from tribopipe.views.clean_up_figures import changed_signals, plot_clean_up
 from tribopipe.views.disc_figures import plot_disc_contact, plot_disc_wear
 from tribopipe.views.local_wear_figures import local_wear_figures
@@ -124,7 +124,7 @@ def _curve(step: Step | None) -> LawCurve | None:
 
 
 def _disc_curves(step: Step | None) -> DiscCurves | None:
-    if step is None or not step.curves or not isinstance(step.result, TwinDiscFit | TwinDiscPrediction):
+    if step is None or not step.curves or not isinstance(step.result, WearFit | WearPrediction):
         return None
     lines = {name: [step.curves[f"{name}{end}"][0] for end in ("", "_lower", "_upper")] for name in OUTCOMES}
     return DiscCurves(step.result, {name: DiscBand(*three) for name, three in lines.items()})

@@ -14,8 +14,6 @@ from tribopipe.evaluation.study.member import Member
 from tribopipe.pipeline.archived_results import archived_correction, archived_friction
 from tribopipe.pipeline.step_definitions import recipe_of
 from tribopipe.results.agreement import StudyResult
-from tribopipe.results.disc_agreement import TwinDiscStudyResult
-from tribopipe.results.study_curves import DiscStudyCurve, StudyCurve
 from tribopipe.views.archived_figures import is_since
 from tribopipe.views.disc_study_figures import plot_disc_study
 from tribopipe.views.run_figures import save_beside, save_figures
@@ -66,10 +64,11 @@ def study_is_drawn(archive: Archive, study_id: str) -> bool:
 
 def _figures(stored: StoredStudy, runs: Sequence[Member], recipe: Recipe) -> "dict[str, Figure]":
     result = stored.result
-    figures = _disc_wear(stored, result) if isinstance(result, TwinDiscStudyResult) else _wear(stored, result, runs)
+    recorded = any(curve.measured is not None for curve in stored.curves)
+    figures = _wear(stored, result, runs) if recorded else _worn_volumes(stored, result)
     if any(run.friction is not None and run.friction.outcome != "none" for run in runs):
         figures["friction"] = plot_study_friction(runs)
-    if isinstance(result, StudyResult) and any(law.model == "sarkar" for law in result.laws):
+    if recorded and any(law.model == "sarkar" for law in result.laws):
         found = [effective_coefficient(run.pose("sarkar", recipe), recipe.monte_carlo.seed) for run in runs]
         effective = [one for one in found if one is not None]
         if effective:
@@ -78,14 +77,12 @@ def _figures(stored: StoredStudy, runs: Sequence[Member], recipe: Recipe) -> "di
 
 
 def _wear(stored: StoredStudy, result: StudyResult, runs: Sequence[Member]) -> "dict[str, Figure]":
-    curves = [curve for curve in stored.curves if isinstance(curve, StudyCurve)]
     measured = _measured(runs) if result.correction == "two-step" else {}
-    return {f"wear-{law.model}": plot_study_wear(result, law.model, curves, measured) for law in result.laws}
+    return {f"wear-{law.model}": plot_study_wear(result, law.model, stored.curves, measured) for law in result.laws}
 
 
-def _disc_wear(stored: StoredStudy, result: TwinDiscStudyResult) -> "dict[str, Figure]":
-    curves = [curve for curve in stored.curves if isinstance(curve, DiscStudyCurve)]
-    return {f"wear-{law.model}": plot_disc_study(result, law.model, curves) for law in result.laws}
+def _worn_volumes(stored: StoredStudy, result: StudyResult) -> "dict[str, Figure]":
+    return {f"wear-{law.model}": plot_disc_study(result, law.model, stored.curves) for law in result.laws}
 
 
 def _measured(runs: Sequence[Member]) -> Mapping[str, tuple[Column, Column]]:

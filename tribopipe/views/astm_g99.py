@@ -16,10 +16,10 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import EndValue
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.documents.slip import slip
-from tribopipe.results.disc_evaluation import spoken
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.run import RawRun
 from tribopipe.results.specific_wear import BodyWearRate, SpecificWear
+from tribopipe.results.wear_fit import spoken
 from tribopipe.views.labeled_values import shown
 
 _BODIES = ("pin", "disc")

@@ -19,9 +19,10 @@ from tribopipe.evaluation.wear.twin_disc.curves import DiscBand, DiscCurves
 from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario, published_discs
 from tribopipe.physics.laws import law_label
 from tribopipe.physics.twin_disc import DiscWear
-from tribopipe.results.disc_evaluation import OUTCOMES, FittedValue, Outcome, TwinDiscFit, TwinDiscPrediction, spoken
 from tribopipe.results.evaluation import COVERAGE_FACTOR
 from tribopipe.results.run import CorrectedRun, RawRun
+from tribopipe.results.wear_fit import FittedValue, WearFit, spoken
+from tribopipe.results.wear_prediction import OUTCOMES, Outcome, WearPrediction
 from tribopipe.views.decimation import thinned
 from tribopipe.views.layout import TWO_COLUMNS, in_columns
 from tribopipe.views.number_format import course, power_of, powered_axis, turned
@@ -86,7 +87,7 @@ def plot_disc_wear(run: RawRun, fits: Sequence[DiscCurves], predictions: Sequenc
     measured = [kind for kind in QUANTITIES if any(point.what == kind for point in points)]
     what: Measured = measured[0] if measured else "wear_volume"
     shown, discs = QUANTITIES[what], _drawn(points, [*fits, *predictions])
-    spare = any(isinstance(curves.result, TwinDiscFit) and curves.result.p_value is not None for curves in fits)
+    spare = any(isinstance(curves.result, WearFit) and curves.result.p_value is not None for curves in fits)
     figure = ShownFigure(figsize=(6.3, 5.2 if spare else 4.1), dpi=150, layout="constrained")
     rows = figure.subplots(
         2 if spare else 1, len(discs), sharex=True, sharey="row", squeeze=False, height_ratios=[3, 1][: 1 + spare]
@@ -115,7 +116,7 @@ def plot_disc_wear(run: RawRun, fits: Sequence[DiscCurves], predictions: Sequenc
 def _points(fits: Sequence[DiscCurves]) -> list[MeasuredPoint]:
     """Return what was measured on the discs, by the first fit, which is the same in all."""
     for curves in fits:
-        if isinstance(curves.result, TwinDiscFit):
+        if isinstance(curves.result, WearFit):
             return [measured_point(value) for value in curves.result.measurements]
     return []
 
@@ -152,7 +153,7 @@ def _laws(fits: Sequence[DiscCurves], predictions: Sequence[DiscCurves]) -> Iter
         yield curves, law_look(law).colour, law_look(law).fitted, f"{law_label(law)}, fitted"
     for curves in predictions:
         law = curves.result.model
-        source = curves.result.reference if isinstance(curves.result, TwinDiscPrediction) else None
+        source = curves.result.reference if isinstance(curves.result, WearPrediction) else None
         yield curves, GREEN, law_look(law).predicted, f"{law_label(law)}, predicted from {source or 'given k_D'}"
 
 
@@ -161,7 +162,7 @@ def _draw_measured(ax: "Axes", points: Sequence[MeasuredPoint], unit: str, scale
         return
     si = points[0].value.measured.unit
     ax.errorbar(
-        _turned(run, [point.value.rotations for point in points]),
+        _turned(run, [point.value.place for point in points]),
         [from_si(point.value.measured.value, si, unit) / 10.0**scale for point in points],
         yerr=[from_si(point.spread, si, unit) / 10.0**scale for point in points],
         fmt="o",
@@ -191,7 +192,7 @@ def _draw_residuals(axes: "Sequence[Axes]", fits: Sequence[DiscCurves], discs: S
                     continue
                 mark = QUANTITIES[point.what].marker
                 ax.plot(
-                    _turned(run, [point.value.rotations]),
+                    _turned(run, [point.value.place]),
                     [(point.value.measured.value - point.value.fitted.value) / spread],
                     ls="",
                     ms=4,
@@ -354,7 +355,7 @@ def _head(ax: "Axes", title: str, laws: Sequence[DiscCurves]) -> None:
     ax.margins(x=0.02)
 
 
-def _words(result: TwinDiscFit | TwinDiscPrediction) -> str:
+def _words(result: WearFit | WearPrediction) -> str:
     found = _coefficients(result)
     unit = pretty(WEAR_COEFFICIENT)
     numbers = {disc: value.shown(WEAR_COEFFICIENT).removesuffix(f" {unit}") for disc, value in found.items()}
@@ -362,11 +363,8 @@ def _words(result: TwinDiscFit | TwinDiscPrediction) -> str:
     return f"{law_label(result.model)}, {result.distance_per_rotation}: $k_\\mathrm{{D}}$ / {unit} = {each}"
 
 
-def _coefficients(result: TwinDiscFit | TwinDiscPrediction) -> dict[DiscName, Quantity]:
-    if isinstance(result, TwinDiscFit):
-        return {found.disc: found.wear_coefficient for found in result.coefficients}
-    both = (result.curved_disc_wear_coefficient, result.flat_disc_wear_coefficient)
-    return {disc: found for disc, found in zip(DISCS, both, strict=True) if found.value}
+def _coefficients(result: WearFit | WearPrediction) -> dict[str, Quantity]:
+    return {name: body.wear_coefficient for name, body in result.bodies.items() if body.wear_coefficient.value}
 
 
 def _name(ax: "Axes", words: str, side: Literal["left", "right"] = "left") -> None:

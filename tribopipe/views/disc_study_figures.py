@@ -8,14 +8,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tribopipe.base.units import from_si, show, show_force
-from tribopipe.documents.contact import DiscName
 from tribopipe.documents.recipe import LawName
 from tribopipe.physics.laws import law_heading
-from tribopipe.results.agreement import Verdict
-from tribopipe.results.disc_agreement import DiscVerdict, TwinDiscLawResult, TwinDiscStudyResult, TwinDiscVerdict
-from tribopipe.results.disc_evaluation import spoken
+from tribopipe.results.agreement import BodyVerdict, LawResult, RunVerdict, StudyResult, Verdict
 from tribopipe.results.evaluation import COVERAGE_FACTOR
-from tribopipe.results.study_curves import DiscStudyCurve
+from tribopipe.results.study_curves import StudyCurve
+from tribopipe.results.wear_fit import spoken
 from tribopipe.views.layout import ONE_COLUMN, TWO_COLUMNS, in_columns, letter, rows_and_columns
 from tribopipe.views.number_format import coefficient_words, power_of, powered_axis
 from tribopipe.views.run_figures import BLACK, GREY, PALETTE
@@ -36,7 +34,7 @@ class _Look(NamedTuple):
     """Shift against the other disc where both would hide each other, in shares of the axis."""
 
 
-_LOOKS: dict[DiscName, _Look] = {
+_LOOKS: dict[str, _Look] = {
     "curved_disc": _Look(PALETTE[0], "-", "o", -0.01),
     "flat_disc": _Look(PALETTE[1], (0, (5, 1.6)), "s", 0.01),
 }
@@ -69,7 +67,7 @@ class _Scales(NamedTuple):
 
 
 @in_columns
-def plot_disc_study(result: TwinDiscStudyResult, law: LawName, curves: Sequence[DiscStudyCurve]) -> "Figure":
+def plot_disc_study(result: StudyResult, law: LawName, curves: Sequence[StudyCurve]) -> "Figure":
     """Draw the volume worn off each disc in all runs beside one law, with 95 % bands (paper, Fig. 12).
 
     Runs of one slip and load share a panel, in which the law is drawn along the longest of them. Below, what was
@@ -84,8 +82,8 @@ def plot_disc_study(result: TwinDiscStudyResult, law: LawName, curves: Sequence[
         for disc, curve in lines[words].items():
             _draw_law(ax, below, curve, _LOOKS[disc], scales)
         for run, shift in _side_by_side(runs, scales.last):
-            for one in _volumes(run):
-                _draw_measured(ax, below, run, one, shift, scales)
+            for disc, one in _volumes(run).items():
+                _draw_measured((ax, below), run, disc, one, shift, scales)
         below.axhline(1, color=GREY, lw=0.6, zorder=1)
         letter(ax, number, words, len(groups))
     _finish(figure, pairs, scales)
@@ -96,44 +94,46 @@ def plot_disc_study(result: TwinDiscStudyResult, law: LawName, curves: Sequence[
     return figure
 
 
-def _groups(runs: Sequence[TwinDiscVerdict]) -> dict[str, list[TwinDiscVerdict]]:
+def _groups(runs: Sequence[RunVerdict]) -> dict[str, list[RunVerdict]]:
     """Put runs of the same slip and load together, by these in words, in their order."""
-    found: dict[str, list[TwinDiscVerdict]] = {}
-    for run in sorted(runs, key=lambda run: (run.slip.value, run.normal_load.value)):
-        words = f"{show(run.slip.value, None, '1', '%')} slip, {show_force(run.normal_load.value)}"
+    found: dict[str, list[RunVerdict]] = {}
+    for run in sorted(runs, key=lambda run: (_slip(run), run.normal_load.value)):
+        words = f"{show(_slip(run), None, '1', '%')} slip, {show_force(run.normal_load.value)}"
         found.setdefault(words, []).append(run)
     return found
 
 
-def _lines(
-    law: TwinDiscLawResult, runs: Sequence[TwinDiscVerdict], curves: Sequence[DiscStudyCurve]
-) -> Mapping[DiscName, DiscStudyCurve]:
+def _slip(run: RunVerdict) -> float:
+    return 0.0 if run.slip is None else run.slip.value
+
+
+def _lines(law: LawResult, runs: Sequence[RunVerdict], curves: Sequence[StudyCurve]) -> Mapping[str, StudyCurve]:
     """Return what the law says of each disc along the longest of some runs."""
     ids = {run.id for run in runs}
-    found: dict[DiscName, DiscStudyCurve] = {}
-    for studied in law.discs:
-        of_disc = [one for one in curves if (one.model, one.disc) == (law.model, studied.disc) and one.run_id in ids]
-        if of_disc:
-            found[studied.disc] = max(of_disc, key=lambda one: float(one.rotations[-1]))
+    found: dict[str, StudyCurve] = {}
+    for name in law.bodies:
+        of_body = [one for one in curves if (one.model, one.body) == (law.model, name) and one.run_id in ids]
+        if of_body:
+            found[name] = max(of_body, key=lambda one: float(one.places[-1]))
     return found
 
 
-def _volumes(run: TwinDiscVerdict) -> list[DiscVerdict]:
-    return [one for one in run.discs if one.what == "wear_volume"]
+def _volumes(run: RunVerdict) -> dict[str, BodyVerdict]:
+    return {name: one for name, one in run.bodies.items() if one.what == "wear_volume"}
 
 
-def _scales(law: TwinDiscLawResult, lines: Sequence[DiscStudyCurve]) -> _Scales:
-    last = max(run.rotations.value for run in law.runs)
+def _scales(law: LawResult, lines: Sequence[StudyCurve]) -> _Scales:
+    last = max(run.end.value for run in law.runs)
     volumes = [float(line.predicted[-1]) for line in lines]
-    volumes += [one.measured.value for run in law.runs for one in _volumes(run)]
+    volumes += [one.measured.value for run in law.runs for one in _volumes(run).values()]
     return _Scales(power_of(last), power_of(float(from_si(max(volumes, default=0.0), "m^3", "mm^3"))), last)
 
 
-def _side_by_side(runs: Sequence[TwinDiscVerdict], last: float) -> Iterator[tuple[TwinDiscVerdict, float]]:
+def _side_by_side(runs: Sequence[RunVerdict], last: float) -> Iterator[tuple[RunVerdict, float]]:
     """Shift runs that end close together, so that their error bars do not hide each other; in rotations."""
-    near: list[list[TwinDiscVerdict]] = []
-    for run in sorted(runs, key=lambda run: run.rotations.value):
-        if near and run.rotations.value - near[-1][-1].rotations.value < _APART / 2 * last:
+    near: list[list[RunVerdict]] = []
+    for run in sorted(runs, key=lambda run: run.end.value):
+        if near and run.end.value - near[-1][-1].end.value < _APART / 2 * last:
             near[-1].append(run)
         else:
             near.append([run])
@@ -142,8 +142,8 @@ def _side_by_side(runs: Sequence[TwinDiscVerdict], last: float) -> Iterator[tupl
             yield run, (place - (len(some) - 1) / 2) * _APART * last
 
 
-def _draw_law(ax: "Axes", below: "Axes", curve: DiscStudyCurve, look: _Look, scales: _Scales) -> None:
-    turns = scales.turns(curve.rotations)
+def _draw_law(ax: "Axes", below: "Axes", curve: StudyCurve, look: _Look, scales: _Scales) -> None:
+    turns = scales.turns(curve.places)
     line, low, high = (scales.volumes(values) for values in (curve.predicted, curve.lower, curve.upper))
     ax.fill_between(turns, low, high, color=look.colour, alpha=0.2, lw=0)
     ax.plot(turns, line, color=look.colour, ls=look.dashes)
@@ -152,11 +152,11 @@ def _draw_law(ax: "Axes", below: "Axes", curve: DiscStudyCurve, look: _Look, sca
 
 
 def _draw_measured(
-    ax: "Axes", below: "Axes", run: TwinDiscVerdict, one: DiscVerdict, shift: float, scales: _Scales
+    pair: "tuple[Axes, Axes]", run: RunVerdict, disc: str, one: BodyVerdict, shift: float, scales: _Scales
 ) -> None:
     from matplotlib.transforms import offset_copy
 
-    look, place = _LOOKS[one.disc], run.rotations.value + shift
+    (ax, below), look, place = pair, _LOOKS[disc], run.end.value + shift
     spread = COVERAGE_FACTOR * (one.measured.standard_uncertainty or 0.0)
     said = one.predicted.value
     points = [(ax, place, scales.volumes(one.measured.value), scales.volumes(spread))]
@@ -224,24 +224,26 @@ def _finish(figure: "Figure", pairs: "Sequence[tuple[Axes, Axes]]", scales: _Sca
     figure.align_ylabels()
 
 
-def _words(law: TwinDiscLawResult, between: str) -> str:
+def _words(law: LawResult, between: str) -> str:
     fitted = [run.id for run in law.runs if run.role == "fitted"]
     source = fitted[0] if len(fitted) == 1 else f"{len(fitted)} runs"
-    each = between.join(f"{coefficient_words(found.wear_coefficient)} ({spoken(found.disc)})" for found in law.discs)
+    each = between.join(
+        f"{coefficient_words(found.wear_coefficient)} ({spoken(name)})" for name, found in law.bodies.items()
+    )
     name = f"{law_heading(law.model)}, {law.distance_per_rotation}, fitted to {source}"
     return f"{name}\n$k_\\mathrm{{D}}$ = {each}"
 
 
-def _key(law: TwinDiscLawResult) -> "list[Artist]":
+def _key(law: LawResult) -> "list[Artist]":
     """Say what is drawn of every run."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    drawn = [one for run in law.runs for one in _volumes(run)]
+    drawn = [one for run in law.runs for one in _volumes(run).values()]
     handles: list[Artist] = []
-    for studied in law.discs:
-        look = _LOOKS[studied.disc]
-        handles.append(Line2D([], [], ls=look.dashes, label=spoken(studied.disc), **_marks(look, filled=True)))
+    for name in law.bodies:
+        look = _LOOKS[name]
+        handles.append(Line2D([], [], ls=look.dashes, label=spoken(name), **_marks(look, filled=True)))
     grey = _Look(GREY, "", "o", 0.0)
     for role in ("fitted", "predicted"):
         if any(run.role == role for run in law.runs):

@@ -15,11 +15,11 @@ from tribopipe.documents.record import Record
 from tribopipe.physics.conventions import DistanceConvention
 from tribopipe.physics.laws import LAWS, WearLaw
 from tribopipe.results.agreement import LawResult, StudyResult
-from tribopipe.results.disc_agreement import TwinDiscLawResult, TwinDiscStudyResult
-from tribopipe.results.disc_evaluation import TwinDiscFit, TwinDiscPrediction
-from tribopipe.results.evaluation import DriftCorrection, FrictionFit, WearFit, WearPrediction
+from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.local_wear import LocalWearResult
 from tribopipe.results.specific_wear import SpecificWear
+from tribopipe.results.wear_fit import WearFit
+from tribopipe.results.wear_prediction import WearPrediction
 
 PAPER = (
     "V. Hegadekatte, S. Kurzenhäuser, N. Huber, O. Kraft, “A predictive modeling scheme for wear in tribometers”, "
@@ -73,38 +73,40 @@ class Evidence:
     manifests: Sequence[RunManifest]
     results: Sequence[Record]
     """Of every step of every run."""
-    study: StudyResult | TwinDiscStudyResult | None = None
+    study: StudyResult | None = None
 
     def any(self, kind: type[Record], holds: Callable[[object], object] = lambda _: True) -> bool:
         """Tell whether there is a result of a kind of which something holds."""
         return any(isinstance(result, kind) and holds(result) for result in self.results)
 
     @cached_property
-    def wear(self) -> list[WearFit | WearPrediction | TwinDiscFit | TwinDiscPrediction]:
+    def wear(self) -> list[WearFit | WearPrediction]:
         """Fits that found k_D, and predictions."""
         return [
             result
             for result in self.results
-            if isinstance(result, WearPrediction | TwinDiscPrediction)
-            or (isinstance(result, WearFit | TwinDiscFit) and result.outcome == "fitted")
+            if isinstance(result, WearPrediction) or (isinstance(result, WearFit) and result.outcome == "fitted")
         ]
 
     @property
-    def fits(self) -> list[WearFit | TwinDiscFit]:
+    def fits(self) -> list[WearFit]:
         """Fits that found k_D."""
-        return [result for result in self.wear if isinstance(result, WearFit | TwinDiscFit)]
+        return [result for result in self.wear if isinstance(result, WearFit)]
 
     @cached_property
+    def computed(self) -> list[WearFit | WearPrediction | LawResult]:
+        """All by which wear was computed."""
+        return [*self.wear, *(() if self.study is None else self.study.laws)]
+
+    @property
     def pins(self) -> list[WearFit | WearPrediction | LawResult]:
         """All by which wear of a pin was computed."""
-        of_study = self.study.laws if isinstance(self.study, StudyResult) else ()
-        return [*(result for result in self.wear if isinstance(result, WearFit | WearPrediction)), *of_study]
+        return [one for one in self.computed if one.distance_per_rotation is None]
 
-    @cached_property
-    def discs(self) -> list[TwinDiscFit | TwinDiscPrediction | TwinDiscLawResult]:
+    @property
+    def discs(self) -> list[WearFit | WearPrediction | LawResult]:
         """All by which wear of two discs was computed."""
-        of_study = self.study.laws if isinstance(self.study, TwinDiscStudyResult) else ()
-        return [*(result for result in self.wear if isinstance(result, TwinDiscFit | TwinDiscPrediction)), *of_study]
+        return [one for one in self.computed if one.distance_per_rotation is not None]
 
     @cached_property
     def shapes(self) -> set[str]:
@@ -116,8 +118,8 @@ class Evidence:
     @cached_property
     def corrections(self) -> set[Correction]:
         """Whether k_D of pins was found after drift, or with it."""
-        of_study = {self.study.correction} if isinstance(self.study, StudyResult) else set()
-        return {fit.correction for fit in self.fits if isinstance(fit, WearFit)} | of_study
+        of_study = {self.study.correction} if self.study is not None else set()
+        return {one for one in {fit.correction for fit in self.fits} | of_study if one is not None}
 
 
 def methods_used(evidence: Evidence) -> list[Method]:
@@ -362,9 +364,7 @@ _COMPARED = Method(
 
 def _between_runs(evidence: Evidence) -> bool:
     study = evidence.study
-    if isinstance(study, TwinDiscStudyResult):
-        return any(disc.between_runs for law in study.laws for disc in law.discs)
-    return study is not None and any(law.between_runs for law in study.laws)
+    return study is not None and any(body.between_runs for law in study.laws for body in law.bodies.values())
 
 
 def _of_law(law: WearLaw) -> Method:
@@ -375,7 +375,7 @@ def _of_law(law: WearLaw) -> Method:
 
 
 def _wears_by(law: LawName) -> Callable[[Evidence], object]:
-    return lambda told: any(one.model == law for one in (*told.pins, *told.discs))
+    return lambda told: any(one.model == law for one in told.computed)
 
 
 def _counted(convention: DistanceConvention) -> Callable[[Evidence], object]:
@@ -390,26 +390,20 @@ def _drift_was_corrected(correction: Correction) -> Callable[[Evidence], object]
 
 
 def _is_local(told: Evidence) -> bool:
-    compared = told.study.laws if isinstance(told.study, StudyResult) else ()
+    compared = () if told.study is None else told.study.laws
     return (
         told.any(LocalWearResult)
         or any(one.engine == "local" for one in told.pins)
-        or any(run.engines for law in compared for run in law.runs)
+        or any(body.engines for law in compared for run in law.runs for body in run.bodies.values())
     )
 
 
 def _has_budget(told: Evidence) -> bool:
-    return any(
-        bool(fit.budget) if isinstance(fit, WearFit) else any(one.budget for one in fit.coefficients)
-        for fit in told.fits
-    )
+    return any(body.budget for fit in told.fits for body in fit.bodies.values())
 
 
 def _has_draws(told: Evidence) -> bool:
-    return told.study is not None or any(
-        bool(fit.monte_carlo) if isinstance(fit, WearFit) else any(one.monte_carlo for one in fit.coefficients)
-        for fit in told.fits
-    )
+    return told.study is not None or any(body.monte_carlo for fit in told.fits for body in fit.bodies.values())
 
 
 _WRITTEN = ("archard", "sarkar")
@@ -438,5 +432,5 @@ _METHODS: tuple[tuple[Callable[[Evidence], object], Method], ...] = (
     (_has_draws, _DRAWN),
     (lambda told: told.study, _VERDICTS),
     (_between_runs, _SEVERAL),
-    (lambda told: isinstance(told.study, StudyResult) and told.study.comparisons, _COMPARED),
+    (lambda told: told.study is not None and told.study.comparisons, _COMPARED),
 )

@@ -4,102 +4,66 @@ from collections.abc import Iterator, Sequence
 
 from tribopipe.base.units import WEAR_COEFFICIENT
 from tribopipe.documents.quantity import Quantity
-from tribopipe.results.disc_evaluation import DiscPoint, TwinDiscPrediction
-from tribopipe.results.evaluation import PredictedPoint, WearPrediction
 from tribopipe.results.local_wear import LocalDiscPoint, LocalPinPoint, LocalWearResult
+from tribopipe.results.wear_fit import spoken
+from tribopipe.results.wear_prediction import PredictedPoint, WearPrediction
 from tribopipe.views.labeled_values import NOTHING, duration, facts, shown, signed_share
 from tribopipe.views.page import TextTable
 from tribopipe.views.result_summary import Steps, Told, cells
 
+_UNITS = {"m": "mm", "1": "%"}
+"""Units in which people read sizes and ratios."""
+
 
 def prediction_told(result: WearPrediction, _: Steps) -> Told:
-    """Tell wear of a pin at the wanted places."""
+    """Tell wear of each body at the wanted places."""
+    start = result.start
     return Told(
         str(result).splitlines()[0],
         facts(
-            ("k_D used", shown(result.wear_coefficient, WEAR_COEFFICIENT)),
+            *(
+                (f"k_D used, {spoken(name)}", shown(one.wear_coefficient, WEAR_COEFFICIENT))
+                for name, one in result.bodies.items()
+            ),
             ("identified from", result.reference),
             ("normal load", shown(result.normal_load)),
-            ("pin radius", shown(result.pin_radius, "mm")),
-            *_scheme(result),
-        ),
-        result.notes,
-        (
-            _pin_points("predicted", result.prediction),
-            _pin_points("where wanted depths are reached", result.reached),
-        ),
-    )
-
-
-def _scheme(prediction: WearPrediction | TwinDiscPrediction) -> Iterator[tuple[str, str | None]]:
-    yield "scheme", prediction.scheme
-    yield "steps of the scheme", None if prediction.steps is None else f"{prediction.steps:,}"
-    yield "relative error by its steps", None if prediction.step_error is None else signed_share(prediction.step_error)
-
-
-def _pin_points(title: str, points: Sequence[PredictedPoint]) -> TextTable:
-    return TextTable(
-        title,
-        ("sliding distance", "time", "wear depth", "contact radius", "mean pressure"),
-        tuple(
-            (
-                one.sliding_distance.shown("m"),
-                duration(one.time) or NOTHING,
-                *cells((one.wear_depth, "um"), (one.contact_radius, "um"), (one.pressure, "MPa")),
-            )
-            for one in points
-        ),
-    )
-
-
-def disc_prediction_told(result: TwinDiscPrediction, _: Steps) -> Told:
-    """Tell wear of both discs at the wanted places."""
-    return Told(
-        str(result).splitlines()[0],
-        facts(
-            ("k_D used, curved disc", shown(result.curved_disc_wear_coefficient, WEAR_COEFFICIENT)),
-            ("k_D used, flat disc", shown(result.flat_disc_wear_coefficient, WEAR_COEFFICIENT)),
-            ("identified from", result.reference),
-            ("normal load", shown(result.normal_load)),
-            ("slip", shown(result.slip, "%")),
+            *((spoken(name), shown(one, _UNITS[one.unit])) for name, one in result.conditions.items()),
             ("distance per rotation", result.distance_per_rotation),
-            ("half width of the unworn contact", shown(result.start.half_width)),
-            ("half length of the unworn contact", shown(result.start.half_length)),
-            ("peak pressure of the unworn contact", shown(result.start.peak_pressure, "MPa")),
-            *_scheme(result),
+            ("half width of the unworn contact", None if start is None else shown(start.half_width)),
+            ("half length of the unworn contact", None if start is None else shown(start.half_length)),
+            ("peak pressure of the unworn contact", None if start is None else shown(start.peak_pressure, "MPa")),
+            ("scheme", result.scheme),
+            ("steps of the scheme", None if result.steps is None else f"{result.steps:,}"),
+            ("relative error by its steps", None if result.step_error is None else signed_share(result.step_error)),
         ),
         result.notes,
-        (
-            _disc_points("predicted", result.prediction),
-            _disc_points("where wanted depths are reached", result.reached),
-        ),
+        (_points("predicted", result.prediction), _points("where wanted depths are reached", result.reached)),
     )
 
 
-def _disc_points(title: str, points: Sequence[DiscPoint]) -> TextTable:
-    return TextTable(
-        title,
-        (
-            *("rotations", "time", "curved disc, depth", "flat disc, depth", "curved disc, volume"),
-            *("flat disc, volume", "track width", "mean pressure", "slip"),
-        ),
-        tuple(
-            (
-                f"{one.rotations.value:,.0f}",
-                duration(one.time) or NOTHING,
-                *cells(
-                    (one.curved_disc_wear_depth, "um"),
-                    (one.flat_disc_wear_depth, "um"),
-                    (one.curved_disc_wear_volume, "mm^3"),
-                    (one.flat_disc_wear_volume, "mm^3"),
-                    (_twice(one.half_width), "um"),
-                    (one.pressure, "MPa"),
-                    (one.slip, "%"),
-                ),
-            )
-            for one in points
-        ),
-    )
+def _points(title: str, points: Sequence[PredictedPoint]) -> TextTable:
+    """Return a table of places; what no place has, such as a slip, has no column."""
+    rows = [dict(_cells(one)) for one in points]
+    columns = tuple(dict.fromkeys(name for row in rows for name in row))
+    return TextTable(title, columns, tuple(tuple(row.get(name, NOTHING) for name in columns) for row in rows))
+
+
+def _cells(one: PredictedPoint) -> Iterator[tuple[str, str]]:
+    """Yield what is said of a place, each with its head."""
+    if one.rotations is None:
+        yield "sliding distance", one.sliding_distance.shown("m")
+    else:
+        yield "rotations", f"{one.rotations.value:,.0f}"
+    yield "time", duration(one.time) or NOTHING
+    for name, body in one.bodies.items():
+        yield f"{spoken(name)}, depth", body.wear_depth.shown("um")
+    for name, body in one.bodies.items():
+        if body.wear_volume is not None:
+            yield f"{spoken(name)}, volume", body.wear_volume.shown("mm^3")
+    yield "contact width", _twice(one.half_width).shown("um")
+    yield "mean pressure", one.pressure.shown("MPa")
+    if one.slip is not None:
+        yield "slip", one.slip.shown("%")
 
 
 def _twice(half: Quantity) -> Quantity:

@@ -28,9 +28,11 @@ from tribopipe.evaluation.friction_paths import fitted_path
 from tribopipe.evaluation.wear.law_curves import LawCurve
 from tribopipe.physics.laws import LAWS, law_label
 from tribopipe.pipeline.output_paths import MADE_BY, made_here, require_free
-from tribopipe.results.evaluation import COVERAGE_FACTOR, DriftCorrection, FrictionFit, WearFit, WearPrediction
+from tribopipe.results.evaluation import COVERAGE_FACTOR, DriftCorrection, FrictionFit
 from tribopipe.results.finding import first_of_each_code
 from tribopipe.results.run import CorrectedRun, RawRun
+from tribopipe.results.wear_fit import WearFit
+from tribopipe.results.wear_prediction import WearPrediction
 from tribopipe.views.decimation import thinned
 from tribopipe.views.number_format import course, slid, slide
 
@@ -261,7 +263,8 @@ def _draw_law(ax: "Axes", distance: Column, curve: LawCurve, colour: str, style:
 
 
 def _wear_words(fit: WearFit | WearPrediction) -> str:
-    return f"{law_label(fit.model)}: $k_\\mathrm{{D}}$ = {_shown(fit.wear_coefficient, WEAR_COEFFICIENT)}"
+    known = None if fit.first is None else fit.first.wear_coefficient
+    return f"{law_label(fit.model)}: $k_\\mathrm{{D}}$ = {_shown(known, WEAR_COEFFICIENT)}"
 
 
 def basis_words(fits: Iterable[WearFit]) -> list[str]:

@@ -7,9 +7,9 @@ from tribopipe.archive.store import Archive
 from tribopipe.documents.manifest import Conditions, RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.slip import slip
-from tribopipe.results.disc_evaluation import spoken
-from tribopipe.results.evaluation import DriftCorrection, WearFit
+from tribopipe.results.evaluation import DriftCorrection
 from tribopipe.results.finding import Finding, first_of_each_code
+from tribopipe.results.wear_fit import WearFit, spoken
 from tribopipe.views.labeled_values import duration, facts, listed, record_facts, shown
 from tribopipe.views.page import Fact, FactGroup, Remark, RunPage, SourceEntry
 from tribopipe.views.step_sections import stage_pages

@@ -10,15 +10,16 @@ from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.record import Record
 from tribopipe.physics.laws import law_title
-from tribopipe.results.disc_evaluation import TwinDiscFit, TwinDiscPrediction, spoken
-from tribopipe.results.evaluation import DepthModel, DriftCorrection, FrictionFit, WearFit, WearPrediction
+from tribopipe.results.evaluation import DepthModel, DriftCorrection, FrictionFit
 from tribopipe.results.local_wear import LocalWearResult
 from tribopipe.results.specific_wear import BodyWearRate, SpecificWear
+from tribopipe.results.wear_fit import WearFit, spoken
+from tribopipe.results.wear_prediction import WearPrediction
 from tribopipe.views.labeled_values import NOTHING, duration, facts, interval, listed, shown
 from tribopipe.views.page import StagePage, TextTable
-from tribopipe.views.prediction_sections import disc_prediction_told, local_wear_told, prediction_told
+from tribopipe.views.prediction_sections import local_wear_told, prediction_told
 from tribopipe.views.result_summary import Steps, Told
-from tribopipe.views.wear_sections import disc_fit_told, wear_fit_told
+from tribopipe.views.wear_sections import wear_fit_told
 
 _TITLES: Mapping[StepName, str] = {
     "clean_up": "Clean-up",
@@ -193,9 +194,7 @@ _TOLD: Mapping[type[Record], Callable[[Any, Steps], Told]] = {
     FrictionFit: _friction_told,
     SpecificWear: _specific_wear_told,
     WearFit: wear_fit_told,
-    TwinDiscFit: disc_fit_told,
     WearPrediction: prediction_told,
-    TwinDiscPrediction: disc_prediction_told,
     LocalWearResult: local_wear_told,
 }
 """How each kind of result is told."""

@@ -95,7 +95,7 @@ def _draw_law(ax: "Axes", curve: StudyCurve, look: _Look) -> None:
     """Draw a law from zero on and its band; the averages compared with it, and the edges between which they belong."""
     from matplotlib.patheffects import withStroke
 
-    distance = np.concatenate([[0.0], curve.sliding_distance])
+    distance = np.concatenate([[0.0], curve.places])
     depth, lower, upper = (
         np.concatenate([[0.0], _micro(values)]) for values in (curve.predicted, curve.lower, curve.upper)
     )
@@ -103,11 +103,13 @@ def _draw_law(ax: "Axes", curve: StudyCurve, look: _Look) -> None:
     halo = withStroke(linewidth=1.8, foreground="white")
     ax.plot(distance, depth, color=look.colour, ls=look.dashes, zorder=3, path_effects=[halo])
     # The last place is that of the end value, which is no reading of the sensor.
-    for edge in (curve.measurement_lower, curve.measurement_upper):
+    if (measured := curve.measured) is None:
+        return
+    for edge in (measured.lower, measured.upper):
         ax.plot(distance[1:-1], _micro(edge[:-1]), color=look.colour, ls=":", lw=0.6, alpha=0.9, zorder=2)
     every = slice(1, -1, _EVERY)
     averages = _marks(look.colour, look.marker, open_=True)
-    ax.plot(curve.sliding_distance[every], _micro(curve.measured[every]), ls="", zorder=4, **averages)
+    ax.plot(curve.places[every], _micro(measured.best[every]), ls="", zorder=4, **averages)
 
 
 def _marks(colour: str, marker: str, *, open_: bool) -> dict[str, Any]:
@@ -119,14 +121,14 @@ def _marks(colour: str, marker: str, *, open_: bool) -> dict[str, Any]:
 
 def _draw_ends(ax: "Axes", runs: Sequence[RunVerdict]) -> None:
     """Draw the end values; several of them side by side behind the curves, where error bars do not hide each other."""
-    last = max(run.sliding_distance.value for run in runs)
+    last = max(run.end.value for run in runs)
     for number, run in enumerate(runs):
-        look, end = _look(number, run, runs), run.measured_depth
-        spread = COVERAGE_FACTOR * interval_from_si(end.standard_uncertainty or 0.0, "m", "um")
+        look, (body,) = _look(number, run, runs), run.bodies.values()
+        spread = COVERAGE_FACTOR * interval_from_si(body.measured.standard_uncertainty or 0.0, "m", "um")
         shift = 0.0 if len(runs) == 1 else 0.018 * last * (number + 0.8)
         ax.errorbar(
-            run.sliding_distance.value + shift,
-            from_si(end.value, "m", "um"),
+            run.end.value + shift,
+            from_si(body.measured.value, "m", "um"),
             yerr=spread,
             ls="",
             elinewidth=0.9,
@@ -214,7 +216,7 @@ def plot_study_coefficient(result: StudyResult, effective: Sequence[EffectiveCoe
     by_run = {one.run_id: one for one in effective}
     runs = [run for run in _by_load(result.law("sarkar").runs) if run.id in by_run]
     names, shown = _names({run.id: run.normal_load for run in runs}), [by_run[run.id] for run in runs]
-    power = coefficient_power(result.law("sarkar").wear_coefficient)
+    power = coefficient_power(result.law("sarkar").first.wear_coefficient)
     last = max(float(np.max(one.sliding_distance)) for one in shown)
     bias = max(float(np.max(np.abs(one.bias))) for one in shown)
     figure, axes = grid(len(shown), 3 if len(shown) > 1 else 5)
@@ -245,8 +247,10 @@ def _friction_range(shown: Sequence[EffectiveCoefficient]) -> Column:
 
 def _draw_coefficient(ax: "Axes", law: LawResult, mu: Column, power: int) -> list[float]:
     """Draw what the law says effective k_D is at a friction coefficient; return how far it reaches on the axis."""
-    best, low, high = (scaled_coefficient(one.value, power) for one in (law.wear_coefficient, *law.interval))
-    words = f"$k_\\mathrm{{D}}$ = {coefficient_words(law.wear_coefficient, power)}"
+    best, low, high = (
+        scaled_coefficient(one.value, power) for one in (law.first.wear_coefficient, *law.first.interval)
+    )
+    words = f"$k_\\mathrm{{D}}$ = {coefficient_words(law.first.wear_coefficient, power)}"
     if law.model == "archard":
         ax.axhline(best, color=PALETTE[0], ls=_DASHES[0], zorder=2.5, label=f"Archard, {words}")
         return [best]
@@ -351,7 +355,7 @@ def _role(run: RunVerdict) -> str:
 def _law_words(law: LawResult, names: Mapping[str, tuple[str, str]]) -> str:
     fitted = [run.id for run in law.runs if run.role == "fitted"]
     source = f"at {names[fitted[0]][0]}" if len(fitted) == 1 and fitted[0] in names else f"to {len(fitted)} runs"
-    coefficient = coefficient_words(law.wear_coefficient)
+    coefficient = coefficient_words(law.first.wear_coefficient)
     return f"{law_heading(law.model)}, $k_\\mathrm{{D}}$ = {coefficient}, fitted {source}"
 
 

@@ -1,34 +1,17 @@
 """One study on a page: k_D under each law, a verdict for each run, and what else is said of them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
+from itertools import chain
 
 from tribopipe.archive.store import Archive
-from tribopipe.base.units import WEAR_COEFFICIENT
+from tribopipe.base.units import WEAR_COEFFICIENT, pretty
 from tribopipe.documents.quantity import Quantity
 from tribopipe.physics.laws import law_heading, law_title
-from tribopipe.results.agreement import BetweenRuns, EndOfLife, LawResult, RunVerdict, StudyResult
-from tribopipe.results.disc_agreement import (
-    RotationsToDepth,
-    StudiedDisc,
-    TwinDiscLawResult,
-    TwinDiscStudyResult,
-    TwinDiscVerdict,
-)
-from tribopipe.results.disc_evaluation import spoken
-from tribopipe.results.evaluation import by
+from tribopipe.results.agreement import BetweenRuns, BodyVerdict, LawResult, RunVerdict, StudiedBody, StudyResult
+from tribopipe.results.wear_fit import by, spoken
 from tribopipe.version import VERSION
 from tribopipe.views.labeled_values import NOTHING, bare, interval, shown
 from tribopipe.views.page import LawPage, StudyPage, TextTable, VerdictLine
-
-_COLUMNS = (
-    *("run", "role", "load", "measured, µm", "by the law, µm", "95 % interval", "E_n", "along"),
-    *("k_D / study's", "verdict"),
-)
-_DISC_COLUMNS = (
-    *("run", "role", "slip", "rotations", "disc", "measured", "by the law", "95 % interval", "E_n"),
-    *("k_D / study's", "verdict"),
-)
-Result = StudyResult | TwinDiscStudyResult
 
 
 def study_page(archive: Archive, study_id: str) -> StudyPage:
@@ -40,15 +23,17 @@ def study_page(archive: Archive, study_id: str) -> StudyPage:
     return study_page_of(stored.result, stored.program_version, stored.date, stored.inputs_sha256)
 
 
-def study_page_of(result: Result, program_version: str = VERSION, date: str = "", inputs_sha256: str = "") -> StudyPage:
+def study_page_of(
+    result: StudyResult, program_version: str = VERSION, date: str = "", inputs_sha256: str = ""
+) -> StudyPage:
     """Return what a study has found; date and fingerprint are empty of one that is not archived."""
-    runs: Sequence[RunVerdict | TwinDiscVerdict] = result.laws[0].runs if result.laws else ()
+    runs = result.laws[0].runs if result.laws else ()
     return StudyPage(
         id=result.id,
         title=result.title or result.id,
         fitted=tuple(run.id for run in runs if run.role == "fitted"),
         predicted=tuple(run.id for run in runs if run.role == "predicted"),
-        laws=tuple(_law(law) if isinstance(law, LawResult) else _disc_law(law) for law in result.laws),
+        laws=tuple(map(_law, result.laws)),
         sentences=tuple(_sentences(result)),
         program_version=program_version,
         date=date,
@@ -56,8 +41,8 @@ def study_page_of(result: Result, program_version: str = VERSION, date: str = ""
     )
 
 
-def _sentences(result: Result) -> Iterator[str]:
-    for run_id, comparison in result.comparisons.items() if isinstance(result, StudyResult) else ():
+def _sentences(result: StudyResult) -> Iterator[str]:
+    for run_id, comparison in result.comparisons.items():
         better = law_title(comparison.preferred) if comparison.preferred else "neither law"
         yield f"{run_id}: its shape prefers {better} (AIC of Sarkar's minus Archard's {comparison.delta_aic:+.1f})"
     for left_out in result.left_out:
@@ -67,25 +52,28 @@ def _sentences(result: Result) -> Iterator[str]:
 
 
 def _law(law: LawResult) -> LawPage:
-    found = f"k_D = {_with_interval(law)}"
+    counted = "" if law.distance_per_rotation is None else f", {law.distance_per_rotation}"
+    found = "; ".join(f"{spoken(name)} k_D = {_with_interval(body)}" for name, body in law.bodies.items())
+    scatter = (
+        said for name, body in law.bodies.items() for said in _scatter(f"k_D of the {spoken(name)}", body.between_runs)
+    )
     return LawPage(
         model=law.model,
         heading=law_heading(law.model),
-        title=f"{law_heading(law.model)}{by(law.engine)}: {found}",
+        title=f"{law_heading(law.model)}{by(law.engine)}{counted}: {found}",
         tables=tuple(table for table in (_verdicts(law), _shapes(law), _engines(law)) if table.rows),
-        sentences=(*_scatter("k_D", law.between_runs), *_lives(law)),
+        sentences=(*scatter, *_lives(law)),
         verdicts=tuple(map(_verdict_line, law.runs)),
     )
 
 
-def _with_interval(found: LawResult | StudiedDisc) -> str:
+def _with_interval(found: StudiedBody) -> str:
     ends = interval(found.interval, WEAR_COEFFICIENT)
     return f"{found.wear_coefficient.shown(WEAR_COEFFICIENT)}, 95 % interval {ends}"
 
 
-def _verdict_line(verdict: RunVerdict | TwinDiscVerdict) -> VerdictLine:
-    findings = verdict.findings if isinstance(verdict, RunVerdict) else ()
-    warnings = (f"warning: {one}" for one in findings if one.severity == "warning")
+def _verdict_line(verdict: RunVerdict) -> VerdictLine:
+    warnings = (f"warning: {one}" for one in verdict.findings if one.severity == "warning")
     return VerdictLine(verdict.id, verdict.role, verdict.outcome, verdict.sentence, (*warnings, *verdict.notes))
 
 
@@ -100,39 +88,59 @@ def _scatter(what: str, between: BetweenRuns | None) -> Iterator[str]:
         yield f'{run_id}: outlier; `tribopipe mark-bad {run_id} --reason "…"` would leave it out'
 
 
-def _lives(law: LawResult | TwinDiscLawResult) -> Iterator[str]:
+def _lives(law: LawResult) -> Iterator[str]:
     for verdict in law.runs:
         life = verdict.end_of_life
         if life is not None:
-            reached, place, unit = _end(life)
+            first, unit = spoken(next(iter(law.bodies))), life.place.unit
+            place = f"after {life.place} rotations" if unit == "1" else f"at {life.place.shown(unit)}"
             ends = interval(life.interval, unit)
-            yield f"{verdict.id}: {reached} {life.wear_depth.shown('um')} {place} (95 % interval {ends})"
-
-
-def _end(life: EndOfLife | RotationsToDepth) -> tuple[str, str, str]:
-    """Say what reaches the wanted depth and where, and the unit that is counted in."""
-    if isinstance(life, EndOfLife):
-        return "reaches", f"at {life.sliding_distance.shown('m')}", "m"
-    return "its curved disc reaches", f"after {life.rotations} rotations", "1"
+            yield f"{verdict.id}: its {first} reaches {life.wear_depth.shown('um')} {place} (95 % interval {ends})"
 
 
 def _verdicts(law: LawResult) -> TextTable:
-    return TextTable("verdict on each run", _COLUMNS, tuple(map(_verdict_row, law.runs)))
+    """Return a row for each body of each run; what belongs to the run stands in the first."""
+    units = {_unit(body) for run in law.runs for body in run.bodies.values()}
+    unit = units.pop() if len(units) == 1 else None
+    rows = [
+        dict(chain(_of_run(run) if number == 0 else (), named, _of_body(body, unit)))
+        for run in law.runs
+        for number, (name, body) in enumerate(run.bodies.items())
+        for named in [[("body", spoken(name))] if len(law.bodies) > 1 else []]
+    ]
+    columns = tuple(dict.fromkeys(name for row in rows for name in row))
+    cells = tuple(tuple(row.get(name, "") for name in columns) for row in rows)
+    return TextTable("verdict on each run", columns, cells)
 
 
-def _verdict_row(verdict: RunVerdict) -> tuple[str, ...]:
-    return (
-        verdict.id,
-        verdict.role,
-        shown(verdict.normal_load) or NOTHING,
-        bare(verdict.measured_depth, "um"),
-        bare(verdict.predicted_depth, "um"),
-        _bare_interval(verdict.predicted_interval, "um"),
-        f"{verdict.e_n:+.2f}",
-        f"{verdict.e_n_curve:+.2f}",
-        str(verdict.coefficient_ratio),
-        verdict.outcome,
+def _unit(body: BodyVerdict) -> str:
+    return "mm^3" if body.what == "wear_volume" else "um"
+
+
+def _of_run(verdict: RunVerdict) -> Iterator[tuple[str, str]]:
+    """Yield what is said of a run, each with its head."""
+    yield "run", verdict.id
+    yield "role", verdict.role
+    yield "load", shown(verdict.normal_load) or NOTHING
+    if verdict.slip is not None:
+        yield "slip", verdict.slip.shown("%")
+    if verdict.end.unit == "1":
+        yield "rotations", f"{verdict.end.value:,.0f}"
+
+
+def _of_body(body: BodyVerdict, unit: str | None) -> Iterator[tuple[str, str]]:
+    """Yield what is said of a body, each with its head, which has the unit where all bodies have the same."""
+    shown_in, end = (_unit(body), "") if unit is None else (unit, f", {pretty(unit)}")
+    measured, by_law = (
+        one.shown(shown_in) if unit is None else bare(one, unit) for one in (body.measured, body.predicted)
     )
+    yield f"measured{end}", measured
+    yield f"by the law{end}", by_law
+    yield "95 % interval", _bare_interval(body.predicted_interval, shown_in)
+    yield "E_n", f"{body.e_n:+.2f}"
+    yield "along", f"{body.e_n_all:+.2f}"
+    yield "k_D / study's", str(body.coefficient_ratio)
+    yield "verdict", body.outcome
 
 
 def _bare_interval(ends: tuple[Quantity, Quantity], unit: str) -> str:
@@ -153,19 +161,20 @@ def _shapes(law: LawResult) -> TextTable:
 
 
 def _shape_row(verdict: RunVerdict) -> Iterator[tuple[str, ...]]:
-    exponent, trend, change = verdict.exponent, verdict.trend, verdict.change_point
-    if exponent is None and trend is None and change is None:
-        return
-    yield (
-        verdict.id,
-        *((NOTHING, NOTHING) if exponent is None else (str(exponent.measured), f"{exponent.by_law:.3f}")),
-        NOTHING if trend is None else f"{shown(trend.amplitude)}, p = {trend.p_value:.2g}",
-        *(
-            (NOTHING, NOTHING)
-            if change is None
-            else (change.sliding_distance.shown("m"), f"{change.rate_ratio:.2f}, p = {change.p_value:.2g}")
-        ),
-    )
+    for body in verdict.bodies.values():
+        exponent, trend, change = body.exponent, body.trend, body.change_point
+        if exponent is None and trend is None and change is None:
+            continue
+        yield (
+            verdict.id,
+            *((NOTHING, NOTHING) if exponent is None else (str(exponent.measured), f"{exponent.by_law:.3f}")),
+            NOTHING if trend is None else f"{shown(trend.amplitude)}, p = {trend.p_value:.2g}",
+            *(
+                (NOTHING, NOTHING)
+                if change is None
+                else (change.sliding_distance.shown("m"), f"{change.rate_ratio:.2f}, p = {change.p_value:.2g}")
+            ),
+        )
 
 
 def _engines(law: LawResult) -> TextTable:
@@ -173,42 +182,12 @@ def _engines(law: LawResult) -> TextTable:
     rows = [
         (
             run.id,
-            run.engines.giwm.shown(WEAR_COEFFICIENT),
-            run.engines.local.shown(WEAR_COEFFICIENT),
-            run.engines.trusted or NOTHING,
+            body.engines.giwm.shown(WEAR_COEFFICIENT),
+            body.engines.local.shown(WEAR_COEFFICIENT),
+            body.engines.trusted or NOTHING,
         )
         for run in law.runs
-        if run.engines is not None
+        for body in run.bodies.values()
+        if body.engines is not None
     ]
     return TextTable("k_D by even and by local pressure", ("run", "even (GIWM)", "local", "trusted"), tuple(rows))
-
-
-def _disc_law(law: TwinDiscLawResult) -> LawPage:
-    found = "; ".join(f"{spoken(disc.disc)} k_D = {_with_interval(disc)}" for disc in law.discs)
-    rows = tuple(row for verdict in law.runs for row in _disc_rows(verdict))
-    scatter = (said for disc in law.discs for said in _scatter(f"k_D of the {spoken(disc.disc)}", disc.between_runs))
-    return LawPage(
-        model=law.model,
-        heading=law_heading(law.model),
-        title=f"{law_heading(law.model)}, {law.distance_per_rotation}: {found}",
-        tables=(TextTable("verdict on each run", _DISC_COLUMNS, rows),),
-        sentences=(*scatter, *_lives(law)),
-        verdicts=tuple(map(_verdict_line, law.runs)),
-    )
-
-
-def _disc_rows(verdict: TwinDiscVerdict) -> Iterator[tuple[str, ...]]:
-    """Return a row for each disc; what belongs to the run stands in the first."""
-    run = (verdict.id, verdict.role, verdict.slip.shown("%"), f"{verdict.rotations.value:,.0f}")
-    for number, disc in enumerate(verdict.discs):
-        unit = "mm^3" if disc.what == "wear_volume" else "um"
-        yield (
-            *(run if number == 0 else [""] * len(run)),
-            spoken(disc.disc).removesuffix(" disc"),
-            disc.measured.shown(unit),
-            disc.predicted.shown(unit),
-            _bare_interval(disc.predicted_interval, unit),
-            f"{disc.e_n:+.2f}",
-            str(disc.coefficient_ratio),
-            disc.outcome,
-        )

@@ -21,10 +21,8 @@ from tribopipe.documents.record import Record
 from tribopipe.documents.slip import slip
 from tribopipe.physics.laws import law_label
 from tribopipe.results.agreement import StudyResult
-from tribopipe.results.disc_agreement import TwinDiscStudyResult
-from tribopipe.results.disc_evaluation import TwinDiscFit
-from tribopipe.results.evaluation import WearFit
 from tribopipe.results.specific_wear import BodyWearRate, SpecificWear
+from tribopipe.results.wear_fit import WearFit
 
 _STAGES: Mapping[str, str] = {
     "local_wear": "local wear",
@@ -92,7 +90,7 @@ def read_verdicts(archive: Archive, study_id: str) -> list[tuple[str, str | None
     return [*verdicts, *((run, None) for run in sorted(silent))]
 
 
-def _verdicts(study_id: str, result: StudyResult | TwinDiscStudyResult) -> Iterator[tuple[str, str]]:
+def _verdicts(study_id: str, result: StudyResult) -> Iterator[tuple[str, str]]:
     for law in result.laws:
         for run in law.runs:
             yield run.id, f"{law_label(law.model)} in {study_id}: {run.outcome}"
@@ -174,13 +172,11 @@ def _under_laws(held: _Held) -> dict[str, object]:
 
 
 def _coefficients(law: str, fit: Record | None) -> dict[str, Quantity | None]:
-    if isinstance(fit, WearFit):
-        return {f"k_d{law}": fit.wear_coefficient}
-    if not isinstance(fit, TwinDiscFit):
+    if not isinstance(fit, WearFit):
         return {}
     return {
-        f"k_d{law}{suffix}": None if disc is None else disc.wear_coefficient
-        for suffix, disc in (("", fit.curved_disc), ("_flat", fit.flat_disc))
+        f"k_d{law}{suffix}": body.wear_coefficient
+        for suffix, body in zip(("", "_flat"), fit.bodies.values(), strict=False)
     }
 
 

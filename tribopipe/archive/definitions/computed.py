@@ -8,16 +8,19 @@ from tribopipe.archive.definitions.parts import FieldPart, GroupPart, Part
 from tribopipe.archive.definitions.summaries import shown_fields
 from tribopipe.archive.local_wear_tables import PLACES, local_wear_units
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, STEPS, WEAR_FITS, StepName
+from tribopipe.documents.contact import CONTACTS
 from tribopipe.documents.record import Record
-from tribopipe.results.disc_evaluation import OUTCOMES
+from tribopipe.results.wear_prediction import OUTCOMES
 
 LAWS = ("archard", "sarkar", "LAW")
 """tribopipe's own; the name of any other stands where LAW does."""
 _UNDER_LAWS = (WEAR_FITS, PREDICTIONS, LOCAL_WEAR)
 _FOREIGN: Mapping[str | None, tuple[str, ...]] = {
-    "pin-on-disc": ("curved_disc_", "flat_disc_"),
-    "twin-disc": ("pin_", "disc_"),
     None: (),
+    **{
+        kind: tuple(f"{name}_" for other in CONTACTS if other != kind for name in CONTACTS[other].body_names)
+        for kind in CONTACTS
+    },
 }
 """How fields of results begin that are of the bodies of another tribometer."""
 _TABLES = {

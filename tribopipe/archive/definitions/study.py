@@ -6,10 +6,12 @@ from tribopipe.archive.definitions.common import defined, document, process, tex
 from tribopipe.archive.definitions.names import STUDY
 from tribopipe.archive.definitions.parts import Definition, FieldPart, GroupPart
 from tribopipe.archive.formats import STUDY_FORMAT
+from tribopipe.documents.contact import CONTACTS
+from tribopipe.documents.signals import SIGNALS
 
 _DOC = """Wear tests under one law: what some identify, others have to follow.
 
-Curves are wear depths of a pin in µm against sliding distance, or volumes worn off a disc in mm^3 against rotations."""
+Curves are wear depths in µm or wear volumes in mm^3 of a body, against the sliding distance or the rotations."""
 
 
 @cache
@@ -33,15 +35,20 @@ def study_definition() -> Definition:
 
 
 def _curve() -> GroupPart:
-    worn = ("um", "mm^3")
+    worn, kinds = ("um", "mm^3"), CONTACTS.values()
     members = (
         text("title", "Title of the plot."),
         text("run_id", "The run."),
         text("model", "Wear law."),
         FieldPart("role", "What the run is for.", required=True, values=("fitted", "predicted")),
-        FieldPart("disc", "Which disc.", values=("curved_disc", "flat_disc")),
-        FieldPart("sliding_distance", "Sliding distance of a pin.", "NX_FLOAT", ("m",)),
-        FieldPart("rotations", "Rotations of the curved disc.", "NX_FLOAT", ("1",)),
+        FieldPart(
+            "body", "Which body.", required=True, values=tuple(name for one in kinds for name in one.fitted_bodies)
+        ),
+        FieldPart("what", "What the curve is of.", required=True, values=("wear_depth", "wear_volume")),
+        *(
+            FieldPart(along.signal, f"Places along the test, {along.words}.", "NX_FLOAT", (SIGNALS[along.signal].unit,))
+            for along in dict.fromkeys(one.progress for one in kinds)
+        ),
         FieldPart("measured", "Wear as measured.", "NX_FLOAT", worn),
         FieldPart("predicted", "Wear by the law.", "NX_FLOAT", worn, required=True),
         FieldPart("lower", "Lower end of the 95 % interval of predicted.", "NX_FLOAT", worn, required=True),
@@ -49,4 +56,4 @@ def _curve() -> GroupPart:
         FieldPart("measurement_lower", "Above it lie 97.5 % of measurements.", "NX_FLOAT", worn),
         FieldPart("measurement_upper", "Below it lie 97.5 % of measurements.", "NX_FLOAT", worn),
     )
-    return GroupPart("", "NXdata", "One run under one law.", members)
+    return GroupPart("", "NXdata", "One body of a run under one law.", members)

@@ -19,8 +19,9 @@ from tribopipe.evaluation.wear.inputs import Input
 from tribopipe.evaluation.wear.joint import END_ANCHOR, Anchor, JointProblem
 from tribopipe.evaluation.wear.problem import WearProblem
 from tribopipe.physics.laws import law_named
-from tribopipe.results.evaluation import COVERAGE_FACTOR, Contribution
+from tribopipe.results.evaluation import COVERAGE_FACTOR
 from tribopipe.results.test_design import Design, Lever
+from tribopipe.results.wear_fit import Contribution
 
 _LENGTHS = np.geomspace(1.0, 100.0, 61)
 """Test lengths looked at, in lengths of the run."""

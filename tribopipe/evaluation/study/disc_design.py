@@ -20,9 +20,9 @@ from tribopipe.evaluation.wear.inputs import Input
 from tribopipe.evaluation.wear.twin_disc.fit import disc_budgets
 from tribopipe.evaluation.wear.twin_disc.problem import DiscProblem
 from tribopipe.physics.laws import law_named
-from tribopipe.results.disc_evaluation import spoken
 from tribopipe.results.evaluation import COVERAGE_FACTOR
 from tribopipe.results.test_design import Design
+from tribopipe.results.wear_fit import spoken
 
 
 def design_discs(

@@ -31,17 +31,19 @@ from tribopipe.evaluation.wear.twin_disc.fit import run_notes
 from tribopipe.evaluation.wear.twin_disc.problem import DiscProblem, disc_problem
 from tribopipe.physics.laws import law_heading, law_named
 from tribopipe.physics.uncertainty import TAILS, propagate_together
-from tribopipe.results.agreement import LeftOut, Role, Verdict
-from tribopipe.results.disc_agreement import (
-    DiscVerdict,
-    RotationsToDepth,
-    StudiedDisc,
-    TwinDiscLawResult,
-    TwinDiscStudyResult,
-    TwinDiscVerdict,
+from tribopipe.results.agreement import (
+    BodyVerdict,
+    EndOfLife,
+    LawResult,
+    LeftOut,
+    Role,
+    RunVerdict,
+    StudiedBody,
+    StudyResult,
+    Verdict,
 )
-from tribopipe.results.disc_evaluation import spoken
-from tribopipe.results.study_curves import DiscStudyCurve
+from tribopipe.results.study_curves import Evaluation, StudyCurve
+from tribopipe.results.wear_fit import spoken
 
 _FIRST = ("track_width", "wear_depth", "wear_volume")
 """What a disc is judged by first, the best last."""
@@ -52,17 +54,9 @@ _CURVE_DRAWS = 1_000
 _ITERATIONS = 40
 
 
-@dataclass(frozen=True)
-class DiscEvaluation:
-    """A study's result and the curves behind it."""
-
-    result: TwinDiscStudyResult
-    curves: tuple[DiscStudyCurve, ...]
-
-
 def evaluate_discs(
     study: Study, members: Mapping[str, Member], recipe: Recipe | None = None, left_out: Sequence[LeftOut] = ()
-) -> DiscEvaluation:
+) -> Evaluation:
     """Evaluate a study of twin-disc runs, ``members`` by id; runs left out are only named.
 
     Raises ``FitError`` where no run is left to fit, where runs differ in bodies or medium, or where a run lacks
@@ -73,8 +67,15 @@ def evaluate_discs(
     laws = [_Law(study, law, recipe, fit, predict) for law in study.laws]
     results = tuple(law.result() for law in laws)
     notes = single_run_note([member.id for member in fit])
-    result = TwinDiscStudyResult(id=study.id, title=study.title, laws=results, left_out=tuple(left_out), notes=notes)
-    return DiscEvaluation(result, tuple(curve for law in laws for curve in law.curves))
+    result = StudyResult(
+        id=study.id,
+        title=study.title,
+        tribometer=fit[0].corrected.run.manifest.described.kind,
+        laws=results,
+        left_out=tuple(left_out),
+        notes=notes,
+    )
+    return Evaluation(result, tuple(curve for law in laws for curve in law.curves))
 
 
 @dataclass(frozen=True)
@@ -133,7 +134,7 @@ class _Law:
         self.one_sided = all(run.problem.one_sided for run in self.fitted)
         _refuse_mixture(study.id, self.fitted)
         _refuse_no_wear(study.id, self.fitted, self.discs)
-        self.curves: list[DiscStudyCurve] = []
+        self.curves: list[StudyCurve] = []
         self._combined: list[Combination] = []
         self._first: list[tuple[Generator, dict[str, Column], list[_Draws], Column]] = []
 
@@ -142,7 +143,7 @@ class _Law:
         """The discs whose k_D is found."""
         return DISCS[:1] if self.one_sided else DISCS
 
-    def result(self) -> TwinDiscLawResult:
+    def result(self) -> LawResult:
         """Identify k₁ and k₂, and hold the law against every run."""
         how = self.recipe.monte_carlo
         found = propagate_together(self._draw, digits=max(1, how.significant_digits), seed=how.seed)
@@ -152,18 +153,17 @@ class _Law:
         judged += [
             self._judge(run.draw(rng, len(following), shared), "predicted", best, following) for run in self.predicted
         ]
-        return TwinDiscLawResult(
+        return LawResult(
             model=self.law,
             distance_per_rotation=self.recipe.wear.distance_per_rotation,
-            discs=tuple(
-                StudiedDisc(
-                    disc=disc,
+            bodies={
+                disc: StudiedBody(
                     wear_coefficient=wear_coefficient(best[place], found[place].standard_uncertainty),
                     interval=(wear_coefficient(found[place].interval[0]), wear_coefficient(found[place].interval[1])),
                     between_runs=self._combined[place].summary,
                 )
                 for place, disc in enumerate(self.discs)
-            ),
+            },
             correlation=None if self.one_sided else float(np.corrcoef(found[0].draws, found[1].draws)[0, 1]),
             draws=len(found[0].draws),
             rejected=found[0].rejected,
@@ -195,32 +195,34 @@ class _Law:
         roots = np.sqrt([run.coefficients for run in self.fitted])
         return _both(np.array([float(roots[:, place] @ one.weights) ** 2 for place, one in enumerate(self._combined)]))
 
-    def _judge(self, draws: _Draws, role: Role, best: Column, coefficients: Column) -> TwinDiscVerdict:
+    def _judge(self, draws: _Draws, role: Role, best: Column, coefficients: Column) -> RunVerdict:
         try:
             return self._verdict(draws, role, best, coefficients)
         except ContactError as error:
             raise ContactError(f"{draws.run.member.id}: {error}") from None
 
-    def _verdict(self, draws: _Draws, role: Role, best: Column, coefficients: Column) -> TwinDiscVerdict:
+    def _verdict(self, draws: _Draws, role: Role, best: Column, coefficients: Column) -> RunVerdict:
         run, problem = draws.run, draws.run.problem
         self.curves += _curves(self.law, role, draws, best, coefficients)
-        discs = [self._disc(disc, draws, best, coefficients) for disc in self.discs if run.rows_of(disc)]
+        discs: dict[str, BodyVerdict] = {
+            disc: self._disc(disc, draws, best, coefficients) for disc in self.discs if run.rows_of(disc)
+        }
         manifest = run.member.corrected.run.manifest
-        verdict = TwinDiscVerdict(
+        verdict = RunVerdict(
             id=run.member.id,
             role=role,
             normal_load=manifest.conditions.normal_load,
             slip=slip(manifest),
-            rotations=Quantity(value=float(problem.places[-1]), unit="1"),
-            outcome=_worst(discs),
+            end=_turns(problem.places[-1]),
+            outcome=_worst([*discs.values()]),
             sentence="",
             notes=(*run_notes(problem, best), *default_notes(problem.inputs)),
-            discs=tuple(discs),
+            bodies=discs,
             end_of_life=self._end_of_life(draws, coefficients),
         )
         return verdict.model_copy(update={"sentence": _sentence(self.law, verdict)})
 
-    def _disc(self, disc: DiscName, draws: _Draws, best: Column, coefficients: Column) -> DiscVerdict:
+    def _disc(self, disc: DiscName, draws: _Draws, best: Column, coefficients: Column) -> BodyVerdict:
         run, problem, rows, place = draws.run, draws.run.problem, draws.run.rows_of(disc), DISCS.index(disc)
         comparison = Comparison(
             problem.rows(problem.values)[rows],
@@ -238,8 +240,7 @@ class _Law:
         worst = int(np.argmax(np.abs(together)))
         unit = last.quantity.unit
         own, drawn = float(run.coefficients[place]), draws.coefficients[:, place]
-        return DiscVerdict(
-            disc=disc,
+        return BodyVerdict(
             outcome=decide(comparison, with_factor, DECISIVE / 2),
             what=last.what,
             measured=_spread(comparison.measured, comparison.measured_draws, unit),
@@ -253,7 +254,7 @@ class _Law:
             coefficient_ratio=ratio(own, drawn, float(best[place]), coefficients[:, place]),
         )
 
-    def _end_of_life(self, draws: _Draws, coefficients: Column) -> RotationsToDepth | None:
+    def _end_of_life(self, draws: _Draws, coefficients: Column) -> EndOfLife | None:
         wanted = self.study.end_of_life
         return None if wanted is None else _rotations_to(draws, coefficients, wanted.value)
 
@@ -295,14 +296,14 @@ def _both(coefficients: Column) -> Column:
     return np.concatenate([coefficients, np.zeros((*coefficients.shape[:-1], missing))], axis=-1)
 
 
-def _worst(discs: Sequence[DiscVerdict]) -> Verdict:
+def _worst(discs: Sequence[BodyVerdict]) -> Verdict:
     departing = [disc for disc in discs if disc.outcome in ("over-predicts", "under-predicts")]
     if departing:
         return max(departing, key=lambda disc: abs(disc.e_n)).outcome
     return "not decidable" if any(disc.outcome == "not decidable" for disc in discs) else "supported"
 
 
-def _curves(law: LawName, role: Role, draws: _Draws, best: Column, coefficients: Column) -> list[DiscStudyCurve]:
+def _curves(law: LawName, role: Role, draws: _Draws, best: Column, coefficients: Column) -> list[StudyCurve]:
     """Return what the law says of both discs' volumes along a run."""
     run, problem = draws.run, draws.run.problem
     rotations = np.linspace(0.0, 1.0, _PLACES) ** 1.5 * problem.places[-1]
@@ -312,11 +313,15 @@ def _curves(law: LawName, role: Role, draws: _Draws, best: Column, coefficients:
     found = []
     for disc, field in zip(DISCS, ("curved_volume", "flat_volume"), strict=True):
         low, high = np.quantile(getattr(band, field), TAILS, axis=0)
-        found.append(DiscStudyCurve(run.member.id, law, role, disc, rotations, getattr(line, field), low, high))
+        best_volume = getattr(line, field)
+        along = problem.contact.progress.signal
+        found.append(
+            StudyCurve(run.member.id, law, role, disc, "wear_volume", along, rotations, best_volume, low, high)
+        )
     return found
 
 
-def _rotations_to(draws: _Draws, coefficients: Column, depth: float) -> RotationsToDepth | None:
+def _rotations_to(draws: _Draws, coefficients: Column, depth: float) -> EndOfLife | None:
     """Return where the curved disc reaches a depth, m, for draws of k₁ and k₂; none where k₁ is rather zero.
 
     N_eff(N) = N* is solved by N ← N·N*/N_eff(N): N_eff/N changes slowly.
@@ -332,9 +337,9 @@ def _rotations_to(draws: _Draws, coefficients: Column, depth: float) -> Rotation
     )
     if not np.isfinite(middle):
         return None
-    return RotationsToDepth(
+    return EndOfLife(
         wear_depth=Quantity(value=depth, unit="m"),
-        rotations=_turns(middle),
+        place=_turns(middle),
         interval=(_turns(low), _turns(high) if np.isfinite(high) else None),
     )
 
@@ -352,25 +357,28 @@ def _ends(band: tuple[Column, Column], unit: str) -> tuple[Quantity, Quantity]:
     return Quantity(value=max(low, 0.0), unit=unit), Quantity(value=high, unit=unit)
 
 
-def _sentence(law: LawName, verdict: TwinDiscVerdict) -> str:
+def _sentence(law: LawName, verdict: RunVerdict) -> str:
     """Say the outcome as a tribologist would."""
-    load, slipping = show_force(verdict.normal_load.value), show(verdict.slip.value, None, "1", "%")
+    load, slipping = (
+        show_force(verdict.normal_load.value),
+        "" if verdict.slip is None else show(verdict.slip.value, None, "1", "%"),
+    )
     where = f"at {load} and {slipping} slip"
     parts = []
-    for disc in verdict.discs:
+    for name, disc in verdict.bodies.items():
         unit = _SHOWN[disc.what]
         low, high = (end.shown(unit) for end in disc.predicted_interval)
         parts.append(
-            f"{spoken(disc.disc)} {disc.predicted.shown(unit)} {verdict.role} (95 % interval {low} to {high}) against "
+            f"{spoken(name)} {disc.predicted.shown(unit)} {verdict.role} (95 % interval {low} to {high}) against "
             f"{disc.measured.shown(unit)} measured, E_n = {disc.e_n:+.2f}"
         )
-    said = f"after {verdict.rotations.value:,.0f} rotations {'; '.join(parts)}"
-    name = law_heading(law)
-    ratios = " and ".join(f"{disc.coefficient_ratio}" for disc in verdict.discs)
+    said = f"after {verdict.end.value:,.0f} rotations {'; '.join(parts)}"
+    law_name = law_heading(law)
+    ratios = " and ".join(f"{disc.coefficient_ratio}" for disc in verdict.bodies.values())
     if verdict.outcome == "supported":
         way = "follows" if verdict.role == "fitted" else "predicts"
-        return f"{name} {way} the wear {where}: {said}."
+        return f"{law_name} {way} the wear {where}: {said}."
     by_itself = f"by itself this run has {ratios} times those k_D"
     if verdict.outcome == "not decidable":
-        return f"Whether {name} holds {where} cannot be decided with this uncertainty: {said}; {by_itself}."
-    return f"{name} {verdict.outcome} the wear {where}: {said}; {by_itself}."
+        return f"Whether {law_name} holds {where} cannot be decided with this uncertainty: {said}; {by_itself}."
+    return f"{law_name} {verdict.outcome} the wear {where}: {said}; {by_itself}."

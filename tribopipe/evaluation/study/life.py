@@ -31,7 +31,7 @@ def end_of_life(draws: RunDraws, coefficients: Column, depth: float) -> EndOfLif
         return None
     return EndOfLife(
         wear_depth=Quantity(value=depth, unit="m"),
-        sliding_distance=_metres(float(middle)),
+        place=_metres(float(middle)),
         interval=(_metres(float(low)), _metres(float(high)) if np.isfinite(high) else None),
     )
 

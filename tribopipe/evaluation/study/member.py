@@ -81,6 +81,11 @@ class PosedRun:
     joint: JointProblem
     """Drift left free, by which the shape of the curve is judged."""
 
+    @property
+    def body(self) -> str:
+        """The body whose k_D is found."""
+        return self.problem.contact.fitted_bodies[0]
+
     @cached_property
     def coefficient(self) -> float:
         """k_D of this run alone, m²/N."""

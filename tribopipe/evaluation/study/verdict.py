@@ -24,7 +24,7 @@ from tribopipe.documents.recipe import LawName
 from tribopipe.evaluation.study.member import RunDraws
 from tribopipe.physics.laws import law_heading
 from tribopipe.physics.uncertainty import TAILS
-from tribopipe.results.agreement import Exponent, Role, RunVerdict, Verdict
+from tribopipe.results.agreement import BodyVerdict, Exponent, RunVerdict, Verdict
 
 DECISIVE = 0.005
 """Probability, at the end and along the curve each, of calling off a law that holds."""
@@ -151,36 +151,36 @@ def exponent(draws: RunDraws, comparison: Comparison, own: Column) -> Exponent |
     )
 
 
-def sentence(law: LawName, role: Role, verdict: RunVerdict) -> str:
+def sentence(law: LawName, verdict: RunVerdict) -> str:
     """Say the outcome as a tribologist would."""
     name, load = law_heading(law), show_force(verdict.normal_load.value)
-    where = f"{verdict.sliding_distance.value:.4g} m"
-    low, high = (end.shown("um") for end in verdict.predicted_interval)
+    where, (body,) = f"{verdict.end.value:.4g} m", verdict.bodies.values()
+    low, high = (end.shown("um") for end in body.predicted_interval)
     said = (
-        f"{verdict.predicted_depth.shown('um')} {role} (95 % interval {low} to {high}) against "
-        f"{verdict.measured_depth.shown('um')} measured at {where}, E_n = {verdict.e_n:+.2f}"
+        f"{body.predicted.shown('um')} {verdict.role} (95 % interval {low} to {high}) against "
+        f"{body.measured.shown('um')} measured at {where}, E_n = {body.e_n:+.2f}"
     )
-    ratio = f"by itself this run has {verdict.coefficient_ratio} times that k_D"
+    ratio = f"by itself this run has {body.coefficient_ratio} times that k_D"
     if verdict.outcome == "supported":
-        way = "follows" if role == "fitted" else "predicts"
-        return f"{name} {way} the wear at {load}: {said}{_left_over(verdict)}."
+        way = "follows" if verdict.role == "fitted" else "predicts"
+        return f"{name} {way} the wear at {load}: {said}{_left_over(body)}."
     doubts = [finding.message for finding in verdict.findings if finding.severity != "note"]
     if verdict.outcome == "not decidable" and doubts:
         return f"Whether {name} holds at {load} cannot be decided: {doubts[0]}; {said}; {ratio}."
     if verdict.outcome == "not decidable":
         return f"Whether {name} holds at {load} cannot be decided with this uncertainty: {said}; {ratio}."
-    return f"{name} {verdict.outcome} the wear at {load}: {said}; {ratio}{_bend(verdict)}."
+    return f"{name} {verdict.outcome} the wear at {load}: {said}; {ratio}{_bend(body)}."
 
 
-def _left_over(verdict: RunVerdict) -> str:
-    trend = verdict.trend
+def _left_over(body: BodyVerdict) -> str:
+    trend = body.trend
     if trend is None or trend.p_value > _SURE:
         return ""
     return f"; its residuals keep a trend of {trend.amplitude.shown('um')} that the law does not explain"
 
 
-def _bend(verdict: RunVerdict) -> str:
-    change = verdict.change_point
+def _bend(body: BodyVerdict) -> str:
+    change = body.change_point
     if change is None or change.p_value > _SURE:
         return ""
     where = show(float(f"{change.sliding_distance.value:.2g}"), None, "m")

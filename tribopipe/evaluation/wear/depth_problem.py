@@ -29,8 +29,8 @@ from tribopipe.evaluation.wear.law_parameters import law_columns
 from tribopipe.evaluation.wear.problem import WearProblem
 from tribopipe.physics.depth_model.posterior import DepthPosterior, DepthReading, depth_posterior
 from tribopipe.physics.depth_model.samples import DepthSamples
-from tribopipe.results.evaluation import Basis
 from tribopipe.results.run import CorrectedRun, RawRun
+from tribopipe.results.wear_fit import Basis
 
 _COMPARED = 4_000
 """Draws by which they are compared."""

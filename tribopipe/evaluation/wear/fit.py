@@ -25,13 +25,14 @@ from tribopipe.evaluation.wear.draws import coefficient_draws
 from tribopipe.evaluation.wear.findings import prior_findings, wear_findings
 from tribopipe.evaluation.wear.inputs import FRICTION_INPUTS, default_notes, shown_unit
 from tribopipe.evaluation.wear.law_parameters import held_notes, law_columns, with_fitted_law
-from tribopipe.evaluation.wear.monte_carlo import drawn
+from tribopipe.evaluation.wear.monte_carlo import with_draws
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
 from tribopipe.physics.autocorrelation import effective_samples
 from tribopipe.physics.friction_path import ExponentialFriction
 from tribopipe.physics.uncertainty import propagate
-from tribopipe.results.evaluation import COVERAGE_FACTOR, Contribution, FrictionFit, LawValue, WearFit
+from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit
 from tribopipe.results.run import CorrectedRun
+from tribopipe.results.wear_fit import BodyWear, Contribution, LawValue, WearFit
 
 _FEWEST_SAMPLES = 10
 _NOISE = "noise of the depth signal"
@@ -67,7 +68,9 @@ def fit_wear(
     notes = friction.notes if friction and source == "measured" and recipe.wear.friction == "fitted" else ()
     whole = _posed_whole(problem, corrected, recipe)
     chosen = whole if whole is not None and recipe.wear.correction == "model" else with_fitted_law(problem)
-    fit = _assess(chosen, model).model_copy(
+    coefficient = chosen.coefficient()
+    covariance = chosen.parameter_covariance(coefficient)
+    fit = _assess(chosen, model, coefficient, covariance).model_copy(
         update={
             "correction": recipe.wear.correction,
             "friction": source,
@@ -75,13 +78,17 @@ def fit_wear(
             **_by_whole_reading(whole, recipe),
         }
     )
+    pin = _first_order(chosen, coefficient, covariance).model_copy(update=_by_either(whole))
     if whole is not None:
-        two_step = fit.wear_coefficient if chosen is not whole else None
+        two_step = pin.wear_coefficient if chosen is not whole else None
         findings = [*wear_findings(whole, two_step)]
-        if chosen is whole and fit.wear_coefficient is not None:
-            findings += prior_findings(whole, fit.wear_coefficient)
+        if chosen is whole:
+            findings += prior_findings(whole, pin.wear_coefficient)
         fit = fit.model_copy(update={"findings": tuple(findings)})
-    return _with_monte_carlo(fit, chosen, recipe.monte_carlo)
+    pin, notes = _with_monte_carlo(pin, chosen, recipe.monte_carlo)
+    return fit.model_copy(
+        update={"bodies": {corrected.run.manifest.described.fitted_bodies[0]: pin}, "notes": (*fit.notes, *notes)}
+    )
 
 
 def _posed_whole(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe) -> DepthProblem | None:
@@ -95,17 +102,22 @@ def _posed_whole(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe) 
 
 
 def _by_whole_reading(whole: DepthProblem | None, recipe: Recipe) -> dict[str, Any]:
-    """Return k_D by reading and by measurement alone, what else the sensor reads, and what to doubt."""
+    """Return what k_D is based on, and what else the sensor reads."""
     if whole is None:
         return {}
-    ways = {name: wear_coefficient(*found) for name, found in whole.coefficients_by_ways().items()}
     return {
         "basis": whole.basis if recipe.wear.correction == "model" else None,
-        "by_reading": ways["reading"],
-        "by_measurement": ways.get("measurement"),
         "deviation": whole.deviation if whole.measured_after else None,
         "sensor": depth_model(whole.posterior, whole.trace.duration, whole.inputs["depth_scale"].quantity),
     }
+
+
+def _by_either(whole: DepthProblem | None) -> dict[str, Any]:
+    """Return k_D by reading and by measurement alone."""
+    if whole is None:
+        return {}
+    ways = {name: wear_coefficient(*found) for name, found in whole.coefficients_by_ways().items()}
+    return {"by_reading": ways["reading"], "by_measurement": ways.get("measurement")}
 
 
 def _doubts(corrected: CorrectedRun, recipe: Recipe) -> tuple[str, ...]:
@@ -120,16 +132,13 @@ def _doubts(corrected: CorrectedRun, recipe: Recipe) -> tuple[str, ...]:
     )
 
 
-def _assess(problem: WearProblem, model: LawName) -> WearFit:
-    coefficient, values = problem.coefficient(), problem.values
-    covariance = problem.parameter_covariance(coefficient)
+def _assess(problem: WearProblem, model: LawName, coefficient: float, covariance: Column | None) -> WearFit:
+    values = problem.values
     residuals = problem.measured(values, np.asarray(coefficient)) - problem.depth(coefficient, values)
     return WearFit(
         model=model,
         engine=problem.engine,
         outcome="fitted",
-        **_first_order(problem, coefficient, covariance),
-        measured_end_depth=problem.measured_end_depth,
         residual_deviation=Quantity(value=float(np.std(residuals)), unit="m"),
         effective_samples=effective_samples(residuals),
         **_law_values(problem, covariance),
@@ -151,20 +160,21 @@ def _law_values(problem: WearProblem, covariance: Column | None) -> dict[str, An
     }
 
 
-def _first_order(problem: WearProblem, coefficient: float, covariance: Column | None) -> dict[str, Any]:
+def _first_order(problem: WearProblem, coefficient: float, covariance: Column | None) -> BodyWear:
     """Return k_D with its uncertainty, interval, budget and end depth, to first order."""
     lines = budget(problem.condensed(), coefficient)
     relative = math.hypot(*(line.relative for line in lines))
     (random,) = (line.relative for line in lines if line.name == _NOISE)
     factor = math.exp(min(COVERAGE_FACTOR * relative, _WIDEST))
     together = np.array([[relative**2]]) if covariance is None else covariance
-    return {
-        "wear_coefficient": Quantity(value=coefficient, unit="m^2/N", standard_uncertainty=coefficient * relative),
-        "interval": (wear_coefficient(coefficient / factor), wear_coefficient(coefficient * factor)),
-        "random_uncertainty": wear_coefficient(coefficient * random),
-        "budget": lines,
-        "fitted_end_depth": _end_depth(problem, coefficient, together),
-    }
+    return BodyWear(
+        wear_coefficient=Quantity(value=coefficient, unit="m^2/N", standard_uncertainty=coefficient * relative),
+        interval=(wear_coefficient(coefficient / factor), wear_coefficient(coefficient * factor)),
+        random_uncertainty=wear_coefficient(coefficient * random),
+        budget=lines,
+        measured_end_depth=problem.measured_end_depth,
+        fitted_end_depth=_end_depth(problem, coefficient, together),
+    )
 
 
 def _end_depth(problem: WearProblem, coefficient: float, covariance: Column) -> Quantity:
@@ -227,12 +237,9 @@ def _friction_line(problem: WearProblem, sensitivities: Mapping[str, float]) -> 
     return [Contribution(name="friction fit", source="fit", relative=math.sqrt(max(0.0, variance)))]
 
 
-def _with_monte_carlo(fit: WearFit, problem: WearProblem, how: MonteCarloRecipe) -> WearFit:
+def _with_monte_carlo(pin: BodyWear, problem: WearProblem, how: MonteCarloRecipe) -> tuple[BodyWear, tuple[str, ...]]:
     """Replace the first-order interval by that of a Monte Carlo, and say where the two disagree."""
-    if not how.significant_digits or fit.interval is None or fit.wear_coefficient is None:
-        return fit
+    if not how.significant_digits:
+        return pin, ()
     found = propagate(coefficient_draws(problem), digits=how.significant_digits, seed=how.seed)
-    monte_carlo, interval, notes = drawn(found, fit.interval, how.significant_digits)
-    best = fit.wear_coefficient.model_copy(update={"standard_uncertainty": found.standard_uncertainty})
-    changed = {"wear_coefficient": best, "interval": interval, "monte_carlo": monte_carlo}
-    return fit.model_copy(update=changed | {"notes": (*fit.notes, *notes)})
+    return with_draws(pin, found, how.significant_digits)

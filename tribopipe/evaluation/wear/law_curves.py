@@ -8,9 +8,12 @@ from tribopipe.base.arrays import Column
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.applied_load import applied_load
 from tribopipe.evaluation.friction_paths import run_path
-from tribopipe.evaluation.wear.predict import KnownPin, WearScenario, known_pin
-from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit, WearFit, WearPrediction
+from tribopipe.evaluation.wear.known import KnownWear, known_wear
+from tribopipe.evaluation.wear.predict import WearScenario
+from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit
 from tribopipe.results.run import RawRun
+from tribopipe.results.wear_fit import WearFit
+from tribopipe.results.wear_prediction import WearPrediction
 
 
 @dataclass(frozen=True)
@@ -24,7 +27,7 @@ class LawCurve:
 
 
 def run_scenario(
-    run: RawRun, law: LawName, known: KnownPin, friction: FrictionFit | None, recipe: Recipe
+    run: RawRun, law: LawName, known: KnownWear, friction: FrictionFit | None, recipe: Recipe
 ) -> WearScenario:
     """Return the scenario of a run's own contact, load and friction under a known k_D."""
     conditions = run.manifest.conditions
@@ -32,7 +35,7 @@ def run_scenario(
     return WearScenario(
         run.manifest.pin_on_disc,
         applied_load(run, recipe),
-        known.coefficient,
+        known.first,
         law,
         path,
         recipe,
@@ -47,19 +50,19 @@ def fitted_curve(
     run: RawRun, fit: WearFit, friction: FrictionFit | None = None, recipe: Recipe | None = None
 ) -> LawCurve | None:
     """Return the fitted law along its run, with the band of what was fitted; none where nothing was."""
-    known = known_pin(fit)
-    if known is None or fit.interval is None or fit.fitted_end_depth is None:
+    known, pin = known_wear(fit), fit.first
+    if known is None or pin is None or pin.fitted_end_depth is None:
         return None
     scenario = run_scenario(run, fit.model, known, friction, recipe or Recipe())
     if known.covariance is not None:
         return _band(fit, scenario.worn(run.sliding_distance).depth, scenario.fitted_uncertainty(run.sliding_distance))
     # On a disc that wears, a pin loses more volume at the same depth: the curve ends on the fitted one.
-    share = _volume_share(scenario, run, fit.fitted_end_depth.value)
+    share = _volume_share(scenario, run, pin.fitted_end_depth.value)
     depth, lower, upper = (
         replace(scenario, wear_coefficient=k.model_copy(update={"value": share * k.value}))
         .worn(run.sliding_distance)
         .depth
-        for k in (known.coefficient, *fit.interval)
+        for k in (known.first, *pin.interval)
     )
     return LawCurve(fit, depth, lower, upper)
 

@@ -26,8 +26,9 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.slip import slip
+from tribopipe.evaluation.wear.known import KnownWear, known_wear
 from tribopipe.evaluation.wear.predict import WearScenario
-from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario, KnownDiscs, known_discs
+from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario
 from tribopipe.evaluation.wear.twin_disc.validity import hertz_start, validity_notes
 from tribopipe.physics.conventions import Course, DistanceConvention, Engine
 from tribopipe.physics.friction_path import FrictionPath
@@ -35,9 +36,9 @@ from tribopipe.physics.local.course import STEPS_PER_DECADE, LocalWear, wear
 from tribopipe.physics.local.economy import Elastic, wear_economically
 from tribopipe.physics.local.surface import Surface
 from tribopipe.physics.twin_disc import DiscWear
-from tribopipe.results.disc_evaluation import TwinDiscFit
 from tribopipe.results.local_wear import LocalDiscPoint, LocalPinPoint, LocalWearResult
 from tribopipe.results.local_wear_curves import GlobalWear, LocalCurves
+from tribopipe.results.wear_fit import WearFit, spoken
 
 ARCHARDS: DistanceConvention = "volume-conserving"
 """The way of counting distance by which the k_D of discs is Archard's."""
@@ -87,10 +88,12 @@ def local_scenario(
 
     Of discs that is the curved one's, and the flat one's where it wears. Raises ``FitError`` for more of them.
     """
-    if not 1 <= len(coefficients) <= 1 + manifest.rolls:
+    bodies = manifest.described.fitted_bodies
+    if not 1 <= len(coefficients) <= len(bodies):
+        names = " and ".join(map(spoken, bodies))
         raise FitError(
-            f"{manifest.id}: found {len(coefficients)} wear coefficients; expected one of a pin, at most two of discs; "
-            "give each once"
+            f"{manifest.id}: found {len(coefficients)} wear coefficients; expected at least one and at most "
+            f"{len(bodies)}, of the {names}; give each once"
         )
     conditions = manifest.conditions
     told: dict[str, Any] = {
@@ -101,9 +104,7 @@ def local_scenario(
     }
     if not manifest.rolls:
         return WearScenario(contact=manifest.pin_on_disc, wear_coefficient=coefficients[0], **told)
-    known = KnownDiscs(coefficients[0], distance=ARCHARDS)
-    if len(coefficients) > 1:
-        known = replace(known, flat=coefficients[1])
+    known = KnownWear(dict(zip(bodies, coefficients, strict=False)), distance=ARCHARDS)
     return DiscScenario(contact=manifest.twin_disc, slip=slip(manifest), known=known, **told)
 
 
@@ -175,8 +176,8 @@ def _wear_discs(scenario: DiscScenario, at: Sequence[float], how: LocalOptions, 
     places = np.searchsorted(along, at)
     result = LocalWearResult(
         model=scenario.model,
-        wear_coefficient=scenario.known.curved,
-        flat_disc_wear_coefficient=scenario.known.flat,
+        wear_coefficient=scenario.known.of("curved_disc"),
+        flat_disc_wear_coefficient=scenario.known.of("flat_disc"),
         reference=reference,
         normal_load=scenario.normal_load,
         notes=(*_disc_notes(scenario, along[-1], course.half_width[-1]), *_coarseness(course, along, places)),
@@ -233,21 +234,21 @@ def _disc_points(
 
 
 def _disc_notes(scenario: DiscScenario, rotations: float, half_width: float) -> Iterator[str]:
-    yield from _exactness(scenario.known.curved)
+    yield from _exactness(scenario.known.first)
     start, worn = hertz_start(scenario.contact, scenario.values), scenario.worn(np.asarray(rotations))
     yield from validity_notes(scenario.contact, start, scenario.slip.value, half_width, float(worn.slip))
 
 
-def archards_discs(fit: TwinDiscFit) -> KnownDiscs | None:
-    """Return k₁ and k₂ of a fit as Archard's law has them, whatever way of counting it was made with; none without."""
-    fitted = known_discs(fit)
-    if fitted is None or fitted.distance == ARCHARDS:
+def archards_wear(fit: WearFit) -> KnownWear | None:
+    """Return k_D of a fit as Archard's law has it, whatever way of counting distance it was made with; none without."""
+    fitted = known_wear(fit)
+    if fitted is None or fit.distance_per_rotation in (None, ARCHARDS):
         return fitted
     same = next((other for other in fit.equivalents if other.distance_per_rotation == ARCHARDS), None)
     if same is None:
         return None
-    curved, flat = _as_uncertain(same.curved_disc, fitted.curved), _as_uncertain(same.flat_disc, fitted.flat)
-    return replace(fitted, curved=curved, flat=flat, distance=ARCHARDS)
+    bodies = {name: _as_uncertain(same.bodies[name], found) for name, found in fitted.bodies.items()}
+    return replace(fitted, bodies=bodies, distance=ARCHARDS)
 
 
 def _as_uncertain(coefficient: Quantity, fitted: Quantity) -> Quantity:

@@ -20,35 +20,11 @@ from tribopipe.physics.conventions import WearEngine
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import WearLaw, law_named
 from tribopipe.physics.pin_on_disc import PinContact, WornState
-from tribopipe.results.evaluation import LawValue, PredictedPoint, WearFit, WearPrediction
+from tribopipe.results.wear_fit import LawValue
+from tribopipe.results.wear_prediction import PredictedBody, PredictedPoint, UsedCoefficient, WearPrediction
 
 DEFAULT_STEPS = 50_000
 _NOTABLE_STEP_ERROR = 1e-3
-
-
-@dataclass(frozen=True)
-class KnownPin:
-    """k_D of a pin, m²/N, and the engine it was found by: by the other one it gives another depth."""
-
-    coefficient: Quantity
-    engine: WearEngine = "giwm"
-    parameters: tuple[LawValue, ...] = ()
-    """Of the law beside k_D."""
-    covariance: tuple[tuple[float, ...], ...] | None = None
-    """Of ln k_D and those parameters that were fitted."""
-
-    @property
-    def parts(self) -> tuple[Quantity | str, ...]:
-        """Everything that says which it is, for a fingerprint."""
-        beside = [part for one in self.parameters for part in (one.name, one.value)]
-        return self.coefficient, self.engine, *beside, *([] if self.covariance is None else [str(self.covariance)])
-
-
-def known_pin(fit: WearFit) -> KnownPin | None:
-    """Return k_D of a fit; none where nothing was fitted."""
-    if fit.wear_coefficient is None:
-        return None
-    return KnownPin(fit.wear_coefficient, fit.engine, fit.parameters or (), fit.parameter_covariance)
 
 
 @dataclass(frozen=True)
@@ -220,10 +196,10 @@ def predict_wear(
         model=scenario.model,
         engine=scenario.engine,
         scheme=scheme,
-        wear_coefficient=scenario.wear_coefficient,
+        bodies={scenario.contact.fitted_bodies[0]: UsedCoefficient(wear_coefficient=scenario.wear_coefficient)},
         reference=reference,
         normal_load=scenario.normal_load,
-        pin_radius=scenario.contact.pin.radius,
+        conditions={"pin_radius": scenario.contact.pin.radius},
         steps=steps if scheme == "published" else None,
         step_error=error,
         notes=(*_coefficient_notes(scenario), *default_notes(scenario.inputs), *_step_notes(error, steps, distance)),
@@ -243,12 +219,16 @@ def _law_values(scenario: WearScenario) -> tuple[LawValue, ...] | None:
 
 def _points(scenario: WearScenario, distance: Column, depth: Column) -> Iterator[PredictedPoint]:
     spread, radius = scenario.depth_uncertainty(distance), scenario.worn_to(depth).radius
+    name = scenario.contact.fitted_bodies[0]
     for s, h, u, a in zip(distance.tolist(), depth.tolist(), spread.tolist(), radius.tolist(), strict=True):
+        worn = Quantity(value=h, unit="m", standard_uncertainty=u)
         yield PredictedPoint(
             sliding_distance=Quantity(value=s, unit="m"),
             time=_time(scenario, s),
-            wear_depth=Quantity(value=h, unit="m", standard_uncertainty=u),
-            contact_radius=Quantity(value=a, unit="m"),
+            wear_depth=worn,
+            bodies={name: PredictedBody(wear_depth=worn)},
+            half_width=Quantity(value=a, unit="m"),
+            half_length=Quantity(value=a, unit="m"),
             pressure=Quantity(value=scenario.normal_load.value / (math.pi * a**2), unit="Pa"),
         )
 
@@ -263,11 +243,13 @@ def _reached(scenario: WearScenario, depths: Sequence[float]) -> Iterator[Predic
         rate = scenario.wear_coefficient.value * pressure
         rate *= float(scenario.law.rate_factor(at, scenario.friction)[0])
         spread = (point.wear_depth.standard_uncertainty or 0.0) / rate
+        exact = Quantity(value=depth, unit="m")
         yield point.model_copy(
             update={
                 "sliding_distance": Quantity(value=distance, unit="m", standard_uncertainty=spread),
                 "time": _time(scenario, distance, spread),
-                "wear_depth": Quantity(value=depth, unit="m"),
+                "wear_depth": exact,
+                "bodies": {name: PredictedBody(wear_depth=exact) for name in point.bodies},
             }
         )
 

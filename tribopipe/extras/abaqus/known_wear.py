@@ -4,13 +4,12 @@ from dataclasses import dataclass
 
 from tribopipe.base.errors import FitError
 from tribopipe.documents.quantity import Quantity
-from tribopipe.evaluation.wear.local import ARCHARDS, archards_discs
-from tribopipe.evaluation.wear.twin_disc.predict import known_discs
-from tribopipe.results.disc_evaluation import TwinDiscFit
-from tribopipe.results.evaluation import WearFit
+from tribopipe.evaluation.wear.known import known_wear
+from tribopipe.evaluation.wear.local import ARCHARDS, archards_wear
+from tribopipe.results.wear_fit import WearFit, spoken
 
 _MEASURED = "k_D was identified with friction as measured; the subroutine takes the fit of Eq. 7."
-_FLAT_DISC = "in the test the flat disc wore too, which this leaves out: it wears the curved disc alone."
+_OTHER_WEARS = "in the test the {} wore too, which this leaves out: it wears the {} alone."
 _PRESSURES = {
     "giwm": "even pressure (the Global Incremental Wear Model)",
     "volume": "the volume that the pin lacks",
@@ -36,30 +35,33 @@ def given_wear(run_id: str, coefficient: Quantity) -> KnownWear:
     return KnownWear(run_id, coefficient, "It was given with --wear-coefficient.")
 
 
-def fitted_wear(run_id: str, fit: WearFit | TwinDiscFit) -> KnownWear:
+def fitted_wear(run_id: str, fit: WearFit) -> KnownWear:
     """Return the k_D of a fit. Raises ``FitError`` where it found none, or none that Eq. 9 can be given."""
     origin = f"It was identified from run {run_id} under {fit.model.title()}'s law"
-    notes = (_MEASURED,) if fit.friction == "measured" else ()
-    if isinstance(fit, TwinDiscFit) and fit.curved_disc is not None:
-        flat_wears = fit.flat_disc is not None and fit.flat_disc.wear_coefficient.value > 0
-        coefficient, how = _of_eq_9(run_id, fit)
-        return KnownWear(run_id, coefficient, f"{origin} {how}", (*notes, _FLAT_DISC) if flat_wears else notes)
-    if isinstance(fit, WearFit) and fit.wear_coefficient is not None:
-        return KnownWear(run_id, fit.wear_coefficient, f"{origin} with {_PRESSURES[fit.engine]}.", notes)
-    raise FitError(f"{run_id}: found no k_D; the run lacks {' and '.join(fit.lacks)}; give one with --wear-coefficient")
+    notes: tuple[str, ...] = (_MEASURED,) if fit.friction == "measured" else ()
+    if fit.first is None:
+        lacks = " and ".join(fit.lacks)
+        raise FitError(f"{run_id}: found no k_D; the run lacks {lacks}; give one with --wear-coefficient")
+    first, *others = fit.bodies
+    worn = (name for name in others if fit.bodies[name].wear_coefficient.value > 0)
+    notes += tuple(_OTHER_WEARS.format(spoken(name), spoken(first)) for name in worn)
+    if fit.distance_per_rotation is None:
+        return KnownWear(run_id, fit.first.wear_coefficient, f"{origin} with {_PRESSURES[fit.engine]}.", notes)
+    coefficient, how = _of_eq_9(run_id, fit)
+    return KnownWear(run_id, coefficient, f"{origin} {how}", notes)
 
 
-def _of_eq_9(run_id: str, fit: TwinDiscFit) -> tuple[Quantity, str]:
+def _of_eq_9(run_id: str, fit: WearFit) -> tuple[Quantity, str]:
     """Return the curved disc's k_D as Eq. 9 has it, which counts distance as Archard's law does, and how it was had."""
-    own, same = known_discs(fit), archards_discs(fit)
+    own, same = known_wear(fit), archards_wear(fit)
     if own is None or same is None:
         raise FitError(
             f"{run_id}: found a k_D that was fitted with {fit.distance_per_rotation}; expected {ARCHARDS}, as Eq. 9 "
             f'has it; fit again with a recipe that says distance_per_rotation = "{ARCHARDS}" under [wear]'
         )
     if own.distance == ARCHARDS:
-        return same.curved, f"with {ARCHARDS}, as Eq. 9 has it."
-    return same.curved, (
-        f"with {own.distance}, as {own.curved.value * 1e6:.4g} mm^3/(N mm), and turned into {ARCHARDS}, as Eq. 9 "
-        "has it: with either the curved disc loses the same volume in the run."
+        return same.first, f"with {ARCHARDS}, as Eq. 9 has it."
+    return same.first, (
+        f"with {own.distance}, as {own.first.value * 1e6:.4g} mm^3/(N mm), and turned into {ARCHARDS}, as Eq. 9 "
+        f"has it: with either the {spoken(next(iter(fit.bodies)))} loses the same volume in the run."
     )

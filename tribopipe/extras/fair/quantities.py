@@ -1,6 +1,6 @@
 """Numbers and texts of records by name: what a crate tells of a run without its files being opened."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from tribopipe.documents.quantity import Quantity
@@ -36,6 +36,9 @@ def _told(key: str, value: Any, meaning: str) -> Iterator[Told]:
         yield Told(key, value.value, value.unit, value.standard_uncertainty, meaning=meaning)
     elif isinstance(value, Record):
         yield from told(value, key)
+    elif isinstance(value, Mapping):
+        for name, one in value.items():
+            yield from _told(f"{key}.{name}", one, meaning)
     elif isinstance(value, str):
         yield Told(key, value, meaning=meaning)
     elif isinstance(value, int | float) and not isinstance(value, bool):

@@ -17,9 +17,9 @@ from tribopipe.base.units import KINDS, parse
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity, wear_coefficient
 from tribopipe.documents.recipe import LawName
-from tribopipe.documents.record import Record
 from tribopipe.evaluation.study.bodies import bodies
-from tribopipe.results.evaluation import DriftCorrection, WearFit
+from tribopipe.results.evaluation import DriftCorrection
+from tribopipe.results.wear_fit import WearFit
 
 _FEWEST = 4
 _GIVEN = re.compile(r"\s*(?P<value>\S+)\s*(?:±|\+-|\+/-)\s*(?P<spread>[^\s±]+)\s+(?P<unit>.+)")
@@ -68,10 +68,10 @@ def archived_coefficient(archive: Archive, manifest: RunManifest, law: LawName) 
     mine = bodies(manifest)
 
     def log_k(run_id: str) -> float | None:
-        fit = archive.result(run_id, WEAR_FITS[law], Record)
-        if not isinstance(fit, WearFit) or fit.wear_coefficient is None or bodies(archive.manifest(run_id)) != mine:
+        fit = archive.result(run_id, WEAR_FITS[law], WearFit)
+        if fit is None or fit.first is None or bodies(archive.manifest(run_id)) != mine:
             return None
-        return math.log(fit.wear_coefficient.value)
+        return math.log(fit.first.wear_coefficient.value)
 
     logs = _found(archive, manifest.id, log_k)
     value, spread = _next(list(logs.values()), "k_D of the same bodies")

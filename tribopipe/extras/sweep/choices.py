@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from tribopipe.archive.digest import digest
 from tribopipe.archive.store import Archive
@@ -20,9 +19,8 @@ from tribopipe.evaluation.wear.twin_disc.fit import fit_discs
 from tribopipe.extras.sweep.grid import combinations, label_heads, refuse_endless
 from tribopipe.extras.sweep.rows import Case, Ensemble, Head, Row
 from tribopipe.extras.sweep.subject import Subject, parameters
-from tribopipe.results.disc_evaluation import TwinDiscFit, spoken
-from tribopipe.results.evaluation import WearFit
 from tribopipe.results.run import RawRun
+from tribopipe.results.wear_fit import BodyWear, WearFit, spoken
 from tribopipe.version import VERSION
 
 COEFFICIENT = Head("wear_coefficient", "m^2/N", uncertain=True)
@@ -71,7 +69,7 @@ def evaluated(folder: Path, run_id: str, choice: Choice) -> list[Row]:
     return list(fit_rows(fitted(Archive(folder).raw(run_id), choice)))
 
 
-def fitted(run: RawRun, choice: Choice) -> WearFit | TwinDiscFit:
+def fitted(run: RawRun, choice: Choice) -> WearFit:
     """Take a run through the whole line in memory. Raises ``FitError`` where nothing is to be found."""
     recipe = choice.recipe
     cleaned = clean_run(run, recipe).run
@@ -81,20 +79,14 @@ def fitted(run: RawRun, choice: Choice) -> WearFit | TwinDiscFit:
     return fit_wear(correct_drift(cleaned, recipe), choice.law, friction, recipe)
 
 
-def fit_rows(fit: WearFit | TwinDiscFit) -> Iterator[Row]:
+def fit_rows(fit: WearFit) -> Iterator[Row]:
     """Give a row for each body that a k_D was sought of."""
     if fit.outcome == "not fitted":
         yield Row("", fit.outcome, {}, f"the run lacks {' and '.join(fit.lacks)}")
-    elif isinstance(fit, TwinDiscFit):
-        for disc in fit.coefficients:
-            yield Row(spoken(disc.disc), fit.outcome, _kept(disc.wear_coefficient, disc.interval, None))
-    elif fit.wear_coefficient is not None:
-        yield Row("pin", fit.outcome, _kept(fit.wear_coefficient, fit.interval, fit.fitted_end_depth))
+    for name, body in fit.bodies.items():
+        yield Row(spoken(name), fit.outcome, _kept(body))
 
 
-def _kept(
-    coefficient: Quantity, interval: tuple[Quantity, Quantity] | None, depth: Quantity | None
-) -> dict[str, Quantity]:
-    low, high = interval or (None, None)
-    values: tuple[Any, ...] = (coefficient, low, high, depth)
+def _kept(body: BodyWear) -> dict[str, Quantity]:
+    values = (body.wear_coefficient, *body.interval, body.fitted_end_depth)
     return {head.name: value for head, value in zip(FIT_NUMBERS, values, strict=True) if value is not None}

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any
 
 from tribopipe.base.errors import FitError
 from tribopipe.base.units import show
@@ -13,12 +13,13 @@ from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.record import Record
 from tribopipe.documents.slip import slip
 from tribopipe.evaluation.friction_paths import stated_path
-from tribopipe.evaluation.wear.predict import KnownPin, WearScenario, predict_wear
-from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario, KnownDiscs, predict_discs
+from tribopipe.evaluation.wear.known import KnownWear, given_wear
+from tribopipe.evaluation.wear.predict import WearScenario, predict_wear
+from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario, predict_discs
 from tribopipe.extras.sweep.rows import Head, Row
 from tribopipe.extras.sweep.subject import Settings, Subject
 from tribopipe.physics.friction_path import FrictionPath
-from tribopipe.results.disc_evaluation import spoken
+from tribopipe.results.wear_fit import spoken
 
 PIN_NUMBERS = (
     Head("sliding_distance", "m", uncertain=True),
@@ -34,7 +35,6 @@ DISC_NUMBERS = (
 )
 _WORN = "worn to "
 _FRICTION = "run.conditions.friction"
-Known: TypeAlias = KnownPin | KnownDiscs
 
 
 class Condition(Record):
@@ -60,7 +60,7 @@ class Wanted:
     """Distances, m, or rotations."""
     depths: tuple[float, ...]
     """Depths, m."""
-    known: Mapping[LawName, Known]
+    known: Mapping[LawName, KnownWear]
     """k_D that the archived fit found under each law."""
     friction: FrictionPath | None
     """As the run has it."""
@@ -85,21 +85,31 @@ def predicted(subject: Subject[Condition], settings: Settings, wanted: Wanted) -
     stated = condition.run.conditions.friction
     otherwise = stated is not None and any(path.startswith(_FRICTION) for path in settings)
     friction = stated_path(stated) if stated is not None and otherwise else wanted.friction
+    known = _known(condition, wanted)
     if condition.run.rolls:
-        return list(_discs(condition, friction, wanted))
-    return list(_pin(condition, friction, wanted))
+        return list(_discs(condition, known, friction, wanted))
+    return list(_pin(condition, known, friction, wanted))
 
 
-def _pin(condition: Condition, friction: FrictionPath | None, wanted: Wanted) -> Iterator[Row]:
-    conditions, known = condition.run.conditions, wanted.known.get(condition.law)
+def _known(condition: Condition, wanted: Wanted) -> KnownWear:
+    """Return the k_D given, or that of the archived fit. Raises ``FitError`` where there is neither."""
+    stated = [one for one in (condition.wear_coefficient, condition.flat_wear_coefficient) if one is not None]
     if condition.wear_coefficient is not None:
-        known = KnownPin(condition.wear_coefficient, condition.recipe.wear.engine or "giwm")
-    if not isinstance(known, KnownPin):
-        raise _unknown(condition)
+        return given_wear(condition.run.described.fitted_bodies, stated, condition.recipe)
+    if condition.law in wanted.known:
+        return wanted.known[condition.law]
+    raise FitError(
+        f"{condition.run.id}: found no k_D under {condition.law}; expected one to predict from; give wear_coefficient "
+        "in the sweep, or fit the run first"
+    )
+
+
+def _pin(condition: Condition, known: KnownWear, friction: FrictionPath | None, wanted: Wanted) -> Iterator[Row]:
+    conditions = condition.run.conditions
     scenario = WearScenario(
         condition.run.pin_on_disc,
         conditions.normal_load,
-        known.coefficient,
+        known.first,
         condition.law,
         friction,
         condition.recipe,
@@ -113,13 +123,8 @@ def _pin(condition: Condition, friction: FrictionPath | None, wanted: Wanted) ->
         yield Row("pin", outcome, _told(point, PIN_NUMBERS))
 
 
-def _discs(condition: Condition, friction: FrictionPath | None, wanted: Wanted) -> Iterator[Row]:
-    conditions, known = condition.run.conditions, wanted.known.get(condition.law)
-    if condition.wear_coefficient is not None:
-        flat = condition.flat_wear_coefficient or Quantity(value=0.0, unit="m^2/N")
-        known = KnownDiscs(condition.wear_coefficient, flat, distance=condition.recipe.wear.distance_per_rotation)
-    if not isinstance(known, KnownDiscs):
-        raise _unknown(condition)
+def _discs(condition: Condition, known: KnownWear, friction: FrictionPath | None, wanted: Wanted) -> Iterator[Row]:
+    conditions = condition.run.conditions
     scenario = DiscScenario(
         contact=condition.run.twin_disc,
         normal_load=conditions.normal_load,
@@ -133,7 +138,7 @@ def _discs(condition: Condition, friction: FrictionPath | None, wanted: Wanted) 
     result = predict_discs(scenario, wanted.at, depths=wanted.depths)
     for outcome, point in zip(wanted.outcomes("rotations"), (*result.prediction, *result.reached), strict=True):
         for disc in DISCS:
-            worn = {name: getattr(point, f"{disc}_{name}") for name in ("wear_depth", "wear_volume")}
+            worn = {name: getattr(point.bodies[disc], name) for name in ("wear_depth", "wear_volume")}
             yield Row(spoken(disc), outcome, _told(point, DISC_NUMBERS) | worn)
 
 
@@ -146,10 +151,3 @@ def asked_for(row: Row) -> str:
 def _told(point: Record, numbers: tuple[Head, ...]) -> dict[str, Quantity]:
     found = {head.name: getattr(point, head.name, None) for head in numbers}
     return {name: quantity for name, quantity in found.items() if quantity is not None}
-
-
-def _unknown(condition: Condition) -> FitError:
-    return FitError(
-        f"{condition.run.id}: found no k_D under {condition.law}; expected one to predict from; give wear_coefficient "
-        "in the sweep, or fit the run first"
-    )

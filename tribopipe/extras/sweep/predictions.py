@@ -19,14 +19,14 @@ from tribopipe.documents.sweep import Predictions, Sweep
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.friction_paths import run_path, stated_path
 from tribopipe.evaluation.preprocessing.cleaning import clean_run
+from tribopipe.evaluation.wear.known import KnownWear, known_wear
 from tribopipe.extras.sweep.grid import combinations, label_heads, refuse_endless
-from tribopipe.extras.sweep.predicted import DISC_NUMBERS, PIN_NUMBERS, Condition, Known, Wanted, predicted
+from tribopipe.extras.sweep.predicted import DISC_NUMBERS, PIN_NUMBERS, Condition, Wanted, predicted
 from tribopipe.extras.sweep.rows import Case, Ensemble
 from tribopipe.extras.sweep.subject import Subject, parameters
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import law_named
 from tribopipe.pipeline.archived_results import archived_fit, archived_friction
-from tribopipe.pipeline.step_definitions import known_coefficient
 from tribopipe.readers.harmonize import read_run
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.run import RawRun
@@ -123,9 +123,9 @@ def _documents(source: _Source, asked: Predictions, recipe: Recipe) -> dict[str,
     return documents
 
 
-def _fitted(archive: Archive, run_id: str, laws: Sequence[LawName]) -> dict[LawName, Known]:
+def _fitted(archive: Archive, run_id: str, laws: Sequence[LawName]) -> dict[LawName, KnownWear]:
     """Return k_D that the archived fits found, where they did."""
-    found = {law: known_coefficient(archived_fit(archive, run_id, law)) for law in laws}
+    found = {law: known_wear(archived_fit(archive, run_id, law)) for law in laws}
     return {law: known for law, known in found.items() if known is not None}
 
 

@@ -13,13 +13,11 @@ from tribopipe.base.errors import ArchiveError, TribopipeError
 from tribopipe.base.files import leads_out
 from tribopipe.base.interrupts import undone_by
 from tribopipe.documents.recipe import LawName
-from tribopipe.evaluation.wear.predict import KnownPin
-from tribopipe.evaluation.wear.twin_disc.predict import KnownDiscs
+from tribopipe.evaluation.wear.known import KnownWear, known_wear
 from tribopipe.pipeline.archived_results import archived_fit
 from tribopipe.pipeline.step_definitions import (
     PLANS,
     PlannedStep,
-    known_coefficient,
     local_wear_as_told,
     prediction,
     recipe_of,
@@ -98,10 +96,10 @@ def _plans(archive: Archive, run_id: str, step: Step) -> Iterator[PlannedStep]:
         yield PLANS[step.name](archive, run_id, recipe)
 
 
-def _known_under(archive: Archive, reference: str, law: LawName) -> Iterator[KnownPin | KnownDiscs]:
+def _known_under(archive: Archive, reference: str, law: LawName) -> Iterator[KnownWear]:
     """Yield k_D under a law as the run of that name has it, and as every study does that predictions call by it."""
     if reference in archive.ids() and WEAR_FITS[law] in archive.step_names(reference):
-        known = known_coefficient(archived_fit(archive, reference, law))
+        known = known_wear(archived_fit(archive, reference, law))
         if known is not None:
             yield known
     for study_id in archive.study_ids():

@@ -1,6 +1,7 @@
 """A study computed again, from the runs as ingested on."""
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from io import BytesIO
 from typing import Any
 
@@ -54,4 +55,4 @@ def _as_archived(study: StoredStudy) -> StoredStudy:
 
 
 def _told(study: StoredStudy) -> Mapping[str, Any]:
-    return {"result": study.result, "curves": [vars(curve) for curve in study.curves]}
+    return {"result": study.result, "curves": [asdict(curve) for curve in study.curves]}

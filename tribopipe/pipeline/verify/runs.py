@@ -21,12 +21,10 @@ from tribopipe.archive.runfile import (
 )
 from tribopipe.archive.steps import PREDICTIONS, STEPS, WEAR_FITS, Step, StepName, inputs_digest, steps_among
 from tribopipe.documents.recipe import LawName
-from tribopipe.evaluation.wear.predict import known_pin
-from tribopipe.evaluation.wear.twin_disc.predict import known_discs
+from tribopipe.evaluation.wear.known import known_wear
 from tribopipe.pipeline.verify.look import Look
 from tribopipe.pipeline.verify.shown import check_shown
-from tribopipe.results.disc_evaluation import TwinDiscFit
-from tribopipe.results.evaluation import WearFit
+from tribopipe.results.wear_fit import WearFit
 
 _AGAIN = "process the run again"
 
@@ -121,10 +119,9 @@ def _check_step(entry: h5py.Group, look: Look, step: Step, there: Mapping[str, s
 def _put_aside(steps: Mapping[StepName, Step], seen: SeenRun) -> None:
     for name, step in steps.items():
         fit = step.result
-        if (law := WEAR_FITS.law_of(name)) is not None and isinstance(fit, WearFit | TwinDiscFit):
-            known = known_discs(fit) if isinstance(fit, TwinDiscFit) else known_pin(fit)
-            if known is not None:
-                seen.found[law] = digest(*known.parts)
+        known = known_wear(fit) if isinstance(fit, WearFit) else None
+        if (law := WEAR_FITS.law_of(name)) is not None and known is not None:
+            seen.found[law] = digest(*known.parts)
         told = step.stands_on.get("wear_coefficient")
         if (law := PREDICTIONS.law_of(name)) is not None and told is not None:
             seen.borrowed.append(Borrowed(name, law, str(step.options.get("reference")), told))

@@ -11,7 +11,6 @@ from tribopipe.archive.outline import RunOutline
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS
 from tribopipe.archive.store import Archive
 from tribopipe.results.agreement import StudyResult
-from tribopipe.results.disc_agreement import TwinDiscLawResult, TwinDiscStudyResult
 from tribopipe.views.archived_figures import run_figures
 from tribopipe.views.archived_study_figures import study_figures
 from tribopipe.views.astm_g99 import ReportingItem, reporting_items
@@ -94,7 +93,7 @@ def study_report(archive: Archive, study_id: str, go_on: GoOn = _go_on) -> str:
     """
     page, stored = study_page(archive, study_id), archive.study_outline(study_id)
     figures = study_figures(archive, study_id)
-    discs = isinstance(stored.result, TwinDiscStudyResult)
+    discs = any(law.distance_per_rotation is not None for law in stored.result.laws)
     captions = {what: study_caption(what, discs=discs) for what in figures}
     runs = [_study_run(archive, run_id, stored.result) for run_id in (*page.fitted, *page.predicted)]
     return _report(
@@ -115,7 +114,7 @@ def _run_card(archive: Archive, run_id: str, numbers: Iterator[int], go_on: GoOn
     return _RunCard(page, outline, reporting_items(archive, run_id), tuple(figures))
 
 
-def _study_run(archive: Archive, run_id: str, result: StudyResult | TwinDiscStudyResult) -> _RunCard:
+def _study_run(archive: Archive, run_id: str, result: StudyResult) -> _RunCard:
     """Return a run with what the study stands on: of its wear fits those under the study's laws, no predictions."""
     page, outline = run_page(archive, run_id), archive.outline(run_id)
     others = {*PREDICTIONS.values(), *LOCAL_WEAR.values(), *WEAR_FITS.values()}
@@ -127,11 +126,10 @@ def _study_run(archive: Archive, run_id: str, result: StudyResult | TwinDiscStud
     )
 
 
-def _replicates(result: StudyResult | TwinDiscStudyResult) -> str | None:
+def _replicates(result: StudyResult) -> str | None:
     """Say how many runs identify k_D and how they scatter; nothing where it is one."""
     law = result.laws[0]
-    bodies = law.discs if isinstance(law, TwinDiscLawResult) else [law]
-    found = [body.between_runs for body in bodies]
+    found = [body.between_runs for body in law.bodies.values()]
     scatter = [f"{100 * one.scatter:.2g} %" for one in found if one is not None]
     runs = sum(run.role == "fitted" for run in law.runs)
     return f"{runs} runs, between which k_D scatters by {' and '.join(scatter)}" if scatter else None
@@ -157,7 +155,7 @@ def _report(
     runs: Sequence[_RunCard],
     *,
     study: StudyPage | None = None,
-    result: StudyResult | TwinDiscStudyResult | None = None,
+    result: StudyResult | None = None,
     options: Mapping[str, Mapping[str, Any]] | None = None,
     **shown: Any,
 ) -> str:

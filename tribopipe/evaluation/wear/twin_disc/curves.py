@@ -10,10 +10,12 @@ from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.slip import slip
 from tribopipe.evaluation.applied_load import applied_load
 from tribopipe.evaluation.friction_paths import run_path
-from tribopipe.evaluation.wear.twin_disc.predict import COEFFICIENTS, DiscScenario, KnownDiscs, known_discs
-from tribopipe.results.disc_evaluation import OUTCOMES, Outcome, TwinDiscFit, TwinDiscPrediction
+from tribopipe.evaluation.wear.known import KnownWear, known_wear
+from tribopipe.evaluation.wear.twin_disc.predict import COEFFICIENTS, DiscScenario
 from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit
 from tribopipe.results.run import RawRun
+from tribopipe.results.wear_fit import WearFit
+from tribopipe.results.wear_prediction import OUTCOMES, Outcome, WearPrediction
 
 _MOST_PLACES = 600
 """At so many places the law is evaluated; samples between lie on straight lines."""
@@ -32,14 +34,14 @@ class DiscBand:
 class DiscCurves:
     """Two discs along a run by a law."""
 
-    result: TwinDiscFit | TwinDiscPrediction
+    result: WearFit | WearPrediction
     bands: Mapping[Outcome, DiscBand]
 
 
 def disc_scenario(
     run: RawRun,
     law: LawName,
-    known: KnownDiscs,
+    known: KnownWear,
     friction: FrictionFit | None,
     recipe: Recipe,
 ) -> DiscScenario:
@@ -58,17 +60,17 @@ def disc_scenario(
 
 
 def fitted_discs(
-    run: RawRun, fit: TwinDiscFit, friction: FrictionFit | None = None, recipe: Recipe | None = None
+    run: RawRun, fit: WearFit, friction: FrictionFit | None = None, recipe: Recipe | None = None
 ) -> DiscCurves | None:
     """Return the fitted law along its run; the bands are those of k₁ and k₂. None where nothing was fitted."""
-    known = known_discs(fit)
+    known = known_wear(fit)
     if known is None:
         return None
     scenario = disc_scenario(run, fit.model, known, friction, recipe or Recipe())
     return DiscCurves(fit, _bands(run, scenario, COEFFICIENTS))
 
 
-def predicted_discs(run: RawRun, scenario: DiscScenario, prediction: TwinDiscPrediction) -> DiscCurves:
+def predicted_discs(run: RawRun, scenario: DiscScenario, prediction: WearPrediction) -> DiscCurves:
     """Return a prediction along the run it is made for; the bands are those of all its inputs."""
     return DiscCurves(prediction, _bands(run, scenario, None))
 

@@ -16,16 +16,16 @@ from tribopipe.documents.contact import DISCS
 from tribopipe.documents.quantity import Quantity, wear_coefficient
 from tribopipe.documents.recipe import FrictionSource, LawName, MonteCarloRecipe, Recipe
 from tribopipe.evaluation.wear.inputs import FRICTION_INPUTS, default_notes, shown_unit
-from tribopipe.evaluation.wear.monte_carlo import drawn
+from tribopipe.evaluation.wear.monte_carlo import with_draws
 from tribopipe.evaluation.wear.twin_disc.problem import DiscProblem, disc_problem
 from tribopipe.evaluation.wear.twin_disc.validity import hertz_start, validity_notes
 from tribopipe.physics.conventions import DistanceConvention
 from tribopipe.physics.friction_path import ExponentialFriction
 from tribopipe.physics.laws import law_named
 from tribopipe.physics.uncertainty import propagate_together
-from tribopipe.results.disc_evaluation import ConventionCoefficients, DiscCoefficient, FittedValue, TwinDiscFit, spoken
-from tribopipe.results.evaluation import COVERAGE_FACTOR, Contribution, FrictionFit
+from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit
 from tribopipe.results.run import RawRun
+from tribopipe.results.wear_fit import BodyWear, Contribution, ConventionCoefficients, FittedValue, WearFit, spoken
 
 _CONVENTIONS: tuple[DistanceConvention, ...] = ("full-slip", "contact-width", "line-load", "volume-conserving")
 _SURE = 0.01
@@ -34,7 +34,7 @@ _SURE = 0.01
 
 def fit_discs(
     run: RawRun, model: LawName = "archard", friction: FrictionFit | None = None, recipe: Recipe | None = None
-) -> TwinDiscFit:
+) -> WearFit:
     """Identify k_D of both discs of a run, m²/N, under a wear law.
 
     From volumes, depths and track widths of both discs at the end and at interruptions, together. A run that lacks an
@@ -45,7 +45,7 @@ def fit_discs(
     problem = disc_problem(run, model, friction, recipe)
     convention = recipe.wear.distance_per_rotation
     if not isinstance(problem, DiscProblem):
-        return TwinDiscFit(model=model, outcome="not fitted", distance_per_rotation=convention, lacks=problem)
+        return WearFit(model=model, outcome="not fitted", distance_per_rotation=convention, lacks=problem)
     found = problem.coefficients()
     source: FrictionSource | None = None
     if law_named(model).needs_friction:
@@ -56,29 +56,27 @@ def fit_discs(
     return _with_monte_carlo(fit, problem, found, recipe.monte_carlo)
 
 
-def _first_order(problem: DiscProblem, found: Column, model: LawName) -> TwinDiscFit:
+def _first_order(problem: DiscProblem, found: Column, model: LawName) -> WearFit:
     # Where no wear was found there is no logarithm; it is taken where wear would have been noticed.
     at = np.where(found > 0, found, problem.scale)
     sensitivities = problem.sensitivities(at)
     covariance = _covariance(problem, sensitivities)
     relative = np.sqrt(np.diag(covariance))
     residual = (problem.rows(problem.values) - problem.modelled(found, problem.values)) * problem.root_weights
-    discs = {
-        disc: DiscCoefficient(
-            disc=disc,
+    discs: dict[str, BodyWear] = {
+        disc: BodyWear(
             wear_coefficient=wear_coefficient(found[place], at[place] * relative[place]),
             interval=_interval(found[place], at[place] * relative[place]),
             budget=_budget(problem, sensitivities, place) if found[place] > 0 else (),
         )
         for place, disc in enumerate(DISCS[: problem.unknowns])
     }
-    return TwinDiscFit(
+    return WearFit(
         model=model,
         outcome="fitted",
         distance_per_rotation=problem.distance,
         start=hertz_start(problem.contact, problem.values),
-        curved_disc=discs["curved_disc"],
-        flat_disc=discs.get("flat_disc"),
+        bodies=discs,
         correlation=None if problem.one_sided else _correlation(covariance),
         measurements=_fitted_values(problem, found),
         p_value=_p_value(residual, problem.unknowns),
@@ -133,7 +131,7 @@ def _fitted_values(problem: DiscProblem, found: Column) -> tuple[FittedValue, ..
     return tuple(
         FittedValue(
             name=one.name,
-            rotations=one.rotations,
+            place=one.rotations,
             measured=one.quantity,
             fitted=Quantity(value=float(value), unit=one.quantity.unit),
         )
@@ -167,7 +165,7 @@ def _one_sided(problem: DiscProblem) -> tuple[str, ...]:
     return ("nothing was measured on the flat disc: it counts as unworn, as in the one-sided model",)
 
 
-def _disagreement(fit: TwinDiscFit) -> tuple[str, ...]:
+def _disagreement(fit: WearFit) -> tuple[str, ...]:
     if fit.p_value is None or fit.p_value > _SURE:
         return ()
     return (
@@ -191,8 +189,7 @@ def _equivalents(problem: DiscProblem, found: Column) -> tuple[ConventionCoeffic
         result.append(
             ConventionCoefficients(
                 distance_per_rotation=convention,
-                curved_disc=wear_coefficient(pair[0]),
-                flat_disc=wear_coefficient(pair[1]),
+                bodies=dict(zip(DISCS[: problem.unknowns], map(wear_coefficient, pair), strict=False)),
             )
         )
     return tuple(result)
@@ -215,24 +212,22 @@ def _equivalent(
     return first, second
 
 
-def _with_monte_carlo(fit: TwinDiscFit, problem: DiscProblem, found: Column, how: MonteCarloRecipe) -> TwinDiscFit:
+def _with_monte_carlo(fit: WearFit, problem: DiscProblem, found: Column, how: MonteCarloRecipe) -> WearFit:
     """Replace the first-order intervals by those of a Monte Carlo, and say where they disagree."""
     if not how.significant_digits:
         return fit
-    count = len(fit.coefficients)
+    count = len(fit.bodies)
 
     def model(rng: np.random.Generator, draws: int) -> Column:
         return problem.solve_draws(problem.draw(rng, draws), found)[:, :count]
 
     found_together = propagate_together(model, digits=how.significant_digits, seed=how.seed)
-    update: dict[str, object] = {}
+    bodies: dict[str, BodyWear] = {}
     notes: list[str] = []
-    for one, distribution in zip(fit.coefficients, found_together, strict=True):
-        record, interval, doubts = drawn(distribution, one.interval, how.significant_digits)
-        best = one.wear_coefficient.model_copy(update={"standard_uncertainty": distribution.standard_uncertainty})
-        changed = {"wear_coefficient": best, "interval": interval, "monte_carlo": record}
-        update[one.disc] = one.model_copy(update=changed)
-        notes += [f"{spoken(one.disc)}: {doubt}" for doubt in doubts]
+    for (name, body), distribution in zip(fit.bodies.items(), found_together, strict=True):
+        bodies[name], doubts = with_draws(body, distribution, how.significant_digits)
+        notes += [f"{spoken(name)}: {doubt}" for doubt in doubts]
+    correlation = fit.correlation
     if count == len(DISCS):
-        update["correlation"] = _correlation(np.cov([one.draws for one in found_together]))
-    return fit.model_copy(update=update | {"notes": (*fit.notes, *notes)})
+        correlation = _correlation(np.cov([one.draws for one in found_together]))
+    return fit.model_copy(update={"bodies": bodies, "correlation": correlation, "notes": (*fit.notes, *notes)})

@@ -11,51 +11,27 @@ import numpy as np
 from tribopipe.base.arrays import Column, Values
 from tribopipe.base.errors import FitError
 from tribopipe.contacts.twin_disc import disc_pair
-from tribopipe.documents.contact import TwinDisc
+from tribopipe.documents.contact import DISCS, TwinDisc
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.wear.given_parameters import law_as_given
 from tribopipe.evaluation.wear.inputs import Input, best_values, default_notes, law_inputs
+from tribopipe.evaluation.wear.known import KnownWear
 from tribopipe.evaluation.wear.predict import beyond
 from tribopipe.evaluation.wear.twin_disc.inputs import disc_inputs, effective_rotations
 from tribopipe.evaluation.wear.twin_disc.validity import hertz_start, validity_notes
-from tribopipe.physics.conventions import DistanceConvention
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import WearLaw
 from tribopipe.physics.twin_disc import DiscWear
 from tribopipe.physics.twin_disc_steps import published_wear
-from tribopipe.results.disc_evaluation import DiscPoint, HertzStart, TwinDiscFit, TwinDiscPrediction
+from tribopipe.results.wear_fit import HertzStart
+from tribopipe.results.wear_prediction import PredictedBody, PredictedPoint, UsedCoefficient, WearPrediction
 
 MOST_STEPS = 5_000_000
 """A rotation at a time takes about a second for every million of them."""
 COEFFICIENTS = ("curved_coefficient", "flat_coefficient")
 """Names of k₁ and k₂ among the inputs of a scenario."""
 _NOTABLE_STEP_ERROR = 1e-3
-
-
-@dataclass(frozen=True)
-class KnownDiscs:
-    """k₁ and k₂, m²/N; 0 for a disc that does not wear."""
-
-    curved: Quantity
-    flat: Quantity = field(default_factory=lambda: Quantity(value=0.0, unit="m^2/N"))
-    correlation: float = 0.0
-    """Of both."""
-    distance: DistanceConvention = "full-slip"
-    """What counts as slid in one rotation; under another way of counting k means nothing."""
-
-    @property
-    def parts(self) -> tuple[Quantity | str, ...]:
-        """Everything that says which they are, for a fingerprint."""
-        return self.curved, self.flat, str(self.correlation), self.distance
-
-
-def known_discs(fit: TwinDiscFit) -> KnownDiscs | None:
-    """Return k₁ and k₂ of a fit; none where nothing was fitted."""
-    if fit.curved_disc is None:
-        return None
-    flat = Quantity(value=0.0, unit="m^2/N") if fit.flat_disc is None else fit.flat_disc.wear_coefficient
-    return KnownDiscs(fit.curved_disc.wear_coefficient, flat, fit.correlation or 0.0, fit.distance_per_rotation)
 
 
 @dataclass(frozen=True)
@@ -68,7 +44,7 @@ class DiscScenario:
     contact: TwinDisc
     normal_load: Quantity
     slip: Quantity
-    known: KnownDiscs
+    known: KnownWear
     model: LawName = "archard"
     friction: FrictionPath | None = None
     recipe: Recipe = field(default_factory=Recipe)
@@ -80,8 +56,7 @@ class DiscScenario:
         given = disc_inputs(self.contact, self.normal_load, self.slip, self.recipe)
         given |= law_inputs(self.law, self.recipe)
         return given | {
-            name: Input(quantity, "fit")
-            for name, quantity in zip(COEFFICIENTS, (self.known.curved, self.known.flat), strict=True)
+            name: Input(quantity, "fit") for name, quantity in zip(COEFFICIENTS, map(self.known.of, DISCS), strict=True)
         }
 
     @property
@@ -145,7 +120,7 @@ class DiscScenario:
         from scipy.optimize import brentq
 
         discs = disc_pair(self.contact, self.values, self.known.distance)
-        wanted = float(discs.rotations(depth, self.known.curved.value, self.known.flat.value))
+        wanted = float(discs.rotations(depth, *(self.known.of(disc).value for disc in DISCS)))
         if not 0 < wanted < math.inf:
             return wanted
 
@@ -185,7 +160,7 @@ def predict_discs(
     scheme: Literal["exact", "published"] = "exact",
     steps: int | None = None,
     reference: str | None = None,
-) -> TwinDiscPrediction:
+) -> WearPrediction:
     """Predict both discs after rotations ``at``, and the rotations at which the curved one reaches ``depths``, m.
 
     ``scheme="published"`` takes the paper's explicit steps, one a rotation unless ``steps`` says how many up to the
@@ -211,15 +186,14 @@ def predict_discs(
         exact = float(worn.curved_depth[last])
         worn = DiscWear(*(np.interp(rotations, grid, getattr(curve, one.name)) for one in fields(DiscWear)))
         error = float(worn.curved_depth[last]) / exact - 1 if exact else 0.0
-    return TwinDiscPrediction(
+    return WearPrediction(
         model=scenario.model,
         scheme=scheme,
         distance_per_rotation=scenario.known.distance,
-        curved_disc_wear_coefficient=scenario.known.curved,
-        flat_disc_wear_coefficient=scenario.known.flat,
+        bodies={name: UsedCoefficient(wear_coefficient=found) for name, found in scenario.known.bodies.items()},
         reference=reference,
         normal_load=scenario.normal_load,
-        slip=scenario.slip,
+        conditions={"slip": scenario.slip},
         steps=taken,
         step_error=error,
         start=start,
@@ -229,7 +203,7 @@ def predict_discs(
     )
 
 
-def _points(scenario: DiscScenario, rotations: Column, worn: DiscWear) -> Iterator[DiscPoint]:
+def _points(scenario: DiscScenario, rotations: Column, worn: DiscWear) -> Iterator[PredictedPoint]:
     spreads, slid = scenario.uncertainties(rotations), scenario.effective_rotations(rotations)
     # The model counts effective rotations; what is slid in them is slid in the true ones.
     truly = np.divide(rotations, slid, out=np.ones_like(rotations), where=slid > 0)
@@ -240,17 +214,17 @@ def _points(scenario: DiscScenario, rotations: Column, worn: DiscWear) -> Iterat
             return Quantity(value=value, unit=unit, standard_uncertainty=spread)
 
         curved, flat = told("curved_depth", "m"), told("flat_depth", "m")
-        yield DiscPoint(
+        yield PredictedPoint(
             rotations=Quantity(value=turns, unit="1"),
             sliding_distance=Quantity(value=float(worn.sliding_distance[place] * truly[place]), unit="m"),
             time=_time(scenario, turns),
             wear_depth=Quantity(
                 value=curved.value + flat.value, unit="m", standard_uncertainty=float(spreads["depth"][place])
             ),
-            curved_disc_wear_depth=curved,
-            flat_disc_wear_depth=flat,
-            curved_disc_wear_volume=told("curved_volume", "m^3"),
-            flat_disc_wear_volume=told("flat_volume", "m^3"),
+            bodies={
+                "curved_disc": PredictedBody(wear_depth=curved, wear_volume=told("curved_volume", "m^3")),
+                "flat_disc": PredictedBody(wear_depth=flat, wear_volume=told("flat_volume", "m^3")),
+            },
             half_width=told("half_width", "m"),
             half_length=told("half_length", "m"),
             pressure=told("pressure", "Pa"),
@@ -258,16 +232,20 @@ def _points(scenario: DiscScenario, rotations: Column, worn: DiscWear) -> Iterat
         )
 
 
-def _reached(scenario: DiscScenario, rotations: Column) -> Iterator[DiscPoint]:
+def _reached(scenario: DiscScenario, rotations: Column) -> Iterator[PredictedPoint]:
     """Say where each depth is reached; its uncertainty is that of the depth there over the slope dh/dN."""
     worn, law = scenario.worn(rotations), scenario.law
     rates = worn.curved_rate * law.rate_factor(rotations * scenario.slip_per_rotation, scenario.friction)
-    for point, rate in zip(_points(scenario, rotations, worn), rates.tolist(), strict=True):
-        spread = (point.curved_disc_wear_depth.standard_uncertainty or 0.0) / rate
-        exact = point.curved_disc_wear_depth.model_copy(update={"standard_uncertainty": None})
-        turns = point.rotations.model_copy(update={"standard_uncertainty": spread})
+    for point, reached, rate in zip(
+        _points(scenario, rotations, worn), rotations.tolist(), rates.tolist(), strict=True
+    ):
+        curved = point.bodies[DISCS[0]]
+        spread = (curved.wear_depth.standard_uncertainty or 0.0) / rate
+        exact = curved.wear_depth.model_copy(update={"standard_uncertainty": None})
+        turns = Quantity(value=float(reached), unit="1", standard_uncertainty=spread)
+        bodies = point.bodies | {DISCS[0]: curved.model_copy(update={"wear_depth": exact})}
         time = _time(scenario, turns.value, spread)
-        yield point.model_copy(update={"rotations": turns, "time": time, "curved_disc_wear_depth": exact})
+        yield point.model_copy(update={"rotations": turns, "time": time, "bodies": bodies})
 
 
 def _time(scenario: DiscScenario, rotations: float, spread: float | None = None) -> Quantity | None:
@@ -281,7 +259,7 @@ def _notes(
     scenario: DiscScenario, start: HertzStart, rotations: Column, error: float | None, steps: int | None
 ) -> tuple[str, ...]:
     notes = []
-    if scenario.known.curved.standard_uncertainty is None:
+    if scenario.known.first.standard_uncertainty is None:
         notes.append("k_D is taken as exact, since no standard uncertainty of it is known")
     if rotations.size:
         last = scenario.worn(np.asarray([rotations.max()]))

@@ -7,7 +7,7 @@ from tribopipe.documents.contact import TwinDisc
 from tribopipe.documents.quantity import Quantity
 from tribopipe.physics.hertz import HARDNESS_UNIT
 from tribopipe.physics.hertz_ellipse import hertz_ellipse
-from tribopipe.results.disc_evaluation import HertzStart
+from tribopipe.results.wear_fit import HertzStart
 
 _FLAT_CROWN = 0.5
 """Half width of the worn flat over the crown radius, beyond which the model was never tested."""

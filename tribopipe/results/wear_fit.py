@@ -1,0 +1,216 @@
+"""What a fit of a wear law finds: k_D of each body of a contact, of whatever kind, and what it is known by."""
+
+from typing import Literal
+
+from pydantic import Field
+
+from tribopipe.base.units import WEAR_COEFFICIENT
+from tribopipe.documents.quantity import (
+    Metres,
+    Pascals,
+    Quantity,
+    SquareMetresPerNewton,
+    between,
+    in_both_units,
+)
+from tribopipe.documents.recipe import Correction, FrictionSource, LawName
+from tribopipe.documents.record import Record
+from tribopipe.physics.conventions import DistanceConvention, WearEngine
+from tribopipe.results.evaluation import DepthModel
+from tribopipe.results.finding import Finding
+
+
+class Contribution(Record):
+    """One line of an uncertainty budget (JCGM 100:2008, 5.1.2)."""
+
+    name: str
+    """Input quantity."""
+    value: Quantity | None = None
+    """Its value and standard uncertainty; none for the noise of the depth signal."""
+    shown_in: str | None = None
+    """Unit in which people read it."""
+    source: Literal["manifest", "default", "fit", "recipe"]
+    """Who stated the uncertainty: the lab in run.toml or a recipe, the recipe's default, or the data themselves."""
+    relative: float
+    """Standard uncertainty of k_D from this input alone, over k_D, with its sign."""
+
+
+class MonteCarlo(Record):
+    """Propagation of distributions (JCGM 101:2008)."""
+
+    draws: int
+    """Number of draws."""
+    mean: SquareMetresPerNewton
+    """Mean of the draws."""
+    standard_uncertainty: SquareMetresPerNewton
+    """Standard deviation of the draws."""
+    stable: bool
+    """Whether the digits asked for were stable when drawing ended (7.9.4)."""
+    first_order_interval: tuple[SquareMetresPerNewton, SquareMetresPerNewton]
+    """95 % interval of JCGM 100:2008, log-normal."""
+    agrees_with_first_order: bool
+    """Whether both ends agree with it within those digits (8.1)."""
+
+
+Basis = Literal["reading and measurement", "measurement", "reading"]
+"""What a wear coefficient is based on."""
+
+
+class LawValue(Record):
+    """A parameter of a wear law beside k_D."""
+
+    name: str
+    """Parameter."""
+    value: Quantity
+    """Its value; without uncertainty where the fit held it."""
+    source: Literal["fit", "recipe"]
+    """Whether it was fitted with k_D, or given."""
+
+    def __str__(self) -> str:
+        return f"{self.name.replace('_', ' ')} {self.value}"
+
+
+class BodyWear(Record):
+    """k_D of one body of a contact, and what it is made of."""
+
+    wear_coefficient: SquareMetresPerNewton
+    """k_D with its combined standard uncertainty."""
+    interval: tuple[SquareMetresPerNewton, SquareMetresPerNewton]
+    """95 % coverage interval of k_D by Monte Carlo; to first order where none was drawn."""
+    random_uncertainty: SquareMetresPerNewton | None = None
+    """Standard uncertainty from the noise of the depth signal alone; none where no depth signal was fitted."""
+    budget: tuple[Contribution, ...] = ()
+    """What the combined standard uncertainty is made of, to first order."""
+    monte_carlo: MonteCarlo | None = None
+    """How the interval was drawn."""
+    by_reading: SquareMetresPerNewton | None = None
+    """k_D by the depth reading alone."""
+    by_measurement: SquareMetresPerNewton | None = None
+    """k_D by the post-test measurement alone."""
+    measured_end_depth: Metres | None = None
+    """Wear depth of the body by the end value."""
+    fitted_end_depth: Metres | None = None
+    """Wear depth of the body at the end by the fitted law."""
+
+    def __str__(self) -> str:
+        return f"k_D = {in_both_units(self.wear_coefficient)}, 95 % interval {between(self.interval, WEAR_COEFFICIENT)}"
+
+
+class HertzStart(Record):
+    """Contact of the unworn bodies by Hertz."""
+
+    half_width: Metres
+    """a_x."""
+    half_length: Metres
+    """a_z."""
+    peak_pressure: Pascals
+    """p₀, 1.5 times the mean pressure."""
+
+
+class FittedValue(Record):
+    """One post-test measurement, or one at an interruption, beside what the fitted law says of it."""
+
+    name: str
+    """What was measured, on which body, and when."""
+    place: float
+    """Where along the test: sliding distance, m, or rotations."""
+    measured: Quantity
+    """As measured."""
+    fitted: Quantity
+    """By the law."""
+
+
+class ConventionCoefficients(Record):
+    """k_D by which another way of counting the distance slid would reach the same end."""
+
+    distance_per_rotation: DistanceConvention
+    """The other way."""
+    bodies: dict[str, Quantity]
+    """k_D of each body that was fitted."""
+
+
+class WearFit(Record):
+    """Dimensional wear coefficients of one run under a wear law, found together."""
+
+    model: LawName
+    """Wear law."""
+    engine: WearEngine = "giwm"
+    """Pressure that k_D was found by: even, as the Global Incremental Wear Model has it, or local."""
+    outcome: Literal["fitted", "not fitted"]
+    """Not fitted where the run lacks what the fit needs."""
+    lacks: tuple[str, ...] = ()
+    """What the run lacks for a fit."""
+    notes: tuple[str, ...] = ()
+    """What to beware of, the defaults used among it."""
+    findings: tuple[Finding, ...] = ()
+    """What speaks against the result."""
+    distance_per_rotation: DistanceConvention | None = None
+    """What counts as slid in one rotation; none of bodies that do not roll."""
+    bodies: dict[str, BodyWear] = Field(default_factory=dict)
+    """k_D of each body, the one that is always found first; a body that is left out counts as unworn."""
+    correlation: float | None = None
+    """Of both k_D."""
+    parameters: tuple[LawValue, ...] | None = None
+    """Parameters of the law beside k_D; none where it has none."""
+    parameter_covariance: tuple[tuple[float, ...], ...] | None = None
+    """Of ln k_D and the parameters that were fitted, in SI, to first order."""
+    friction: FrictionSource | None = None
+    """Which μ Sarkar's law was given."""
+    correction: Correction | None = None
+    """How drift was found: with k_D in one model, or before it; none where no depth signal was fitted."""
+    basis: Basis | None = None
+    """What gives k_D: depth reading and post-test measurement together, or one of them; none of two-step correction."""
+    deviation: float | None = None
+    """Wear at the end by the reading alone minus that by the measurement alone, over its standard uncertainty."""
+    sensor: DepthModel | None = None
+    """What the depth sensor reads besides wear under this law."""
+    residual_deviation: Metres | None = None
+    """Standard deviation of the corrected wear about the fit; of block averages, except of two-step correction."""
+    effective_samples: float | None = None
+    """Number of independent samples the residuals amount to."""
+    start: HertzStart | None = None
+    """Contact of the unworn bodies by Hertz, where the fit starts from it."""
+    measurements: tuple[FittedValue, ...] = ()
+    """Each measurement that was fitted; the depth signal is not among them."""
+    p_value: float | None = None
+    """Probability of as much disagreement under the law (χ²); none where there are no more values than unknowns."""
+    equivalents: tuple[ConventionCoefficients, ...] = ()
+    """The other ways of counting, so that k_D can be compared."""
+
+    @property
+    def first(self) -> BodyWear | None:
+        """The body whose k_D every fit finds; none where nothing was fitted."""
+        return next(iter(self.bodies.values()), None)
+
+    def __str__(self) -> str:
+        counted = "" if self.distance_per_rotation is None else f", {self.distance_per_rotation}"
+        head = f"{self.model}{by(self.engine)}{counted}"
+        if not self.bodies:
+            return f"{head}: no wear coefficient: the run lacks {' and '.join(self.lacks)}"
+        each = (
+            f"{spoken(name)} {body}{_parameters(self.parameters)}{_depths(body)}" for name, body in self.bodies.items()
+        )
+        return f"{head}: {'; '.join(each)}"
+
+
+def by(engine: WearEngine) -> str:
+    """Say the engine that a k_D was found by, after its law; nothing of the GIWM."""
+    return {"giwm": "", "volume": ", by volume", "local": ", local pressure"}[engine]
+
+
+def spoken(name: str) -> str:
+    """Write a key as words: "curved disc"."""
+    return name.replace("_", " ")
+
+
+def _parameters(parameters: tuple[LawValue, ...] | None) -> str:
+    """Say the parameters of a law after its k_D; nothing where it has none."""
+    return f", {', '.join(map(str, parameters))}" if parameters else ""
+
+
+def _depths(body: BodyWear) -> str:
+    """Say the wear depth at the end, fitted and measured; nothing where no depth was fitted."""
+    if body.fitted_end_depth is None:
+        return ""
+    measured = "unknown" if body.measured_end_depth is None else body.measured_end_depth.shown("um")
+    return f", wear depth at the end {body.fitted_end_depth.shown('um')} fitted, {measured} measured"

@@ -1,0 +1,137 @@
+"""What predictions of wear find: the wear of each body of a contact, of whatever kind, from a known k_D."""
+
+from typing import Literal
+
+from pydantic import Field
+
+from tribopipe.base.units import WEAR_COEFFICIENT
+from tribopipe.documents.quantity import Newtons, Quantity, SquareMetresPerNewton, force
+from tribopipe.documents.recipe import LawName
+from tribopipe.documents.record import Record
+from tribopipe.physics.conventions import DistanceConvention, WearEngine
+from tribopipe.results.wear_fit import HertzStart, LawValue, by, spoken
+
+Outcome = Literal[
+    "depth",
+    "curved_depth",
+    "flat_depth",
+    "curved_volume",
+    "flat_volume",
+    "half_width",
+    "half_length",
+    "pressure",
+]
+OUTCOMES: dict[Outcome, str] = {
+    "depth": "m",
+    "curved_depth": "m",
+    "flat_depth": "m",
+    "curved_volume": "m^3",
+    "flat_volume": "m^3",
+    "half_width": "m",
+    "half_length": "m",
+    "pressure": "Pa",
+}
+"""What a law says along a run, in SI."""
+
+
+class PredictedBody(Record):
+    """Wear of one body at one place."""
+
+    wear_depth: Quantity
+    """Height worn off it."""
+    wear_volume: Quantity | None = None
+    """Volume worn off it; none where only its depth is predicted."""
+
+    def __str__(self) -> str:
+        volume = "" if self.wear_volume is None else f", {self.wear_volume.shown('mm^3')}"
+        return f"{self.wear_depth.shown('um')} deep{volume}"
+
+
+class PredictedPoint(Record):
+    """Both bodies and their contact at one place of a test."""
+
+    sliding_distance: Quantity
+    """Where: distance of sliding, of bodies that roll the slip distance."""
+    rotations: Quantity | None = None
+    """Where, in rotations of the first body; none of a body that does not roll."""
+    time: Quantity | None = None
+    """When, at the nominal speed; none where the speed is not known."""
+    wear_depth: Quantity
+    """Wear of all bodies that are predicted, as a displacement sensor sees it."""
+    bodies: dict[str, PredictedBody]
+    """Wear of each body."""
+    half_width: Quantity
+    """Half width of the contact across sliding; the radius of a round one."""
+    half_length: Quantity
+    """Half length of the contact along sliding."""
+    pressure: Quantity
+    """Mean contact pressure p."""
+    slip: Quantity | None = None
+    """(v₂ − v₁)/v₁ of the worn bodies; none of a body that does not roll."""
+
+    def __str__(self) -> str:
+        place = self.sliding_distance.shown("m") if self.rotations is None else f"{self.rotations} rotations"
+        when = "" if self.time is None else f" ({self.time.shown('s')})"
+        return f"{place}{when}: {'; '.join(f'{spoken(name)} {body}' for name, body in self.bodies.items())}"
+
+
+class UsedCoefficient(Record):
+    """k_D of one body that wear is predicted with."""
+
+    wear_coefficient: SquareMetresPerNewton
+    """k_D."""
+
+
+class WearPrediction(Record):
+    """Wear along a test from a known k_D."""
+
+    model: LawName
+    """Wear law."""
+    engine: WearEngine = "giwm"
+    """Pressure that k_D is right with: even, as the Global Incremental Wear Model has it, or local."""
+    scheme: Literal["exact", "published"]
+    """The limit of small steps, or the paper's explicit Euler steps."""
+    distance_per_rotation: DistanceConvention | None = None
+    """What counts as slid in one rotation; none of bodies that do not roll."""
+    bodies: dict[str, UsedCoefficient]
+    """k_D of each body; one that is left out does not wear."""
+    reference: str | None = None
+    """Run that k_D was identified from; none where it was given."""
+    normal_load: Newtons
+    """F_N predicted for."""
+    conditions: dict[str, Quantity] = Field(default_factory=dict)
+    """What else is predicted for and may be another than the run's own, such as the tip radius or the slip."""
+    start: HertzStart | None = None
+    """Contact of the unworn bodies by Hertz, where the published scheme starts from it."""
+    steps: int | None = None
+    """Number of Euler steps of the published scheme."""
+    step_error: float | None = None
+    """Relative error of the last depth by the finite step of the published scheme."""
+    notes: tuple[str, ...] = ()
+    """What to beware of."""
+    prediction: tuple[PredictedPoint, ...] = ()
+    """The wanted places in the order asked for."""
+    reached: tuple[PredictedPoint, ...] = ()
+    """Where wanted depths of the first body are reached, in the order asked for."""
+    parameters: tuple[LawValue, ...] | None = None
+    """Parameters of the law beside k_D; none where it has none."""
+
+    @property
+    def first(self) -> UsedCoefficient:
+        """The body whose k_D is always known."""
+        return next(iter(self.bodies.values()))
+
+    def __str__(self) -> str:
+        counted = "" if self.distance_per_rotation is None else f", {self.distance_per_rotation}"
+        used = (
+            f"{spoken(name)} k_D = {body.wear_coefficient.shown(WEAR_COEFFICIENT)}"
+            for name, body in self.bodies.items()
+        )
+        others = (f"{spoken(name)} {one.shown(_UNITS[one.unit])}" for name, one in self.conditions.items())
+        head = f"{self.model}{by(self.engine)}, {self.scheme}{counted}: "
+        lines = [head + ", ".join([*used, f"normal load {force(self.normal_load)}", *others])]
+        return "\n".join([*lines, *(f"  {line}" for line in (*self.prediction, *self.reached, *self.notes))])
+
+
+_UNITS = {"m": "mm", "1": "%"}
+"""Units in which people read sizes and ratios."""
