@@ -7,17 +7,15 @@ from pathlib import Path
 
 import pytest
 from backtracking import ambiguity
-from own_patterns import Walked, own_patterns
+from own_patterns import LONGEST, Walked, own_patterns
 
 from tribopipe.archive.definitions.registry import definitions
-from tribopipe.base import units
 from tribopipe.base.errors import ManifestError
 from tribopipe.cli.options import friction_path
 from tribopipe.documents.toml import parse_toml
 from tribopipe.evaluation.checks import channels, materials
 from tribopipe.extras.live.priors import _GIVEN
 from tribopipe.physics.conventions import LAW_PATTERN
-from tribopipe.readers import column_names
 from tribopipe.readers.formats import rtec
 from tribopipe.readers.formats.anton_paar import _SETTING
 from tribopipe.readers.formats.gwyddion import _COMMENT
@@ -29,14 +27,6 @@ from tribopipe.readers.placeholders import is_placeholder
 
 LONG = 1 << 18
 """Characters; by the square, minutes or hours."""
-
-BOUNDED = {
-    "base/units.py: _UNIT": units._LONGEST_UNIT,
-    "readers/column_names.py: _UNIT_IN_WORD": column_names._LONGEST_NAME,
-    **{f"readers/column_names.py: _UNITS_IN_NAMES[{index}]": column_names._LONGEST_NAME for index in range(4)},
-    "cli/manual.py: _COMMENT": 0,  # reads the pages of tribopipe alone
-}
-"""Patterns with more than one way to read a text, and the length of the longest that they are given."""
 
 
 def _partial_names() -> list[str]:
@@ -73,9 +63,9 @@ def walked() -> Walked:
 def test_no_pattern_can_read_a_long_text_in_many_ways(walked):
     assert len(walked.patterns) > 150
     found = {f"{one.where}, {one.call}": word for one in walked.patterns if (word := ambiguity(one.pattern, one.call))}
-    unbounded = {where: word for where, word in found.items() if where.rpartition(",")[0] not in BOUNDED}
+    unbounded = {where: word for where, word in found.items() if where.rpartition(",")[0] not in LONGEST}
     assert unbounded == {}
-    assert {where.rpartition(",")[0] for where in found} == BOUNDED.keys()
+    assert {where.rpartition(",")[0] for where in found} == LONGEST.keys()
 
 
 def test_no_pattern_made_while_tribopipe_runs_can(walked):

@@ -13,10 +13,17 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import tribopipe
+from tribopipe.base import units
+from tribopipe.readers import column_names
 
 PACKAGE = Path(tribopipe.__file__).parent
 CALLS = ("match", "fullmatch", "search", "finditer", "findall", "sub", "subn", "split")
 _FLAGS_AT = {"compile": 1, "sub": 4, "subn": 4, "split": 3} | dict.fromkeys(CALLS[:5], 2)
+LONGEST = {"base/units.py: _UNIT": vars(units)["_LONGEST_UNIT"]} | {
+    f"readers/column_names.py: {name}": vars(column_names)["_LONGEST_NAME"]
+    for name in ("_UNIT_IN_WORD", *(f"_UNITS_IN_NAMES[{index}]" for index in range(4)))
+}
+"""Patterns that can read a text in more than one way, and how long a text they are given at most."""
 Kept = Iterator[tuple[str, "re.Pattern[Any]"]]
 
 
