@@ -1,6 +1,7 @@
 """Patterns take a time that grows no faster than what they read: each of those below took the square of it, or more."""
 
 import re
+import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -16,6 +17,7 @@ from tribopipe.documents.toml import parse_toml
 from tribopipe.evaluation.checks import channels, materials
 from tribopipe.extras.live.priors import _GIVEN
 from tribopipe.physics.conventions import LAW_PATTERN
+from tribopipe.readers.column_names import split_name
 from tribopipe.readers.formats import rtec
 from tribopipe.readers.formats.anton_paar import _SETTING
 from tribopipe.readers.formats.gwyddion import _COMMENT
@@ -144,6 +146,17 @@ def test_what_patterns_found_they_still_find():
     assert _INSTRUMENT.match("Created by CETR UMT-3  ver 2.1\r\n")[1] == "CETR UMT-3"
     assert _SETTING.fullmatch("Radius\t : \t6 [mm]")["value"] == "6 [mm]"
     assert _COMMENT.match("# : x")["said"] == "x"
+    assert split_name("Load / [N]") == ("Load", "N")
+    assert split_name("F (x) (N/(m*s))") == ("F (x)", "N/(m*s)")
+    assert split_name("Depth\t / um") == ("Depth", "um")
+
+
+@pytest.mark.parametrize("repeated", ["(", "()", "[", "(a) ", " / ", "[]("])
+def test_brackets_in_a_name(repeated):
+    name = (1000 * repeated)[:1000]
+    start = time.process_time()
+    assert split_name(name)[0]
+    assert time.process_time() - start < 0.1
 
 
 @pytest.mark.parametrize("blank", [" ", "\t", "\n"])

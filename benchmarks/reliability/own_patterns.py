@@ -14,15 +14,11 @@ from typing import Any, NamedTuple
 
 import tribopipe
 from tribopipe.base import units
-from tribopipe.readers import column_names
 
 PACKAGE = Path(tribopipe.__file__).parent
 CALLS = ("match", "fullmatch", "search", "finditer", "findall", "sub", "subn", "split")
 _FLAGS_AT = {"compile": 1, "sub": 4, "subn": 4, "split": 3} | dict.fromkeys(CALLS[:5], 2)
-LONGEST = {"base/units.py: _UNIT": vars(units)["_LONGEST_UNIT"]} | {
-    f"readers/column_names.py: {name}": vars(column_names)["_LONGEST_NAME"]
-    for name in ("_UNIT_IN_WORD", *(f"_UNITS_IN_NAMES[{index}]" for index in range(4)))
-}
+LONGEST = {"base/units.py: _UNIT": vars(units)["_LONGEST_UNIT"]}
 """Patterns that can read a text in more than one way, and how long a text they are given at most."""
 Kept = Iterator[tuple[str, "re.Pattern[Any]"]]
 
@@ -80,11 +76,14 @@ def own_patterns() -> Walked:
     built: list[str] = []
     for module in modules:
         within = _used([module.tree])
+        calls: dict[int, set[str]] = defaultdict(set)  # of a pattern, which may be kept by several names
         for name, pattern in module.kept():
             plain = name.partition("[")[0]
-            # Nobody else uses a name that begins with _; one that no call is seen of may be used by any.
-            calls = (within if plain.startswith("_") else everywhere).get(plain) or {"search"}
-            found += [OwnPattern(f"{module.place}: {name}", pattern, call) for call in sorted(calls)]
+            calls[id(pattern)] |= (within if plain.startswith("_") else everywhere)[plain]  # nobody else uses _names
+        for name, pattern in module.kept():
+            # One that no call is seen of may be used by any.
+            where = f"{module.place}: {name}"
+            found += [OwnPattern(where, pattern, call) for call in sorted(calls[id(pattern)] or {"search"})]
         for node, call in module.given():
             where = f"{module.place}: {ast.unparse(node)}"
             compiled = _computed(node, call, module.known)
@@ -106,7 +105,14 @@ def _used(trees: Iterable[ast.Module]) -> dict[str, set[str]]:
                     named = named.value
                 if isinstance(named, ast.Name | ast.Attribute):
                     used[named.id if isinstance(named, ast.Name) else named.attr].add(node.attr)
+        for node in ast.walk(tree):
+            if isinstance(node, ast.For | ast.comprehension) and isinstance(node.iter, ast.Name):
+                used[node.iter.id] |= {call for one in ast.walk(node.target) for call in used.get(_name(one), ())}
     return used
+
+
+def _name(node: ast.AST) -> str:
+    return node.id if isinstance(node, ast.Name) else ""
 
 
 def _of_re(called: ast.expr) -> str | None:

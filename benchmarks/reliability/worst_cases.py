@@ -140,17 +140,20 @@ def all_readers() -> list[Taken]:
 
 def _places(reader: str) -> dict[str, tuple[str, bytes, bytes]]:
     """Return names of files, and what stands in them before and behind a text, by where that is."""
-    examples = of_tests("reader_examples").EXAMPLES[reader]
+    at = {"": ("export.txt", b"", b"")}
+    examples = of_tests("reader_examples").EXAMPLES.get(reader)
+    if examples is None:  # as of one that another package is for
+        return at
     name, content = examples[0].name, examples[0].content
     ends = [found.start() for found in re.finditer(rb"\r?\n|\r", content)] or [len(content)]
-    at = {"": ("export.txt", b"", b"")}
     for where, end in ((", in its first line", ends[0]), (", in a row", ends[-1])):
         at[where] = (name, content[:end], content[end:])
     return at
 
 
 def _read(reader: Any, name: str, before: bytes, behind: bytes, text: str) -> None:
-    source = SourceFile(name, before + text.encode() + behind)
+    inserted = text.encode()[len(before) + len(behind) :]  # so that the size is that of the file
+    source = SourceFile(name, before + inserted + behind)
     with suppress(TribopipeError), warnings.catch_warnings(action="ignore"):
         reader.match(source)
         reader.read(source, Hints())
