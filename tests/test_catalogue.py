@@ -413,6 +413,63 @@ def test_locked_catalogue_hangs_nobody(two, monkeypatch, caplog):
     assert listed(two, "mark=bad") == [RUN]
 
 
+def test_who_waited_in_vain_goes_back_to_the_file_at_the_next_look(two, monkeypatch, caplog):
+    """One that browses or watches would work in memory for the rest of its life."""
+    listed(two)
+    monkeypatch.setattr("tribopipe.archive.catalog.database.SILENT", 0.1)
+    monkeypatch.setattr("tribopipe.archive.catalog.database._WAIT", 0.2)
+    other = sqlite3.connect(two / FILE_NAME, isolation_level=None)
+    other.execute("BEGIN EXCLUSIVE")
+    Archive(two).mark(RUN, BAD)
+    catalogue = Catalogue(two)
+    catalogue.refresh()
+    Archive(two).mark(OTHER, BAD)
+    start = time.monotonic()
+    catalogue.refresh()
+    assert time.monotonic() - start < 5
+    assert [run.id for run in catalogue.runs("mark=bad")] == [RUN, OTHER]
+    assert len(caplog.messages) == 1
+    other.execute("ROLLBACK")
+    assert other.execute("SELECT count(*) FROM runs WHERE mark = 'bad'").fetchone()[0] == 0
+    catalogue.refresh()
+    assert other.execute("SELECT count(*) FROM runs WHERE mark = 'bad'").fetchone()[0] == 2
+    assert [run.id for run in catalogue.runs("mark=bad")] == [RUN, OTHER]
+    other.execute("BEGIN EXCLUSIVE")  # waited for, and announced, once more
+    Archive(two).mark(OTHER, Mark(kind="good", reason="seen again", date=BAD.date))
+    catalogue.refresh()
+    assert [run.id for run in catalogue.runs("mark=bad")] == [RUN]
+    assert len(caplog.messages) == 2
+    other.execute("ROLLBACK")
+    other.close()
+    assert [run.id for run in catalogue.runs("mark=bad")] == [RUN]
+
+
+@pytest.mark.parametrize(("pause", "kept"), [(0.0, 1), (60.0, 0)])
+def test_a_file_that_was_refused_once_is_tried_again_after_a_pause(two, monkeypatch, pause, kept):
+    """Such as where there were too many open files for a moment."""
+    listed(two)
+    connect = sqlite3.connect
+
+    def refuse(name: str, **options):
+        if name == ":memory:":
+            return connect(name, **options)
+        error = sqlite3.OperationalError("unable to open database file")
+        error.sqlite_errorcode = sqlite3.SQLITE_CANTOPEN
+        raise error
+
+    monkeypatch.setattr("tribopipe.archive.catalog.database._PAUSE", pause)
+    catalogue = Catalogue(two)
+    with monkeypatch.context() as patch:
+        patch.setattr(sqlite3, "connect", refuse)
+        catalogue.refresh()
+    Archive(two).mark(RUN, BAD)
+    catalogue.refresh()
+    assert [run.id for run in catalogue.runs("mark=bad")] == [RUN]
+    file = sqlite3.connect(two / FILE_NAME)
+    assert file.execute("SELECT count(*) FROM runs WHERE mark = 'bad'").fetchone()[0] == kept
+    file.close()
+
+
 def test_catalogue_is_waited_for_that_somebody_else_begins(two, monkeypatch, caplog):
     monkeypatch.setattr("tribopipe.archive.catalog.database.SILENT", 0.1)
     other = sqlite3.connect(two / FILE_NAME, isolation_level=None, check_same_thread=False)

@@ -147,6 +147,11 @@ def test_machine_without_node_is_told_what_is_missing(ui, tmp_path, monkeypatch)
 class _App:
     def __init__(self) -> None:
         self.warnings: list[str] = []
+        self.errors: list[str] = []
+
+    def abort(self, text: str) -> None:
+        self.errors.append(text)
+        raise SystemExit(1)
 
     def display_warning(self, text: str) -> None:
         self.warnings.append(text)
@@ -166,9 +171,9 @@ def hook(ui, tmp_path, monkeypatch):
     return made
 
 
-def _go_through(hook) -> dict:
+def _go_through(hook, version: str = "standard") -> dict:
     build_data = {"force_include": {}}
-    hook.initialize("standard", build_data)
+    hook.initialize(version, build_data)
     hook.finalize("standard", build_data, "")
     return build_data
 
@@ -181,9 +186,23 @@ def test_hook_builds_once(hook, tmp_path, monkeypatch):
     assert hook.app.warnings == []
 
 
-def test_hook_goes_without_the_client_and_says_so_in_one_sentence(hook, tmp_path, monkeypatch):
+def test_nothing_is_packed_without_the_client(hook, tmp_path, monkeypatch):
     monkeypatch.setattr(hook.module.build_client, "_npm", lambda: _npm(1, "npm error network failed"))
-    assert _go_through(hook) == {"force_include": {}}
+    with pytest.raises(SystemExit):
+        _go_through(hook)
+    assert not (tmp_path / "static").exists()
+    (error,) = hook.app.errors
+    assert "network failed" in error
+    assert "install Node and build again, or set TRIBOPIPE_WITHOUT_PAGES=1" in error
+    assert "\n" not in error
+
+
+@pytest.mark.parametrize(("version", "wish"), [("editable", ""), ("standard", "1")])
+def test_hook_goes_without_the_client_where_that_is_wanted_and_says_so(hook, tmp_path, monkeypatch, version, wish):
+    monkeypatch.setattr(hook.module.build_client, "_npm", lambda: _npm(1, "npm error network failed"))
+    monkeypatch.setenv("TRIBOPIPE_WITHOUT_PAGES", wish)
+    assert _go_through(hook, version) == {"force_include": {}}
+    assert hook.app.errors == []
     assert not (tmp_path / "static").exists()
     (warning,) = hook.app.warnings
     assert "network failed" in warning
@@ -247,22 +266,30 @@ def test_licences_of_all_that_is_bundled_are_in_the_bundle():
 
 def build_wheel(folder: Path, *options: str, **env: str) -> tuple[str, Path]:
     """Build a wheel of a copy of the sources, and return what was said and the wheel."""
-    source = folder / "source"
-    unbuilt = shutil.ignore_patterns("node_modules", "static", "__pycache__")
-    shutil.copytree(ROOT / "tribopipe", source / "tribopipe", ignore=unbuilt)
-    for name in ("pyproject.toml", "README.md", "LICENSE"):
-        shutil.copy(ROOT / name, source)
-    command = [sys.executable, "-m", "pip", "wheel", "-v", "--no-deps", *options, "-w", folder, source]
-    done = subprocess.run(command, capture_output=True, encoding="utf-8", env={**os.environ, **env}, timeout=600)
+    done = _built(folder, *options, **env)
     assert done.returncode == 0, done.stderr
     (wheel,) = folder.glob("tribopipe-*.whl")
     return done.stdout + done.stderr, wheel
 
 
+def _built(folder: Path, *options: str, **env: str) -> subprocess.CompletedProcess[str]:
+    source = folder / "source"
+    unbuilt = shutil.ignore_patterns("node_modules", "static", "__pycache__")
+    shutil.copytree(ROOT / "tribopipe", source / "tribopipe", ignore=unbuilt, dirs_exist_ok=True)
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, source)
+    command = [sys.executable, "-m", "pip", "wheel", "-v", "--no-deps", *options, "-w", folder, source]
+    return subprocess.run(command, capture_output=True, encoding="utf-8", env={**os.environ, **env}, timeout=600)
+
+
 @pytest.mark.slow
-def test_package_installs_where_the_npm_registry_is_out_of_reach(tmp_path):
+def test_package_goes_without_its_pages_only_where_that_is_wanted(tmp_path):
     out_of_reach = {"npm_config_registry": "http://127.0.0.1:9", "npm_config_cache": str(tmp_path / "cache")}
-    said, wheel = build_wheel(tmp_path, "--no-build-isolation", **out_of_reach)
+    refused = _built(tmp_path, "--no-build-isolation", **out_of_reach)
+    assert refused.returncode != 0
+    assert "set TRIBOPIPE_WITHOUT_PAGES=1" in refused.stdout + refused.stderr
+    assert list(tmp_path.glob("*.whl")) == []
+    said, wheel = build_wheel(tmp_path, "--no-build-isolation", **out_of_reach, TRIBOPIPE_WITHOUT_PAGES="1")
     assert "the web client was not built" in said
     with ZipFile(wheel) as archive:
         names = archive.namelist()

@@ -1,6 +1,12 @@
 """Figures hold what they say, look the same each time, and are drawn from whatever a run has."""
 
+import os
+import re
+import shutil
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -199,6 +205,49 @@ def test_settings_of_a_matplotlibrc_have_no_effect(sample_archive, tmp_path, nam
         with rc_context(settings):
             save_figure(plot_friction(raw, friction), path)
     assert ours.read_bytes() == other.read_bytes()
+
+
+THEIRS = (
+    "text.usetex: True\ntext.latex.preamble: \\\\nonsense\naxes.facecolor: black\nsavefig.dpi: 30\nbackend: TkAgg\n"
+)
+RUN = "import sys; from tribopipe.cli.entry_point import main; sys.exit(main())"
+
+
+# A home that is new to matplotlib has no list of fonts yet, which takes seconds.
+_SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("MPLCONFIGDIR", "home")]
+
+
+@pytest.mark.parametrize("place", ["current folder", *_SLOW])
+def test_a_matplotlibrc_has_no_effect_on_process(short_runs, archive, run_cli, tmp_path, place):
+    """TeX is asked for, which need not be there, in each place where matplotlib looks for its settings."""
+    run, at, home = short_runs / "si3n4-air-200mN", tmp_path / "at", tmp_path / "home"
+    ours, other = (Path(shutil.copytree(archive, tmp_path / name)) for name in ("ours", "other"))
+    assert run_cli("process", run, "--archive", ours).exit_code == 0
+    env = os.environ | ({} if place == "current folder" else {"HOME": str(home), "USERPROFILE": str(home)})
+    for name in ("MATPLOTLIBRC", "MPLCONFIGDIR", "XDG_CONFIG_HOME", "XDG_CACHE_HOME"):
+        env.pop(name, None)
+    settings = {"current folder": [at], "MPLCONFIGDIR": [at / "theirs"]}.get(
+        place, [home / ".config" / "matplotlib", home / ".matplotlib"]
+    )
+    at.mkdir()
+    for folder in settings:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "matplotlibrc").write_text(THEIRS, encoding="utf-8")
+    if place == "MPLCONFIGDIR":
+        env["MPLCONFIGDIR"] = str(at / "theirs")
+    code = "import matplotlib; print(matplotlib.matplotlib_fname())"
+    assert settings[0] / "matplotlibrc" == at / subprocess_in(at, env, "-c", code).stdout.strip()
+    done = subprocess_in(at, env, "-c", RUN, "process", str(run), "--archive", str(other))
+    assert done.returncode == 0, done.stderr
+    assert not re.search("usetex|LaTeX|backend|warning|error", done.stderr, re.IGNORECASE)
+    drawn, expected = ({p.name: p.read_bytes() for p in (folder / "figures").iterdir()} for folder in (other, ours))
+    assert drawn.keys() == expected.keys() != set()
+    assert drawn == expected
+
+
+def subprocess_in(folder: Path, env: dict[str, str], *words: str) -> subprocess.CompletedProcess[str]:
+    """Run Python in a folder."""
+    return subprocess.run([sys.executable, *words], cwd=folder, env=env, capture_output=True, encoding="utf-8")
 
 
 def test_thinning_keeps_the_extremes():

@@ -93,9 +93,16 @@ def test_metadata_that_are_none_are_told(tmp_path, metadata):
 
 @pytest.mark.parametrize("value", [b"{}", b"[]", b'{"":0}', b'[{"a":[]}]'])
 def test_metadata_of_very_many_values_are_not_read(tmp_path, value):
-    metadata = b'{"@graph":[' + b",".join([value] * 4_100_000) + b"]}"
+    metadata = b'{"@graph":[' + b",".join([value] * 1_600_000) + b"]}"
     said = refused(packed(tmp_path / "crate.zip", {NAME: b"any"}, metadata), tmp_path)
-    assert "values; expected at most 4,000,000" in said
+    assert "values; expected at most 3,000,000" in said
+    assert (tmp_path / "crate.zip").stat().st_size < 1 << 20
+
+
+def test_metadata_of_very_many_bytes_are_not_read(tmp_path):
+    metadata = b'{"@graph":["' + 42_000_000 * b"a" + "\U0001f600".encode() + b'"]}'
+    said = refused(packed(tmp_path / "crate.zip", {NAME: b"any"}, metadata), tmp_path)
+    assert "bytes; expected at most 41,943,040" in said
     assert (tmp_path / "crate.zip").stat().st_size < 1 << 20
 
 

@@ -19,7 +19,7 @@ from test_archive import nxcheck, run_with
 
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
-from tribopipe.cli.output import progress
+from tribopipe.cli.output import _NO_LAYOUT, progress, say
 from tribopipe.documents.mark import Mark
 from tribopipe.documents.recipe import Recipe
 from tribopipe.pipeline.stages import fit_archived_wear, ingest, predict_from_lightest, process
@@ -218,6 +218,22 @@ def test_what_is_said_of_a_run_does_not_steer_the_terminal(run_cli, mark_bad, ar
         assert result.exit_code == 0, result.stderr
         assert r"\x1b]0;owned\x07" in result.stderr
         assert re.search("[\x07\x1b]", result.stderr) is None
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such names")
+def test_files_that_were_written_are_told_without_steering_the_terminal(run_cli, archive, tmp_path):
+    result = run_cli("export", "csv", RUN, "--output", tmp_path / "a\x1b]0;owned\x07\x1b[31m", "--archive", archive)
+    assert result.exit_code == 0, result.stderr
+    assert r"a\x1b]0;owned\x07\x1b[31m" in result.stderr
+    assert re.search("[\x07\x1b]", result.stderr) is None
+
+
+def test_what_is_said_keeps_its_lines_and_what_is_bold(capsys):
+    say("a\n\tb \x1b[1mbold\x1b[0m \x1b[5mblinks\r\u202e")
+    assert "a\n\tb " in capsys.readouterr().err
+    assert (
+        re.sub(_NO_LAYOUT, "!", "a\n\tb \x1b[1mbold\x1b[0m \x1b[5mblinks\r") == "a\n\tb \x1b[1mbold\x1b[0m ![5mblinks!"
+    )
 
 
 def test_bar_shows_the_name_of_a_hostile_file_as_it_is(monkeypatch):

@@ -1,17 +1,162 @@
-"""Patterns take a time that grows no faster than what they read: each of these took the square of it, or its cube."""
+"""Patterns take a time that grows no faster than what they read: each of those below took the square of it, or more."""
 
+import re
+import time
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import pytest
+from backtracking import ambiguity
+from own_patterns import LONGEST, Walked, own_patterns
 
+from tribopipe.archive.definitions.registry import definitions
 from tribopipe.base.errors import ManifestError
+from tribopipe.cli.options import friction_path
 from tribopipe.documents.toml import parse_toml
+from tribopipe.evaluation.checks import channels, materials
+from tribopipe.extras.live.priors import _GIVEN
+from tribopipe.physics.conventions import LAW_PATTERN
+from tribopipe.readers.column_names import split_name
+from tribopipe.readers.formats import rtec
 from tribopipe.readers.formats.anton_paar import _SETTING
+from tribopipe.readers.formats.gwyddion import _COMMENT
 from tribopipe.readers.formats.serial_frames import _FRAME
+from tribopipe.readers.formats.umt import _INSTRUMENT
+from tribopipe.readers.formats.winducom import _ROW
 from tribopipe.readers.headed_tables import bare_key
+from tribopipe.readers.placeholders import is_placeholder
 
 LONG = 1 << 18
 """Characters; by the square, minutes or hours."""
+
+
+def _partial_names() -> list[str]:
+    """Names in the definitions of archives of which a part is in capital letters."""
+    found, new = set(), [definition.entry for definition in definitions().values()]
+    while new:
+        part = new.pop()
+        new += getattr(part, "members", ())
+        found.add(getattr(part, "name", ""))
+    return sorted(re.sub("[A-Z]+", r"\\w+", name) for name in found if name != name.lower())
+
+
+BUILT = {
+    "archive/definitions/parts.py": [(name, "fullmatch") for name in _partial_names()],
+    "cli/manual.py": [(r"(?<!\w)two\ words(?!\w)", "findall")],
+    "documents/plugin_names.py": [(LAW_PATTERN, "fullmatch")],
+    "evaluation/checks/channels.py": [(names, "fullmatch") for _, names in channels._EXTRAS.values()],
+    "evaluation/checks/materials.py": [(one.names, "search") for one in materials.CLASSES],
+    "readers/formats/rtec.py": [(f"(?i){pattern}", "fullmatch") for pattern, _ in rtec._MEANINGS],
+    # Each part of one with * is sought once: fnmatch writes (?>.*?part).
+    "archive/catalog/query.py": [(r"(?s:a.b.*)\Z", "match")],
+    # Written by a lab, and searched for in bounded time: tests/test_described.py.
+    "documents/reader_profile.py": [],
+    "readers/subprocess_readers/first_hit.py": [],
+}
+"""What patterns are made of while tribopipe runs."""
+
+
+@pytest.fixture(scope="module")
+def walked() -> Walked:
+    return own_patterns()
+
+
+def test_no_pattern_can_read_a_long_text_in_many_ways(walked):
+    assert len(walked.patterns) > 150
+    found = {f"{one.where}, {one.call}": word for one in walked.patterns if (word := ambiguity(one.pattern, one.call))}
+    unbounded = {where: word for where, word in found.items() if where.rpartition(",")[0] not in LONGEST}
+    assert unbounded == {}
+    assert {where.rpartition(",")[0] for where in found} == LONGEST.keys()
+
+
+def test_no_pattern_made_while_tribopipe_runs_can(walked):
+    assert {where.partition(":")[0] for where in walked.built} == BUILT.keys()
+    patterns = [(re.compile(pattern), call) for made in BUILT.values() for pattern, call in made]
+    assert len(patterns) > 20
+    assert [one.pattern for one, call in patterns if ambiguity(one, call)] == []
+
+
+@pytest.mark.parametrize(
+    ("pattern", "call"),
+    [
+        (r"\s*\[", "search"),
+        (r"\s+$", "sub"),
+        (r"\d+\b", "findall"),
+        (r"(a+)+b", "match"),
+        (r"(?:na|n\.?a)*;", "match"),
+        (r"(a*)*b", "match"),
+        (r"(?i)(?:nil|NI.)*!", "match"),
+        (r"#\s*[^:]+:", "match"),
+        (r"\s*(.*)", "fullmatch"),
+        (r".*a.*b", "match"),
+        (r"(?=a*b)a", "search"),
+        (r"<[^>]*>", "sub"),
+    ],
+)
+def test_careless_patterns_are_found(pattern, call):
+    assert ambiguity(re.compile(pattern), call)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "call"),
+    [
+        (r"(?<!\s)\s*\[", "search"),
+        (r"\s+", "sub"),
+        (r"\ba+b", "search"),
+        (r"(?s)\s*(.*)", "fullmatch"),
+        (r"[^\n]*\n|[^\n]+", "findall"),
+        (r"x*+y", "match"),
+        (r"(?:[^()]|\([^()]*\))*\)", "match"),
+        (r"(?:a?){50}b", "match"),
+        (r"<[^<>]*>", "sub"),
+    ],
+)
+def test_sound_patterns_are_not(pattern, call):
+    assert ambiguity(re.compile(pattern), call) is None
+
+
+def _raises(work: Callable[[str], object], text: str) -> None:
+    with pytest.raises(Exception, match="found"):
+        work(text)
+
+
+LINEAR = {
+    "a row of placeholders": (_ROW.fullmatch, "NA;", 40),
+    "a comment of blanks": (_COMMENT.match, " ", LONG),
+    "a setting of tabs": (_SETTING.fullmatch, "\t", LONG),
+    "an instrument and blanks": (_INSTRUMENT.match, " ", LONG),
+    "expected values": (_GIVEN.fullmatch, "+-", LONG),
+    "a friction path": (partial(_raises, friction_path), ";", LONG),
+}
+
+
+@pytest.mark.parametrize(("call", "repeated", "count"), LINEAR.values(), ids=LINEAR)
+def test_what_took_minutes(call, repeated, count):
+    start = {" ": "# Created by UMT", "\t": "Radius", ";": "A=1"}.get(repeated, "")
+    call(f"{start}{count * repeated}\n!")
+    call(f"{count * repeated}\n!")
+    call(f"{start[2:]}{count * repeated}\n!")
+
+
+def test_what_patterns_found_they_still_find():
+    assert is_placeholder("NA")
+    assert is_placeholder("n.a.")
+    assert _ROW.fullmatch(" 0,9150; NA; ;;\r\n")
+    assert _INSTRUMENT.match("Created by CETR UMT-3  ver 2.1\r\n")[1] == "CETR UMT-3"
+    assert _SETTING.fullmatch("Radius\t : \t6 [mm]")["value"] == "6 [mm]"
+    assert _COMMENT.match("# : x")["said"] == "x"
+    assert split_name("Load / [N]") == ("Load", "N")
+    assert split_name("F (x) (N/(m*s))") == ("F (x)", "N/(m*s)")
+    assert split_name("Depth\t / um") == ("Depth", "um")
+
+
+@pytest.mark.parametrize("repeated", ["(", "()", "[", "(a) ", " / ", "[]("])
+def test_brackets_in_a_name(repeated):
+    name = (1000 * repeated)[:1000]
+    start = time.process_time()
+    assert split_name(name)[0]
+    assert time.process_time() - start < 0.1
 
 
 @pytest.mark.parametrize("blank", [" ", "\t", "\n"])

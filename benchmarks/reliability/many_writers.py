@@ -130,8 +130,7 @@ def _keep_catalogue(archive: Path, children: Sequence[int]) -> int:
             catalogue.refresh()
             times += 1
             time.sleep(_PAUSE)
-    # As the next command does: one that waited for others in vain goes on in memory.
-    Catalogue(archive).refresh()
+    catalogue.refresh()  # which goes on with the file, even if it waited for others in vain before
     return times + 1
 
 

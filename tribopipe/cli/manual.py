@@ -9,7 +9,7 @@ from tribopipe.shipped import shipped
 _MESSAGES = "messages"
 _OF_THE_SITE = {"index", "changelog", "contributing", "evidence"}
 """Pages that show others."""
-_COMMENT = re.compile(r"<!--.*?-->\n?", re.DOTALL)
+_COMMENT = re.compile(r"<!--.*?(?:-->\n?|\Z)", re.DOTALL)
 _SECTION = re.compile(r"^### (\S+)\n", re.MULTILINE)
 _NEXT_PART = re.compile(r"^## ", re.MULTILINE)
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 DEFAULT_ARCHIVE = Path("archive")
 RUN_TOML = "run.toml"
 """Name of the manifest, known without loading what reads it."""
-_FRICTION = re.compile(r"\s*A\s*=\s*(\S+)[\s,;]+b\s*=\s*(\S+)[\s,;]+c\s*=\s*(.+?)\s*")
+_FRICTION = re.compile(r"A\s*=\s*(\S{1,40})[\s,;]{1,40}b\s*=\s*(\S{1,40})[\s,;]{1,40}c\s*=\s*(.+)", re.DOTALL)
 
 
 def archived_ids(context: typer.Context) -> list[str]:
@@ -167,7 +167,7 @@ def friction_path(text: str) -> "FrictionPath":
     from tribopipe.base.errors import UnitError
     from tribopipe.physics.friction_path import ExponentialFriction
 
-    found = _FRICTION.fullmatch(text)
+    found = _FRICTION.fullmatch(text.strip())
     if found is None:
         raise UnitError(
             f'--friction: found {text!r}; expected the three of Eq. 7, such as "A=0.226 b=0.496 c=32.877 m"'

@@ -21,9 +21,15 @@ if TYPE_CHECKING:
 DONE, FAILED, USAGE, PARTLY_FAILED = 0, 1, 2, 3
 
 
+_UNSEEN = "[\x00-\x1f\x7f-\x9f\u061c\u200b-\u200f\u2028-\u202e\u2060-\u206f\ufeff\ud800-\udfff]"
+"""Characters that would steer a terminal, or turn and hide what stands beside them."""
+_NO_LAYOUT = re.compile(rf"(?![\n\t]|\x1b\[[01]m){_UNSEEN}")
+"""Those that are neither ends of lines nor tabs, nor begin or end what is bold."""
+
+
 def say(text: str) -> None:
-    """Tell people something."""
-    typer.echo(text, err=True)
+    """Tell people something. No name of a file within it steers the terminal."""
+    typer.echo(_NO_LAYOUT.sub(_escaped, text), err=True)
 
 
 def print_json(document: Any) -> None:
@@ -51,15 +57,17 @@ def split_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]
 
 
 _GAP = "   "
-_UNSEEN = re.compile("[\x00-\x1f\x7f-\x9f\u061c\u200b-\u200f\u2028-\u202e\u2060-\u206f\ufeff\ud800-\udfff]")
-"""Characters that would steer a terminal, or turn and hide what stands beside them."""
 
 
 def seen(text: str) -> str:
     """Return a text on one line in which every character can be seen, so that none steers the terminal."""
     if text.isprintable():
         return text
-    return _UNSEEN.sub(lambda found: found[0].encode("unicode_escape").decode(), " ".join(text.split()))
+    return re.sub(_UNSEEN, _escaped, " ".join(text.split()))
+
+
+def _escaped(found: re.Match[str]) -> str:
+    return found[0].encode("unicode_escape").decode()
 
 
 def _lines(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:

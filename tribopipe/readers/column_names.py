@@ -9,13 +9,12 @@ INTEGER = re.compile(r"[+-]?\d+", re.ASCII)
 _COUNT = re.compile(r"\d{1,18}", re.ASCII)
 _UNIT_IN_WORD = re.compile(r"(?P<bare>[^\s/]+)/(?P<unit>\S+)")
 _UNITS_IN_NAMES = (
-    re.compile(r"(?P<bare>.+?)\s*\[(?P<unit>[^\[\]]*)\]"),
-    re.compile(r"(?P<bare>.+?)\s*\((?P<unit>(?:[^()]|\([^()]*\))*)\)"),
-    re.compile(r"(?P<bare>.+)\s+/\s+(?P<unit>\S+)"),
+    re.compile(r"(?P<bare>.+)\[(?P<unit>[^\[\]]*)\]"),
+    re.compile(r"(?P<bare>.+)\((?P<unit>(?:[^()]|\([^()]*\))*)\)"),
+    re.compile(r"(?P<bare>.+)\s/\s+(?P<unit>\S+)"),
     _UNIT_IN_WORD,
 )
 _LONGEST_NAME = 1000
-"""The time that these patterns take may grow with the square of it."""
 _UNIT_ROW_LABELS = ("unit", "units", "einheit", "einheiten", "単位", "单位")
 
 
@@ -27,7 +26,7 @@ def split_name(name: str) -> tuple[str, str | None]:
         matched = pattern.fullmatch(name)
         if matched is None:
             continue
-        bare, unit = matched["bare"].rstrip(" /"), matched["unit"].strip()
+        bare, unit = matched["bare"].rstrip().rstrip(" /"), matched["unit"].strip()
         # "m/s" and "rev/min" alone are units, not names with one.
         if bare and is_unit(unit) and not (pattern is _UNIT_IN_WORD and is_unit(bare)):
             return bare, unit or None

@@ -7,7 +7,7 @@ MISSING = ("", "NaN", "nan", "NA")
 _WORDS = (
     "ovl|ovf|ovld|o\\.?l\\.?|over(?:flow|load|range|run)?|under(?:flow|load|range|run)?|out of range|"
     "err(?:or)?\\.?|fault|inval(?:id)?|missing|void|none|null|nil|empty|"
-    "na|n\\.?a\\.?|n/a|nv|n/v|n/d|n\\.d\\.|nan[qs]?|inf(?:inity)?"
+    "n\\.?a\\.?|n/a|nv|n/v|n/d|n\\.d\\.|nan[qs]?|inf(?:inity)?"
 )
 PLACEHOLDER = (
     "(?:"
@@ -17,7 +17,7 @@ PLACEHOLDER = (
     "|#(?:n/a|nv|err(?:or)?|value!|wert!|div/0!|num!|zahl!|ref!|bezug!|name\\?|null!|calc!)!?"
     ")"
 )
-"""Regular expression for one, in small or capital letters, without blanks around it."""
+"""Regular expression for one, in small or capital letters, without blanks around it, matched in one way only."""
 _ALONE = re.compile(PLACEHOLDER, re.IGNORECASE)
 
 

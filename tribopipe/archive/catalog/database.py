@@ -5,6 +5,7 @@ It holds nothing that cannot be read from the archive again, so that nothing is 
 
 import marshal
 import sqlite3
+import time
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
@@ -23,6 +24,8 @@ _EDITION = 2
 """Goes up when the same run is noted in another way."""
 _WAIT = 20.0
 """How long another process may write, s."""
+_PAUSE = 60.0
+"""How long a file that the system refuses is left alone, s: each attempt may read runs in vain."""
 _OF_STUDIES = ("studies", "verdicts")
 """Columns that come from the studies, not from the run."""
 NOTED = tuple(name for name in COLUMNS if name not in _OF_STUDIES)
@@ -45,26 +48,32 @@ _STATEMENTS = [statement.strip() for statement in _SCHEMA.split(";") if statemen
 _SUMMED = ("SELECT name, sha256, error, sum FROM files", "SELECT * FROM runs", "SELECT * FROM members")
 """Rows that end in a sum of what stands before it, which SQLite itself does not keep."""
 _THIS = zlib.crc32(f"{_SCHEMA}{_EDITION}{VERSION}".encode()) & 0x7FFFFFFF
+_REFUSED = OSError, sqlite3.DatabaseError, UnicodeDecodeError
 _DAMAGED = {sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_ERROR, sqlite3.SQLITE_CONSTRAINT}
 
 
 class Database:
-    """The database of one archive: a file in it, or in memory where that cannot be written."""
+    """The database of one archive: a file in it, or in memory as long as that cannot be written."""
 
     def __init__(self, archive: Path) -> None:
         self._path = archive / FILE_NAME
         self._connection: sqlite3.Connection | None = None
+        self._memory: sqlite3.Connection | None = None
         self._patience = SILENT
+        self._again = 0.0
+        """When the file is tried again, on the clock that only goes forward, s."""
 
     def __del__(self) -> None:
         """Close the database with the last that uses it, which Python from 3.13 on asks of everyone."""
-        if self._connection is not None:
-            self._connection.close()
+        for connection in (self._connection, self._memory):
+            if connection is not None:
+                connection.close()
 
     def do(self, work: Work[T], fill: Work[None] | None = None) -> T:
         """Do some work; where the file is damaged do it on a new one, and where it cannot be used in memory.
 
-        ``fill`` brings what was begun anew up to date, for work that counts on that.
+        One that went on in memory looks each time whether the file can be used again. ``fill`` brings what was begun
+        anew up to date, for work that counts on that.
         """
 
         def filled_first(connection: sqlite3.Connection) -> T:
@@ -72,13 +81,17 @@ class Database:
                 fill(connection)
             return work(connection)
 
-        for ready, task in ((self._kept, work), (self._anew, filled_first)):
+        first = work
+        if self._memory is not None:
+            if not self._is_given_again():
+                return work(self._memory)
+            first = filled_first  # the file does not know what happened meanwhile
+        for ready, task in ((self._kept, first), (self._anew, filled_first)):
             try:
                 return self._done_after_others(ready, task)
-            except OSError:
-                break
-            except (sqlite3.DatabaseError, UnicodeDecodeError) as error:
-                if not is_damage(error):
+            except _REFUSED as error:
+                self._leave_alone(error)
+                if isinstance(error, OSError) or not is_damage(error):
                     break
         return filled_first(self._in_memory())
 
@@ -87,12 +100,40 @@ class Database:
         try:
             return task(ready())
         except sqlite3.OperationalError as error:
-            if getattr(error, "sqlite_errorcode", 0) & 0xFF != sqlite3.SQLITE_BUSY or self._patience == _WAIT:
+            if not _is_busy(error):
                 raise
         say_waiting(self._path.parent, FILE_NAME, _WAIT)
-        self._close()
-        self._patience = _WAIT
-        return task(ready())
+        self._be_patient(_WAIT)
+        try:
+            return task(ready())
+        finally:
+            self._be_patient(SILENT)
+
+    def _be_patient(self, seconds: float) -> None:
+        """Set how long others are waited for."""
+        self._patience = seconds
+        if self._connection is not None:
+            self._connection.execute(f"PRAGMA busy_timeout = {round(1e3 * seconds)}")
+
+    def _leave_alone(self, error: Exception) -> None:
+        """Set when the file is tried again: at once where others were writing, else after a pause."""
+        self._again = time.monotonic() + (0.0 if _is_busy(error) else _PAUSE)
+
+    def _is_given_again(self) -> bool:
+        """Tell whether the file can be written again, without a wait that people would have to be told of."""
+        if time.monotonic() < self._again:
+            return False
+        try:
+            with transaction(self._kept()):
+                pass
+        except _REFUSED as error:
+            self._leave_alone(error)
+            self._close()
+            return False
+        if self._memory is not None:
+            self._memory.close()
+            self._memory = None
+        return True
 
     def _kept(self) -> sqlite3.Connection:
         """Return the connection there is, or open the file as it was kept."""
@@ -125,7 +166,7 @@ class Database:
                 kept.execute("SELECT name FROM files").fetchone()  # fails where backup would wait for ever
                 kept.backup(memory)
         _make_tables(memory)
-        self._connection = memory
+        self._connection, self._memory = None, memory
         return memory
 
 
@@ -150,6 +191,11 @@ def in_memory() -> sqlite3.Connection:
     connection = _connected(":memory:", 0.0)
     _make_tables(connection)
     return connection
+
+
+def _is_busy(error: Exception) -> bool:
+    """Tell whether another process was writing."""
+    return getattr(error, "sqlite_errorcode", 0) & 0xFF == sqlite3.SQLITE_BUSY
 
 
 def is_damage(error: Exception) -> bool:

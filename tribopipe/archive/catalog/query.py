@@ -18,7 +18,7 @@ _OPERATOR = r"(?:!=|<=|>=|==|[=<>~≠≤≥])"
 _SPELT = {"==": "=", "≠": "!=", "≤": "<=", "≥": ">="}
 _TERM = re.compile(rf"(?P<name>[^\W\d][\w-]*)\s*(?P<operator>{_OPERATOR})\s*")
 _QUOTED = re.compile(r"""(?P<quote>["'])(?P<text>(?:(?!(?P=quote)).|(?P=quote){2})*)(?P=quote)(?=\s|\Z)""", re.DOTALL)
-_NEXT = re.compile(rf"""\s+(?=[^\W\d][\w-]*\s*{_OPERATOR}|["'])|\s*\Z""")
+_NEXT = re.compile(rf"""(?<!\s)(?:\s+(?=[^\W\d][\w-]*\s*{_OPERATOR}|["'])|\s*\Z)""")
 _DATE = re.compile(
     r"\d{4}(-(0[1-9]|1[0-2])(-(0[1-9]|[12]\d|3[01])([T ]([01]\d|2[0-3])(:[0-5]\d(:[0-5]\d)?)?)?)?)?", re.ASCII
 )

@@ -1,5 +1,6 @@
-"""Hatch's build hook: puts the web client into every wheel and every editable installation."""
+"""Hatch's build hook: puts the web client into every sdist, wheel and editable installation."""
 
+import os
 import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -18,10 +19,16 @@ NODE = (
     "and platform_machine in 'x86_64 aarch64 AMD64 arm64 ARM64'"
 )
 """Node as a Python package, on the machines that it is made for."""
+WITHOUT = "TRIBOPIPE_WITHOUT_PAGES"
+"""Environment variable of who wants a package without the client, where it cannot be built."""
 
 
 class ClientHook(BuildHookInterface[Any]):
-    """Builds the client unless it is there already; where it cannot be built, the package goes without."""
+    """Builds the client unless it is there already.
+
+    Where it cannot be built, nothing is packed without it unless ``WITHOUT`` is 1; an editable installation, which is
+    not handed on, goes without and says so.
+    """
 
     _folder: "TemporaryDirectory[str] | None" = None
 
@@ -29,7 +36,7 @@ class ClientHook(BuildHookInterface[Any]):
         """Return what the build needs that this machine has not."""
         return [] if build_client.is_built(UI, STATIC) or build_client.has_node() else [NODE]
 
-    def initialize(self, version: str, build_data: dict[str, Any]) -> None:  # noqa: ARG002
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Build the client into ``STATIC``, or for this wheel alone where the sources cannot be written to."""
         if build_client.is_built(UI, STATIC):
             return
@@ -38,6 +45,13 @@ class ClientHook(BuildHookInterface[Any]):
         try:
             build_client.build(UI, built)
         except build_client.BuildError as error:
+            if version != "editable" and os.environ.get(WITHOUT) != "1":
+                self._folder.cleanup()  # Hatch does not finalize what it gives up.
+                self.app.abort(
+                    f"the web client cannot be built ({error}); expected Node 20.19 or 22.12 or newer with npm, and "
+                    f"the npm registry in reach; install Node and build again, or set {WITHOUT}=1 for a package "
+                    "without the pages of `tribopipe browse`"
+                )
             self.app.display_warning(
                 f"the web client was not built ({error}), so `tribopipe browse` has no pages to show; all else works; "
                 "install again with the npm registry in reach"

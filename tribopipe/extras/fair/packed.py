@@ -21,9 +21,10 @@ from tribopipe.base.errors import ArchiveError
 from tribopipe.base.files import leads_out
 from tribopipe.extras.fair.layout import METADATA
 
-_MOST_METADATA = 64 << 20
-_MOST_PARTS = 4_000_000
-"""Signs of JSON between its values, which take 400 MB at most once they are read."""
+_MOST_METADATA = 40 << 20
+"""Bytes, of which Python makes four of each where one character is beyond 16 bits."""
+_MOST_PARTS = 3_000_000
+"""Signs of JSON between its values, which take 350 MB at most once they are read."""
 _MOST_DIRECTORY = 32 << 20
 """Bytes of the list of files of a zip: 300,000 of them."""
 _FREE, _MOST_PACKED = 64 << 20, 200

@@ -19,7 +19,7 @@ from tribopipe.extras.fair.runs import Described
 from tribopipe.results.json_schema import schema_text
 from tribopipe.version import VERSION
 
-_SCHEMA = re.compile(r"about/schemas/(.+)\.schema\.json")
+_SCHEMA = re.compile(r"about/schemas/([^/]+)\.schema\.json")
 _KEYWORDS = ("tribology", "wear", "friction", "tribometer")
 
 

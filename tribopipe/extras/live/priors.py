@@ -22,7 +22,7 @@ from tribopipe.results.evaluation import DriftCorrection
 from tribopipe.results.wear_fit import WearFit
 
 _FEWEST = 4
-_GIVEN = re.compile(r"\s*(?P<value>\S+)\s*(?:±|\+-|\+/-)\s*(?P<spread>[^\s±]+)\s+(?P<unit>.+)")
+_GIVEN = re.compile(r"\s*(?P<value>\S{1,40})\s*(?:±|\+-|\+/-)\s*(?P<spread>[^\s±]{1,40})\s+(?P<unit>.+)", re.DOTALL)
 
 
 class Expected(NamedTuple):

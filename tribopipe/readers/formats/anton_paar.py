@@ -46,8 +46,8 @@ _MARKS = frozenset({"time", "distance", "laps"})
 _FRICTION = frozenset({*_FRICTION_COEFFICIENTS, "frictionforce"})
 _BY_DEFINITION = {"time": "s", "distance": "m", "laps": "1", **dict.fromkeys(_FRICTION_COEFFICIENTS, "1")}
 _LOST_SIGNS = {"?m": "um", "?C": "degC", "?": "deg"}
-_SETTING = re.compile(r"(?P<key>[^:\s][^:\t]{0,38}[^:\s])\s*[:\t]\s*+(?P<value>\S.*)")
-_QUANTITY = re.compile(r"(?P<number>[+-]?\d+(?:[.,]\d+)?)\s*\[?(?P<unit>[^\[\]]+?)\]?")
+_SETTING = re.compile(r"(?P<key>[^:\s][^:\t]{0,38}[^:\s])(?:\s*:|[^\S\t]*\t)\s*+(?P<value>\S.*)", re.DOTALL)
+_QUANTITY = re.compile(r"(?P<number>[+-]?\d+(?:[.,]\d+)?)\s*\[?(?P<unit>[^\[\]]{1,40}?)\]?")
 _QUANTITIES = {
     "normal load": ("conditions.normal_load", "force"),
     "nominal load": ("conditions.normal_load", "force"),

@@ -38,7 +38,7 @@ from tribopipe.results.run import SourceFile
 _HEAD_BYTES = 1 << 18
 _SQUARE = 1e-3
 """Relative difference of a pixel's sides that may be rounding in the header."""
-_COMMENT = re.compile(r"#\s*[^:]+:\s*(?P<said>.*)")
+_COMMENT = re.compile(r"#[^:]+:\s*(?P<said>.*)")
 _EXTENT = re.compile(r"(?P<number>\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)\s*(?P<unit>\D\S*)", re.ASCII)
 
 

@@ -74,9 +74,9 @@ from tribopipe.results.run import SourceFile
 
 _TITLE = re.compile(r"(?P<rig>[A-Za-z][\w .+-]{0,30}?) Test Data File")
 _NO_TEST = re.compile(r"(?:[A-Za-z]\w* )*(?:Calibration|Mapper Analysis) File")
-_STEP = re.compile(r"Step (?P<number>\d+) (?:\"(?P<name>.*)\" )?started at .*")
-_STEP_TYPE = re.compile(r"Step type\t.*?(?:\tStep description\t(?P<name>[^\t]*).*)?")
-_MARK = re.compile(rf"Profile description:.*|Number of steps .*|{_STEP.pattern}")
+_STEP = re.compile(r"Step (?P<number>\d+) (?:\"(?P<name>.*)\" )?started at .*", re.DOTALL)
+_STEP_TYPE = re.compile(r"Step type\t.*?(?:\tStep description\t(?P<name>[^\t]*).*)?", re.DOTALL)
+_MARK = re.compile(rf"Profile description:.*|Number of steps .*|{_STEP.pattern}", re.DOTALL)
 _STEP_RADIUS = re.compile(r"Disc track radius used for this step \(mm\)\t(?P<radius>\d+(?:\.\d+)?)")
 _CLOSING = re.compile(r"All steps completed.*|Test (?:stopped|aborted|completed|ended|finished).*", re.IGNORECASE)
 _MEANINGS: dict[str, SignalName] = {

@@ -26,7 +26,7 @@ from tribopipe.results.run import SourceFile
 _START = re.compile(rb"<STX>|\x02")
 _FRAME = re.compile(
     rb" *+(?P<sign>[+-]?) *+(?P<number>\d{1,12}(?:[.,]\d{0,12})?) *(?P<unit>KG|G|LB|N)(?P<motion>[ M]?)"
-    rb"(?P<end>(?:<ETX>|<CR>|<LF>|[\x03\r\n])+)",
+    rb"(?P<end>(?:<ETX>|<CR>|<LF>|[\x03\r\n])++)",
     re.IGNORECASE,
 )
 _UNITS = {b"KG": "kgf", b"G": "gf", b"LB": "lbf", b"N": "N"}

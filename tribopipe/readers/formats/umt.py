@@ -59,8 +59,10 @@ from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.text import BLANKS, LINE_END, Text, decode, sampled_rows, trimmed
 from tribopipe.results.run import SourceFile
 
-_CREATOR = re.compile(r"\s*Created by (?:CETR|Bruker|UMT)\b.*|\s*Created by .*\bData Viewer\b.*", re.IGNORECASE)
-_INSTRUMENT = re.compile(r"Created by ((?:CETR |Bruker )?UMT\b.*?)(?: +ver\b.*)?$", re.IGNORECASE)
+_CREATOR = re.compile(
+    r"\s*Created by (?:CETR|Bruker|UMT)\b.*|\s*Created by .*\bData Viewer\b.*", re.IGNORECASE | re.DOTALL
+)
+_INSTRUMENT = re.compile(r"Created by ((?:CETR |Bruker )?UMT\b.*?)(?:(?<! ) +ver\b.*)?$", re.IGNORECASE | re.DOTALL)
 _STEP = re.compile(r"Step No\. *\d+\s*", re.IGNORECASE)
 _SETTING = re.compile(r"(?P<key>[A-Za-z][\w #.]*+)[=-] *(?P<value>[+-]?\d+(?:[.,]\d+)?)", re.ASCII)
 _STARTED = re.compile(

@@ -9,7 +9,7 @@ from collections import deque
 
 from markupsafe import Markup, escape
 
-_TOKEN = re.compile(r"\\text\{[^}]*\}|\\[a-z]+|\d+(?:\.\d+)?|\S")
+_TOKEN = re.compile(r"\\text\{[^{}]*\}|\\[a-z]+|\d+(?:\.\d+)?|\S")
 _COMMANDS = {"\\frac": ("mfrac", 2), "\\sqrt": ("msqrt", 1)}
 _QUAD = Markup('<mspace width="1.5em"></mspace>')
 _SCRIPTS = {"_": "msub", "^": "msup", "_^": "msubsup"}

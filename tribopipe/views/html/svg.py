@@ -21,7 +21,7 @@ _ATTRIBUTES = frozenset(
         *("style", "clip-path", "clip-rule", "opacity"),
     )
 )
-_REFERENCE = re.compile(r"url\(#([^)]*)\)")
+_REFERENCE = re.compile(r"url\(#([^()]*)\)")
 _FONT = re.compile(r"font-family: [^;]*(; )?")
 """Left to the page, which names a family for all texts alike."""
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
