@@ -103,6 +103,7 @@ class Database:
             if not _is_busy(error):
                 raise
         say_waiting(self._path.parent, FILE_NAME, _WAIT)
+        self._close()  # it may not have its tables yet
         self._be_patient(_WAIT)
         try:
             return task(ready())
@@ -120,15 +121,17 @@ class Database:
         self._again = time.monotonic() + (0.0 if _is_busy(error) else _PAUSE)
 
     def _is_given_again(self) -> bool:
-        """Tell whether the file can be written again, without a wait that people would have to be told of."""
+        """Tell whether the file can be written again, without waiting: whoever looks may look often."""
         if time.monotonic() < self._again:
             return False
+        self._be_patient(0.0)
         try:
             with transaction(self._kept()):
-                pass
+                self._be_patient(SILENT)
         except _REFUSED as error:
             self._leave_alone(error)
             self._close()
+            self._be_patient(SILENT)
             return False
         if self._memory is not None:
             self._memory.close()
