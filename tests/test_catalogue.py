@@ -446,17 +446,17 @@ def test_who_waited_in_vain_goes_back_to_the_file_at_the_next_look(two, monkeypa
     assert [run.id for run in catalogue.runs("mark=bad")] == [RUN]
 
 
-@pytest.mark.parametrize(("pause", "kept"), [(0.0, 1), (60.0, 0)])
-def test_a_file_that_was_refused_once_is_tried_again_after_a_pause(two, monkeypatch, pause, kept):
-    """Such as where there were too many open files for a moment."""
+@pytest.mark.parametrize(("pause", "code", "kept"), [(0.0, "FULL", 1), (60.0, "FULL", 0), (60.0, "CANTOPEN", 1)])
+def test_a_file_that_was_refused_once_is_tried_again(two, monkeypatch, pause, code, kept):
+    """At once where there were too many open files for a moment; after a pause where runs may be read in vain."""
     listed(two)
     connect = sqlite3.connect
 
     def refuse(name: str, **options):
         if name == ":memory:":
             return connect(name, **options)
-        error = sqlite3.OperationalError("unable to open database file")
-        error.sqlite_errorcode = sqlite3.SQLITE_CANTOPEN
+        error = sqlite3.OperationalError(code)
+        error.sqlite_errorcode = getattr(sqlite3, f"SQLITE_{code}")
         raise error
 
     monkeypatch.setattr("tribopipe.archive.catalog.database._PAUSE", pause)
@@ -469,6 +469,18 @@ def test_a_file_that_was_refused_once_is_tried_again_after_a_pause(two, monkeypa
     assert [run.id for run in catalogue.runs("mark=bad")] == [RUN]
     file = sqlite3.connect(two / FILE_NAME)
     assert file.execute("SELECT count(*) FROM runs WHERE mark = 'bad'").fetchone()[0] == kept
+    file.close()
+
+
+def test_archive_that_begins_later_gets_its_catalogue(two, tmp_path):
+    """As of one that watches a folder before the first run is there."""
+    catalogue = Catalogue(tmp_path / "later")
+    catalogue.refresh()
+    shutil.copytree(two, tmp_path / "later")
+    catalogue.refresh()
+    assert [run.id for run in catalogue.runs()] == [RUN, OTHER]
+    file = sqlite3.connect(tmp_path / "later" / FILE_NAME)
+    assert file.execute("SELECT count(*) FROM runs").fetchone()[0] == 2
     file.close()
 
 

@@ -49,6 +49,8 @@ _SUMMED = ("SELECT name, sha256, error, sum FROM files", "SELECT * FROM runs", "
 """Rows that end in a sum of what stands before it, which SQLite itself does not keep."""
 _THIS = zlib.crc32(f"{_SCHEMA}{_EDITION}{VERSION}".encode()) & 0x7FFFFFFF
 _REFUSED = OSError, sqlite3.DatabaseError, UnicodeDecodeError
+_SEEN_AT_ONCE = {sqlite3.SQLITE_BUSY, sqlite3.SQLITE_CANTOPEN}
+"""Another process writes, or there is no folder yet: no run is read in vain."""
 _DAMAGED = {sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_ERROR, sqlite3.SQLITE_CONSTRAINT}
 
 
@@ -117,8 +119,8 @@ class Database:
             self._connection.execute(f"PRAGMA busy_timeout = {round(1e3 * seconds)}")
 
     def _leave_alone(self, error: Exception) -> None:
-        """Set when the file is tried again: at once where others were writing, else after a pause."""
-        self._again = time.monotonic() + (0.0 if _is_busy(error) else _PAUSE)
+        """Set when the file is tried again: at once where that costs nothing, else after a pause."""
+        self._again = time.monotonic() + (0.0 if _code(error) in _SEEN_AT_ONCE else _PAUSE)
 
     def _is_given_again(self) -> bool:
         """Tell whether the file can be written again, without waiting: whoever looks may look often."""
@@ -198,7 +200,11 @@ def in_memory() -> sqlite3.Connection:
 
 def _is_busy(error: Exception) -> bool:
     """Tell whether another process was writing."""
-    return getattr(error, "sqlite_errorcode", 0) & 0xFF == sqlite3.SQLITE_BUSY
+    return _code(error) == sqlite3.SQLITE_BUSY
+
+
+def _code(error: Exception) -> int:
+    return int(getattr(error, "sqlite_errorcode", 0)) & 0xFF
 
 
 def is_damage(error: Exception) -> bool:
