@@ -49,6 +49,8 @@ _SUMMED = ("SELECT name, sha256, error, sum FROM files", "SELECT * FROM runs", "
 """Rows that end in a sum of what stands before it, which SQLite itself does not keep."""
 _THIS = zlib.crc32(f"{_SCHEMA}{_EDITION}{VERSION}".encode()) & 0x7FFFFFFF
 _REFUSED = OSError, sqlite3.DatabaseError, UnicodeDecodeError
+_SEEN_AT_ONCE = {sqlite3.SQLITE_BUSY, sqlite3.SQLITE_CANTOPEN}
+"""Another process writes, or there is no folder yet: no run is read in vain."""
 _DAMAGED = {sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_ERROR, sqlite3.SQLITE_CONSTRAINT}
 
 
@@ -103,6 +105,7 @@ class Database:
             if not _is_busy(error):
                 raise
         say_waiting(self._path.parent, FILE_NAME, _WAIT)
+        self._close()  # it may not have its tables yet
         self._be_patient(_WAIT)
         try:
             return task(ready())
@@ -116,19 +119,21 @@ class Database:
             self._connection.execute(f"PRAGMA busy_timeout = {round(1e3 * seconds)}")
 
     def _leave_alone(self, error: Exception) -> None:
-        """Set when the file is tried again: at once where others were writing, else after a pause."""
-        self._again = time.monotonic() + (0.0 if _is_busy(error) else _PAUSE)
+        """Set when the file is tried again: at once where that costs nothing, else after a pause."""
+        self._again = time.monotonic() + (0.0 if _code(error) in _SEEN_AT_ONCE else _PAUSE)
 
     def _is_given_again(self) -> bool:
-        """Tell whether the file can be written again, without a wait that people would have to be told of."""
+        """Tell whether the file can be written again, without waiting: whoever looks may look often."""
         if time.monotonic() < self._again:
             return False
+        self._be_patient(0.0)
         try:
             with transaction(self._kept()):
-                pass
+                self._be_patient(SILENT)
         except _REFUSED as error:
             self._leave_alone(error)
             self._close()
+            self._be_patient(SILENT)
             return False
         if self._memory is not None:
             self._memory.close()
@@ -195,7 +200,11 @@ def in_memory() -> sqlite3.Connection:
 
 def _is_busy(error: Exception) -> bool:
     """Tell whether another process was writing."""
-    return getattr(error, "sqlite_errorcode", 0) & 0xFF == sqlite3.SQLITE_BUSY
+    return _code(error) == sqlite3.SQLITE_BUSY
+
+
+def _code(error: Exception) -> int:
+    return int(getattr(error, "sqlite_errorcode", 0)) & 0xFF
 
 
 def is_damage(error: Exception) -> bool:
