@@ -188,7 +188,9 @@ def test_run_says_k_d_verdicts_and_figures(run_cli, home):
     for verdict in law.runs:
         assert f"{verdict.id}: {verdict.sentence}" in result.stderr
         assert f" {verdict.id} {verdict.role} " in f" {plain(result.stderr)}"
-    assert re.search(r"scatter of k_D of the pin between the 2 runs \d+\.\d %, within a run", result.stderr.replace("%", " %"))
+    assert re.search(
+        r"scatter of k_D of the pin between the 2 runs \d+\.\d %, within a run", result.stderr.replace("%", " %")
+    )
     assert f"figures in {Path('archive') / 'figures'}" in result.stderr
     drawn = {f"air-{name}.{suffix}" for name in NAMES for suffix in ("svg", "png")}
     assert files(home / "archive" / "figures") == drawn

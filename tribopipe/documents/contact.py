@@ -106,6 +106,8 @@ class PinOnDisc(Record):
     """Both bodies."""
     fitted_bodies: ClassVar[tuple[str, ...]] = ("pin",)
     """Those whose k_D is found, the one that every fit finds first."""
+    shown: ClassVar[tuple[str, ...]] = ("wear_depth", "pressure")
+    """What tables say of predicted wear."""
 
     @property
     def travel(self) -> float:
@@ -153,6 +155,8 @@ class TwinDisc(Record):
     """Both bodies."""
     fitted_bodies: ClassVar[tuple[str, ...]] = ("curved_disc", "flat_disc")
     """Those whose k_D is found, the one that every fit finds first."""
+    shown: ClassVar[tuple[str, ...]] = ("wear_depth", "wear_volume")
+    """What tables say of predicted wear."""
 
     @property
     def travel(self) -> float:
