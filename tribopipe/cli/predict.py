@@ -22,8 +22,8 @@ from tribopipe.cli.options import (
     load_archive,
     load_recipe,
     parsed,
+    place,
     quantity,
-    rotations,
 )
 from tribopipe.cli.output import finish, print_json, progress, record_json, say
 from tribopipe.cli.steps import tell
@@ -236,8 +236,7 @@ def _folder(run: Path, asked: _Asked) -> _Subject:
     conditions = manifest.conditions
     given = None if asked.friction is None else friction_path(asked.friction)
     path = given or folder_friction(run, conditions, asked.law, asked.recipe)
-    planned = conditions.sliding_distance.value if conditions.sliding_distance else conditions.rotations
-    return _Subject(manifest, path=path, end=planned)
+    return _Subject(manifest, path=path, end=manifest.planned)
 
 
 def folder_friction(run: Path, conditions: "Conditions", law: Law, recipe: "Recipe") -> "FrictionPath | None":
@@ -350,7 +349,7 @@ def _known(subject: _Subject, asked: _Asked) -> "KnownWear":
 def _places(subject: _Subject, asked: _Asked) -> tuple[list[float], list[float]]:
     """Return where to predict, and the depths, m, whose place is wanted; the run's own end where neither is said."""
     progress = subject.manifest.progress
-    at = [rotations(text) if progress.kind == "count" else parsed("--at", text, progress.kind) for text in asked.at]
+    at = [place("--at", text, progress) for text in asked.at]
     depths = [_depth(text) for text in asked.depth]
     if not at and not depths:
         if subject.end is None:

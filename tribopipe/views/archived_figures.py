@@ -42,8 +42,7 @@ def run_figures(archive: Archive, run_id: str) -> "dict[str, Figure]":
     if friction is not None and friction.outcome != "none":
         figures["friction"] = plot_friction(corrected.run, friction, clean_up)
     steps = archive.steps(run_id)
-    draw_wear = _disc_figures if corrected.run.manifest.rolls else _pin_figures
-    figures |= draw_wear(corrected, steps) | _local_figures(steps, run_id)
+    figures |= _wear_figures(corrected, steps) | _local_figures(steps, run_id)
     return {what: figures[what] for what in _DRAWN if what in figures}
 
 
@@ -87,22 +86,16 @@ def _clean_up_figures(archive: Archive, cleaned: RawRun, clean_up: CleanUp) -> "
     return {"clean-up": plot_clean_up(raw, cleaned, clean_up)} if changed_signals(raw, cleaned, clean_up) else {}
 
 
-def _pin_figures(corrected: CorrectedRun, steps: Mapping[StepName, Step]) -> "dict[str, Figure]":
-    fits, predictions = (
-        [curves for name in names.values() if (curves := _curves(steps.get(name)))]
-        for names in (WEAR_FITS, PREDICTIONS)
-    )
-    return {"wear": plot_wear(corrected, fits, predictions)} if fits else {}
-
-
-def _disc_figures(corrected: CorrectedRun, steps: Mapping[StepName, Step]) -> "dict[str, Figure]":
-    """Draw wear by all laws, and the contact by the first of them."""
+def _wear_figures(corrected: CorrectedRun, steps: Mapping[StepName, Step]) -> "dict[str, Figure]":
+    """Draw wear by all laws, and the contact by the first of them where it is known along the run."""
     fits, predictions = (
         [curves for name in names.values() if (curves := _curves(steps.get(name)))]
         for names in (WEAR_FITS, PREDICTIONS)
     )
     if not fits:
         return {}
+    if "wear_depth" in fits[0].bands:
+        return {"wear": plot_wear(corrected, fits, predictions)}
     return {
         "wear": plot_disc_wear(corrected.run, fits, predictions),
         "contact": plot_disc_contact(corrected, fits[0]),

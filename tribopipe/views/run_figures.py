@@ -174,7 +174,7 @@ def _drift_words(correction: DriftCorrection) -> str:
 
 
 def _both(run: RawRun) -> str:
-    return "both discs" if run.manifest.rolls else "pin + disc"
+    return "both bodies" if run.manifest.contact is None else run.manifest.contact.both
 
 
 @styled
