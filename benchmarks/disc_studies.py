@@ -21,7 +21,7 @@ from tribopipe.documents.plan import Fatigue, TwinDiscVirtualRun
 from tribopipe.documents.recipe import Recipe, WearRecipe
 from tribopipe.documents.study import Study
 from tribopipe.evaluation.drift import correct_drift
-from tribopipe.evaluation.study.discs import evaluate_discs
+from tribopipe.evaluation.study.evaluate import evaluate
 from tribopipe.evaluation.study.member import Member
 from tribopipe.extras.simulate import simulate_twin_disc_run
 from tribopipe.physics.conventions import DistanceConvention
@@ -72,7 +72,7 @@ def judged(task: Task) -> Answer:
     try:
         with tempfile.TemporaryDirectory() as folder:
             members = {run.id: made(run, Path(folder)) for run in runs}
-        return evaluate_discs(study, members, recipe).result.law("archard")
+        return evaluate(study, members, recipe).result.law("archard")
     except NO_ANSWER as error:
         return reason(error)
 

@@ -15,7 +15,7 @@ from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.profile.track import examined
 from tribopipe.evaluation.wear.known import KnownWear
 from tribopipe.evaluation.wear.local import local_scenario, wear_locally
-from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario
+from tribopipe.evaluation.wear.twin_disc.scenario import DiscScenario
 from tribopipe.physics.conventions import DistanceConvention
 from tribopipe.pipeline.stages import find_runs, process
 from tribopipe.pipeline.studies import load_studies, run_study

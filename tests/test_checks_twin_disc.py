@@ -213,7 +213,7 @@ def test_derived_count_is_held_against_no_speed():
         ("axis_runs_forward", {}, {"rotations": TURNS - 5.0}, "no count"),
         ("axis_runs_forward", {}, changed("rotations", slice(7, 12), 5.0), "no count"),
         ("needed_for_a_wear_coefficient", ONLY_CURVED, {}, "one-sided model"),
-        ("interruptions_lie_within_the_run", {"interruptions": [STOP]}, {}, "12000 rotations in a run of 10000"),
+        ("interruptions_lie_within_the_run", {"interruptions": [STOP]}, {}, "12,000 rotations in a run of 10,000"),
         ("depth_is_plausible", {}, {"depth": COLUMNS["depth"] * 1e5}, "crown radius"),
     ],
 )

@@ -189,7 +189,7 @@ def test_bad_run_is_refused_and_the_archive_stays_as_it_was(run_cli, discs, held
 def test_interruptions_that_do_not_follow_each_other_are_refused(run_cli, discs, tmp_path):
     for turns in (5000, 5000):
         stop(f"rotations = {turns}", 'curved_disc_wear_depth = "0.1 um"')(discs)
-    words = ("interruptions: found 5000 rotations, 5000 rotations", "each above the one before")
+    words = ("interruptions: found 5,000 rotations, 5,000 rotations", "each above the one before")
     assert_refused(run_cli("ingest", discs, "--archive", tmp_path / "archive"), *words)
     assert not (tmp_path / "archive").exists()
 
@@ -285,11 +285,11 @@ ASKED = {
     "depth beyond the crown": ((RUN, "--depth", "4 mm"), 1, ("crown",)),
     "wear beyond the crown": ((RUN, "--at", "1e13"), 1, ("crown", "check wear coefficients, load and rotations")),
     "radius of a pin": ((RUN, "--radius", "2 mm"), 2, ("--radius is of a pin", "--crown-radius")),
-    "three coefficients": ((RUN, *GIVEN, "--wear-coefficient", K_1), 2, ("more than two",)),
+    "three coefficients": ((RUN, *GIVEN, "--wear-coefficient", K_1), 2, ("found 3; expected at most 2",)),
     "coefficient of zero": ((RUN, "--wear-coefficient", "0 mm^3/(N*mm)"), 1, ("--wear-coefficient", "above zero")),
     "slip of a pin": ((PIN, "--slip", "4 %"), 2, ("--slip is of two discs",)),
     "crown of a pin": ((PIN, "--crown-radius", "4 mm"), 2, ("--crown-radius is of two discs", "--radius")),
-    "two coefficients of a pin": ((PIN, *GIVEN), 2, ("more than one for a pin",)),
+    "two coefficients of a pin": ((PIN, *GIVEN), 2, ("found 2; expected at most 1, of the pin",)),
     "rotations of a pin": ((PIN, "--at", "1e6"), 1, ("--at", "1e6")),
     "convention of a pin": ((PIN, "--distance-per-rotation", "full-slip"), 2, ("--distance-per-rotation",)),
     "another convention than the fit's": (

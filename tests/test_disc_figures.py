@@ -18,9 +18,9 @@ from tribopipe.documents.study import Study
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.study.member import Member
-from tribopipe.evaluation.wear.twin_disc.curves import fitted_discs
+from tribopipe.evaluation.wear.curves import fitted_curves
 from tribopipe.evaluation.wear.twin_disc.fit import fit_discs
-from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario, published_discs
+from tribopipe.evaluation.wear.twin_disc.scenario import DiscScenario, published_discs
 from tribopipe.pipeline.archived_results import archived_correction
 from tribopipe.pipeline.stages import ingest, process
 from tribopipe.pipeline.studies import run_study
@@ -73,7 +73,7 @@ def volume(number):
 
 def curves_of(run, laws=("archard",)):
     friction = fit_friction(run)
-    return [fitted_discs(run, fit_discs(run, law, friction), friction) for law in laws]
+    return [fitted_curves(run, fit_discs(run, law, friction), friction) for law in laws]
 
 
 def labels(figure) -> list[str]:

@@ -17,11 +17,11 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.slip import slip
 from tribopipe.evaluation.wear.known import known_wear
+from tribopipe.evaluation.wear.predict import predict_wear
 from tribopipe.evaluation.wear.twin_disc.fit import fit_discs
-from tribopipe.evaluation.wear.twin_disc.predict import (
+from tribopipe.evaluation.wear.twin_disc.scenario import (
     MOST_STEPS,
     DiscScenario,
-    predict_discs,
     published_discs,
 )
 from tribopipe.physics.friction_path import ExponentialFriction
@@ -58,7 +58,7 @@ def ratio(value: float, spread: float | None = None) -> Quantity:
 @pytest.mark.parametrize("convention", CONVENTIONS)
 def test_prediction_is_the_model(convention):
     at = [0.0, 1.0, 2.5e5, 1e6]
-    found = predict_discs(scenario(convention), at)
+    found = predict_wear(scenario(convention), at)
     state = worn(at, convention, K_1 * TYPICAL[convention], K_2 * TYPICAL[convention])
     for place, point in enumerate(found.prediction):
         assert point.rotations.value == at[place]
@@ -73,7 +73,7 @@ def test_prediction_is_the_model(convention):
 
 
 def test_prediction_under_sarkar_turns_by_his_distance():
-    found = predict_discs(scenario(model="sarkar", friction=FRICTION), [3e5])
+    found = predict_wear(scenario(model="sarkar", friction=FRICTION), [3e5])
     per_turn = 2 * math.pi * 4e-3 * 0.04
     fine = np.linspace(0, 3e5 * per_turn, 200_001)
     mu = 0.15 * np.exp(-fine / 40.0) + 0.42
@@ -91,9 +91,9 @@ def test_prediction_under_sarkar_turns_by_his_distance():
 def test_depths_are_reached_where_they_are_predicted(convention, log_depth, sarkar):
     changes = {"model": "sarkar", "friction": FRICTION} if sarkar else {}
     one, depth = scenario(convention, **changes), 10**log_depth
-    (reached,) = predict_discs(one, depths=[depth]).reached
+    (reached,) = predict_wear(one, depths=[depth]).reached
     assert reached.bodies["curved_disc"].wear_depth.value == pytest.approx(depth, rel=1e-9)
-    (back,) = predict_discs(one, [reached.rotations.value]).prediction
+    (back,) = predict_wear(one, [reached.rotations.value]).prediction
     assert back.bodies["curved_disc"].wear_depth.value == pytest.approx(depth, rel=1e-9)
     assert reached.time.value == pytest.approx(back.time.value)
     # What is uncertain of the depth is uncertain of the place by the slope.
@@ -109,7 +109,7 @@ def test_place_of_a_depth_is_as_uncertain_as_draws_have_it():
     """Under Sarkar too."""
     for changes in ({}, {"model": "sarkar", "friction": ExponentialFriction(0.0, 0.8)}):
         one = scenario(first=0.01, second=0.01, **changes)
-        (reached,) = predict_discs(one, depths=[1e-6]).reached
+        (reached,) = predict_wear(one, depths=[1e-6]).reached
         values = drawn(one, 4_000)
         pair = disc_pair(one.contact, values, "full-slip")
         turns = pair.rotations(1e-6, values["curved_coefficient"], values["flat_coefficient"])
@@ -139,7 +139,7 @@ def drawn(one: DiscScenario, count: int) -> dict[str, np.ndarray]:
 @pytest.mark.parametrize("correlation", [-0.6, 0.9])
 def test_uncertainty_is_that_of_draws(convention, correlation):
     one = scenario(convention, correlation=correlation)
-    (point,) = predict_discs(one, [1e6]).prediction
+    (point,) = predict_wear(one, [1e6]).prediction
     values = drawn(one, 10_000)
     pair = disc_pair(one.contact, values, convention)
     state = pair.worn(np.array([1e6]), values["curved_coefficient"], values["flat_coefficient"])
@@ -154,7 +154,7 @@ def test_uncertainty_is_that_of_draws(convention, correlation):
 
 def test_uncertainty_of_an_unworn_disc_is_none():
     known = known_pair(k_d(K_1, 0.05))
-    (point,) = predict_discs(scenario(known=known), [1e6]).prediction
+    (point,) = predict_wear(scenario(known=known), [1e6]).prediction
     assert point.bodies["flat_disc"].wear_volume.value == 0
     assert point.bodies["flat_disc"].wear_volume.standard_uncertainty == 0
     assert point.bodies["curved_disc"].wear_volume.standard_uncertainty > 0
@@ -163,7 +163,7 @@ def test_uncertainty_of_an_unworn_disc_is_none():
 def test_flat_disc_that_may_have_worn_after_all_is_as_uncertain_as_its_k_d():
     """k₂ = 0 ± 0.1 k₁, as of a disc on which no wear was found."""
     flat = Quantity(value=0.0, unit="m^2/N", standard_uncertainty=0.1 * K_1)
-    (point,) = predict_discs(scenario(known=known_pair(k_d(K_1, 0.05), flat)), [1e6]).prediction
+    (point,) = predict_wear(scenario(known=known_pair(k_d(K_1, 0.05), flat)), [1e6]).prediction
     assert point.bodies["flat_disc"].wear_volume.value == 0
     once = worn(1e6, second=0.1 * K_1)
     assert point.bodies["flat_disc"].wear_volume.standard_uncertainty == pytest.approx(float(once.flat_volume), rel=0.1)
@@ -171,7 +171,7 @@ def test_flat_disc_that_may_have_worn_after_all_is_as_uncertain_as_its_k_d():
 
 @pytest.mark.parametrize("share", [0.5, 1.0])
 def test_wide_uncertainty_of_k_d_stays_first_order(share):
-    (point,) = predict_discs(scenario(first=share), [1e6]).prediction
+    (point,) = predict_wear(scenario(first=share), [1e6]).prediction
     slope = (worn(1e6, first=1.01 * K_1).curved_volume - worn(1e6, first=0.99 * K_1).curved_volume) / 0.02
     assert point.bodies["curved_disc"].wear_volume.standard_uncertainty == pytest.approx(float(share * slope), rel=0.05)
 
@@ -182,7 +182,7 @@ def test_own_end_values_come_back_from_a_fit():
     known = known_wear(fit)
     assert known.bodies == {name: body.wear_coefficient for name, body in fit.bodies.items()}
     assert (known.correlation, known.distance) == (fit.correlation, "full-slip")
-    (point,) = predict_discs(scenario(known=known), [1e6]).prediction
+    (point,) = predict_wear(scenario(known=known), [1e6]).prediction
     ends = run.manifest.end_values
     assert point.bodies["curved_disc"].wear_volume.value == pytest.approx(ends.curved_disc_wear_volume.value, rel=1e-9)
     assert point.bodies["flat_disc"].wear_volume.value == pytest.approx(ends.flat_disc_wear_volume.value, rel=1e-9)
@@ -195,9 +195,9 @@ def test_own_end_values_come_back_from_a_fit():
 def test_published_steps_close_in_on_the_exact_scheme(convention):
     errors = []
     for steps in (500, 5_000):
-        found = predict_discs(scenario(convention), [1e6, 5e5], scheme="published", steps=steps)
+        found = predict_wear(scenario(convention), [1e6, 5e5], scheme="published", steps=steps)
         assert (found.scheme, found.steps) == ("published", steps)
-        exact = predict_discs(scenario(convention), [1e6]).prediction[0].bodies["curved_disc"].wear_depth.value
+        exact = predict_wear(scenario(convention), [1e6]).prediction[0].bodies["curved_disc"].wear_depth.value
         shown = found.prediction[0].bodies["curved_disc"].wear_depth.value
         assert found.step_error == pytest.approx(shown / exact - 1, rel=1e-9)
         errors.append(abs(found.step_error))
@@ -206,7 +206,7 @@ def test_published_steps_close_in_on_the_exact_scheme(convention):
 
 def test_published_steps_are_those_of_the_scheme():
     one = scenario()
-    found = predict_discs(one, [2e5, 1e5], scheme="published", steps=400)
+    found = predict_wear(one, [2e5, 1e5], scheme="published", steps=400)
     grid, state = published_discs(one, 2e5, 400)
     assert grid[-1] == 2e5
     for point, place in zip(found.prediction, (400, 200), strict=True):
@@ -215,13 +215,13 @@ def test_published_steps_are_those_of_the_scheme():
 
 
 def test_published_takes_a_step_a_rotation_unless_told():
-    found = predict_discs(scenario(), [1500.5], scheme="published")
+    found = predict_wear(scenario(), [1500.5], scheme="published")
     assert found.steps == 1501
-    assert predict_discs(scenario(), [0.0], scheme="published").prediction[0].wear_depth.value == 0
+    assert predict_wear(scenario(), [0.0], scheme="published").prediction[0].wear_depth.value == 0
 
 
 def test_coarse_steps_are_owned_up_to():
-    found = predict_discs(scenario(), [1e6], scheme="published", steps=10)
+    found = predict_wear(scenario(), [1e6], scheme="published", steps=10)
     assert any(note.startswith("10 Euler steps of 1e+05 rotations end ") for note in found.notes)
 
 
@@ -233,14 +233,14 @@ def test_steps_that_cannot_be_waited_for_are_refused(steps):
 
 def test_a_rotation_at_a_time_of_too_many_is_refused():
     with pytest.raises(FitError, match="--steps"):
-        predict_discs(scenario(), [1e8], scheme="published")
+        predict_wear(scenario(), [1e8], scheme="published")
 
 
 # --- what is said beside, and refused ---
 
 
 def notes(at, **changes) -> str:
-    return " | ".join(predict_discs(scenario(**changes), [at]).notes)
+    return " | ".join(predict_wear(scenario(**changes), [at]).notes)
 
 
 def test_nothing_is_said_of_a_sound_prediction():
@@ -289,53 +289,53 @@ def test_defaults_are_named():
 @pytest.mark.parametrize("at", [[-1.0], [float("nan")], [1e5, float("inf")]])
 def test_rotations_that_are_no_count_are_refused(at):
     with pytest.raises(FitError, match=r"prediction: found the rotations \[.*\]; expected none below zero"):
-        predict_discs(scenario(), at)
+        predict_wear(scenario(), at)
 
 
 @pytest.mark.parametrize("scheme", ["exact", "published"])
 def test_wear_beyond_the_crown_is_refused(scheme):
     known = known_pair(k_d(1e5 * K_1, 0.1), k_d(1e5 * K_2, 0.1))
     with pytest.raises(ContactError, match="crown"):
-        predict_discs(scenario(known=known), [1e6], scheme=scheme, steps=1000)
+        predict_wear(scenario(known=known), [1e6], scheme=scheme, steps=1000)
 
 
 @pytest.mark.parametrize("depth", [4e-3, 1.0, float("inf")])
 def test_depth_beyond_the_crown_is_refused(depth):
     with pytest.raises((ContactError, FitError)):
-        predict_discs(scenario(), depths=[depth])
+        predict_wear(scenario(), depths=[depth])
 
 
 @pytest.mark.parametrize("depth", [0.0])
 def test_no_depth_is_reached_at_once(depth):
-    (reached,) = predict_discs(scenario(), depths=[depth]).reached
+    (reached,) = predict_wear(scenario(), depths=[depth]).reached
     assert reached.rotations.value == 0
 
 
 @pytest.mark.parametrize("depth", [-1e-6, float("nan")])
 def test_depth_that_is_none_is_refused(depth):
     with pytest.raises((ContactError, FitError)):
-        predict_discs(scenario(), depths=[depth])
+        predict_wear(scenario(), depths=[depth])
 
 
 def test_depth_of_a_curved_disc_that_does_not_wear_is_refused():
     known = known_pair(Quantity(value=0.0, unit="m^2/N"), k_d(K_2, 0.1))
     with pytest.raises(FitError, match="a curved disc that does not wear"):
-        predict_discs(scenario(known=known), depths=[1e-6])
+        predict_wear(scenario(known=known), depths=[1e-6])
 
 
 def test_elastic_contact_as_large_as_the_crown_is_refused():
     contact = BARE.twin_disc
     tiny = contact.curved_disc.model_copy(update={"crown_radius": Quantity(value=1e-9, unit="m")})
     with pytest.raises(ContactError, match="elastic contact is as large as the crown"):
-        predict_discs(scenario(contact=contact.model_copy(update={"curved_disc": tiny})), [1e6])
+        predict_wear(scenario(contact=contact.model_copy(update={"curved_disc": tiny})), [1e6])
 
 
 def test_sarkar_without_friction_is_refused():
     with pytest.raises(FitError, match=r"Sarkar's law: found no friction coefficient"):
-        predict_discs(scenario(model="sarkar"), [1e6])
+        predict_wear(scenario(model="sarkar"), [1e6])
 
 
 def test_another_slip_wears_in_proportion_while_little_is_worn():
-    little, much = (predict_discs(scenario(slip=ratio(value)), [1e6]).prediction[0] for value in (0.04, 0.1))
+    little, much = (predict_wear(scenario(slip=ratio(value)), [1e6]).prediction[0] for value in (0.04, 0.1))
     assert much.bodies["curved_disc"].wear_volume.value > 2.4 * little.bodies["curved_disc"].wear_volume.value
     assert Recipe().wear.distance_per_rotation == "full-slip"

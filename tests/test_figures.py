@@ -21,8 +21,8 @@ from tribopipe.documents.signals import SIGNALS
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.preprocessing.cleaning import clean_run
+from tribopipe.evaluation.wear.curves import fitted_curves
 from tribopipe.evaluation.wear.fit import fit_wear
-from tribopipe.evaluation.wear.law_curves import fitted_curve
 from tribopipe.pipeline.archived_results import archived_correction, archived_friction
 from tribopipe.pipeline.stages import clean_archived, correct_archived_drift
 from tribopipe.views.archived_figures import save_run_figures
@@ -48,7 +48,7 @@ def test_wear_figure_shows_laws_end_value_and_residuals(sample_archive):
         archived_friction(sample_archive, SAMPLE_IDS[0]),
     )
     curves = [
-        fitted_curve(corrected.run, fit_wear(corrected, law, friction), friction) for law in ("archard", "sarkar")
+        fitted_curves(corrected.run, fit_wear(corrected, law, friction), friction) for law in ("archard", "sarkar")
     ]
     figure = plot_wear(corrected, curves)
     assert labels(figure) >= {"pin wear, corrected", "Archard, fitted", "Sarkar, fitted"}
@@ -56,7 +56,7 @@ def test_wear_figure_shows_laws_end_value_and_residuals(sample_archive):
     assert upper.get_ylabel() == "pin wear depth / µm"
     assert lower.get_xlabel() == "sliding distance s / m"
     archard = next(line for line in upper.lines if line.get_label() == "Archard, fitted")
-    assert archard.get_ydata()[-1] == pytest.approx(curves[0].wear_depth[-1] * 1e6)
+    assert archard.get_ydata()[-1] == pytest.approx(curves[0].bands["wear_depth"].best[-1] * 1e6)
 
 
 def test_figures_of_a_run_without_end_value_and_friction_say_what_is_missing(sample_archive):

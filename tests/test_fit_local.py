@@ -18,10 +18,11 @@ from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.study.engines import compare_engines, engine_notes
 from tribopipe.evaluation.study.evaluate import evaluate
+from tribopipe.evaluation.wear.curves import fitted_curves
 from tribopipe.evaluation.wear.draws import coefficient_draws
 from tribopipe.evaluation.wear.fit import fit_wear, wear_problem
-from tribopipe.evaluation.wear.law_curves import fitted_curve
-from tribopipe.evaluation.wear.predict import WearScenario, predict_wear
+from tribopipe.evaluation.wear.pin_scenario import PinScenario
+from tribopipe.evaluation.wear.predict import predict_wear
 from tribopipe.evaluation.wear.problem import WearProblem
 from tribopipe.evaluation.wear.twin_disc.fit import fit_discs
 from tribopipe.pipeline.archived_results import archived_fit
@@ -41,7 +42,7 @@ def recipe(engine: str, correction: str = "two-step", **others: object) -> Recip
 @pytest.fixture
 def locally_worn(monkeypatch):
     """Record virtual runs whose pins wear by the pressure at each point."""
-    monkeypatch.setattr("tribopipe.extras.simulate.pin_on_disc.WearScenario", partial(WearScenario, engine="local"))
+    monkeypatch.setattr("tribopipe.extras.simulate.pin_on_disc.PinScenario", partial(PinScenario, engine="local"))
     return record
 
 
@@ -57,8 +58,8 @@ def test_coefficient_of_local_wear_comes_back(locally_worn, run_id, correction, 
     assert fit.engine == "local"
     assert fit.first.wear_coefficient.value == pytest.approx(run.wear_coefficient.value, rel=within)
     assert fit.first.fitted_end_depth.value == pytest.approx(fit.first.measured_end_depth.value, rel=2e-3)
-    curve = fitted_curve(raw, fit, recipe=how)
-    assert curve.wear_depth[-1] == pytest.approx(fit.first.fitted_end_depth.value, rel=1e-9)
+    curve = fitted_curves(raw, fit, recipe=how)
+    assert curve.bands["wear_depth"].best[-1] == pytest.approx(fit.first.fitted_end_depth.value, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -112,9 +113,9 @@ def test_intervals_hold_the_truth_as_often_as_they_say(locally_worn, monkeypatch
     assert held / count == pytest.approx(0.95, abs=3 * np.sqrt(0.95 * 0.05 / count))
 
 
-def scenario(engine: str) -> WearScenario:
+def scenario(engine: str) -> PinScenario:
     series, run = CASES[HEAVY]
-    return WearScenario(series.contact, run.normal_load, run.wear_coefficient, engine=engine)
+    return PinScenario(series.contact, run.normal_load, run.wear_coefficient, engine=engine)
 
 
 def test_prediction_by_local_wear_reaches_the_depth_it_predicts():
@@ -130,7 +131,7 @@ def test_prediction_by_local_wear_reaches_the_depth_it_predicts():
 
 def test_distance_to_a_depth_is_as_uncertain_as_the_local_rate_has_it():
     known = scenario("local")
-    known = WearScenario(known.contact, known.normal_load, Quantity(value=7.5e-18, unit="m^2/N"), engine="local")
+    known = PinScenario(known.contact, known.normal_load, Quantity(value=7.5e-18, unit="m^2/N"), engine="local")
     (reached,) = predict_wear(known, depths=[0.5e-6]).reached
     at = reached.sliding_distance
     step = np.array([at.value * (1 - 1e-4), at.value * (1 + 1e-4)])

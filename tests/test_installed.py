@@ -258,7 +258,7 @@ from pathlib import Path
 from typing import assert_type
 
 import tribopipe
-from tribopipe import Archive, Quantity, TribopipeError, WearScenario
+from tribopipe import Archive, Quantity, TribopipeError, PinScenario
 
 
 def identify(folder: Path) -> float | None:

@@ -100,7 +100,7 @@ def test_page_has_what_was_tested_and_how(archive):
     assert facts_of(page, "Pin")["Young's modulus"] == "304.0 ± 6.1 GPa"
     assert facts_of(page, "Disc")["roughness Ra"] == "0.11 µm"
     assert facts_of(page, "Conditions")["normal load"] == "200.0 ± 2.0 mN"
-    assert facts_of(page, "Recorded") == {"samples": "1,251", "duration": "125 s", "distance slid": "50 m"}
+    assert facts_of(page, "Recorded") == {"samples": "1,251", "duration": "125 s", "sliding distance": "50 m"}
     assert facts_of(page, "Signals")["sliding distance"] == "derived from nominal speed"
     assert facts_of(page, "End values")["pin scar diameter"].endswith("µm, white-light")
     assert (page.id, page.tribometer, page.bad, page.tags, page.studies) == (RUN, "pin-on-disc", None, (), ())

@@ -24,7 +24,7 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe, WearRecipe
 from tribopipe.documents.record import load_toml, read_document
 from tribopipe.evaluation.checks import registry as checks
-from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario
+from tribopipe.evaluation.wear.twin_disc.scenario import DiscScenario
 from tribopipe.extras.simulate import VirtualTest, VirtualTwinDiscTest
 from tribopipe.physics import laws
 from tribopipe.readers import registry as readers

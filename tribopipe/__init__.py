@@ -24,16 +24,15 @@ if TYPE_CHECKING:
     from tribopipe.evaluation.drift import correct_drift
     from tribopipe.evaluation.friction import fit_friction
     from tribopipe.evaluation.preprocessing.cleaning import clean_run
-    from tribopipe.evaluation.study.discs import evaluate_discs
     from tribopipe.evaluation.study.evaluate import evaluate
     from tribopipe.evaluation.study.member import Member
+    from tribopipe.evaluation.wear.curves import fitted_curves, wear_scenario
     from tribopipe.evaluation.wear.fit import fit_wear
-    from tribopipe.evaluation.wear.law_curves import fitted_curve
+    from tribopipe.evaluation.wear.known import KnownWear
     from tribopipe.evaluation.wear.local import LocalOptions, wear_locally
-    from tribopipe.evaluation.wear.predict import WearScenario, predict_wear
-    from tribopipe.evaluation.wear.twin_disc.curves import fitted_discs
-    from tribopipe.evaluation.wear.twin_disc.fit import fit_discs
-    from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario, predict_discs
+    from tribopipe.evaluation.wear.pin_scenario import PinScenario
+    from tribopipe.evaluation.wear.predict import predict_wear
+    from tribopipe.evaluation.wear.twin_disc.scenario import DiscScenario
     from tribopipe.pipeline.stages import process
     from tribopipe.readers.harmonize import read_run
     from tribopipe.views.clean_up_figures import plot_clean_up
@@ -46,24 +45,22 @@ __version__ = VERSION
 __all__ = [
     "Archive",
     "DiscScenario",
+    "KnownWear",
     "LocalOptions",
     "Member",
+    "PinScenario",
     "Quantity",
     "Recipe",
     "Study",
     "TribopipeError",
-    "WearScenario",
     "__version__",
     "check_run",
     "clean_run",
     "correct_drift",
     "evaluate",
-    "evaluate_discs",
-    "fit_discs",
     "fit_friction",
     "fit_wear",
-    "fitted_curve",
-    "fitted_discs",
+    "fitted_curves",
     "open_archive",
     "plot_clean_up",
     "plot_depth",
@@ -73,12 +70,12 @@ __all__ = [
     "plot_local_discs",
     "plot_local_pin",
     "plot_wear",
-    "predict_discs",
     "predict_wear",
     "process",
     "read_run",
     "save_figure",
     "wear_locally",
+    "wear_scenario",
 ]
 
 _HOMES = {
@@ -97,16 +94,15 @@ _HOMES = {
     "views.disc_figures": ("plot_disc_contact", "plot_disc_wear"),
     "views.run_figures": ("plot_depth", "plot_friction", "plot_wear", "save_figure"),
     "views.local_wear_figures": ("plot_local_discs", "plot_local_pin"),
-    "evaluation.study.discs": ("evaluate_discs",),
     "evaluation.study.evaluate": ("evaluate",),
     "evaluation.study.member": ("Member",),
-    "evaluation.wear.law_curves": ("fitted_curve",),
+    "evaluation.wear.curves": ("fitted_curves", "wear_scenario"),
     "evaluation.wear.fit": ("fit_wear",),
     "evaluation.wear.local": ("LocalOptions", "wear_locally"),
-    "evaluation.wear.predict": ("WearScenario", "predict_wear"),
-    "evaluation.wear.twin_disc.curves": ("fitted_discs",),
-    "evaluation.wear.twin_disc.fit": ("fit_discs",),
-    "evaluation.wear.twin_disc.predict": ("DiscScenario", "predict_discs"),
+    "evaluation.wear.known": ("KnownWear",),
+    "evaluation.wear.pin_scenario": ("PinScenario",),
+    "evaluation.wear.predict": ("predict_wear",),
+    "evaluation.wear.twin_disc.scenario": ("DiscScenario",),
 }
 
 

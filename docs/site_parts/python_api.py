@@ -13,10 +13,10 @@ from tribopipe.documents.record import Record
 
 GROUPS = {
     "Read and check": ("read_run", "check_run", "clean_run"),
-    "Evaluate a pin on a disc": ("correct_drift", "fit_friction", "fit_wear", "fitted_curve"),
-    "Evaluate two discs": ("fit_discs", "fitted_discs"),
-    "Predict": ("predict_wear", "WearScenario", "predict_discs", "DiscScenario", "wear_locally", "LocalOptions"),
-    "Studies": ("evaluate", "evaluate_discs", "Member", "Study"),
+    "Evaluate": ("correct_drift", "fit_friction", "fit_wear", "fitted_curves"),
+    "Predict": ("predict_wear", "wear_scenario", "KnownWear", "PinScenario", "DiscScenario"),
+    "Wear locally": ("wear_locally", "LocalOptions"),
+    "Studies": ("evaluate", "Member", "Study"),
     "Archive": ("open_archive", "Archive", "process"),
     "Figures": (
         "plot_depth",

@@ -24,7 +24,8 @@ def draw_depth(run: RunFile, x: Column) -> tuple[Panel, ...]:
     """Draw the depth reading, what drift adds to it, and the corrected wear with the end value."""
     reading, wear = run.signal("depth"), run.curve(CORRECTED)
     correction = run.result("drift_correction", DriftCorrection)
-    both = "both discs" if run.outline.manifest.rolls else "pin and disc"
+    contact = run.outline.manifest.contact
+    both = "both bodies" if contact is None else contact.both
     curves = []
     if reading is not None:
         curves.append(Curve("sensor reading", "measured", x, reading, MICRONS, run.id, path=run.signal_path("depth")))

@@ -115,10 +115,9 @@ def _wear(run: RunFile) -> Iterator[PlotOffer]:
     stage = _first_step(run, *WEAR_FITS.values(), "drift_correction")
     path = "/entry/wear" if any(path.startswith("/entry/wear/") for path in run.datasets) else _group(run, stage)
     curves = [f"/entry/{step}/data/" for step in run.outline.steps if step.startswith(("wear_fit", "prediction"))]
-    if run.outline.manifest.rolls:
-        if any(f"{curve}curved_volume" in run.datasets for curve in curves):
-            yield _sampled(run, "wear", "Wear of both discs", stage, path, draw_disc_wear)
-            yield _sampled(run, "contact", "Contact", stage, _group(run, stage), draw_contact)
+    if any(f"{curve}curved_volume" in run.datasets for curve in curves):
+        yield _sampled(run, "wear", "Wear of both discs", stage, path, draw_disc_wear)
+        yield _sampled(run, "contact", "Contact", stage, _group(run, stage), draw_contact)
     elif PIN_WEAR in run.datasets or any(f"{curve}wear_depth" in run.datasets for curve in curves):
         fits = (run.result(step, WearFit) for step in WEAR_FITS.values())
         words = "; ".join(basis_words(fit for fit in fits if fit is not None))
@@ -135,7 +134,8 @@ def _from_signals(run: RunFile) -> Iterator[PlotOffer]:
 
 
 def _over_own_axes(run: RunFile) -> Iterator[PlotOffer]:
-    if CORRECTED in run.datasets and "wear_fit_sarkar" in run.outline.steps and not run.outline.manifest.rolls:
+    fit = run.result("wear_fit_sarkar", WearFit)
+    if CORRECTED in run.datasets and fit is not None and fit.correction is not None:
         path = _group(run, "wear_fit_sarkar")
         yield coefficient_offer("wear_fit_sarkar", path, lambda _: draw_coefficient(run))
     for law, step in LOCAL_WEAR.items():

@@ -196,9 +196,10 @@ def _case(subject: _Subject, speed: str | None, until: str | None, element_size:
 
 def _slip(manifest: "RunManifest") -> float:
     """Return |V₁ − V₂| over the curved disc's speed; 1 for a pin."""
-    from tribopipe.documents.slip import slip
+    from tribopipe.documents.slip import stated_slip
 
-    return abs(slip(manifest).value) if manifest.rolls else 1.0
+    slip = stated_slip(manifest)
+    return 1.0 if slip is None else abs(slip.value)
 
 
 def _speed(manifest: "RunManifest", given: str | None) -> float:

@@ -19,9 +19,8 @@ from tribopipe.cli.options import (
     chosen_ids,
     load_archive,
     load_recipe,
-    parsed,
+    place,
     quantity,
-    rotations,
 )
 from tribopipe.cli.output import finish, print_json, progress, record_json, say
 from tribopipe.cli.predict import folder_friction
@@ -54,9 +53,7 @@ class _Asked:
 
     def places(self, manifest: "RunManifest") -> list[float]:
         """Return where to wear to, m or rotations; nothing where that was not said."""
-        if manifest.rolls:
-            return [rotations(text) for text in self.at]
-        return [parsed("--at", text, "distance") for text in self.at]
+        return [place("--at", text, manifest.progress) for text in self.at]
 
 
 def local_wear(

@@ -8,6 +8,7 @@ import typer
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
+    from tribopipe.documents.contact import Progress
     from tribopipe.documents.quantity import Quantity
     from tribopipe.documents.recipe import Recipe
     from tribopipe.physics.friction_path import FrictionPath
@@ -137,16 +138,21 @@ def parsed(option: str, text: str, kind: str) -> float:
         raise UnitError(f"{option}: {error}") from None
 
 
-def rotations(text: str) -> float:
-    """Read a number of rotations."""
+def place(option: str, text: str, progress: "Progress") -> float:
+    """Read a place along the progress of a contact, SI: a sliding distance, or rotations."""
     from tribopipe.base.errors import UnitError
 
+    if progress.kind != "count":
+        return parsed(option, text, progress.kind)
     try:
-        turns = parsed("--at", text, "count")
+        turns = parsed(option, text, progress.kind)
     except UnitError:
         turns = -1.0
     if turns < 0:
-        raise UnitError(f"--at: found {text!r}; expected rotations of the curved disc, zero or more, such as '1e6'")
+        raise UnitError(
+            f"{option}: found {text!r}; expected {progress.words} of the curved disc, zero or more, such as "
+            f"{progress.example!r}"
+        )
     return turns
 
 

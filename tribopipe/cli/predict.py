@@ -22,8 +22,8 @@ from tribopipe.cli.options import (
     load_archive,
     load_recipe,
     parsed,
+    place,
     quantity,
-    rotations,
 )
 from tribopipe.cli.output import finish, print_json, progress, record_json, say
 from tribopipe.cli.steps import tell
@@ -218,12 +218,7 @@ def _subjects(
 
 
 def _show_predictions(subjects: list[tuple[_Subject, str | None]], asked: _Asked, *, as_json: bool) -> None:
-    from tribopipe.documents.contact import TwinDisc
-
-    results = [
-        (_predict_discs if isinstance(subject.manifest.contact, TwinDisc) else _predict_pin)(subject, asked, reference)
-        for subject, reference in subjects
-    ]
+    results = [_predict(subject, asked, reference) for subject, reference in subjects]
     for result in results:
         say(str(result))
     if as_json:
@@ -241,8 +236,7 @@ def _folder(run: Path, asked: _Asked) -> _Subject:
     conditions = manifest.conditions
     given = None if asked.friction is None else friction_path(asked.friction)
     path = given or folder_friction(run, conditions, asked.law, asked.recipe)
-    planned = conditions.sliding_distance.value if conditions.sliding_distance else conditions.rotations
-    return _Subject(manifest, path=path, end=planned)
+    return _Subject(manifest, path=path, end=manifest.planned)
 
 
 def folder_friction(run: Path, conditions: "Conditions", law: Law, recipe: "Recipe") -> "FrictionPath | None":
@@ -285,32 +279,41 @@ def _archived(store: "Archive", run_id: str, asked: _Asked) -> _Subject:
     return _Subject(run.manifest, run, fit, path, float(run.progress[-1]))
 
 
-def _predict_pin(subject: _Subject, asked: _Asked, reference: str | None) -> "WearPrediction":
-    from tribopipe.evaluation.wear.predict import DEFAULT_STEPS, WearScenario, predict_wear
+def _predict(subject: _Subject, asked: _Asked, reference: str | None) -> "WearPrediction":
+    from tribopipe.evaluation.wear.curves import wear_scenario
+    from tribopipe.evaluation.wear.predict import predict_wear
 
-    _refuse(asked.slip, "--slip", "of two discs", "a pin has none")
-    _refuse(asked.crown_radius, "--crown-radius", "of two discs", "for a pin it is --radius")
-    _refuse(asked.distance, "--distance-per-rotation", "of two discs", "a pin slides all the way")
-    known = _known(subject, asked)
-    contact, conditions = subject.manifest.pin_on_disc, subject.manifest.conditions
-    if asked.radius is not None:
-        pin = contact.pin.model_copy(update={"radius": quantity("--radius", asked.radius, "length")})
-        contact = contact.model_copy(update={"pin": pin})
-    scenario = WearScenario(
-        contact,
-        _given("--load", asked.load, "force", conditions.normal_load),
-        known.first,
-        asked.law,
-        subject.path,
-        asked.recipe,
-        _given("--speed", asked.speed, "speed", conditions.sliding_speed) if asked.speed else conditions.sliding_speed,
-        known.engine,
-        known.parameters,
-        known.covariance,
-    )
-    at, depths = _places(subject, asked, "distance", "500 m")
-    steps = asked.steps or DEFAULT_STEPS
-    return predict_wear(scenario, at, depths=depths, scheme=asked.scheme, steps=steps, reference=reference)
+    manifest = _changed(subject.manifest, asked)
+    scenario = wear_scenario(manifest, _known(subject, asked), asked.law, subject.path, asked.recipe)
+    at, depths = _places(subject, asked)
+    return predict_wear(scenario, at, depths=depths, scheme=asked.scheme, steps=asked.steps, reference=reference)
+
+
+def _changed(manifest: "RunManifest", asked: _Asked) -> "RunManifest":
+    """Return what run.toml states, with the load, speed, slip and radius that are asked for instead."""
+    from tribopipe.documents.slip import slip
+
+    contact: Any = manifest.described
+    changed: dict[str, Quantity | None] = {}
+    if asked.load is not None:
+        changed["normal_load"] = quantity("--load", asked.load, "force")
+    if asked.speed is not None:
+        changed[contact.progress.speed] = quantity("--speed", asked.speed, "speed")
+    if manifest.rolls:
+        _refuse(asked.radius, "--radius", "of a pin", "of the curved disc it is --crown-radius")
+        _refuse(asked.engine, "--engine", "of a pin", "two discs are predicted by the GIWM")
+        body, size, option, radius = "curved_disc", "crown_radius", "--crown-radius", asked.crown_radius
+        changed |= {"slip": _slip(asked.slip) if asked.slip is not None else slip(manifest), "flat_disc_speed": None}
+    else:
+        _refuse(asked.slip, "--slip", "of two discs", "a pin has none")
+        _refuse(asked.crown_radius, "--crown-radius", "of two discs", "for a pin it is --radius")
+        _refuse(asked.distance, "--distance-per-rotation", "of two discs", "a pin slides all the way")
+        body, size, option, radius = "pin", "radius", "--radius", asked.radius
+    if radius is not None:
+        other = contact.bodies[body].model_copy(update={size: quantity(option, radius, "length")})
+        contact = contact.model_copy(update={body: other})
+    conditions = manifest.conditions.model_copy(update=changed)
+    return manifest.model_copy(update={"contact": contact, "conditions": conditions})
 
 
 def _known(subject: _Subject, asked: _Asked) -> "KnownWear":
@@ -343,38 +346,14 @@ def _known(subject: _Subject, asked: _Asked) -> "KnownWear":
     return fitted
 
 
-def _predict_discs(subject: _Subject, asked: _Asked, reference: str | None) -> "WearPrediction":
-    from tribopipe.documents.slip import slip
-    from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario, predict_discs
-
-    _refuse(asked.radius, "--radius", "of a pin", "of the curved disc it is --crown-radius")
-    _refuse(asked.engine, "--engine", "of a pin", "two discs are predicted by the GIWM")
-    contact, conditions = subject.manifest.twin_disc, subject.manifest.conditions
-    if asked.crown_radius is not None:
-        crown = {"crown_radius": quantity("--crown-radius", asked.crown_radius, "length")}
-        contact = contact.model_copy(update={"curved_disc": contact.curved_disc.model_copy(update=crown)})
-    speed = conditions.curved_disc_speed
-    scenario = DiscScenario(
-        contact=contact,
-        normal_load=_given("--load", asked.load, "force", conditions.normal_load),
-        slip=_slip(asked.slip) if asked.slip is not None else slip(subject.manifest),
-        known=_known(subject, asked),
-        model=asked.law,
-        friction=subject.path,
-        recipe=asked.recipe,
-        curved_disc_speed=quantity("--speed", asked.speed, "speed") if asked.speed else speed,
-    )
-    at, depths = _places(subject, asked, "count", "1e6")
-    return predict_discs(scenario, at, depths=depths, scheme=asked.scheme, steps=asked.steps, reference=reference)
-
-
-def _places(subject: _Subject, asked: _Asked, kind: str, example: str) -> tuple[list[float], list[float]]:
+def _places(subject: _Subject, asked: _Asked) -> tuple[list[float], list[float]]:
     """Return where to predict, and the depths, m, whose place is wanted; the run's own end where neither is said."""
-    at = [rotations(text) if kind == "count" else parsed("--at", text, kind) for text in asked.at]
+    progress = subject.manifest.progress
+    at = [place("--at", text, progress) for text in asked.at]
     depths = [_depth(text) for text in asked.depth]
     if not at and not depths:
         if subject.end is None:
-            raise typer.BadParameter(f'say where to predict: --at "{example}"')
+            raise typer.BadParameter(f'say where to predict: --at "{progress.example}"')
         at = [subject.end]
     return at, depths
 
@@ -392,10 +371,6 @@ def _depth(text: str) -> float:
 def _refuse(text: str | None, option: str, whose: str, instead: str) -> None:
     if text is not None:
         raise typer.BadParameter(f"{option} is {whose}; {instead}")
-
-
-def _given(option: str, text: str | None, kind: str, otherwise: Any) -> Any:
-    return otherwise if text is None else quantity(option, text, kind)
 
 
 def _slip(text: str) -> "Quantity":

@@ -1,7 +1,7 @@
 """The two bodies of a contact as they went into the test, and what wear grows along on each kind of tribometer."""
 
 import math
-from typing import Annotated, ClassVar, Literal, NamedTuple, Self
+from typing import Annotated, ClassVar, Literal, NamedTuple, Self, TypeAlias
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -30,8 +30,8 @@ class Progress(NamedTuple):
         return self.signal.replace("_", " ")
 
     def shown(self, value: float) -> str:
-        """Write a place for people: "50 m", "1000 rotations"."""
-        return f"{value:.6g} {self.unit}"
+        """Write a place for people: "50 m", "1,000 rotations"."""
+        return f"{value:,.0f} {self.unit}" if self.kind == "count" else f"{value:.6g} {self.unit}"
 
 
 SLIDING = Progress("sliding_distance", "distance", "m", "sliding_speed", "500 m")
@@ -106,6 +106,14 @@ class PinOnDisc(Record):
     """Both bodies."""
     fitted_bodies: ClassVar[tuple[str, ...]] = ("pin",)
     """Those whose k_D is found, the one that every fit finds first."""
+    shown: ClassVar[tuple[str, ...]] = ("wear_depth", "pressure")
+    """What tables say of predicted wear."""
+    rolls: ClassVar[bool] = False
+    """Whether the bodies roll on each other and slip, so that rotations count."""
+    both: ClassVar[str] = "pin + disc"
+    """Both bodies in words."""
+    slid: ClassVar[str] = "sliding distance"
+    """What the distance is called that the bodies slide on each other."""
 
     @property
     def travel(self) -> float:
@@ -116,6 +124,11 @@ class PinOnDisc(Record):
     def bodies(self) -> dict[str, Specimen]:
         """The two bodies by name."""
         return {"pin": self.pin, "disc": self.disc}
+
+    @property
+    def alike(self) -> dict[str, object]:
+        """What else than the materials runs must have in common for one k_D, by its name."""
+        return {"pin shape": self.pin.shape, "pin radius in m": self.pin.radius.value}
 
 
 class CurvedDisc(Specimen):
@@ -153,6 +166,14 @@ class TwinDisc(Record):
     """Both bodies."""
     fitted_bodies: ClassVar[tuple[str, ...]] = ("curved_disc", "flat_disc")
     """Those whose k_D is found, the one that every fit finds first."""
+    shown: ClassVar[tuple[str, ...]] = ("wear_depth", "wear_volume")
+    """What tables say of predicted wear."""
+    rolls: ClassVar[bool] = True
+    """Whether the bodies roll on each other and slip, so that rotations count."""
+    both: ClassVar[str] = "both discs"
+    """Both bodies in words."""
+    slid: ClassVar[str] = "slip distance"
+    """What the distance is called that the bodies slide on each other."""
 
     @property
     def travel(self) -> float:
@@ -164,9 +185,19 @@ class TwinDisc(Record):
         """The two bodies by name."""
         return {"curved_disc": self.curved_disc, "flat_disc": self.flat_disc}
 
+    @property
+    def alike(self) -> dict[str, object]:
+        """What else than the materials runs must have in common for one k_D, by its name."""
+        return {
+            "crown radius in m": self.curved_disc.crown_radius.value,
+            "curved disc's radius in m": self.curved_disc.rolling_radius.value,
+            "flat disc's radius in m": self.flat_disc.rolling_radius.value,
+        }
+
 
 DiscName = Literal["curved_disc", "flat_disc"]
 DISCS: tuple[DiscName, DiscName] = ("curved_disc", "flat_disc")
 """In the order of k₁ and k₂."""
-CONTACTS: dict[str, type[PinOnDisc | TwinDisc]] = {"pin-on-disc": PinOnDisc, "twin-disc": TwinDisc}
+Contact: TypeAlias = PinOnDisc | TwinDisc
+CONTACTS: dict[str, type[Contact]] = {"pin-on-disc": PinOnDisc, "twin-disc": TwinDisc}
 """Each kind of contact by its name in run.toml."""

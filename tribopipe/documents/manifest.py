@@ -488,7 +488,7 @@ class RunManifest(Record):
     @property
     def rolls(self) -> bool:
         """Whether two discs roll on each other, so that rotations count; a pin slides, and its distance counts."""
-        return isinstance(self.contact, TwinDisc)
+        return self.contact is not None and self.contact.rolls
 
     @property
     def bodies(self) -> dict[str, Specimen]:

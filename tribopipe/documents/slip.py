@@ -18,6 +18,11 @@ def slip(manifest: RunManifest) -> Quantity:
     return Quantity(value=ratio - 1, unit="1", standard_uncertainty=spread)
 
 
+def stated_slip(manifest: RunManifest) -> Quantity | None:
+    """Return the slip of bodies that roll on each other; none of others."""
+    return slip(manifest) if manifest.rolls else None
+
+
 def slip_per_rotation(manifest: RunManifest) -> float:
     """Return the slip distance 2π·r₁·|slip| in one rotation of the unworn curved disc, m."""
     return 2 * math.pi * manifest.twin_disc.curved_disc.rolling_radius.value * abs(slip(manifest).value)

@@ -26,7 +26,6 @@ from tribopipe.archive.store import Archive
 from tribopipe.base.arrays import Column
 from tribopipe.base.environment import environment
 from tribopipe.base.errors import TribopipeError
-from tribopipe.documents.contact import TwinDisc
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.record import Record, read_document
@@ -36,19 +35,16 @@ from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.friction_paths import fitted_path, run_path
 from tribopipe.evaluation.measurements.specific_wear import specific_wear
 from tribopipe.evaluation.preprocessing.cleaning import clean_run
+from tribopipe.evaluation.wear.curves import fitted_curves, predicted_curves, run_scenario
 from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.evaluation.wear.known import KnownWear
-from tribopipe.evaluation.wear.law_curves import LawCurve, fitted_curve, predicted_curve, run_scenario
 from tribopipe.evaluation.wear.local import LocalOptions, default_places, local_scenario, wear_locally
 from tribopipe.evaluation.wear.predict import predict_wear
-from tribopipe.evaluation.wear.twin_disc.curves import DiscCurves, disc_scenario, fitted_discs, predicted_discs
-from tribopipe.evaluation.wear.twin_disc.fit import fit_discs
-from tribopipe.evaluation.wear.twin_disc.predict import predict_discs
 from tribopipe.physics.laws import law_package
 from tribopipe.pipeline.archived_results import archived_coefficients, archived_correction, archived_friction
 from tribopipe.results.local_wear import LocalWearResult
+from tribopipe.results.wear_curves import WearCurves
 from tribopipe.results.wear_fit import WearFit
-from tribopipe.results.wear_prediction import OUTCOMES
 from tribopipe.version import VERSION
 
 Curves = Mapping[str, tuple[Column, str]]
@@ -169,11 +165,8 @@ def wear_fit(archive: Archive, run_id: str, recipe: Recipe, law: LawName) -> Pla
 
     def compute() -> Found:
         corrected, friction = archived_correction(archive, run_id), archived_friction(archive, run_id)
-        if isinstance(corrected.run.manifest.contact, TwinDisc):
-            pair = fit_discs(corrected.run, law, friction, recipe)
-            return Found(pair, _disc_curves(fitted_discs(corrected.run, pair, friction, recipe)))
         fit = fit_wear(corrected, law, friction, recipe)
-        return Found(fit, _law_curves(fitted_curve(corrected.run, fit, friction, recipe)))
+        return Found(fit, _curves(fitted_curves(corrected.run, fit, friction, recipe)))
 
     options = {
         "wear": {
@@ -202,21 +195,11 @@ def _given(recipe: Recipe, law: LawName) -> dict[str, Any]:
     return {"parameters": {law: given}} if given else {}
 
 
-def _law_curves(curve: LawCurve | None) -> Curves:
-    if curve is None:
-        return {}
-    return {
-        "wear_depth": (curve.wear_depth, "m"),
-        "wear_depth_lower": (curve.lower, "m"),
-        "wear_depth_upper": (curve.upper, "m"),
-    }
-
-
-def _disc_curves(curves: DiscCurves | None) -> Curves:
+def _curves(curves: WearCurves | None) -> Curves:
     found: dict[str, tuple[Column, str]] = {}
     for name, band in curves.bands.items() if curves is not None else ():
         lines = {name: band.best, f"{name}_lower": band.lower, f"{name}_upper": band.upper}
-        found |= {line: (values, OUTCOMES[name]) for line, values in lines.items()}
+        found |= {line: (values, band.unit) for line, values in lines.items()}
     return found
 
 
@@ -233,13 +216,9 @@ def prediction(
 
     def compute() -> Found:
         run, friction = archive.cleaned(run_id), archived_friction(archive, run_id)
-        if run.manifest.rolls:
-            discs = disc_scenario(run, law, known, friction, recipe)
-            pair = predict_discs(discs, [float(np.nanmax(run.columns["rotations"]))], reference=reference)
-            return Found(pair, _disc_curves(predicted_discs(run, discs, pair)))
         scenario = run_scenario(run, law, known, friction, recipe)
-        result = predict_wear(scenario, [float(np.nanmax(run.sliding_distance))], reference=reference)
-        return Found(result, _law_curves(predicted_curve(run, scenario, result)))
+        result = predict_wear(scenario, [float(np.nanmax(run.progress))], reference=reference)
+        return Found(result, _curves(predicted_curves(run, scenario, result)))
 
     options = {
         "reference": reference,

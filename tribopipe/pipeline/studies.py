@@ -318,7 +318,7 @@ def _draft(group: Sequence[RunManifest], taken: Collection[str]) -> Study:
         title=f"{title} in {first.conditions.medium}" if first.conditions.medium else title,
         fit=tuple(fit),
         predict=tuple(predict),
-        shared=("curved_modulus", "flat_modulus") if first.rolls else ("pin_modulus", "disc_modulus"),
+        shared=("curved_modulus", "flat_modulus") if discs else ("pin_modulus", "disc_modulus"),
     )
 
 

@@ -162,8 +162,8 @@ class RawRun:
         signals = ", ".join(self.columns)
         known = self.sliding_distance[np.isfinite(self.sliding_distance)]
         far = f"{np.max(known):.4g} m" if len(known) else "an unknown distance"
-        if self.manifest.rolls:
-            far = f"{np.nanmax(self.columns['rotations']):,.0f} rotations"
+        if self.manifest.progress.kind == "count":
+            far = self.manifest.progress.shown(float(np.nanmax(self.progress)))
         return f"run {self.id}: {load}, {far}, {self.samples} of {signals}"
 
 

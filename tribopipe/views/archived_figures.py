@@ -10,12 +10,11 @@ from tribopipe.archive.local_wear_tables import archived_local_wear
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, Step, StepName
 from tribopipe.archive.store import Archive
 from tribopipe.documents.preprocessing import CleanUp
-from tribopipe.evaluation.wear.law_curves import LawCurve
-from tribopipe.evaluation.wear.twin_disc.curves import DiscBand, DiscCurves
 from tribopipe.pipeline.archived_results import archived_correction, archived_friction
 from tribopipe.results.run import CorrectedRun, RawRun
+from tribopipe.results.wear_curves import Band, WearCurves
 from tribopipe.results.wear_fit import WearFit
-from tribopipe.results.wear_prediction import OUTCOMES, WearPrediction
+from tribopipe.results.wear_prediction import WearPrediction
 from tribopipe.views.clean_up_figures import changed_signals, plot_clean_up
 from tribopipe.views.disc_figures import plot_disc_contact, plot_disc_wear
 from tribopipe.views.local_wear_figures import local_wear_figures
@@ -43,8 +42,7 @@ def run_figures(archive: Archive, run_id: str) -> "dict[str, Figure]":
     if friction is not None and friction.outcome != "none":
         figures["friction"] = plot_friction(corrected.run, friction, clean_up)
     steps = archive.steps(run_id)
-    draw_wear = _disc_figures if corrected.run.manifest.rolls else _pin_figures
-    figures |= draw_wear(corrected, steps) | _local_figures(steps, run_id)
+    figures |= _wear_figures(corrected, steps) | _local_figures(steps, run_id)
     return {what: figures[what] for what in _DRAWN if what in figures}
 
 
@@ -88,21 +86,16 @@ def _clean_up_figures(archive: Archive, cleaned: RawRun, clean_up: CleanUp) -> "
     return {"clean-up": plot_clean_up(raw, cleaned, clean_up)} if changed_signals(raw, cleaned, clean_up) else {}
 
 
-def _pin_figures(corrected: CorrectedRun, steps: Mapping[StepName, Step]) -> "dict[str, Figure]":
+def _wear_figures(corrected: CorrectedRun, steps: Mapping[StepName, Step]) -> "dict[str, Figure]":
+    """Draw wear by all laws, and the contact by the first of them where it is known along the run."""
     fits, predictions = (
-        [curve for name in names.values() if (curve := _curve(steps.get(name)))] for names in (WEAR_FITS, PREDICTIONS)
-    )
-    return {"wear": plot_wear(corrected, fits, predictions)} if fits else {}
-
-
-def _disc_figures(corrected: CorrectedRun, steps: Mapping[StepName, Step]) -> "dict[str, Figure]":
-    """Draw wear by all laws, and the contact by the first of them."""
-    fits, predictions = (
-        [curves for name in names.values() if (curves := _disc_curves(steps.get(name)))]
+        [curves for name in names.values() if (curves := _curves(steps.get(name)))]
         for names in (WEAR_FITS, PREDICTIONS)
     )
     if not fits:
         return {}
+    if "wear_depth" in fits[0].bands:
+        return {"wear": plot_wear(corrected, fits, predictions)}
     return {
         "wear": plot_disc_wear(corrected.run, fits, predictions),
         "contact": plot_disc_contact(corrected, fits[0]),
@@ -115,16 +108,9 @@ def _local_figures(steps: Mapping[StepName, Step], run_id: str) -> "dict[str, Fi
     return next((local_wear_figures(curves, run_id) for curves in found if curves is not None), {})
 
 
-def _curve(step: Step | None) -> LawCurve | None:
+def _curves(step: Step | None) -> WearCurves | None:
     if step is None or not step.curves or not isinstance(step.result, WearFit | WearPrediction):
         return None
-    return LawCurve(
-        step.result, *(step.curves[name][0] for name in ("wear_depth", "wear_depth_lower", "wear_depth_upper"))
-    )
-
-
-def _disc_curves(step: Step | None) -> DiscCurves | None:
-    if step is None or not step.curves or not isinstance(step.result, WearFit | WearPrediction):
-        return None
-    lines = {name: [step.curves[f"{name}{end}"][0] for end in ("", "_lower", "_upper")] for name in OUTCOMES}
-    return DiscCurves(step.result, {name: DiscBand(*three) for name, three in lines.items()})
+    names = [name for name in step.curves if f"{name}_lower" in step.curves]
+    lines = {name: [step.curves[f"{name}{end}"][0] for end in ("", "_lower", "_upper")] for name in names}
+    return WearCurves(step.result, {name: Band(*three, unit=step.curves[name][1]) for name, three in lines.items()})

@@ -15,12 +15,12 @@ from tribopipe.base.units import WEAR_COEFFICIENT, axis, from_si, pretty
 from tribopipe.documents.contact import DISCS, DiscName
 from tribopipe.documents.quantity import Quantity
 from tribopipe.evaluation.measurements.twin_disc import Measured
-from tribopipe.evaluation.wear.twin_disc.curves import DiscBand, DiscCurves
-from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario, published_discs
+from tribopipe.evaluation.wear.twin_disc.scenario import DiscScenario, published_discs
 from tribopipe.physics.laws import law_label
 from tribopipe.physics.twin_disc import DiscWear
 from tribopipe.results.evaluation import COVERAGE_FACTOR
 from tribopipe.results.run import CorrectedRun, RawRun
+from tribopipe.results.wear_curves import Band, WearCurves
 from tribopipe.results.wear_fit import FittedValue, WearFit, spoken
 from tribopipe.results.wear_prediction import OUTCOMES, Outcome, WearPrediction
 from tribopipe.views.decimation import thinned
@@ -75,7 +75,7 @@ class MeasuredPoint:
 
 
 @styled
-def plot_disc_wear(run: RawRun, fits: Sequence[DiscCurves], predictions: Sequence[DiscCurves] = ()) -> "Figure":
+def plot_disc_wear(run: RawRun, fits: Sequence[WearCurves], predictions: Sequence[WearCurves] = ()) -> "Figure":
     """Draw the wear of each disc with the fitted laws, and predictions from other runs, with 95 % bands.
 
     What is drawn is the volume; the depth, or the track width, where that alone was measured. A disc that neither wears
@@ -113,7 +113,7 @@ def plot_disc_wear(run: RawRun, fits: Sequence[DiscCurves], predictions: Sequenc
     return figure
 
 
-def _points(fits: Sequence[DiscCurves]) -> list[MeasuredPoint]:
+def _points(fits: Sequence[WearCurves]) -> list[MeasuredPoint]:
     """Return what was measured on the discs, by the first fit, which is the same in all."""
     for curves in fits:
         if isinstance(curves.result, WearFit):
@@ -128,7 +128,7 @@ def measured_point(value: FittedValue) -> MeasuredPoint:
     return MeasuredPoint(disc, what, value)
 
 
-def _drawn(points: Sequence[MeasuredPoint], curves: Sequence[DiscCurves]) -> list[DiscName]:
+def _drawn(points: Sequence[MeasuredPoint], curves: Sequence[WearCurves]) -> list[DiscName]:
     """Return the discs that were measured, or that a law wears."""
     worn = {
         disc: any(np.any(one.bands[outcome].best > 0) for one in curves)
@@ -137,7 +137,7 @@ def _drawn(points: Sequence[MeasuredPoint], curves: Sequence[DiscCurves]) -> lis
     return [disc for disc in DISCS if worn[disc] or any(point.disc == disc for point in points)]
 
 
-def _scale(what: Measured, points: Sequence[MeasuredPoint], curves: Sequence[DiscCurves]) -> int:
+def _scale(what: Measured, points: Sequence[MeasuredPoint], curves: Sequence[WearCurves]) -> int:
     """Return the power of a thousand to leave out of the axis; of volumes only, which are as small as that."""
     if what != "wear_volume":
         return 0
@@ -146,7 +146,7 @@ def _scale(what: Measured, points: Sequence[MeasuredPoint], curves: Sequence[Dis
     return power_of(float(from_si(max(ends), "m^3", "mm^3")))
 
 
-def _laws(fits: Sequence[DiscCurves], predictions: Sequence[DiscCurves]) -> Iterator[tuple[DiscCurves, str, str, str]]:
+def _laws(fits: Sequence[WearCurves], predictions: Sequence[WearCurves]) -> Iterator[tuple[WearCurves, str, str, str]]:
     """Give each law its colour, line style and name."""
     for curves in fits:
         law = curves.result.model
@@ -179,7 +179,7 @@ def _turned(run: RawRun, rotations: Sequence[float]) -> Column:
     return np.asarray(rotations) / 10.0 ** power_of(float(np.nanmax(run.columns["rotations"])))
 
 
-def _draw_residuals(axes: "Sequence[Axes]", fits: Sequence[DiscCurves], discs: Sequence[DiscName], run: RawRun) -> None:
+def _draw_residuals(axes: "Sequence[Axes]", fits: Sequence[WearCurves], discs: Sequence[DiscName], run: RawRun) -> None:
     """Draw what is left of everything measured, over its standard uncertainty."""
     for ax, disc in zip(axes, discs, strict=True):
         ax.axhline(0, color=BLACK, lw=0.8)
@@ -209,7 +209,7 @@ def _draw_residuals(axes: "Sequence[Axes]", fits: Sequence[DiscCurves], discs: S
 
 
 @styled
-def plot_disc_contact(corrected: CorrectedRun, curves: DiscCurves) -> "Figure":
+def plot_disc_contact(corrected: CorrectedRun, curves: WearCurves) -> "Figure":
     """Draw wear depth, mean pressure, a_x and a_z by a law along a run, with 95 % bands (paper, Fig. 9).
 
     The depth signal, corrected, stands beside the depth of both discs.
@@ -329,11 +329,11 @@ def _finish_four(axes: "Sequence[Axes]", label: str) -> None:
         ax.set_xlabel(label)
 
 
-def _scaled(band: DiscBand, si: str, unit: str, factor: float = 1.0) -> DiscBand:
-    return DiscBand(*(from_si(line, si, unit) * factor for line in (band.best, band.lower, band.upper)))
+def _scaled(band: Band, si: str, unit: str, factor: float = 1.0) -> Band:
+    return Band(*(from_si(line, si, unit) * factor for line in (band.best, band.lower, band.upper)), unit=unit)
 
 
-def _draw_band(ax: "Axes", along: Column, band: DiscBand, **look: Any) -> None:
+def _draw_band(ax: "Axes", along: Column, band: Band, **look: Any) -> None:
     x, best, lower, upper = _smooth(along, band.best, band.lower, band.upper)
     ax.plot(x, best, **look)
     ax.fill_between(x, lower, upper, color=look["color"], alpha=0.15, lw=0)
@@ -348,7 +348,7 @@ def _smooth(along: Column, *lines: Column) -> list[Column]:
     return [column[placed][kept] for column in (along, *lines)]
 
 
-def _head(ax: "Axes", title: str, laws: Sequence[DiscCurves]) -> None:
+def _head(ax: "Axes", title: str, laws: Sequence[WearCurves]) -> None:
     """Put title and coefficients over a figure; they may be wider than its first panel."""
     finish(ax, title, "\n".join(_words(curves.result) for curves in laws))
     ax.texts[-1].set_in_layout(False)

@@ -50,8 +50,8 @@ def coefficient_words(coefficient: Quantity, power: int | None = None) -> str:
 
 def slid(run: RawRun) -> str:
     """Label the axis of sliding distance, which for two discs is that of their slip."""
-    discs = run.manifest.rolls
-    return axis("slip distance s" if discs else "sliding distance s", "m")
+    contact = run.manifest.contact
+    return axis(f"{'sliding distance' if contact is None else contact.slid} s", "m")
 
 
 def turned(rotations: Column) -> tuple[Column, str]:
@@ -62,7 +62,7 @@ def turned(rotations: Column) -> tuple[Column, str]:
 
 def course(run: RawRun) -> tuple[Column, str]:
     """Return what wear is drawn against, and its label: sliding distance, or rotations of the curved disc."""
-    return turned(run.columns["rotations"]) if run.manifest.rolls else slide(run)
+    return turned(run.progress) if run.manifest.progress.kind == "count" else slide(run)
 
 
 def slide(run: RawRun) -> tuple[Column, str]:

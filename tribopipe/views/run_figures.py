@@ -25,12 +25,12 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName
 from tribopipe.documents.signals import SignalName
 from tribopipe.evaluation.friction_paths import fitted_path
-from tribopipe.evaluation.wear.law_curves import LawCurve
 from tribopipe.physics.laws import LAWS, law_label
 from tribopipe.pipeline.output_paths import MADE_BY, made_here, require_free
 from tribopipe.results.evaluation import COVERAGE_FACTOR, DriftCorrection, FrictionFit
 from tribopipe.results.finding import first_of_each_code
 from tribopipe.results.run import CorrectedRun, RawRun
+from tribopipe.results.wear_curves import WearCurves
 from tribopipe.results.wear_fit import WearFit
 from tribopipe.results.wear_prediction import WearPrediction
 from tribopipe.views.decimation import thinned
@@ -174,7 +174,7 @@ def _drift_words(correction: DriftCorrection) -> str:
 
 
 def _both(run: RawRun) -> str:
-    return "both discs" if run.manifest.rolls else "pin + disc"
+    return "both bodies" if run.manifest.contact is None else run.manifest.contact.both
 
 
 @styled
@@ -226,7 +226,7 @@ def _friction_words(fit: FrictionFit) -> str:
 
 
 @styled
-def plot_wear(corrected: CorrectedRun, fits: Sequence[LawCurve], predictions: Sequence[LawCurve] = ()) -> "Figure":
+def plot_wear(corrected: CorrectedRun, fits: Sequence[WearCurves], predictions: Sequence[WearCurves] = ()) -> "Figure":
     """Draw the pin's wear with the fitted laws, their residuals, and predictions from another run, with 95 % bands."""
     figure, (ax, below) = _panels(2)
     run, wear, distance = corrected.run, corrected.pin_wear_depth, corrected.run.sliding_distance
@@ -238,7 +238,7 @@ def plot_wear(corrected: CorrectedRun, fits: Sequence[LawCurve], predictions: Se
             ax, distance, curve, colour, law_look(curve.result.model).fitted, f"{law_label(curve.result.model)}, fitted"
         )
         if wear is not None:
-            below.plot(*_micro(*thinned(distance, wear - curve.wear_depth)), color=colour, lw=0.6)
+            below.plot(*_micro(*thinned(distance, wear - curve.bands["wear_depth"].best)), color=colour, lw=0.6)
     for curve in predictions:
         source = curve.result.reference if isinstance(curve.result, WearPrediction) else None
         name = f"{law_label(curve.result.model)}, predicted from {source or 'a given k_D'}"
@@ -256,9 +256,10 @@ def plot_wear(corrected: CorrectedRun, fits: Sequence[LawCurve], predictions: Se
     return figure
 
 
-def _draw_law(ax: "Axes", distance: Column, curve: LawCurve, colour: str, style: str, name: str) -> None:
-    ax.plot(*_smooth(distance, curve.wear_depth), color=colour, ls=style, label=name)
-    x, lower, upper = _smooth(distance, curve.lower, curve.upper)
+def _draw_law(ax: "Axes", distance: Column, curve: WearCurves, colour: str, style: str, name: str) -> None:
+    band = curve.bands["wear_depth"]
+    ax.plot(*_smooth(distance, band.best), color=colour, ls=style, label=name)
+    x, lower, upper = _smooth(distance, band.lower, band.upper)
     ax.fill_between(x, lower, upper, color=colour, alpha=0.15, lw=0)
 
 

@@ -6,7 +6,7 @@ from tribopipe.archive.outline import RunOutline
 from tribopipe.archive.store import Archive
 from tribopipe.documents.manifest import Conditions, RunManifest
 from tribopipe.documents.quantity import Quantity
-from tribopipe.documents.slip import slip
+from tribopipe.documents.slip import stated_slip
 from tribopipe.results.evaluation import DriftCorrection
 from tribopipe.results.finding import Finding, first_of_each_code
 from tribopipe.results.wear_fit import WearFit, spoken
@@ -60,7 +60,7 @@ def _groups(run: RunOutline) -> Iterator[FactGroup]:
     yield FactGroup("Signals", facts(*((spoken(name), origin) for name, origin in run.origins.items())))
     yield FactGroup("End values", record_facts(manifest.end_values))
     for stop in manifest.interruptions:
-        yield FactGroup(f"Interruption after {_place(stop.place, rolls=manifest.rolls)}", record_facts(stop))
+        yield FactGroup(f"Interruption after {manifest.progress.shown(stop.place)}", record_facts(stop))
     yield FactGroup("Computed with", _computed_with(run))
 
 
@@ -68,7 +68,7 @@ def _followed(manifest: RunManifest) -> tuple[Fact, ...]:
     """Return speed and slip where other conditions tell them."""
     conditions: Conditions = manifest.conditions
     speed = conditions.nominal_speed if conditions.sliding_speed is None else None
-    slipped = slip(manifest) if manifest.rolls and conditions.slip is None else None
+    slipped = stated_slip(manifest) if conditions.slip is None else None
     return facts(
         ("sliding speed, by these", shown(speed)),
         ("slip, by these", shown(slipped, "%")),
@@ -88,7 +88,7 @@ def _instrument(manifest: RunManifest) -> tuple[Fact, ...]:
 
 def _recorded(run: RunOutline) -> tuple[Fact, ...]:
     ends = run.ends
-    slid = "slip distance" if run.manifest.rolls else "distance slid"
+    slid = "sliding distance" if run.manifest.contact is None else run.manifest.contact.slid
     return facts(
         ("samples", _samples(run)),
         ("duration", duration(Quantity(value=ends["time"], unit="s")) if "time" in ends else None),
@@ -110,7 +110,3 @@ def _computed_with(run: RunOutline) -> tuple[Fact, ...]:
         steps.setdefault(", ".join(map(" ".join, environment.items())), []).append(spoken(name))
     every = "every step" if len(steps) == 1 else None
     return facts(*((every or ", ".join(names), told or None) for told, names in steps.items()))
-
-
-def _place(place: float, *, rolls: bool) -> str:
-    return f"{place:,.0f} rotations" if rolls else f"{place:.4g} m"

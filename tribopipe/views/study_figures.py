@@ -14,7 +14,7 @@ from tribopipe.base.arrays import Column
 from tribopipe.base.units import WEAR_COEFFICIENT, axis, from_si, interval_from_si, show, show_force
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName
-from tribopipe.documents.slip import slip
+from tribopipe.documents.slip import stated_slip
 from tribopipe.evaluation.friction_paths import fitted_path
 from tribopipe.evaluation.study.effective import EffectiveCoefficient
 from tribopipe.evaluation.study.member import Member
@@ -324,18 +324,14 @@ def _told_apart(shown: Mapping[str, str]) -> dict[str, tuple[str, str]]:
 
 def _place(run: RawRun) -> tuple[float, ...]:
     """Return what runs are ordered by: load, and for two discs slip and rotations."""
-    load = run.manifest.conditions.normal_load.value
-    if not run.manifest.rolls:
-        return (load,)
-    return (load, slip(run.manifest).value, float(np.nanmax(run.columns["rotations"])))
+    load, found = run.manifest.conditions.normal_load.value, stated_slip(run.manifest)
+    return (load,) if found is None else (load, found.value, float(np.nanmax(run.progress)))
 
 
 def _conditions(run: RawRun) -> str:
     """Name a run by its load, and for two discs by slip too."""
-    load = show_force(run.manifest.conditions.normal_load.value)
-    if not run.manifest.rolls:
-        return load
-    return f"{load}, {show(slip(run.manifest).value, None, '1', '%')} slip"
+    load, found = show_force(run.manifest.conditions.normal_load.value), stated_slip(run.manifest)
+    return load if found is None else f"{load}, {show(found.value, None, '1', '%')} slip"
 
 
 def _without_spread(loads: Mapping[str, Quantity]) -> dict[str, Quantity]:

@@ -18,7 +18,7 @@ from tribopipe.documents.contact import Pin
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.record import Record
-from tribopipe.documents.slip import slip
+from tribopipe.documents.slip import stated_slip
 from tribopipe.physics.laws import law_label
 from tribopipe.results.agreement import StudyResult
 from tribopipe.results.specific_wear import BodyWearRate, SpecificWear
@@ -119,7 +119,7 @@ def _stated(held: _Held) -> dict[str, object]:
         or held.ends.get("sliding_distance")
         or conditions.sliding_distance,
         "rotations": held.ends.get("rotations") or conditions.rotations,
-        "slip": slip(manifest) if manifest.rolls else None,
+        "slip": stated_slip(manifest),
         "temperature": conditions.temperature,
         "humidity": conditions.relative_humidity,
         "started": None if manifest.started is None else manifest.started.isoformat(),

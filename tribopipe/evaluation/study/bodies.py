@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from tribopipe.base.errors import FitError
-from tribopipe.documents.contact import PinOnDisc
+from tribopipe.documents.contact import Contact
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.slip import slip
 
@@ -12,7 +12,7 @@ def check_bodies(study_id: str, manifests: Sequence[RunManifest]) -> None:
     """Refuse runs of other materials, geometry or medium under one k_D."""
     first = manifests[0]
     for other in manifests[1:]:
-        for what, mine, theirs in zip(_body_keys(first), bodies(first), bodies(other), strict=False):
+        for what, mine, theirs in zip(_alike(first.described, first), bodies(first), bodies(other), strict=False):
             if mine != theirs:
                 raise FitError(
                     f"{study_id}: found {what} {theirs} in {other.id} and {mine} in {first.id}; expected the same "
@@ -20,23 +20,15 @@ def check_bodies(study_id: str, manifests: Sequence[RunManifest]) -> None:
                 )
 
 
-def _body_keys(manifest: RunManifest) -> tuple[str, ...]:
-    if isinstance(manifest.contact, PinOnDisc):
-        return ("contact", "medium", "pin material", "disc material", "pin shape", "pin radius in m")
-    radii = ("crown radius in m", "curved disc's radius in m", "flat disc's radius in m")
-    return ("contact", "medium", "curved disc's material", "flat disc's material", *radii)
-
-
 def bodies(manifest: RunManifest) -> tuple[object, ...]:
     """Return what runs must have in common for one k_D, the tribometer first; the id alone of a run without bodies."""
-    contact = manifest.contact
-    if contact is None:
-        return (manifest.id,)
-    common = (contact.kind, manifest.conditions.medium, *(body.material for body in contact.bodies.values()))
-    if isinstance(contact, PinOnDisc):
-        return (*common, contact.pin.shape, contact.pin.radius.value)
-    curved, flat = contact.curved_disc, contact.flat_disc
-    return (*common, curved.crown_radius.value, curved.rolling_radius.value, flat.rolling_radius.value)
+    return (manifest.id,) if manifest.contact is None else tuple(_alike(manifest.contact, manifest).values())
+
+
+def _alike(contact: Contact, manifest: RunManifest) -> dict[str, object]:
+    """Return what runs must have in common for one k_D, by its name."""
+    materials = {f"{name.replace('_', ' ')} material": body.material for name, body in contact.bodies.items()}
+    return {"contact": contact.kind, "medium": manifest.conditions.medium, **materials, **contact.alike}
 
 
 def severity(manifest: RunManifest) -> tuple[float, float]:

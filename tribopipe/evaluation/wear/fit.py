@@ -1,4 +1,4 @@
-"""The wear coefficient k_D of one run: least squares on the corrected wear curve, and what its uncertainty is made of.
+"""The wear coefficients k_D of one run. Of a pin: least squares on its wear curve, and what the uncertainty is made of.
 
 To first order a change of an input x moves k_D by
 
@@ -27,6 +27,7 @@ from tribopipe.evaluation.wear.inputs import FRICTION_INPUTS, default_notes, sho
 from tribopipe.evaluation.wear.law_parameters import held_notes, law_columns, with_fitted_law
 from tribopipe.evaluation.wear.monte_carlo import with_draws
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
+from tribopipe.evaluation.wear.twin_disc.fit import fit_discs
 from tribopipe.physics.autocorrelation import effective_samples
 from tribopipe.physics.friction_path import ExponentialFriction
 from tribopipe.physics.uncertainty import propagate
@@ -46,14 +47,39 @@ def fit_wear(
     friction: FrictionFit | None = None,
     recipe: Recipe | None = None,
 ) -> WearFit:
-    """Identify k_D, m²/N, of one run under a wear law.
+    """Identify k_D of the bodies of one run, whatever its contact, under a wear law.
 
     Sarkar's law takes μ from ``friction`` (Eq. 7), or from the measured curve where the recipe says so. A run that
     lacks depth, end value or friction passes through, and the result says what it lacks.
 
-    Raises ``FitError`` where the depth shows no wear to fit.
+    Parameters
+    ----------
+    corrected
+        The run, its depth corrected for drift.
+    model
+        Name of the wear law.
+    friction
+        Fit of the friction coefficient, for laws that need it.
+    recipe
+        How to fit.
+
+    Returns
+    -------
+    WearFit
+        k_D of each body, m²/N.
+
+    Raises
+    ------
+    FitError
+        Where the run shows no wear to fit.
     """
     recipe = recipe or Recipe()
+    if corrected.run.manifest.rolls:
+        return fit_discs(corrected.run, model, friction, recipe)
+    return _fit_pin(corrected, model, friction, recipe)
+
+
+def _fit_pin(corrected: CorrectedRun, model: LawName, friction: FrictionFit | None, recipe: Recipe) -> WearFit:
     problem = wear_problem(corrected, model, friction, recipe)
     if not isinstance(problem, WearProblem):
         return WearFit(model=model, engine=recipe.wear.engine or "giwm", outcome="not fitted", lacks=problem)

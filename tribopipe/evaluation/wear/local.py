@@ -25,10 +25,10 @@ from tribopipe.contacts.twin_disc import disc_pair
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
-from tribopipe.documents.slip import slip
+from tribopipe.evaluation.wear.curves import wear_scenario
 from tribopipe.evaluation.wear.known import KnownWear, known_wear
-from tribopipe.evaluation.wear.predict import WearScenario
-from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario
+from tribopipe.evaluation.wear.pin_scenario import PinScenario
+from tribopipe.evaluation.wear.twin_disc.scenario import DiscScenario
 from tribopipe.evaluation.wear.twin_disc.validity import hertz_start, validity_notes
 from tribopipe.physics.conventions import Course, DistanceConvention, Engine
 from tribopipe.physics.friction_path import FrictionPath
@@ -83,7 +83,7 @@ def local_scenario(
     law: LawName = "archard",
     friction: FrictionPath | None = None,
     recipe: Recipe | None = None,
-) -> WearScenario | DiscScenario:
+) -> PinScenario | DiscScenario:
     """Return what a run is worn under: its own contact, load and slip, a law, and k_D as Archard has it.
 
     Of discs that is the curved one's, and the flat one's where it wears. Raises ``FitError`` for more of them.
@@ -95,21 +95,12 @@ def local_scenario(
             f"{manifest.id}: found {len(coefficients)} wear coefficients; expected at least one and at most "
             f"{len(bodies)}, of the {names}; give each once"
         )
-    conditions = manifest.conditions
-    told: dict[str, Any] = {
-        "normal_load": conditions.normal_load,
-        "model": law,
-        "friction": friction,
-        "recipe": recipe or Recipe(),
-    }
-    if not manifest.rolls:
-        return WearScenario(contact=manifest.pin_on_disc, wear_coefficient=coefficients[0], **told)
     known = KnownWear(dict(zip(bodies, coefficients, strict=False)), distance=ARCHARDS)
-    return DiscScenario(contact=manifest.twin_disc, slip=slip(manifest), known=known, **told)
+    return wear_scenario(manifest, known, law, friction, recipe)
 
 
 def wear_locally(
-    scenario: WearScenario | DiscScenario,
+    scenario: PinScenario | DiscScenario,
     at: Sequence[float],
     options: LocalOptions | None = None,
     *,
@@ -121,12 +112,12 @@ def wear_locally(
     ``ContactError`` past the tip or crown, where no contact is found, or explicit steps are too many.
     """
     how = options or LocalOptions()
-    if isinstance(scenario, WearScenario):
+    if isinstance(scenario, PinScenario):
         return _wear_pin(scenario, at, how, reference)
     return _wear_discs(scenario, at, how, reference)
 
 
-def _wear_pin(scenario: WearScenario, at: Sequence[float], how: LocalOptions, reference: str | None) -> LocalCurves:
+def _wear_pin(scenario: PinScenario, at: Sequence[float], how: LocalOptions, reference: str | None) -> LocalCurves:
     engine, values, along = how.engine or "rings", scenario.values, _along(at)
     amounts = values["wear_coefficient"] * scenario.law.effective_distance(along, scenario.friction)
     surface = pin_surface(scenario.contact, values, float(amounts[-1]), engine)
@@ -148,7 +139,7 @@ def _wear_pin(scenario: WearScenario, at: Sequence[float], how: LocalOptions, re
 
 
 def _pin_points(
-    scenario: WearScenario, places: Indices, along: Column, course: LocalWear, mean: Column, giwm: GlobalWear
+    scenario: PinScenario, places: Indices, along: Column, course: LocalWear, mean: Column, giwm: GlobalWear
 ) -> Iterator[LocalPinPoint]:
     """Yield the wanted places, with the relative uncertainties that the GIWM has there."""
     shares = _shares(scenario.depth_uncertainty(along), giwm.depth)

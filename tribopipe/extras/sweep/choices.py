@@ -15,7 +15,6 @@ from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.preprocessing.cleaning import clean_run
 from tribopipe.evaluation.wear.fit import fit_wear
-from tribopipe.evaluation.wear.twin_disc.fit import fit_discs
 from tribopipe.extras.sweep.grid import combinations, label_heads, refuse_endless
 from tribopipe.extras.sweep.rows import Case, Ensemble, Head, Row
 from tribopipe.extras.sweep.subject import Subject, parameters
@@ -74,8 +73,6 @@ def fitted(run: RawRun, choice: Choice) -> WearFit:
     recipe = choice.recipe
     cleaned = clean_run(run, recipe).run
     friction = fit_friction(cleaned, recipe.friction, recipe.uncertainty)
-    if cleaned.manifest.rolls:
-        return fit_discs(cleaned, choice.law, friction, recipe)
     return fit_wear(correct_drift(cleaned, recipe), choice.law, friction, recipe)
 
 

@@ -1,38 +1,32 @@
 """One prediction of a sweep: wear and life of a run under one set of conditions, by the exact engine."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from tribopipe.base.errors import FitError
 from tribopipe.base.units import show
-from tribopipe.documents.contact import DISCS
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity, WearCoefficient
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.record import Record
-from tribopipe.documents.slip import slip
+from tribopipe.documents.signals import SIGNALS
 from tribopipe.evaluation.friction_paths import stated_path
+from tribopipe.evaluation.wear.curves import wear_scenario
 from tribopipe.evaluation.wear.known import KnownWear, given_wear
-from tribopipe.evaluation.wear.predict import WearScenario, predict_wear
-from tribopipe.evaluation.wear.twin_disc.predict import DiscScenario, predict_discs
+from tribopipe.evaluation.wear.predict import predict_wear
 from tribopipe.extras.sweep.rows import Head, Row
 from tribopipe.extras.sweep.subject import Settings, Subject
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.results.wear_fit import spoken
+from tribopipe.results.wear_prediction import PredictedBody, PredictedPoint
 
-PIN_NUMBERS = (
-    Head("sliding_distance", "m", uncertain=True),
-    Head("time", "s", uncertain=True),
-    Head("wear_depth", "m", uncertain=True),
-    Head("pressure", "Pa"),
-)
-DISC_NUMBERS = (
-    Head("rotations", "1", uncertain=True),
-    Head("time", "s", uncertain=True),
-    Head("wear_depth", "m", uncertain=True),
-    Head("wear_volume", "m^3", uncertain=True),
-)
+_HEADS = {
+    "wear_depth": Head("wear_depth", "m", uncertain=True),
+    "wear_volume": Head("wear_volume", "m^3", uncertain=True),
+    "pressure": Head("pressure", "Pa"),
+}
+"""What may be told of wear at a place."""
 _WORN = "worn to "
 _FRICTION = "run.conditions.friction"
 
@@ -86,9 +80,24 @@ def predicted(subject: Subject[Condition], settings: Settings, wanted: Wanted) -
     otherwise = stated is not None and any(path.startswith(_FRICTION) for path in settings)
     friction = stated_path(stated) if stated is not None and otherwise else wanted.friction
     known = _known(condition, wanted)
-    if condition.run.rolls:
-        return list(_discs(condition, known, friction, wanted))
-    return list(_pin(condition, known, friction, wanted))
+    scenario = wear_scenario(condition.run, known, condition.law, friction, condition.recipe)
+    result = predict_wear(scenario, wanted.at, depths=wanted.depths)
+    progress = condition.run.progress
+    return [
+        Row(spoken(name), outcome, _told(point, body, numbers_of(condition.run)))
+        for outcome, point in zip(wanted.outcomes(progress.unit), (*result.prediction, *result.reached), strict=True)
+        for name, body in point.bodies.items()
+    ]
+
+
+def numbers_of(run: RunManifest) -> tuple[Head, ...]:
+    """Return what is told of a prediction: its place along the progress, time, and what the contact is shown by."""
+    place = run.progress.signal
+    return (
+        Head(place, SIGNALS[place].unit, uncertain=True),
+        Head("time", "s", uncertain=True),
+        *(_HEADS[name] for name in run.described.shown),
+    )
 
 
 def _known(condition: Condition, wanted: Wanted) -> KnownWear:
@@ -104,50 +113,13 @@ def _known(condition: Condition, wanted: Wanted) -> KnownWear:
     )
 
 
-def _pin(condition: Condition, known: KnownWear, friction: FrictionPath | None, wanted: Wanted) -> Iterator[Row]:
-    conditions = condition.run.conditions
-    scenario = WearScenario(
-        condition.run.pin_on_disc,
-        conditions.normal_load,
-        known.first,
-        condition.law,
-        friction,
-        condition.recipe,
-        conditions.nominal_speed,
-        known.engine,
-        known.parameters,
-        known.covariance,
-    )
-    result = predict_wear(scenario, wanted.at, depths=wanted.depths)
-    for outcome, point in zip(wanted.outcomes("m"), (*result.prediction, *result.reached), strict=True):
-        yield Row("pin", outcome, _told(point, PIN_NUMBERS))
-
-
-def _discs(condition: Condition, known: KnownWear, friction: FrictionPath | None, wanted: Wanted) -> Iterator[Row]:
-    conditions = condition.run.conditions
-    scenario = DiscScenario(
-        contact=condition.run.twin_disc,
-        normal_load=conditions.normal_load,
-        slip=slip(condition.run),
-        known=known,
-        model=condition.law,
-        friction=friction,
-        recipe=condition.recipe,
-        curved_disc_speed=conditions.curved_disc_speed,
-    )
-    result = predict_discs(scenario, wanted.at, depths=wanted.depths)
-    for outcome, point in zip(wanted.outcomes("rotations"), (*result.prediction, *result.reached), strict=True):
-        for disc in DISCS:
-            worn = {name: getattr(point.bodies[disc], name) for name in ("wear_depth", "wear_volume")}
-            yield Row(spoken(disc), outcome, _told(point, DISC_NUMBERS) | worn)
-
-
 def asked_for(row: Row) -> str:
     """Name what a row was made for: the depth at a place, or the place where a depth is worn to."""
     axis = "rotations" if "rotations" in row.found else "sliding_distance"
     return axis if row.outcome.startswith(_WORN) else "wear_depth"
 
 
-def _told(point: Record, numbers: tuple[Head, ...]) -> dict[str, Quantity]:
-    found = {head.name: getattr(point, head.name, None) for head in numbers}
+def _told(point: PredictedPoint, body: PredictedBody, heads: tuple[Head, ...]) -> dict[str, Quantity]:
+    """Return the numbers of a row: those of a body, or else of the place."""
+    found = {head.name: getattr(body, head.name, None) or getattr(point, head.name, None) for head in heads}
     return {name: quantity for name, quantity in found.items() if quantity is not None}

@@ -21,7 +21,7 @@ from tribopipe.evaluation.friction_paths import run_path, stated_path
 from tribopipe.evaluation.preprocessing.cleaning import clean_run
 from tribopipe.evaluation.wear.known import KnownWear, known_wear
 from tribopipe.extras.sweep.grid import combinations, label_heads, refuse_endless
-from tribopipe.extras.sweep.predicted import DISC_NUMBERS, PIN_NUMBERS, Condition, Wanted, predicted
+from tribopipe.extras.sweep.predicted import Condition, Wanted, numbers_of, predicted
 from tribopipe.extras.sweep.rows import Case, Ensemble
 from tribopipe.extras.sweep.subject import Subject, parameters
 from tribopipe.physics.friction_path import FrictionPath
@@ -75,7 +75,7 @@ def predictions(
         )
         for one in combinations(varied, repeats, sweep.seed)
     ]
-    return Ensemble(label_heads(varied, sweep.repeats), DISC_NUMBERS if source.manifest.rolls else PIN_NUMBERS, cases)
+    return Ensemble(label_heads(varied, sweep.repeats), numbers_of(source.manifest), cases)
 
 
 def _archived(archive: Archive, run_id: str, recipe: Recipe, *, frictional: bool) -> _Source:

@@ -4,7 +4,8 @@ from collections.abc import Iterable, Sequence
 
 from tribopipe.archive.outline import RunOutline
 from tribopipe.base.units import show, show_force
-from tribopipe.documents.slip import slip
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.slip import stated_slip
 
 
 def tested(runs: Sequence[RunOutline]) -> str:
@@ -23,9 +24,8 @@ def tested(runs: Sequence[RunOutline]) -> str:
 
 def conditions(run: RunOutline) -> str:
     """Name a run by its load, and two discs by slip and rotations too."""
-    if not run.manifest.rolls:
-        return load_of(run)
-    return f"{load_of(run)}, {_slip(run)} slip, {_rotations(run)} rotations"
+    found = stated_slip(run.manifest)
+    return load_of(run) if found is None else f"{load_of(run)}, {_shown(found)} slip, {_rotations(run)} rotations"
 
 
 def load_of(run: RunOutline) -> str:
@@ -34,24 +34,26 @@ def load_of(run: RunOutline) -> str:
 
 
 def _bodies(run: RunOutline) -> list[str]:
-    pair = ("a curved disc of", "a flat disc of") if run.manifest.rolls else ("a pin of", "a disc of")
-    return [f"{name} {body.material}" for name, body in zip(pair, run.manifest.bodies.values(), strict=True)]
+    return [f"a {name.replace('_', ' ')} of {body.material}" for name, body in run.manifest.bodies.items()]
 
 
 def _course(runs: Sequence[RunOutline]) -> str:
     """Say how far the runs went, and at what speed."""
-    if any(run.manifest.rolls for run in runs):
-        rolled = [run for run in runs if run.manifest.rolls]
-        turned = _several(_rotations(run) for run in sorted(rolled, key=lambda run: run.ends.get("rotations", 0.0)))
-        return f", at {_several(map(_slip, rolled))} slip, over {turned} rotations of the curved disc"
+    slips = {run.manifest.id: found for run in runs if (found := stated_slip(run.manifest)) is not None}
+    if slips:
+        rolled = sorted(
+            (run for run in runs if run.manifest.id in slips), key=lambda run: run.ends.get("rotations", 0.0)
+        )
+        turned = _several(map(_rotations, rolled))
+        return f", at {_several(map(_shown, slips.values()))} slip, over {turned} rotations of the curved disc"
     far = _several(show(run.ends["sliding_distance"], None, "m") for run in runs if "sliding_distance" in run.ends)
     speeds = [run.manifest.conditions.nominal_speed for run in runs]
     fast = _several(show(speed.value, None, "m/s", "mm/s") for speed in speeds if speed is not None)
     return (f", over {far}" if far else "") + (f" at {fast}" if fast else "")
 
 
-def _slip(run: RunOutline) -> str:
-    return show(slip(run.manifest).value, None, "1", "%")
+def _shown(slip: Quantity) -> str:
+    return show(slip.value, None, "1", "%")
 
 
 def _rotations(run: RunOutline) -> str:
