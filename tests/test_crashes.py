@@ -208,6 +208,14 @@ def test_a_part_that_hdf5_was_not_given_is_not_called_missing(archive, monkeypat
     assert "damaged" not in str(raised.value)
 
 
+def test_parts_are_not_asked_for_by_what_hides_errors_of_the_system(archive, monkeypatch):
+    """Of a part that HDF5 was not given, h5py's values() and items() give None, as of one that is not there."""
+    whole = Archive(archive).raw(RUN)
+    monkeypatch.setattr(h5py.Group, "get", lambda *_, **__: None)
+    read = Archive(archive).cleaned(RUN)
+    assert [source.name for source in read.sources] == [source.name for source in whole.sources]
+
+
 def test_verify_says_nothing_else_of_a_file_that_the_system_does_not_give(run_cli, archive, monkeypatch):
     plain, calls = tree._field, iter(range(5))
 

@@ -218,13 +218,16 @@ def is_written(calls: Sequence[str], place: int) -> bool:
 
 
 def tries(calls: Sequence[str], points: int, chance: Random) -> list[tuple[int, str]]:
-    """Give as many places and errors as are wanted: each error at each kind of call first, then any that are drawn."""
+    """Give as many places and errors as are wanted: each error at each kind of call first, then any that are drawn.
+
+    Without a number of points it is each error at each kind of call.
+    """
     places = defaultdict(list)
     for place, name in enumerate(calls, 1):
         places[name].append(place)
     each = [(chance.choice(places[name]), error) for name, error in product(places, ERRORS)]
     more = [(chance.randint(1, len(calls)), chance.choice(ERRORS)) for _ in range(max(points - len(each), 0))]
-    return sorted({*chance.sample(each, min(points, len(each))), *more})
+    return sorted({*chance.sample(each, min(points or len(each), len(each))), *more})
 
 
 def bench_of(
@@ -273,7 +276,7 @@ def preloaded(scratch: Path) -> dict[str, str] | None:
 
 def main() -> int:
     """Inject, and tell what was found."""
-    options = asked(__doc__, points=300).parse_args()
+    options = asked(__doc__, points=0).parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         if str(os.environ.get(_PRELOAD, "")).endswith("failing_calls.so"):
             say = lambda text: print(text, file=sys.stderr, flush=True)  # noqa: E731
@@ -293,8 +296,12 @@ def main() -> int:
         options,
         rows(results),
         f"An archive of one short run; {', '.join(ERRORS)}. Each command is given a sound archive, or none where it "
-        "makes one. A point is one call that fails: each error at each kind of call, at a place drawn from "
-        "all of that kind, and others drawn from all.",
+        "makes one. One call fails at a time: "
+        + (
+            f"{options.points} drawn from each error at each kind of call, and others drawn from all calls."
+            if options.points
+            else "each error at each kind of call of each command, at a place drawn from all of that kind."
+        ),
     )
 
 

@@ -7,8 +7,11 @@ its first file in the archive (or of `watch` its first run folder) as chance say
 processes, as when the power fails, else alone, so that its workers outlive it. Then every archived file has to be
 whole, with what was recorded, and the same command, given again, has to complete: with the archive that one finds where
 nobody killed, no temporary file anywhere, and nothing wrong for `verify`. POSIX only.
+
+With ``--kept FILE`` what was found is written there after each kill, and a later call goes on from it.
 """
 
+import json
 import os
 import shutil
 import signal
@@ -66,6 +69,30 @@ class Found:
     parts: int = 0
     """Temporary files there after the kills, and gone after the next command."""
     wrong: dict[str, list[str]] = field(default_factory=lambda: defaultdict(list))
+
+
+class Kept:
+    """What was found so far, in a file where that is wanted."""
+
+    def __init__(self, path: Path | None, seed: int) -> None:
+        self._path, self._seed = path, seed
+        told = json.loads(path.read_text(encoding="utf-8")) if path is not None and path.exists() else {}
+        self._found = {name: Found(**one | {"wrong": defaultdict(list, one["wrong"])}) for name, one in told.items()}
+
+    def of(self, name: str) -> Found:
+        """Return what was found of a command."""
+        return self._found.setdefault(name, Found())
+
+    def chance_of(self, name: str) -> Random:
+        """Return what the moment of the next kill is drawn from, which is the same however often one goes on."""
+        found = self.of(name)
+        return Random(f"{self._seed} {name} {found.kills + found.ended}")  # noqa: S311
+
+    def keep(self) -> None:
+        """Write what was found."""
+        if self._path is not None:
+            told = {name: vars(found) for name, found in self._found.items()}
+            self._path.write_text(json.dumps(told), encoding="utf-8")
 
 
 class Bench:
@@ -152,14 +179,14 @@ class Bench:
                 raise RuntimeError(f"process {child} wrote nothing: {self.said.read_text(encoding='utf-8')}")
             time.sleep(_WAIT)
 
-    def kill(self, one: Command, points: int, minutes: float, chance: Random) -> Found:
+    def kill(self, one: Command, points: int, minutes: float, kept: "Kept") -> Found:
         """Kill a command so many times, or for so long."""
-        found, end = Found(), time.monotonic() + 60 * minutes
+        found, end = kept.of(one.name), time.monotonic() + 60 * minutes
         while found.kills < points and time.monotonic() < end:
             shutil.copytree(self.given, self.at)
             child, reading = self._begun(one.words, self.at)
             self._await_write(child)
-            time.sleep(chance.uniform(0.0, one.seconds))
+            time.sleep(kept.chance_of(one.name).uniform(0.0, one.seconds))
             (os.killpg if found.kills % 2 else os.kill)(child, signal.SIGKILL)
             _drain(reading)
             if ended(child) == -signal.SIGKILL:
@@ -168,6 +195,7 @@ class Bench:
                 found.ended += 1
             self._look(one, found)
             shutil.rmtree(self.at)
+            kept.keep()
         return found
 
     def _look(self, one: Command, found: Found) -> None:
@@ -223,10 +251,11 @@ def main() -> int:
     """Kill, and tell what was found."""
     parser = asked(__doc__, points=200)
     parser.add_argument("--minutes", type=float, default=60.0, help="at most for each command (%(default)s)")
+    parser.add_argument("--kept", type=Path, help="file of what was found so far, to go on from")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
-        bench, chance = Bench(Path(scratch)), Random(options.seed)  # noqa: S311
-        found = {one.name: bench.kill(one, options.points, options.minutes, chance) for one in bench.commands}
+        bench, kept = Bench(Path(scratch)), Kept(options.kept, options.seed)
+        found = {one.name: bench.kill(one, options.points, options.minutes, kept) for one in bench.commands}
     for name, one in found.items():
         for what, wrong in one.wrong.items():
             print(*(f"{name}: {what}: {text}" for text in wrong[:5]), sep="\n", file=sys.stderr)

@@ -10,6 +10,7 @@ import numpy as np
 from tribopipe.archive import nexus
 from tribopipe.archive.long_recordings import recorded_samples
 from tribopipe.archive.runfile import (
+    members,
     read_environment,
     read_findings,
     read_fingerprints,
@@ -85,7 +86,7 @@ class RunOutline:
 def read_outline(file: h5py.File) -> RunOutline:
     """Read a run without its columns and curves."""
     entry = file["entry"]
-    raw, extras = entry["raw"], entry["extra_columns"].values() if "extra_columns" in entry else ()
+    raw, extras = entry["raw"], [*members(entry["extra_columns"])] if "extra_columns" in entry else ()
     names = [name for name in SIGNALS if name in raw]
     return RunOutline(
         manifest=read_manifest(file),
@@ -94,7 +95,7 @@ def read_outline(file: h5py.File) -> RunOutline:
         origins={name: raw[name].attrs["origin"] for name in names},
         ends=_ends(entry, names),
         extras=tuple(str(column.attrs["column_name"]) for column in extras),
-        sources=tuple(_source(note) for note in entry["source_files"].values()),
+        sources=tuple(_source(note) for note in members(entry["source_files"])),
         raw_sha256=nexus.text(entry, "archived/raw_sha256"),
         environment=read_environment(entry),
         findings=tuple(read_findings(entry)),

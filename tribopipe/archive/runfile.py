@@ -30,6 +30,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -176,7 +177,7 @@ def read_raw(file: h5py.File) -> RawRun:
     columns = _read_signals(raw)
     headers: dict[str, str] = {}
     sources = []
-    for note in entry["source_files"].values():
+    for note in members(entry["source_files"]):
         sources.append(_read_source(note))
         if "description" in note:
             headers[sources[-1].name] = nexus.text(note, "description")
@@ -190,6 +191,11 @@ def read_raw(file: h5py.File) -> RawRun:
         profiles=_read_profiles(entry),
         recording=read_recording(entry),
     )
+
+
+def members(group: h5py.Group) -> Iterator[Any]:
+    """Give what is in a group; ``values`` of h5py gives None where the system does not give HDF5 a part of the file."""
+    return (group[name] for name in group)
 
 
 def _read_source(note: h5py.Group) -> SourceFile:
@@ -243,7 +249,7 @@ def read_cleaned(file: h5py.File) -> RawRun:
 
 
 def _read_profiles(entry: h5py.Group) -> dict[str, Profile]:
-    kept = entry["profiles"].values() if "profiles" in entry else ()
+    kept = members(entry["profiles"]) if "profiles" in entry else ()
     return {
         nexus.text(data, "title"): Profile(nexus.floats(data, "position"), nexus.floats(data, "height"))
         for data in kept
@@ -253,7 +259,7 @@ def _read_profiles(entry: h5py.Group) -> dict[str, Profile]:
 def _read_extras(entry: h5py.Group) -> Iterator[tuple[str, ExtraColumn]]:
     if "extra_columns" not in entry:
         return
-    for column in entry["extra_columns"].values():
+    for column in members(entry["extra_columns"]):
         values = column.asstr()[()] if h5py.check_string_dtype(column.dtype) else unpacked(column)
         yield column.attrs["column_name"], ExtraColumn(np.asarray(values), column.attrs["column_unit"] or None)
 
@@ -301,7 +307,7 @@ def _write_table(process: h5py.Group, name: str, table: Table) -> None:
 
 
 def _read_tables(process: h5py.Group) -> Iterator[tuple[str, Table]]:
-    for name, data in process.items():
+    for name, data in zip(process, members(process), strict=True):
         if data.attrs.get("NX_class") == "NXdata" and name != "data":
             yield name, Table(_read_arrays(data, data.attrs["axes"]), _read_arrays(data, _signals(data)))
 
