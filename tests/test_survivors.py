@@ -53,7 +53,7 @@ def test_life_by_archard_s_law_ends_where_k_d_load_and_distance_make_the_volume(
     found = end_of_life(draws, np.full(400, posed.coefficient), depth)
     # A cap without the elastic approach, which is a few nm of 10 µm.
     expected = float(worn_volume(depth=depth, sphere_radius=radius)) / (posed.coefficient * load)
-    assert found.sliding_distance.value == pytest.approx(expected, rel=0.01)
+    assert found.place.value == pytest.approx(expected, rel=0.01)
 
 
 @pytest.mark.parametrize("wanted", [0.0, -0.1])
