@@ -14,7 +14,7 @@ from typing import Any
 import h5py
 
 from tribopipe.archive import nexus
-from tribopipe.archive.runfile import EARLIER, source_pieces
+from tribopipe.archive.runfile import EARLIER, members, source_pieces
 from tribopipe.documents.toml import parse_toml, written_key
 from tribopipe.results.run import RawRun, SourceFile
 
@@ -42,7 +42,7 @@ class EarlierManifest:
 def changed_file(entry: h5py.Group, run: RawRun) -> str | None:
     """Name a file of the instrument that a run has not as it was archived; none where it has all of them."""
     there = {(source.name, source.sha256) for source in run.sources[1:]}
-    _, *archived = entry["source_files"].values()
+    _, *archived = members(entry["source_files"])
     was = ((nexus.text(note, "file_name"), nexus.text(note, "checksum")) for note in archived)
     return next((name for name, checksum in was if (name, checksum) not in there), None)
 
