@@ -305,7 +305,7 @@ def test_curves_are_those_evaluated(kept):
             theirs.role,
             theirs.body,
         )
-        for name in ("rotations", "predicted", "lower", "upper"):
+        for name in ("places", "predicted", "lower", "upper"):
             np.testing.assert_allclose(getattr(mine, name), getattr(theirs, name), rtol=1e-14)
 
 
