@@ -55,10 +55,10 @@ def test_offset_and_drift_of_a_noiseless_signal_come_back(bare_run, offset, rate
     distance = np.linspace(0, 500, 2001)
     reading = offset + wear_curve(distance) + rate * distance / 0.4
     corrected = correct_drift(with_depth(bare_run, reading, worn_pin(1e-7), distance))
-    # What drifts within the 25 s of the window at the start is small but not nothing.
-    assert corrected.correction.zero_offset.value == pytest.approx(offset, abs=3e-9 + 8 * abs(rate))
-    assert corrected.correction.drift_rate.value == pytest.approx(rate, abs=1e-11 + abs(rate) * 0.02)
-    np.testing.assert_allclose(corrected.wear_depth, wear_curve(distance), atol=2e-8 + 10 * abs(rate))
+    # A straight line through the last samples is not the curve that they are of.
+    assert corrected.correction.zero_offset.value == pytest.approx(offset, abs=4e-9)
+    assert corrected.correction.drift_rate.value == pytest.approx(rate, abs=1e-11)
+    np.testing.assert_allclose(corrected.wear_depth, wear_curve(distance), atol=1e-8)
 
 
 @pytest.mark.parametrize("slid", [-4.0, 0.0, 100.0])
@@ -70,8 +70,8 @@ def test_drift_counts_from_where_sliding_began_wherever_the_record_begins(bare_r
     correction = correct_drift(replace(run, columns=run.columns | {"time": time}), TWO_STEP).correction
     # The discrepancy at the end has built up over 500 m at 0.4 m/s, recorded or not.
     assert correction.drift_rate.value == pytest.approx(correction.discrepancy.value / 1250, rel=1e-12)
-    if slid <= 0:
-        assert correction.drift_rate.value == pytest.approx(2e-9, rel=0.03)
+    assert correction.drift_rate.value == pytest.approx(2e-9, rel=0.001)
+    assert correction.zero_offset.value == pytest.approx(3e-6, abs=1e-8)
 
 
 def test_a_record_that_rests_throughout_the_first_window_has_an_offset_all_the_same(bare_run):
@@ -79,7 +79,7 @@ def test_a_record_that_rests_throughout_the_first_window_has_an_offset_all_the_s
     distance = np.linspace(-40, 500, 2001)
     wear = PIN.worn(PIN.volume(WEAR_END) * np.maximum(distance, 0.0) / 500).depth
     corrected = correct_drift(with_depth(bare_run, 3e-6 + wear, worn_pin(1e-9), distance), TWO_STEP).correction
-    assert corrected.zero_offset.value == pytest.approx(3e-6, rel=1e-9)
+    assert corrected.zero_offset.value == pytest.approx(3e-6, rel=1e-5)
     assert corrected.drift_rate.value == pytest.approx(0.0, abs=1e-12)
 
 

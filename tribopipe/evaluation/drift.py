@@ -7,9 +7,13 @@ its curve at the largest sliding distance to the wear found on the pin, in two s
     wear(t) = g·(reading(t) − z) − ρ·(t − t₀),     ρ = (g·(reading(t_end) − z) − h_end) / (t_end − t₀)
 
 with g the sensor's scale (1 unless run.toml says otherwise), the zero offset z at the start t₀ of sliding and h_end the
-wear of pin plus disc, or of both discs, by the end values. z is the intercept of a fit z + q·h(s) to the first samples,
-with h(s) the wear of a pin, or of two discs, that reaches the end value at the end, so that wear within the window is
-not taken for offset. The end reading is the value at the end of sliding of a straight line through the last samples.
+wear of pin plus disc, or of both discs, by the end values. The end reading is the value at the end of sliding of a
+straight line through the last samples. z is that of a fit of the same model, with r(t) = (t − t₀) / (t_end − t₀),
+
+    reading(t) − r·(reading(t_end) − h_end / g) = z·(1 − r) + q·h(s)
+
+to the first samples, with h(s) the wear of a pin, or of two discs, that reaches the end value at the end: neither wear
+nor drift within the window is taken for offset, even where the record begins long after sliding did.
 """
 
 import math
@@ -60,10 +64,20 @@ class SensorTrace:
     slid: float
     """Sliding distance at the end of the run, m, whether or not depth was still recorded there."""
     zero_offset: Quantity
+    """By the best estimates; its u is that of the noise in the first samples."""
     end_reading: Quantity
+    unworn_end: float = 0.0
+    """What the sensor would read at the end had nothing worn, m, by the best estimates."""
+    lean: float = 0.0
+    """Metres by which the zero offset falls for each metre that ``unworn_end`` is higher."""
+
+    def zero(self, end_wear: Numbers, zero: Numbers, end: Numbers, scale: Numbers) -> Numbers:
+        """Return the zero offset, m, that goes with an end value, end reading (m) and scale of the sensor."""
+        return zero - self.lean * (end - end_wear / scale - self.unworn_end)
 
     def wear(self, end_wear: Numbers, zero: Numbers, end: Numbers, scale: Numbers) -> Column:
         """Return the corrected depth, m, for an end value, zero offset, end reading (m) and scale of the sensor."""
+        zero = self.zero(end_wear, zero, end, scale)
         return np.asarray(scale * (self.reading - zero - self.ramp * (end - zero)) + self.ramp * end_wear)
 
 
@@ -79,14 +93,22 @@ def read_trace(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> Senso
     slid = float(distance[placed][-1])
     share = np.maximum(distance[seen], 0.0) / slid
     wear = _pin_wear(run, end, share, recipe) if isinstance(end, EndWear) else _disc_wear(run, end, share, recipe)
-    zero, last = _ends(distance[seen], reading[seen], wear, slid, recipe.drift.window)
+    ramp = (time - start) / duration
+    s, y, noise = distance[seen], reading[seen], _noise(distance[seen], reading[seen], wear)
+    first, rest = _windows(s, recipe.drift.window)
+    last = _read(_weights(np.ones_like(s[rest:]), s[rest:] - slid), y[rest:], noise)
+    unworn_end = last.value - end.total.value / sensor_scale(run, recipe).value
+    begun = ramp[seen][:first]
+    weights = _weights(1 - begun, wear[:first])
     return SensorTrace(
         reading=reading,
-        ramp=(time - start) / duration,
+        ramp=ramp,
         duration=duration,
         slid=slid,
-        zero_offset=zero,
+        zero_offset=_read(weights, y[:first] - begun * unworn_end, noise),
         end_reading=last,
+        unworn_end=unworn_end,
+        lean=float(weights @ begun),
     )
 
 
@@ -106,31 +128,34 @@ def _disc_wear(run: RawRun, end: DiscEndWear, share: Column, recipe: Recipe) -> 
     return discs.worn(rotations * share, 1.0).curved_depth
 
 
-def _ends(s: Column, y: Column, wear: Column, slid: float, share: float) -> tuple[Quantity, Quantity]:
-    """Return the reading at the start of sliding and after the whole distance ``slid``, m."""
-    noise = _noise(np.stack([np.ones_like(s), wear, s]), y)
+def _windows(s: Column, share: float) -> tuple[int, int]:
+    """Return how many samples the first share of a recording holds, and where its last share begins."""
     window = share * (s[-1] - s[0])
     first = max(_FEWEST_IN_WINDOW, int(np.searchsorted(s, s[0] + window, side="right")))
-    last = min(len(s) - _FEWEST_IN_WINDOW, int(np.searchsorted(s, s[-1] - window)))
-    return _intercept(wear[:first], y[:first], noise), _intercept(s[last:] - slid, y[last:], noise)
+    return first, min(len(s) - _FEWEST_IN_WINDOW, int(np.searchsorted(s, s[-1] - window)))
 
 
-def _noise(smooth: Column, reading: Column) -> float:
+def _noise(s: Column, reading: Column, wear: Column) -> float:
     """Return the variance of the sensor's noise times its autocorrelation time, about a smooth curve, m².
 
     From the whole run: a window at its end holds too few independent samples to tell.
     """
-    left, _ = left_of(reading, smooth)
-    return inflation(left, len(smooth))
+    left, _ = left_of(reading, np.stack([np.ones_like(s), wear, s]))
+    return inflation(left, 3)
 
 
-def _intercept(x: Column, y: Column, noise: float) -> Quantity:
+def _weights(level: Column, slope: Column) -> Column:
+    """Return what readings are weighted with for the amount of ``level`` in them, beside one of ``slope``."""
     # Wear is micrometres: in units of its own largest value it weighs as much as the offset.
     # There is none where the whole window is before the start of sliding.
-    design = np.column_stack([np.ones_like(x), x / (np.max(np.abs(x)) or 1.0)])
-    (value, _), *_ = np.linalg.lstsq(design, y, rcond=None)
-    variance = noise * float(np.linalg.pinv(design.T @ design)[0, 0])
-    return Quantity(value=float(value), unit="m", standard_uncertainty=math.sqrt(max(0.0, variance)))
+    design = np.column_stack([level, slope / (np.max(np.abs(slope)) or 1.0)])
+    return np.asarray(np.linalg.pinv(design)[0])
+
+
+def _read(weights: Column, reading: Column, noise: float) -> Quantity:
+    """Return a weighted reading, m, with the standard uncertainty by this variance of its noise."""
+    deviation = math.sqrt(max(0.0, noise * float(weights @ weights)))
+    return Quantity(value=float(weights @ reading), unit="m", standard_uncertainty=deviation)
 
 
 def correct_drift(run: RawRun, recipe: Recipe | None = None) -> CorrectedRun:
@@ -231,10 +256,12 @@ def _two_step(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> Correc
     trace = read_trace(run, end, recipe)
     scale = sensor_scale(run, recipe)
     wear = trace.wear(end.total.value, trace.zero_offset.value, trace.end_reading.value, scale.value)
-    read = combined(lambda last, first, by: (last - first) * by, (trace.end_reading, trace.zero_offset, scale), "m")
-    gap = read.value - end.total.value
-    spread = math.hypot(end.total.standard_uncertainty or 0.0, read.standard_uncertainty or 0.0)
-    rate = Quantity(value=gap / trace.duration, unit="m/s", standard_uncertainty=spread / trace.duration)
+
+    def gap_of(worn: Numbers, first: Numbers, last: Numbers, by: Numbers) -> Numbers:
+        return (last - trace.zero(worn, first, last, by)) * by - worn
+
+    gap = combined(gap_of, (end.total, trace.zero_offset, trace.end_reading, scale), "m")
+    rate = combined(lambda drifted: drifted / trace.duration, (gap,), "m/s")
     correction = DriftCorrection(
         outcome="corrected",
         anchor=end.anchor,
@@ -242,7 +269,7 @@ def _two_step(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> Correc
         zero_offset=trace.zero_offset,
         drift_rate=rate,
         two_step_rate=rate,
-        discrepancy=Quantity(value=gap, unit="m", standard_uncertainty=spread),
+        discrepancy=gap,
         end_wear_depth=end.total,
         pin_wear_depth=end.pin_depth if isinstance(end, EndWear) else None,
         disc_wear_depth=end.disc.quantity if isinstance(end, EndWear) and end.disc else None,

@@ -138,7 +138,12 @@ def at_length(problem: WearProblem, coefficient: float, length: float) -> WearPr
     curve = zero.value + longer.depth(coefficient, values, longer.distance) * share / scale
     last = _better(problem.trace.end_reading, length).model_copy(update={"value": zero.value + end * share / scale})
     trace = replace(
-        longer.trace, reading=curve, zero_offset=zero, end_reading=last, duration=problem.trace.duration * length
+        longer.trace,
+        reading=curve,
+        zero_offset=zero,
+        end_reading=last,
+        unworn_end=zero.value,
+        duration=problem.trace.duration * length,
     )
     inputs = dict(problem.inputs) | {END_ANCHOR: Input(wear.pin.quantity, problem.inputs[END_ANCHOR].source)}
     if wear.disc is not None:
