@@ -131,15 +131,15 @@ def test_discrepancy_is_what_sensor_and_end_value_differ_by(bare_run, discrepanc
     assert correction.discrepancy.value == pytest.approx(discrepancy, rel=0.05)
 
 
-@pytest.mark.parametrize("memory", [0.01, 4.0])
-def test_stated_uncertainties_are_those_of_repeated_runs(bare_run, memory):
-    distance, rng = np.linspace(0, 500, 4001), np.random.default_rng(2)
-    end = EndValues(pin_wear_depth=metres(WEAR_END, 0.0))
+@pytest.mark.parametrize(("memory", "slid"), [(0.01, 0.0), (4.0, 0.0), (4.0, 200.0)])
+def test_stated_uncertainties_are_those_of_repeated_runs(bare_run, memory, slid):
+    distance, rng = np.linspace(slid, 500, 4001), np.random.default_rng(2)
     found = []
     for _ in range(200):
         scale = 1 + TWO_STEP.uncertainty.depth_scale * rng.standard_normal()
         reading = scale * wear_curve(distance) + 1e-7 * _correlated(rng, 4001, memory)
-        found.append(correct_drift(with_depth(bare_run, reading, end), TWO_STEP).correction)
+        end = EndValues(pin_wear_depth=metres(WEAR_END + 2e-8 * rng.standard_normal(), 2e-8))
+        found.append(correct_drift(with_depth(bare_run, reading, end, distance), TWO_STEP).correction)
     for name in ("zero_offset", "drift_rate"):
         values = [getattr(one, name).value for one in found]
         stated = np.mean([getattr(one, name).standard_uncertainty for one in found])

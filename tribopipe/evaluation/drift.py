@@ -260,13 +260,14 @@ def _two_step(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> Correc
     def gap_of(worn: Numbers, first: Numbers, last: Numbers, by: Numbers) -> Numbers:
         return (last - trace.zero(worn, first, last, by)) * by - worn
 
-    gap = combined(gap_of, (end.total, trace.zero_offset, trace.end_reading, scale), "m")
+    measured = (end.total, trace.zero_offset, trace.end_reading, scale)
+    gap = combined(gap_of, measured, "m")
     rate = combined(lambda drifted: drifted / trace.duration, (gap,), "m/s")
     correction = DriftCorrection(
         outcome="corrected",
         anchor=end.anchor,
         correction="two-step",
-        zero_offset=trace.zero_offset,
+        zero_offset=combined(trace.zero, measured, "m"),
         drift_rate=rate,
         two_step_rate=rate,
         discrepancy=gap,
