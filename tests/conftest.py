@@ -120,6 +120,11 @@ class Finished:
     stdout: str
     stderr: str
 
+    @property
+    def output(self) -> str:
+        """All that people see."""
+        return self.stdout + self.stderr
+
 
 built_once = functools.cache(typer.main.get_command)
 """Typer builds all commands anew whenever one is called, which takes longer than most of them."""

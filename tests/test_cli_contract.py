@@ -173,7 +173,7 @@ def test_check_exits_with_0_on_notes_and_1_on_warnings(run_cli, sample_run):
     set_key(sample_run, "sliding_distance", '"500 m"')
     warned = run_cli("check", sample_run)
     assert warned.exit_code == 1
-    assert "si3n4-air-400mN: warning: sliding_distance: found 50 m" in warned.stderr
+    assert "si3n4-air-400mN: warning: sliding_distance: found 50 m" in warned.stdout
 
 
 def test_radius_that_nothing_can_be_compared_with_is_named_without_being_asked(run_cli, sample_run, archive):
@@ -209,7 +209,7 @@ def test_run_too_short_for_a_fit_is_archived_and_said_to_be(run_cli, sample_run,
     (error,) = [line for line in result.stderr.splitlines() if line.startswith("error: ")]
     assert "si3n4-air-400mN: found 10 samples of depth" in error
     assert Archive(archive).ids() == ["si3n4-air-200mN", "si3n4-air-400mN"]
-    assert "k_D by Archard" in result.stderr
+    assert "k_D by Archard" in result.stdout
 
 
 # --- one JSON document ---
@@ -389,7 +389,7 @@ def test_command_done_twice_says_unchanged(run_cli, archive, command):
     before = tree_bytes(archive)
     result = run_cli(*command, cwd=archive.parent)
     assert result.exit_code == 0
-    assert "unchanged, nothing to do" in result.stderr
+    assert "unchanged, nothing to do" in result.output
     assert tree_bytes(archive) == before
 
 
@@ -425,10 +425,9 @@ def test_commands_lead_from_an_empty_folder_to_a_prediction(run_cli, short_plan,
     ):
         arguments = [f"{word} m" if word == "100" else word for word in command.split()]
         result = run_cli(*arguments, cwd=tmp_path)
-        assert result.exit_code == 0, result.stderr
-        assert told in result.stderr
-        assert result.stdout == ""
-        assert re.search("[\r\x1b]", result.stderr) is None, "a progress bar or colour outside a terminal"
+        assert result.exit_code == 0, result.output
+        assert told in result.output
+        assert re.search("[\r\x1b]", result.output) is None, "a progress bar or colour outside a terminal"
     assert {path.name for path in tmp_path.iterdir()} == {"plan.toml", "runs", "archive", "schemas"}
     drawn = {
         f"figures/si3n4-air-{load}-{what}.png" for load in ("200mN", "400mN") for what in ("depth", "friction", "wear")
@@ -471,7 +470,7 @@ def test_console_without_greek_letters_shows_substitutes(archive):
         *[sys.executable, "-m", "tribopipe.cli.app", "show", "si3n4-air-200mN"], cwd=archive.parent, env=environment
     )
     assert told.returncode == 0
-    assert "drift_correction" in told.stderr
+    assert "drift_correction" in told.stdout
 
 
 def test_console_without_superscripts_still_shows_the_power_of_ten():

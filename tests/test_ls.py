@@ -33,8 +33,8 @@ def ls(run_cli, archive, sample_run):
 
 def test_usual_columns_are_those_something_is_known_of(ls):
     told = ls()
-    assert (told.exit_code, told.stdout) == (0, "")
-    title, _, head, rule, first, second, *_ = told.stderr.splitlines()
+    assert told.exit_code == 0
+    title, _, head, rule, first, second, *_ = told.stdout.splitlines()
     assert title.startswith("2 runs in ")
     assert re.split("  +", head.strip()) == [
         *("run", "tribometer", "materials", "medium", "load, mN", "μ steady", "k_D, mm³/(N·mm)", "started", "stage")
@@ -44,11 +44,11 @@ def test_usual_columns_are_those_something_is_known_of(ls):
     assert re.match(
         rf" {HEAVIER} +pin-on-disc +Si3N4 +air +400\.0 ± 4\.0 +– +– +2006-03-01 \d\d:\d\d +ingested$", second
     )
-    assert max(map(len, told.stderr.splitlines())) <= 160
+    assert max(map(len, told.output.splitlines())) <= 160
 
 
 def test_columns_and_order_are_chosen(ls):
-    told = ls("--columns", "id,K-D,load", "--sort", "-load").stderr.splitlines()
+    told = ls("--columns", "id,K-D,load", "--sort", "-load").stdout.splitlines()
     assert re.split("  +", told[2].strip()) == ["run", "k_D, mm³/(N·mm)", "load, mN"]
     assert [line.split()[0] for line in told[4:6]] == [HEAVIER, RUN]
 
@@ -56,7 +56,7 @@ def test_columns_and_order_are_chosen(ls):
 def test_columns_are_explained(ls):
     told = ls("--columns", "help")
     assert [
-        name for name, column in COLUMNS.items() if f" {name} " not in told.stderr or column.help not in told.stderr
+        name for name, column in COLUMNS.items() if f" {name} " not in told.stdout or column.help not in told.stdout
     ] == []
     explained = json.loads(ls("--columns", "help", "--json").stdout)["columns"]
     assert [column["name"] for column in explained] == list(COLUMNS)
@@ -64,8 +64,8 @@ def test_columns_are_explained(ls):
 
 
 def test_runs_are_chosen(ls):
-    assert "1 run in " in ls("--where", "load > 300 mN").stderr
-    assert "0 runs in " in ls("--where", "tag=run-in").stderr
+    assert "1 run in " in ls("--where", "load > 300 mN").stdout
+    assert "0 runs in " in ls("--where", "tag=run-in").stdout
     assert ls("--where", "tag=run-in").exit_code == 0
 
 
@@ -78,7 +78,7 @@ def test_what_is_not_understood_is_refused(ls, arguments):
 
 
 def test_hostile_texts_are_shown_without_steering_the_terminal(ls):
-    told = ls("--columns", "id,title").stderr
+    told = ls("--columns", "id,title").stdout
     assert "\\x1b[31mred <script>\\u202e" in told
     assert "\x1b" not in told
 
@@ -87,7 +87,7 @@ def test_unreadable_runs_are_told_with_the_others(ls, archive):
     (archive / "broken.h5").write_bytes(b"no HDF5")
     told = ls()
     assert told.exit_code == 3
-    assert "2 runs in " in told.stderr
+    assert "2 runs in " in told.stdout
     assert "broken.h5: found a file that is not HDF5" in told.stderr
     assert ls("--where", "load>300").exit_code == 3
     told = ls("--json")
@@ -122,7 +122,7 @@ def test_wide_tables_are_split_on_a_narrow_terminal(capsys, monkeypatch):
     rows = [["run-1", "x" * 40, "y" * 40]]
     output.split_table("both", ["run", "first", "second"], rows, at=2)
     assert capsys.readouterr().err.count("run-1") == 1
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True, raising=False)
     monkeypatch.setenv("COLUMNS", "60")
     output.split_table("both", ["run", "first", "second"], rows, at=2)
     assert capsys.readouterr().err.count("run-1") == 2
@@ -170,7 +170,7 @@ def test_csv_is_written_to_a_file(run_cli, archive, tmp_path):
         *("export", "runs", "--archive", archive, "--where", "load<300"),
         *("--columns", "id,title,temperature", "-o", tmp_path / "runs.csv"),
     )
-    assert (told.exit_code, told.stdout) == (0, "")
+    assert told.exit_code == 0
     assert "1 run written to " in told.stderr
     lines = (tmp_path / "runs.csv").read_bytes().decode("utf-8").split("\r\n")
     assert lines[0] == "id,title,temperature [°C],temperature uncertainty [°C]"

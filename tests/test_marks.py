@@ -189,11 +189,11 @@ def test_bad_run_is_no_reference_until_the_mark_is_taken_back(repeated):
 def test_command_marks_and_takes_back(mark_bad, archive, monkeypatch):
     monkeypatch.setattr(getpass, "getuser", lambda: "otto")
     marked = mark_bad(RUN, "--reason", " slipped ", "--by", "anna")
-    assert (marked.exit_code, marked.stdout) == (0, "")
-    assert re.fullmatch(rf"{RUN}: marked bad by anna, \S+: slipped\n", marked.stderr)
+    assert marked.exit_code == 0
+    assert re.fullmatch(rf"{RUN}: marked bad by anna, \S+: slipped\n", marked.stdout)
     undone = mark_bad(RUN, "--undo", "--reason", "it was the run before")
     assert undone.exit_code == 0
-    assert f"{RUN}: marked good by otto, " in undone.stderr
+    assert f"{RUN}: marked good by otto, " in undone.output
     first, second = Archive(archive).marks(RUN)
     assert (first.kind, first.reason, first.operator) == ("bad", "slipped", "anna")
     assert (second.kind, second.reason, second.operator) == ("good", "it was the run before", "otto")
@@ -216,7 +216,7 @@ def test_what_is_said_of_a_run_does_not_steer_the_terminal(run_cli, mark_bad, ar
     steering = "a title \x1b]0;owned\x07 and \x1b[31mred"
     for result in (mark_bad(RUN, "--reason", steering), run_cli("note", RUN, steering, "--archive", archive)):
         assert result.exit_code == 0, result.stderr
-        assert r"\x1b]0;owned\x07" in result.stderr
+        assert r"\x1b]0;owned\x07" in result.stdout
         assert re.search("[\x07\x1b]", result.stderr) is None
 
 
@@ -224,7 +224,7 @@ def test_what_is_said_of_a_run_does_not_steer_the_terminal(run_cli, mark_bad, ar
 def test_files_that_were_written_are_told_without_steering_the_terminal(run_cli, archive, tmp_path):
     result = run_cli("export", "csv", RUN, "--output", tmp_path / "a\x1b]0;owned\x07\x1b[31m", "--archive", archive)
     assert result.exit_code == 0, result.stderr
-    assert r"a\x1b]0;owned\x07\x1b[31m" in result.stderr
+    assert r"a\x1b]0;owned\x07\x1b[31m" in result.stdout
     assert re.search("[\x07\x1b]", result.stderr) is None
 
 
@@ -272,7 +272,7 @@ def test_list_shows_a_mark_only_where_there_is_one(run_cli, mark_bad, archive, s
 
     def listed() -> tuple[str, dict]:
         document = json.loads(run_cli("ls", "--archive", archive, "--json").stdout)
-        return run_cli("ls", "--archive", archive).stderr, {run["id"]: run["marked_bad"] for run in document["runs"]}
+        return run_cli("ls", "--archive", archive).output, {run["id"]: run["marked_bad"] for run in document["runs"]}
 
     before, marks = listed()
     assert marks == {RUN: None, HEAVIER: None}
@@ -293,8 +293,8 @@ def test_show_tells_every_mark(run_cli, archive):
     for mark in (BAD, GOOD):
         store.mark(RUN, mark)
     shown = run_cli("show", RUN, "--archive", archive)
-    assert f"  marked bad by anna, {DATE}: the pin slipped in its holder\n" in shown.stderr
-    assert f"  marked good, {DATE}: it was the run before\n" in shown.stderr
+    assert f"  marked bad by anna, {DATE}: the pin slipped in its holder\n" in shown.stdout
+    assert f"  marked good, {DATE}: it was the run before\n" in shown.stdout
     told = json.loads(run_cli("show", RUN, "--archive", archive, "--json").stdout)
     assert told["marks"] == [BAD.model_dump(mode="json"), GOOD.model_dump(mode="json")]
 

@@ -32,10 +32,10 @@ def show(run_cli, archive):
 
 @pytest.fixture
 def terminal(monkeypatch):
-    """Make stderr a terminal of some width."""
+    """Make stdout a terminal of some width."""
 
     def become(columns: int) -> None:
-        monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+        monkeypatch.setattr("sys.stdout.isatty", lambda: True)
         monkeypatch.setenv("COLUMNS", str(columns))
 
     return become
@@ -53,22 +53,22 @@ def refused(result, *words: str) -> None:
 
 def test_page_has_headings_facts_and_tables(show, archive):
     shown = show()
-    assert (shown.exit_code, shown.stdout) == (0, "")
-    lines = shown.stderr.splitlines()
+    assert shown.exit_code == 0
+    lines = shown.stdout.splitlines()
     assert lines[0] == RUN
     for heading in ("Pin", "Disc", "Conditions", "Recorded", "Signals", "End values", "Files as they came"):
         assert lines[lines.index(heading) - 1] == ""
-    assert re.search(r"(?m)^  normal load +200\.0 ± 2\.0 mN$", shown.stderr)
-    assert re.search(r"(?m)^  k_D of the pin by Archard's law +\(", shown.stderr)
-    assert re.search(r"(?m)^Wear coefficient by Archard's law \(wear_fit_archard, tribopipe \S+, \S+\)$", shown.stderr)
+    assert re.search(r"(?m)^  normal load +200\.0 ± 2\.0 mN$", shown.output)
+    assert re.search(r"(?m)^  k_D of the pin by Archard's law +\(", shown.output)
+    assert re.search(r"(?m)^Wear coefficient by Archard's law \(wear_fit_archard, tribopipe \S+, \S+\)$", shown.output)
     assert "  budget of k_D of the pin" in lines
-    assert re.search(r"(?m)^ normal load +200\.0 ± 2\.0 mN +run\.toml +", shown.stderr)
+    assert re.search(r"(?m)^ normal load +200\.0 ± 2\.0 mN +run\.toml +", shown.output)
     assert lines[-1] == str(archive / f"{RUN}.h5")
-    assert STEERING.search(shown.stderr) is None
+    assert STEERING.search(shown.output) is None
 
 
 def test_values_stand_beneath_each_other(show):
-    shown = show().stderr.partition("\nSignals\n")[2].partition("\n\n")[0]
+    shown = show().output.partition("\nSignals\n")[2].partition("\n\n")[0]
     starts = {re.match(r"  \S+( \S+)* {2,}", line).end() for line in shown.splitlines()}
     assert len(starts) == 1
 
@@ -76,10 +76,10 @@ def test_values_stand_beneath_each_other(show):
 def test_terminal_has_bold_headings_and_wrapped_lines(archive, terminal, capsys):
     page = run_page(Archive(archive), RUN)
     show_run_page(page)
-    plain = capsys.readouterr().err
+    plain = capsys.readouterr().out
     terminal(60)
     show_run_page(page)
-    written = capsys.readouterr().err
+    written = capsys.readouterr().out
     assert "\x1b" not in plain
     assert "\nPin\n" in re.sub("\x1b.*?m", "", written)
     texts = [line for line in re.sub("\x1b.*?m", "", written).splitlines() if line.startswith("  ")]
@@ -98,7 +98,7 @@ def test_findings_and_remarks_are_told(archive, capsys):
     finding = Finding(severity="warning", code="c", where="depth", message="found x; expected y", remedy="mend it")
     page = run_page(store, RUN)
     show_run_page(type(page)(**(vars(page) | {"findings": (finding,), "studies": ("air",)})))
-    told = capsys.readouterr().err
+    told = capsys.readouterr().out
     for line in (
         *("marked bad: slipped", "tags: run-in", "warning: depth: found x; expected y; mend it"),
         *(f"marked bad by anna, {DATE}: slipped", f"tagged, {DATE}: run-in", f"note, {DATE}: odd", "air"),
@@ -126,13 +126,13 @@ def test_hostile_texts_steer_no_terminal(sample_run, tmp_path, run_cli):
     for more in ([], ["--path", "/entry/manifest/data"], ["--path", "/entry/instrument"], ["--path", "/"]):
         shown = run_cli("show", run_id, "--archive", tmp_path / "a", *more)
         assert shown.exit_code == 0
-        assert STEERING.search(shown.stderr) is None
-        assert "owned" in shown.stderr
+        assert STEERING.search(shown.output) is None
+        assert "owned" in shown.stdout
 
 
 def test_fact_of_a_hostile_name_is_shown_harmless(capsys):
     show_facts([Fact("a\x1b[31m", "b\r\nc")], 9)
-    assert capsys.readouterr().err == "  a\\x1b[31m  b c\n"
+    assert capsys.readouterr().out == "  a\\x1b[31m  b c\n"
 
 
 def test_study_page_says_all(capsys):
@@ -145,7 +145,7 @@ def test_study_page_says_all(capsys):
         verdicts=(VerdictLine("a", "fitted", "supported", "It holds.", ("beware",)),),
     )
     show_study_page(StudyPage("air", "In air", ("a",), (), (law,), ("note: one run",), "0.1.0", DATE, ""))
-    lines = capsys.readouterr().err.splitlines()
+    lines = capsys.readouterr().out.splitlines()
     assert lines[:4] == [f"air (tribopipe 0.1.0, {DATE})", "  In air", "", "air, Archard's law: k_D = 1"]
     assert lines[-4:] == ["scatter of k_D", "a: It holds.", "a: note: beware", "note: one run"]
 
@@ -154,7 +154,7 @@ def test_study_page_says_all(capsys):
 
 
 def test_group_is_a_tree_of_what_it_holds(show):
-    told = show("--path", "/entry").stderr
+    told = show("--path", "/entry").stdout
     assert re.match(r"/entry \(NXentry, \d+ members\)\n  @default = wear\n", told)
     for line in (
         "  raw (NXdata, 6 members)",
@@ -167,7 +167,7 @@ def test_group_is_a_tree_of_what_it_holds(show):
 
 
 def test_plot_is_a_table_of_first_and_last_rows(show, archive):
-    told = show("--path", "entry/wear/", "--rows", "2").stderr
+    told = show("--path", "entry/wear/", "--rows", "2").output
     with h5py.File(archive / f"{RUN}.h5") as file:
         last = file["entry/wear/pin_wear_depth"][-1]
     rows = told[told.index("─") :].splitlines()[1:]
@@ -186,10 +186,10 @@ def test_values_come_whole_in_json(show, archive):
 
 
 def test_json_notes_are_laid_out_and_texts_are_whole(show):
-    told = show("--path", "/entry/manifest/data").stderr
+    told = show("--path", "/entry/manifest/data").stdout
     assert f'\n    "id": "{RUN}",\n' in told
     assert json.loads(told.partition("\n")[2])["id"] == RUN
-    assert f'\n    "id": "{RUN}",\n' in show("--path", "/entry/manifest").stderr
+    assert f'\n    "id": "{RUN}",\n' in show("--path", "/entry/manifest").stdout
 
 
 @pytest.mark.parametrize(
@@ -205,7 +205,7 @@ def test_plot_over_two_axes_is_a_tree_with_all_values_in_json(show, archive):
         data = file.create_group("map")
         data.attrs.update(NX_class="NXdata", signal="wear", axes=["s", "r"], auxiliary_signals=["gone"])
         data["s"], data["r"], data["wear"] = np.arange(2.0), np.arange(3.0), np.ones((2, 3))
-    told = show("--path", "/map").stderr
+    told = show("--path", "/map").stdout
     assert "  wear (2 × 3, float64)" in told
     assert "number" not in told
     assert json.loads(show("--path", "/map", "--json").stdout)["values"]["wear"] == [[1.0] * 3] * 2
@@ -249,8 +249,8 @@ def test_links_that_multiply_come_to_an_end(show, archive):
 def test_odd_members_are_told_and_do_no_harm(show):
     told = show("--path", "odd")
     assert told.exit_code == 0
-    assert STEERING.search(told.stderr) is None
-    lines = told.stderr.splitlines()
+    assert STEERING.search(told.output) is None
+    lines = told.output.splitlines()
     for line in (
         "  lost -> /nowhere",
         "  relative -> ./map",
@@ -264,8 +264,8 @@ def test_odd_members_are_told_and_do_no_harm(show):
 @pytest.mark.usefixtures("odd")
 def test_odd_values_are_shown(show):
     assert json.loads(show("--path", "odd/gaps", "--json").stdout)["value"] == [1.0, None, None]
-    assert "\n  0: [0. 1. 2.]\n" in show("--path", "odd/relative").stderr
-    assert "a\\x1b[31m" in show("--path", "odd/words").stderr
+    assert "\n  0: [0. 1. 2.]\n" in show("--path", "odd/relative").stdout
+    assert "a\\x1b[31m" in show("--path", "odd/words").stdout
     assert show("--path", "odd/gaps").exit_code == 0
     refused(show("--path", "odd/lost"), "found no 'odd/lost'")
 

@@ -84,8 +84,8 @@ def files(folder: Path) -> set[str]:
 
 def test_new_drafts_a_study_of_run_folders(run_cli, runs, tmp_path):
     result = run_cli("study", "new", runs / HEAVY, runs / AGAIN, runs / LIGHT, cwd=tmp_path)
-    assert (result.exit_code, result.stdout) == (0, "")
-    (line,) = result.stderr.splitlines()
+    assert result.exit_code == 0
+    (line,) = result.stdout.splitlines()
     assert line.startswith("study.toml: fits ")
     assert line.endswith(f"; predicts {HEAVY}")
     study = load_toml(tmp_path / "study.toml", Study)
@@ -102,7 +102,7 @@ def test_new_drafts_a_study_for_each_set_of_bodies(run_cli, tmp_path):
         "wc-co-water.study.toml",
     }
     for path in (tmp_path / "drafts").iterdir():
-        assert str(path) in result.stderr
+        assert str(path) in result.stdout
         draft = load_toml(path, Study)
         if path.name == "si3n4-twin-disc-air.study.toml":
             assert draft.title == "Si3N4 on Si3N4 in air"
@@ -182,19 +182,19 @@ def test_draft_runs_as_it_is(run_cli, runs, tmp_path):
 
 def test_run_says_k_d_verdicts_and_figures(run_cli, home):
     result = run_cli("study", "run", "study.toml", cwd=home)
-    assert (result.exit_code, result.stdout) == (0, "")
+    assert result.exit_code == 0
     law = archived(home).study("air").result.law("archard")
-    assert "air, Archard's law: pin k_D = (1." in result.stderr
+    assert "air, Archard's law: pin k_D = (1." in result.stdout
     for verdict in law.runs:
-        assert f"{verdict.id}: {verdict.sentence}" in result.stderr
-        assert f" {verdict.id} {verdict.role} " in f" {plain(result.stderr)}"
+        assert f"{verdict.id}: {verdict.sentence}" in result.output
+        assert f" {verdict.id} {verdict.role} " in f" {plain(result.output)}"
     assert re.search(
-        r"scatter of k_D of the pin between the 2 runs \d+\.\d %, within a run", result.stderr.replace("%", " %")
+        r"scatter of k_D of the pin between the 2 runs \d+\.\d %, within a run", result.output.replace("%", " %")
     )
-    assert f"figures in {Path('archive') / 'figures'}" in result.stderr
+    assert f"figures in {Path('archive') / 'figures'}" in result.output
     drawn = {f"air-{name}.{suffix}" for name in NAMES for suffix in ("svg", "png")}
     assert files(home / "archive" / "figures") == drawn
-    assert re.search("[\r\x1b]", result.stderr) is None
+    assert re.search("[\r\x1b]", result.output) is None
 
 
 def test_run_as_json_is_the_result_as_archived(run_cli, home):
@@ -218,7 +218,7 @@ def test_second_run_says_unchanged_and_writes_nothing(run_cli, evaluated):
     result = run_cli("study", "run", "study.toml", "--no-figures", cwd=evaluated)
     assert result.exit_code == 0
     assert result.stderr.startswith("air: unchanged, nothing to do\n")
-    assert "air, Archard's law: pin k_D = " in result.stderr
+    assert "air, Archard's law: pin k_D = " in result.stdout
     assert tree_bytes(evaluated) == before
 
 
@@ -247,11 +247,11 @@ def test_run_leaves_out_what_is_marked_bad_and_says_so(run_cli, evaluated):
     told = json.loads(result.stdout)
     assert told["left_out"] == [{"id": AGAIN, "reason": "marked bad: the pin slipped"}]
     assert [run["id"] for run in told["laws"][0]["runs"]] == [LIGHT, HEAVY]
-    assert f"note: one run, {LIGHT}, identifies k_D" in result.stderr
+    assert f"note: one run, {LIGHT}, identifies k_D" in result.output
     run_cli("mark-bad", AGAIN, "--undo", "--reason", "it did not", cwd=evaluated)
     again = run_cli("study", "run", "study.toml", "--no-figures", cwd=evaluated)
-    assert "left out" not in again.stderr
-    assert f"{AGAIN}: Archard's law follows" in again.stderr
+    assert "left out" not in again.output
+    assert f"{AGAIN}: Archard's law follows" in again.output
 
 
 def test_run_tells_where_a_depth_is_reached(run_cli, home):
@@ -271,7 +271,7 @@ def test_study_on_other_laws_compares_them(run_cli, home):
     write_study(home, laws=["archard", "sarkar"])
     result = run_cli("study", "run", "study.toml", "--no-figures", cwd=home)
     assert result.exit_code == 0
-    assert re.search(rf"(?m)^{HEAVY}: its shape prefers (Archard's|Sarkar's|neither) law \(AIC ", result.stderr)
+    assert re.search(rf"(?m)^{HEAVY}: its shape prefers (Archard's|Sarkar's|neither) law \(AIC ", result.stdout)
     assert run_cli("study", "figures", "--format", "svg", cwd=home).exit_code == 0
     drawn = {f"air-{name}.svg" for name in ("wear-archard", "wear-sarkar", "friction", "coefficient")}
     assert files(home / "archive" / "figures") == drawn
@@ -281,27 +281,27 @@ def test_study_on_other_laws_compares_them(run_cli, home):
 
 
 def test_show_repeats_what_run_said(run_cli, evaluated):
-    said = run_cli("study", "run", "study.toml", "--no-figures", cwd=evaluated).stderr
+    said = run_cli("study", "run", "study.toml", "--no-figures", cwd=evaluated).output
     shown = run_cli("study", "show", "air", cwd=evaluated)
-    assert (shown.exit_code, shown.stdout) == (0, "")
-    assert said == f"air: unchanged, nothing to do\n{shown.stderr}"
+    assert shown.exit_code == 0
+    assert said == f"air: unchanged, nothing to do\n{shown.stdout}"
     told = run_cli("study", "show", "air", "--json", cwd=evaluated)
     assert StudyResult.model_validate(json.loads(told.stdout)) == archived(evaluated).study("air").result
-    assert told.stderr == shown.stderr
+    assert told.output == shown.output
 
 
 def test_show_lists_studies(run_cli, evaluated):
     listed = run_cli("study", "show", cwd=evaluated)
-    assert (listed.exit_code, listed.stdout) == (0, "")
-    assert "1 studies in archive" in listed.stderr or "1 study in archive" in listed.stderr
-    assert f" air {LIGHT}, {AGAIN} 1 " in f" {plain(listed.stderr)}"
+    assert listed.exit_code == 0
+    assert "1 studies in archive" in listed.stdout or "1 study in archive" in listed.stdout
+    assert f" air {LIGHT}, {AGAIN} 1 " in f" {plain(listed.stdout)}"
     told = run_cli("study", "show", "--json", cwd=evaluated)
     assert [Study.model_validate(one) for one in json.loads(told.stdout)["studies"]] == [Study.model_validate(DOCUMENT)]
 
 
 def test_show_lists_nothing_where_there_is_no_study(run_cli, home):
     assert json.loads(run_cli("study", "show", "--json", cwd=home).stdout) == {"studies": []}
-    assert "0 studies in archive" in run_cli("study", "show", cwd=home).stderr
+    assert "0 studies in archive" in run_cli("study", "show", cwd=home).stdout
 
 
 @pytest.mark.parametrize("command", ["show", "figures"])
@@ -332,10 +332,10 @@ def test_runs_are_listed_without_studies(run_cli, evaluated):
 def test_figures_are_drawn_in_the_format_asked_for(run_cli, evaluated):
     before = tree_bytes(evaluated / "archive")
     result = run_cli("study", "figures", "--format", "svg", "--into", "drawn", cwd=evaluated)
-    assert (result.exit_code, result.stdout) == (0, "")
+    assert result.exit_code == 0
     drawn = {f"air-{name}.svg" for name in NAMES}
     assert files(evaluated / "drawn") == drawn
-    assert {Path(line).name for line in result.stderr.splitlines()} == drawn
+    assert {Path(line).name for line in result.output.splitlines()} == drawn
     for name in drawn:
         assert b"<svg" in (evaluated / "drawn" / name).read_bytes()
     assert tree_bytes(evaluated / "archive") == before
@@ -363,10 +363,10 @@ def test_unknown_format_is_a_usage_error(run_cli, evaluated):
 def test_fit_together_shows_one_coefficient_and_keeps_nothing(run_cli, home):
     before = tree_bytes(home)
     result = run_cli("fit", LIGHT, AGAIN, "--together", cwd=home)
-    assert (result.exit_code, result.stdout) == (0, "")
-    assert "together, Archard's law: pin k_D = (1." in result.stderr
-    assert "between the 2 runs" in result.stderr
-    assert f"{AGAIN}: Archard's law follows the wear at 200 mN" in result.stderr
+    assert result.exit_code == 0
+    assert "together, Archard's law: pin k_D = (1." in result.stdout
+    assert "between the 2 runs" in result.stdout
+    assert f"{AGAIN}: Archard's law follows the wear at 200 mN" in result.output
     assert tree_bytes(home) == before
 
 
@@ -389,7 +389,7 @@ def test_prediction_onto_a_run_is_judged_and_not_kept(run_cli, home):
     assert f"{HEAVY}: {law.runs[2].sentence}" in result.stderr
     assert "Archard's law predicts the wear at 400 mN" in result.stderr
     text = run_cli(*command, cwd=home)
-    assert (text.exit_code, text.stdout, text.stderr) == (0, "", result.stderr)
+    assert (text.exit_code, text.stdout) == (0, result.stderr)
     assert tree_bytes(home) == before
 
 
@@ -441,7 +441,7 @@ def test_plan_of_a_run_says_what_pays_and_what_would_do(run_cli, home):
     for lever in found.levers:
         assert f"\n {lever.name} " in table or f"\n{lever.name} " in table
     text = run_cli("plan", LIGHT, "--interval", "5 %", cwd=home)
-    assert (text.stdout, text.stderr) == ("", result.stderr)
+    assert (text.stdout, text.output) == ("", result.output)
     assert tree_bytes(home) == before
 
 
@@ -457,7 +457,7 @@ def test_plan_of_a_study_counts_with_its_scatter(run_cli, evaluated):
 def test_plan_of_what_is_good_enough_says_so(run_cli, home):
     result = run_cli("plan", LIGHT, "--interval", "90 %", cwd=home)
     assert result.exit_code == 0
-    assert "nothing more is needed" in result.stderr
+    assert "nothing more is needed" in result.stdout
 
 
 INTERVALS = {
@@ -505,24 +505,24 @@ def lab(runs, tmp_path) -> Path:
 def test_process_does_runs_study_and_figures_and_the_second_time_nothing(run_cli, lab):
     command = ["process", "runs", "--recipe", "recipe.toml"]
     first = run_cli(*command, cwd=lab)
-    assert (first.exit_code, first.stdout) == (0, "")
+    assert first.exit_code == 0
     store = archived(lab)
     law = store.study("air").result.law("archard")
     for verdict in law.runs:
-        assert verdict.sentence in first.stderr
+        assert verdict.sentence in first.output
     assert (
         store.result(HEAVY, "prediction_archard", WearPrediction).first.wear_coefficient == law.first.wear_coefficient
     )
     # Of each run ingest, clean-up, drift, friction, specific wear and one fit; the study, and its prediction.
-    assert "14 steps done, 0 unchanged" in first.stderr
-    assert f"figures in {Path('archive') / 'figures'}" in first.stderr
+    assert "14 steps done, 0 unchanged" in first.output
+    assert f"figures in {Path('archive') / 'figures'}" in first.output
     drawn = {f"{run}-{what}.png" for run in (LIGHT, HEAVY) for what in ("depth", "friction", "wear")}
     drawn |= {f"air-{name}.{suffix}" for name in NAMES for suffix in ("svg", "png")}
     assert files(lab / "archive" / "figures") == drawn
     before = tree_bytes(lab)
     second = run_cli(*command, cwd=lab)
     assert second.exit_code == 0
-    assert "Nothing to do: all 14 steps are unchanged; --force redoes them." in second.stderr
+    assert "Nothing to do: all 14 steps are unchanged; --force redoes them." in second.output
     assert tree_bytes(lab) == before
 
 
@@ -691,5 +691,5 @@ def test_extrapolation_is_kept_with_the_study(run_cli, soft, tmp_path):
     assert result.exit_code == 0
     notes = archived(tmp_path).study("soft").result.law("archard").runs[1].notes
     assert len([note for note in notes if note.startswith("extrapolation: ")]) == 2
-    shown = run_cli("study", "show", "soft", cwd=tmp_path).stderr
+    shown = run_cli("study", "show", "soft", cwd=tmp_path).stdout
     assert all(f"{CRUSHED}: note: {note}\n" in shown for note in notes)

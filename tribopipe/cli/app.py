@@ -32,6 +32,7 @@ from tribopipe.cli import (
     verify,
     watch,
 )
+from tribopipe.cli.output import keep_stdout_for_json
 
 app = typer.Typer(
     name="tribopipe",
@@ -47,6 +48,7 @@ app = typer.Typer(
 def _tribopipe(
     context: typer.Context, version: bool = typer.Option(False, "--version", help="Show the version and exit.")
 ) -> None:
+    keep_stdout_for_json(False)
     if version:
         typer.echo(f"tribopipe {import_module('tribopipe').__version__}")
         raise typer.Exit

@@ -20,7 +20,7 @@ from tribopipe.cli.options import (
     load_archive,
     quantity,
 )
-from tribopipe.cli.output import print_json, record_json, say
+from tribopipe.cli.output import print_json, print_result, record_json, say
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
@@ -101,7 +101,7 @@ def umeshmotion(
         subject = _of_archive(load_archive(archive), run, law, wear_coefficient, friction)
     case, run_id = _case(subject, speed, until, element_size), subject.manifest.id
     files = _write(texts(case, jtyp), output or Path(f"umeshmotion-{run_id}"), force=force)
-    say(str(case))
+    print_result(str(case))
     for note in case.known.notes:
         say(f"{run_id}: note: {note}")
     say(f"{run_id}: written to {files[0].parent}; not run in ABAQUS, see README.txt there")

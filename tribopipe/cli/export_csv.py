@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archived_ids, load_archive
-from tribopipe.cli.output import exit_with, print_json, progress, say
+from tribopipe.cli.output import exit_with, print_json, print_result, progress
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
@@ -67,7 +67,7 @@ def _written(store: "Archive", jobs: Sequence[_Job], folder: Path, errors: "list
                 done.append((run_id, kind, path))
             advance(path.name)
     for _, _, path in done:
-        say(str(path))
+        print_result(str(path))
     return done
 
 

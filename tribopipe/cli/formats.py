@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tribopipe.cli.options import AsJson
-from tribopipe.cli.output import exit_with, located, print_json, say, table
+from tribopipe.cli.output import exit_with, located, print_json, print_result, table
 
 if TYPE_CHECKING:
     from tribopipe.readers.export_files import Export
@@ -148,14 +148,14 @@ def _column(export: "Export", column: "ReadColumn") -> dict[str, Any]:
 
 def _show(path: Path, export: "Export") -> None:
     """Show one file on stderr."""
-    say(f"{path}: {export.reader.name}, {export.reader.title}")
-    say(f"  {_sure(export.match.confidence)} sure: {export.match.why}")
+    print_result(f"{path}: {export.reader.name}, {export.reader.title}")
+    print_result(f"  {_sure(export.match.confidence)} sure: {export.match.why}")
     for other, match in export.others:
-        say(f"  or else {other.name}, {_sure(match.confidence)} sure: {match.why}")
+        print_result(f"  or else {other.name}, {_sure(match.confidence)} sure: {match.why}")
     for key, value in export.table.facts.items():
-        say(f"  {key}: {value}")
+        print_result(f"  {key}: {value}")
     for note in _notes(export):
-        say(f"  note: {note}")
+        print_result(f"  note: {note}")
     columns = ["column", "unit", "means", "least", "largest", "missing"]
     table(f"  {export.rows} rows", columns, [_row(export, column) for column in export.table.columns])
 

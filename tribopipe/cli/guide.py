@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from tribopipe.cli.output import say, table
+from tribopipe.cli.output import print_result, table
 
 _NAMED = 4
 """As many pages are named of those that speak of something."""
@@ -43,7 +43,7 @@ def _list_pages() -> None:
 
     rows = [[name, page(name).partition("\n")[0].lstrip("# ")] for name in pages()]
     table("Pages, opened by `tribopipe help PAGE`", ["page", "about"], rows)
-    say("`tribopipe --help` lists the commands, `tribopipe COMMAND --help` the options of one.")
+    print_result("`tribopipe --help` lists the commands, `tribopipe COMMAND --help` the options of one.")
 
 
 def _text_of(topic: str, context: typer.Context) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
-from tribopipe.cli.output import say, seen, table
+from tribopipe.cli.output import print_result, seen, table
 from tribopipe.cli.pages import heading
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def show_part(store: "Archive", run_id: str, path: str, rows: int) -> None:
         name, more = part.name, _described(part)
     heading(name, more, apart=False)
     for line in lines:
-        say(f"  {line}")
+        print_result(f"  {line}")
     if heads:
         table("", ["number", *heads], cells)
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, load_archive
-from tribopipe.cli.output import exit_with, print_json, progress, say
+from tribopipe.cli.output import exit_with, print_json, print_result, progress, say
 
 if TYPE_CHECKING:
     from tribopipe.extras.fair.restore import Restored
@@ -35,7 +35,7 @@ def import_crate(
         restored = restore(crate, store, advance)
     for one, done in restored.done.items():
         kind = "study" if one.study else "run"
-        say(f"{one.id}: {f'{kind} archived' if done == 'added' else 'unchanged, nothing to do'}")
+        print_result(f"{one.id}: {f'{kind} archived' if done == 'added' else 'unchanged, nothing to do'}")
     if restored.dataset is not None:
         say(f"{restored.dataset} written")
     if as_json:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archived_ids, load_archive
-from tribopipe.cli.output import print_json, record_json, say
+from tribopipe.cli.output import print_json, print_result, record_json
 from tribopipe.cli.pages import show_run_page
 from tribopipe.cli.profiles import (
     HeightUnit,
@@ -84,7 +84,7 @@ def _show_run(store: "Archive", run_id: str, *, plot: bool, as_json: bool) -> No
 
     if not as_json:
         show_run_page(run_page(store, run_id))
-        say(f"\n{store.path(run_id)}")
+        print_result(f"\n{store.path(run_id)}")
         if plot:
             show_run_profiles(store, run_id)
         return
@@ -122,7 +122,7 @@ def export_schemas(
 
     require_free([folder / name for name in (*schema_files(), *definition_files())], own=made_here)
     for path in (*write_schemas(folder), *write_definitions(folder)):
-        say(str(path))
+        print_result(str(path))
 
 
 COMMANDS = {"show": show}

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, require_archive
-from tribopipe.cli.output import exit_with, print_json, progress, say, table
+from tribopipe.cli.output import exit_with, print_json, print_result, progress, table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -127,7 +127,9 @@ def _show_columns(*, as_json: bool) -> None:
         return
     rows = [[column["name"], column["unit"] or "–", column["meaning"]] for column in told]
     table("Columns for --columns, --sort and --where", ["column", "unit", "meaning"], rows)
-    say("Those shown unless you choose: " + ", ".join(name for name, column in COLUMNS.items() if column.shown))
+    print_result(
+        "Those shown unless you choose: " + ", ".join(name for name, column in COLUMNS.items() if column.shown)
+    )
 
 
 COMMANDS = {"ls": ls}

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tribopipe.cli.options import Law, RecipeFile, load_archive, load_recipe, parsed
-from tribopipe.cli.output import FAILED, record_json, say
+from tribopipe.cli.output import FAILED, keep_stdout_for_json, print_result, record_json, say
 
 if TYPE_CHECKING:
     from tribopipe.documents.manifest import RunManifest
@@ -57,7 +57,10 @@ def live(
     figure: Annotated[
         Path | None, typer.Option("--figure", help="Picture to keep up to date, such as live.svg.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document a line for each update.")] = False,
+    as_json: Annotated[
+        bool,
+        typer.Option("--json", callback=keep_stdout_for_json, help="Print one JSON document a line for each update."),
+    ] = False,
 ) -> None:
     """Follow a test while it goes on: k_D so far, the wear at the planned end, an early word of what is amiss.
 
@@ -192,7 +195,7 @@ def _tell_lines(session: "Session", update: "LiveUpdate", *, as_json: bool) -> N
     if as_json and (session.grew or update.alarms):
         typer.echo(json.dumps(record_json(update)))
     elif session.grew:
-        say("; ".join(_lines(update)))
+        print_result("; ".join(_lines(update)))
     for alarm in update.alarms:
         say(f"ALARM: {alarm}")
 

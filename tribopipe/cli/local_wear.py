@@ -22,7 +22,7 @@ from tribopipe.cli.options import (
     place,
     quantity,
 )
-from tribopipe.cli.output import finish, print_json, progress, record_json, say
+from tribopipe.cli.output import finish, print_json, print_result, progress, record_json
 from tribopipe.cli.predict import folder_friction
 from tribopipe.cli.steps import tell
 
@@ -209,7 +209,7 @@ def _save_figures(curves: "LocalCurves | None", run_id: str, folder: Path | None
 
     if curves is not None and folder is not None:
         for path in save_local_wear_figures(curves, run_id, folder):
-            say(f"{run_id}: {path}")
+            print_result(f"{run_id}: {path}")
 
 
 COMMANDS = {"local-wear": local_wear}

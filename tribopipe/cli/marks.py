@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archived_ids, load_archive
-from tribopipe.cli.output import exit_with, print_json, record_json, say, seen
+from tribopipe.cli.output import exit_with, print_json, print_result, record_json, seen
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -36,7 +36,7 @@ def mark_bad(
     store = load_archive(archive)
     mark = _mark(run_id, reason, undo=undo, by=by)
     store.mark(run_id, mark)
-    say(seen(f"{run_id}: {mark}"))
+    print_result(seen(f"{run_id}: {mark}"))
     if as_json:
         print_json({"id": run_id, "marks": [record_json(kept) for kept in store.marks(run_id)]})
 
@@ -123,7 +123,7 @@ def _each(run_ids: "Iterable[str]", change: "Callable[[str], str]") -> "list[Tri
     errors = []
     for run_id in run_ids:
         try:
-            say(seen(f"{run_id}: {change(run_id)}"))
+            print_result(seen(f"{run_id}: {change(run_id)}"))
         except Exception as error:  # noqa: BLE001 - the others can still be changed
             errors.append(in_a_sentence(error, run_id))
     return errors

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import typer
 
 from tribopipe.cli.options import DEFAULT_ARCHIVE, RUN_TOML
-from tribopipe.cli.output import say, seen
+from tribopipe.cli.output import print_result, seen
 from tribopipe.cli.pages import paragraph
 from tribopipe.cli.workspace import Whereabouts, ids_in, look_around
 
@@ -38,13 +38,13 @@ class NextStep(NamedTuple):
 def say_next_steps() -> None:
     """Say what there is in the current folder, and what to do next with it."""
     found = look_around(Path(), DEFAULT_ARCHIVE)
-    say(_standing(found))
+    print_result(_standing(found))
     for step in next_steps(found):
-        say("")
+        print_result("")
         paragraph(step.why, "")
         for command in step.commands:
-            say(f"    {typer.style(seen(command), bold=True)}")
-    say("\n`tribopipe --help` lists all commands, `tribopipe help` the pages of the documentation.")
+            print_result(f"    {typer.style(seen(command), bold=True)}")
+    print_result("\n`tribopipe --help` lists all commands, `tribopipe help` the pages of the documentation.")
 
 
 def next_steps(found: Whereabouts) -> Iterator[NextStep]:

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from tribopipe.cli.output import keep_stdout_for_json
+
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
     from tribopipe.documents.contact import Progress
@@ -25,7 +27,9 @@ def archived_ids(context: typer.Context) -> list[str]:
 
 
 ArchiveFolder = Annotated[Path, typer.Option("--archive", help="Archive folder.", file_okay=True)]
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
+AsJson = Annotated[
+    bool, typer.Option("--json", callback=keep_stdout_for_json, help="Print one JSON document on stdout.")
+]
 Force = Annotated[bool, typer.Option("--force", help="Redo steps whose inputs and options are unchanged.")]
 Amend = Annotated[
     bool,

@@ -1,4 +1,4 @@
-"""How results are shown: tables and sentences on stderr for people, one JSON document on stdout for programs."""
+"""What commands print: results on stdout, as text or as one JSON document; progress and messages on stderr."""
 
 import json
 import os
@@ -8,6 +8,7 @@ import sys
 import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from tribopipe.pipeline.stages import Outcome
 
 DONE, FAILED, USAGE, PARTLY_FAILED = 0, 1, 2, 3
+_JSON_ASKED = ContextVar("json_asked", default=False)
 
 
 _UNSEEN = "[\x00-\x1f\x7f-\x9f\u061c\u200b-\u200f\u2028-\u202e\u2060-\u206f\ufeff\ud800-\udfff]"
@@ -28,8 +30,19 @@ _NO_LAYOUT = re.compile(rf"(?![\n\t]|\x1b\[[01]m){_UNSEEN}")
 
 
 def say(text: str) -> None:
-    """Tell people something. No name of a file within it steers the terminal."""
+    """Put a message on stderr. No name of a file within it steers the terminal."""
     typer.echo(_NO_LAYOUT.sub(_escaped, text), err=True)
+
+
+def print_result(text: str) -> None:
+    """Put a result on stdout, or on stderr where ``--json`` asks for a document there; as safely as ``say``."""
+    typer.echo(_NO_LAYOUT.sub(_escaped, text), err=_JSON_ASKED.get())
+
+
+def keep_stdout_for_json(asked: bool) -> bool:
+    """Keep stdout for the document that ``--json`` asks for, or for results."""
+    _JSON_ASKED.set(asked)
+    return asked
 
 
 def print_json(document: Any) -> None:
@@ -43,13 +56,13 @@ def record_json(record: Any) -> Any:
 
 
 def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-    """Show a table on stderr; no cell is cut, however narrow the terminal."""
-    say("\n".join(_lines(title, columns, rows)))
+    """Show a table; no cell is cut, however narrow the terminal."""
+    print_result("\n".join(_lines(title, columns, rows)))
 
 
 def split_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], *, at: int) -> None:
     """Show a table, or two beneath each other that share the first column where the terminal is too narrow for it."""
-    if not sys.stderr.isatty() or sum(_widths(columns, rows)) + len(_GAP) * len(columns) <= terminal_width():
+    if not sys.stdout.isatty() or sum(_widths(columns, rows)) + len(_GAP) * len(columns) <= terminal_width():
         table(title, columns, rows)
         return
     table(title, columns[:at], [row[:at] for row in rows])
@@ -110,7 +123,7 @@ def _places(character: str) -> int:
 def terminal_width() -> int:
     """Return the width of the terminal that people read on, as COLUMNS says, or the terminal itself."""
     try:
-        own = os.get_terminal_size(sys.stderr.fileno())
+        own = os.get_terminal_size(sys.stdout.fileno())
     except OSError:
         own = os.terminal_size((80, 24))
     return shutil.get_terminal_size(own).columns
@@ -138,7 +151,9 @@ def progress(what: str, total: int | None) -> Iterator[Advance]:
     from tribopipe.base.interrupts import undone_by
 
     layout = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with undone_by(_clear_line), Progress(*layout, console=Console(stderr=True), transient=True) as bar:
+    # Rich would print on stderr what goes to stdout meanwhile.
+    shown = Progress(*layout, console=Console(stderr=True), transient=True, redirect_stdout=sys.stdout.isatty())
+    with undone_by(_clear_line), shown as bar:
         task = bar.add_task(what, total=total)
 
         def advance(name: str, *, by: int = 1) -> None:

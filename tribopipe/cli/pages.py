@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from tribopipe.cli.output import say, seen, table, terminal_width
+from tribopipe.cli.output import print_result, seen, table, terminal_width
 
 if TYPE_CHECKING:
     from tribopipe.views.page import Fact, Remark, RunPage, StagePage, StudyPage, TextTable
@@ -85,23 +85,23 @@ def show_study_page(page: "StudyPage") -> None:
 
 def heading(text: str, more: str = "", *, apart: bool = True) -> None:
     """Say what follows, in bold where that can be shown, apart from what stands above."""
-    say(("\n" if apart else "") + f"{typer.style(seen(text), bold=True)} {seen(more)}".rstrip())
+    print_result(("\n" if apart else "") + f"{typer.style(seen(text), bold=True)} {seen(more)}".rstrip())
 
 
 def paragraph(text: str, indent: str = "  ") -> None:
     """Say something in as many lines as it takes on a terminal, in one elsewhere; nothing where there is nothing."""
     if text:
-        say(_wrapped(text, indent, f"{indent}  "))
+        print_result(_wrapped(text, indent, f"{indent}  "))
 
 
 def show_facts(facts: "Sequence[Fact]", width: int) -> None:
     """Say what is known, values beneath each other after names of some width."""
     for fact in facts:
-        say(_wrapped(fact.value, f"  {seen(fact.name):<{width}}  ", " " * (width + 4)))
+        print_result(_wrapped(fact.value, f"  {seen(fact.name):<{width}}  ", " " * (width + 4)))
 
 
 def _wrapped(text: str, first: str, others: str) -> str:
-    if not sys.stderr.isatty():
+    if not sys.stdout.isatty():
         return f"{first}{seen(text)}"
     width = max(len(others) + 20, terminal_width())
     return textwrap.fill(

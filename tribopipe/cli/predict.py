@@ -25,7 +25,7 @@ from tribopipe.cli.options import (
     place,
     quantity,
 )
-from tribopipe.cli.output import finish, print_json, progress, record_json, say
+from tribopipe.cli.output import finish, print_json, print_result, progress, record_json, say
 from tribopipe.cli.steps import tell
 from tribopipe.cli.studies import show_together
 
@@ -220,7 +220,7 @@ def _subjects(
 def _show_predictions(subjects: list[tuple[_Subject, str | None]], asked: _Asked, *, as_json: bool) -> None:
     results = [_predict(subject, asked, reference) for subject, reference in subjects]
     for result in results:
-        say(str(result))
+        print_result(str(result))
     if as_json:
         documents = [record_json(result) for result in results]
         print_json(documents[0] if len(documents) == 1 else {"predictions": documents})

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tribopipe.cli.options import parsed
-from tribopipe.cli.output import located, print_json, record_json, say, table
+from tribopipe.cli.output import located, print_json, print_result, record_json, say, table
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
@@ -66,7 +66,7 @@ class _Shown:
         if 0 < len(self.figures) < len(self.found):
             say(f"{len(self.figures)} of {len(self.found)} profiles drawn")
         for path in self.figures.values():
-            say(str(path))
+            print_result(str(path))
 
     def _tell_levelled(self, why: Mapping[str, str]) -> None:
         """Say which profiles have no track: why of each, or of the first where there are many, as of a map."""
@@ -123,7 +123,7 @@ def show_run_profiles(store: "Archive", run_id: str) -> list[dict[str, Any]]:
     shown = _Shown(raw.profiles, found, save_profile_figures(raw.profiles, found, store.folder / FIGURES, run_id))
     shown.tell("\ntrack across each profile")
     for path in save_run_figures(store, run_id):
-        say(str(path))
+        print_result(str(path))
     return shown.document()
 
 

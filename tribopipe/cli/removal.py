@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archived_ids, load_archive
-from tribopipe.cli.output import exit_with, print_json, say, seen
+from tribopipe.cli.output import exit_with, print_json, print_result, seen
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -64,7 +64,7 @@ def _each(ids: "Iterable[str]", move: "Callable[[str], Path]", told: str, *, as_
     for name in dict.fromkeys(ids):
         try:
             moved[name] = move(name)
-            say(seen(f"{name}: {told.format(moved[name])}"))
+            print_result(seen(f"{name}: {told.format(moved[name])}"))
         except Exception as error:  # noqa: BLE001 - the others can still be moved
             errors[name] = in_a_sentence(error, name)
     if as_json:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archived_ids, chosen_ids, load_archive
-from tribopipe.cli.output import FAILED, exit_with, print_json, progress, say, seen, table
+from tribopipe.cli.output import FAILED, exit_with, print_json, print_result, progress, seen, table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -86,7 +86,7 @@ def _show(found: "Sequence[Reproduction]") -> None:
     for one in found:
         for step in one.steps:
             for line in _told(step):
-                say(f"{one.id}: {step.name}: {seen(line)}")
+                print_result(f"{one.id}: {step.name}: {seen(line)}")
     _say_environments(found)
 
 
@@ -121,7 +121,7 @@ def _say_environments(found: "Sequence[Reproduction]") -> None:
     """Say once with what else the steps were computed when they were archived."""
     changed = {(name, *both): None for one in found for step in one.steps for name, both in step.environment.items()}
     for name, then, now in changed:
-        say(f"archived with {name} {then}, computed now with {now}")
+        print_result(f"archived with {name} {then}, computed now with {now}")
 
 
 COMMANDS = {"reproduce": reproduce}

@@ -13,6 +13,7 @@ from tribopipe.cli.output import (
     finish,
     in_order,
     print_json,
+    print_result,
     progress,
     record_json,
     say,
@@ -67,9 +68,9 @@ def check(paths: RunPaths, as_json: AsJson = False) -> None:
         told = [record_json(finding) for finding in findings]
         documents.append({"path": str(path), "id": looked.run_id, "findings": told})
         for finding in findings:
-            say(f"{looked.run_id}: {finding.severity}: {finding}")
+            print_result(f"{looked.run_id}: {finding.severity}: {finding}")
         if not findings:
-            say(f"{looked.run_id}: nothing to complain about")
+            print_result(f"{looked.run_id}: nothing to complain about")
     for failure in failures:
         say(f"error: {failure.error}")
     say_where_to_read([*(failure.error.code for failure in failures if failure.error is not None), *codes])
@@ -108,7 +109,9 @@ def ingest(
     with progress("ingest", len(folders)) as advance:
         for outcome in stages.ingest_each(folders, store, force=force, amend=amend, crew=who):
             if outcome.error is None:
-                say(f"{outcome.run_id}: {'archived' if outcome.status == 'done' else 'unchanged, nothing to do'}")
+                print_result(
+                    f"{outcome.run_id}: {'archived' if outcome.status == 'done' else 'unchanged, nothing to do'}"
+                )
             say_amended(outcome)
             say_warnings(outcome)
             outcomes.append(outcome)

@@ -20,7 +20,7 @@ from tribopipe.cli.options import (
     load_archive,
     load_recipe,
 )
-from tribopipe.cli.output import finish, print_json, progress, record_json, say
+from tribopipe.cli.output import finish, print_json, print_result, progress, record_json, say
 from tribopipe.cli.runs import say_warnings
 from tribopipe.cli.studies import show_together
 
@@ -171,7 +171,7 @@ def tell(outcome: "Outcome") -> None:
     elif outcome.status == "unchanged":
         say(f"{outcome.run_id}: {outcome.stage.replace('_', ' ')} unchanged, nothing to do")
     elif outcome.result is not None:
-        say(f"{outcome.run_id}: {outcome.result}")
+        print_result(f"{outcome.run_id}: {outcome.result}")
         for note in getattr(outcome.result, "notes", ()) if outcome.stage == "wear_fit" else ():
             say(f"{outcome.run_id}: note: {note}")
     say_warnings(outcome)

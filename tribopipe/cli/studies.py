@@ -17,7 +17,7 @@ from tribopipe.cli.options import (
     load_recipe,
     parsed,
 )
-from tribopipe.cli.output import exit_with, finish, print_json, progress, record_json, say, table
+from tribopipe.cli.output import exit_with, finish, print_json, print_result, progress, record_json, say, table
 from tribopipe.cli.pages import show_study_page
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def new(
     into.mkdir(parents=True, exist_ok=True)
     for path, draft in documents.items():
         write_file(path, study_toml(draft).encode("utf-8"))
-        say(f"{path}: fits {', '.join(draft.fit)}; predicts {', '.join(draft.predict) or 'none'}")
+        print_result(f"{path}: fits {', '.join(draft.fit)}; predicts {', '.join(draft.predict) or 'none'}")
 
 
 class _Candidate(NamedTuple):
@@ -214,7 +214,7 @@ def figures(
     store = load_archive(archive)
     for study_id in ids or store.study_ids():
         for path in save_study_figures(store, study_id, into, tuple(f".{name}" for name in formats or ("svg", "png"))):
-            say(str(path))
+            print_result(str(path))
 
 
 def show_together(
@@ -249,7 +249,7 @@ def plan(
     store, wanted = load_archive(archive), parsed("--interval", interval, "percentage")
     designs = plan_archived(store, name, model, wanted, load_recipe(recipe))
     for found in designs:
-        say(str(found))
+        print_result(str(found))
         table(
             f"  what the uncertainty of {found.of} is made of",
             ["input", "value", "u of k_D", "of the variance", "95 % if halved"],

@@ -7,7 +7,7 @@ import typer
 
 from tribopipe.cli.batch_options import Jobs, Scheduler, Shard, crew, seen_by
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, RecipeFile, load_recipe, require_archive
-from tribopipe.cli.output import exit_with, print_json, progress, record_json, say
+from tribopipe.cli.output import exit_with, print_json, print_result, progress, record_json, say
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -139,7 +139,7 @@ def _draw(asked: "Sweep", table: "Table", path: Path) -> None:
     from tribopipe.views.run_figures import save_figure
 
     save_figure(plot_sweep(asked, table.ensemble, table.rows), path)
-    say(str(path))
+    print_result(str(path))
 
 
 COMMANDS = {"sweep": sweep}

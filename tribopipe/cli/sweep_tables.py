@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, TypeVar
 
 from tribopipe.base.units import WEAR_COEFFICIENT, from_si, show
-from tribopipe.cli.output import say, table
+from tribopipe.cli.output import print_result, table
 
 if TYPE_CHECKING:
     from tribopipe.documents.quantity import Quantity
@@ -34,7 +34,7 @@ def show_rows(asked: "Sweep", ensemble: "Ensemble", found: "Found") -> None:
     told = list(answers(ensemble, found))
     if asked.draws or len(told) > _MOST_ROWS:
         title = f"{asked.title}: " if asked.title else ""
-        say(f"{title}{len(told)} rows, which --out FILE.csv keeps and --json prints; in short:")
+        print_result(f"{title}{len(told)} rows, which --out FILE.csv keeps and --json prints; in short:")
         return
     cells = [_cells(ensemble, case, row) for case, row in told]
     if cells:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archived_ids, load_archive
-from tribopipe.cli.output import FAILED, print_json, progress, say, seen
+from tribopipe.cli.output import FAILED, print_json, print_result, progress, seen
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -72,10 +72,10 @@ def verify(
     with progress("verify", len(files_of(store.folder, chosen)) * (1 + recompute)) as advance:
         verified = verify(store, chosen, again=recompute, against=against or "", advance=advance)
     for finding in verified.findings:
-        say(f"{finding.severity}: {seen(str(finding))}")
+        print_result(f"{finding.severity}: {seen(str(finding))}")
     if verified.lines:
-        say(f"{store.folder}: history of {verified.lines} lines, head {verified.head[:_SHOWN]}")
-    say(f"{store.folder}: {verified}")
+        print_result(f"{store.folder}: history of {verified.lines} lines, head {verified.head[:_SHOWN]}")
+    print_result(f"{store.folder}: {verified}")
     if as_json:
         print_json({"archive": str(store.folder)} | verified.as_json())
     if not verified.sound:
@@ -88,7 +88,7 @@ def _accept(store: "Archive", wanted: "Iterable[str]") -> None:
 
     for one in wanted:
         for name in accept(store.folder, one, logged_in()):
-            say(seen(f"{name}: accepted as it is"))
+            print_result(seen(f"{name}: accepted as it is"))
 
 
 COMMANDS = {"verify": verify}

@@ -9,7 +9,7 @@ import typer
 
 from tribopipe.cli.batch_options import Jobs, crew
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, RecipeFile, load_recipe
-from tribopipe.cli.output import FAILED, PARTLY_FAILED, say
+from tribopipe.cli.output import FAILED, PARTLY_FAILED, keep_stdout_for_json, print_result, say
 
 if TYPE_CHECKING:
     from tribopipe.extras.watch.event import Event, Kind
@@ -40,7 +40,10 @@ def watch(
     jobs: Jobs = None,
     figures: Annotated[bool, typer.Option(help="Save figures beside the archive.")] = True,
     as_json: Annotated[
-        bool, typer.Option("--json", help="Print one JSON document a line for all that happens.")
+        bool,
+        typer.Option(
+            "--json", callback=keep_stdout_for_json, help="Print one JSON document a line for all that happens."
+        ),
     ] = False,
 ) -> None:
     """Make runs of new exports in a folder and process them, each once, until Ctrl-C.
@@ -87,9 +90,9 @@ def _real(path: Path) -> Path:
 
 def _tell(event: "Event", *, as_json: bool) -> None:
     """Tell people on stderr, and programs on stdout if they ask."""
-    say(event.text)
+    print_result(event.text)
     for line in event.details:
-        say(f"  {line}")
+        print_result(f"  {line}")
     if as_json:
         typer.echo(json.dumps(event.as_json()))
 
