@@ -36,7 +36,7 @@ import h5py
 import numpy as np
 
 from tribopipe.archive import nexus
-from tribopipe.archive.definitions.names import RUNS, write_definition
+from tribopipe.archive.definitions.names import run_name, write_definition
 from tribopipe.archive.digest import raw_digest
 from tribopipe.archive.formats import RUN_FORMAT
 from tribopipe.archive.long_recordings import read_recording, write_recorded
@@ -71,7 +71,7 @@ def write_raw(file: h5py.File, run: RawRun, findings: Sequence[Finding]) -> None
     entry = nexus.group(file, "entry", "NXentry", default="raw")
     manifest = run.manifest
     nexus.field(entry, "title", manifest.title or manifest.id)
-    write_definition(entry, RUNS[manifest.tribometer], RUN_FORMAT.version)
+    write_definition(entry, run_name(manifest.tribometer), RUN_FORMAT.version)
     if manifest.started is not None:
         nexus.field(entry, "start_time", manifest.started.isoformat())
     nexus.field(entry, "identifier_run", manifest.id)

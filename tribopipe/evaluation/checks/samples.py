@@ -7,7 +7,7 @@ import numpy as np
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
-from tribopipe.documents.contact import PinOnDisc, TwinDisc
+from tribopipe.documents.contact import SlidingPin, TwinDisc
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.preprocessing import ContinuousAxes
 from tribopipe.documents.quantity import Quantity, force
@@ -428,7 +428,7 @@ def _misread_size(run: RawRun, rise: float) -> str:
     """Name a scar given by its radius, or a ball by its diameter, where the other one would make the depths agree."""
     contact, end = run.manifest.contact, run.manifest.end_values
     scar = end.pin_scar_diameter
-    if scar is None or not isinstance(contact, PinOnDisc) or contact.pin.shape == "flat":
+    if scar is None or not isinstance(contact, SlidingPin) or contact.pin.shape == "flat":
         return ""
     twice = scar.model_copy(update={"value": 2 * scar.value})
     halved = contact.pin.radius.model_copy(update={"value": contact.pin.radius.value / 2})
@@ -449,13 +449,13 @@ def _worn_radius(manifest: RunManifest) -> tuple[str, Quantity | None]:
     contact = manifest.contact
     if isinstance(contact, TwinDisc):
         return "crown radius", contact.curved_disc.crown_radius
-    return "pin radius", None if contact is None else contact.pin.radius
+    return "pin radius", None if contact is None else manifest.sliding_pin.pin.radius
 
 
 def _lost(run: RawRun) -> Quantity | None:
     """Return the depth that both bodies have lost at the end, m; none where that was not measured."""
     end = run.manifest.end_values
-    if isinstance(run.manifest.contact, PinOnDisc):
+    if isinstance(run.manifest.contact, SlidingPin):
         try:
             wear = end_wear(run, DefaultUncertainty())
         except FitError:

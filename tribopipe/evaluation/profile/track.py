@@ -15,7 +15,7 @@ import numpy as np
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
 from tribopipe.base.units import show
-from tribopipe.documents.contact import PinOnDisc, TwinDisc
+from tribopipe.documents.contact import SlidingPin, TwinDisc
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.evaluation.profile.levelling import (
@@ -144,7 +144,7 @@ def reference_radius(manifest: RunManifest, key: str) -> Quantity | None:
     contact = manifest.contact
     if isinstance(contact, TwinDisc):
         return contact.curved_disc.crown_radius if ".curved_disc_profile" in key else None
-    if isinstance(contact, PinOnDisc) and ".pin_profile" in key and contact.pin.shape != "flat":
+    if isinstance(contact, SlidingPin) and ".pin_profile" in key and contact.pin.shape != "flat":
         return contact.pin.radius
     return None
 
