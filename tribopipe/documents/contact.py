@@ -142,7 +142,7 @@ class Contact(Record):
 
     @classmethod
     def body_name(cls, role: str) -> str:
-        """Return what the body in a role is called: "drum" for "disc"."""
+        """Return what the body in a role is called."""
         return dict(zip(cls.roles, cls.body_names, strict=True))[role]
 
     @property
@@ -270,9 +270,10 @@ class SlidingPin(Contact):
     def _of_a_disc(cls, where: str, ends: Mapping[str, Any]) -> dict[str, Any]:
         own = f"{cls.counterbody_name()}_"
         names = {key: f"disc_{key.removeprefix(own)}" if str(key).startswith(own) else key for key in ends}
+        names = {key: name if _OF_A_DISC[0].fullmatch(str(name)) else key for key, name in names.items()}
         twice = next((key for key, name in names.items() if key != name and name in ends), None)
         if twice is not None:
-            raise ValueError(f"{where}.{twice}: found it beside {names[twice]}, which is the same; take one out")
+            raise ValueError(f"{where}.{twice}: found it twice, once by the name that it has on a disc; take one out")
         return {names[key]: value for key, value in ends.items()}
 
     @classmethod

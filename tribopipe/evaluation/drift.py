@@ -47,6 +47,7 @@ from tribopipe.physics.depth_model.samples import baseline
 from tribopipe.results.evaluation import DepthModel, DriftCorrection
 from tribopipe.results.finding import Finding
 from tribopipe.results.run import CorrectedRun, RawRun
+from tribopipe.results.wording import reworded
 
 _FEWEST_IN_WINDOW = 8
 _LEAST_WEAR = 1e-9
@@ -228,7 +229,7 @@ def _by_model(
     # f below the noise of the blocks, or as probable as noise with a short memory, would be noise that is drawn twice.
     wanders = found.evidence > 0 and found.wander.value > found.noise.value
     wander = np.interp(time, reading.time, posterior.wander) if wanders else None
-    return CorrectedRun(run, correction.model_copy(update=changed), wear, wander)
+    return CorrectedRun(run, reworded(correction.model_copy(update=changed), run.manifest.worded), wear, wander)
 
 
 def _contradictions(run: RawRun, found: DepthModel, measured: Quantity, recipe: Recipe) -> Iterator[Finding]:
@@ -275,4 +276,4 @@ def _two_step(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> Correc
         pin_wear_depth=end.pin_depth if isinstance(end, EndWear) else None,
         disc_wear_depth=end.disc.quantity if isinstance(end, EndWear) and end.disc else None,
     )
-    return CorrectedRun(run, correction, wear)
+    return CorrectedRun(run, reworded(correction, run.manifest.worded), wear)

@@ -68,9 +68,15 @@ def evaluate_pins(
         laws=tuple(laws),
         comparisons=comparisons,
         left_out=tuple(left_out),
-        notes=single_run_note([member.id for member in fit]),
+        notes=(*_limits([*fit, *predict]), *single_run_note([member.id for member in fit])),
     )
     return Evaluation(result, tuple(curves))
+
+
+def _limits(members: Sequence[Member]) -> tuple[str, ...]:
+    """Return what the contacts of runs assume, each once."""
+    contacts = (member.corrected.run.manifest.described for member in members)
+    return tuple(dict.fromkeys(limit for contact in contacts for limit in contact.limits))
 
 
 def _one_engine(recipe: Recipe, fit: Sequence[Member]) -> Recipe:

@@ -28,7 +28,7 @@ def law_told(case: WearCase) -> Iterator[str]:
     factor = "" if case.friction is None else " sqrt(1 + 3 mu^2)"
     yield f"{case.law.title()}'s law: a node recedes at {rate}{factor}."
     yield f"k_D = {_stated(case.known.coefficient)}. {case.known.origin}"
-    yield from (f"Note: {note}" for note in case.known.notes)
+    yield from (f"Note: {note}" for note in (*case.contact.limits, *case.known.notes))
     if case.friction is not None:
         yield (
             f"mu(s) = A exp(-s/c) + b with A = {case.friction.amplitude:.6g}, b = {case.friction.steady_state:.6g} and "

@@ -47,7 +47,7 @@ def bodies_of(kind: str) -> tuple[str, ...]:
 
 
 def run_key(key: str, kind: str) -> str:
-    """Return a key as a run.toml of a type of tribometer has it: drum_wear_depth in the place of disc_wear_depth."""
+    """Return a key as a run.toml of a type of tribometer has it."""
     contact = contact_named(kind)
     return key if contact is None or not key.startswith("end_values.") else contact.worded(key)
 

@@ -100,7 +100,8 @@ def _table_of(key: str) -> str:
 
 
 def _lines_of(known: Known, key: str, table: str) -> Iterator[_Line]:
-    named, blanks = run_key(key, known.kind), blanks_of(known.kind)
+    # Without the bodies, nothing in run.toml says what the counterbody is called.
+    named, blanks = key if known.bodies_lack else run_key(key, known.kind), blanks_of(known.kind)
     name = named.removeprefix(f"{table}.") if table else named
     doubts = known.doubts.get(key, [])
     for doubt in doubts:
