@@ -9,6 +9,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from browse_client import serving
 from conftest import MANIFEST
 from example_rig import PLUGIN
 
@@ -71,10 +72,22 @@ RECIPE = 'schema = "tribopipe.recipe/1"\n[wear]\nmodels = ["archard"]\n'
 SWEEP = """\
 schema = "tribopipe.sweep/1"
 [predictions]
-at = ["100 m", "200 m"]
+run = "drum-1"
+at = ["200 m"]
+[vary.run]
+conditions.normal_load = ["0.5 N", "1 N"]
+contact.drum.radius = ["10 mm", "20 mm"]
+"""
+
+
+TESTS = """\
+schema = "tribopipe.sweep/1"
+repeats = 2
+[virtual_tests]
+plan = "plan.toml"
 runs = ["drum-1"]
-[vary]
-"conditions.normal_load" = ["0.5 N", "1 N"]
+[vary.series]
+contact.drum.radius = ["10 mm"]
 """
 
 
@@ -302,6 +315,17 @@ def tribopipe(workspace, run_cli):
     return run
 
 
+def watch_in_a_browser(archive: Path) -> None:
+    """Ask the server for what its pages show of a run and of all, the plots included."""
+    with serving(archive) as client:
+        assert {run["tribometer"] for run in client.get("api", "runs").json["runs"]} == {"pin-on-drum"}
+        page = client.get("api", "runs", "drum-1").json
+        assert {"Pin", "Drum"} <= {group["title"] for group in page["facts"]}
+        assert page["plots"]
+        for offer in page["plots"]:
+            assert client.get("api", "runs", "drum-1", "plots", offer["name"]).status == 200, offer
+
+
 @pytest.mark.slow
 def test_every_command_takes_a_pin_on_a_drum(tribopipe, workspace):
     run = (workspace / "drum-1" / "run.toml").read_text(encoding="utf-8")
@@ -328,7 +352,10 @@ def test_every_command_takes_a_pin_on_a_drum(tribopipe, workspace):
     tribopipe("plan", "drum-1", "--interval", "3 %")
     tribopipe("live", "drum-1", "--once")
     (workspace / "sweep.toml").write_text(SWEEP, encoding="utf-8")
-    tribopipe("sweep", "run", "sweep.toml")
+    tribopipe("sweep", "sweep.toml")
+    (workspace / "tests.toml").write_text(TESTS, encoding="utf-8")
+    tribopipe("sweep", "tests.toml")
+    watch_in_a_browser(workspace / "archive")
     tribopipe("report", "drum-1")
     tribopipe("export", "csv", "drum-1", "--output", "csv")
     tribopipe("export", "runs")

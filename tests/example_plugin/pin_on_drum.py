@@ -95,9 +95,15 @@ class PinOnDrum(SlidingPin):
         drum = contact.get("drum") if isinstance(contact, Mapping) else None
         if not isinstance(drum, Mapping) or "radius" not in drum or not isinstance(conditions, Mapping):
             return named
-        if conditions.get("track_radius") not in (None, drum["radius"]):
+        if "track_radius" in conditions:
             raise ValueError(
                 "conditions.track_radius: found one beside contact.drum.radius, which is that of the track; expected "
                 "it stated once; take track_radius out"
             )
         return named | {"conditions": {**conditions, "track_radius": drum["radius"]}}
+
+    @classmethod
+    def stated(cls, document: dict[str, Any]) -> dict[str, Any]:
+        """Take that track out again."""
+        conditions = {name: value for name, value in document["conditions"].items() if name != "track_radius"}
+        return super().stated(document) | {"conditions": conditions}

@@ -176,6 +176,11 @@ class Contact(Record):
         return document
 
     @classmethod
+    def stated(cls, document: dict[str, Any]) -> dict[str, Any]:
+        """Return a run.toml as it was before it was ``completed``, so that it can be read again, changed or not."""
+        return document
+
+    @classmethod
     def worded(cls, text: str) -> str:
         """Return a text about the family's bodies in the names of this contact."""
         return text
@@ -265,6 +270,25 @@ class SlidingPin(Contact):
                 for number, stop in enumerate(stops)
             ]
         return named
+
+    @classmethod
+    def stated(cls, document: dict[str, Any]) -> dict[str, Any]:
+        """Return a run.toml with the contact's own names for post-test measurements of its counterbody."""
+        if cls.counterbody_name() == "disc":
+            return document
+        stops = document.get("interruptions") or ()
+        return document | {
+            name: ends
+            for name, ends in (
+                ("end_values", cls._of_the_counterbody(document.get("end_values"))),
+                ("interruptions", [cls._of_the_counterbody(stop) for stop in stops]),
+            )
+            if name in document
+        }
+
+    @classmethod
+    def _of_the_counterbody(cls, ends: Any) -> Any:
+        return {cls.worded(key): value for key, value in ends.items()} if isinstance(ends, Mapping) else ends
 
     @classmethod
     def _of_a_disc(cls, where: str, ends: Mapping[str, Any]) -> dict[str, Any]:

@@ -9,7 +9,15 @@ from itertools import pairwise
 from pathlib import Path, PureWindowsPath
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
 
 from tribopipe.base.errors import ContactError, ManifestError, did_you_mean
 from tribopipe.base.files import leads_out
@@ -430,6 +438,11 @@ class RunManifest(Record):
             _refuse_unknown_kind(document)
             return document
         return contact.completed(document)
+
+    @model_serializer(mode="wrap")
+    def _in_the_names_of_the_contact(self, dumped: SerializerFunctionWrapHandler) -> Any:
+        document = dumped(self)
+        return document if self.contact is None else self.contact.stated(document)
 
     @classmethod
     def worded_for(cls, document: Mapping[str, Any], text: str) -> str:
