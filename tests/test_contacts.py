@@ -27,7 +27,7 @@ from tribopipe.readers.draft.blanks import blanks_of
 from tribopipe.readers.draft.known_values import sections
 
 PACKAGE = Path(__file__).parents[1] / "tribopipe"
-MOST_BRANCHES = 59
+MOST_BRANCHES = 48
 K_D = 13.5e-15
 """m²/N: the truth of the plan."""
 PLAN = """\

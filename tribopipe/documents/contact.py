@@ -127,6 +127,8 @@ class Contact(Record):
     """Both bodies in words."""
     slid: ClassVar[str] = "sliding distance"
     """What the distance is called that the bodies slide on each other."""
+    sensor_tells: ClassVar[bool] = False
+    """Whether the depth reading of a test tells the wear without a measurement after it."""
     title: ClassVar[str]
     """What the test is called in a sentence: "a pin on a disc"."""
 
@@ -164,6 +166,16 @@ class Contact(Record):
     def flat_end(self) -> float:
         """Radius of the flat that the bodies touch on before the test, m; 0 where both are rounded."""
         return 0.0
+
+    @property
+    def round_surfaces(self) -> dict[str, Length]:
+        """Radius of the unworn surface that a profile leads across, m, by the role of the body; none of flat ones."""
+        return {}
+
+    @property
+    def worn_radius(self) -> tuple[str, Length]:
+        """What the radius that is worn flat is called, and the radius, m."""
+        raise NotImplementedError
 
     @property
     def limits(self) -> tuple[str, ...]:
@@ -217,6 +229,7 @@ class SlidingPin(Contact):
     roles: ClassVar[tuple[str, ...]] = ("pin", "disc")
     fitted_bodies: ClassVar[tuple[str, ...]] = ("pin",)
     shown: ClassVar[tuple[str, ...]] = ("wear_depth", "pressure")
+    sensor_tells: ClassVar[bool] = True
 
     @property
     def counterbody(self) -> Specimen:
@@ -243,6 +256,16 @@ class SlidingPin(Contact):
         """Radius of the flat end of the pin before the test, m; 0 of a whole sphere."""
         flat = self.pin.radius if self.pin.shape == "flat" else self.pin.flat_radius
         return 0.0 if flat is None else flat.value
+
+    @property
+    def round_surfaces(self) -> dict[str, Length]:
+        """Radius of the tip, m; none of a flat pin."""
+        return {} if self.pin.shape == "flat" else {"pin": self.pin.radius}
+
+    @property
+    def worn_radius(self) -> tuple[str, Length]:
+        """Return what the radius that is worn flat is called, and the radius, m."""
+        return "pin radius", self.pin.radius
 
     def with_bodies(self, pin: Pin, counterbody: Specimen) -> Self:
         """Return the contact of other bodies."""
@@ -372,6 +395,16 @@ class TwinDisc(Contact):
         """Radii of the gap before the test across the motion and along it, m."""
         curved, flat = self.curved_disc.rolling_radius.value, self.flat_disc.rolling_radius.value
         return self.curved_disc.crown_radius.value, curved * flat / (curved + flat)
+
+    @property
+    def round_surfaces(self) -> dict[str, Length]:
+        """Radius of the crown, m."""
+        return {"curved_disc": self.curved_disc.crown_radius}
+
+    @property
+    def worn_radius(self) -> tuple[str, Length]:
+        """Return what the radius that is worn flat is called, and the radius, m."""
+        return "crown radius", self.curved_disc.crown_radius
 
     @property
     def alike(self) -> dict[str, object]:

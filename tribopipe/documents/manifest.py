@@ -531,6 +531,11 @@ class RunManifest(Record):
         return self.contact is not None and self.contact.rolls
 
     @property
+    def pin(self) -> Pin | None:
+        """The pin that slides; none where there is none, or run.toml does not describe it."""
+        return self.contact.pin if isinstance(self.contact, SlidingPin) else None
+
+    @property
     def bodies(self) -> dict[str, Specimen]:
         """The two bodies by name; nothing where run.toml does not describe them."""
         return {} if self.contact is None else self.contact.bodies

@@ -191,8 +191,8 @@ def _measured_wear(run: RawRun, recipe: Recipe) -> tuple[EndWear | DiscEndWear |
 
 def _tells_by_itself(run: RawRun) -> bool:
     """Say whether the depth reading of a run tells its wear without a measurement: that of a pin that slid does."""
-    slides = run.manifest.contact is not None and not isinstance(run.manifest.contact, TwinDisc)
-    return slides and bool(np.any(np.isfinite(run.sliding_distance)))
+    contact = run.manifest.contact
+    return contact is not None and contact.sensor_tells and bool(np.any(np.isfinite(run.sliding_distance)))
 
 
 def _by_model(
@@ -258,8 +258,11 @@ def _two_step(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> Correc
     scale = sensor_scale(run, recipe)
     wear = trace.wear(end.total.value, trace.zero_offset.value, trace.end_reading.value, scale.value)
 
-    def gap_of(worn: Numbers, first: Numbers, last: Numbers, by: Numbers) -> Numbers:
-        return (last - trace.zero(worn, first, last, by)) * by - worn
+    def zero_of(worn: float, first: float, last: float, by: float) -> float:
+        return float(trace.zero(worn, first, last, by))
+
+    def gap_of(worn: float, first: float, last: float, by: float) -> float:
+        return (last - zero_of(worn, first, last, by)) * by - worn
 
     measured = (end.total, trace.zero_offset, trace.end_reading, scale)
     gap = combined(gap_of, measured, "m")
@@ -268,7 +271,7 @@ def _two_step(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> Correc
         outcome="corrected",
         anchor=end.anchor,
         correction="two-step",
-        zero_offset=combined(trace.zero, measured, "m"),
+        zero_offset=combined(zero_of, measured, "m"),
         drift_rate=rate,
         two_step_rate=rate,
         discrepancy=gap,

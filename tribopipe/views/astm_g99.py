@@ -11,7 +11,7 @@ import numpy as np
 
 from tribopipe.archive.store import Archive
 from tribopipe.base.units import KINDS, show, show_force
-from tribopipe.documents.contact import CurvedDisc, FlatDisc, Pin, SlidingPin, Specimen
+from tribopipe.documents.contact import CurvedDisc, FlatDisc, Pin, Specimen
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import EndValue
 from tribopipe.documents.signals import SIGNALS, SignalName
@@ -166,8 +166,7 @@ def _volume_key(manifest: RunManifest, name: str) -> str:
         return "conditions.track_radius"
     if name != "pin":
         return manifest.worded(f"end_values.{name}_wear_volume")
-    contact = manifest.contact
-    flat = isinstance(contact, SlidingPin) and contact.pin.shape == "flat"
+    flat = manifest.pin is not None and manifest.pin.shape == "flat"
     return "end_values.pin_wear_depth" if flat else "end_values.pin_scar_diameter"
 
 

@@ -26,11 +26,12 @@ from tribopipe.results.run import RawRun
 @check("error")
 def end_values_are_possible(run: RawRun) -> Iterator[Trouble]:
     """Refuse a mass without density, and more wear than a pin holds."""
-    if not isinstance(run.manifest.contact, SlidingPin):
+    if run.manifest.pin is None:
         return
+    contact = run.manifest.sliding_pin
     for where, end in _pin_parts(run.manifest):
-        yield from _masses_without_density(where, end, run.manifest.contact)
-        yield from _impossible_on_the_pin(where, end, run.manifest.contact)
+        yield from _masses_without_density(where, end, contact)
+        yield from _impossible_on_the_pin(where, end, contact)
         yield from _impossible_track(where, end, run.manifest)
 
 
