@@ -15,7 +15,8 @@ from example_rig import PLUGIN
 
 from tribopipe.archive.definitions.registry import definitions
 from tribopipe.archive.definitions.run import run_definition
-from tribopipe.base.errors import ManifestError
+from tribopipe.archive.store import Archive
+from tribopipe.base.errors import ArchiveError, ManifestError
 from tribopipe.base.plugins import declared
 from tribopipe.documents import contact
 from tribopipe.documents.contact import PinOnDisc, SlidingPin, TwinDisc, contacts
@@ -363,3 +364,15 @@ def test_every_command_takes_a_pin_on_a_drum(tribopipe, workspace):
     tribopipe("export", "dataset", "--ro-crate", "crate.zip")
     tribopipe("verify")
     tribopipe("reproduce")
+    without_the_package(workspace)
+
+
+def without_the_package(workspace: Path) -> None:
+    """See that an archive of such runs is not taken for damaged where the package is not installed."""
+    forget()
+    words = "drum-1.h5: found a run with the kind of contact 'pin-on-drum', which is not installed here"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(contact, "contacts", lambda: contact.SHIPPED)
+        patch.setattr(contact, "ADDED", {})
+        with pytest.raises(ArchiveError, match=words):
+            Archive(workspace / "archive").manifest("drum-1")

@@ -34,6 +34,7 @@ from typing import Any
 
 import h5py
 import numpy as np
+from pydantic import ValidationError
 
 from tribopipe.archive import nexus
 from tribopipe.archive.definitions.names import run_name, write_definition
@@ -48,8 +49,8 @@ from tribopipe.base.environment import environment
 from tribopipe.base.errors import ArchiveError
 from tribopipe.base.units import from_si
 from tribopipe.documents.annotation import Annotation
-from tribopipe.documents.contact import Specimen
-from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.contact import Specimen, contacts
+from tribopipe.documents.manifest import RunManifest, unknown_kind
 from tribopipe.documents.mark import Mark
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.record import Record
@@ -166,8 +167,20 @@ def _write_profiles(entry: h5py.Group, run: RawRun) -> None:
 
 
 def read_manifest(file: h5py.File) -> RunManifest:
-    """Read a run's manifest."""
-    return RunManifest.model_validate_json(nexus.text(file, MANIFEST_TEXT))
+    """Read a run's manifest.
+
+    Raises ``ArchiveError`` where the package that adds its kind of contact is not installed.
+    """
+    text = nexus.text(file, MANIFEST_TEXT)
+    try:
+        return RunManifest.model_validate_json(text)
+    except ValidationError:
+        if (kind := unknown_kind(json.loads(text))) is None:
+            raise
+        raise ArchiveError(
+            f"{file.filename}: found a run with the kind of contact {kind!r}, which is not installed here; expected "
+            f"one of {', '.join(contacts())}; install the package that adds it, as where the run was archived"
+        ) from None
 
 
 def read_raw(file: h5py.File) -> RawRun:

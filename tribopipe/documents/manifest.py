@@ -625,16 +625,21 @@ def _contact_of(document: Any) -> type[Contact] | None:
     return contact_named(kind)
 
 
-def _refuse_unknown_kind(document: Any) -> None:
-    """Raise ``ValueError`` for a kind that is not installed: of its other keys nothing is known."""
+def unknown_kind(document: Any) -> str | None:
+    """Return the kind of contact that a run.toml names and that is not installed here; none where it is."""
     contact = document.get("contact") if isinstance(document, Mapping) else None
     kind = contact.get("kind") if isinstance(contact, Mapping) else None
-    if isinstance(kind, str):
+    return kind if isinstance(kind, str) and contact_named(kind) is None else None
+
+
+def _refuse_unknown_kind(document: Any) -> None:
+    """Raise ``ValueError`` for a kind that is not installed: of its other keys nothing is known."""
+    kind = unknown_kind(document)
+    if kind is not None:
         known = contacts()
         raise ValueError(
             f"contact.kind: found {kind!r}; expected {', '.join(map(repr, known))}, or a kind that an installed "
-            "package adds; "
-            f"{did_you_mean(kind, known)}"
+            f"package adds; {did_you_mean(kind, known)}"
         )
 
 
