@@ -13,6 +13,8 @@ from browse_client import serving
 from conftest import MANIFEST
 from example_rig import PLUGIN
 
+from tribopipe.archive.catalog.catalog import Catalogue
+from tribopipe.archive.catalog.database import FILE_NAME
 from tribopipe.archive.definitions.registry import definitions
 from tribopipe.archive.definitions.run import run_definition
 from tribopipe.archive.store import Archive
@@ -369,10 +371,16 @@ def test_every_command_takes_a_pin_on_a_drum(tribopipe, workspace):
 
 def without_the_package(workspace: Path) -> None:
     """See that an archive of such runs is not taken for damaged where the package is not installed."""
-    forget()
-    words = "drum-1.h5: found a run with the kind of contact 'pin-on-drum', which is not installed here"
+    folder = workspace / "archive"
+    words = "found a run with the kind of contact 'pin-on-drum', which is not installed here"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(contact, "contacts", lambda: contact.SHIPPED)
         patch.setattr(contact, "ADDED", {})
-        with pytest.raises(ArchiveError, match=words):
-            Archive(workspace / "archive").manifest("drum-1")
+        with pytest.raises(ArchiveError, match=f"drum-1.h5: {words}"):
+            Archive(folder).manifest("drum-1")
+        (folder / FILE_NAME).unlink()
+        catalog = Catalogue(folder)
+        catalog.refresh()
+        assert [words in why for _, why in catalog.unreadable] == [True, True]
+    catalog.refresh()
+    assert catalog.unreadable == []
+    assert catalog.count == 2

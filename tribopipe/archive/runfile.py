@@ -46,7 +46,7 @@ from tribopipe.archive.steps import STEPS, WEAR_FITS, Fingerprints, Step, StepNa
 from tribopipe.archive.unpack import unpacked, unpacked_pieces
 from tribopipe.base.arrays import Column
 from tribopipe.base.environment import environment
-from tribopipe.base.errors import ArchiveError
+from tribopipe.base.errors import ArchiveError, NotInstalledError
 from tribopipe.base.units import from_si
 from tribopipe.documents.annotation import Annotation
 from tribopipe.documents.contact import Specimen, contacts
@@ -169,7 +169,7 @@ def _write_profiles(entry: h5py.Group, run: RawRun) -> None:
 def read_manifest(file: h5py.File) -> RunManifest:
     """Read a run's manifest.
 
-    Raises ``ArchiveError`` where the package that adds its kind of contact is not installed.
+    Raises ``NotInstalledError`` where the package that adds its kind of contact is not installed.
     """
     text = nexus.text(file, MANIFEST_TEXT)
     try:
@@ -177,7 +177,7 @@ def read_manifest(file: h5py.File) -> RunManifest:
     except ValidationError:
         if (kind := unknown_kind(json.loads(text))) is None:
             raise
-        raise ArchiveError(
+        raise NotInstalledError(
             f"{file.filename}: found a run with the kind of contact {kind!r}, which is not installed here; expected "
             f"one of {', '.join(contacts())}; install the package that adds it, as where the run was archived"
         ) from None
