@@ -384,3 +384,21 @@ def without_the_package(workspace: Path) -> None:
     catalog.refresh()
     assert catalog.unreadable == []
     assert catalog.count == 2
+
+
+@pytest.mark.usefixtures("installed")
+def test_new_run_folder_has_the_names_of_the_drum(run_cli, tmp_path):
+    rows = "".join(f"{second},{second / 100}\n" for second in range(50))
+    (tmp_path / "test.csv").write_text(f"Time [s],Depth [um]\n{rows}", encoding="utf-8")
+    bodies = {f"contact.pin.{key}": value for key, value in MANIFEST["contact"]["pin"].items()}
+    bodies |= {f"contact.drum.{key}": value for key, value in drum()["contact"]["drum"].items()}
+    told = bodies | {"conditions.normal_load": "1 N", "end_values.drum_wear_depth": "0.1 um"}
+    words = [word for key, value in told.items() for word in ("--set", f"{key}={value}")]
+    done = run_cli("new", "test.csv", "--id", "drum", *words, cwd=tmp_path)
+    assert done.exit_code == 0, done.stderr
+    written = (tmp_path / "drum" / "run.toml").read_text(encoding="utf-8")
+    assert 'kind = "pin-on-drum"' in written
+    assert "[contact.drum]\n" in written
+    assert '\ndrum_wear_depth = "0.1 um"' in written
+    assert "\n# drum_track_width = " in written
+    assert "disc_" not in written
