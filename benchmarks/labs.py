@@ -30,7 +30,7 @@ from scipy.stats import binomtest
 from tribopipe import __version__
 from tribopipe.base.errors import TribopipeError
 from tribopipe.base.executor import Crew, as_done
-from tribopipe.documents.contact import PinOnDisc
+from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.plan import Plan, Series, Truth, VirtualRun
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Correction, Recipe, WearRecipe
@@ -101,8 +101,8 @@ def laboratory(plan: Iterable[Planned], seed: int, sensors: Mapping[str, object]
     return runs
 
 
-def _moduli(contact: PinOnDisc, rng: Generator) -> tuple[float, float]:
-    pin, disc = contact.pin.youngs_modulus, contact.disc.youngs_modulus
+def _moduli(contact: SlidingPin, rng: Generator) -> tuple[float, float]:
+    pin, disc = contact.pin.youngs_modulus, contact.counterbody.youngs_modulus
     true = [one.value + (one.standard_uncertainty or 0.0) * float(rng.standard_normal()) for one in (pin, disc)]
     return true[0], true[1]
 
@@ -120,11 +120,9 @@ def _drawn(one: Planned, series: Series, rng: Generator) -> dict[str, object]:
 
 def _recorded(series: Series, run: VirtualRun, moduli: tuple[float, float]) -> LabRun:
     """Run the virtual test with the laboratory's true moduli, which its manifest does not know."""
-    pin, disc = (
-        body.model_copy(update={"youngs_modulus": Quantity(value=true, unit="Pa", standard_uncertainty=0.0)})
-        for body, true in zip((series.contact.pin, series.contact.disc), moduli, strict=True)
-    )
-    true_contact = series.contact.model_copy(update={"pin": pin, "disc": disc})
+    pin, other = ({"youngs_modulus": Quantity(value=true, unit="Pa", standard_uncertainty=0.0)} for true in moduli)
+    contact = series.contact
+    true_contact = contact.with_bodies(contact.pin.model_copy(update=pin), contact.counterbody.model_copy(update=other))
     test = VirtualTest(series.model_copy(update={"contact": true_contact}), run)
     return LabRun(correct_drift(pin_run(series, run, test)), test.truth())
 

@@ -91,7 +91,7 @@ def _sound(run: RawRun, _: LabRun) -> Columns:
 def _worn(run: RawRun, lab: LabRun, factor: float) -> Columns:
     """Let k_D be another one from half-way on."""
     manifest = run.manifest
-    scenario = PinScenario(manifest.pin_on_disc, manifest.conditions.normal_load, lab.truth.wear_coefficient)
+    scenario = PinScenario(manifest.sliding_pin, manifest.conditions.normal_load, lab.truth.wear_coefficient)
     further = run.sliding_distance + (factor - 1) * np.maximum(run.sliding_distance - HALF, 0.0)
     added = scenario.worn(further).depth - scenario.worn(run.sliding_distance).depth
     return {**run.columns, "depth": run.columns["depth"] + added}

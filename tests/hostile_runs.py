@@ -33,7 +33,7 @@ def hostile_archive(folder: Path, into: Path) -> Archive:
         update={
             **dict.fromkeys(("title", "operator", "instrument"), HOSTILE),
             "comment": STEERING,
-            "contact": run.manifest.pin_on_disc.model_copy(update=bodies),
+            "contact": run.manifest.sliding_pin.model_copy(update=bodies),
             "conditions": run.manifest.conditions.model_copy(update={"medium": HOSTILE}),
             "end_values": run.manifest.end_values.model_copy(update={"pin_scar_diameter": scar}),
         }

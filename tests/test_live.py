@@ -49,7 +49,7 @@ def made_run(*, noise=1e-7, drift=2e-10, offset=1e-6, factor=1.0, shape="spheric
     seconds = np.arange(12501) / 10
     distance = 0.4 * seconds
     slid = distance + (factor - 1) * np.maximum(distance - 250, 0)
-    scenario = PinScenario(manifest.pin_on_disc, manifest.conditions.normal_load, TRUE_K)
+    scenario = PinScenario(manifest.sliding_pin, manifest.conditions.normal_load, TRUE_K)
     rng = np.random.default_rng(seed)
     depth = offset + scenario.worn(slid).depth + drift * seconds + noise * rng.standard_normal(len(seconds))
     columns = {"time": seconds, "sliding_distance": distance, "depth": depth}
@@ -208,7 +208,7 @@ def test_before_the_planned_end_an_end_value_is_not_that_of_the_run_so_far(sampl
 
 def test_with_hardly_any_noise_the_running_fit_is_the_truth_and_narrows():
     run = made_run(noise=1e-8)
-    end = PinScenario(run.manifest.pin_on_disc, run.manifest.conditions.normal_load, TRUE_K).worn(END).depth
+    end = PinScenario(run.manifest.sliding_pin, run.manifest.conditions.normal_load, TRUE_K).worn(END).depth
     widths = []
     for share in (0.1, 0.3, 1.0):
         found, _ = followed(run, share)
@@ -409,7 +409,7 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say():
     held_k = held_depth = 0
     for seed in range(60):
         run = made_run(drift=2.5e-10 * (-1) ** seed, seed=seed)
-        end = PinScenario(run.manifest.pin_on_disc, run.manifest.conditions.normal_load, TRUE_K).worn(END).depth
+        end = PinScenario(run.manifest.sliding_pin, run.manifest.conditions.normal_load, TRUE_K).worn(END).depth
         found, _ = followed(run, 0.25)
         held_k += held(found.coefficient, TRUE_K.value)
         held_depth += held(found.depth(END), float(end))

@@ -1,4 +1,4 @@
-"""A reader, a wear law and a check of another package: installed as such, and by their entry points alone."""
+"""A reader, a law, a check and a contact of another package: installed as such, and by their entry points alone."""
 
 import json
 import os
@@ -16,9 +16,12 @@ import pytest
 from disc_runs import known_pair
 from example_rig import DISTANCE, EXCESS, JOINT, K_D, LENGTH, PLUGIN, predicted, record, series_of, virtual, worn
 
+from tribopipe.archive.definitions.registry import definitions
+from tribopipe.archive.definitions.run import run_definition
 from tribopipe.base.errors import FitError, ManifestError
 from tribopipe.base.plugins import Plugins, declared, own_first
 from tribopipe.cli.live import live
+from tribopipe.documents import contact
 from tribopipe.documents.plan import Plan
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe, WearRecipe
@@ -29,6 +32,8 @@ from tribopipe.extras.simulate import VirtualTest, VirtualTwinDiscTest
 from tribopipe.physics import laws
 from tribopipe.readers import registry as readers
 from tribopipe.readers.conformance import Example, check_reader
+from tribopipe.readers.draft.blanks import blanks_of
+from tribopipe.readers.draft.known_values import sections
 from tribopipe.readers.harmonize import read_run
 from tribopipe.results.wear_fit import WearFit
 
@@ -62,6 +67,9 @@ def forget() -> None:
     checks.load_checks.cache_clear()
     assert isinstance(laws.LAWS, Plugins)
     laws.LAWS.__dict__.pop("_loaded", None)
+    contact.ADDED.__dict__.pop("_loaded", None)
+    for known in (sections, blanks_of, definitions, run_definition):
+        known.cache_clear()
 
 
 @pytest.mark.usefixtures("installed")

@@ -97,7 +97,7 @@ def test_pin_is_deeper_on_its_way_than_its_share_of_the_last_volume_says(ratio):
 )
 def test_giwm_is_for_discs_that_were_looked_at_and_have_hardly_worn(disc, engine):
     run = recorded(depth(10e-6, 5e-8), disc)
-    end, pin = end_wear(run, DefaultUncertainty()), run.manifest.pin_on_disc.pin
+    end, pin = end_wear(run, DefaultUncertainty()), run.manifest.sliding_pin.pin
     assert engine_of(pin, end, Recipe()) == engine
     assert engine_of(pin, end, Recipe(wear=WearRecipe(engine="local"))) == "local"
 

@@ -34,9 +34,10 @@ from typing import Any
 
 import h5py
 import numpy as np
+from pydantic import ValidationError
 
 from tribopipe.archive import nexus
-from tribopipe.archive.definitions.names import RUNS, write_definition
+from tribopipe.archive.definitions.names import run_name, write_definition
 from tribopipe.archive.digest import raw_digest
 from tribopipe.archive.formats import RUN_FORMAT
 from tribopipe.archive.long_recordings import read_recording, write_recorded
@@ -45,11 +46,11 @@ from tribopipe.archive.steps import STEPS, WEAR_FITS, Fingerprints, Step, StepNa
 from tribopipe.archive.unpack import unpacked, unpacked_pieces
 from tribopipe.base.arrays import Column
 from tribopipe.base.environment import environment
-from tribopipe.base.errors import ArchiveError
+from tribopipe.base.errors import ArchiveError, NotInstalledError
 from tribopipe.base.units import from_si
 from tribopipe.documents.annotation import Annotation
-from tribopipe.documents.contact import Specimen
-from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.contact import Specimen, contacts
+from tribopipe.documents.manifest import RunManifest, unknown_kind
 from tribopipe.documents.mark import Mark
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.record import Record
@@ -71,7 +72,7 @@ def write_raw(file: h5py.File, run: RawRun, findings: Sequence[Finding]) -> None
     entry = nexus.group(file, "entry", "NXentry", default="raw")
     manifest = run.manifest
     nexus.field(entry, "title", manifest.title or manifest.id)
-    write_definition(entry, RUNS[manifest.tribometer], RUN_FORMAT.version)
+    write_definition(entry, run_name(manifest.tribometer), RUN_FORMAT.version)
     if manifest.started is not None:
         nexus.field(entry, "start_time", manifest.started.isoformat())
     nexus.field(entry, "identifier_run", manifest.id)
@@ -166,8 +167,20 @@ def _write_profiles(entry: h5py.Group, run: RawRun) -> None:
 
 
 def read_manifest(file: h5py.File) -> RunManifest:
-    """Read a run's manifest."""
-    return RunManifest.model_validate_json(nexus.text(file, MANIFEST_TEXT))
+    """Read a run's manifest.
+
+    Raises ``NotInstalledError`` where the package that adds its kind of contact is not installed.
+    """
+    text = nexus.text(file, MANIFEST_TEXT)
+    try:
+        return RunManifest.model_validate_json(text)
+    except ValidationError:
+        if (kind := unknown_kind(json.loads(text))) is None:
+            raise
+        raise NotInstalledError(
+            f"{file.filename}: found a run with the kind of contact {kind!r}, which is not installed here; expected "
+            f"one of {', '.join(contacts())}; install the package that adds it, as where the run was archived"
+        ) from None
 
 
 def read_raw(file: h5py.File) -> RawRun:

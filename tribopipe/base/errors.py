@@ -61,6 +61,13 @@ class ArchiveError(TribopipeError):
     """An archive, or a file in it, that cannot be read or written."""
 
 
+class NotInstalledError(ArchiveError):
+    """An archived run that needs a package which is not installed here."""
+
+
+NotInstalledError.code = ArchiveError.code
+
+
 class OutputError(TribopipeError):
     """A file must not be written where it was to be."""
 

@@ -110,7 +110,7 @@ def _known(
         None if text is None else quantity_given(option, text, kind)
         for option, text, kind in zip(("--drift", "--disc-wear"), given, ("drift rate", "length"), strict=True)
     )
-    notes, k = [], None
+    notes, k = list(() if manifest.contact is None else manifest.contact.limits), None
     drift_from, wear_from = (None if folder is None else load_archive(folder) for folder in archives)
     if drift is None and drift_from is not None:
         found = archived_drift(drift_from, manifest)

@@ -171,7 +171,7 @@ def tell(outcome: "Outcome") -> None:
     elif outcome.status == "unchanged":
         say(f"{outcome.run_id}: {outcome.stage.replace('_', ' ')} unchanged, nothing to do")
     elif outcome.result is not None:
-        print_result(f"{outcome.run_id}: {outcome.result}")
+        print_result(f"{outcome.run_id}: {outcome.worded(str(outcome.result))}")
         for note in getattr(outcome.result, "notes", ()) if outcome.stage == "wear_fit" else ():
             say(f"{outcome.run_id}: note: {note}")
     say_warnings(outcome)

@@ -73,10 +73,10 @@ def _wear_rows(run: RunOutline) -> list[list[str]]:
     return [
         [
             run.manifest.id,
-            name.replace("_", " "),
+            run.manifest.described.body_name(name).replace("_", " "),
             _cell(body.depth, "um"),
             _cell(body.volume, "mm^3"),
-            body.volume_by or "–",
+            run.manifest.worded(body.volume_by or "–"),
             "–" if found.normal_load is None else force(found.normal_load),
             _cell(found.sliding_distance, "m"),
             _cell(body.specific_wear_rate, SPECIFIC_WEAR_RATE),

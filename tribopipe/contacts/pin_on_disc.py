@@ -2,14 +2,14 @@
 
 from tribopipe.base.arrays import Values
 from tribopipe.base.errors import ContactError
-from tribopipe.documents.contact import PinOnDisc
+from tribopipe.documents.contact import SlidingPin
 from tribopipe.physics.conventions import WearEngine
 from tribopipe.physics.hertz import contact_modulus
 from tribopipe.physics.local.sphere import LocalSphere
 from tribopipe.physics.pin_on_disc import FlatPin, PinContact, RigidSphere, SphericalPin
 
 
-def pin_contact(contact: PinOnDisc, values: Values) -> PinContact:
+def pin_contact(contact: SlidingPin, values: Values) -> PinContact:
     """Build the pin's master curve from ``normal_load``, ``pin_radius``, ``pin_modulus`` and ``disc_modulus``.
 
     The flat of a truncated sphere is taken as run.toml states it: it is not among what is uncertain.
@@ -20,7 +20,7 @@ def pin_contact(contact: PinOnDisc, values: Values) -> PinContact:
         pin_modulus=values["pin_modulus"],
         pin_ratio=contact.pin.poisson_ratio.value,
         disc_modulus=values["disc_modulus"],
-        disc_ratio=contact.disc.poisson_ratio.value,
+        disc_ratio=contact.counterbody.poisson_ratio.value,
     )
     return SphericalPin(
         normal_load=values["normal_load"],
@@ -30,7 +30,7 @@ def pin_contact(contact: PinOnDisc, values: Values) -> PinContact:
     )
 
 
-def pin_curve(contact: PinOnDisc, values: Values, engine: WearEngine) -> PinContact:
+def pin_curve(contact: SlidingPin, values: Values, engine: WearEngine) -> PinContact:
     """Build the pin's curve by an engine, from the values that ``pin_contact`` takes.
 
     Raises ``ContactError`` for local wear of a truncated sphere, whose flat has an edge that Hertz's contact does not.

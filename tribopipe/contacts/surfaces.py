@@ -14,7 +14,7 @@ import numpy as np
 from tribopipe.base.arrays import Column, Values
 from tribopipe.base.errors import ContactError
 from tribopipe.contacts.pin_on_disc import pin_contact
-from tribopipe.documents.contact import PinOnDisc, TwinDisc
+from tribopipe.documents.contact import SlidingPin, TwinDisc
 from tribopipe.physics.conventions import Engine
 from tribopipe.physics.geometry import cap_height
 from tribopipe.physics.hertz import contact_modulus, hertz_radius
@@ -30,7 +30,7 @@ _MARGIN = 1.25
 """Radius of the outermost point over that of the largest contact."""
 
 
-def pin_surface(contact: PinOnDisc, values: Values, amount: float, engine: Engine = "rings") -> Surface:
+def pin_surface(contact: SlidingPin, values: Values, amount: float, engine: Engine = "rings") -> Surface:
     """Build the end of a pin for wear up to an amount k_D·S, m³/N, from values of ``contact_inputs``' names.
 
     Raises ``ContactError`` where the tip would be worn away before that, or the engine lacks its package.
@@ -46,13 +46,13 @@ def disc_surface(contact: TwinDisc, values: Values, amount: float, engine: Engin
     return _fit(engine, "two discs", _DISCS)(contact, values, amount)
 
 
-def _pin_rings(contact: PinOnDisc, values: Values, amount: float) -> Surface:
+def _pin_rings(contact: SlidingPin, values: Values, amount: float) -> Surface:
     edges = _pin_edges(contact, values, amount)
     gap = _tip(contact, values)((edges[1:] + edges[:-1]) / 2)
     return Rings(float(values["normal_load"]), _pin_modulus(contact, values), edges, gap)
 
 
-def _pin_grid(contact: PinOnDisc, values: Values, amount: float) -> Surface:
+def _pin_grid(contact: SlidingPin, values: Values, amount: float) -> Surface:
     return round_pin(
         normal_load=float(values["normal_load"]),
         modulus=_pin_modulus(contact, values),
@@ -61,7 +61,7 @@ def _pin_grid(contact: PinOnDisc, values: Values, amount: float) -> Surface:
     )
 
 
-def _pin_elements(contact: PinOnDisc, values: Values, amount: float) -> Surface:
+def _pin_elements(contact: SlidingPin, values: Values, amount: float) -> Surface:
     if contact.pin.shape == "flat":
         raise ContactError(
             "local wear: found a flat pin for finite elements, whose mesh would fold at its edge; expected a rounded "
@@ -77,7 +77,7 @@ def _pin_elements(contact: PinOnDisc, values: Values, amount: float) -> Surface:
     )
 
 
-def _pin_edges(contact: PinOnDisc, values: Values, amount: float) -> Column:
+def _pin_edges(contact: SlidingPin, values: Values, amount: float) -> Column:
     load, radius, modulus = float(values["normal_load"]), float(values["pin_radius"]), _pin_modulus(contact, values)
     if contact.pin.shape == "flat":
         return np.linspace(0.0, radius, _RINGS_OF_A_FLAT_PIN + 1)
@@ -86,7 +86,7 @@ def _pin_edges(contact: PinOnDisc, values: Values, amount: float) -> Column:
     return ring_edges(first, min(_MARGIN * max(largest, first), radius))
 
 
-def _tip(contact: PinOnDisc, values: Values) -> Callable[[Column], Column]:
+def _tip(contact: SlidingPin, values: Values) -> Callable[[Column], Column]:
     """Return how far the tip lies behind its end at radii from its axis, m; beside a flat pin there is none."""
     radius = float(values["pin_radius"])
     if contact.pin.shape == "flat":
@@ -96,13 +96,13 @@ def _tip(contact: PinOnDisc, values: Values) -> Callable[[Column], Column]:
     return lambda r: np.maximum(cap_height(scar_radius=r, sphere_radius=radius) - missing, 0.0)
 
 
-def _pin_modulus(contact: PinOnDisc, values: Values) -> float:
+def _pin_modulus(contact: SlidingPin, values: Values) -> float:
     return float(
         contact_modulus(
             pin_modulus=values["pin_modulus"],
             pin_ratio=contact.pin.poisson_ratio.value,
             disc_modulus=values["disc_modulus"],
-            disc_ratio=contact.disc.poisson_ratio.value,
+            disc_ratio=contact.counterbody.poisson_ratio.value,
         )
     )
 
@@ -127,7 +127,7 @@ def _discs(contact: TwinDisc, values: Values) -> dict[str, Any]:
     return {name: float(values[name]) for name in names} | {"modulus": float(modulus)}
 
 
-_PINS: dict[Engine, Callable[[PinOnDisc, Values, float], Surface]] = {
+_PINS: dict[Engine, Callable[[SlidingPin, Values, float], Surface]] = {
     "rings": _pin_rings,
     "half-space": _pin_grid,
     "fe": _pin_elements,

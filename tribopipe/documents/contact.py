@@ -1,10 +1,25 @@
-"""The two bodies of a contact as they went into the test, and what wear grows along on each kind of tribometer."""
+"""The two bodies of a contact as they went into the test, and what wear grows along on each kind of tribometer.
+
+Another package adds a kind under the entry point ``tribopipe.contacts``; its class is a ``SlidingPin``.
+"""
 
 import math
-from typing import Annotated, ClassVar, Literal, NamedTuple, Self, TypeAlias
+import re
+from collections.abc import Mapping
+from importlib.metadata import EntryPoint
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, cast, get_args
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import (
+    AfterValidator,
+    Field,
+    GetCoreSchemaHandler,
+    ValidationInfo,
+    ValidatorFunctionWrapHandler,
+    model_validator,
+)
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+from tribopipe.base.plugins import Plugins
 from tribopipe.documents.quantity import Density, Length, Pressure, Quantity, Ratio, Toughness
 from tribopipe.documents.record import Record
 from tribopipe.documents.signals import SignalName
@@ -91,29 +106,31 @@ class Pin(Specimen):
         return self
 
 
-class PinOnDisc(Record):
-    """A pin pressed on a rotating disc."""
+class Contact(Record):
+    """Two bodies that wear each other; each kind states what follows from it."""
 
-    kind: Literal["pin-on-disc"]
+    kind: str
     """Type of tribometer."""
-    pin: Pin
-    """The pin."""
-    disc: Specimen
-    """The disc."""
 
-    progress: ClassVar[Progress] = SLIDING
-    body_names: ClassVar[tuple[str, ...]] = ("pin", "disc")
-    """Both bodies."""
-    fitted_bodies: ClassVar[tuple[str, ...]] = ("pin",)
+    progress: ClassVar[Progress]
+    body_names: ClassVar[tuple[str, ...]]
+    """Both bodies, as run.toml and people call them."""
+    roles: ClassVar[tuple[str, ...]]
+    """Both bodies, in the same order, as post-test measurements and results of this family call them."""
+    fitted_bodies: ClassVar[tuple[str, ...]]
     """Those whose k_D is found, the one that every fit finds first."""
-    shown: ClassVar[tuple[str, ...]] = ("wear_depth", "pressure")
+    shown: ClassVar[tuple[str, ...]]
     """What tables say of predicted wear."""
     rolls: ClassVar[bool] = False
     """Whether the bodies roll on each other and slip, so that rotations count."""
-    both: ClassVar[str] = "pin + disc"
+    both: ClassVar[str]
     """Both bodies in words."""
     slid: ClassVar[str] = "sliding distance"
     """What the distance is called that the bodies slide on each other."""
+    sensor_tells: ClassVar[bool] = False
+    """Whether the depth reading of a test tells the wear without a measurement after it."""
+    title: ClassVar[str]
+    """What the test is called in a sentence: "a pin on a disc"."""
 
     @property
     def travel(self) -> float:
@@ -123,12 +140,209 @@ class PinOnDisc(Record):
     @property
     def bodies(self) -> dict[str, Specimen]:
         """The two bodies by name."""
-        return {"pin": self.pin, "disc": self.disc}
+        return {name: getattr(self, name) for name in self.body_names}
+
+    @classmethod
+    def body_name(cls, role: str) -> str:
+        """Return what the body in a role is called."""
+        return dict(zip(cls.roles, cls.body_names, strict=True))[role]
+
+    @property
+    def in_roles(self) -> dict[str, Specimen]:
+        """The two bodies by role."""
+        return dict(zip(self.roles, self.bodies.values(), strict=True))
+
+    @property
+    def alike(self) -> dict[str, object]:
+        """What else than the materials runs must have in common for one k_D, by its name."""
+        raise NotImplementedError
+
+    @property
+    def unworn_radii(self) -> tuple[float, float]:
+        """Radii of the gap before the test across the motion and along it, m."""
+        raise NotImplementedError
+
+    @property
+    def flat_end(self) -> float:
+        """Radius of the flat that the bodies touch on before the test, m; 0 where both are rounded."""
+        return 0.0
+
+    @property
+    def round_surfaces(self) -> dict[str, Length]:
+        """Radius of the unworn surface that a profile leads across, m, by the role of the body; none of flat ones."""
+        return {}
+
+    @property
+    def worn_radius(self) -> tuple[str, Length]:
+        """What the radius that is worn flat is called, and the radius, m."""
+        raise NotImplementedError
+
+    @property
+    def limits(self) -> tuple[str, ...]:
+        """What is assumed of the contact that results have to say, and where it does not hold well."""
+        return ()
+
+    @classmethod
+    def completed(cls, document: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return a run.toml with the names of this contact put as those that all contacts of its family share."""
+        return document
+
+    @classmethod
+    def stated(cls, document: dict[str, Any]) -> dict[str, Any]:
+        """Return a run.toml as it was before it was ``completed``, so that it can be read again, changed or not."""
+        return document
+
+    @classmethod
+    def worded(cls, text: str) -> str:
+        """Return a text about the family's bodies in the names of this contact."""
+        return text
+
+    @classmethod
+    def kinds(cls) -> "tuple[type[Record], ...]":
+        """Return the kinds that are installed, where the class itself is none."""
+        kinds = tuple(kind for kind in contacts().values() if issubclass(kind, cls))
+        return kinds if cls in (Contact, SlidingPin) else (cls,)
+
+
+_OF_A_DISC = (
+    re.compile(
+        r"(?<![A-Za-z_])disc"
+        r"([_ ](?:wear[_ ]depth|wear[_ ]volume|track[_ ]width|mass[_ ]loss|profile|modulus|end[_ ]value)\b)"
+    ),
+    re.compile(r"(?:(?<=^)|(?<=; )|(?<=, ))disc(?=$|:)|(?<=\b[Tt]he )disc\b(?![._])"),
+)
+"""Keys of a disc and names of what belongs to it, and the disc itself where a text speaks of it."""
+
+
+class SlidingPin(Contact):
+    """A pin or ball that stays in contact while a track of the counterbody passes it; the depth sensor reads its wear.
+
+    A subclass adds the field of its counterbody and names it in ``body_names``. Within tribopipe the counterbody has
+    the names of a disc; run.toml and messages have those of the contact.
+    """
+
+    pin: Pin
+    """The pin."""
+
+    progress: ClassVar[Progress] = SLIDING
+    body_names: ClassVar[tuple[str, ...]] = ("pin", "disc")
+    roles: ClassVar[tuple[str, ...]] = ("pin", "disc")
+    fitted_bodies: ClassVar[tuple[str, ...]] = ("pin",)
+    shown: ClassVar[tuple[str, ...]] = ("wear_depth", "pressure")
+    sensor_tells: ClassVar[bool] = True
+
+    @property
+    def counterbody(self) -> Specimen:
+        """The body that the pin rubs on."""
+        return self.bodies[self.counterbody_name()]
+
+    @classmethod
+    def counterbody_name(cls) -> str:
+        """Return what the counterbody is called: "disc"."""
+        return cls.body_names[1]
+
+    @property
+    def equivalent_pin(self) -> Pin:
+        """The pin that touches and wears on a flat counterbody as this one does on its own."""
+        return self.pin
+
+    @property
+    def unworn_radii(self) -> tuple[float, float]:
+        """Radii of the gap before the test across the motion and along it, m."""
+        return (self.equivalent_pin.radius.value,) * 2
+
+    @property
+    def flat_end(self) -> float:
+        """Radius of the flat end of the pin before the test, m; 0 of a whole sphere."""
+        flat = self.pin.radius if self.pin.shape == "flat" else self.pin.flat_radius
+        return 0.0 if flat is None else flat.value
+
+    @property
+    def round_surfaces(self) -> dict[str, Length]:
+        """Radius of the tip, m; none of a flat pin."""
+        return {} if self.pin.shape == "flat" else {"pin": self.pin.radius}
+
+    @property
+    def worn_radius(self) -> tuple[str, Length]:
+        """Return what the radius that is worn flat is called, and the radius, m."""
+        return "pin radius", self.pin.radius
+
+    def with_bodies(self, pin: Pin, counterbody: Specimen) -> Self:
+        """Return the contact of other bodies."""
+        return self.model_copy(update={"pin": pin, self.counterbody_name(): counterbody})
 
     @property
     def alike(self) -> dict[str, object]:
         """What else than the materials runs must have in common for one k_D, by its name."""
         return {"pin shape": self.pin.shape, "pin radius in m": self.pin.radius.value}
+
+    @classmethod
+    def completed(cls, document: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return a run.toml with its post-test measurements of the counterbody under the names of a disc's.
+
+        Raises ``ValueError`` where one of them is given by both names.
+        """
+        ends = document.get("end_values")
+        stops = document.get("interruptions")
+        named = dict(document)
+        if isinstance(ends, Mapping):
+            named["end_values"] = cls._of_a_disc("end_values", ends)
+        if isinstance(stops, list | tuple):
+            named["interruptions"] = [
+                cls._of_a_disc(f"interruptions[{number}]", stop) if isinstance(stop, Mapping) else stop
+                for number, stop in enumerate(stops)
+            ]
+        return named
+
+    @classmethod
+    def stated(cls, document: dict[str, Any]) -> dict[str, Any]:
+        """Return a run.toml with the contact's own names for post-test measurements of its counterbody."""
+        if cls.counterbody_name() == "disc":
+            return document
+        stops = document.get("interruptions") or ()
+        return document | {
+            name: ends
+            for name, ends in (
+                ("end_values", cls._of_the_counterbody(document.get("end_values"))),
+                ("interruptions", [cls._of_the_counterbody(stop) for stop in stops]),
+            )
+            if name in document
+        }
+
+    @classmethod
+    def _of_the_counterbody(cls, ends: Any) -> Any:
+        return {cls.worded(key): value for key, value in ends.items()} if isinstance(ends, Mapping) else ends
+
+    @classmethod
+    def _of_a_disc(cls, where: str, ends: Mapping[str, Any]) -> dict[str, Any]:
+        own = f"{cls.counterbody_name()}_"
+        names = {key: f"disc_{key.removeprefix(own)}" if str(key).startswith(own) else key for key in ends}
+        names = {key: name if _OF_A_DISC[0].fullmatch(str(name)) else key for key, name in names.items()}
+        twice = next((key for key, name in names.items() if key != name and name in ends), None)
+        if twice is not None:
+            raise ValueError(f"{where}.{twice}: found it twice, once by the name that it has on a disc; take one out")
+        return {names[key]: value for key, value in ends.items()}
+
+    @classmethod
+    def worded(cls, text: str) -> str:
+        """Return a text that speaks of a disc in the names of this contact."""
+        own = cls.counterbody_name()
+        if own == "disc":
+            return text
+        key, body = _OF_A_DISC
+        return body.sub(own.replace("_", " "), key.sub(rf"{own}\1", text)).replace("contact.disc", f"contact.{own}")
+
+
+class PinOnDisc(SlidingPin):
+    """A pin pressed on a rotating disc."""
+
+    kind: Literal["pin-on-disc"]
+    """Type of tribometer."""
+    disc: Specimen
+    """The disc."""
+
+    both: ClassVar[str] = "pin + disc"
+    title: ClassVar[str] = "a pin on a disc"
 
 
 class CurvedDisc(Specimen):
@@ -151,7 +365,7 @@ class FlatDisc(Specimen):
     """Width of the running surface."""
 
 
-class TwinDisc(Record):
+class TwinDisc(Contact):
     """Two discs that roll on each other and slip."""
 
     kind: Literal["twin-disc"]
@@ -163,17 +377,13 @@ class TwinDisc(Record):
 
     progress: ClassVar[Progress] = ROTATIONS
     body_names: ClassVar[tuple[str, ...]] = ("curved_disc", "flat_disc")
-    """Both bodies."""
+    roles: ClassVar[tuple[str, ...]] = ("curved_disc", "flat_disc")
     fitted_bodies: ClassVar[tuple[str, ...]] = ("curved_disc", "flat_disc")
-    """Those whose k_D is found, the one that every fit finds first."""
     shown: ClassVar[tuple[str, ...]] = ("wear_depth", "wear_volume")
-    """What tables say of predicted wear."""
     rolls: ClassVar[bool] = True
-    """Whether the bodies roll on each other and slip, so that rotations count."""
     both: ClassVar[str] = "both discs"
-    """Both bodies in words."""
     slid: ClassVar[str] = "slip distance"
-    """What the distance is called that the bodies slide on each other."""
+    title: ClassVar[str] = "two discs that roll on each other and slip"
 
     @property
     def travel(self) -> float:
@@ -181,9 +391,20 @@ class TwinDisc(Record):
         return 2 * math.pi * self.curved_disc.rolling_radius.value
 
     @property
-    def bodies(self) -> dict[str, Specimen]:
-        """The two bodies by name."""
-        return {"curved_disc": self.curved_disc, "flat_disc": self.flat_disc}
+    def unworn_radii(self) -> tuple[float, float]:
+        """Radii of the gap before the test across the motion and along it, m."""
+        curved, flat = self.curved_disc.rolling_radius.value, self.flat_disc.rolling_radius.value
+        return self.curved_disc.crown_radius.value, curved * flat / (curved + flat)
+
+    @property
+    def round_surfaces(self) -> dict[str, Length]:
+        """Radius of the crown, m."""
+        return {"curved_disc": self.curved_disc.crown_radius}
+
+    @property
+    def worn_radius(self) -> tuple[str, Length]:
+        """Return what the radius that is worn flat is called, and the radius, m."""
+        return "crown radius", self.curved_disc.crown_radius
 
     @property
     def alike(self) -> dict[str, object]:
@@ -198,6 +419,95 @@ class TwinDisc(Record):
 DiscName = Literal["curved_disc", "flat_disc"]
 DISCS: tuple[DiscName, DiscName] = ("curved_disc", "flat_disc")
 """In the order of k₁ and k₂."""
-Contact: TypeAlias = PinOnDisc | TwinDisc
-CONTACTS: dict[str, type[Contact]] = {"pin-on-disc": PinOnDisc, "twin-disc": TwinDisc}
-"""Each kind of contact by its name in run.toml."""
+GROUP = "tribopipe.contacts"
+_SHIPPED: tuple[type[Contact], ...] = (PinOnDisc, TwinDisc)
+
+
+def kind_of(contact: type[Contact]) -> str:
+    """Return the kind that run.toml names a class by."""
+    return str(get_args(contact.model_fields["kind"].annotation)[0])
+
+
+SHIPPED: dict[str, type[Contact]] = {kind_of(contact): contact for contact in _SHIPPED}
+"""tribopipe's own kinds of contact by their names in run.toml."""
+
+
+def _load(entry: EntryPoint) -> type[Contact]:
+    contact = entry.load()
+    if not (isinstance(contact, type) and issubclass(contact, SlidingPin)):
+        raise TypeError(f"found {contact!r}; expected a subclass of SlidingPin")
+    kinds = get_args(contact.model_fields["kind"].annotation)
+    if kinds != (entry.name,):
+        raise TypeError(f"found the kind {contact.model_fields['kind'].annotation}; expected Literal['{entry.name}']")
+    if entry.name in SHIPPED:
+        raise ValueError("the name is one of tribopipe's own")
+    bodies = [
+        contact.model_fields[name].annotation if name in contact.model_fields else None for name in contact.body_names
+    ]
+    if (
+        len(bodies) != 2
+        or contact.body_names[0] != "pin"
+        or not all(isinstance(body, type) and issubclass(body, Specimen) for body in bodies)
+    ):
+        raise TypeError(f"found the bodies {contact.body_names}; expected the pin and the field of a specimen")
+    return contact
+
+
+ADDED: Plugins[type[Contact]] = Plugins(GROUP, "contact", _load, kind_of)
+"""Kinds that other packages add."""
+
+
+def contacts() -> dict[str, type[Contact]]:
+    """Return each kind of contact by its name in run.toml, tribopipe's own first."""
+    return SHIPPED | dict(ADDED)
+
+
+def contact_named(kind: object) -> type[Contact] | None:
+    """Return the class of a kind; none of a kind that is not installed."""
+    if not isinstance(kind, str):
+        return None
+    return SHIPPED.get(kind) or ADDED.get(kind)
+
+
+class _OfItsKind:
+    """Has a contact read as the class of its kind, and written with all its fields."""
+
+    def __init__(self, *shipped: type[Contact]) -> None:
+        self._shipped = shipped
+
+    def __get_pydantic_core_schema__(self, source: type[Contact], handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Return the schema of tribopipe's own kinds, which says of a document without a kind what it lacks."""
+        union: Any = self._shipped[0]
+        for kind in self._shipped[1:]:
+            union |= kind
+        tagged = Annotated[union, Field(discriminator="kind")] if len(self._shipped) > 1 else union
+
+        def read(written: Any, own: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Contact:
+            kind = written.get("kind") if isinstance(written, Mapping) else None
+            if isinstance(written, source):
+                return written
+            if isinstance(kind, str):
+                return _of_family(source, kind).model_validate(written, context=info.context)
+            return cast("Contact", own(written))
+
+        anything = core_schema.simple_ser_schema("any")
+        return core_schema.with_info_wrap_validator_function(
+            read, handler.generate_schema(tagged), serialization=anything
+        )
+
+
+def _of_family(family: type[Contact], kind: str) -> type[Contact]:
+    """Return the class of a kind. Raises ``ValueError`` where none of the family is installed by that name."""
+    contact = contact_named(kind)
+    if contact is None or not issubclass(contact, family):
+        known = [name for name, other in contacts().items() if issubclass(other, family)]
+        raise PydanticCustomError(
+            "union_tag_invalid", "", {"discriminator": "'kind'", "expected_tags": ", ".join(map(repr, known))}
+        )
+    return contact
+
+
+AnyContact = Annotated[Contact, _OfItsKind(PinOnDisc, TwinDisc)]
+"""A contact of any installed kind."""
+AnySlidingPin = Annotated[SlidingPin, _OfItsKind(PinOnDisc)]
+"""A pin on a counterbody, of any installed kind."""

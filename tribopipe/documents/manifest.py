@@ -9,12 +9,32 @@ from itertools import pairwise
 from pathlib import Path, PureWindowsPath
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
 
-from tribopipe.base.errors import ContactError, ManifestError
+from tribopipe.base.errors import ContactError, ManifestError, did_you_mean
 from tribopipe.base.files import leads_out
 from tribopipe.base.units import show
-from tribopipe.documents.contact import SLIDING, Pin, PinOnDisc, Progress, Specimen, TwinDisc
+from tribopipe.documents.contact import (
+    ROTATIONS,
+    SLIDING,
+    AnyContact,
+    Contact,
+    Pin,
+    Progress,
+    SlidingPin,
+    Specimen,
+    TwinDisc,
+    contact_named,
+    contacts,
+)
 from tribopipe.documents.quantity import (
     Distance,
     EndValue,
@@ -397,7 +417,7 @@ class RunManifest(Record):
     """Name of the tribometer."""
     comment: str | None = None
     """Anything else worth keeping."""
-    contact: PinOnDisc | TwinDisc | None = Field(default=None, discriminator="kind")
+    contact: AnyContact | None = None
     """The two bodies; left out, friction alone is evaluated."""
     conditions: Conditions
     """How the test was run."""
@@ -410,18 +430,38 @@ class RunManifest(Record):
     sensors: Sensors = Sensors()
     """How far the sensors can be trusted beside their noise."""
 
+    @model_validator(mode="before")
+    @classmethod
+    def _names_of_the_contact(cls, document: Any) -> Any:
+        contact = _contact_of(document)
+        if contact is None:
+            _refuse_unknown_kind(document)
+            return document
+        return contact.completed(document)
+
+    @model_serializer(mode="wrap")
+    def _in_the_names_of_the_contact(self, dumped: SerializerFunctionWrapHandler) -> Any:
+        document = dumped(self)
+        return document if self.contact is None else self.contact.stated(document)
+
+    @classmethod
+    def worded_for(cls, document: Mapping[str, Any], text: str) -> str:
+        """Return a message about a run.toml in the names of its contact."""
+        contact = _contact_of(document)
+        return text if contact is None else contact.worded(text)
+
     @model_validator(mode="after")
     def _what_is_said_fits_the_tribometer(self) -> Self:
         if self.contact is None:
             return self
         for where, part in self._parts():
             foreign = next(
-                (name for name in FOREIGN[self.contact.kind] if getattr(part, name, None) not in (None, ())), None
+                (name for name in foreign_keys(type(self.contact)) if getattr(part, name, None) not in (None, ())), None
             )
             if foreign is not None:
                 raise ValueError(
                     f"{where}.{foreign}: found one in a {self.contact.kind} run, which has no such thing; expected "
-                    f"one of {', '.join(sorted(_own_keys(part, self.contact.kind)))}; take it out, or correct "
+                    f"one of {', '.join(sorted(_own_keys(part, self.contact)))}; take it out, or correct "
                     "contact.kind"
                 )
         if self.rolls:
@@ -439,7 +479,7 @@ class RunManifest(Record):
     @model_validator(mode="after")
     def _wear_fits_the_bodies(self) -> Self:
         for where, measured in self._parts():
-            if isinstance(measured, EndValues) and isinstance(self.contact, PinOnDisc):
+            if isinstance(measured, EndValues) and isinstance(self.contact, SlidingPin):
                 _refuse_impossible_wear(where, measured, self.contact.pin)
             elif isinstance(measured, EndValues) and isinstance(self.contact, TwinDisc):
                 _refuse_impossible_tracks(where, measured, self.contact)
@@ -464,7 +504,7 @@ class RunManifest(Record):
         return self
 
     @property
-    def tribometer(self) -> Literal["pin-on-disc", "twin-disc"] | None:
+    def tribometer(self) -> str | None:
         """Kind of the tribometer; none where run.toml does not describe the bodies."""
         return None if self.contact is None else self.contact.kind
 
@@ -491,21 +531,30 @@ class RunManifest(Record):
         return self.contact is not None and self.contact.rolls
 
     @property
+    def pin(self) -> Pin | None:
+        """The pin that slides; none where there is none, or run.toml does not describe it."""
+        return self.contact.pin if isinstance(self.contact, SlidingPin) else None
+
+    @property
     def bodies(self) -> dict[str, Specimen]:
         """The two bodies by name; nothing where run.toml does not describe them."""
         return {} if self.contact is None else self.contact.bodies
 
+    def worded(self, text: str) -> str:
+        """Return a text about the two bodies in the names of the contact."""
+        return text if self.contact is None else self.contact.worded(text)
+
     @property
-    def described(self) -> PinOnDisc | TwinDisc:
+    def described(self) -> Contact:
         """The contact. Raises ``ContactError`` where run.toml does not describe the bodies."""
         if self.contact is None:
             raise _no_contact(self.id)
         return self.contact
 
     @property
-    def pin_on_disc(self) -> PinOnDisc:
-        """The bodies of a pin-on-disc run. Raises ``ContactError`` for a run on another tribometer."""
-        if isinstance(contact := self.described, PinOnDisc):
+    def sliding_pin(self) -> SlidingPin:
+        """The bodies of a run with a pin that slides. Raises ``ContactError`` for a run on another tribometer."""
+        if isinstance(contact := self.described, SlidingPin):
             return contact
         raise ContactError(f"{self.id}: found a {contact.kind} run; expected a pin on a disc; name another run")
 
@@ -550,19 +599,48 @@ def _no_contact(run_id: str) -> ContactError:
 
 _DISC_END_VALUES = tuple(name for name in EndValues.model_fields if name.startswith(("curved_disc", "flat_disc")))
 _PIN_END_VALUES = tuple(name for name in EndValues.model_fields if name not in _DISC_END_VALUES)
-FOREIGN: Mapping[str, tuple[str, ...]] = {
-    "pin-on-disc": ("curved_disc_speed", "flat_disc_speed", "slip", "rotations", *_DISC_END_VALUES),
-    "twin-disc": (
+_ALONG: Mapping[str, tuple[str, ...]] = {
+    ROTATIONS.signal: ("curved_disc_speed", "flat_disc_speed", "slip", "rotations", *_DISC_END_VALUES),
+    SLIDING.signal: (
         *("sliding_speed", "sliding_distance", "track_radius", "rotational_speed", "stroke", "frequency"),
         *_PIN_END_VALUES,
     ),
 }
-"""Keys of conditions and end values that make no sense on a tribometer, by its kind."""
+"""Keys of conditions and end values that make sense along one progress alone."""
 
 
-def _own_keys(part: Conditions | EndValues, kind: str) -> set[str]:
-    other = {"pin-on-disc": "twin-disc", "twin-disc": "pin-on-disc"}[kind]
-    return set(FOREIGN[other]) & set(type(part).model_fields)
+def foreign_keys(contact: type[Contact]) -> tuple[str, ...]:
+    """Return the keys of conditions and end values that make no sense on a contact."""
+    return _ALONG[(SLIDING if contact.progress is ROTATIONS else ROTATIONS).signal]
+
+
+def _own_keys(part: Conditions | EndValues, contact: Contact) -> set[str]:
+    return set(_ALONG[contact.progress.signal]) & set(type(part).model_fields)
+
+
+def _contact_of(document: Any) -> type[Contact] | None:
+    """Return the class of the contact that a run.toml describes, as far as it can be told."""
+    contact = document.get("contact") if isinstance(document, Mapping) else None
+    kind = contact.get("kind") if isinstance(contact, Mapping) else getattr(contact, "kind", None)
+    return contact_named(kind)
+
+
+def unknown_kind(document: Any) -> str | None:
+    """Return the kind of contact that a run.toml names and that is not installed here; none where it is."""
+    contact = document.get("contact") if isinstance(document, Mapping) else None
+    kind = contact.get("kind") if isinstance(contact, Mapping) else None
+    return kind if isinstance(kind, str) and contact_named(kind) is None else None
+
+
+def _refuse_unknown_kind(document: Any) -> None:
+    """Raise ``ValueError`` for a kind that is not installed: of its other keys nothing is known."""
+    kind = unknown_kind(document)
+    if kind is not None:
+        known = contacts()
+        raise ValueError(
+            f"contact.kind: found {kind!r}; expected {', '.join(map(repr, known))}, or a kind that an installed "
+            f"package adds; {did_you_mean(kind, known)}"
+        )
 
 
 def _refuse_no_slip(conditions: Conditions) -> None:

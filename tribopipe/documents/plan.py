@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, Field, model_validator
 
 from tribopipe.base.errors import ContactError
-from tribopipe.documents.contact import PinOnDisc, TwinDisc
+from tribopipe.documents.contact import AnySlidingPin, TwinDisc
 from tribopipe.documents.manifest import Rotations, RunId, StatedFriction
 from tribopipe.documents.quantity import (
     Distance,
@@ -107,7 +107,7 @@ class Series(Record):
     """Wear law of the truth."""
     law_parameters: dict[str, GivenParameter] = Field(default_factory=dict)
     """Its true parameters beside k_D."""
-    contact: PinOnDisc
+    contact: AnySlidingPin
     """The two bodies."""
     medium: str
     """What surrounds the contact."""

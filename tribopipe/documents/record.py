@@ -27,6 +27,16 @@ class Record(BaseModel):
         populate_by_name=True,
     )
 
+    @classmethod
+    def kinds(cls) -> "tuple[type[Record], ...]":
+        """Return the records that a field of this type may hold: itself, unless other packages add kinds of it."""
+        return (cls,)
+
+    @classmethod
+    def worded_for(cls, document: Mapping[str, Any], text: str) -> str:  # noqa: ARG003 - for those that need it
+        """Return a message about a document in the names that it uses itself."""
+        return text
+
 
 R = TypeVar("R", bound=Record)
 
@@ -49,7 +59,8 @@ def read_document(document: Mapping[str, Any], record: type[R], *, where: str) -
     try:
         return record.model_validate(document, context=WRITTEN_BY_PEOPLE)
     except ValidationError as error:
-        raise ManifestError(f"{where}: {first_problem(error, record)}") from None
+        problem = record.worded_for(document, first_problem(error, record))
+        raise ManifestError(f"{where}: {problem}") from None
 
 
 def first_problem(error: ValidationError, record: type[Record]) -> str:
@@ -99,6 +110,8 @@ def _brief(found: object) -> str:
 
 
 def _models(annotation: Any) -> list[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, Record):
+        return list(annotation.kinds())
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
     if get_origin(annotation) in (Union, UnionType) or get_origin(annotation) is not None:

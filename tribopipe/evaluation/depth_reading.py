@@ -164,12 +164,12 @@ def best_pin(run: RawRun, end: EndWear | None, recipe: Recipe) -> PinContact:
 
     Local wear counts as the GIWM here: of the drift the two differ by next to nothing.
     """
-    contact = run.manifest.pin_on_disc
+    contact = run.manifest.sliding_pin
     values = {
         "normal_load": applied_load(run, recipe).value,
-        "pin_radius": contact.pin.radius.value,
+        "pin_radius": contact.equivalent_pin.radius.value,
         "pin_modulus": contact.pin.youngs_modulus.value,
-        "disc_modulus": contact.disc.youngs_modulus.value,
+        "disc_modulus": contact.counterbody.youngs_modulus.value,
     }
     engine = engine_of(contact.pin, end, recipe)
     return pin_curve(contact, values, "giwm" if engine == "local" else engine)
@@ -267,7 +267,7 @@ def _track(samples: DepthSamples, end: EndWear | None, course: Course) -> list[K
 
 def _depth_ratio(run: RawRun, end: EndWear | None) -> float:
     """Return the depth of the groove over that of the pin where that shapes the scar, and 0 where it does not."""
-    if end is None or end.disc is None or run.manifest.pin_on_disc.pin.shape == "flat" or not end.pin_depth.value > 0:
+    if end is None or end.disc is None or run.manifest.sliding_pin.pin.shape == "flat" or not end.pin_depth.value > 0:
         return 0.0
     return max(end.disc.quantity.value, 0.0) / end.pin_depth.value
 

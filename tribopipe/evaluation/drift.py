@@ -47,6 +47,7 @@ from tribopipe.physics.depth_model.samples import baseline
 from tribopipe.results.evaluation import DepthModel, DriftCorrection
 from tribopipe.results.finding import Finding
 from tribopipe.results.run import CorrectedRun, RawRun
+from tribopipe.results.wording import reworded
 
 _FEWEST_IN_WINDOW = 8
 _LEAST_WEAR = 1e-9
@@ -190,8 +191,8 @@ def _measured_wear(run: RawRun, recipe: Recipe) -> tuple[EndWear | DiscEndWear |
 
 def _tells_by_itself(run: RawRun) -> bool:
     """Say whether the depth reading of a run tells its wear without a measurement: that of a pin that slid does."""
-    slides = run.manifest.contact is not None and not isinstance(run.manifest.contact, TwinDisc)
-    return slides and bool(np.any(np.isfinite(run.sliding_distance)))
+    contact = run.manifest.contact
+    return contact is not None and contact.sensor_tells and bool(np.any(np.isfinite(run.sliding_distance)))
 
 
 def _by_model(
@@ -228,7 +229,7 @@ def _by_model(
     # f below the noise of the blocks, or as probable as noise with a short memory, would be noise that is drawn twice.
     wanders = found.evidence > 0 and found.wander.value > found.noise.value
     wander = np.interp(time, reading.time, posterior.wander) if wanders else None
-    return CorrectedRun(run, correction.model_copy(update=changed), wear, wander)
+    return CorrectedRun(run, reworded(correction.model_copy(update=changed), run.manifest.worded), wear, wander)
 
 
 def _contradictions(run: RawRun, found: DepthModel, measured: Quantity, recipe: Recipe) -> Iterator[Finding]:
@@ -257,8 +258,11 @@ def _two_step(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> Correc
     scale = sensor_scale(run, recipe)
     wear = trace.wear(end.total.value, trace.zero_offset.value, trace.end_reading.value, scale.value)
 
-    def gap_of(worn: Numbers, first: Numbers, last: Numbers, by: Numbers) -> Numbers:
-        return (last - trace.zero(worn, first, last, by)) * by - worn
+    def zero_of(worn: float, first: float, last: float, by: float) -> float:
+        return float(trace.zero(worn, first, last, by))
+
+    def gap_of(worn: float, first: float, last: float, by: float) -> float:
+        return (last - zero_of(worn, first, last, by)) * by - worn
 
     measured = (end.total, trace.zero_offset, trace.end_reading, scale)
     gap = combined(gap_of, measured, "m")
@@ -267,7 +271,7 @@ def _two_step(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> Correc
         outcome="corrected",
         anchor=end.anchor,
         correction="two-step",
-        zero_offset=combined(trace.zero, measured, "m"),
+        zero_offset=combined(zero_of, measured, "m"),
         drift_rate=rate,
         two_step_rate=rate,
         discrepancy=gap,
@@ -275,4 +279,4 @@ def _two_step(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> Correc
         pin_wear_depth=end.pin_depth if isinstance(end, EndWear) else None,
         disc_wear_depth=end.disc.quantity if isinstance(end, EndWear) and end.disc else None,
     )
-    return CorrectedRun(run, correction, wear)
+    return CorrectedRun(run, reworded(correction, run.manifest.worded), wear)

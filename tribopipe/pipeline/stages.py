@@ -76,6 +76,8 @@ class Outcome:
     """Main values of the result that this one has replaced; none where there was none, or where they are the same."""
     dropped: tuple[StepName, ...] | None = None
     """Steps that stood on the run.toml before it was amended; none where it was not."""
+    worded: Callable[[str], str] = str
+    """Puts what the result says of the bodies in the names of the contact."""
 
     @classmethod
     def failed(cls, run_id: str, stage: Stage, error: Exception) -> "Outcome":
@@ -246,7 +248,8 @@ def _advance(archive: Archive, step: PlannedStep, stage: Stage, *, force: bool) 
         return Outcome(step.run_id, stage, "unchanged", found, step=step.name, findings=_findings_of(found))
     taken = step.take()
     archive.put_step(step.run_id, taken)
-    return Outcome(step.run_id, stage, "done", taken.result, step=step.name, findings=_findings_of(taken.result))
+    findings, worded = _findings_of(taken.result), archive.manifest(step.run_id).worded
+    return Outcome(step.run_id, stage, "done", taken.result, step=step.name, findings=findings, worded=worded)
 
 
 def _findings_of(result: Record | None) -> tuple[Finding, ...]:

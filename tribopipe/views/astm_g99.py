@@ -11,7 +11,7 @@ import numpy as np
 
 from tribopipe.archive.store import Archive
 from tribopipe.base.units import KINDS, show, show_force
-from tribopipe.documents.contact import CurvedDisc, FlatDisc, Pin, PinOnDisc, Specimen
+from tribopipe.documents.contact import CurvedDisc, FlatDisc, Pin, Specimen
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import EndValue
 from tribopipe.documents.signals import SIGNALS, SignalName
@@ -143,9 +143,9 @@ def _surroundings(run: RawRun) -> Iterator[ReportingItem]:
 
 def _volumes(manifest: RunManifest, worn: SpecificWear | None) -> Iterator[ReportingItem]:
     found = {} if worn is None else worn.bodies
-    for name in manifest.bodies or _BODIES:
-        key = _volume_key(manifest, name)
-        yield ReportingItem("result", f"wear volume of the {spoken(name)}", _volume(manifest, found.get(name)), key)
+    for role in _BODIES if manifest.contact is None else manifest.contact.roles:
+        volume, key = _volume(manifest, found.get(role)), _volume_key(manifest, role)
+        yield ReportingItem("result", manifest.worded(f"wear volume of the {spoken(role)}"), volume, key)
 
 
 def _volume(manifest: RunManifest, worn: BodyWearRate | None) -> str | None:
@@ -155,7 +155,7 @@ def _volume(manifest: RunManifest, worn: BodyWearRate | None) -> str | None:
     by = worn.volume_by or ""
     measured = getattr(manifest.end_values, by, None)
     method = measured.method if isinstance(measured, EndValue) else None
-    return f"{worn.volume.shown('mm^3')} by {spoken(by)}" + (f", {method}" if method else "")
+    return f"{worn.volume.shown('mm^3')} by {spoken(manifest.worded(by))}" + (f", {method}" if method else "")
 
 
 def _volume_key(manifest: RunManifest, name: str) -> str:
@@ -165,9 +165,8 @@ def _volume_key(manifest: RunManifest, name: str) -> str:
     if track and conditions.track_radius is None and conditions.stroke is None:
         return "conditions.track_radius"
     if name != "pin":
-        return f"end_values.{name}_wear_volume"
-    contact = manifest.contact
-    flat = isinstance(contact, PinOnDisc) and contact.pin.shape == "flat"
+        return manifest.worded(f"end_values.{name}_wear_volume")
+    flat = manifest.pin is not None and manifest.pin.shape == "flat"
     return "end_values.pin_wear_depth" if flat else "end_values.pin_scar_diameter"
 
 

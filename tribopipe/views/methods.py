@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from tribopipe.documents.contact import PinOnDisc
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.recipe import Correction, LawName
@@ -113,7 +112,7 @@ class Evidence:
         """Shapes of the pins whose wear was computed under even pressure."""
         if all(one.engine != "giwm" for one in self.pins):
             return set()
-        return {one.contact.pin.shape for one in self.manifests if isinstance(one.contact, PinOnDisc)}
+        return {one.pin.shape for one in self.manifests if one.pin is not None}
 
     @cached_property
     def corrections(self) -> set[Correction]:

@@ -1,6 +1,6 @@
 """What is said of the result of a step."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import NamedTuple, TypeAlias
 
 from tribopipe.archive.outline import StepOutline
@@ -20,6 +20,22 @@ class Told(NamedTuple):
     facts: tuple[Fact, ...] = ()
     notes: tuple[str, ...] = ()
     tables: tuple[TextTable, ...] = ()
+
+    def worded(self, words: Callable[[str], str]) -> "Told":
+        """Return the same in other words."""
+        return Told(
+            words(self.sentence),
+            tuple(Fact(words(fact.name), words(fact.value)) for fact in self.facts),
+            tuple(map(words, self.notes)),
+            tuple(
+                TextTable(
+                    words(table.title),
+                    tuple(map(words, table.columns)),
+                    tuple(tuple(map(words, row)) for row in table.rows),
+                )
+                for table in self.tables
+            ),
+        )
 
 
 def cells(*told: tuple[Quantity | None, str]) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from tribopipe.archive.outline import RunOutline
 from tribopipe.archive.store import Archive
-from tribopipe.documents.manifest import Conditions, RunManifest
+from tribopipe.documents.manifest import Conditions, EndValues, RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.slip import stated_slip
 from tribopipe.results.evaluation import DriftCorrection
@@ -31,7 +31,7 @@ def run_page(archive: Archive, run_id: str) -> RunPage:
         remarks=_remarks(archive, run_id, run),
         facts=tuple(group for group in _groups(run) if group.facts),
         findings=(*run.findings, *_fit_findings(run)),
-        stages=stage_pages(run.steps),
+        stages=stage_pages(run.steps, manifest.worded),
         sources=tuple(SourceEntry(n, one.name, one.size, one.sha256) for n, one in enumerate(run.sources)),
         raw_sha256=run.raw_sha256,
         studies=tuple(archive.studies_of(run_id)),
@@ -58,10 +58,14 @@ def _groups(run: RunOutline) -> Iterator[FactGroup]:
     yield FactGroup("Instrument", _instrument(manifest))
     yield FactGroup("Recorded", _recorded(run))
     yield FactGroup("Signals", facts(*((spoken(name), origin) for name, origin in run.origins.items())))
-    yield FactGroup("End values", record_facts(manifest.end_values))
+    yield FactGroup("End values", _measured(manifest, manifest.end_values))
     for stop in manifest.interruptions:
-        yield FactGroup(f"Interruption after {manifest.progress.shown(stop.place)}", record_facts(stop))
+        yield FactGroup(f"Interruption after {manifest.progress.shown(stop.place)}", _measured(manifest, stop))
     yield FactGroup("Computed with", _computed_with(run))
+
+
+def _measured(manifest: RunManifest, ends: EndValues) -> tuple[Fact, ...]:
+    return tuple(Fact(manifest.worded(fact.name), fact.value) for fact in record_facts(ends))
 
 
 def _followed(manifest: RunManifest) -> tuple[Fact, ...]:

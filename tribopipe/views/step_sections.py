@@ -38,13 +38,13 @@ def step_title(name: StepName) -> str:
     return _TITLES[name]
 
 
-def stage_pages(steps: Steps) -> tuple[StagePage, ...]:
-    """Return a page for each step, in order."""
-    return tuple(_stage_page(step, steps) for step in steps.values())
+def stage_pages(steps: Steps, worded: Callable[[str], str] = str) -> tuple[StagePage, ...]:
+    """Return a page for each step, in order; ``worded`` puts texts in the names of the contact."""
+    return tuple(_stage_page(step, steps, worded) for step in steps.values())
 
 
-def _stage_page(step: StepOutline, steps: Steps) -> StagePage:
-    told = _TOLD[type(step.result)](step.result, steps)
+def _stage_page(step: StepOutline, steps: Steps, worded: Callable[[str], str]) -> StagePage:
+    told = _TOLD[type(step.result)](step.result, steps).worded(worded)
     return StagePage(
         name=step.name,
         title=step_title(step.name),

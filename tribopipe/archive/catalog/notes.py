@@ -10,7 +10,7 @@ from typing import NamedTuple
 from tribopipe.archive.catalog.columns import COLUMNS, Cell
 from tribopipe.archive.catalog.database import NOTED, sum_of
 from tribopipe.archive.file_signature import STUDIES, Stamp
-from tribopipe.base.errors import TribopipeError
+from tribopipe.base.errors import NotInstalledError, TribopipeError
 
 
 class Known(NamedTuple):
@@ -63,6 +63,9 @@ def take_note(archive: Path, name: str, stamp: Stamp, before: Known | None) -> N
         return Note(name, known, same=True)
     try:
         return _read(archive, name, known)
+    except NotInstalledError as error:  # looked at anew each time, since the package may be installed by then
+        why = str(error).removeprefix(f"{path}: ")
+        return Note(name, Known(str(stamp), settled=False, sha256=""), error=why)
     except TribopipeError as error:
         return Note(name, known, error=str(error).removeprefix(f"{path}: ")) if path.exists() else None
 

@@ -130,7 +130,7 @@ def _stated(held: _Held) -> dict[str, object]:
 
 
 def _bodies(manifest: RunManifest) -> dict[str, object]:
-    bodies = manifest.bodies
+    bodies = {} if manifest.contact is None else manifest.contact.in_roles
     pin, curved = bodies.get("pin"), bodies.get("curved_disc")
     return {
         "material": list(dict.fromkeys(body.material for body in bodies.values())),

@@ -1,6 +1,6 @@
 """What the file of a run holds of the steps it has been through."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from tribopipe.archive.definitions.common import banded, columns, document, drawn_against, process, text
 from tribopipe.archive.definitions.ingested import axis_of, signals
@@ -8,21 +8,13 @@ from tribopipe.archive.definitions.parts import FieldPart, GroupPart, Part
 from tribopipe.archive.definitions.summaries import shown_fields
 from tribopipe.archive.local_wear_tables import PLACES, local_wear_units
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, STEPS, WEAR_FITS, StepName
-from tribopipe.documents.contact import CONTACTS
+from tribopipe.documents.contact import contacts
 from tribopipe.documents.record import Record
 from tribopipe.results.wear_prediction import OUTCOMES
 
 LAWS = ("archard", "sarkar", "LAW")
 """tribopipe's own; the name of any other stands where LAW does."""
 _UNDER_LAWS = (WEAR_FITS, PREDICTIONS, LOCAL_WEAR)
-_FOREIGN: Mapping[str | None, tuple[str, ...]] = {
-    None: (),
-    **{
-        kind: tuple(f"{name}_" for other in CONTACTS if other != kind for name in CONTACTS[other].body_names)
-        for kind in CONTACTS
-    },
-}
-"""How fields of results begin that are of the bodies of another tribometer."""
 _TABLES = {
     "course": "Contact and wear as the test goes on, beside the Global Incremental Wear Model.",
     "fields": "Pressure and wear at each place of the surface.",
@@ -63,7 +55,15 @@ def _step(name: StepName, tribometer: str | None) -> GroupPart:
 
 def _own(record: type[Record], tribometer: str | None) -> tuple[FieldPart, ...]:
     """Declare what is shown of a result, but what is of the bodies of another tribometer."""
-    return tuple(part for part in shown_fields(record) if not part.name.startswith(_FOREIGN[tribometer]))
+    return tuple(part for part in shown_fields(record) if not part.name.startswith(_foreign(tribometer)))
+
+
+def _foreign(tribometer: str | None) -> tuple[str, ...]:
+    """Return how fields of results begin that are of bodies which wear along another progress."""
+    if tribometer is None:
+        return ()
+    own = contacts()[tribometer].progress
+    return tuple(f"{name}_" for other in contacts().values() if other.progress is not own for name in other.body_names)
 
 
 def _curves(name: StepName, tribometer: str | None) -> Iterator[GroupPart]:

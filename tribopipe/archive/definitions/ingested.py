@@ -1,23 +1,21 @@
 """What the file of a run holds of the run as it was ingested."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from tribopipe.archive.definitions.common import defined, document, text
-from tribopipe.archive.definitions.names import RUNS
+from tribopipe.archive.definitions.names import run_name
 from tribopipe.archive.definitions.parts import FieldPart, GroupPart, Part
 from tribopipe.archive.definitions.summaries import shown_fields
-from tribopipe.documents.contact import PinOnDisc, Specimen, TwinDisc
-from tribopipe.documents.manifest import FOREIGN, Conditions, EndValues
+from tribopipe.documents.contact import SLIDING, Specimen, contacts
+from tribopipe.documents.manifest import Conditions, EndValues, foreign_keys
 from tribopipe.documents.record import Record
 from tribopipe.documents.signals import SENSED, SIGNALS
-
-_CONTACTS: Mapping[str, type[Record]] = {"pin-on-disc": PinOnDisc, "twin-disc": TwinDisc}
 
 
 def as_ingested(tribometer: str | None) -> Iterator[Part]:
     """Declare the parts that are written once."""
     yield text("title", "One line about the run.")
-    yield defined(RUNS[tribometer])
+    yield defined(run_name(tribometer))
     yield FieldPart("start_time", "Start of the test.", "NX_DATE_TIME")
     yield text("identifier_run", "Id of the run, unique in its archive.")
     yield _archived()
@@ -37,7 +35,7 @@ def as_ingested(tribometer: str | None) -> Iterator[Part]:
 
 def axis_of(tribometer: str | None) -> str:
     """Name the signal that curves are drawn against."""
-    return "rotations" if tribometer == "twin-disc" else "sliding_distance"
+    return (SLIDING if tribometer is None else contacts()[tribometer].progress).signal
 
 
 def signals(*attributes: str, needed: str = "") -> Iterator[FieldPart]:
@@ -67,7 +65,7 @@ def _instrument() -> GroupPart:
 
 
 def _bodies(tribometer: str | None) -> Iterator[GroupPart]:
-    described = {} if tribometer is None else _CONTACTS[tribometer].model_fields
+    described = {} if tribometer is None else contacts()[tribometer].model_fields
     for name, told in described.items():
         if isinstance(told.annotation, type) and issubclass(told.annotation, Specimen):
             fields = tuple(shown_fields(told.annotation))
@@ -78,7 +76,7 @@ def _bodies(tribometer: str | None) -> Iterator[GroupPart]:
 
 def _stated(name: str, record: type[Record], doc: str, tribometer: str | None) -> GroupPart:
     """Declare what run.toml may state of a tribometer of this kind."""
-    foreign = () if tribometer is None else FOREIGN[tribometer]
+    foreign = () if tribometer is None else foreign_keys(contacts()[tribometer])
     fields = tuple(part for part in shown_fields(record) if part.name.removesuffix("_errors") not in foreign)
     return GroupPart(name, "NXcollection", doc, fields, required=True)
 

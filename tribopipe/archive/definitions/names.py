@@ -5,13 +5,19 @@ from collections.abc import Mapping
 import h5py
 
 from tribopipe.archive import nexus
+from tribopipe.documents.contact import SHIPPED
 
-RUNS: Mapping[str | None, str] = {
-    "pin-on-disc": "NXtribometry_pin_on_disc",
-    "twin-disc": "NXtribometry_twin_disc",
-    None: "NXtribometry_friction",
-}
-"""By the tribometer of a run; of one whose bodies are not described, friction alone is evaluated."""
+FRICTION = "NXtribometry_friction"
+"""Of a run whose bodies are not described: friction alone is evaluated."""
+
+
+def run_name(tribometer: str | None) -> str:
+    """Return the definition that the file of a run on a kind of tribometer follows."""
+    return FRICTION if tribometer is None else f"NXtribometry_{tribometer.replace('-', '_')}"
+
+
+RUNS: Mapping[str | None, str] = {kind: run_name(kind) for kind in (*SHIPPED, None)}
+"""By the tribometer of a run, of tribopipe's own kinds."""
 STUDY = "NXtribometry_study"
 
 

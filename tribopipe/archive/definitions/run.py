@@ -1,20 +1,15 @@
 """What the file of a run holds, by the kind of its tribometer: see ``tribopipe.archive.runfile``."""
 
-from collections.abc import Mapping
 from functools import cache
 
 from tribopipe.archive.definitions.common import banded, columns, document, drawn_against, text
 from tribopipe.archive.definitions.computed import LAWS, steps
 from tribopipe.archive.definitions.ingested import as_ingested, axis_of, earlier_manifests
-from tribopipe.archive.definitions.names import RUNS
+from tribopipe.archive.definitions.names import run_name
 from tribopipe.archive.definitions.parts import Definition, GroupPart, Part
 from tribopipe.archive.formats import RUN_FORMAT
+from tribopipe.documents.contact import contacts
 
-_WHAT: Mapping[str | None, str] = {
-    "pin-on-disc": "Wear test of a pin on a disc, and what was computed from it.",
-    "twin-disc": "Wear test of two discs that roll on each other and slip, and what was computed from it.",
-    None: "Friction test whose two bodies are not described, and what was computed from it.",
-}
 _MORE = """
 
 All numbers are in SI, those of the group ``wear`` in µm. k_D, the dimensional wear coefficient of the incremental
@@ -34,7 +29,13 @@ def run_definition(tribometer: str | None) -> Definition:
     )
     members = (*as_ingested(tribometer), *steps(tribometer), *later)
     entry = GroupPart("entry", "NXentry", "One run.", members, required=True, attributes=("default",))
-    return Definition(RUNS[tribometer], RUN_FORMAT.version, _WHAT[tribometer] + _MORE, entry)
+    return Definition(run_name(tribometer), RUN_FORMAT.version, _what(tribometer) + _MORE, entry)
+
+
+def _what(tribometer: str | None) -> str:
+    if tribometer is None:
+        return "Friction test whose two bodies are not described, and what was computed from it."
+    return f"Wear test of {contacts()[tribometer].title}, and what was computed from it."
 
 
 def _wear_plot(tribometer: str | None) -> GroupPart:

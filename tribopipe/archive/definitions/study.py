@@ -6,7 +6,7 @@ from tribopipe.archive.definitions.common import defined, document, process, tex
 from tribopipe.archive.definitions.names import STUDY
 from tribopipe.archive.definitions.parts import Definition, FieldPart, GroupPart
 from tribopipe.archive.formats import STUDY_FORMAT
-from tribopipe.documents.contact import CONTACTS
+from tribopipe.documents.contact import contacts
 from tribopipe.documents.signals import SIGNALS
 
 _DOC = """Wear tests under one law: what some identify, others have to follow.
@@ -35,14 +35,17 @@ def study_definition() -> Definition:
 
 
 def _curve() -> GroupPart:
-    worn, kinds = ("um", "mm^3"), CONTACTS.values()
+    worn, kinds = ("um", "mm^3"), contacts().values()
     members = (
         text("title", "Title of the plot."),
         text("run_id", "The run."),
         text("model", "Wear law."),
         FieldPart("role", "What the run is for.", required=True, values=("fitted", "predicted")),
         FieldPart(
-            "body", "Which body.", required=True, values=tuple(name for one in kinds for name in one.fitted_bodies)
+            "body",
+            "Which body.",
+            required=True,
+            values=tuple(dict.fromkeys(name for one in kinds for name in one.fitted_bodies)),
         ),
         FieldPart("what", "What the curve is of.", required=True, values=("wear_depth", "wear_volume")),
         *(

@@ -75,7 +75,7 @@ def sizes_and_speeds_are_plausible(run: RawRun) -> Iterator[Trouble]:
 def _pin_sizes(manifest: RunManifest) -> Iterator[_Size]:
     conditions = manifest.conditions
     if manifest.contact is not None:
-        yield _Size("contact.pin.radius", manifest.pin_on_disc.pin.radius, 1e-6, 0.5, "mm")
+        yield _Size("contact.pin.radius", manifest.sliding_pin.pin.radius, 1e-6, 0.5, "mm")
     yield _Size("conditions.sliding_speed", conditions.nominal_speed, 1e-9, 200.0, "m/s")
     yield _Size("conditions.sliding_distance", conditions.sliding_distance, 1e-6, 1e8, "m")
 
@@ -217,12 +217,12 @@ def _pin_inputs(manifest: RunManifest) -> dict[str, Quantity | None]:
     load, end = {"conditions.normal_load": manifest.conditions.normal_load}, manifest.end_values
     if manifest.contact is None:
         return {**load}
-    contact = manifest.pin_on_disc
+    contact = manifest.sliding_pin
     return {
         **load,
         "contact.pin.radius": contact.pin.radius,
         "contact.pin.youngs_modulus": contact.pin.youngs_modulus,
-        "contact.disc.youngs_modulus": contact.disc.youngs_modulus,
+        f"contact.{contact.counterbody_name()}.youngs_modulus": contact.counterbody.youngs_modulus,
         **{f"end_values.{name}": getattr(end, name) for name in _STATED_WAYS},
     }
 

@@ -9,7 +9,7 @@ from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.base.units import show
 from tribopipe.contacts.twin_disc import disc_pair, nominal_values
-from tribopipe.documents.contact import PinOnDisc, Specimen, TwinDisc
+from tribopipe.documents.contact import Contact, SlidingPin, TwinDisc
 from tribopipe.documents.manifest import EndValues, RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
@@ -26,11 +26,12 @@ from tribopipe.results.run import RawRun
 @check("error")
 def end_values_are_possible(run: RawRun) -> Iterator[Trouble]:
     """Refuse a mass without density, and more wear than a pin holds."""
-    if not isinstance(run.manifest.contact, PinOnDisc):
+    if run.manifest.pin is None:
         return
+    contact = run.manifest.sliding_pin
     for where, end in _pin_parts(run.manifest):
-        yield from _masses_without_density(where, end, run.manifest.bodies)
-        yield from _impossible_on_the_pin(where, end, run.manifest.contact)
+        yield from _masses_without_density(where, end, contact)
+        yield from _impossible_on_the_pin(where, end, contact)
         yield from _impossible_track(where, end, run.manifest)
 
 
@@ -40,20 +41,20 @@ def _pin_parts(manifest: RunManifest) -> Iterator[tuple[str, EndValues]]:
         yield f"interruptions[{number}]", stop
 
 
-def _masses_without_density(where: str, end: EndValues, bodies: dict[str, Specimen]) -> Iterator[Trouble]:
-    for name, body in bodies.items():
-        if getattr(end, f"{name}_mass_loss") is not None and body.density is None:
+def _masses_without_density(where: str, end: EndValues, contact: Contact) -> Iterator[Trouble]:
+    for role, (name, body) in zip(contact.roles, contact.bodies.items(), strict=True):
+        if getattr(end, f"{role}_mass_loss") is not None and body.density is None:
             yield Trouble(
-                f"{where}.{name}_mass_loss",
+                f"{where}.{role}_mass_loss",
                 f"found a mass of a {name} without density; expected contact.{name}.density, by which it becomes a "
                 "volume",
                 'add density = "3.21 g/cm^3" or the like',
             )
 
 
-def _impossible_on_the_pin(where: str, end: EndValues, contact: PinOnDisc) -> Iterator[Trouble]:
+def _impossible_on_the_pin(where: str, end: EndValues, contact: SlidingPin) -> Iterator[Trouble]:
     """Find more wear than half a sphere, a scar within the flat that was there, and profiles of what has no cap."""
-    tip = PinTip.of(contact.pin)
+    tip = PinTip.of(contact.equivalent_pin)
     if tip.shape == "flat":
         if end.pin_profile:
             yield Trouble(
@@ -81,7 +82,7 @@ def _impossible_on_the_pin(where: str, end: EndValues, contact: PinOnDisc) -> It
         )
 
 
-def _pin_volume(end: EndValues, contact: PinOnDisc) -> Quantity | None:
+def _pin_volume(end: EndValues, contact: SlidingPin) -> Quantity | None:
     """Return the volume stated for the pin, or that of its mass, m³."""
     if end.pin_wear_volume is not None:
         return end.pin_wear_volume
@@ -92,7 +93,7 @@ def _pin_volume(end: EndValues, contact: PinOnDisc) -> Quantity | None:
 
 def _impossible_track(where: str, end: EndValues, manifest: RunManifest) -> Iterator[Trouble]:
     """Find tracks wider than the pin, or than the circle they lie on."""
-    width, pin, circle = end.disc_track_width, manifest.pin_on_disc.pin, manifest.conditions.track_radius
+    width, pin, circle = end.disc_track_width, manifest.sliding_pin.pin, manifest.conditions.track_radius
     for name, radius in (("pin", None if pin.shape == "flat" else pin.radius), ("circle", circle)):
         if width is not None and radius is not None and width.value >= 2 * radius.value:
             yield Trouble(

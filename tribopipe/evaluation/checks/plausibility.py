@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, show
-from tribopipe.documents.contact import Pin, PinOnDisc, Specimen, TwinDisc
+from tribopipe.documents.contact import Pin, Specimen, TwinDisc
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import Recipe
@@ -115,10 +115,9 @@ def _diameter_unless_radius(pin: Pin) -> Trouble | None:
 @check("warning")
 def radius_is_no_diameter(run: RawRun) -> Iterator[Trouble]:
     """Find the diameter of a ball, or of a flat pin, written as its radius."""
-    contact = run.manifest.contact
-    if isinstance(contact, PinOnDisc):
-        trouble = None if contact.pin.shape == "flat" else _diameter_unless_radius(contact.pin)
-        trouble = _flat_wider_than_the_pin(contact.pin) if contact.pin.shape == "flat" else trouble
+    pin = run.manifest.pin
+    if pin is not None:
+        trouble = _flat_wider_than_the_pin(pin) if pin.shape == "flat" else _diameter_unless_radius(pin)
         if trouble is not None:
             yield trouble
 
@@ -137,10 +136,9 @@ def _flat_wider_than_the_pin(pin: Pin) -> Trouble | None:
 @check("note")
 def radius_can_be_compared(run: RawRun) -> Iterator[Trouble]:
     """Say which ball a radius stands for, where no diameter is stated to compare it with."""
-    contact = run.manifest.contact
-    if not isinstance(contact, PinOnDisc) or contact.pin.diameter is not None:
+    pin = run.manifest.pin
+    if pin is None or pin.diameter is not None:
         return
-    pin = contact.pin
     what = "an end" if pin.shape == "flat" else "a ball"
     if _diameter_unless_radius(pin) is None or pin.shape == "flat":
         yield Trouble(
@@ -181,7 +179,8 @@ def _mean_pressure(run: RawRun) -> float | None:
         except ContactError:
             return None
         return ellipse.peak_pressure / 1.5
-    return load / (math.pi * _start_radius(contact.pin, load, modulus) ** 2)
+    pin = run.manifest.sliding_pin.equivalent_pin
+    return load / (math.pi * _start_radius(pin, load, modulus) ** 2)
 
 
 def _start_radius(pin: Pin, load: float, modulus: float) -> float:
@@ -250,12 +249,13 @@ def overall_rate_is_the_steady_one(run: RawRun, cleaned: CleanedRun) -> Iterator
 @check("warning")
 def scar_is_no_radius(run: RawRun) -> Iterator[Trouble]:
     """Find a scar smaller than the contact it began with, and a track twice or half as wide as the scar."""
-    contact, end = run.manifest.contact, run.manifest.end_values
+    pin, end = run.manifest.pin, run.manifest.end_values
     scar = end.pin_scar_diameter
-    if not isinstance(contact, PinOnDisc) or scar is None or contact.pin.shape == "flat":
+    if pin is None or scar is None or pin.shape == "flat":
         return
+    contact = run.manifest.sliding_pin
     load = applied_load(run, Recipe()).value
-    start = 2 * _start_radius(contact.pin, load, _start_modulus(contact.pin, contact.disc))
+    start = 2 * _start_radius(contact.equivalent_pin, load, _start_modulus(contact.pin, contact.counterbody))
     if scar.value + 3 * (scar.standard_uncertainty or 0.0) < start:
         yield Trouble(
             "end_values.pin_scar_diameter",

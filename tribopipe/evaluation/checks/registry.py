@@ -86,8 +86,9 @@ def check_run(run: RawRun) -> list[Finding]:
     """Run every check on a run and return what they found, errors first."""
     load_checks()
     cleaned = clean_run(run)
+    worded = run.manifest.worded
     found = [
-        Finding(severity=severity, code=name, where=trouble.where, message=trouble.message, remedy=trouble.remedy)
+        Finding(severity=severity, code=name, **{part: worded(text) for part, text in trouble._asdict().items()})
         for name, (severity, function) in CHECKS.items()
         for trouble in function(run, cleaned)
     ]

@@ -7,7 +7,6 @@ import numpy as np
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
-from tribopipe.documents.contact import PinOnDisc, TwinDisc
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.preprocessing import ContinuousAxes
 from tribopipe.documents.quantity import Quantity, force
@@ -426,13 +425,14 @@ def _thermal_drift(run: RawRun) -> str:
 
 def _misread_size(run: RawRun, rise: float) -> str:
     """Name a scar given by its radius, or a ball by its diameter, where the other one would make the depths agree."""
-    contact, end = run.manifest.contact, run.manifest.end_values
+    pin, end = run.manifest.pin, run.manifest.end_values
     scar = end.pin_scar_diameter
-    if scar is None or not isinstance(contact, PinOnDisc) or contact.pin.shape == "flat":
+    if scar is None or pin is None or pin.shape == "flat":
         return ""
+    contact = run.manifest.sliding_pin
     twice = scar.model_copy(update={"value": 2 * scar.value})
-    halved = contact.pin.radius.model_copy(update={"value": contact.pin.radius.value / 2})
-    pin = contact.pin.model_copy(update={"radius": halved})
+    halved = pin.radius.model_copy(update={"value": pin.radius.value / 2})
+    pin = pin.model_copy(update={"radius": halved})
     others: dict[str, dict[str, object]] = {
         "pin_scar_diameter is no radius: twice": {"end_values": end.model_copy(update={"pin_scar_diameter": twice})},
         "contact.pin.radius is no diameter: half": {"contact": contact.model_copy(update={"pin": pin})},
@@ -446,16 +446,13 @@ def _misread_size(run: RawRun, rise: float) -> str:
 
 def _worn_radius(manifest: RunManifest) -> tuple[str, Quantity | None]:
     """Return the radius that is worn flat, and what it is called; none where the bodies are not described."""
-    contact = manifest.contact
-    if isinstance(contact, TwinDisc):
-        return "crown radius", contact.curved_disc.crown_radius
-    return "pin radius", None if contact is None else contact.pin.radius
+    return ("pin radius", None) if manifest.contact is None else manifest.contact.worn_radius
 
 
 def _lost(run: RawRun) -> Quantity | None:
     """Return the depth that both bodies have lost at the end, m; none where that was not measured."""
     end = run.manifest.end_values
-    if isinstance(run.manifest.contact, PinOnDisc):
+    if run.manifest.pin is not None:
         try:
             wear = end_wear(run, DefaultUncertainty())
         except FitError:

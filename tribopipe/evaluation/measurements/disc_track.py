@@ -146,7 +146,7 @@ def disc_notes(run: RawRun, end: EndValues, ways: Sequence[BodyWear]) -> Iterato
     if best is not None and "volume" in best.assumed and best.pair is not None:
         yield from _assumed(best.pair)
     for way in ways:
-        if way.name in WIDTHS and way.depth is None and run.manifest.pin_on_disc.pin.shape != "flat":
+        if way.name in WIDTHS and way.depth is None and run.manifest.sliding_pin.pin.shape != "flat":
             yield f"{way.name} is no more than the scar on the pin: it tells no depth of the track"
     if 0 < len(end.disc_profile) < FEWEST_PLACES:
         yield (

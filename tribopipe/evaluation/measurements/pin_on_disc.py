@@ -138,7 +138,7 @@ def pin_on_disc_wear(run: RawRun, defaults: DefaultUncertainty, interruption: in
 
 def tip_radius(run: RawRun, defaults: DefaultUncertainty) -> Quantity:
     """Return the radius of the pin with its standard uncertainty, stated or by default."""
-    radius = run.manifest.pin_on_disc.pin.radius
+    radius = run.manifest.sliding_pin.equivalent_pin.radius
     known, _ = stated_or_default(radius, defaults.pin_radius * radius.value)
     return known
 
@@ -158,7 +158,10 @@ class _Found:
 
     @classmethod
     def of(cls, run: RawRun, where: str, end: EndValues, defaults: DefaultUncertainty) -> "_Found":
-        tip, path = PinTip.of(run.manifest.pin_on_disc.pin), SlidingPath.of(run.manifest.conditions, defaults)
+        tip, path = (
+            PinTip.of(run.manifest.sliding_pin.equivalent_pin),
+            SlidingPath.of(run.manifest.conditions, defaults),
+        )
         pins = tuple(pin_values(run, where, end, defaults))
         readings = [*disc_readings(run, where, end, defaults), *(pin for pin in pins if pin.name == "pin_scar_width")]
         best = min(pins, key=lambda pin: _rank(pin, tip), default=UNKNOWN_SHARE)

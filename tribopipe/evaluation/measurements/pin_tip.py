@@ -134,7 +134,7 @@ def known_density(run: RawRun, body: str, key: str, defaults: DefaultUncertainty
 
 def _profiled(run: RawRun, key: str, profiles: Mapping[str, Profile]) -> EndValueUsed:
     """Return the depth of the scar's middle below the sphere, m, and what the sphere's radius does to it."""
-    tip = PinTip.of(run.manifest.pin_on_disc.pin)
+    tip = PinTip.of(run.manifest.sliding_pin.equivalent_pin)
     if tip.shape == "flat":
         raise FitError(
             f"{run.id}: {key}: found a profile of a flat pin, on which nothing unworn is left to level it on; expected "

@@ -22,6 +22,7 @@ from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
 from tribopipe.evaluation.measurements.twin_disc import disc_measurements
 from tribopipe.results.run import RawRun
 from tribopipe.results.specific_wear import BodyWearRate, MeasuredWear, SpecificWear
+from tribopipe.results.wording import reworded
 
 
 def specific_wear(run: RawRun, recipe: Recipe | None = None) -> SpecificWear:
@@ -47,7 +48,7 @@ def specific_wear(run: RawRun, recipe: Recipe | None = None) -> SpecificWear:
     lacking = [
         f"nothing was measured on the {name.replace('_', ' ')}" for name, rate in rates.items() if not rate.measured
     ]
-    return SpecificWear(
+    found = SpecificWear(
         outcome="evaluated" if volumes else "not evaluated",
         notes=(*lacking, *notes, *_running_in(rates)),
         sliding_distance=distance,
@@ -56,6 +57,7 @@ def specific_wear(run: RawRun, recipe: Recipe | None = None) -> SpecificWear:
         total=_together(volumes, load, distance) if len(volumes) == len(rates) else None,
         **rates,
     )
+    return reworded(found, contact.worded)
 
 
 Worn = dict[str, tuple[BodyWear, ...]]

@@ -15,7 +15,6 @@ import numpy as np
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
 from tribopipe.base.units import show
-from tribopipe.documents.contact import PinOnDisc, TwinDisc
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.evaluation.profile.levelling import (
@@ -141,12 +140,8 @@ def examined(profile: Profile, crown_radius: float | None) -> Track | Level:
 
 def reference_radius(manifest: RunManifest, key: str) -> Quantity | None:
     """Return the radius of the unworn surface that a profile leads across, by its key; none where that is flat."""
-    contact = manifest.contact
-    if isinstance(contact, TwinDisc):
-        return contact.curved_disc.crown_radius if ".curved_disc_profile" in key else None
-    if isinstance(contact, PinOnDisc) and ".pin_profile" in key and contact.pin.shape != "flat":
-        return contact.pin.radius
-    return None
+    round_surfaces = {} if manifest.contact is None else manifest.contact.round_surfaces
+    return next((radius for role, radius in round_surfaces.items() if f".{role}_profile" in key), None)
 
 
 def _centred(profile: Profile, crown_radius: float | None) -> tuple[Column, Column, float]:

@@ -46,7 +46,9 @@ def design(
         model=law,
         half_width=now,
         wanted=wanted,
-        levers=tuple(levers(lines)),
+        levers=tuple(
+            lever.model_copy(update={"name": run.problem.contact.worded(lever.name)}) for lever in levers(lines)
+        ),
         sliding_distance=None if length is None else Quantity(value=length * run.problem.trace.slid, unit="m"),
         by_distance=by_distance,
         replicates=replicates(now, by_shared, COVERAGE_FACTOR * (scatter or 0.0), wanted),

@@ -68,15 +68,21 @@ def evaluate_pins(
         laws=tuple(laws),
         comparisons=comparisons,
         left_out=tuple(left_out),
-        notes=single_run_note([member.id for member in fit]),
+        notes=(*_limits([*fit, *predict]), *single_run_note([member.id for member in fit])),
     )
     return Evaluation(result, tuple(curves))
+
+
+def _limits(members: Sequence[Member]) -> tuple[str, ...]:
+    """Return what the contacts of runs assume, each once."""
+    contacts = (member.corrected.run.manifest.described for member in members)
+    return tuple(dict.fromkeys(limit for contact in contacts for limit in contact.limits))
 
 
 def _one_engine(recipe: Recipe, fit: Sequence[Member]) -> Recipe:
     """Return the recipe with one engine for all runs: the GIWM where it is right for each of those fitted."""
     runs = [member.corrected.run for member in fit]
-    engines = {engine_of(run.manifest.pin_on_disc.pin, end_wear(run, recipe.uncertainty), recipe) for run in runs}
+    engines = {engine_of(run.manifest.sliding_pin.pin, end_wear(run, recipe.uncertainty), recipe) for run in runs}
     engine: WearEngine = "giwm" if engines == {"giwm"} else engines.difference({"giwm"}).pop()
     return recipe.model_copy(update={"wear": recipe.wear.model_copy(update={"engine": engine})})
 
@@ -254,11 +260,13 @@ def _extrapolations(run: PosedRun, comparison: Comparison) -> list[str]:
         pin_modulus=values["pin_modulus"],
         pin_ratio=contact.pin.poisson_ratio.value,
         disc_modulus=values["disc_modulus"],
-        disc_ratio=contact.disc.poisson_ratio.value,
+        disc_ratio=contact.counterbody.poisson_ratio.value,
     )
     start = float(hertz_radius(normal_load=load, pin_radius=radius, modulus=modulus))
     pressure = 1.5 * load / (np.pi * start**2)
-    hardness = [body.vickers_hardness for body in (contact.pin, contact.disc) if body.vickers_hardness is not None]
+    hardness = [
+        body.vickers_hardness for body in (contact.pin, contact.counterbody) if body.vickers_hardness is not None
+    ]
     if hardness and pressure > min(hardness) * HARDNESS_UNIT:
         found, softer = (
             Quantity(value=value, unit="Pa").shown("GPa") for value in (pressure, min(hardness) * HARDNESS_UNIT)

@@ -53,7 +53,7 @@ def wear_scenario(
         discs, slipping, speed = manifest.twin_disc, slip(manifest), conditions.curved_disc_speed
         return DiscScenario(discs, load, slipping, known, law, friction, recipe, speed)
     return PinScenario(
-        manifest.pin_on_disc,
+        manifest.sliding_pin,
         load,
         known.first,
         law,

@@ -34,6 +34,7 @@ from tribopipe.physics.uncertainty import propagate
 from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit
 from tribopipe.results.run import CorrectedRun
 from tribopipe.results.wear_fit import BodyWear, Contribution, LawValue, WearFit
+from tribopipe.results.wording import reworded
 
 _FEWEST_SAMPLES = 10
 _NOISE = "noise of the depth signal"
@@ -100,7 +101,13 @@ def _fit_pin(corrected: CorrectedRun, model: LawName, friction: FrictionFit | No
         update={
             "correction": recipe.wear.correction,
             "friction": source,
-            "notes": (*_doubts(corrected, recipe), *held_notes(chosen), *default_notes(chosen.inputs), *notes),
+            "notes": (
+                *problem.contact.limits,
+                *_doubts(corrected, recipe),
+                *held_notes(chosen),
+                *default_notes(chosen.inputs),
+                *notes,
+            ),
             **_by_whole_reading(whole, recipe),
         }
     )
@@ -112,9 +119,8 @@ def _fit_pin(corrected: CorrectedRun, model: LawName, friction: FrictionFit | No
             findings += prior_findings(whole, pin.wear_coefficient)
         fit = fit.model_copy(update={"findings": tuple(findings)})
     pin, notes = _with_monte_carlo(pin, chosen, recipe.monte_carlo)
-    return fit.model_copy(
-        update={"bodies": {corrected.run.manifest.described.fitted_bodies[0]: pin}, "notes": (*fit.notes, *notes)}
-    )
+    update = {"bodies": {corrected.run.manifest.described.fitted_bodies[0]: pin}, "notes": (*fit.notes, *notes)}
+    return reworded(fit.model_copy(update=update), corrected.run.manifest.worded)
 
 
 def _posed_whole(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe) -> DepthProblem | None:

@@ -14,7 +14,7 @@ from numpy.random import Generator
 
 from tribopipe.base.arrays import Column, Numbers, Values
 from tribopipe.base.units import WEAR_COEFFICIENT, force_unit
-from tribopipe.documents.contact import PinOnDisc
+from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import FrictionSource, LawName, Recipe
 from tribopipe.evaluation.applied_load import applied_load
@@ -100,10 +100,15 @@ def best_values(inputs: Inputs) -> dict[str, float]:
     return {name: given.quantity.value for name, given in inputs.items()}
 
 
-def contact_inputs(contact: PinOnDisc, normal_load: Quantity, recipe: Recipe) -> dict[str, Input]:
+def contact_inputs(contact: SlidingPin, normal_load: Quantity, recipe: Recipe) -> dict[str, Input]:
     """Collect load, tip radius and moduli with the uncertainties stated, or else the recipe's defaults."""
     defaults = recipe.uncertainty
-    stated = (normal_load, contact.pin.radius, contact.pin.youngs_modulus, contact.disc.youngs_modulus)
+    stated = (
+        normal_load,
+        contact.equivalent_pin.radius,
+        contact.pin.youngs_modulus,
+        contact.counterbody.youngs_modulus,
+    )
     relative = (defaults.normal_load, defaults.pin_radius, defaults.youngs_modulus, defaults.youngs_modulus)
     return {
         name: relative_input(quantity, share)
@@ -121,7 +126,7 @@ def load_input(run: RawRun, recipe: Recipe) -> Input:
 def pin_inputs(run: RawRun, recipe: Recipe) -> dict[str, Input]:
     """Collect load, tip radius and moduli of a run, the load as it was recorded."""
     load = load_input(run, recipe)
-    return contact_inputs(run.manifest.pin_on_disc, load.quantity, recipe) | {"normal_load": load}
+    return contact_inputs(run.manifest.sliding_pin, load.quantity, recipe) | {"normal_load": load}
 
 
 def instrument_inputs(run: RawRun, recipe: Recipe) -> dict[str, Input]:

@@ -131,7 +131,7 @@ def _wear_pin(scenario: PinScenario, at: Sequence[float], how: LocalOptions, ref
         wear_coefficient=scenario.wear_coefficient,
         reference=reference,
         normal_load=scenario.normal_load,
-        notes=(*_exactness(scenario.wear_coefficient), *_coarseness(course, along, places)),
+        notes=(*scenario.contact.limits, *_exactness(scenario.wear_coefficient), *_coarseness(course, along, places)),
         points=tuple(_pin_points(scenario, places, along, course, mean, giwm)),
         **_told(how, engine, course),
     )

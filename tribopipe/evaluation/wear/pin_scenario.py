@@ -10,7 +10,7 @@ import numpy as np
 from tribopipe.base.arrays import Column, Values
 from tribopipe.base.errors import FitError
 from tribopipe.contacts.pin_on_disc import pin_curve
-from tribopipe.documents.contact import PinOnDisc
+from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.wear.given_parameters import require_all
@@ -37,7 +37,7 @@ class PinScenario:
     The uncertainties of k_D, load, tip radius and moduli are taken as independent of each other.
     """
 
-    contact: PinOnDisc
+    contact: SlidingPin
     normal_load: Quantity
     wear_coefficient: Quantity
     model: LawName = "archard"
@@ -65,7 +65,7 @@ class PinScenario:
     @property
     def conditions(self) -> dict[str, Quantity]:
         """The radius of the tip."""
-        return {"pin_radius": self.contact.pin.radius}
+        return {"pin_radius": self.contact.equivalent_pin.radius}
 
     @property
     def start(self) -> None:
@@ -191,8 +191,8 @@ class PinScenario:
         return np.asarray(self.wear_coefficient.value * pressure * self.law.rate_factor(places, self.friction))
 
     def validity_notes(self, _: Column, /) -> tuple[str, ...]:
-        """Say nothing: a tip that is worn away is refused."""
-        return ()
+        """Return what the contact assumes; a tip that is worn away is refused."""
+        return self.contact.limits
 
     def bands(self, run: RawRun) -> dict[str, Band]:
         """Return the wear depth along a run; the band is that of k_D, load, tip radius and moduli."""

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from tribopipe.base.arrays import Column, Numbers, Values
 from tribopipe.base.errors import FitError
 from tribopipe.contacts.pin_on_disc import pin_curve
-from tribopipe.documents.contact import PinOnDisc
+from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.depth_reading import engine_of, remountings
@@ -67,7 +67,7 @@ _LEAST_NOISE = 1e-12
 class WearProblem:
     """One run corrected in two steps: drift first, by the end value, then k_D on the corrected wear of the pin."""
 
-    contact: PinOnDisc
+    contact: SlidingPin
     law: WearLaw
     distance: Column
     trace: SensorTrace
@@ -386,14 +386,14 @@ def wear_problem(
     inputs |= _unseen_groove(end, recipe, by_sensor=measured is None)
     inputs |= law_inputs(law_named(law), recipe)
     return WearProblem(
-        contact=manifest.pin_on_disc,
+        contact=manifest.sliding_pin,
         law=law_named(law),
         distance=run.sliding_distance[seen],
         trace=trace,
         end=end,
         friction=known.path,
         inputs=inputs,
-        engine=engine_of(manifest.pin_on_disc.pin, measured, recipe),
+        engine=engine_of(manifest.sliding_pin.pin, measured, recipe),
         friction_covariance=known.covariance,
         noise=_sensor_noise(trace, run.sliding_distance[seen], remountings(manifest, run.sliding_distance[seen])),
     )
@@ -404,7 +404,7 @@ def _end_by_reading(corrected: CorrectedRun) -> EndWear | None:
     model = corrected.correction.model
     if model is None:
         return None
-    tip = PinTip.of(corrected.run.manifest.pin_on_disc.pin)
+    tip = PinTip.of(corrected.run.manifest.sliding_pin.equivalent_pin)
     # What is worn is above zero; a reading that tells none still bounds it.
     depth = max(model.end_depth.value, model.end_depth.standard_uncertainty or 0.0)
     read = Quantity(value=depth, unit="m", standard_uncertainty=model.end_depth.standard_uncertainty)

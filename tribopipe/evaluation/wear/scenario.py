@@ -5,7 +5,7 @@ from typing import Protocol, TypeVar
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
-from tribopipe.documents.contact import PinOnDisc, TwinDisc
+from tribopipe.documents.contact import SlidingPin, TwinDisc
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.wear.inputs import Input
@@ -24,7 +24,7 @@ class Scenario(Protocol[State]):
     """What wear is predicted for: bodies, load, law and k_D. Places are counted along the contact's progress."""
 
     @property
-    def contact(self) -> PinOnDisc | TwinDisc:
+    def contact(self) -> SlidingPin | TwinDisc:
         """The bodies."""
 
     @property

@@ -20,7 +20,7 @@ import numpy as np
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError
 from tribopipe.base.units import WEAR_COEFFICIENT, show
-from tribopipe.documents.contact import Pin, PinOnDisc, TwinDisc
+from tribopipe.documents.contact import Contact
 from tribopipe.documents.recipe import LawName
 from tribopipe.extras.abaqus.known_wear import KnownWear
 from tribopipe.physics.friction_path import ExponentialFriction, junction_factor
@@ -55,7 +55,7 @@ class UnwornContact:
 class WearCase:
     """All that a subroutine and its step need, SI. Raises ``ContactError`` where nothing wears, or too fast."""
 
-    contact: PinOnDisc | TwinDisc
+    contact: Contact
     normal_load: float
     known: KnownWear
     speed: float
@@ -87,7 +87,7 @@ class WearCase:
     @property
     def rolls(self) -> bool:
         """Whether two discs roll on each other; a pin slides."""
-        return isinstance(self.contact, TwinDisc)
+        return self.contact.rolls
 
     @cached_property
     def modulus(self) -> float:
@@ -105,13 +105,7 @@ class WearCase:
     @cached_property
     def start(self) -> UnwornContact:
         """The unworn contact by Hertz; a flat end where that is larger."""
-        if isinstance(self.contact, TwinDisc):
-            curved, flat = self.contact.curved_disc.rolling_radius.value, self.contact.flat_disc.rolling_radius.value
-            across, along = self.contact.curved_disc.crown_radius.value, curved * flat / (curved + flat)
-            end = 0.0
-        else:
-            across = along = self.contact.pin.radius.value
-            end = _flat_end(self.contact.pin)
+        (across, along), end = self.contact.unworn_radii, self.contact.flat_end
         hertz = hertz_ellipse(normal_load=self.normal_load, radius_x=across, radius_z=along, modulus=self.modulus)
         if end > hertz.half_width:
             return UnwornContact(end, end, self.normal_load / (math.pi * end**2), even=True)
@@ -125,9 +119,7 @@ class WearCase:
     @property
     def turns(self) -> float:
         """Slip rotations per time, n = |V₁ − V₂|/(2πr) of Eq. 9, 1/s; 0 for a pin, which slides all the way."""
-        if not isinstance(self.contact, TwinDisc):
-            return 0.0
-        return self.speed / (2 * math.pi * self.contact.curved_disc.rolling_radius.value)
+        return self.speed / self.contact.travel if self.rolls else 0.0
 
     @property
     def largest_factor(self) -> float:
@@ -155,10 +147,3 @@ class WearCase:
             f"{self.known.run_id}: increments stable below {show(self.step_limit, None, 's')} where elements of the "
             f"contact are {show(self.element, None, 'm', 'um')} wide, {math.ceil(self.increments):,} to the end"
         )
-
-
-def _flat_end(pin: Pin) -> float:
-    """Return the radius of the flat that a pin has before the test, m; 0 for a whole sphere."""
-    if pin.shape == "flat":
-        return pin.radius.value
-    return 0.0 if pin.flat_radius is None else pin.flat_radius.value

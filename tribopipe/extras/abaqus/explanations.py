@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from tribopipe.documents.contact import Specimen, TwinDisc
+from tribopipe.documents.contact import Specimen
 from tribopipe.documents.quantity import Quantity
 from tribopipe.extras.abaqus.case import WearCase
 from tribopipe.extras.abaqus.fortran import in_mm
@@ -28,18 +28,18 @@ def law_told(case: WearCase) -> Iterator[str]:
     factor = "" if case.friction is None else " sqrt(1 + 3 mu^2)"
     yield f"{case.law.title()}'s law: a node recedes at {rate}{factor}."
     yield f"k_D = {_stated(case.known.coefficient)}. {case.known.origin}"
-    yield from (f"Note: {note}" for note in case.known.notes)
+    yield from (f"Note: {note}" for note in (*case.contact.limits, *case.known.notes))
     if case.friction is not None:
         yield (
             f"mu(s) = A exp(-s/c) + b with A = {case.friction.amplitude:.6g}, b = {case.friction.steady_state:.6g} and "
             f"c = {in_mm(float(case.friction.running_in_distance), 'm'):.6g} mm, at the distance slid by the middle of "
             "the increment: TIME(1) is taken for the time of the step at the end of the increment."
         )
-    if isinstance(case.contact, TwinDisc):
+    if case.rolls:
         yield (
             f"Eq. 9: n = |V1 - V2|/(2 pi r) = {case.turns:.6g} slip rotations per second, with the slip speed "
             f"{in_mm(case.speed, 'm/s'):.6g} mm/s and the radius r = "
-            f"{in_mm(case.contact.curved_disc.rolling_radius.value, 'm'):.6g} mm of the curved disc, which wears; k_D "
+            f"{in_mm(case.contact.travel / (2 * math.pi), 'm'):.6g} mm of the curved disc, which wears; k_D "
             "counts what a point slides while it is in contact. Pressures are those of the increment itself: the "
             "utility routines are called for all nodes of all streamlines at the first call in an increment."
         )
@@ -77,7 +77,7 @@ def use_told(case: WearCase) -> Iterator[str]:
         "the slave (secondary) surface of the contact, since CSTRESS is had there. UREF is not used, since a step may "
         "ramp it."
     )
-    if isinstance(case.contact, TwinDisc):
+    if case.rolls:
         yield (
             "Run with cpus=1: streamlines and their integrals are kept in COMMON. streamlines.dat has to be in the "
             f"folder of the job; {README} says what is in it. Its node numbers are those of an input file without "
@@ -106,7 +106,7 @@ def step_told(case: WearCase) -> Iterator[str]:
 
 
 def _wearing(case: WearCase) -> Specimen:
-    return case.contact.curved_disc if isinstance(case.contact, TwinDisc) else case.contact.pin
+    return case.contact.bodies[case.contact.fitted_bodies[0]]
 
 
 def files_told() -> Iterator[str]:

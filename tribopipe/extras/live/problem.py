@@ -14,7 +14,7 @@ import numpy as np
 
 from tribopipe.base.arrays import Column, Values
 from tribopipe.base.errors import FitError
-from tribopipe.documents.contact import PinOnDisc
+from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.depth_reading import engine_of, remountings
@@ -151,7 +151,7 @@ class Asked:
 def live_problem(asked: Asked, state: State) -> LiveProblem:
     """Pose the fit of the samples so far. Raises ``FitError`` where the law needs a friction that was not recorded."""
     fine, manifest = state.means, asked.run.manifest
-    pin = manifest.pin_on_disc.pin
+    pin = manifest.sliding_pin.pin
     segments = remountings(manifest, fine.sliding_distance)
     trace = _trace(fine, fine)
     stretches = _stretches(fine.sliding_distance if pin.shape == "flat" else fine.root, segments)
@@ -164,9 +164,9 @@ def live_problem(asked: Asked, state: State) -> LiveProblem:
         noise = noise_of_all(fine, trace, segments)
     anchors = _anchors(asked, trace.slid, end)
     return LiveProblem(
-        contact=manifest.pin_on_disc,
+        contact=manifest.sliding_pin,
         law=law_as_given(asked.law, asked.recipe),
-        distance=mean_distance(manifest.pin_on_disc, means),
+        distance=mean_distance(manifest.sliding_pin, means),
         trace=_trace(means, fine),
         end=end
         or EndWear(EndValueUsed("pin_wear_depth", Quantity(value=0.0, unit="m"), "default"), None, PinTip.of(pin)),
@@ -183,7 +183,7 @@ def live_problem(asked: Asked, state: State) -> LiveProblem:
     )
 
 
-def mean_distance(contact: PinOnDisc, means: Means) -> Column:
+def mean_distance(contact: SlidingPin, means: Means) -> Column:
     """Return where a pin is worn as in the mean of a stretch, m: at the mean of √s, or of s under a flat one."""
     return means.sliding_distance if contact.pin.shape == "flat" else means.root**2
 
@@ -234,7 +234,7 @@ def _anchors(asked: Asked, slid: float, end: EndWear | None) -> list[Anchor]:
 
 def _inputs(asked: Asked, anchors: list[Anchor], end: EndWear | None) -> Mapping[str, Input]:
     manifest, recipe = asked.run.manifest, asked.recipe
-    inputs = contact_inputs(manifest.pin_on_disc, manifest.conditions.normal_load, recipe)
+    inputs = contact_inputs(manifest.sliding_pin, manifest.conditions.normal_load, recipe)
     inputs |= instrument_inputs(asked.run, recipe)
     inputs |= law_inputs(law_named(asked.law), recipe)
     inputs |= {anchor.name: Input(anchor.wear.pin.quantity, anchor.wear.pin.source) for anchor in anchors}

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.random import Generator
 
 from tribopipe.base.arrays import Column
-from tribopipe.documents.contact import PinOnDisc
+from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.plan import Sensors, Series, Truth, VirtualRun
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.record import quoted
@@ -45,7 +45,7 @@ class VirtualTest:
         self.depth_scale = off(series.depth_scale)
         self.friction = stated_path(run.friction)
         contact = _off(series.contact, off)
-        self.pin_radius = contact.pin.radius.value
+        self.pin_radius = contact.equivalent_pin.radius.value
         self.load = Quantity(value=off(run.normal_load), unit="N")
         self.law = true_law(series)
         # Under Archard's law the effective distance wears as much as the distance does under this one.
@@ -89,7 +89,7 @@ class VirtualTest:
         return columns, self._end_values(sensors, rng)
 
     def _end_values(self, sensors: Sensors, rng: Generator) -> dict[str, Quantity]:
-        pin, worn = self.series.contact.pin, float(self.pin_wear[-1])
+        pin, worn = self.series.contact.equivalent_pin, float(self.pin_wear[-1])
         if pin.shape != "flat" and sensors.pin_end_value == "pin_scar_diameter":
             scar = 2 * float(PinTip.of(pin).scar_radius(worn, self.pin_radius))
             ends = {"pin_scar_diameter": measured(scar, sensors.scar_uncertainty.value, rng)}
@@ -102,17 +102,15 @@ class VirtualTest:
         return ends
 
 
-def _off(contact: PinOnDisc, off: TrueValue) -> PinOnDisc:
+def _off(contact: SlidingPin, off: TrueValue) -> SlidingPin:
     """Return a contact whose tip radius and moduli are off."""
 
     def changed(quantity: Quantity) -> Quantity:
         return Quantity(value=off(quantity), unit=quantity.unit)
 
     pin = {"radius": changed(contact.pin.radius), "youngs_modulus": changed(contact.pin.youngs_modulus)}
-    disc = {"youngs_modulus": changed(contact.disc.youngs_modulus)}
-    return contact.model_copy(
-        update={"pin": contact.pin.model_copy(update=pin), "disc": contact.disc.model_copy(update=disc)}
-    )
+    other = {"youngs_modulus": changed(contact.counterbody.youngs_modulus)}
+    return contact.with_bodies(contact.pin.model_copy(update=pin), contact.counterbody.model_copy(update=other))
 
 
 _WRITTEN: Layout = {
@@ -138,11 +136,11 @@ def simulate_run(series: Series, run: VirtualRun, folder: Path) -> Truth:
 
 
 def _manifest(series: Series, run: VirtualRun, ends: dict[str, Quantity]) -> list[str]:
-    pin, disc = series.contact.pin, series.contact.disc
+    pin, other = series.contact.pin, series.contact.counterbody
     return [
-        *manifest_head(run.id, run.started, series.title, "virtual micro pin-on-disc tribometer"),
+        *manifest_head(run.id, run.started, series.title, f"virtual micro {series.contact.kind} tribometer"),
         "[contact]",
-        'kind = "pin-on-disc"',
+        f"kind = {quoted(series.contact.kind)}",
         "",
         "[contact.pin]",
         f"shape = {quoted(pin.shape)}",
@@ -150,8 +148,8 @@ def _manifest(series: Series, run: VirtualRun, ends: dict[str, Quantity]) -> lis
         *([] if pin.flat_radius is None else [f"flat_radius = {written(pin.flat_radius, 'um')}"]),
         *specimen(pin),
         "",
-        "[contact.disc]",
-        *specimen(disc),
+        f"[contact.{series.contact.counterbody_name()}]",
+        *specimen(other),
         "",
         "[conditions]",
         f"normal_load = {written(run.normal_load, 'mN')}",
@@ -159,5 +157,5 @@ def _manifest(series: Series, run: VirtualRun, ends: dict[str, Quantity]) -> lis
         f"sliding_distance = {written(series.sliding_distance, 'm')}",
         f"medium = {quoted(series.medium)}",
         "",
-        *manifest_tail(_WRITTEN, ends, _MEASURED_BY, series.depth_scale),
+        *manifest_tail(_WRITTEN, ends, _MEASURED_BY, series.depth_scale, series.contact.worded),
     ]

@@ -1,7 +1,7 @@
 """How a virtual run is written: run.toml, signals.csv and truth.json."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from tribopipe.base.arrays import Column
 from tribopipe.base.errors import OutputError
 from tribopipe.base.files import write_file
 from tribopipe.base.units import from_si, interval_from_si
-from tribopipe.documents.contact import Specimen
+from tribopipe.documents.contact import CurvedDisc, FlatDisc, Pin, Specimen
 from tribopipe.documents.manifest import MANIFEST_NAME
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.record import Record, quoted
@@ -84,8 +84,12 @@ def manifest_tail(
     ends: Mapping[str, Quantity],
     measured_by: Mapping[str, tuple[str, str]],
     depth_scale: Quantity,
+    worded: Callable[[str], str] = str,
 ) -> list[str]:
-    """Return what every manifest ends with; ``measured_by`` gives unit in the file and method of each end value."""
+    """Return what every manifest ends with; ``measured_by`` gives unit in the file and method of each end value.
+
+    ``worded`` gives the name of an end value in run.toml.
+    """
     return [
         "[[signals]]",
         f"file = {quoted(SIGNALS_NAME)}",
@@ -93,7 +97,7 @@ def manifest_tail(
         *(f"{name} = {{ column = {quoted(column.header)} }}" for name, column in layout.items()),
         "",
         "[end_values]",
-        *(f"{name} = {written(value, *measured_by[name])}" for name, value in ends.items()),
+        *(f"{worded(name)} = {written(value, *measured_by[name])}" for name, value in ends.items()),
         "",
         "[sensors]",
         f"depth_scale = {written(depth_scale, '1')}",
@@ -115,11 +119,21 @@ _SPECIMEN_UNITS = {
 def specimen(body: Specimen) -> list[str]:
     """Return the lines of what is known of any specimen."""
     given = {name: getattr(body, name) for name in _SPECIMEN_UNITS}
-    return [
+    lines = [
         f"{name} = {written(value, _SPECIMEN_UNITS[name] or '') if isinstance(value, Quantity) else json.dumps(value)}"
         for name, value in given.items()
         if value is not None
     ]
+    return [*_own_sizes(body), *lines]
+
+
+def _own_sizes(body: Specimen) -> list[str]:
+    """Return the lines of the sizes that a kind of counterbody has beside what is known of any specimen."""
+    if isinstance(body, Pin | CurvedDisc | FlatDisc):
+        return []  # written where the order and the units of their keys are stated
+    own = [name for name in type(body).model_fields if name not in Specimen.model_fields]
+    sizes = {name: size for name in own if isinstance(size := getattr(body, name), Quantity)}
+    return [f"{name} = {written(size, 'mm' if size.unit == 'm' else size.unit)}" for name, size in sizes.items()]
 
 
 def written(quantity: Quantity, unit: str, method: str | None = None) -> str:

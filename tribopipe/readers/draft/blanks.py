@@ -1,8 +1,11 @@
 """What only the lab knows of a run: each key of run.toml with an example, and what it is in words."""
 
+from collections.abc import Mapping
+from functools import cache
 from typing import Any, NamedTuple
 
-from tribopipe.readers.draft.toml import value_of
+from tribopipe.readers.draft.known_values import bodies_of, example_of, sections
+from tribopipe.readers.draft.toml import toml, value_of
 
 
 class Blank(NamedTuple):
@@ -97,3 +100,18 @@ BLANKS: dict[str, Blank] = {
     "sensors.depth_scale": Blank("{ value = 1, standard_uncertainty = 0.005 }", "true displacement over that read"),
 }
 """By key of run.toml."""
+
+
+@cache
+def blanks_of(kind: str) -> Mapping[str, Blank]:
+    """Return the keys that may be left open on a type of tribometer, those of other packages' bodies included."""
+    added: dict[str, Blank] = {}
+    for table in bodies_of(kind):
+        if f"{table}.material" not in BLANKS:
+            own = {
+                name: Blank(toml(example_of(sections()[table], name)), (field.description or "").rstrip(".").lower())
+                for name, field in sections()[table].model_fields.items()
+                if field.is_required() and name not in _SPECIMEN
+            }
+            added |= {f"{table}.{name}": blank for name, blank in (own | _SPECIMEN).items()}
+    return BLANKS | added

@@ -3,12 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from datetime import date, datetime
-from typing import Any, NamedTuple
+from functools import cache
+from typing import Any, NamedTuple, cast
 
 from pydantic import ValidationError
 
 from tribopipe.base.errors import did_you_mean
-from tribopipe.documents.contact import CurvedDisc, FlatDisc, Pin, PinOnDisc, Specimen
+from tribopipe.documents.contact import PinOnDisc, contact_named, contacts
 from tribopipe.documents.manifest import MANIFEST_SCHEMA, Conditions, EndValues, RunManifest, Sensors, StatedFriction
 from tribopipe.documents.record import Record, first_problem
 from tribopipe.readers.draft.toml import value_of
@@ -16,26 +17,50 @@ from tribopipe.readers.draft.toml import value_of
 Values = Mapping[str, Any]
 """By dotted key of run.toml, as run.toml writes them."""
 
-SECTIONS: dict[str, type[Record]] = {
+_SECTIONS: dict[str, type[Record]] = {
     "": RunManifest,
     "contact": PinOnDisc,
-    "contact.pin": Pin,
-    "contact.disc": Specimen,
-    "contact.curved_disc": CurvedDisc,
-    "contact.flat_disc": FlatDisc,
     "conditions": Conditions,
     "conditions.friction": StatedFriction,
     "end_values": EndValues,
     "sensors": Sensors,
 }
-"""Tables of run.toml that are filled key by key."""
 _ELSEWHERE = ("schema", "schema_version", "id", "signals", "interruptions")
 """Keys of run.toml that are not among the values."""
-BODIES = {
-    "pin-on-disc": ("contact.pin", "contact.disc"),
-    "twin-disc": ("contact.curved_disc", "contact.flat_disc"),
-}
-"""Tables of the two bodies by the type of tribometer."""
+
+
+@cache
+def sections() -> Mapping[str, type[Record]]:
+    """Return the tables of run.toml that are filled key by key."""
+    bodies = {
+        f"contact.{name}": cast("type[Record]", kind.model_fields[name].annotation)
+        for kind in contacts().values()
+        for name in kind.body_names
+    }
+    return _SECTIONS | bodies
+
+
+def bodies_of(kind: str) -> tuple[str, ...]:
+    """Return the tables of the two bodies on a type of tribometer; none of a type that is not installed."""
+    contact = contact_named(kind)
+    return () if contact is None else tuple(f"contact.{name}" for name in contact.body_names)
+
+
+def run_key(key: str, kind: str) -> str:
+    """Return a key as a run.toml of a type of tribometer has it."""
+    contact = contact_named(kind)
+    return key if contact is None or not key.startswith("end_values.") else contact.worded(key)
+
+
+def shared_key(key: str) -> str:
+    """Return a key as all types of tribometer of a family share it."""
+    table, dot, name = key.rpartition(".")
+    for kind in contacts().values() if table == "end_values" else ():
+        ends = kind.completed({table: {name: None}})
+        name = next(iter(ends[table]))
+    return f"{table}{dot}{name}"
+
+
 _STAND_INS = {
     "material": "unknown",
     "youngs_modulus": "1 GPa",
@@ -108,6 +133,7 @@ class Known:
 
     def take(self, key: str, value: Any, origin: str = "") -> str | None:
         """Take a value where it fits, in the place of any before it, or say why it does not."""
+        key = shared_key(key)
         problem = _strange(key) or self.problem({key: value})
         if problem is None:
             self.given[key] = Given(value, origin)
@@ -136,11 +162,22 @@ def problem_of(values: Values) -> str | None:
     return None
 
 
+def _stand_in(key: str) -> Any:
+    table, _, name = key.rpartition(".")
+    return _STAND_INS[name] if name in _STAND_INS else example_of(sections()[table], name)
+
+
+def example_of(record: type[Record], name: str) -> Any:
+    """Return a value that a field of a record could have: the example of its kind of quantity, or a text."""
+    schema = record.model_json_schema()["properties"][name]
+    return (schema.get("examples") or ["…"])[0]
+
+
 def _stand_ins(values: Values) -> dict[str, Any]:
     used: dict[str, Any] = {LOAD: "1 N"}
     if any(key.startswith("contact.") for key in values):
         used["contact.kind"] = _kind(values)
-        used |= {key: _STAND_INS[key.rpartition(".")[2]] for key in _needed_of_bodies(values)}
+        used |= {key: _stand_in(key) for key in _needed_of_bodies(values)}
     if _kind(values) == "twin-disc" and "conditions.flat_disc_speed" in values:
         used["conditions.curved_disc_speed"] = "1 nm/s"
     elif _kind(values) == "twin-disc":
@@ -149,16 +186,18 @@ def _stand_ins(values: Values) -> dict[str, Any]:
 
 
 def _kind(values: Values) -> str:
-    """Give the type of tribometer: a pin on a disc unless something is known of two discs."""
-    discs = any(key.startswith(("contact.curved_disc.", "contact.flat_disc.")) for key in values)
-    return str(values.get("contact.kind", "twin-disc" if discs else "pin-on-disc"))
+    """Give the type of tribometer: the first, a pin on a disc, unless something is known of bodies that it lacks."""
+    tables = {key.rpartition(".")[0] for key in values}
+    tables -= set(bodies_of(next(iter(contacts()))))
+    described = {kind: sum(table in tables for table in bodies_of(kind)) for kind in contacts()}
+    return str(values.get("contact.kind", max(described, key=lambda kind: described[kind])))
 
 
 def _needed_of_bodies(values: Values) -> list[str]:
     needed = [
         f"{body}.{name}"
-        for body in BODIES.get(_kind(values), ())
-        for name, key in SECTIONS[body].model_fields.items()
+        for body in bodies_of(_kind(values))
+        for name, key in sections()[body].model_fields.items()
         if key.is_required()
     ]
     truncated = values.get("contact.pin.shape") == "truncated-sphere"
@@ -168,9 +207,9 @@ def _needed_of_bodies(values: Values) -> list[str]:
 def _strange(key: str) -> str | None:
     """Say why a key is none that can be filled."""
     table, _, name = key.rpartition(".")
-    names = {field.alias or name for name, field in SECTIONS.get(table, RunManifest).model_fields.items()}
-    if key in SECTIONS or key in _ELSEWHERE or table not in SECTIONS:
-        example = f"{key}.{next(iter(SECTIONS[key].model_fields))}" if key in SECTIONS else LOAD
+    names = {field.alias or name for name, field in sections().get(table, RunManifest).model_fields.items()}
+    if key in sections() or key in _ELSEWHERE or table not in sections():
+        example = f"{key}.{next(iter(sections()[key].model_fields))}" if key in sections() else LOAD
         return f"{key}: found what is no key to be filled; expected one such as {example}"
     return None if name in names else f"{key}: unknown key; {did_you_mean(name, names)}"
 
@@ -192,5 +231,5 @@ def flat(document: Mapping[str, Any], table: str = "") -> dict[str, Any]:
     values: dict[str, Any] = {}
     for name, value in document.items():
         key = f"{table}.{name}" if table else name
-        values |= flat(value, key) if key in SECTIONS and isinstance(value, Mapping) else {key: value}
+        values |= flat(value, key) if key in sections() and isinstance(value, Mapping) else {key: value}
     return values

@@ -5,12 +5,16 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from tribopipe.base.errors import ManifestError, ReaderError, did_you_mean
-from tribopipe.readers.draft.known_values import Known
+from tribopipe.documents.contact import contacts
+from tribopipe.readers.draft.known_values import Known, run_key, shared_key
 from tribopipe.readers.draft.toml import toml
 from tribopipe.readers.export_files import Export, read_export
 from tribopipe.readers.profiles import tells_axes
 
-_BODIES = ("pin", "disc", "curved_disc", "flat_disc")
+
+def _bodies() -> list[str]:
+    """Name the bodies of all types of tribometer."""
+    return list(dict.fromkeys(name for contact in contacts().values() for name in contact.body_names))
 
 
 class Measured(NamedTuple):
@@ -26,11 +30,11 @@ def read_profile(written: str) -> Measured:
     Raises ``ManifestError`` where it names no body, ``ReaderError`` where there is no such file or no reader for it.
     """
     body, equals, file = (part.strip() for part in written.partition("="))
-    if not equals or body not in _BODIES:
+    if not equals or body not in _bodies():
         found = f"no body {body!r}" if equals else "no '='"
         raise ManifestError(
             f"--profile {written}: found {found}; expected a body and the file of its profile, such as "
-            f"disc=track.txt; {did_you_mean(body, _BODIES) if equals else 'write both'}"
+            f"disc=track.txt; {did_you_mean(body, _bodies()) if equals else 'write both'}"
         )
     try:
         return Measured(body, read_export(Path(file), holds="profile"))
@@ -45,7 +49,7 @@ def add_profiles(known: Known, measured: Sequence[Measured]) -> None:
         key, files = f"end_values.{body}_profile", [_named(export) for export in exports]
         untold = [export for export in exports if not tells_axes(export.table)]
         if untold:
-            known.doubt(key, files, _ask_for_columns(untold[0]))
+            known.doubt(shared_key(key), files, _ask_for_columns(untold[0]))
             continue
         problem = known.take(key, files[0] if len(files) == 1 else files)
         if problem is not None:
@@ -63,7 +67,7 @@ def which_profile(known: Known, exports: Sequence[Export]) -> None:
 def profiles_left_open(known: Known) -> list[str]:
     """Say of which profiles run.toml holds but a comment, and why."""
     return [
-        f"{key} waits in a comment of run.toml: {doubt.why}"
+        f"{run_key(key, known.kind)} waits in a comment of run.toml: {doubt.why}"
         for key, doubts in known.doubts.items()
         if key.endswith("_profile")
         for doubt in doubts

@@ -2,27 +2,18 @@
 
 from collections.abc import Callable, Iterator
 
-from tribopipe.readers.draft.blanks import BLANKS
-from tribopipe.readers.draft.known_values import LOAD, Known
+from tribopipe.readers.draft.blanks import blanks_of
+from tribopipe.readers.draft.known_values import LOAD, Known, bodies_of, sections
 
 Ask = Callable[[str], str]
 """Shows a question and gives the answer, "" for none."""
 Say = Callable[[str], None]
 
-_SHAPE = "contact.pin.shape"
-_QUESTIONS = (
-    LOAD,
-    "conditions.sliding_speed",
-    _SHAPE,
-    "contact.pin.radius",
-    "contact.pin.flat_radius",
-    "contact.pin.material",
-    "contact.pin.youngs_modulus",
-    "contact.pin.poisson_ratio",
-    "contact.disc.material",
-    "contact.disc.youngs_modulus",
-    "contact.disc.poisson_ratio",
-)
+_PIN = "contact.pin"
+_SHAPE = f"{_PIN}.shape"
+_OF_THE_RUN = (LOAD, "conditions.sliding_speed")
+_OF_A_PIN = ("shape", "radius", "flat_radius")
+_OF_EACH = ("material", "youngs_modulus", "poisson_ratio")
 _MORE_WORDS = {
     LOAD: "; needed",
     _SHAPE: "; with none of the bodies described, friction alone is evaluated",
@@ -41,16 +32,24 @@ def ask_for_missing(known: Known, ask: Ask, say: Say) -> None:
 
 def _open_questions(known: Known) -> Iterator[str]:
     """Give the keys to ask for, judged anew after each answer; of a pin whose shape is left open nothing is asked."""
-    for key in _QUESTIONS:
-        of_bodies = key.startswith("contact.")
-        settled = key in known.given or (of_bodies and known.kind != "pin-on-disc")
-        shapeless = of_bodies and key != _SHAPE and _SHAPE not in known.given
-        if not settled and not shapeless and known.fits(key, BLANKS[key].value):
+    for key in (*_OF_THE_RUN, *_of_the_bodies(known.kind)):
+        shapeless = key.startswith("contact.") and key != _SHAPE and _SHAPE not in known.given
+        if key not in known.given and not shapeless and known.fits(key, blanks_of(known.kind)[key].value):
             yield key
 
 
+def _of_the_bodies(kind: str) -> Iterator[str]:
+    """Give the keys of a pin and its counterbody, and none of two discs."""
+    if _PIN not in bodies_of(kind):
+        return
+    for table in bodies_of(kind):
+        needed = (name for name, field in sections()[table].model_fields.items() if field.is_required())
+        own = _OF_A_PIN if table == _PIN else tuple(name for name in needed if name not in _OF_EACH)
+        yield from (f"{table}.{name}" for name in (*own, *_OF_EACH))
+
+
 def _question(known: Known, key: str) -> str:
-    blank = BLANKS[key]
+    blank = blanks_of(known.kind)[key]
     doubts = [f"{doubt.value}: {doubt.why}" for doubt in known.doubts.get(key, [])]
     told = "; ".join([*(doubts or [f"such as {blank.value}"]), "Enter leaves it open"])
     return f"{key}, {blank.words}{_MORE_WORDS.get(key, '')} ({told})"

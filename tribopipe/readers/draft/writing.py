@@ -6,10 +6,10 @@ from textwrap import wrap
 from typing import Any, NamedTuple
 
 from tribopipe.documents.manifest import MANIFEST_SCHEMA
-from tribopipe.readers.draft.blanks import BLANKS
+from tribopipe.readers.draft.blanks import blanks_of
 from tribopipe.readers.draft.columns import Mapped, mapped_columns, unmapped_columns
 from tribopipe.readers.draft.grouping import Group
-from tribopipe.readers.draft.known_values import BODIES, SECTIONS, Known
+from tribopipe.readers.draft.known_values import Known, bodies_of, run_key, sections
 from tribopipe.readers.draft.splitting import StepOfFiles
 from tribopipe.readers.draft.toml import comment, one_line, toml
 from tribopipe.readers.export_files import Export
@@ -74,7 +74,7 @@ def _has(known: Known, table: str) -> bool:
 def _bodies(known: Known) -> list[list[str]]:
     """Write the tables of the bodies: open where they are all described, since half of them are none."""
     whole = not known.bodies_lack
-    parts = [_table(known, table, open_=whole) for table in ("contact", *BODIES[known.kind])]
+    parts = [_table(known, table, open_=whole) for table in ("contact", *bodies_of(known.kind))]
     return parts if whole else [[*_WITHOUT_BODIES, *parts[0]], *parts[1:]]
 
 
@@ -88,18 +88,21 @@ def _table(known: Known, table: str, *, open_: bool = True) -> list[str]:
 
 def _lines(known: Known, table: str) -> list[_Line]:
     """Write what is known, doubted or left open under a table."""
-    keys = [key for key in dict.fromkeys([*BLANKS, *known.given, *known.doubts]) if _table_of(key) == table]
+    every = dict.fromkeys([*blanks_of(known.kind), *known.given, *known.doubts])
+    keys = [key for key in every if _table_of(key) == table]
     return [line for key in keys for line in _lines_of(known, key, table)]
 
 
 def _table_of(key: str) -> str:
     """Name the table under which a key is written: the top for what run.toml has no table for."""
     table = key.rpartition(".")[0]
-    return table if table in SECTIONS else ""
+    return table if table in sections() else ""
 
 
 def _lines_of(known: Known, key: str, table: str) -> Iterator[_Line]:
-    name = key.removeprefix(f"{table}.") if table else key
+    # Without the bodies, nothing in run.toml says what the counterbody is called.
+    named, blanks = key if known.bodies_lack else run_key(key, known.kind), blanks_of(known.kind)
+    name = named.removeprefix(f"{table}.") if table else named
     doubts = known.doubts.get(key, [])
     for doubt in doubts:
         yield _Line(f"# {one_line(f'{name} = {toml(doubt.value)}')}", doubt.why)
@@ -108,8 +111,8 @@ def _lines_of(known: Known, key: str, table: str) -> Iterator[_Line]:
         yield _Line(f"{name} = {toml(given.value)}", given.origin)
     elif key == "contact.kind" and not known.bodies_lack:
         yield _Line(f"{name} = {toml(known.kind)}")
-    elif key in BLANKS and not doubts and known.fits(key, BLANKS[key].value):
-        yield _Line(f"# {name} = {BLANKS[key].example}", BLANKS[key].words)
+    elif key in blanks and not doubts and known.fits(key, blanks[key].value):
+        yield _Line(f"# {name} = {blanks[key].example}", blanks[key].words)
 
 
 def _aligned(lines: Sequence[_Line]) -> list[str]:

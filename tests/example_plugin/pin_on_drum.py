@@ -1,0 +1,109 @@
+"""A contact: a pin pressed on the side of a rotating drum, on which it slides in one track around the axis.
+
+Near the contact, the sphere of the pin, radius R, and the drum, radius R_d, leave a gap of x²/2R across the sliding
+and of y²/2·(1/R + 1/R_d) along it. Where depths are small beside both radii, a pin of the radius
+
+    R_e = R / √(1 + R/R_d)
+
+on a flat disc has the same volume and the same contact area at each depth worn off. Its first contact is a circle,
+that of the pin on the drum an ellipse (H. Hertz, J. reine angew. Math. 92 (1882) 156). Up to R/R_d = 0.5, the mean
+pressure in them differs by less than 0.5 %, and volumes at a depth of R/100 by less than 0.2 %.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any, ClassVar, Literal, Self
+
+from pydantic import model_validator
+
+from tribopipe.documents.contact import Pin, SlidingPin, Specimen
+from tribopipe.documents.quantity import Length, Quantity
+
+LARGEST_RATIO = 0.5
+"""R/R_d up to which the differences that the first lines tell are small."""
+
+
+class Drum(Specimen):
+    """The drum, on the side of which the pin slides."""
+
+    radius: Length
+    """Radius of the side of the drum."""
+
+
+class PinOnDrum(SlidingPin):
+    """A pin pressed on the side of a rotating drum."""
+
+    kind: Literal["pin-on-drum"]
+    """Type of tribometer."""
+    drum: Drum
+    """The drum."""
+
+    body_names: ClassVar[tuple[str, ...]] = ("pin", "drum")
+    both: ClassVar[str] = "pin + drum"
+    title: ClassVar[str] = "a pin on the side of a drum"
+
+    @model_validator(mode="after")
+    def _the_pin_is_a_sphere(self) -> Self:
+        if self.pin.shape != "spherical":
+            raise ValueError(
+                f"pin.shape: found a {self.pin.shape} pin, which does not touch a drum in a point; expected a "
+                "spherical one; correct pin.shape"
+            )
+        return self
+
+    @property
+    def ratio(self) -> float:
+        """R/R_d."""
+        return self.pin.radius.value / self.drum.radius.value
+
+    @property
+    def equivalent_pin(self) -> Pin:
+        """The pin of the radius R_e, uncertain by both radii as far as they are stated to be."""
+        radius, share = self.pin.radius, self.ratio / (1 + self.ratio) / 2
+        value = radius.value / math.sqrt(1 + self.ratio)
+        parts = (((1 - share), radius), (share, self.drum.radius))
+        relative = [weight * (one.standard_uncertainty or 0.0) / one.value for weight, one in parts]
+        unsure = None if radius.standard_uncertainty is None else value * math.hypot(*relative)
+        equivalent = Quantity(value=value, unit="m", standard_uncertainty=unsure)
+        return self.pin.model_copy(update={"radius": equivalent})
+
+    @property
+    def alike(self) -> dict[str, object]:
+        """What runs must have in common for one k_D."""
+        return super().alike | {"drum radius in m": self.drum.radius.value}
+
+    @property
+    def limits(self) -> tuple[str, ...]:
+        """Which contact is assumed, and a warning where the drum is too small for it."""
+        taken = (
+            f"the pin on the drum is taken as one of {self.equivalent_pin.radius.shown('mm')} on a flat disc, with a "
+            "round contact and one track around the drum"
+        )
+        if self.ratio <= LARGEST_RATIO:
+            return (taken,)
+        return (
+            taken,
+            f"warning: the pin's radius is {self.ratio:.2g} of the drum's, and the contact an ellipse; expected at "
+            f"most {LARGEST_RATIO:g}, beyond which k_D and wear are off by more than their uncertainty says",
+        )
+
+    @classmethod
+    def completed(cls, document: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Add that the pin slides on a track of the drum's radius, by which rotations become distances."""
+        named = dict(super().completed(document))
+        contact, conditions = named.get("contact"), named.get("conditions")
+        drum = contact.get("drum") if isinstance(contact, Mapping) else None
+        if not isinstance(drum, Mapping) or "radius" not in drum or not isinstance(conditions, Mapping):
+            return named
+        if "track_radius" in conditions:
+            raise ValueError(
+                "conditions.track_radius: found one beside contact.drum.radius, which is that of the track; expected "
+                "it stated once; take track_radius out"
+            )
+        return named | {"conditions": {**conditions, "track_radius": drum["radius"]}}
+
+    @classmethod
+    def stated(cls, document: dict[str, Any]) -> dict[str, Any]:
+        """Take that track out again."""
+        conditions = {name: value for name, value in document["conditions"].items() if name != "track_radius"}
+        return super().stated(document) | {"conditions": conditions}
