@@ -6,8 +6,6 @@ import numpy as np
 
 from tribopipe.archive.steps import WEAR_FITS, StepName
 from tribopipe.base.arrays import Column
-from tribopipe.base.units import WEAR_COEFFICIENT, axis
-from tribopipe.browse.drawing import Curve, Panel, Unit
 from tribopipe.browse.samples import RunFile
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
@@ -19,13 +17,12 @@ from tribopipe.pipeline.archived_results import archived_correction, archived_fr
 from tribopipe.pipeline.step_definitions import recipe_of
 from tribopipe.results.evaluation import COVERAGE_FACTOR
 from tribopipe.results.wear_fit import WearFit
+from tribopipe.views.plot import COEFFICIENT, MICRONS, Curve, Panel, Unit
 
-COEFFICIENT = Unit("m^2/N", WEAR_COEFFICIENT)
-COEFFICIENT_LABEL = axis("effective k_D", WEAR_COEFFICIENT)
 _COURSE = (
-    ("wear depth", Unit("m", "um"), {"local": "depth", "GIWM": "giwm_depth"}),
+    ("wear depth", MICRONS, {"local": "depth", "GIWM": "giwm_depth"}),
     ("pressure", Unit("Pa", "GPa"), {"local, peak": "peak_pressure", "local, mean": "mean_pressure"}),
-    ("half width of the contact", Unit("m", "um"), {"local": "half_width", "GIWM": "giwm_half_width"}),
+    ("half width of the contact", MICRONS, {"local": "half_width", "GIWM": "giwm_half_width"}),
 )
 """What is drawn of the course of local wear: label, unit, and columns by what they are called."""
 
@@ -46,7 +43,7 @@ def draw_course(run: RunFile, x: Column, step: StepName) -> tuple[Panel, ...]:
             for name, path in paths.items()
             if path in run.datasets
         )
-        panels.append(Panel(axis(label, unit.shown), curves))
+        panels.append(Panel(label, unit, curves))
     return tuple(panels)
 
 
@@ -73,7 +70,7 @@ def draw_coefficient(run: RunFile) -> tuple[Panel, ...]:
         if (body := fit.first) is not None
         for curve in law_curves(measured, fit.model, body.wear_coefficient, body.interval)
     ]
-    return (Panel(COEFFICIENT_LABEL, (*map(measured_curve, measured), *laws)),)
+    return (Panel("effective k_D", COEFFICIENT, (*map(measured_curve, measured), *laws)),)
 
 
 def measured_curve(found: EffectiveCoefficient) -> Curve:

@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 
 from tribopipe.base.arrays import Column
-from tribopipe.base.units import KINDS, axis, force_unit
-from tribopipe.browse.drawing import Curve, Panel, Unit
+from tribopipe.base.units import KINDS, force_unit
 from tribopipe.browse.samples import RunFile
 from tribopipe.documents.signals import SIGNALS, SignalName
+from tribopipe.views.plot import RATIO, Curve, Panel, Unit
 
 AXES: tuple[SignalName, ...] = ("rotations", "sliding_distance", "time")
 """Signals that others are drawn against."""
@@ -22,7 +22,7 @@ def recorded(run: RunFile) -> list[SignalName]:
 
 def draw_signals(run: RunFile, x: Column) -> tuple[Panel, ...]:
     """Draw forces, speed, temperature and humidity as recorded, each in a panel."""
-    return tuple(_panel(run, x, name, {"recorded": RAW + name}) for name in recorded(run))
+    return tuple(_panel(run, x, name, {"as recorded": RAW + name}) for name in recorded(run))
 
 
 def changed(run: RunFile) -> list[SignalName]:
@@ -32,7 +32,10 @@ def changed(run: RunFile) -> list[SignalName]:
 
 def draw_clean_up(run: RunFile, x: Column) -> tuple[Panel, ...]:
     """Draw each signal that clean-up changed, before and after."""
-    return tuple(_panel(run, x, name, {"recorded": RAW + name, "cleaned up": CLEANED + name}) for name in changed(run))
+    folders = {"as recorded": RAW, "cleaned up": CLEANED}
+    return tuple(
+        _panel(run, x, name, {said: folder + name for said, folder in folders.items()}) for name in changed(run)
+    )
 
 
 def _panel(run: RunFile, x: Column, name: SignalName, paths: Mapping[str, str]) -> Panel:
@@ -42,7 +45,7 @@ def _panel(run: RunFile, x: Column, name: SignalName, paths: Mapping[str, str]) 
         for said, path in paths.items()
         if path in run.datasets
     )
-    return Panel(axis(name.replace("_", " "), unit.shown), curves)
+    return Panel(name.replace("_", " "), unit, curves)
 
 
 def _unit(run: RunFile, name: SignalName) -> Unit:
@@ -62,5 +65,5 @@ def extras(run: RunFile) -> dict[str, str]:
 
 def draw_extra(run: RunFile, x: Column, name: str, path: str) -> tuple[Panel, ...]:
     """Draw a column as it was found."""
-    curve = Curve(name, "measured", x, run.sampled(path), Unit("1", "1"), run.id, path=path)
-    return (Panel(name, (curve,)),)
+    curve = Curve(name, "measured", x, run.sampled(path), RATIO, run.id, path=path)
+    return (Panel(name, RATIO, (curve,)),)
