@@ -1,23 +1,16 @@
 """Plots over axes of their own: local wear, and k_D against friction."""
 
-from collections.abc import Iterator, Sequence
-
-import numpy as np
-
 from tribopipe.archive.steps import WEAR_FITS, StepName
 from tribopipe.base.arrays import Column
 from tribopipe.browse.samples import RunFile
-from tribopipe.documents.quantity import Quantity
-from tribopipe.documents.recipe import LawName, Recipe
+from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.study.effective import EffectiveCoefficient, effective_coefficient
 from tribopipe.evaluation.study.member import Member
-from tribopipe.physics.friction_path import junction_factor
-from tribopipe.physics.laws import law_title
 from tribopipe.pipeline.archived_results import archived_correction, archived_friction
 from tribopipe.pipeline.step_definitions import recipe_of
-from tribopipe.results.evaluation import COVERAGE_FACTOR
 from tribopipe.results.wear_fit import WearFit
-from tribopipe.views.plot import COEFFICIENT, MICRONS, Curve, Panel, Unit
+from tribopipe.views.coefficient_plot import LawCoefficient, coefficient_panel
+from tribopipe.views.plot import MICRONS, Curve, Panel, Unit
 
 _COURSE = (
     ("wear depth", MICRONS, {"local": "depth", "GIWM": "giwm_depth"}),
@@ -62,33 +55,10 @@ def _effective(run: RunFile, recipe: Recipe) -> EffectiveCoefficient | None:
 def draw_coefficient(run: RunFile) -> tuple[Panel, ...]:
     """Draw effective k_D against the friction coefficient, beside what the fitted laws say of it (paper, Fig. 5)."""
     found = effective(run)
-    measured = [] if found is None else [found]
-    fits = [fit for name in WEAR_FITS.values() if (fit := run.result(name, WearFit)) is not None]
+    fits = (run.result(name, WearFit) for name in WEAR_FITS.values())
     laws = [
-        curve
+        LawCoefficient(fit.model, fit.first.wear_coefficient, fit.first.interval)
         for fit in fits
-        if (body := fit.first) is not None
-        for curve in law_curves(measured, fit.model, body.wear_coefficient, body.interval)
+        if fit is not None and fit.first is not None
     ]
-    return (Panel("effective k_D", COEFFICIENT, (*map(measured_curve, measured), *laws)),)
-
-
-def measured_curve(found: EffectiveCoefficient) -> Curve:
-    """Draw effective k_D of a run, in the order of sliding, with its 95 % band."""
-    half = COVERAGE_FACTOR * found.standard_uncertainty
-    low, high = found.coefficient - half, found.coefficient + half
-    name = f"{found.run_id}, measured"
-    return Curve(name, "measured", found.friction, found.coefficient, COEFFICIENT, found.run_id, lower=low, upper=high)
-
-
-def law_curves(
-    measured: Sequence[EffectiveCoefficient], law: LawName, best: Quantity, interval: tuple[Quantity, Quantity]
-) -> Iterator[Curve]:
-    """Draw what a law says of effective k_D over the friction that was measured; nothing where none was."""
-    if not measured or law not in ("archard", "sarkar"):
-        return
-    friction = np.concatenate([one.friction for one in measured])
-    mu = np.linspace(np.min(friction), np.max(friction), 100)
-    factor = junction_factor(mu) if law == "sarkar" else np.ones_like(mu)
-    lines = [quantity.value * factor for quantity in (best, *interval)]
-    yield Curve(law_title(law), "fit", mu, lines[0], COEFFICIENT, "", law, lines[1], lines[2])
+    return (coefficient_panel([] if found is None else [found], laws),)

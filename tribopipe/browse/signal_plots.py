@@ -3,10 +3,9 @@
 from collections.abc import Mapping
 
 from tribopipe.base.arrays import Column
-from tribopipe.base.units import KINDS, force_unit
 from tribopipe.browse.samples import RunFile
-from tribopipe.documents.signals import SIGNALS, SignalName
-from tribopipe.views.plot import RATIO, Curve, Panel, Unit
+from tribopipe.documents.signals import SignalName
+from tribopipe.views.plot import RATIO, Curve, Panel, signal_unit
 
 AXES: tuple[SignalName, ...] = ("rotations", "sliding_distance", "time")
 """Signals that others are drawn against."""
@@ -39,20 +38,13 @@ def draw_clean_up(run: RunFile, x: Column) -> tuple[Panel, ...]:
 
 
 def _panel(run: RunFile, x: Column, name: SignalName, paths: Mapping[str, str]) -> Panel:
-    unit = _unit(run, name)
+    unit = signal_unit(name, run.outline.manifest)
     curves = tuple(
         Curve(said, "measured", x, run.sampled(path), unit, run.id, path=path)
         for said, path in paths.items()
         if path in run.datasets
     )
     return Panel(name.replace("_", " "), unit, curves)
-
-
-def _unit(run: RunFile, name: SignalName) -> Unit:
-    kind = KINDS[SIGNALS[name].kind]
-    if kind.si == "N":
-        return Unit("N", force_unit(run.outline.manifest.conditions.normal_load.value))
-    return Unit(kind.si, kind.shown)
 
 
 def extras(run: RunFile) -> dict[str, str]:

@@ -9,9 +9,11 @@ from typing import Literal
 import numpy as np
 
 from tribopipe.base.arrays import Column
-from tribopipe.base.units import WEAR_COEFFICIENT, axis, from_si, interval_from_si
+from tribopipe.base.units import KINDS, WEAR_COEFFICIENT, axis, force_unit, from_si, interval_from_si
+from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName
+from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.results.evaluation import COVERAGE_FACTOR
 
 Role = Literal["measured", "fit", "prediction", "drift", "wander", "residual"]
@@ -98,3 +100,9 @@ def mark(name: str, run: str, x: Column | float, value: Quantity | None, unit: U
         return ()
     half_width = COVERAGE_FACTOR * interval_from_si(value.standard_uncertainty or 0.0, unit.si, unit.shown)
     return (Mark(name, run, float(known[-1]), from_si(value.value, unit.si, unit.shown), half_width),)
+
+
+def signal_unit(name: SignalName, run: RunManifest) -> Unit:
+    """Return the unit in which a signal is shown; of forces that of the normal load."""
+    kind = KINDS[SIGNALS[name].kind]
+    return Unit(kind.si, force_unit(run.conditions.normal_load.value) if kind.si == "N" else kind.shown)
