@@ -15,9 +15,8 @@ from hypothesis import strategies as st
 
 from tribopipe.archive.store import Archive
 from tribopipe.browse.decimate import Window, shown
-from tribopipe.browse.drawing import Curve, Drawing, Panel, Unit, plot_answer
+from tribopipe.browse.drawing import plot_answer
 from tribopipe.browse.json_answer import encoded
-from tribopipe.browse.pin_plots import PIN_WEAR, WANDER
 from tribopipe.browse.plots import run_axes, run_plots
 from tribopipe.browse.samples import Kept, RunFile
 from tribopipe.documents.recipe import Recipe
@@ -25,18 +24,18 @@ from tribopipe.pipeline.archived_results import archived_correction
 from tribopipe.pipeline.stages import clean_archived, correct_archived_drift
 from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit
 from tribopipe.results.wear_fit import WearFit
-from tribopipe.views.run_figures import WANDER_NAME
+from tribopipe.views.plot import RATIO, Curve, Panel, Plot
+from tribopipe.views.run_plots import PIN_WEAR, WANDER, WANDER_NAME
 
 RUN = "si3n4-air-200mN"
 DISC_RUNS = DISC_IDS[:2]
-MICRONS = Unit("m", "um")
 columns = st.lists(st.floats(-1e3, 1e3) | st.just(np.nan), min_size=1, max_size=200).map(np.array)
 
 
 def drawn(x, y, window, lower=None, upper=None):
     """Return the one line of a plot of these numbers, as the page gets it."""
-    curve = Curve("line", "measured", x, y, Unit("1", "1"), "run", lower=lower, upper=upper)
-    plot = plot_answer("plot", Drawing("", "", "x", "", (Panel("", (curve,)),)), window)
+    curve = Curve("line", "measured", x, y, RATIO, "run", lower=lower, upper=upper)
+    plot = plot_answer("plot", Plot("", "", "x", "", (Panel("", RATIO, (curve,)),)), window)
     return json.loads(encoded(plot))["panels"][0]["lines"][0]
 
 
@@ -370,6 +369,9 @@ def test_two_discs_have_volumes_contact_and_marks(disc_archive):
         (end,) = panel["marks"]
         measured = getattr(run.outline.manifest.end_values, f"{disc}_wear_volume")
         assert end["y"] == pytest.approx(1e9 * measured.value)
+    for against, last in (("time", run.signal("time")[-1]), ("sample", run.outline.samples - 1)):
+        marks = [one for panel in answer(run, "wear", against)["panels"] for one in panel["marks"]]
+        assert [one["x"] for one in marks] == pytest.approx([last, last], rel=0.01)
     labels = [panel["label"] for panel in answer(run, "contact")["panels"]]
     assert labels == [
         "wear depth of both discs / µm",

@@ -155,7 +155,7 @@ def test_wear_of_each_disc_stands_beside_the_laws_and_what_was_measured(run):
 def test_wear_figure_says_both_coefficients_of_each_law(run):
     (curves,) = curves_of(run)
     words = plot_disc_wear(run, [curves]).axes[0].texts[-1].get_text()
-    assert words.startswith("Archard, full-slip: $k_\\mathrm{D}$ / mm³/(N·mm) = ")
+    assert words.startswith("Archard, full-slip:\n$k_\\mathrm{D}$ / mm³/(N·mm) = ")
     for found, disc in zip(curves.result.bodies.values(), ("curved", "flat"), strict=True):
         assert f"{found.wear_coefficient.shown('mm^3/(N*mm)').removesuffix(' mm³/(N·mm)')} ({disc})" in words
 
@@ -212,7 +212,7 @@ def test_flat_disc_that_counts_as_unworn_is_not_drawn(run):
     assert len(wear.axes) == 1
     assert wear.axes[0].get_title(loc="left") == f"{run.id}: wear of the curved disc"
     contact = plot_disc_contact(correct_drift(alone), curves)
-    assert labels(contact) == ["depth signal, corrected", "curved disc"]
+    assert labels(contact) == ["depth signal, corrected", "curved disc", "Archard, fitted"]
 
 
 def test_contact_figure_has_the_four_panels_of_figure_9(run):
@@ -222,13 +222,13 @@ def test_contact_figure_has_the_four_panels_of_figure_9(run):
     assert [ax.get_ylabel() for ax in figure.axes] == [
         "wear depth / µm",
         "mean pressure p / GPa",
-        "$a_x$ / µm",
-        "$a_z$ / µm",
+        "half width $a_x$ / µm",
+        "half length $a_z$ / µm",
     ]
     assert [ax.texts[0].get_text() for ax in figure.axes] == ["(a)", "(b)", "(c)", "(d)"]
     assert {ax.get_xlabel() for ax in figure.axes[2:]} == {"rotations of the curved disc / $10^{6}$"}
     depths = {"both discs": "depth", "curved disc": "curved_depth", "flat disc": "flat_depth"}
-    assert labels(figure) == ["depth signal, corrected", *depths]
+    assert labels(figure) == ["depth signal, corrected", *depths, "Archard, fitted"]
     first, *others = figure.axes
     signal = line(first, "depth signal, corrected")
     assert signal.get_ydata().max() == pytest.approx(np.nanmax(corrected.wear_depth) / MICRO)
@@ -247,7 +247,7 @@ def test_contact_without_depth_signal_keeps_the_law(run):
     columns = {name: column for name, column in run.columns.items() if name != "depth"}
     bare = replace(run, columns=columns)
     figure = plot_disc_contact(correct_drift(bare), curves_of(bare)[0])
-    assert labels(figure) == ["both discs", "curved disc", "flat disc"]
+    assert labels(figure) == ["both discs", "curved disc", "flat disc", "Archard, fitted"]
 
 
 @pytest.mark.slow

@@ -28,7 +28,8 @@ from tribopipe.pipeline.stages import clean_archived, correct_archived_drift
 from tribopipe.views.archived_figures import save_run_figures
 from tribopipe.views.clean_up_figures import plot_clean_up
 from tribopipe.views.decimation import thinned
-from tribopipe.views.run_figures import WANDER_NAME, plot_depth, plot_friction, plot_wear, save_figure
+from tribopipe.views.run_figures import plot_depth, plot_friction, plot_wear, save_figure
+from tribopipe.views.run_plots import WANDER_NAME
 
 
 @pytest.mark.parametrize("run_id", ["si3n4-air-800mN", "wc-co-water-400mN"])

@@ -1,18 +1,19 @@
 """The same plot of several runs on one axis."""
 
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 
 from starlette.exceptions import HTTPException
 
-from tribopipe.browse.drawing import Drawing, Panel
 from tribopipe.browse.plots import axis_label, run_plots
 from tribopipe.browse.samples import RunFile
+from tribopipe.views.plot import Panel, Plot
 
 COMPARED = {"wear": "Wear", "friction": "Friction", "depth": "Depth signal"}
 """What can be compared, with its title."""
 
 
-def compare(what: str, runs: Sequence[RunFile], extra: Collection[str], against: str | None) -> Drawing:
+def compare(what: str, runs: Sequence[RunFile], extra: Collection[str], against: str | None) -> Plot:
     """Draw one plot of several runs; of laws those that are asked for: "fit", "prediction".
 
     Panels of one label become one. Raises ``HTTPException`` where none of the runs has such a plot, or they share no
@@ -28,7 +29,8 @@ def compare(what: str, runs: Sequence[RunFile], extra: Collection[str], against:
     for offer in offers:
         for panel in offer.drawing(chosen).panels:
             kept = tuple(curve for curve in panel.curves if curve.role in wanted)
-            there = panels.get(panel.label, Panel(panel.label, ()))
+            there = panels.get(panel.label, replace(panel, curves=(), marks=()))
             if kept or panel.marks:
-                panels[panel.label] = Panel(panel.label, (*there.curves, *kept), (*there.marks, *panel.marks))
-    return Drawing(COMPARED[what], "", chosen, axis_label(chosen), tuple(panels.values()))
+                curves, marks = (*there.curves, *kept), (*there.marks, *panel.marks)
+                panels[panel.label] = replace(there, curves=curves, marks=marks)
+    return Plot(COMPARED[what], "", chosen, axis_label(chosen), tuple(panels.values()))

@@ -6,18 +6,27 @@ from functools import partial
 
 import numpy as np
 
-from tribopipe.archive.steps import LOCAL_WEAR, WEAR_FITS, StepName
+from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, StepName
 from tribopipe.base.arrays import Column
 from tribopipe.base.units import axis
-from tribopipe.browse.disc_plots import draw_contact, draw_disc_wear
-from tribopipe.browse.drawing import Drawing, Panel
 from tribopipe.browse.local_plots import course_axis, draw_coefficient, draw_course
-from tribopipe.browse.pin_plots import CORRECTED, PIN_WEAR, draw_depth, draw_friction, draw_pin_wear
+from tribopipe.browse.run_results import corrected_run, located, raw_run, wear_curves
 from tribopipe.browse.samples import RunFile
 from tribopipe.browse.signal_plots import AXES, changed, draw_clean_up, draw_extra, draw_signals, extras, recorded
+from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.physics.laws import law_title
+from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.wear_fit import WearFit
+from tribopipe.views.plot import Panel, Plot
 from tribopipe.views.run_figures import basis_words
+from tribopipe.views.run_plots import (
+    CORRECTED,
+    PIN_WEAR,
+    contact_panels,
+    depth_panels,
+    friction_panels,
+    wear_panels,
+)
 
 Draw = Callable[[str], tuple[Panel, ...]]
 """Draws a plot against an axis: its panels from the top."""
@@ -48,10 +57,10 @@ class PlotOffer:
     words: str = ""
     """What a reader has to be told of it, which its page does not say anyway."""
 
-    def drawing(self, against: str | None = None) -> Drawing:
+    def drawing(self, against: str | None = None) -> Plot:
         """Draw it against an axis, or the usual one."""
         chosen = against if against in self.axes else self.axes[0]
-        return Drawing(self.title, self.words, chosen, axis_label(chosen), self.draw(chosen))
+        return Plot(self.title, self.words, chosen, axis_label(chosen), self.draw(chosen))
 
 
 def coefficient_offer(stage: str, path: str, draw: Draw) -> PlotOffer:
@@ -95,7 +104,11 @@ def _sampled(
     words: str = "",
 ) -> PlotOffer:
     """Offer a plot of samples."""
-    return PlotOffer(name, title, stage, path, run_axes(run), lambda against: draw(run, _place(run, against)), words)
+
+    def panels(against: str) -> tuple[Panel, ...]:
+        return located(run, draw(run, _place(run, against)))
+
+    return PlotOffer(name, title, stage, path, run_axes(run), panels, words)
 
 
 def _first_step(run: RunFile, *steps: StepName) -> str:
@@ -116,21 +129,37 @@ def _wear(run: RunFile) -> Iterator[PlotOffer]:
     path = "/entry/wear" if any(path.startswith("/entry/wear/") for path in run.datasets) else _group(run, stage)
     curves = [f"/entry/{step}/data/" for step in run.outline.steps if step.startswith(("wear_fit", "prediction"))]
     if any(f"{curve}curved_volume" in run.datasets for curve in curves):
-        yield _sampled(run, "wear", "Wear of both discs", stage, path, draw_disc_wear)
-        yield _sampled(run, "contact", "Contact", stage, _group(run, stage), draw_contact)
+        yield _sampled(run, "wear", "Wear of both discs", stage, path, _draw_wear)
+        yield _sampled(run, "contact", "Contact", stage, _group(run, stage), _draw_contact)
     elif PIN_WEAR in run.datasets or any(f"{curve}wear_depth" in run.datasets for curve in curves):
         fits = (run.result(step, WearFit) for step in WEAR_FITS.values())
         words = "; ".join(basis_words(fit for fit in fits if fit is not None))
-        yield _sampled(run, "wear", "Wear of the pin", stage, path, draw_pin_wear, words)
+        yield _sampled(run, "wear", "Wear of the pin", stage, path, _draw_wear, words)
+
+
+def _draw_wear(run: RunFile, x: Column) -> tuple[Panel, ...]:
+    return wear_panels(x, corrected_run(run), wear_curves(run, WEAR_FITS), wear_curves(run, PREDICTIONS))
+
+
+def _draw_contact(run: RunFile, x: Column) -> tuple[Panel, ...]:
+    return contact_panels(x, corrected_run(run), wear_curves(run, WEAR_FITS))
+
+
+def _draw_depth(run: RunFile, x: Column) -> tuple[Panel, ...]:
+    return depth_panels(x, corrected_run(run), run.result("clean_up", CleanUp))
+
+
+def _draw_friction(run: RunFile, x: Column) -> tuple[Panel, ...]:
+    return friction_panels(x, raw_run(run), run.result("friction_fit", FrictionFit), run.result("clean_up", CleanUp))
 
 
 def _from_signals(run: RunFile) -> Iterator[PlotOffer]:
     if "depth" in run.outline.origins:
         stage = _first_step(run, "drift_correction")
-        yield _sampled(run, "depth", "Depth signal", stage, _group(run, stage), draw_depth)
+        yield _sampled(run, "depth", "Depth signal", stage, _group(run, stage), _draw_depth)
     if "friction_coefficient" in run.outline.origins:
         stage = _first_step(run, "friction_fit")
-        yield _sampled(run, "friction", "Friction", stage, _group(run, stage), draw_friction)
+        yield _sampled(run, "friction", "Friction", stage, _group(run, stage), _draw_friction)
 
 
 def _over_own_axes(run: RunFile) -> Iterator[PlotOffer]:

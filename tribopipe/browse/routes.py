@@ -17,13 +17,14 @@ from tribopipe.browse.answers import run_answer, study_answer
 from tribopipe.browse.compare import compare
 from tribopipe.browse.decimate import Window
 from tribopipe.browse.download import CSV, Files, download
-from tribopipe.browse.drawing import Drawing, plot_answer
+from tribopipe.browse.drawing import plot_answer
 from tribopipe.browse.guard import REPORT_POLICY
 from tribopipe.browse.json_answer import JsonAnswer
 from tribopipe.browse.library import Library
 from tribopipe.browse.plots import PlotOffer, run_plots
 from tribopipe.browse.study_plots import study_plots
 from tribopipe.views.csv_files import csv_kinds, csv_parts
+from tribopipe.views.plot import Plot
 from tribopipe.views.run_page import run_page
 from tribopipe.views.runs_csv import runs_csv
 from tribopipe.views.study_page import study_page
@@ -115,7 +116,7 @@ def _add_run(router: APIRouter, library: Library) -> None:
         return JsonAnswer(plot_answer(name, _drawing(run_plots(library.run(run_id)), name, x), window))
 
 
-def _drawing(offers: list[PlotOffer], name: str, against: str | None) -> Drawing:
+def _drawing(offers: list[PlotOffer], name: str, against: str | None) -> Plot:
     """Draw one of the plots that are offered. Raises ``HTTPException`` where there is none of that name."""
     offer = next((offer for offer in offers if offer.name == name), None)
     if offer is None:

@@ -3,10 +3,9 @@
 from collections.abc import Mapping
 
 from tribopipe.base.arrays import Column
-from tribopipe.base.units import KINDS, axis, force_unit
-from tribopipe.browse.drawing import Curve, Panel, Unit
 from tribopipe.browse.samples import RunFile
-from tribopipe.documents.signals import SIGNALS, SignalName
+from tribopipe.documents.signals import SignalName
+from tribopipe.views.plot import RATIO, Curve, Panel, signal_unit
 
 AXES: tuple[SignalName, ...] = ("rotations", "sliding_distance", "time")
 """Signals that others are drawn against."""
@@ -22,7 +21,7 @@ def recorded(run: RunFile) -> list[SignalName]:
 
 def draw_signals(run: RunFile, x: Column) -> tuple[Panel, ...]:
     """Draw forces, speed, temperature and humidity as recorded, each in a panel."""
-    return tuple(_panel(run, x, name, {"recorded": RAW + name}) for name in recorded(run))
+    return tuple(_panel(run, x, name, {"as recorded": RAW + name}) for name in recorded(run))
 
 
 def changed(run: RunFile) -> list[SignalName]:
@@ -32,24 +31,20 @@ def changed(run: RunFile) -> list[SignalName]:
 
 def draw_clean_up(run: RunFile, x: Column) -> tuple[Panel, ...]:
     """Draw each signal that clean-up changed, before and after."""
-    return tuple(_panel(run, x, name, {"recorded": RAW + name, "cleaned up": CLEANED + name}) for name in changed(run))
+    folders = {"as recorded": RAW, "cleaned up": CLEANED}
+    return tuple(
+        _panel(run, x, name, {said: folder + name for said, folder in folders.items()}) for name in changed(run)
+    )
 
 
 def _panel(run: RunFile, x: Column, name: SignalName, paths: Mapping[str, str]) -> Panel:
-    unit = _unit(run, name)
+    unit = signal_unit(name, run.outline.manifest)
     curves = tuple(
         Curve(said, "measured", x, run.sampled(path), unit, run.id, path=path)
         for said, path in paths.items()
         if path in run.datasets
     )
-    return Panel(axis(name.replace("_", " "), unit.shown), curves)
-
-
-def _unit(run: RunFile, name: SignalName) -> Unit:
-    kind = KINDS[SIGNALS[name].kind]
-    if kind.si == "N":
-        return Unit("N", force_unit(run.outline.manifest.conditions.normal_load.value))
-    return Unit(kind.si, kind.shown)
+    return Panel(name.replace("_", " "), unit, curves)
 
 
 def extras(run: RunFile) -> dict[str, str]:
@@ -62,5 +57,5 @@ def extras(run: RunFile) -> dict[str, str]:
 
 def draw_extra(run: RunFile, x: Column, name: str, path: str) -> tuple[Panel, ...]:
     """Draw a column as it was found."""
-    curve = Curve(name, "measured", x, run.sampled(path), Unit("1", "1"), run.id, path=path)
-    return (Panel(name, (curve,)),)
+    curve = Curve(name, "measured", x, run.sampled(path), RATIO, run.id, path=path)
+    return (Panel(name, RATIO, (curve,)),)

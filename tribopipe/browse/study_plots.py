@@ -2,9 +2,6 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from tribopipe.base.units import axis
-from tribopipe.browse.drawing import MICRONS, VOLUME, Curve, Mark, Panel, Role, Unit, mark
-from tribopipe.browse.local_plots import COEFFICIENT_LABEL, law_curves, measured_curve
 from tribopipe.browse.plots import PlotOffer, coefficient_offer
 from tribopipe.browse.samples import StudyFile
 from tribopipe.evaluation.study.effective import EffectiveCoefficient, effective_coefficient
@@ -15,6 +12,8 @@ from tribopipe.pipeline.step_definitions import recipe_of
 from tribopipe.results.agreement import LawResult, StudyResult
 from tribopipe.results.study_curves import CurveQuantity, StudyCurve
 from tribopipe.results.wear_fit import spoken
+from tribopipe.views.coefficient_plot import LawCoefficient, coefficient_panel
+from tribopipe.views.plot import MICRONS, VOLUME, Curve, Mark, Panel, Role, Unit, mark
 
 _STAGE = "study"
 _UNITS: Mapping[CurveQuantity, Unit] = {"wear_depth": MICRONS, "wear_volume": VOLUME}
@@ -68,7 +67,7 @@ def _panel(study: StudyFile, law: LawResult, runs: Sequence[str], body: str) -> 
     (what,) = {curve.what for curve in study.stored.curves if curve.body == body}
     recorded = any(curve.measured is not None for curve in shown.values())
     marks = () if recorded else tuple(_marks(law, runs, body, what))
-    return Panel(axis(f"{spoken(body)}, {spoken(what)}", _UNITS[what].shown), lines, marks)
+    return Panel(spoken(what), _UNITS[what], lines, marks, spoken(body))
 
 
 def _lines(curve: StudyCurve, path: str) -> Iterator[Curve]:
@@ -99,10 +98,8 @@ def _coefficient(study: StudyFile, result: StudyResult) -> Iterator[PlotOffer]:
 def _draw_coefficient(study: StudyFile, result: StudyResult) -> tuple[Panel, ...]:
     runs = [run.id for run in result.laws[0].runs]
     measured = study.keep("effective k_D", lambda: _effective(study, runs))
-    curves = [measured_curve(one) for one in measured]
-    for law in result.laws:
-        curves += law_curves(measured, law.model, law.first.wear_coefficient, law.first.interval)
-    return (Panel(COEFFICIENT_LABEL, tuple(curves)),)
+    laws = (LawCoefficient(law.model, law.first.wear_coefficient, law.first.interval) for law in result.laws)
+    return (coefficient_panel(measured, laws),)
 
 
 def _effective(study: StudyFile, runs: Sequence[str]) -> list[EffectiveCoefficient]:

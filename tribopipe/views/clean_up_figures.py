@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tribopipe.base.arrays import Column
-from tribopipe.base.units import KINDS, axis, force_unit, from_si
+from tribopipe.base.units import axis, from_si
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.results.run import RawRun
 from tribopipe.views.decimation import thinned
+from tribopipe.views.plot import signal_unit
 from tribopipe.views.run_figures import GREY, PALETTE, finish, styled
 
 if TYPE_CHECKING:
@@ -67,11 +68,11 @@ def plot_clean_up(raw: RawRun, cleaned: RawRun, record: CleanUp) -> "Figure":
 
 def _draw_signal(ax: "Axes", name: SignalName, raw: RawRun, cleaned: RawRun) -> None:
     """Draw a signal as recorded and as cleaned up; of one that was left out the former alone."""
-    time, unit = cleaned.columns["time"], _shown_unit(name, raw)
+    time, unit = cleaned.columns["time"], signal_unit(name, raw.manifest)
     before, after = (
-        from_si(run.columns.get(name, np.full_like(time, np.nan)), SIGNALS[name].unit, unit) for run in (raw, cleaned)
+        from_si(run.columns.get(name, np.full_like(time, np.nan)), unit.si, unit.shown) for run in (raw, cleaned)
     )
-    ax.set_ylabel(axis(_short(name), unit))
+    ax.set_ylabel(axis(_short(name), unit.shown))
     ax.ticklabel_format(axis="y", style="plain", useOffset=False)
     if _is_far_off(before, after):
         ax.text(0.99, 0.04, "as recorded: off the scale", transform=ax.transAxes, ha="right", color=GREY, fontsize=8)
@@ -80,12 +81,6 @@ def _draw_signal(ax: "Axes", name: SignalName, raw: RawRun, cleaned: RawRun) -> 
     if np.any(np.isfinite(after)):
         ax.plot(*_broken(time, after), color=_BLUE, lw=0.9, label="cleaned up")
         ax.set_ylim(*_scale(before, after))
-
-
-def _shown_unit(name: SignalName, run: RawRun) -> str:
-    if SIGNALS[name].kind != "force":
-        return KINDS[SIGNALS[name].kind].shown
-    return force_unit(run.manifest.conditions.normal_load.value)
 
 
 def _short(name: SignalName) -> str:

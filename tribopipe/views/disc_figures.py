@@ -4,29 +4,28 @@ They hold what Figures 9 and 12 of the paper do, with the uncertainties besides.
 (Okabe–Ito), in marker and in line style, so that the figures survive greyscale.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.units import WEAR_COEFFICIENT, axis, from_si, pretty
-from tribopipe.documents.contact import DISCS, DiscName
 from tribopipe.documents.quantity import Quantity
-from tribopipe.evaluation.measurements.twin_disc import Measured
 from tribopipe.evaluation.wear.twin_disc.scenario import DiscScenario, published_discs
 from tribopipe.physics.laws import law_label
 from tribopipe.physics.twin_disc import DiscWear
-from tribopipe.results.evaluation import COVERAGE_FACTOR
+from tribopipe.results.evaluation import COVERAGE_FACTOR, DriftCorrection
 from tribopipe.results.run import CorrectedRun, RawRun
-from tribopipe.results.wear_curves import Band, WearCurves
-from tribopipe.results.wear_fit import FittedValue, WearFit, spoken
+from tribopipe.results.wear_curves import WearCurves
+from tribopipe.results.wear_fit import WearFit, spoken
 from tribopipe.results.wear_prediction import OUTCOMES, Outcome, WearPrediction
-from tribopipe.views.decimation import thinned
 from tribopipe.views.layout import TWO_COLUMNS, in_columns
-from tribopipe.views.number_format import course, power_of, powered_axis, turned
-from tribopipe.views.run_figures import BLACK, GREEN, GREY, PALETTE, RED, finish, law_look, styled
+from tribopipe.views.number_format import course, power_of, turned
+from tribopipe.views.plot import VOLUME, Panel
+from tribopipe.views.run_figures import BLACK, GREY, MOST_LETTERS, PALETTE, draw_panel, finish, key, law_look, styled
+from tribopipe.views.run_plots import QUANTITIES, contact_panels, measured_points, place_on, wear_panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,38 +41,6 @@ _LEAST_SHARE = 1e-5
 _STYLES: tuple[Any, ...] = ("-", _DASHED, (0, (5, 1.4, 1.2, 1.4)), _DOTTED)
 
 
-class ShownQuantity(NamedTuple):
-    """How a quantity is drawn: of each disc, what a law calls it, the axis, and the unit of that."""
-
-    outcomes: tuple[Outcome, Outcome]
-    label: str
-    unit: str
-    marker: str
-    factor: float = 1.0
-
-
-QUANTITIES: dict[Measured, ShownQuantity] = {
-    "wear_volume": ShownQuantity(("curved_volume", "flat_volume"), "volume worn off", "mm^3", "o"),
-    "wear_depth": ShownQuantity(("curved_depth", "flat_depth"), "wear depth", "um", "s"),
-    "track_width": ShownQuantity(("half_width", "half_width"), "track width", "um", "^", 2.0),
-}
-"""What can be measured on a disc, the usual first."""
-
-
-@dataclass(frozen=True)
-class MeasuredPoint:
-    """One thing measured on a disc of a run."""
-
-    disc: DiscName
-    what: Measured
-    value: FittedValue
-
-    @property
-    def spread(self) -> float:
-        """Half width of its 95 % interval, in its own unit."""
-        return COVERAGE_FACTOR * (self.value.measured.standard_uncertainty or 0.0)
-
-
 @styled
 def plot_disc_wear(run: RawRun, fits: Sequence[WearCurves], predictions: Sequence[WearCurves] = ()) -> "Figure":
     """Draw the wear of each disc with the fitted laws, and predictions from other runs, with 95 % bands.
@@ -83,116 +50,54 @@ def plot_disc_wear(run: RawRun, fits: Sequence[WearCurves], predictions: Sequenc
     """
     from tribopipe.views.canvas import ShownFigure
 
-    points = _points(fits)
-    measured = [kind for kind in QUANTITIES if any(point.what == kind for point in points)]
-    what: Measured = measured[0] if measured else "wear_volume"
-    shown, discs = QUANTITIES[what], _drawn(points, [*fits, *predictions])
+    along, label = course(run)
+    panels = wear_panels(along, CorrectedRun(run, DriftCorrection(outcome="uncorrected"), None), fits, predictions)
     spare = any(isinstance(curves.result, WearFit) and curves.result.p_value is not None for curves in fits)
     figure = ShownFigure(figsize=(6.3, 5.2 if spare else 4.1), dpi=150, layout="constrained")
     rows = figure.subplots(
-        2 if spare else 1, len(discs), sharex=True, sharey="row", squeeze=False, height_ratios=[3, 1][: 1 + spare]
+        2 if spare else 1, len(panels), sharex=True, sharey="row", squeeze=False, height_ratios=[3, 1][: 1 + spare]
     )
-    along, label = course(run)
-    scale = _scale(what, points, [*fits, *predictions])
-    for place, (ax, disc) in enumerate(zip(rows[0], discs, strict=True)):
-        for curves, colour, style, name in _laws(fits, predictions):
-            outcome = shown.outcomes[DISCS.index(disc)]
-            band = _scaled(curves.bands[outcome], OUTCOMES[outcome], shown.unit, shown.factor / 10.0**scale)
-            _draw_band(ax, along, band, color=colour, ls=style, label=name)
-        _draw_measured(ax, [one for one in points if (one.disc, one.what) == (disc, what)], shown.unit, scale, run)
-        if len(discs) > 1:
-            _name(ax, f"({'ab'[place]}) {spoken(disc)}")
+    power = _power(panels)
+    for place, (ax, panel) in enumerate(zip(rows[0], panels, strict=True)):
+        draw_panel(ax, panel, power)
+        if len(panels) > 1:
+            _name(ax, f"({'ab'[place]}) {panel.body}")
     rows[0][0].set_ylim(bottom=0.0)
-    rows[0][0].set_ylabel(powered_axis(shown.label, scale, shown.unit))
     if spare:
-        _draw_residuals(rows[1], fits, discs, run)
+        _draw_residuals(rows[1], fits, [panel.body for panel in panels], run, along)
     for ax in rows[-1]:
         ax.set_xlabel(label)
-    _head(rows[0][0], f"{run.id}: wear of {'both discs' if len(discs) > 1 else f'the {spoken(discs[0])}'}", fits)
-    _key(figure, rows.flat, 2)
+    for ax in rows[0][1:]:
+        ax.set_ylabel("")
+    _head(rows[0][0], f"{run.id}: wear of {'both discs' if len(panels) > 1 else f'the {panels[0].body}'}", fits)
+    key(figure, rows.flat)
     return figure
 
 
-def _points(fits: Sequence[WearCurves]) -> list[MeasuredPoint]:
-    """Return what was measured on the discs, by the first fit, which is the same in all."""
-    for curves in fits:
-        if isinstance(curves.result, WearFit):
-            return [measured_point(value) for value in curves.result.measurements]
-    return []
-
-
-def measured_point(value: FittedValue) -> MeasuredPoint:
-    """Return on which disc something was measured, and what it was."""
-    disc = next(disc for disc in DISCS if value.name.startswith(disc))
-    what: Measured = next(kind for kind in get_args(Measured) if value.name.startswith(f"{disc}_{kind}"))
-    return MeasuredPoint(disc, what, value)
-
-
-def _drawn(points: Sequence[MeasuredPoint], curves: Sequence[WearCurves]) -> list[DiscName]:
-    """Return the discs that were measured, or that a law wears."""
-    worn = {
-        disc: any(np.any(one.bands[outcome].best > 0) for one in curves)
-        for disc, outcome in zip(DISCS, QUANTITIES["wear_volume"].outcomes, strict=True)
-    }
-    return [disc for disc in DISCS if worn[disc] or any(point.disc == disc for point in points)]
-
-
-def _scale(what: Measured, points: Sequence[MeasuredPoint], curves: Sequence[WearCurves]) -> int:
+def _power(panels: Sequence[Panel]) -> int:
     """Return the power of a thousand to leave out of the axis; of volumes only, which are as small as that."""
-    if what != "wear_volume":
+    if panels[0].unit != VOLUME:
         return 0
-    ends = [float(np.nanmax(one.bands[outcome].best)) for one in curves for outcome in QUANTITIES[what].outcomes]
-    ends += [point.value.measured.value for point in points if point.what == what]
-    return power_of(float(from_si(max(ends), "m^3", "mm^3")))
+    ends = [float(from_si(np.nanmax(curve.y), "m^3", "mm^3")) for panel in panels for curve in panel.curves]
+    return power_of(max([*ends, *(one.y for panel in panels for one in panel.marks)]))
 
 
-def _laws(fits: Sequence[WearCurves], predictions: Sequence[WearCurves]) -> Iterator[tuple[WearCurves, str, str, str]]:
-    """Give each law its colour, line style and name."""
-    for curves in fits:
-        law = curves.result.model
-        yield curves, law_look(law).colour, law_look(law).fitted, f"{law_label(law)}, fitted"
-    for curves in predictions:
-        law = curves.result.model
-        source = curves.result.reference if isinstance(curves.result, WearPrediction) else None
-        yield curves, GREEN, law_look(law).predicted, f"{law_label(law)}, predicted from {source or 'given k_D'}"
-
-
-def _draw_measured(ax: "Axes", points: Sequence[MeasuredPoint], unit: str, scale: int, run: RawRun) -> None:
-    if not points:
-        return
-    si = points[0].value.measured.unit
-    ax.errorbar(
-        _turned(run, [point.value.place for point in points]),
-        [from_si(point.value.measured.value, si, unit) / 10.0**scale for point in points],
-        yerr=[from_si(point.spread, si, unit) / 10.0**scale for point in points],
-        fmt="o",
-        ms=4,
-        capsize=3,
-        color=RED,
-        label="measured, 95 %",
-        zorder=5,
-    )
-
-
-def _turned(run: RawRun, rotations: Sequence[float]) -> Column:
-    """Return rotations in the power of a thousand that a run's are drawn in."""
-    return np.asarray(rotations) / 10.0 ** power_of(float(np.nanmax(run.columns["rotations"])))
-
-
-def _draw_residuals(axes: "Sequence[Axes]", fits: Sequence[WearCurves], discs: Sequence[DiscName], run: RawRun) -> None:
+def _draw_residuals(
+    axes: "Sequence[Axes]", fits: Sequence[WearCurves], discs: Sequence[str], run: RawRun, along: Column
+) -> None:
     """Draw what is left of everything measured, over its standard uncertainty."""
     for ax, disc in zip(axes, discs, strict=True):
         ax.axhline(0, color=BLACK, lw=0.8)
         for limit in (-COVERAGE_FACTOR, COVERAGE_FACTOR):
             ax.axhline(limit, color=GREY, ls=_DASHED, lw=0.8)
-        for curves, *_ in _laws(fits, ()):
-            for point in _points([curves]):
+        for curves in fits:
+            for point in measured_points([curves]):
                 spread = point.value.measured.standard_uncertainty
-                if point.disc != disc or not spread:
+                if spoken(point.disc) != disc or not spread:
                     continue
                 mark = QUANTITIES[point.what].marker
                 ax.plot(
-                    _turned(run, [point.value.place]),
+                    place_on(along, run, point.value.place),
                     [(point.value.measured.value - point.value.fitted.value) / spread],
                     ls="",
                     ms=4,
@@ -214,23 +119,15 @@ def plot_disc_contact(corrected: CorrectedRun, curves: WearCurves) -> "Figure":
 
     The depth signal, corrected, stands beside the depth of both discs.
     """
-    run = corrected.run
-    along, label = course(run)
+    along, label = course(corrected.run)
     figure, axes = _four(6.3)
-    if corrected.wear_depth is not None:
-        x, y = thinned(along, corrected.wear_depth)
-        axes[0].plot(x, from_si(y, "m", "um"), color=GREY, lw=0.6, label="depth signal, corrected")
-    worn = _drawn((), [curves])
-    for outcome, look in _depth_looks(worn).items():
-        _draw_band(axes[0], along, _scaled(curves.bands[outcome], "m", "um"), **look)
-    for ax, panel in zip(axes[1:], _PANELS[1:], strict=True):
-        band = _scaled(curves.bands[panel.outcome], OUTCOMES[panel.outcome], panel.unit)
-        _draw_band(ax, along, band, color=BLACK, label="")
-    _finish_four(axes, label)
-    for ax, panel, named in zip(axes, _PANELS, "abcd", strict=True):
-        _name(ax, f"({named})", panel.side)
-    _head(axes[0], f"{run.id}: contact", [curves])
-    _key(figure, axes, 4)
+    for ax, panel, look, named in zip(axes, contact_panels(along, corrected, [curves]), _PANELS, "abcd", strict=True):
+        draw_panel(ax, panel)
+        _name(ax, f"({named})", look.side)
+    for ax in axes[2:]:
+        ax.set_xlabel(label)
+    _head(axes[0], f"{corrected.id}: contact", [curves])
+    key(figure, axes, 3)
     return figure
 
 
@@ -250,17 +147,6 @@ _PANELS = (
     _Panel("half_width", "$a_x$", "um", "left"),
     _Panel("half_length", "$a_z$", "um", "right"),
 )
-
-
-def _depth_looks(worn: Sequence[DiscName]) -> dict[Outcome, dict[str, Any]]:
-    """Give wear depths their looks: of both discs, and of each where both wear."""
-    looks: dict[Outcome, dict[str, Any]] = {"depth": {"color": BLACK, "ls": "-", "label": "both discs"}}
-    looks["curved_depth"] = {"color": PALETTE[0], "ls": _DASHED, "label": "curved disc"}
-    looks["flat_depth"] = {"color": PALETTE[1], "ls": _DOTTED, "label": "flat disc"}
-    if len(worn) == 2:
-        return looks
-    only: Outcome = "flat_depth" if worn == ["flat_disc"] else "curved_depth"
-    return {only: {**looks[only], "ls": "-"}}
 
 
 @in_columns
@@ -289,7 +175,7 @@ def plot_disc_model(scenarios: Mapping[str, DiscScenario], rotations: float, ste
     _finish_four(axes, label)
     for ax, named in zip(axes, "abcd", strict=True):
         ax.set_title(f"({named})", loc="left")
-    _key(figure, axes, 4)
+    key(figure, axes, 4)
     return figure
 
 
@@ -329,25 +215,6 @@ def _finish_four(axes: "Sequence[Axes]", label: str) -> None:
         ax.set_xlabel(label)
 
 
-def _scaled(band: Band, si: str, unit: str, factor: float = 1.0) -> Band:
-    return Band(*(from_si(line, si, unit) * factor for line in (band.best, band.lower, band.upper)), unit=unit)
-
-
-def _draw_band(ax: "Axes", along: Column, band: Band, **look: Any) -> None:
-    x, best, lower, upper = _smooth(along, band.best, band.lower, band.upper)
-    ax.plot(x, best, **look)
-    ax.fill_between(x, lower, upper, color=look["color"], alpha=0.15, lw=0)
-
-
-def _smooth(along: Column, *lines: Column) -> list[Column]:
-    """Take as many samples as a smooth curve needs, closer where wear is steepest."""
-    placed = np.isfinite(along)
-    last = int(np.count_nonzero(placed)) - 1
-    steep, even = np.geomspace(1, max(last, 1), _MOST_PLACES // 2), np.linspace(0, last, _MOST_PLACES // 2)
-    kept = np.unique(np.concatenate([[0], steep, even]).astype(int).clip(0, last))
-    return [column[placed][kept] for column in (along, *lines)]
-
-
 def _head(ax: "Axes", title: str, laws: Sequence[WearCurves]) -> None:
     """Put title and coefficients over a figure; they may be wider than its first panel."""
     finish(ax, title, "\n".join(_words(curves.result) for curves in laws))
@@ -360,7 +227,9 @@ def _words(result: WearFit | WearPrediction) -> str:
     unit = pretty(WEAR_COEFFICIENT)
     numbers = {disc: value.shown(WEAR_COEFFICIENT).removesuffix(f" {unit}") for disc, value in found.items()}
     each = ", ".join(f"{number} ({disc.removesuffix('_disc')})" for disc, number in numbers.items())
-    return f"{law_label(result.model)}, {result.distance_per_rotation}: $k_\\mathrm{{D}}$ / {unit} = {each}"
+    head = f"{law_label(result.model)}, {result.distance_per_rotation}:"
+    between = "\n" if len(head + each) + len(unit) > MOST_LETTERS - 8 else " "
+    return f"{head}{between}$k_\\mathrm{{D}}$ / {unit} = {each}"
 
 
 def _coefficients(result: WearFit | WearPrediction) -> dict[str, Quantity]:
@@ -369,9 +238,3 @@ def _coefficients(result: WearFit | WearPrediction) -> dict[str, Quantity]:
 
 def _name(ax: "Axes", words: str, side: Literal["left", "right"] = "left") -> None:
     ax.text(0.03 if side == "left" else 0.97, 0.97, words, transform=ax.transAxes, ha=side, va="top")
-
-
-def _key(figure: "Figure", axes: "Iterable[Axes]", columns: int) -> None:
-    """Put one legend of all panels below them."""
-    handles = {label: line for ax in axes for line, label in zip(*ax.get_legend_handles_labels(), strict=True)}
-    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=columns)

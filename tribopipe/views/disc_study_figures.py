@@ -87,7 +87,7 @@ def plot_disc_study(result: StudyResult, law: LawName, curves: Sequence[StudyCur
         below.axhline(1, color=GREY, lw=0.6, zorder=1)
         letter(ax, number, words, len(groups))
     _finish(figure, pairs, scales)
-    figure.suptitle(_words(found, ", " if len(groups) > 1 else "\n$k_\\mathrm{D}$ = "), x=0.01, ha="left", fontsize=8)
+    figure.suptitle(_words(found, ", " if len(groups) > 1 else "\n$k_\\mathrm{D}$ = "), x=0.01, ha="left", fontsize=8.6)
     figure.legend(
         handles=_key(found), loc="outside lower center", ncols=_KEY_COLUMNS[len(groups) > 1], handlelength=3.0
     )

@@ -18,7 +18,8 @@ _MOST_COLUMNS = 4
 _SMALL: Any = {
     **STYLE,
     "font.size": 8,
-    "axes.titlesize": 8,
+    "axes.titlesize": 8.6,  # subscripts have seven tenths of it, and at least 6 pt
+    "axes.labelsize": 8.6,
     "legend.fontsize": 7,
     "xtick.labelsize": 7,
     "ytick.labelsize": 7,

@@ -4,7 +4,7 @@ Discs have the four panels of the paper's Figure 9 and maps of pressure; wear en
 10 and 11. Local wear and the two readings of the GIWM differ in line style as well as in colour (Okabe–Ito).
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
@@ -18,7 +18,7 @@ from tribopipe.results.local_wear import LocalDiscPoint, LocalPinPoint
 from tribopipe.results.local_wear_curves import GlobalWear, LocalCurves
 from tribopipe.views.layout import TWO_COLUMNS, letter
 from tribopipe.views.number_format import power_of, powered_axis, turned
-from tribopipe.views.run_figures import BLACK, GREY, PALETTE, RED, finish, save_figure, styled
+from tribopipe.views.run_figures import BLACK, GREY, PALETTE, RED, finish, key, save_figure, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -84,7 +84,7 @@ def plot_local_pin(curves: LocalCurves, run_id: str) -> "Figure":
     below.set_ylabel(axis("local − GIWM", "%"))
     below.set_xlabel(axis("sliding distance s", "m"))
     finish(above, f"{run_id}: local wear", _words(curves))
-    _key(figure, (above, below), 4)
+    key(figure, (above, below), 4)
     return figure
 
 
@@ -111,7 +111,7 @@ def plot_pin_profiles(curves: LocalCurves, run_id: str) -> "Figure":
     rows[1][0].set_ylabel(axis("tip", "um"))
     rows[1][len(places) // 2].set_xlabel(axis("position across the contact", "um"))
     _title(figure, f"{run_id}: pressure and worn tip")
-    _key(figure, rows[1], 2)
+    key(figure, rows[1], 2)
     return figure
 
 
@@ -184,7 +184,7 @@ def plot_local_discs(curves: LocalCurves, run_id: str) -> "Figure":
         ax.set_xlabel(label)
     finish(axes[0], f"{run_id}: local wear", _words(curves))
     axes[0].texts[-1].set_in_layout(False)
-    _key(figure, axes, 4)
+    key(figure, axes, 4)
     return figure
 
 
@@ -254,7 +254,7 @@ def plot_engines(curves: Sequence[EngineCurve], title: str = "") -> "Figure":
     for ax in axes[:2]:
         ax.set_ylim(bottom=0.0)
     _title(figure, title)
-    _key(figure, axes, 4)
+    key(figure, axes, 4)
     return figure
 
 
@@ -291,9 +291,3 @@ def _words(curves: LocalCurves) -> str:
 
 def _title(figure: "Figure", words: str) -> None:
     figure.suptitle(words, x=0.01, ha="left", fontsize=10, fontweight="bold")
-
-
-def _key(figure: "Figure", axes: "Iterable[Axes]", columns: int) -> None:
-    """Put one legend of all panels below them."""
-    handles = {label: line for ax in axes for line, label in zip(*ax.get_legend_handles_labels(), strict=True)}
-    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=columns)

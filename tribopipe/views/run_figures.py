@@ -4,6 +4,7 @@ Colours are from the Okabe–Ito palette, which people with any colour vision ca
 pyplot, so that they need no display and leave no state behind; in a notebook they show themselves.
 """
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from functools import wraps
@@ -19,22 +20,22 @@ from tribopipe.archive.store import Archive
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ArchiveError
 from tribopipe.base.files import clear_leftovers_of, replacing
-from tribopipe.base.units import WEAR_COEFFICIENT, axis, from_si, interval_from_si
+from tribopipe.base.units import WEAR_COEFFICIENT, from_si
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName
-from tribopipe.documents.signals import SignalName
-from tribopipe.evaluation.friction_paths import fitted_path
 from tribopipe.physics.laws import LAWS, law_label
 from tribopipe.pipeline.output_paths import MADE_BY, made_here, require_free
-from tribopipe.results.evaluation import COVERAGE_FACTOR, DriftCorrection, FrictionFit
+from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.finding import first_of_each_code
 from tribopipe.results.run import CorrectedRun, RawRun
 from tribopipe.results.wear_curves import WearCurves
 from tribopipe.results.wear_fit import WearFit
 from tribopipe.results.wear_prediction import WearPrediction
 from tribopipe.views.decimation import thinned
-from tribopipe.views.number_format import course, slid, slide
+from tribopipe.views.number_format import course, powered_axis, slid, slide
+from tribopipe.views.plot import Curve, Panel
+from tribopipe.views.run_plots import depth_panels, friction_panels, wear_panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -66,11 +67,9 @@ def law_look(law: LawName) -> LawLook:
     return _LOOKS.get(law) or LawLook(_OTHER_LAWS[place % len(_OTHER_LAWS)])
 
 
-WANDER_NAME = "wander: slow, neither wear nor drift"
-"""What the slow process of the model is called in legends."""
 _ON_BASIS = ("reading_contradicts_measurement", "no_post_test_measurement")
 """Codes of findings by which a fitted curve is not what the reading or a measurement would have one expect."""
-_MOST_LETTERS = 90
+MOST_LETTERS = 84
 """That fit above a figure in one line."""
 STYLE: Any = {
     "font.size": 9,
@@ -111,60 +110,88 @@ def styled(plot: "Callable[P, Figure]", style: Any = STYLE) -> "Callable[P, Figu
     return drawn
 
 
+class _Look(NamedTuple):
+    """How a curve is drawn."""
+
+    color: str
+    ls: Any = "-"
+    lw: float = 1.4
+    alpha: float = 1.0
+
+
+_BODIES = (_Look(BLACK), _Look(_BLUE, (0, (5, 1.6))), _Look(RED, (0, (1.2, 1.2))))
+"""Both bodies together, and each."""
+_MEASURED = (_Look(GREY, lw=0.8), _Look(_BLUE, lw=0.9))
+"""As recorded, and what was made of it."""
+_MOST_PLACES = 240
+
+
+def _look(curve: Curve, before: Sequence[Curve]) -> _Look:
+    """Give a curve its look after those before it in its panel."""
+    law = law_look(curve.law) if curve.law else LawLook(_BLUE, "-", "-.")
+    if curve.body is not None:
+        return _BODIES[curve.body]
+    if curve.role == "measured":
+        return _MEASURED[sum(one.role == "measured" for one in before) % 2]
+    return {
+        "fit": _Look(law.colour, law.fitted),
+        "prediction": _Look(GREEN, law.predicted),
+        "drift": _Look(ORANGE, "--"),
+        "wander": _Look(GREEN, lw=0.8, alpha=0.7),
+        "residual": _Look(law.colour if curve.law else GREY, lw=0.6),
+    }[curve.role]
+
+
+def draw_panel(ax: "Axes", panel: Panel, power: int = 0) -> None:
+    """Draw curves with their bands and what was measured, in the shown unit less a power of ten."""
+    for number, curve in enumerate(panel.curves):
+        look = _look(curve, panel.curves[:number])
+        y, *band = (
+            from_si(line, curve.unit.si, curve.unit.shown) / 10.0**power
+            for line in (curve.y, curve.lower, curve.upper)
+            if line is not None
+        )
+        x, y, *band = _smooth(curve.x, y, *band) if band else thinned(curve.x, y)
+        ax.plot(x, y, **look._asdict(), label="" if curve.role == "residual" else curve.name)
+        if band:
+            ax.fill_between(x, band[0], band[1], color=look.color, alpha=0.15, lw=0)
+    if any(curve.role == "residual" for curve in panel.curves):
+        ax.axhline(0, color=BLACK, lw=0.8)
+    if panel.left_out is not None:
+        ax.axvspan(*panel.left_out, color=ORANGE, alpha=0.25, lw=0, label="left out")
+    for one in panel.marks:
+        value, half = one.y / 10.0**power, one.half_width / 10.0**power
+        ax.errorbar(one.x, value, yerr=half, fmt="o", ms=4, capsize=3, color=RED, label=one.name, zorder=5)
+    ax.set_ylabel(powered_axis(_mathtext(panel.quantity), power, panel.unit.shown))
+    ax.margins(x=0.01)
+
+
+def _mathtext(words: str) -> str:
+    """Set a_x and k_D as formulas are set."""
+    return re.sub(r"\b(a_[xz])\b", r"$\1$", words).replace("k_D", r"$k_\mathrm{D}$")
+
+
+def _smooth(x: Column, *lines: Column) -> list[Column]:
+    """Take as many samples as a smooth curve needs, closer where wear is steepest."""
+    placed = np.isfinite(x)
+    last = max(int(np.count_nonzero(placed)) - 1, 0)
+    steep, even = np.geomspace(1, max(last, 1), _MOST_PLACES // 2), np.linspace(0, last, _MOST_PLACES // 2)
+    kept = np.unique(np.concatenate([[0], steep, even]).astype(int).clip(0, last))
+    return [column[placed][kept] for column in (x, *lines)]
+
+
+def key(figure: "Figure", axes: "Iterable[Axes]", columns: int = 2) -> None:
+    """Put one legend of all panels below them."""
+    handles = {label: line for ax in axes for line, label in zip(*ax.get_legend_handles_labels(), strict=True)}
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=columns)
+
+
 @styled
 def plot_depth(corrected: CorrectedRun, clean_up: CleanUp | None = None) -> "Figure":
-    """Draw the depth reading, what drift adds to it, and the corrected wear with the end value."""
-    run, correction = corrected.run, corrected.correction
-    figure, axes = _panels(1)
-    ax = axes[0]
-    along, label = course(run)
-    reading = run.columns.get("depth")
-    if reading is not None:
-        name = f"sensor reading{_mended(clean_up, 'depth')}"
-        ax.plot(*_micro(*thinned(along, reading)), color=GREY, lw=0.8, label=name)
-    if corrected.wear_depth is not None and reading is not None:
-        ax.plot(
-            *_micro(*thinned(along, reading - corrected.wear_depth)),
-            color=ORANGE,
-            ls="--",
-            label="zero offset and drift",
-        )
-        ax.plot(
-            *_micro(*thinned(along, corrected.wear_depth)), color=_BLUE, lw=0.9, label=f"corrected wear, {_both(run)}"
-        )
-    if corrected.wander is not None:
-        ax.plot(*_micro(*thinned(along, corrected.wander)), color=GREEN, lw=0.8, alpha=0.7, label=WANDER_NAME)
-    anchor = f"end value, 95 % ({correction.anchor})".replace("_", " ")
-    _mark_end(ax, along[-1], correction.end_wear_depth, anchor)
-    finish(ax, f"{run.id}: depth signal", _drift_words(correction))
-    ax.set_xlabel(label)
-    ax.set_ylabel(axis("depth", "um"))
-    figure.legend(loc="outside lower center", ncols=2)
-    return figure
-
-
-def _mended(clean_up: CleanUp | None, signal: SignalName) -> str:
-    """Say of a recorded signal whether it is drawn as cleaned up."""
-    if clean_up is None or not clean_up.changed(signal):
-        return ""
-    strokes = any((change.step, change.signal) == ("stroke-wise-friction", signal) for change in clean_up.changes)
-    return ", cleaned up: one value a stroke" if strokes else ", cleaned up"
-
-
-def _mark_end(ax: "Axes", last: float, end: Quantity | None, label: str) -> None:
-    """Draw a depth measured after the test, where there is one, at the test's end."""
-    if end is not None:
-        ax.errorbar(
-            last,
-            from_si(end.value, "m", "um"),
-            yerr=COVERAGE_FACTOR * interval_from_si(end.standard_uncertainty or 0.0, "m", "um"),
-            fmt="o",
-            ms=4,
-            capsize=3,
-            color=RED,
-            label=label,
-            zorder=5,
-        )
+    """Draw the depth reading, what drift adds to it, and the corrected wear with the post-test measurement."""
+    x, label = course(corrected.run)
+    words = _drift_words(corrected.correction)
+    return _stacked(depth_panels(x, corrected, clean_up), f"{corrected.id}: depth signal", words, label)
 
 
 def _drift_words(correction: DriftCorrection) -> str:
@@ -173,48 +200,12 @@ def _drift_words(correction: DriftCorrection) -> str:
     return f"drift {_shown(correction.drift_rate, 'nm/min')}, discrepancy {_shown(correction.discrepancy, 'um')}"
 
 
-def _both(run: RawRun) -> str:
-    return "both bodies" if run.manifest.contact is None else run.manifest.contact.both
-
-
 @styled
 def plot_friction(run: RawRun, fit: FrictionFit, clean_up: CleanUp | None = None) -> "Figure":
     """Draw the friction coefficient with Eq. 7 as fitted and the residuals, or the steady value alone against time."""
-    figure, (ax, *residuals) = _panels(1 if fit.window is None else 2)
-    along, label = slide(run)
-    mu = run.columns.get("friction_coefficient", np.full_like(along, np.nan))
-    ax.plot(*thinned(along, mu), color=GREY, lw=0.6, label=f"measured{_mended(clean_up, 'friction_coefficient')}")
-    if residuals:
-        _draw_fit(ax, residuals[0], along, mu, fit)
-    elif fit.steady_state is not None:
-        ax.axhline(fit.steady_state.value, color=_BLUE, label="steady value")
-    ax.set_ylabel("friction coefficient μ")
-    finish(ax, f"{run.id}: friction", in_lines(_friction_words(fit)))
-    figure.axes[-1].set_xlabel(label)
-    figure.legend(loc="outside lower center", ncols=2)
-    return figure
-
-
-def _draw_fit(ax: "Axes", below: "Axes", distance: Column, mu: Column, fit: FrictionFit) -> None:
-    """Draw fitted friction where it was fitted, and in the panel below what measured friction differs from it."""
-    path = fitted_path(fit)
-    if path is None or fit.window is None:
-        return
-    inside = (distance >= fit.window[0].value) & (distance <= fit.window[1].value)
-    fitted = path.coefficient(distance)
-    name = "A·exp(−s/c) + b" if fit.outcome == "exponential" else "steady value"
-    ax.plot(distance[inside], fitted[inside], color=_BLUE, label=name)
-    below.plot(*thinned(distance[inside], (mu - fitted)[inside]), color=GREY, lw=0.6)
-    below.axhline(0, color=BLACK, lw=0.8)
-    below.set_ylabel("residual of μ")
-    _mark_left_out(ax, distance, fit)
-
-
-def _mark_left_out(ax: "Axes", distance: Column, fit: FrictionFit) -> None:
-    if fit.window is None:
-        return
-    if fit.window[0].value > distance[0]:
-        ax.axvspan(distance[0], fit.window[0].value, color=ORANGE, alpha=0.25, lw=0, label="left out")
+    x, label = slide(run)
+    panels = friction_panels(x, run, fit, clean_up)
+    return _stacked(panels, f"{run.id}: friction", in_lines(_friction_words(fit)), label)
 
 
 def _friction_words(fit: FrictionFit) -> str:
@@ -228,39 +219,14 @@ def _friction_words(fit: FrictionFit) -> str:
 @styled
 def plot_wear(corrected: CorrectedRun, fits: Sequence[WearCurves], predictions: Sequence[WearCurves] = ()) -> "Figure":
     """Draw the pin's wear with the fitted laws, their residuals, and predictions from another run, with 95 % bands."""
-    figure, (ax, below) = _panels(2)
-    run, wear, distance = corrected.run, corrected.pin_wear_depth, corrected.run.sliding_distance
-    if wear is not None:
-        ax.plot(*_micro(*thinned(distance, wear)), color=GREY, lw=0.8, label="pin wear, corrected")
-    for curve in fits:
-        colour = law_look(curve.result.model).colour
-        _draw_law(
-            ax, distance, curve, colour, law_look(curve.result.model).fitted, f"{law_label(curve.result.model)}, fitted"
-        )
-        if wear is not None:
-            below.plot(*_micro(*thinned(distance, wear - curve.bands["wear_depth"].best)), color=colour, lw=0.6)
-    for curve in predictions:
-        source = curve.result.reference if isinstance(curve.result, WearPrediction) else None
-        name = f"{law_label(curve.result.model)}, predicted from {source or 'a given k_D'}"
-        _draw_law(ax, distance, curve, GREEN, law_look(curve.result.model).predicted, name)
-    _mark_end(ax, distance[-1], corrected.correction.pin_wear_depth, "pin wear measured after the test, 95 %")
-    below.axhline(0, color=BLACK, lw=0.8)
-    below.set_ylabel(axis("residual", "um"))
-    ax.set_ylabel(axis("pin wear depth", "um"))
+    run = corrected.run
     coefficients = (_wear_words(curve.result) for curve in fits)
     told = basis_words(curve.result for curve in fits if isinstance(curve.result, WearFit))
-    finish(ax, f"{run.id}: wear", "\n".join([*coefficients, *map(in_lines, told)]))
-    below.set_xlabel(slid(run))
-    ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
-    figure.legend(loc="outside lower center", ncols=2)
+    words = "\n".join([*coefficients, *map(in_lines, told)])
+    panels = wear_panels(run.sliding_distance, corrected, fits, predictions)
+    figure = _stacked(panels, f"{run.id}: wear", words, slid(run))
+    figure.axes[0].set_ylim(bottom=min(0.0, figure.axes[0].get_ylim()[0]))
     return figure
-
-
-def _draw_law(ax: "Axes", distance: Column, curve: WearCurves, colour: str, style: str, name: str) -> None:
-    band = curve.bands["wear_depth"]
-    ax.plot(*_smooth(distance, band.best), color=colour, ls=style, label=name)
-    x, lower, upper = _smooth(distance, band.lower, band.upper)
-    ax.fill_between(x, lower, upper, color=colour, alpha=0.15, lw=0)
 
 
 def _wear_words(fit: WearFit | WearPrediction) -> str:
@@ -278,36 +244,32 @@ def _shown(quantity: Quantity | None, unit: str) -> str:
     return "unknown" if quantity is None else quantity.shown(unit)
 
 
-def _micro(distance: Column, depth: Column) -> tuple[Column, Column]:
-    return distance, from_si(depth, "m", "um")
-
-
-def _smooth(distance: Column, *curves: Column) -> list[Column]:
-    """Take as many points as a smooth curve needs, closer where wear is steepest; depths in µm."""
-    last = len(distance) - 1
-    steep, even = np.geomspace(1, max(last, 1), 120), np.linspace(0, last, 120)
-    kept = np.unique(np.concatenate([[0], steep, even]).astype(int).clip(0, last))
-    return [distance[kept], *(from_si(curve[kept], "m", "um") for curve in curves)]
-
-
-def _panels(count: int) -> "tuple[Figure, list[Axes]]":
+def _stacked(panels: Sequence[Panel], title: str, words: str, label: str) -> "Figure":
+    """Draw panels below each other, the first of them large."""
     from tribopipe.views.canvas import ShownFigure
 
-    figure = ShownFigure(figsize=(6.3, 3.9 if count == 1 else 5.0), dpi=150, layout="constrained")
-    grid = figure.subplots(count, 1, sharex=True, squeeze=False, height_ratios=[3, 1][:count])
-    return figure, [row[0] for row in grid]
+    figure = ShownFigure(figsize=(6.3, 3.9 if len(panels) == 1 else 5.0), dpi=150, layout="constrained")
+    heights = [3, 1][: len(panels)]
+    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
+    for ax, panel in zip(axes, panels, strict=True):
+        draw_panel(ax, panel)
+    finish(axes[0], title, words)
+    axes[-1].set_xlabel(label)
+    key(figure, axes)
+    return figure
 
 
 def finish(ax: "Axes", title: str, words: str) -> None:
     """Put a title over a figure's first panel, and words between them."""
+    size = 8.6 if "$" in words else 8.0  # a subscript has seven tenths of it, and at least 6 pt
     ax.set_title(title, loc="left", fontsize=10, fontweight="bold", pad=6 + 11 * (words.count("\n") + 1))
-    ax.text(0.0, 1.02, words, transform=ax.transAxes, fontsize=8, va="bottom")
+    ax.text(0.0, 1.02, words, transform=ax.transAxes, fontsize=size, va="bottom")
     ax.margins(x=0.01)
 
 
 def in_lines(sentence: str) -> str:
     """Break a sentence into lines that fit above a figure."""
-    return "\n".join(wrap(sentence, _MOST_LETTERS))
+    return "\n".join(wrap(sentence, MOST_LETTERS))
 
 
 def save_figure(figure: "Figure", path: Path) -> None:

@@ -18,12 +18,12 @@ from tribopipe.documents.slip import stated_slip
 from tribopipe.evaluation.friction_paths import fitted_path
 from tribopipe.evaluation.study.effective import EffectiveCoefficient
 from tribopipe.evaluation.study.member import Member
-from tribopipe.physics.friction_path import junction_factor
 from tribopipe.physics.laws import law_heading
 from tribopipe.results.agreement import LawResult, RunVerdict, StudyResult
 from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit
 from tribopipe.results.run import RawRun
 from tribopipe.results.study_curves import StudyCurve
+from tribopipe.views.coefficient_plot import LawCoefficient, friction_range, law_curves
 from tribopipe.views.decimation import thinned
 from tribopipe.views.layout import TWO_COLUMNS, grid, in_columns, label_outer, letter
 from tribopipe.views.number_format import coefficient_power, coefficient_words, powered_axis, scaled_coefficient, slid
@@ -36,8 +36,6 @@ if TYPE_CHECKING:
 
 _MARKERS = ("o", "s", "^", "D", "v", "P")
 _DASHES = ((0, (5, 1.6)), (0, (5, 1.4, 1.2, 1.4)), (0, (2.2, 1.2)), (0, (7, 1.2, 1.2, 1.2, 1.2, 1.2)))
-_BY_FRICTION = ("archard", "sarkar")
-"""Laws under which effective k_D is known by the friction coefficient alone."""
 _KEY_ORDER = ("measured", "smoothing", "Archard", "Sarkar")
 """Of the legend of effective k_D."""
 _EVERY = 2
@@ -220,12 +218,11 @@ def plot_study_coefficient(result: StudyResult, effective: Sequence[EffectiveCoe
     last = max(float(np.max(one.sliding_distance)) for one in shown)
     bias = max(float(np.max(np.abs(one.bias))) for one in shown)
     figure, axes = grid(len(shown), 3 if len(shown) > 1 else 5)
-    mu = _friction_range(shown)
+    mu = friction_range(shown)
     for number, (ax, one, run) in enumerate(zip(axes, shown, runs, strict=True)):
         points = _draw_effective(ax, one, power, last)
         ax.plot([], [], ls="", label=f"(smoothing bias at most {100 * bias:.1f} %)")
-        laws = [law for law in result.laws if law.model in _BY_FRICTION]
-        ends = [end for law in laws for end in _draw_coefficient(ax, law, mu, power)]
+        ends = [end for law in result.laws for end in _draw_coefficient(ax, law, mu, power)]
         letter(ax, number, f", {run.role}".join(names[run.id]), len(shown))
     axes[0].set_xlim(mu[0], mu[-1])
     axes[0].set_ylim(*_coefficient_range(shown, ends, power))
@@ -239,25 +236,21 @@ def plot_study_coefficient(result: StudyResult, effective: Sequence[EffectiveCoe
     return figure
 
 
-def _friction_range(shown: Sequence[EffectiveCoefficient]) -> Column:
-    friction = np.concatenate([one.friction for one in shown])
-    room = 0.08 * max(float(np.ptp(friction)), 0.02)
-    return np.linspace(np.min(friction) - room, np.max(friction) + room, 100)
-
-
 def _draw_coefficient(ax: "Axes", law: LawResult, mu: Column, power: int) -> list[float]:
     """Draw what the law says effective k_D is at a friction coefficient; return how far it reaches on the axis."""
-    best, low, high = (
-        scaled_coefficient(one.value, power) for one in (law.first.wear_coefficient, *law.first.interval)
-    )
-    words = f"$k_\\mathrm{{D}}$ = {coefficient_words(law.first.wear_coefficient, power)}"
-    if law.model == "archard":
-        ax.axhline(best, color=PALETTE[0], ls=_DASHES[0], zorder=2.5, label=f"Archard, {words}")
-        return [best]
-    factor = junction_factor(mu)
-    ax.plot(mu, best * factor, color=PALETTE[1], zorder=2.5, label=f"Sarkar, $k_\\mathrm{{D}}$·√(1 + 3μ²), {words}")
-    ax.fill_between(mu, low * factor, high * factor, color=PALETTE[1], alpha=0.2, lw=0, label="Sarkar, 95 % band")
-    return [low * float(factor[0]), high * float(factor[-1])]
+    found = law.first
+    words = f"$k_\\mathrm{{D}}$ = {coefficient_words(found.wear_coefficient, power)}"
+    for curve in law_curves(mu, [LawCoefficient(law.model, found.wear_coefficient, found.interval)]):
+        best, low, high = (
+            scaled_coefficient(line, power) for line in (curve.y, curve.lower, curve.upper) if line is not None
+        )
+        if law.model == "archard":
+            ax.plot(mu, best, color=PALETTE[0], ls=_DASHES[0], zorder=2.5, label=f"Archard, {words}")
+            return [best[0]]
+        ax.plot(mu, best, color=PALETTE[1], zorder=2.5, label=f"Sarkar, $k_\\mathrm{{D}}$·√(1 + 3μ²), {words}")
+        ax.fill_between(mu, low, high, color=PALETTE[1], alpha=0.2, lw=0, label="Sarkar, 95 % band")
+        return [low[0], high[-1]]
+    return []
 
 
 def _draw_effective(ax: "Axes", one: EffectiveCoefficient, power: int, last: float) -> Any:

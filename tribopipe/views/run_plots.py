@@ -1,0 +1,252 @@
+"""The plots of one run, each defined once: depth, friction, wear of each body beside the laws, and contact."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from tribopipe.archive.steps import PREDICTIONS, WEAR_FITS
+from tribopipe.base.arrays import Column
+from tribopipe.documents.contact import DISCS, DiscName
+from tribopipe.documents.preprocessing import CleanUp
+from tribopipe.documents.signals import SignalName
+from tribopipe.evaluation.friction_paths import fitted_path
+from tribopipe.evaluation.measurements.twin_disc import Measured
+from tribopipe.physics.laws import law_label
+from tribopipe.results.evaluation import FrictionFit
+from tribopipe.results.run import CorrectedRun, RawRun
+from tribopipe.results.wear_curves import WearCurves
+from tribopipe.results.wear_fit import FittedValue, WearFit, spoken
+from tribopipe.results.wear_prediction import Outcome, WearPrediction
+from tribopipe.views.plot import MICRONS, RATIO, VOLUME, Curve, Mark, Panel, Role, Unit, mark
+
+CORRECTED, PIN_WEAR = "/entry/drift_correction/data/wear_depth", "/entry/drift_correction/data/pin_wear_depth"
+WANDER = "/entry/drift_correction/data/wander"
+_FRICTION = "/entry/friction_fit/data/friction_coefficient"
+WANDER_NAME = "wander: slow, neither wear nor drift"
+"""What the slow process of the model is called in legends."""
+
+
+def depth_panels(x: Column, corrected: CorrectedRun, clean_up: CleanUp | None = None) -> tuple[Panel, ...]:
+    """Draw the depth reading, what drift adds to it, and the corrected wear with the post-test measurement."""
+    run, wear, curves = corrected.run, corrected.wear_depth, []
+    reading = run.columns.get("depth")
+    both = "both bodies" if run.manifest.contact is None else run.manifest.contact.both
+    if reading is not None:
+        name = f"sensor reading{_cleaned(clean_up, 'depth')}"
+        curves.append(Curve(name, "measured", x, reading, MICRONS, run.id, path="depth"))
+    if reading is not None and wear is not None:
+        curves.append(Curve("zero offset and drift", "drift", x, reading - wear, MICRONS, run.id))
+        curves.append(Curve(f"corrected wear, {both}", "measured", x, wear, MICRONS, run.id, path=CORRECTED))
+    if corrected.wander is not None:
+        curves.append(Curve(WANDER_NAME, "wander", x, corrected.wander, MICRONS, run.id, path=WANDER))
+    anchor = f" ({corrected.correction.anchor})".replace("_", " ") if corrected.correction.anchor else ""
+    name = f"measured, 95 %{anchor}"
+    marks = mark(name, run.id, x, corrected.correction.end_wear_depth, MICRONS)
+    return (Panel("depth", MICRONS, tuple(curves), marks),)
+
+
+def _cleaned(clean_up: CleanUp | None, signal: SignalName) -> str:
+    """Say of a recorded signal whether it is drawn as cleaned up."""
+    if clean_up is None or not clean_up.changed(signal):
+        return ""
+    strokes = any((change.step, change.signal) == ("stroke-wise-friction", signal) for change in clean_up.changes)
+    return ", cleaned up: one value a stroke" if strokes else ", cleaned up"
+
+
+def friction_panels(
+    x: Column, run: RawRun, fit: FrictionFit | None, clean_up: CleanUp | None = None
+) -> tuple[Panel, ...]:
+    """Draw the friction coefficient with Eq. 7 where it was fitted and the residuals, or with the steady value."""
+    mu, fitted = run.columns.get("friction_coefficient"), _fitted_friction(run, fit)
+    left_out, curves, residuals = None, [], []
+    if mu is not None:
+        name = f"measured{_cleaned(clean_up, 'friction_coefficient')}"
+        curves.append(Curve(name, "measured", x, mu, RATIO, run.id, path="friction_coefficient"))
+    if fitted is not None and fit is not None:
+        name = "A·exp(−s/c) + b" if fit.outcome == "exponential" else "steady value"
+        curves.append(Curve(name, "fit", x, fitted, RATIO, run.id, path=_FRICTION))
+        if mu is not None and fit.window is not None:
+            residuals.append(Curve("measured − fitted", "residual", x, mu - fitted, RATIO, run.id))
+        first = int(np.argmax(np.isfinite(fitted)))
+        left_out = (float(x[0]), float(x[first])) if first else None
+    above = Panel("friction coefficient μ", RATIO, tuple(curves), left_out=left_out)
+    return (above, Panel("residual of μ", RATIO, tuple(residuals))) if residuals else (above,)
+
+
+def _fitted_friction(run: RawRun, fit: FrictionFit | None) -> Column | None:
+    """Return fitted friction where it was fitted, missing elsewhere; all along a run of unknown distance."""
+    path = fitted_path(fit)
+    if fit is None or path is None:
+        return None
+    if fit.window is None:
+        return None if fit.steady_state is None else np.full(len(run), fit.steady_state.value)
+    slid = run.sliding_distance
+    inside = (slid >= fit.window[0].value) & (slid <= fit.window[1].value)
+    return np.where(inside, path.coefficient(slid), np.nan)
+
+
+class _Shown(NamedTuple):
+    """What is drawn of the wear of one body."""
+
+    body: str
+    quantity: str
+    outcome: str
+    """As bands of laws are named."""
+    unit: Unit
+    marks: tuple[Mark, ...]
+    measured: Column | None = None
+    factor: float = 1.0
+
+
+class ShownQuantity(NamedTuple):
+    """How a quantity is drawn: of each disc, what a law calls it, the axis, and its unit."""
+
+    outcomes: tuple[Outcome, Outcome]
+    label: str
+    unit: Unit
+    marker: str
+    factor: float = 1.0
+
+
+QUANTITIES: dict[Measured, ShownQuantity] = {
+    "wear_volume": ShownQuantity(("curved_volume", "flat_volume"), "volume worn off", VOLUME, "o"),
+    "wear_depth": ShownQuantity(("curved_depth", "flat_depth"), "wear depth", MICRONS, "s"),
+    "track_width": ShownQuantity(("half_width", "half_width"), "track width", MICRONS, "^", 2.0),
+}
+"""What can be measured on a disc, the usual first."""
+
+
+class MeasuredPoint(NamedTuple):
+    """One thing measured on a disc of a run."""
+
+    disc: DiscName
+    what: Measured
+    value: FittedValue
+
+
+def wear_panels(
+    x: Column, corrected: CorrectedRun, fits: Sequence[WearCurves], predictions: Sequence[WearCurves] = ()
+) -> tuple[Panel, ...]:
+    """Draw the wear of each body with the laws, predictions, 95 % bands and what was measured.
+
+    Of discs it is the volume; the depth, or the track width, where that alone was measured. A disc that neither wears
+    nor was measured has no panel. Residuals stand below wear that was recorded along the run.
+    """
+    run, laws, panels = corrected.run, [*fits, *predictions], []
+    rolls = any("wear_depth" not in curves.bands for curves in laws)
+    for shown in _discs(x, run, laws) if rolls else [_pin(x, corrected)]:
+        lines = [_law(x, run.id, curves, shown.outcome, shown.unit, shown.factor) for curves in laws]
+        wear = shown.measured
+        if wear is not None:
+            lines.insert(0, Curve("pin wear, corrected", "measured", x, wear, shown.unit, run.id, path=PIN_WEAR))
+        panels.append(Panel(shown.quantity, shown.unit, tuple(lines), shown.marks, shown.body))
+        left = tuple(
+            Curve(f"measured − {line.name}", "residual", x, wear - line.y, shown.unit, run.id, line.law)
+            for line in lines
+            if wear is not None and line.role == "fit"
+        )
+        panels += [Panel("residual", shown.unit, left)] if left else []
+    return tuple(panels)
+
+
+def _pin(x: Column, corrected: CorrectedRun) -> _Shown:
+    name = "pin wear measured after the test, 95 %"
+    marks = mark(name, corrected.id, x, corrected.correction.pin_wear_depth, MICRONS)
+    return _Shown("", "pin wear depth", "wear_depth", MICRONS, marks, corrected.pin_wear_depth)
+
+
+def _discs(x: Column, run: RawRun, laws: Sequence[WearCurves]) -> Iterator[_Shown]:
+    points = measured_points(laws)
+    measured = {point.what for point in points}
+    what = next((kind for kind in QUANTITIES if kind in measured), next(iter(QUANTITIES)))
+    shown = QUANTITIES[what]
+    for disc, outcome in zip(DISCS, shown.outcomes, strict=True):
+        if disc in drawn_discs(points, laws):
+            here = [point.value for point in points if (point.disc, point.what) == (disc, what)]
+            marks = tuple(
+                one
+                for value in here
+                for one in mark("measured, 95 %", run.id, place_on(x, run, value.place), value.measured, shown.unit)
+            )
+            yield _Shown(spoken(disc), shown.label, outcome, shown.unit, marks, factor=shown.factor)
+
+
+def place_on(x: Column, run: RawRun, place: float) -> float:
+    """Return where on an axis a place along the progress of a run is."""
+    known = np.isfinite(run.progress) & np.isfinite(x)
+    return float(np.interp(place, run.progress[known], x[known])) if np.any(known) else np.nan
+
+
+def measured_points(laws: Sequence[WearCurves]) -> list[MeasuredPoint]:
+    """Return what was measured on the discs, by the first fit, which is the same in all."""
+    fits = (curves.result for curves in laws if isinstance(curves.result, WearFit))
+    return next(([_point(value) for value in fit.measurements] for fit in fits), [])
+
+
+def _point(value: FittedValue) -> MeasuredPoint:
+    disc = next(disc for disc in DISCS if value.name.startswith(disc))
+    what = next(kind for kind in QUANTITIES if value.name.startswith(f"{disc}_{kind}"))
+    return MeasuredPoint(disc, what, value)
+
+
+def drawn_discs(points: Sequence[MeasuredPoint], laws: Sequence[WearCurves]) -> list[DiscName]:
+    """Return the discs that were measured, or that a law wears."""
+    worn = {
+        disc: any(np.any(one.bands[outcome].best > 0) for one in laws)
+        for disc, outcome in zip(DISCS, QUANTITIES["wear_volume"].outcomes, strict=True)
+    }
+    return [disc for disc in DISCS if worn[disc] or any(point.disc == disc for point in points)]
+
+
+def _law(x: Column, run: str, curves: WearCurves, outcome: str, unit: Unit, factor: float = 1.0) -> Curve:
+    """Draw what a law says of one quantity along a run."""
+    result, band = curves.result, curves.bands[outcome]
+    name, steps = f"{law_label(result.model)}, fitted", WEAR_FITS
+    role: Role = "fit"
+    if isinstance(result, WearPrediction):
+        name = f"{law_label(result.model)}, predicted from {result.reference or 'a given k_D'}"
+        role, steps = "prediction", PREDICTIONS
+    if factor == 1.0:
+        path = f"/entry/{steps.get(result.model)}/data/{outcome}"
+        return Curve(name, role, x, band.best, unit, run, result.model, band.lower, band.upper, path)
+    best, low, high = (factor * line for line in (band.best, band.lower, band.upper))
+    return Curve(name, role, x, best, unit, run, result.model, low, high)
+
+
+_CONTACT: Mapping[Outcome, tuple[str, Unit]] = {
+    "depth": ("wear depth of both discs", MICRONS),
+    "pressure": ("mean pressure p", Unit("Pa", "GPa")),
+    "half_width": ("half width a_x", MICRONS),
+    "half_length": ("half length a_z", MICRONS),
+}
+
+
+def contact_panels(x: Column, corrected: CorrectedRun, fits: Sequence[WearCurves]) -> tuple[Panel, ...]:
+    """Draw wear depth, mean pressure, a_x and a_z by the fitted laws along a run (paper, Fig. 9).
+
+    The depth signal, corrected, stands beside the depth of both discs. Of a single law the depth of each disc does too.
+    """
+    first, *others = (
+        Panel(label, unit, tuple(_law(x, corrected.id, curves, outcome, unit) for curves in fits))
+        for outcome, (label, unit) in _CONTACT.items()
+    )
+    if len(fits) == 1:
+        first = Panel("wear depth", MICRONS, tuple(_depths(first.curves[0], fits[0])))
+    if (signal := corrected.wear_depth) is not None:
+        name = "depth signal, corrected"
+        curve = Curve(name, "measured", x, signal, MICRONS, corrected.id, path=CORRECTED)
+        first = replace(first, curves=(curve, *first.curves))
+    return (first, *others)
+
+
+def _depths(both: Curve, curves: WearCurves) -> Iterator[Curve]:
+    """Draw the depth of both discs by a law, and of each; of a disc that wears alone only its own."""
+    worn = drawn_discs((), [curves])
+    if len(worn) > 1:
+        yield replace(both, name="both discs", law=None, body=0)
+    for number, (disc, outcome) in enumerate(zip(DISCS, QUANTITIES["wear_depth"].outcomes, strict=True), 1):
+        if disc in worn:
+            own = _law(both.x, both.run, curves, outcome, MICRONS)
+            yield replace(own, name=spoken(disc), law=None, body=number)
