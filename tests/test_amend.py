@@ -151,12 +151,12 @@ def test_the_list_knows_what_was_amended(amended):
 def test_it_is_told_wherever_a_run_is_looked_at(amended, run_cli):
     (earlier,) = amended.earlier_manifests(RUN)
     at = ["--archive", amended.folder]
-    shown = run_cli("show", RUN, *at).stderr
+    shown = run_cli("show", RUN, *at).output
     assert f"run.toml amended, {earlier.date[:10]}" in shown
     assert ": end_values added" in shown
     (told,) = json.loads(run_cli("show", RUN, *at, "--json").stdout)["amended"]
     assert told == {"date": earlier.date, "changes": "end_values added", "earlier_sha256": earlier.checksum}
-    listed = run_cli("ls", "--columns", "id,amended", *at).stderr
+    listed = run_cli("ls", "--columns", "id,amended", *at).output
     assert f" {RUN}   {earlier.date[:16].replace('T', ' ')}" in listed
     with serving(amended.folder) as client:
         remarks = client.get("api", "runs", RUN).json["remarks"]

@@ -379,7 +379,7 @@ def test_damaged_file_does_not_stop_the_other_runs(run_cli, archive, command):
     result = run_cli(command, "--archive", archive)
     assert result.exit_code == 3
     assert [line for line in result.stderr.splitlines() if line.startswith("error: ") and "broken.h5" in line]
-    assert "si3n4-air-200mN" in result.stderr
+    assert "si3n4-air-200mN" in result.output
 
 
 @pytest.mark.slow

@@ -630,18 +630,18 @@ def test_commands_say_what_was_cleaned_up(spoilt_run, run_cli, tmp_path):
     recipe = tmp_path / "recipe.toml"
     recipe.write_text("[monte_carlo]\nsignificant_digits = 0\n", encoding="utf-8")
     done = run_cli("process", folder, "--archive", "archive", "--recipe", recipe, "--no-figures", cwd=tmp_path)
-    assert done.exit_code == 0, done.stderr
-    (line,) = [line for line in done.stderr.splitlines() if line.startswith(f"{truth.id}: clean-up: ")]
+    assert done.exit_code == 0, done.output
+    (line,) = [line for line in done.output.splitlines() if line.startswith(f"{truth.id}: clean-up: ")]
     assert "time: joined at its one restart" in line
     assert "normal_force: turned over" in line
     shown = run_cli("show", truth.id, cwd=tmp_path)
-    assert "normal_force: turned over" in shown.stderr
+    assert "normal_force: turned over" in shown.output
     document = json.loads(run_cli("show", truth.id, "--json", cwd=tmp_path).stdout)
     assert [change["step"] for change in document["clean_up"]["changes"]] == ["continuous-axes", "pressing-load"]
     assert document["steps"][0] == "clean_up"
     recipe.write_text('clean_up = [{ step = "continuous-axes" }]\n', encoding="utf-8")
     again = run_cli("correct-drift", "--archive", "archive", "--recipe", recipe, cwd=tmp_path)
-    assert "clean-up: time: joined" in again.stderr
+    assert "clean-up: time: joined" in again.output
 
 
 # --- axes from what the manifest says ---

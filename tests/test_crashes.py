@@ -227,7 +227,7 @@ def test_verify_says_nothing_else_of_a_file_that_the_system_does_not_give(run_cl
     monkeypatch.setattr(tree, "_field", fail)
     told = run_cli("verify", archive)
     assert told.exit_code == 1
-    (said,) = [line for line in told.stderr.splitlines() if line.startswith(("error", "warning"))]
+    (said,) = [line for line in told.output.splitlines() if line.startswith(("error", "warning"))]
     assert said.startswith(f"error: {RUN}.h5: cannot be read ({os.strerror(errno.ESTALE)}); ")
 
 
@@ -319,7 +319,7 @@ def test_a_batch_goes_on_where_figures_have_no_room(run_cli, archive, short_runs
     monkeypatch.setattr("tribopipe.views.figure_updates.run_is_drawn", lambda *_: False)
     done = run_cli("process", short_runs / RUN, "--archive", archive)
     assert done.exit_code == 1
-    assert "Specific wear rate" in done.stderr
+    assert "Specific wear rate" in done.output
     assert done.stderr.splitlines()[-1].startswith(f"error: {RUN}: cannot be read or written (No space left on device)")
 
 
@@ -351,7 +351,7 @@ def test_where_one_run_cannot_be_written_the_others_are(run_cli, archive, monkey
     for command in (["note", RUN, "again", "dry"], ["tag", RUN, "again", "--add", "dry"]):
         done = run_cli(*command, "--archive", archive)
         assert done.exit_code == 3
-        assert done.stderr.splitlines()[0].startswith("again: ")
+        assert done.output.splitlines()[0].startswith("again: ")
         assert done.stderr.splitlines()[-1].startswith(f"error: {RUN}: cannot be read or written (No space left")
 
 

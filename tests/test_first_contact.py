@@ -67,8 +67,8 @@ def commands(lab, run_cli):
 
     def offered() -> list[str]:
         done = run_cli(cwd=lab)
-        assert (done.exit_code, done.stdout) == (0, "")
-        return [line.strip() for line in done.stderr.splitlines() if line.startswith("    tribopipe")]
+        assert (done.exit_code, done.stderr) == (0, "")
+        return [line.strip() for line in done.stdout.splitlines() if line.startswith("    tribopipe")]
 
     return offered
 
@@ -289,7 +289,7 @@ def test_pages_and_commands_are_opened_by_name(run_cli):
     assert run_cli("help", "end-values").stdout.startswith("# End values")
     assert run_cli("help", "docs/end_values.md").stdout.startswith("# End values")
     assert "Usage: tribopipe ingest" in run_cli("help", "ingest").stdout
-    listed = run_cli("help").stderr
+    listed = run_cli("help").output
     assert all(f" {name} " in listed for name in pages())
 
 

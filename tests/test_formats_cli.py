@@ -42,8 +42,8 @@ def test_all_readers_are_listed_with_what_they_need(run_cli):
         "surface-topography": "surface",
     }
     shown = run_cli("formats", "list")
-    assert shown.stdout == ""
-    assert "tribopipe[excel]" in shown.stderr
+    assert shown.stderr == ""
+    assert "tribopipe[excel]" in shown.stdout
 
 
 def test_a_format_is_told_with_what_is_in_the_file(run_cli, files):
@@ -71,8 +71,8 @@ def test_columns_without_numbers_and_missing_ones_are_told(run_cli, files):
 def test_people_see_units_in_brackets(run_cli, files):
     shown = run_cli("formats", "detect", files["second"])
     assert shown.exit_code == 0
-    assert "Time [s]" in shown.stderr
-    assert "friction_coefficient, by its name" in shown.stderr
+    assert "Time [s]" in shown.output
+    assert "friction_coefficient, by its name" in shown.output
 
 
 def test_an_unknown_file_is_refused_with_the_reasons(run_cli, files):

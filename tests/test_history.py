@@ -127,7 +127,7 @@ Attack = Callable[[Path, Path, Path], None]
 def seen(run_cli, folder: Path, name: str) -> bool:
     """Tell whether `verify` ends with exit code 1 and names the file."""
     done = run_cli("verify", folder)
-    return done.exit_code == 1 and f"error: {name}: found" in done.stderr
+    return done.exit_code == 1 and f"error: {name}: found" in done.output
 
 
 def attacked(run_cli, folder: Path, name: str, attack: Attack, another: Path, *, catalogue: bool) -> list[bool]:
@@ -228,7 +228,7 @@ def test_a_run_that_is_gone_is_reported_until_somebody_accepts_that(run_cli, fol
         assert seen(run_cli, folder, FILES[1])
     done = run_cli("verify", folder, "--accept", OTHER, "--json")
     assert done.exit_code == 0
-    assert f"{FILES[1]}: accepted as it is\n" in done.stderr
+    assert f"{FILES[1]}: accepted as it is\n" in done.output
     last = json.loads((folder / FILE_NAME).read_text(encoding="utf-8").splitlines()[-1])
     assert (last["event"], last["file"], "after" in last) == ("accepted", FILES[1], False)
     assert json.loads(done.stdout)["head"] == Account(folder).read().head
@@ -251,7 +251,7 @@ def test_nothing_is_accepted_that_was_not_reported(run_cli, folder, wanted):
     before = tree_bytes(folder)
     done = run_cli("verify", folder, "--accept", wanted)
     assert done.exit_code == 1
-    assert "found nothing to accept of" in done.stderr
+    assert "found nothing to accept of" in done.output
     assert tree_bytes(folder) == before
 
 
@@ -261,7 +261,7 @@ def test_nothing_is_accepted_that_was_not_reported(run_cli, folder, wanted):
 def test_the_whole_archive_put_back_is_seen_by_a_hash_kept_elsewhere(run_cli, folder, tmp_path):
     older = shutil.copytree(folder, tmp_path / "older")
     rewrite(folder, FILES[0], "second")
-    shown = run_cli("verify", folder).stderr
+    shown = run_cli("verify", folder).output
     head = shown.partition("head ")[2].split()[0]
     assert run_cli("verify", folder, "--against", head).exit_code == 0
     rewrite(folder, FILES[0], "third")
@@ -271,7 +271,7 @@ def test_the_whole_archive_put_back_is_seen_by_a_hash_kept_elsewhere(run_cli, fo
     assert run_cli("verify", folder).exit_code == 0
     done = run_cli("verify", folder, "--against", head)
     assert done.exit_code == 1
-    assert f"error: {FILE_NAME}: found no line {head}, which was kept elsewhere" in done.stderr
+    assert f"error: {FILE_NAME}: found no line {head}, which was kept elsewhere" in done.stdout
 
 
 # --- put in by hand ---
@@ -409,10 +409,10 @@ def test_a_hostile_history_is_told_in_a_sentence(run_cli, folder, content):
     (folder / FILE_NAME).write_bytes(content)
     done = run_cli("verify", folder)
     assert done.exit_code == 1
-    assert f"error: {FILE_NAME}: " in done.stderr
-    assert "fault of tribopipe" not in done.stderr
+    assert f"error: {FILE_NAME}: " in done.stdout
+    assert "fault of tribopipe" not in done.output
     noted = run_cli("note", RUN, "dry", "--archive", folder)
-    assert noted.exit_code == 0 or f"{FILE_NAME}: found a last line of more than 65,536 bytes" in noted.stderr
+    assert noted.exit_code == 0 or f"{FILE_NAME}: found a last line of more than 65,536 bytes" in noted.output
     assert wrong(FILE_NAME) <= told(folder)
     shutil.rmtree(folder / LOCKS)
     assert wrong(FILE_NAME) <= told(folder)
@@ -424,7 +424,7 @@ def test_a_history_that_is_no_file_is_told_in_a_sentence(run_cli, folder):
     assert seen(run_cli, folder, FILE_NAME)
     before = (folder / FILES[0]).read_bytes()
     done = run_cli("note", RUN, "dry", "--archive", folder)
-    assert (done.exit_code, len(done.stderr.splitlines())) == (1, 1)
+    assert (done.exit_code, len(done.output.splitlines())) == (1, 1)
     assert (folder / FILES[0]).read_bytes() == before
 
 

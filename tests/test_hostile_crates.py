@@ -201,8 +201,8 @@ def test_one_damaged_file_does_not_stop_the_others(content, tmp_path, run_cli):
     path = packed(tmp_path / "crate.zip", {NAME: content}, metadata)
     done = run_cli("import", path, cwd=tmp_path)
     assert done.exit_code == 3
-    assert f"{RUN}: run archived" in done.stderr
-    assert "found no file 'archive/lost.h5'" in done.stderr
+    assert f"{RUN}: run archived" in done.output
+    assert "found no file 'archive/lost.h5'" in done.output
 
 
 @pytest.mark.parametrize(

@@ -354,8 +354,8 @@ def test_alarms_make_the_exit_code_one_and_a_figure_is_kept(run_cli, sample_run,
     manifest.write_text(written, encoding="utf-8")
     found = run_cli("live", sample_run, "--until-still", "0", "--every", "0.1", "--figure", tmp_path / "live.svg")
     assert found.exit_code == 1
-    assert found.stderr.count("ALARM: found a load of 4") == 1
-    assert "expected at 50 m" in found.stderr
+    assert found.output.count("ALARM: found a load of 4") == 1
+    assert "expected at 50 m" in found.output
     assert "fitted so far" in (tmp_path / "live.svg").read_text(encoding="utf-8")
 
 

@@ -95,7 +95,7 @@ def test_show_a_file(run_cli, track):
 def test_show_a_file_to_people(run_cli, track):
     told = run_cli("show", "track.txt", cwd=track)
     assert told.exit_code == 0
-    assert "µm²" in told.stderr
+    assert "µm²" in told.output
     assert not (track / "figures").exists()
 
 
@@ -154,6 +154,6 @@ def test_show_a_run_with_profiles(run_cli, sample_run, track):
     assert run_cli("ingest", sample_run, "--archive", track / "kept").exit_code == 0
     told = run_cli("show", "si3n4-air-400mN", "--plot", "--archive", track / "kept")
     assert told.exit_code == 0
-    assert "end_values.disc_profile[1]" in told.stderr
+    assert "end_values.disc_profile[1]" in told.output
     drawn = sorted(path.name for path in (track / "kept" / "figures").iterdir())
     assert drawn == [f"si3n4-air-400mN-end_values-disc_profile-{number}.png" for number in (0, 1)]

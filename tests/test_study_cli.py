@@ -287,7 +287,7 @@ def test_show_repeats_what_run_said(run_cli, evaluated):
     assert said == f"{shown.stdout}air: unchanged, nothing to do\n"
     told = run_cli("study", "show", "air", "--json", cwd=evaluated)
     assert StudyResult.model_validate(json.loads(told.stdout)) == archived(evaluated).study("air").result
-    assert told.stderr == ""
+    assert told.stderr == shown.stdout
 
 
 def test_show_lists_studies(run_cli, evaluated):
@@ -434,14 +434,14 @@ def test_plan_of_a_run_says_what_pays_and_what_would_do(run_cli, home):
     assert result.exit_code == 0
     found = Design.model_validate(json.loads(result.stdout))
     assert (found.id, found.model, found.wanted, found.scatter) == (LIGHT, "archard", 0.05, None)
-    assert str(found) in result.stderr
+    assert str(found) in result.output
     assert "pays most to reduce" in result.stderr
     assert "tests like this one would do" in result.stderr
     table = plain(result.stderr)
     for lever in found.levers:
         assert f"\n {lever.name} " in table or f"\n{lever.name} " in table
     text = run_cli("plan", LIGHT, "--interval", "5 %", cwd=home)
-    assert (text.stdout, text.output) == ("", result.output)
+    assert (text.stdout, text.stderr) == (result.stderr, "")
     assert tree_bytes(home) == before
 
 

@@ -115,7 +115,7 @@ def test_tags_are_given_to_several_and_taken_back(tribopipe, two):
     assert told.exit_code == 0
     assert json.loads(told.stdout) == {"runs": [{"id": run, "tags": ["run-in", "thesis"]} for run in (RUN, OTHER)]}
     assert tribopipe("tag", RUN, "--remove", "thesis").exit_code == 0
-    assert "si3n4-air-200mN: run-in\n" in tribopipe("tag", RUN).stderr
+    assert "si3n4-air-200mN: run-in\n" in tribopipe("tag", RUN).output
     listed = json.loads(tribopipe("ls", "--where", "tag=thesis", "--json").stdout)["runs"]
     assert [(run["id"], run["tags"]) for run in listed] == [(OTHER, ["run-in", "thesis"])]
     history = Archive(two).annotations(RUN)
@@ -155,5 +155,5 @@ def test_notes_are_written_to_several_runs(tribopipe):
     runs = json.loads(told.stdout)["runs"]
     assert [run["id"] for run in runs] == [RUN, OTHER]
     assert [(note["text"], note["operator"]) for note in runs[0]["notes"]] == [("the disc rang, <b>loud</b>", "otto")]
-    assert RUN in tribopipe("ls", "--where", 'note~"disc rang"').stderr
+    assert RUN in tribopipe("ls", "--where", 'note~"disc rang"').output
     assert tribopipe("ls", "--where", "tag!=none", "--json").stdout.count('"id"') == 0

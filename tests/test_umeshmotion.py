@@ -420,7 +420,7 @@ def test_folder_of_discs_is_exported_with_a_given_k_d(run_cli, tmp_path):
     assert names_in(tmp_path / "out") == FILES | {"harness/streamlines.dat"}
     turns = 2e6 * 2 * math.pi * 4e-3 / 0.8
     assert f"{turns:.9g}" in (tmp_path / "out/umeshmotion.inp").read_text(encoding="ascii")
-    assert "2 µm wide" in done.stderr
+    assert "2 µm wide" in done.output
 
 
 def test_nothing_is_replaced_unless_told_to(run_cli, tmp_path):
