@@ -62,11 +62,18 @@ def wall_time(case: Case, folder: Path) -> float:
 
 def fill(archive: Path) -> None:
     """Archive one run, copy it until there are as many as wanted, and have all of them listed once."""
-    subprocess.run([COMMAND, "ingest", SAMPLE, "--archive", archive], check=True, stderr=subprocess.DEVNULL)
+    subprocess.run(
+        [COMMAND, "ingest", SAMPLE, "--archive", archive],
+        check=True,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
     for number in range(1, RUNS):
         shutil.copyfile(archive / f"{SAMPLE.name}.h5", archive / f"run-{number}.h5")
     time.sleep(3)  # until no later change of a file could leave it looking the same
-    subprocess.run([COMMAND, "ls", "--archive", archive], check=True, stderr=subprocess.DEVNULL)
+    subprocess.run(
+        [COMMAND, "ls", "--archive", archive], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
 
 
 def main() -> None:

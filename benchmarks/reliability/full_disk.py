@@ -15,7 +15,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, redirect_stderr
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass, field
 from errno import ENOSPC
 from io import StringIO
@@ -102,7 +102,7 @@ def _in_this_process(words: list[str], archive: Path) -> None:
     """Process here, so that what is forked has everything imported."""
     given = sys.argv
     try:
-        with redirect_stderr(StringIO()):
+        with redirect_stderr(StringIO()), redirect_stdout(StringIO()):
             command(*words, archive)()
     except SystemExit as ending:
         if ending.code:

@@ -71,7 +71,7 @@ def batch(folder: Path, runs: int) -> Batch:
     paths = short_runs(folder / "runs", runs)
     words = [str(COMMAND), "process", *map(str, paths), "--recipe", str(quick_recipe(folder)), "--archive"]
     archive, start = folder / "undisturbed", time.monotonic()
-    subprocess.run([*words, str(archive)], check=True, stderr=subprocess.DEVNULL)
+    subprocess.run([*words, str(archive)], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     taken = time.monotonic() - start
     raw = {path.stem: content(path, RAW) for path in files(archive)}
     return Batch(folder, words, taken, contents(archive), raw, figures(archive))
@@ -86,7 +86,7 @@ def interrupt(one: Batch, points: int, chance: Random) -> Interrupted:
         if _ends(one, archive, found, chance.uniform(0.0, one.seconds / PART)):
             _compare(one, archive, found)
     if archive.exists():
-        subprocess.run([*one.words, str(archive)], check=True, stderr=subprocess.DEVNULL)
+        subprocess.run([*one.words, str(archive)], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         _compare(one, archive, found)
     return found
 
