@@ -267,7 +267,7 @@ def test_json_is_the_same_on_every_console(run_cli, sample_run, archive):
     run_cli("ingest", sample_run, "--archive", archive)
     for encoding in ("ascii", "cp1252", "utf-8"):
         told = subprocess.run(
-            [sys.executable, "-m", "tribopipe.cli.app", "show", "si3n4-air-400mN", "--json"],
+            [sys.executable, "-m", "tribopipe", "show", "si3n4-air-400mN", "--json"],
             capture_output=True,
             cwd=archive.parent,
             env=os.environ | {"PYTHONIOENCODING": encoding},
@@ -443,6 +443,20 @@ def test_folders_of_run_folders_are_searched(run_cli, short_runs, tmp_path):
     assert list(tree_bytes(tmp_path / "new")) == files
 
 
+@pytest.mark.parametrize("command", ["ls", "ls --columns help", "show si3n4-air-200mN", "verify", "formats list"])
+def test_what_a_command_found_is_on_stdout(run_cli, archive, command):
+    result = run_cli(*command.split(), cwd=archive.parent)
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert len(result.stdout.splitlines()) > 2 or command == "verify"
+    assert "archive" in result.stdout or command != "verify"
+
+
+def test_messages_are_on_stderr(run_cli, archive):
+    result = run_cli("mark-bad", "nobody", "--reason", "slipped", cwd=archive.parent)
+    assert (result.exit_code, result.stdout) == (1, "")
+    assert result.stderr.startswith("error: ")
+
+
 # --- as installed ---
 
 
@@ -458,7 +472,7 @@ def test_installed_command_tells_its_version():
 
 
 def test_module_refuses_without_a_traceback(tmp_path):
-    told = installed(sys.executable, "-m", "tribopipe.cli.app", "ingest", "nowhere", cwd=tmp_path)
+    told = installed(sys.executable, "-m", "tribopipe", "ingest", "nowhere", cwd=tmp_path)
     assert (told.returncode, told.stdout) == (1, "")
     assert told.stderr.startswith("error: nowhere")
     assert len(told.stderr.splitlines()) == 1
@@ -467,7 +481,7 @@ def test_module_refuses_without_a_traceback(tmp_path):
 def test_console_without_greek_letters_shows_substitutes(archive):
     environment = os.environ | {"PYTHONIOENCODING": "ascii"}
     told = installed(
-        *[sys.executable, "-m", "tribopipe.cli.app", "show", "si3n4-air-200mN"], cwd=archive.parent, env=environment
+        *[sys.executable, "-m", "tribopipe", "show", "si3n4-air-200mN"], cwd=archive.parent, env=environment
     )
     assert told.returncode == 0
     assert "drift_correction" in told.stdout

@@ -139,7 +139,7 @@ def whole_lab(lab, short_plan) -> Path:
     template = (pages / "lab.toml").read_text(encoding="utf-8").replace('"200 mN"', '"10 N"')  # as the strokes have it
     (lab / "lab.toml").write_text(template, encoding="utf-8")
     (lab / "sweep.toml").write_text(SWEEP, encoding="utf-8")
-    called(sys.executable, "-m", "tribopipe.cli.entry_point", "export", "--ro-crate", "crate", cwd=lab)
+    called(sys.executable, "-m", "tribopipe", "export", "--ro-crate", "crate", cwd=lab)
     return lab
 
 
@@ -248,7 +248,7 @@ def test_command_works_with_its_extra(extra, lab):
             metadata.version(name)
         except metadata.PackageNotFoundError:
             pytest.skip(f"{name} is not installed")
-    called(sys.executable, "-m", "tribopipe.cli.entry_point", *NEEDS[extra], cwd=lab)
+    called(sys.executable, "-m", "tribopipe", *NEEDS[extra], cwd=lab)
 
 
 # --- how a user's own programs see it ---

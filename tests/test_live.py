@@ -393,7 +393,7 @@ def test_a_clock_that_begins_anew_ends_what_is_followed(run_cli, sample_run):
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent by a console there")
 def test_ctrl_c_ends_it_cleanly(sample_run):
-    command = [sys.executable, "-m", "tribopipe.cli.entry_point", "live", str(sample_run), "--every", "0.1"]
+    command = [sys.executable, "-m", "tribopipe", "live", str(sample_run), "--every", "0.1"]
     how = {"start_new_session": True, "preexec_fn": listening}
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, **how) as process:
         assert process.stderr.readline().startswith("si3n4-air-400mN: 50 m")

@@ -158,7 +158,7 @@ def test_a_terminal_is_asked(lab, export, stopped):
     import pty
 
     ours, theirs = pty.openpty()
-    command = [sys.executable, "-m", "tribopipe.cli.app", "new", str(export)]
+    command = [sys.executable, "-m", "tribopipe", "new", str(export)]
     with subprocess.Popen(command, stdin=theirs, stdout=subprocess.PIPE, stderr=theirs, cwd=lab) as process:
         os.close(theirs)
         os.write(ours, b"50\n" + (b"\x04" if stopped else b"50 N\n" + b"\n" * 20))

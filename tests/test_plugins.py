@@ -163,7 +163,7 @@ def test_package_that_cannot_be_loaded_is_told_in_sentences(tmp_path):
     (tmp_path / "broken-1.dist-info" / "METADATA").write_text("Name: broken\nVersion: 1\n", encoding="ascii")
     (tmp_path / "broken-1.dist-info" / "entry_points.txt").write_text(BROKEN, encoding="ascii")
     (tmp_path / "broken_law.py").write_text("raise RuntimeError('no licence')", encoding="ascii")
-    program = [sys.executable, "-m", "tribopipe.cli.entry_point"]
+    program = [sys.executable, "-m", "tribopipe"]
     predict = ["predict", "--run", ROOT / "sample_runs" / "si3n4-air-200mN", "--wear-coefficient", "1e-9 mm^3/(N*mm)"]
     ends = {}
     for words in ([*predict, "--law", "broken"], [*predict, "--at", "1 m"], ["ls", "--columns", "help"]):
@@ -199,7 +199,7 @@ def test_the_whole_line_with_another_package(package, tmp_path):
     def tribopipe(*words: object, plugin: bool = True) -> subprocess.CompletedProcess[str]:
         path = os.pathsep.join([str(package)] if plugin else [])
         return subprocess.run(
-            [sys.executable, "-m", "tribopipe.cli.entry_point", *map(str, words)],
+            [sys.executable, "-m", "tribopipe", *map(str, words)],
             env=os.environ | {"PYTHONPATH": path},
             cwd=tmp_path,
             capture_output=True,

@@ -415,7 +415,7 @@ _DATE = re.compile(rb"20\d\d-\d\d-\d\dT\d\d:\d\d:\d\d\+00:00")
 
 
 def tribopipe(*arguments: object, **environ: str) -> str:
-    command = [sys.executable, "-m", "tribopipe.cli.app", *map(str, arguments)]
+    command = [sys.executable, "-m", "tribopipe", *map(str, arguments)]
     settings = os.environ | {"PYTHONUTF8": "1"} | environ
     done = subprocess.run(command, capture_output=True, env=settings, encoding="utf-8")
     assert done.returncode == 0, done.stderr

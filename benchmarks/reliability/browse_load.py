@@ -74,7 +74,7 @@ class Server(NamedTuple):
 @contextmanager
 def served(archive: Path, said: Path) -> Iterator[Server]:
     """Serve an archive in a process of its own."""
-    words = [sys.executable, "-m", "tribopipe.cli.app", "browse", "--archive", str(archive), "--no-browser"]
+    words = [sys.executable, "-m", "tribopipe", "browse", "--archive", str(archive), "--no-browser"]
     with said.open("w", encoding="utf-8") as told:
         running = subprocess.Popen(words, stderr=told, stdout=told)
     few, most = resource.getrlimit(resource.RLIMIT_NOFILE)

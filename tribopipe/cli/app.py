@@ -120,7 +120,3 @@ def main() -> None:
         typer.echo(f"error: {told}", err=True)
         say_where_to_read([told.code])
         sys.exit(1)
-
-
-if __name__ == "__main__":
-    main()

@@ -62,7 +62,3 @@ def _end(number: int, _: FrameType | None) -> None:
     with suppress(OSError):
         os.write(_STDERR, f"{said}{os.linesep}".encode("ascii"))
     os._exit(128 + number)
-
-
-if __name__ == "__main__":
-    main()
