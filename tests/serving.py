@@ -28,7 +28,7 @@ def served(archive: Path, **env: str) -> Iterator[Address]:
     command = [
         sys.executable,
         "-m",
-        "tribopipe.cli.app",
+        "tribopipe",
         "browse",
         "--archive",
         str(archive.absolute()),

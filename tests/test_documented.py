@@ -59,7 +59,7 @@ def archived_samples(tmp_path_factory) -> Path:
             line = [
                 sys.executable,
                 "-m",
-                "tribopipe.cli.entry_point",
+                "tribopipe",
                 "process",
                 SAMPLES,
                 "--archive",
