@@ -168,12 +168,12 @@ class Contact(Record):
         return 0.0
 
     @property
-    def round_surfaces(self) -> dict[str, Length]:
+    def round_surfaces(self) -> dict[str, Quantity]:
         """Radius of the unworn surface that a profile leads across, m, by the role of the body; none of flat ones."""
         return {}
 
     @property
-    def worn_radius(self) -> tuple[str, Length]:
+    def worn_radius(self) -> tuple[str, Quantity]:
         """What the radius that is worn flat is called, and the radius, m."""
         raise NotImplementedError
 
@@ -258,12 +258,12 @@ class SlidingPin(Contact):
         return 0.0 if flat is None else flat.value
 
     @property
-    def round_surfaces(self) -> dict[str, Length]:
+    def round_surfaces(self) -> dict[str, Quantity]:
         """Radius of the tip, m; none of a flat pin."""
         return {} if self.pin.shape == "flat" else {"pin": self.pin.radius}
 
     @property
-    def worn_radius(self) -> tuple[str, Length]:
+    def worn_radius(self) -> tuple[str, Quantity]:
         """Return what the radius that is worn flat is called, and the radius, m."""
         return "pin radius", self.pin.radius
 
@@ -397,12 +397,12 @@ class TwinDisc(Contact):
         return self.curved_disc.crown_radius.value, curved * flat / (curved + flat)
 
     @property
-    def round_surfaces(self) -> dict[str, Length]:
+    def round_surfaces(self) -> dict[str, Quantity]:
         """Radius of the crown, m."""
         return {"curved_disc": self.curved_disc.crown_radius}
 
     @property
-    def worn_radius(self) -> tuple[str, Length]:
+    def worn_radius(self) -> tuple[str, Quantity]:
         """Return what the radius that is worn flat is called, and the radius, m."""
         return "crown radius", self.curved_disc.crown_radius
 
