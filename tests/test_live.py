@@ -395,8 +395,9 @@ def test_a_clock_that_begins_anew_ends_what_is_followed(run_cli, sample_run):
 def test_ctrl_c_ends_it_cleanly(sample_run):
     command = [sys.executable, "-m", "tribopipe", "live", str(sample_run), "--every", "0.1"]
     how = {"start_new_session": True, "preexec_fn": listening}
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, **how) as process:
-        assert process.stderr.readline().startswith("si3n4-air-400mN: 50 m")
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen(command, text=True, **pipes, **how) as process:
+        assert process.stdout.readline().startswith("si3n4-air-400mN: 50 m")
         time.sleep(0.5)
         process.send_signal(signal.SIGINT)
         _, said = process.communicate(timeout=30)

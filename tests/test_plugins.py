@@ -180,8 +180,8 @@ def test_package_that_cannot_be_loaded_is_told_in_sentences(tmp_path):
     assert "error: found the wear law 'broken', which cannot be loaded" in told
     assert ends["1 m"].returncode == 0
     assert "UserWarning" not in "".join(end.stderr for end in ends.values())
-    assert re.search(r"k_d_sarkar .*by Sarkar's law", ends["help"].stderr)
-    assert "my-law" not in ends["help"].stderr
+    assert re.search(r"k_d_sarkar .*by Sarkar's law", ends["help"].stdout)
+    assert "my-law" not in ends["help"].stdout
 
 
 @pytest.fixture(scope="module")
@@ -217,7 +217,7 @@ def test_the_whole_line_with_another_package(package, tmp_path):
     recipe = '[wear]\nmodels = ["archard", "running_in"]\ncorrection = "model"\n'
     (tmp_path / "recipe.toml").write_text(f'schema = "tribopipe.recipe/1"\n{recipe}', encoding="utf-8")
 
-    assert "rig-log" in tribopipe("formats", "list").stderr
+    assert "rig-log" in tribopipe("formats", "list").stdout
     done = tribopipe("process", "run", "--recipe", "recipe.toml", "--json")
     assert done.returncode == 0, done.stderr
     assert "warning: temperature: found that it moves by 6.0 K" in done.stderr
@@ -235,10 +235,10 @@ def test_the_whole_line_with_another_package(package, tmp_path):
     assert "law_package" not in told["archard"]
     listed = tribopipe("ls", "--columns", "id,k_d,k_d_running_in,steps", "--json")
     assert json.loads(listed.stdout)["runs"][0]["k_d_running_in"]["value"] == pytest.approx(found["k_d"]["value"])
-    assert "k_d_running_in" in tribopipe("ls", "--columns", "help").stderr
+    assert "k_d_running_in" in tribopipe("ls", "--columns", "help").stdout
     shown = tribopipe("show", "run-in")
-    assert "by exponential running-in" in shown.stderr
-    assert "length" in shown.stderr
+    assert "by exponential running-in" in shown.stdout
+    assert "length" in shown.stdout
     predicted = tribopipe("predict", "run-in", "--law", "running_in", "--at", f"{DISTANCE} m", "--json")
     assert predicted.returncode == 0, predicted.stderr
     assert tribopipe("report", "run-in").returncode == 0
@@ -249,7 +249,7 @@ def test_the_whole_line_with_another_package(package, tmp_path):
     # On a machine without the package the archive opens still.
     bare = tribopipe("show", "run-in", plugin=False)
     assert bare.returncode == 0, bare.stderr
-    assert "the law running_in, which is not installed here" in bare.stderr
+    assert "the law running_in, which is not installed here" in bare.stdout
     assert tribopipe("ls", plugin=False).returncode == 0
     assert tribopipe("verify", plugin=False).returncode == 0
     refused = tribopipe("fit", "run-in", "--law", "running_in", plugin=False)

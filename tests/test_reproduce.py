@@ -378,8 +378,8 @@ def test_nested_values_are_compared_by_their_keys():
 def test_command_tells_people_and_programs(done, run_cli):
     finished = run_cli("reproduce", "--archive", done.folder)
     assert finished.exit_code == 0, finished.stderr
-    assert all(run_id in finished.stderr for run_id in done.ids())
-    assert "identical" in finished.stderr
+    assert all(run_id in finished.stdout for run_id in done.ids())
+    assert "identical" in finished.stdout
     edit_result(done, DISC, "friction_fit", "mean", "value", factor=1.1)
     finished = run_cli("reproduce", DISC, "--archive", done.folder, "--json")
     assert finished.exit_code == 1
