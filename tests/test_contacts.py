@@ -13,6 +13,7 @@ from browse_client import serving
 from conftest import MANIFEST
 from example_rig import PLUGIN
 
+import tribopipe
 from tribopipe.archive.catalog.catalog import Catalogue
 from tribopipe.archive.catalog.database import FILE_NAME
 from tribopipe.archive.definitions.registry import definitions
@@ -29,7 +30,7 @@ from tribopipe.physics.hertz_ellipse import hertz_ellipse
 from tribopipe.readers.draft.blanks import blanks_of
 from tribopipe.readers.draft.known_values import sections
 
-PACKAGE = Path(__file__).parents[1] / "tribopipe"
+PACKAGE = Path(tribopipe.__file__).parent
 MOST_BRANCHES = 48
 K_D = 13.5e-15
 """m²/N: the truth of the plan."""
