@@ -1,5 +1,6 @@
-"""``python -m tribopipe``, for where the command is not on the PATH."""
+"""`python -m tribopipe`: the command line where its script is not on the path."""
 
 from tribopipe.cli.entry_point import main
 
-main()
+if __name__ == "__main__":
+    main()
