@@ -149,6 +149,7 @@ def test_depth_is_reading_less_drift_plus_wear(run):
     measured = corrected.correction.end_wear_depth
     assert end["y"] == pytest.approx(1e6 * measured.value)
     assert end["half_width"] == pytest.approx(1e6 * COVERAGE_FACTOR * measured.standard_uncertainty)
+    assert end["value"] == f"{measured.shown('um')} (± u)"
     assert end["x"] == corrected.run.sliding_distance[-1]
     with h5py.File(run.path) as file:
         for line in (reading, wear):

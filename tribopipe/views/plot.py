@@ -60,6 +60,9 @@ class Mark:
     x: float
     y: float
     half_width: float
+    """Of the 95 % interval."""
+    value: str = ""
+    """As people read it, with its standard uncertainty: "33.16 ± 0.30 µm (± u)"."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +102,8 @@ def mark(name: str, run: str, x: Column | float, value: Quantity | None, unit: U
     if value is None or not known.size:
         return ()
     half_width = COVERAGE_FACTOR * interval_from_si(value.standard_uncertainty or 0.0, unit.si, unit.shown)
-    return (Mark(name, run, float(known[-1]), from_si(value.value, unit.si, unit.shown), half_width),)
+    words = f"{value.shown(unit.shown)} (± u)" if value.standard_uncertainty else value.shown(unit.shown)
+    return (Mark(name, run, float(known[-1]), from_si(value.value, unit.si, unit.shown), half_width, words),)
 
 
 def signal_unit(name: SignalName, run: RunManifest) -> Unit:

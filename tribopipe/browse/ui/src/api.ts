@@ -135,7 +135,10 @@ export interface Mark {
   run: string;
   x: number;
   y: number;
+  /** Of the 95 % interval, which is drawn. */
   half_width: number;
+  /** As people read it, with its standard uncertainty: "33.16 ± 0.30 µm (± u)". */
+  value: string;
 }
 
 export interface Panel {

@@ -80,7 +80,7 @@ const isShown =
 function groupsOf({ lines, marks }: StyledPanel, colouring: Colouring, hidden: ReadonlySet<string>, reading: Reading) {
   const entries = [
     ...lines.map((line) => ({ run: line.thing.run, entry: lineEntry(line, !hidden.has(line.key), reading) })),
-    ...marks.map((mark) => ({ run: mark.thing.run, entry: markEntry(mark, !hidden.has(mark.key), reading) })),
+    ...marks.map((mark) => ({ run: mark.thing.run, entry: markEntry(mark, !hidden.has(mark.key)) })),
   ];
   return byRun(colouring === "role" ? entries.map(({ entry }) => ({ run: "", entry })) : entries);
 }

@@ -6,7 +6,7 @@ import { lineOf, markOf, panelOf } from "./testing";
 
 const line = lineOf({ x: [0, 1, 2], y: [0, 1e-9, null] });
 const band = { ...line, lower: [0, 0, 0], upper: [1, 1, 1] };
-const panel = panelOf({ lines: [line, band], marks: [markOf({ y: 33.157, half_width: 0.5812 })] });
+const panel = panelOf({ lines: [line, band], marks: [markOf({ y: 33.157, half_width: 0.5812, value: "33.16 ± 0.30 µm (± u)" })] });
 const styled = styledPanel(panel, "role", (variable) => variable);
 const reading = { at: null, view: { from: 0, to: 2 }, unit: 1 };
 const entryNamed = (name: string): Entry => ({ ...lineEntry(styled.lines[0]!, true, reading), name });
@@ -50,8 +50,8 @@ describe("lineEntry", () => {
 });
 
 describe("markEntry", () => {
-  it("reads the value with its interval", () => {
-    expect(markEntry(styled.marks[0]!, true, reading).value).toBe("33.16 ± 0.58");
+  it("reads the value with its standard uncertainty, not with half its interval", () => {
+    expect(markEntry(styled.marks[0]!, true).value).toBe("33.16 ± 0.30 µm (± u)");
   });
 });
 

@@ -1,6 +1,6 @@
 import type { Line, Mark } from "../api";
 import { nearest } from "./nearest";
-import { read, readWithin } from "./numbers";
+import { read } from "./numbers";
 import type { Styled } from "./styled";
 import type { Stroke } from "./strokes";
 import type { View } from "./view";
@@ -53,8 +53,12 @@ export function lineEntry({ key, thing, stroke }: Styled<Line>, shown: boolean, 
   return { key, name: thing.name, stroke, kind, value: value == null ? "" : read(value / unit), shown };
 }
 
-/** A mark with its value and 95 % interval. */
-export function markEntry({ key, thing, stroke }: Styled<Mark>, shown: boolean, { unit }: Reading): Entry {
-  const value = readWithin(thing.y / unit, thing.half_width / unit);
-  return { key, name: thing.name, stroke, kind: "mark", value, shown };
-}
+/** A mark with its value and standard uncertainty. */
+export const markEntry = ({ key, thing, stroke }: Styled<Mark>, shown: boolean): Entry => ({
+  key,
+  name: thing.name,
+  stroke,
+  kind: "mark",
+  value: thing.value,
+  shown,
+});

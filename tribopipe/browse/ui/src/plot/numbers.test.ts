@@ -1,7 +1,7 @@
 import fc from "fast-check";
 import { describe, expect, it } from "vitest";
 
-import { axisExponent, axisLabel, counted, read, readWithin, ticks } from "./numbers";
+import { axisExponent, axisLabel, counted, read, ticks } from "./numbers";
 
 /** The number that a text stands for: "−1.2346×10⁻⁹" is -1.2346e-9. */
 function meant(text: string): number {
@@ -51,36 +51,6 @@ describe("read", () => {
     [99999999, "1×10⁸"],
   ])("writes %d as %s", (value, text) => {
     expect(read(value)).toBe(text);
-  });
-});
-
-describe("readWithin", () => {
-  it.each([
-    [33.157, 0.5812, "33.16 ± 0.58"],
-    [1.69e-4, 2.7e-5, "(1.69 ± 0.27)×10⁻⁴"],
-    [12.3, 0, "12.3"],
-    [-0.001, 0.5, "0.00 ± 0.50"],
-    [-12.34, 0.5, "−12.34 ± 0.50"],
-    [1234.5, 120, "1,235 ± 120"],
-  ])("writes %d ± %d as %s", (value, half, text) => {
-    expect(readWithin(value, half)).toBe(text);
-  });
-
-  it("tells value and half width to a twentieth of the half width", () => {
-    const halves = fc.double({ min: 1e-4, max: 1, noNaN: true });
-    fc.assert(
-      fc.property(
-        values.filter((value) => value !== 0),
-        halves,
-        (value, part) => {
-          const half = Math.abs(value) * part;
-          const [, middle, spread, power = ""] = /^\(?([^ ]+) ± ([^)]+)\)?(×.*)?$/.exec(readWithin(value, half))!;
-          expect(Math.abs(meant(middle! + power) - value)).toBeLessThanOrEqual(0.051 * half);
-          expect(Math.abs(meant(spread! + power) - half)).toBeLessThanOrEqual(0.051 * half);
-        },
-      ),
-      { seed: 7 },
-    );
   });
 });
 

@@ -17,16 +17,6 @@ export function read(value: number): string {
   return `${signed(READ.format(value / 10 ** exponent))}×${powerOfTen(exponent)}`;
 }
 
-/** A value with the half width of its interval, as far as that tells: "33.16 ± 0.58", "(1.69 ± 0.27)×10⁻⁴". */
-export function readWithin(value: number, half: number): string {
-  if (!(half > 0)) return read(value);
-  const size = Math.max(Math.abs(value), half);
-  const exponent = size >= 1e-3 && size < 1e7 ? 0 : Math.floor(Math.log10(size));
-  const digits = Math.min(Math.max(1 - Math.floor(Math.log10(half / 10 ** exponent)), 0), MOST_DECIMALS);
-  const [middle, spread] = [value, half].map((number) => fixed(number / 10 ** exponent, digits));
-  return exponent === 0 ? `${middle} ± ${spread}` : `(${middle} ± ${spread})×${powerOfTen(exponent)}`;
-}
-
 /** The power of ten that is taken out of the numbers on an axis, so that they stay short; 0 for usual sizes. */
 export function axisExponent([low, high]: readonly [number, number]): number {
   const size = Math.max(Math.abs(low), Math.abs(high));

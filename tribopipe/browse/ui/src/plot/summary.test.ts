@@ -7,10 +7,10 @@ describe("summary", () => {
   it("say what a panel spans, its lines and its end values", () => {
     const panel = panelOf({
       lines: [lineOf({ name: "measured" }), lineOf({ name: "fit" })],
-      marks: [markOf({ name: "profile", y: 2, half_width: 0.5 })],
+      marks: [markOf({ name: "profile", y: 2, half_width: 0.5, value: "2.00 ± 0.26 µm (± u)" })],
     });
     expect(panelSummary(panel, plotOf().x, { from: 0, to: 100 }, [-1, 12.5])).toBe(
-      "wear / µm from −1 to 12.5 against time / s from 0 to 100; lines: measured, fit; profile: 2 ± 0.5",
+      "wear / µm from −1 to 12.5 against time / s from 0 to 100; lines: measured, fit; profile: 2.00 ± 0.26 µm (± u)",
     );
     expect(panelSummary(panelOf(), plotOf().x, { from: 0, to: 1 }, [0, 1])).toContain("lines: none");
   });

@@ -6,7 +6,7 @@ import type { View } from "./view";
 /** What a panel shows, for those who do not see it. */
 export function panelSummary({ label, lines, marks }: Panel, x: Plot["x"], view: View, [low, high]: Range): string {
   const names = lines.map(({ name }) => name).join(", ");
-  const values = marks.map(({ name, y, half_width }) => `${name}: ${read(y)} ± ${read(half_width)}`);
+  const values = marks.map(({ name, value }) => `${name}: ${value}`);
   return [
     `${label} from ${read(low)} to ${read(high)} against ${x.label} from ${read(view.from)} to ${read(view.to)}`,
     `lines: ${names || "none"}`,

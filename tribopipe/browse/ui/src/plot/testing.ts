@@ -22,6 +22,7 @@ export const markOf = (given: Partial<Mark> = {}): Mark => ({
   x: 0,
   y: 0,
   half_width: 0,
+  value: "",
   ...given,
 });
 
