@@ -25,7 +25,8 @@ from tribopipe.base.errors import FitError
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.signals import SignalName
-from tribopipe.evaluation.wear.pin_scenario import PinScenario
+from tribopipe.evaluation.wear.known import KnownWear
+from tribopipe.evaluation.wear.scenario import Scenario
 from tribopipe.extras.live.law_watch import departure
 from tribopipe.extras.live.posterior import posterior
 from tribopipe.extras.live.problem import Asked, Known, live_problem
@@ -91,9 +92,11 @@ def _sound(run: RawRun, _: LabRun) -> Columns:
 def _worn(run: RawRun, lab: LabRun, factor: float) -> Columns:
     """Let k_D be another one from half-way on."""
     manifest = run.manifest
-    scenario = PinScenario(manifest.sliding_pin, manifest.conditions.normal_load, lab.truth.wear_coefficient)
+    scenario = Scenario(
+        manifest.sliding_pin, manifest.conditions.normal_load, KnownWear({"pin": lab.truth.wear_coefficient})
+    )
     further = run.sliding_distance + (factor - 1) * np.maximum(run.sliding_distance - HALF, 0.0)
-    added = scenario.worn(further).depth - scenario.worn(run.sliding_distance).depth
+    added = scenario.worn(further)["wear_depth"] - scenario.worn(run.sliding_distance)["wear_depth"]
     return {**run.columns, "depth": run.columns["depth"] + added}
 
 

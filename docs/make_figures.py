@@ -15,7 +15,7 @@ from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.profile.track import examined
 from tribopipe.evaluation.wear.known import KnownWear
 from tribopipe.evaluation.wear.local import local_scenario, wear_locally
-from tribopipe.evaluation.wear.twin_disc.scenario import DiscScenario
+from tribopipe.evaluation.wear.scenario import Scenario
 from tribopipe.physics.conventions import DistanceConvention
 from tribopipe.pipeline.stages import find_runs, process
 from tribopipe.pipeline.studies import load_studies, run_study
@@ -104,10 +104,10 @@ def worn_track() -> Profile:
     return Profile(x, 0.004 * x - groove + 1.4e-6 * left + 0.9e-6 * right + dust + noise)
 
 
-def table_3(distance: DistanceConvention) -> DiscScenario:
+def table_3(distance: DistanceConvention) -> Scenario:
     """Return the case of the paper's Table 3; the radii are in its Fig. 7 only, and chosen here."""
     zirconia = {"material": "ZrO2", "youngs_modulus": "152 GPa", "poisson_ratio": 0.32, "rolling_radius": "4 mm"}
-    return DiscScenario(
+    return Scenario(
         contact=TwinDisc(
             kind="twin-disc",
             curved_disc=CurvedDisc.model_validate({**zirconia, "crown_radius": "4 mm"}),

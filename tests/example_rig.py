@@ -11,9 +11,9 @@ from tribopipe.documents.recipe import MonteCarloRecipe, Recipe, WearRecipe
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.preprocessing.cleaning import clean_run
 from tribopipe.evaluation.wear.fit import fit_wear
-from tribopipe.evaluation.wear.known import known_wear
-from tribopipe.evaluation.wear.pin_scenario import PinScenario
+from tribopipe.evaluation.wear.known import KnownWear, known_wear
 from tribopipe.evaluation.wear.predict import predict_wear
+from tribopipe.evaluation.wear.scenario import Scenario
 from tribopipe.extras.simulate import VirtualTest
 from tribopipe.extras.simulate.in_memory import pin_run
 from tribopipe.results.wear_fit import WearFit
@@ -72,9 +72,9 @@ def record(folder: Path, law) -> Path:
 def worn(law, distance, load=0.2):
     """Return the pin's wear depth, m, by the GIWM and the law with its true parameters, under a load in N."""
     k_d = Quantity(value=K_D, unit="m^2/N")
-    scenario = PinScenario(series_of().contact, Quantity(value=load, unit="N"), k_d)
+    scenario = Scenario(series_of().contact, Quantity(value=load, unit="N"), KnownWear({"pin": k_d}))
     true = replace(law, excess=EXCESS, length=LENGTH)
-    return scenario.worn(true.effective_distance(distance, None)).depth
+    return scenario.worn(true.effective_distance(distance, None))["wear_depth"]
 
 
 BODY = {"material": "Si3N4", "youngs_modulus": "304 GPa", "poisson_ratio": 0.24}
@@ -120,12 +120,4 @@ def virtual(series: Series, seed: int, law: str = "running_in", recipe: Recipe =
 def predicted(series: Series, fit: WearFit, load: float, at: float) -> Quantity:
     """Return the wear depth that a fit predicts under a load in N, 0.5 % uncertain, at a sliding distance in m."""
     known, pressed = known_wear(fit), Quantity(value=load, unit="N", standard_uncertainty=0.005 * load)
-    scenario = PinScenario(
-        series.contact,
-        pressed,
-        known.first,
-        fit.model,
-        parameters=known.parameters,
-        covariance=known.covariance,
-    )
-    return predict_wear(scenario, [at]).prediction[0].wear_depth
+    return predict_wear(Scenario(series.contact, pressed, known, fit.model), [at]).prediction[0].wear_depth

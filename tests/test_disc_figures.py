@@ -19,8 +19,8 @@ from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.study.member import Member
 from tribopipe.evaluation.wear.curves import fitted_curves
+from tribopipe.evaluation.wear.scenario import Scenario
 from tribopipe.evaluation.wear.twin_disc.fit import fit_discs
-from tribopipe.evaluation.wear.twin_disc.scenario import DiscScenario, published_discs
 from tribopipe.pipeline.archived_results import archived_correction
 from tribopipe.pipeline.stages import ingest, process
 from tribopipe.pipeline.studies import run_study
@@ -288,7 +288,7 @@ def scenario(distance, flat=0.0):
         "flat_disc": FlatDisc.model_validate(body),
     }
     coefficients = (Quantity(value=value, unit="m^2/N") for value in (1e-16, flat))
-    return DiscScenario(
+    return Scenario(
         contact=TwinDisc(kind="twin-disc", **discs),
         normal_load=Quantity(value=0.3, unit="N"),
         slip=Quantity(value=0.1, unit="1"),
@@ -300,14 +300,13 @@ def test_model_is_drawn_beside_the_papers_steps():
     case = scenario("contact-width", flat=5e-17)
     figure = plot_disc_model({"contact-width": case}, 2e6, 2000)
     assert labels(figure) == ["contact-width", "the paper's steps"]
-    grid, steps = published_discs(case, 2e6, 2000)
+    grid = np.linspace(0, 2e6, 2001)
+    steps = case.published(grid, 2000)
     places = dict(zip(figure.axes, ("depth", "pressure", "half_width", "half_length"), strict=True))
     for ax, outcome in places.items():
         exact, dots = line(ax, "contact-width"), line(ax, "the paper's steps")
         worn = case.worn(exact.get_xdata() * 1e6)
-        states = [
-            one.curved_depth + one.flat_depth if outcome == "depth" else getattr(one, outcome) for one in (worn, steps)
-        ]
+        states = [one[outcome] for one in (worn, steps)]
         unit = 1e9 if outcome == "pressure" else MICRO
         assert exact.get_ydata() == pytest.approx(states[0] / unit)
         at = np.searchsorted(grid, dots.get_xdata() * 1e6 - 1)
@@ -326,7 +325,9 @@ def test_scenarios_that_wear_at_different_rates_share_logarithmic_axes():
     assert [ax.get_yscale() for ax in figure.axes] == ["log", "linear", "log", "linear"]
     assert figure.axes[2].get_xlabel() == "rotations of the curved disc"
     for name, case in cases.items():
-        assert line(figure.axes[0], name).get_ydata()[-1] == pytest.approx(case.worn(2e6).curved_depth / MICRO)
+        assert line(figure.axes[0], name).get_ydata()[-1] == pytest.approx(
+            case.worn(np.asarray(2e6))["curved_depth"] / MICRO
+        )
 
 
 def study_figure(studied):

@@ -18,12 +18,8 @@ from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.slip import slip
 from tribopipe.evaluation.wear.known import known_wear
 from tribopipe.evaluation.wear.predict import predict_wear
+from tribopipe.evaluation.wear.scenario import MOST_STEPS, Scenario
 from tribopipe.evaluation.wear.twin_disc.fit import fit_discs
-from tribopipe.evaluation.wear.twin_disc.scenario import (
-    MOST_STEPS,
-    DiscScenario,
-    published_discs,
-)
 from tribopipe.physics.friction_path import ExponentialFriction
 
 FRICTION = ExponentialFriction(0.15, 0.42, 40.0)
@@ -40,12 +36,12 @@ def k_d(value: float, share: float | None = None) -> Quantity:
     return Quantity(value=value, unit="m^2/N", standard_uncertainty=None if share is None else share * value)
 
 
-def scenario(convention="full-slip", first=0.08, second=0.09, correlation=-0.3, **changes) -> DiscScenario:
+def scenario(convention="full-slip", first=0.08, second=0.09, correlation=-0.3, **changes) -> Scenario:
     """What the sample discs are predicted for, with relative uncertainties of both k_D."""
     scale = TYPICAL[convention]
     known = known_pair(k_d(K_1 * scale, first), k_d(K_2 * scale, second), correlation=correlation, distance=convention)
-    given_ = {"curved_disc_speed": BARE.conditions.curved_disc_speed} | changes
-    return replace(DiscScenario(BARE.twin_disc, BARE.conditions.normal_load, slip(BARE), known), **given_)
+    given_ = {"slip": slip(BARE), "speed": BARE.conditions.curved_disc_speed} | changes
+    return replace(Scenario(BARE.twin_disc, BARE.conditions.normal_load, known), **given_)
 
 
 def ratio(value: float, spread: float | None = None) -> Quantity:
@@ -97,7 +93,7 @@ def test_depths_are_reached_where_they_are_predicted(convention, log_depth, sark
     assert back.bodies["curved_disc"].wear_depth.value == pytest.approx(depth, rel=1e-9)
     assert reached.time.value == pytest.approx(back.time.value)
     # What is uncertain of the depth is uncertain of the place by the slope.
-    rate = float(one.worn(np.array([reached.rotations.value * 1.001])).curved_depth[0] - depth) / (
+    rate = float(one.worn(np.array([reached.rotations.value * 1.001]))["curved_depth"][0] - depth) / (
         reached.rotations.value * 0.001
     )
     assert reached.rotations.standard_uncertainty == pytest.approx(
@@ -121,7 +117,7 @@ def test_place_of_a_depth_is_as_uncertain_as_draws_have_it():
 # --- the uncertainty ---
 
 
-def drawn(one: DiscScenario, count: int) -> dict[str, np.ndarray]:
+def drawn(one: Scenario, count: int) -> dict[str, np.ndarray]:
     rng = np.random.default_rng(1)
     values = {
         name: (given_.quantity.value + given_.spread * rng.standard_normal(count))[:, None]
@@ -207,11 +203,10 @@ def test_published_steps_close_in_on_the_exact_scheme(convention):
 def test_published_steps_are_those_of_the_scheme():
     one = scenario()
     found = predict_wear(one, [2e5, 1e5], scheme="published", steps=400)
-    grid, state = published_discs(one, 2e5, 400)
-    assert grid[-1] == 2e5
+    state = one.published(np.linspace(0, 2e5, 401), 400)
     for point, place in zip(found.prediction, (400, 200), strict=True):
-        assert point.bodies["curved_disc"].wear_volume.value == pytest.approx(state.curved_volume[place], rel=1e-12)
-        assert point.half_width.value == pytest.approx(state.half_width[place], rel=1e-12)
+        assert point.bodies["curved_disc"].wear_volume.value == pytest.approx(state["curved_volume"][place], rel=1e-12)
+        assert point.half_width.value == pytest.approx(state["half_width"][place], rel=1e-12)
 
 
 def test_published_takes_a_step_a_rotation_unless_told():
@@ -228,7 +223,7 @@ def test_coarse_steps_are_owned_up_to():
 @pytest.mark.parametrize("steps", [0, -1, MOST_STEPS + 1])
 def test_steps_that_cannot_be_waited_for_are_refused(steps):
     with pytest.raises(FitError, match=r"published scheme: found .* steps; expected 1 to 5,000,000"):
-        published_discs(scenario(), 1e6, steps)
+        scenario().published(np.array([1e6]), steps)
 
 
 def test_a_rotation_at_a_time_of_too_many_is_refused():

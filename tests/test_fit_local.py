@@ -1,6 +1,7 @@
 """k_D by local wear: recovered from runs worn locally, held against the GIWM's, and predicted from as it was fitted."""
 
 import json
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -21,9 +22,10 @@ from tribopipe.evaluation.study.evaluate import evaluate
 from tribopipe.evaluation.wear.curves import fitted_curves
 from tribopipe.evaluation.wear.draws import coefficient_draws
 from tribopipe.evaluation.wear.fit import fit_wear, wear_problem
-from tribopipe.evaluation.wear.pin_scenario import PinScenario
+from tribopipe.evaluation.wear.known import KnownWear
 from tribopipe.evaluation.wear.predict import predict_wear
 from tribopipe.evaluation.wear.problem import WearProblem
+from tribopipe.evaluation.wear.scenario import Scenario
 from tribopipe.evaluation.wear.twin_disc.fit import fit_discs
 from tribopipe.pipeline.archived_results import archived_fit
 from tribopipe.pipeline.stages import fit_archived_wear, predict_archived
@@ -42,7 +44,7 @@ def recipe(engine: str, correction: str = "two-step", **others: object) -> Recip
 @pytest.fixture
 def locally_worn(monkeypatch):
     """Record virtual runs whose pins wear by the pressure at each point."""
-    monkeypatch.setattr("tribopipe.extras.simulate.pin_on_disc.PinScenario", partial(PinScenario, engine="local"))
+    monkeypatch.setattr("tribopipe.extras.simulate.pin_on_disc.KnownWear", partial(KnownWear, engine="local"))
     return record
 
 
@@ -113,9 +115,9 @@ def test_intervals_hold_the_truth_as_often_as_they_say(locally_worn, monkeypatch
     assert held / count == pytest.approx(0.95, abs=3 * np.sqrt(0.95 * 0.05 / count))
 
 
-def scenario(engine: str) -> PinScenario:
+def scenario(engine: str) -> Scenario:
     series, run = CASES[HEAVY]
-    return PinScenario(series.contact, run.normal_load, run.wear_coefficient, engine=engine)
+    return Scenario(series.contact, run.normal_load, KnownWear({"pin": run.wear_coefficient}, engine))
 
 
 def test_prediction_by_local_wear_reaches_the_depth_it_predicts():
@@ -131,12 +133,12 @@ def test_prediction_by_local_wear_reaches_the_depth_it_predicts():
 
 def test_distance_to_a_depth_is_as_uncertain_as_the_local_rate_has_it():
     known = scenario("local")
-    known = PinScenario(known.contact, known.normal_load, Quantity(value=7.5e-18, unit="m^2/N"), engine="local")
+    known = replace(known, known=KnownWear({"pin": Quantity(value=7.5e-18, unit="m^2/N")}, "local"))
     (reached,) = predict_wear(known, depths=[0.5e-6]).reached
     at = reached.sliding_distance
     step = np.array([at.value * (1 - 1e-4), at.value * (1 + 1e-4)])
-    rate = float(np.diff(known.worn(step).depth)[0] / np.diff(step)[0])
-    spread = float(known.depth_uncertainty(np.array([at.value]))[0])
+    rate = float(np.diff(known.worn(step)["wear_depth"])[0] / np.diff(step)[0])
+    spread = float(known.uncertainties(np.array([at.value]))["wear_depth"][0])
     assert at.standard_uncertainty == pytest.approx(spread / rate, rel=1e-4)
 
 

@@ -258,7 +258,7 @@ from pathlib import Path
 from typing import assert_type
 
 import tribopipe
-from tribopipe import Archive, Quantity, TribopipeError, PinScenario
+from tribopipe import Archive, Quantity, Scenario, TribopipeError
 
 
 def identify(folder: Path) -> float | None:

@@ -22,8 +22,9 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe, WearRecipe
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.wear.joint import fit_joint, joint_problem
-from tribopipe.evaluation.wear.pin_scenario import PinScenario
+from tribopipe.evaluation.wear.known import KnownWear
 from tribopipe.evaluation.wear.problem import wear_problem
+from tribopipe.evaluation.wear.scenario import Scenario
 from tribopipe.extras.live.follow import Follower
 from tribopipe.extras.live.law_watch import departure, recursive_residuals
 from tribopipe.extras.live.posterior import Posterior, posterior
@@ -40,6 +41,13 @@ END = 500.0
 TRUE_K = Quantity(value=13.5e-15, unit="m^2/N")
 
 
+def end_of(run) -> float:
+    """Return the wear depth of a run at its end, m, by the true k_D."""
+    manifest = run.manifest
+    scenario = Scenario(manifest.sliding_pin, manifest.conditions.normal_load, KnownWear({"pin": TRUE_K}))
+    return float(scenario.worn(np.asarray(END))["wear_depth"])
+
+
 def made_run(*, noise=1e-7, drift=2e-10, offset=1e-6, factor=1.0, shape="spherical", seed=1) -> RawRun:
     """Return 500 m at 10 Hz by Archard's law, with white noise, linear drift, and k_D times a factor from 250 m on."""
     from conftest import MANIFEST
@@ -49,9 +57,9 @@ def made_run(*, noise=1e-7, drift=2e-10, offset=1e-6, factor=1.0, shape="spheric
     seconds = np.arange(12501) / 10
     distance = 0.4 * seconds
     slid = distance + (factor - 1) * np.maximum(distance - 250, 0)
-    scenario = PinScenario(manifest.sliding_pin, manifest.conditions.normal_load, TRUE_K)
+    scenario = Scenario(manifest.sliding_pin, manifest.conditions.normal_load, KnownWear({"pin": TRUE_K}))
     rng = np.random.default_rng(seed)
-    depth = offset + scenario.worn(slid).depth + drift * seconds + noise * rng.standard_normal(len(seconds))
+    depth = offset + scenario.worn(slid)["wear_depth"] + drift * seconds + noise * rng.standard_normal(len(seconds))
     columns = {"time": seconds, "sliding_distance": distance, "depth": depth}
     return RawRun(manifest, columns, dict.fromkeys(columns, "measured"), {}, {}, ())
 
@@ -208,7 +216,7 @@ def test_before_the_planned_end_an_end_value_is_not_that_of_the_run_so_far(sampl
 
 def test_with_hardly_any_noise_the_running_fit_is_the_truth_and_narrows():
     run = made_run(noise=1e-8)
-    end = PinScenario(run.manifest.sliding_pin, run.manifest.conditions.normal_load, TRUE_K).worn(END).depth
+    end = end_of(run)
     widths = []
     for share in (0.1, 0.3, 1.0):
         found, _ = followed(run, share)
@@ -410,7 +418,7 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say():
     held_k = held_depth = 0
     for seed in range(60):
         run = made_run(drift=2.5e-10 * (-1) ** seed, seed=seed)
-        end = PinScenario(run.manifest.sliding_pin, run.manifest.conditions.normal_load, TRUE_K).worn(END).depth
+        end = end_of(run)
         found, _ = followed(run, 0.25)
         held_k += held(found.coefficient, TRUE_K.value)
         held_depth += held(found.depth(END), float(end))

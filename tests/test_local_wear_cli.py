@@ -97,7 +97,7 @@ def test_depths_are_as_uncertain_as_those_of_the_giwm(pin_points):
     known = Quantity(value=13.5e-15, unit="m^2/N", standard_uncertainty=1.35e-15)
     scenario = local_scenario(manifest, [known])
     (point,) = wear_locally(scenario, [500.0]).result.points
-    expected = scenario.depth_uncertainty(np.array([500.0]))[0]
+    expected = scenario.uncertainties(np.array([500.0]))["wear_depth"][0]
     assert point.giwm_depth.standard_uncertainty == pytest.approx(expected)
     relative = expected / point.giwm_depth.value
     assert point.wear_depth.standard_uncertainty == pytest.approx(relative * point.wear_depth.value)

@@ -27,7 +27,7 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe, WearRecipe
 from tribopipe.documents.record import load_toml, read_document
 from tribopipe.evaluation.checks import registry as checks
-from tribopipe.evaluation.wear.twin_disc.scenario import DiscScenario
+from tribopipe.evaluation.wear.scenario import Scenario
 from tribopipe.extras.simulate import VirtualTest, VirtualTwinDiscTest
 from tribopipe.physics import laws
 from tribopipe.readers import registry as readers
@@ -315,17 +315,17 @@ def test_virtual_discs_wear_by_the_true_parameters_of_their_law():
         VirtualTwinDiscTest(series.model_copy(update={"law": "running_in"}), series.runs[0])
 
 
-def discs_under_running_in(length: str | dict[str, str]) -> DiscScenario:
+def discs_under_running_in(length: str | dict[str, str]) -> Scenario:
     """Return a scenario of two discs that run in over a length."""
     load, slip = (Quantity(value=value, unit=unit) for value, unit in ((0.25, "N"), (0.04, "1")))
     recipe = Recipe(wear=WearRecipe(parameters={"running_in": {"excess": EXCESS, "length": length}}))
-    return DiscScenario(
+    return Scenario(
         load_toml(ROOT / "sample_runs" / "plan.toml", Plan).twin_disc_series[0].contact,
         load,
-        slip,
         known_pair(*(Quantity(value=k_d, unit="m^2/N") for k_d in (4.6e-18, 2e-18))),
         "running_in",
         recipe=recipe,
+        slip=slip,
     )
 
 
@@ -334,7 +334,7 @@ def test_wear_of_discs_is_as_uncertain_as_the_parameters_of_their_law():
     rotations = np.asarray([1e5])
     scenario = discs_under_running_in({"value": "30 m", "standard_uncertainty": "10 m"})
     spread = scenario.uncertainties(rotations, ("law_length",))["curved_depth"]
-    low, high = (discs_under_running_in(length).worn(rotations).curved_depth for length in ("20 m", "40 m"))
+    low, high = (discs_under_running_in(length).worn(rotations)["curved_depth"] for length in ("20 m", "40 m"))
     np.testing.assert_allclose(spread, (high - low) / 2, rtol=0.05)
 
 

@@ -17,8 +17,9 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
 from tribopipe.documents.record import load_toml, read_document
 from tribopipe.documents.sweep import Sweep
-from tribopipe.evaluation.wear.pin_scenario import PinScenario
+from tribopipe.evaluation.wear.known import KnownWear
 from tribopipe.evaluation.wear.predict import predict_wear
+from tribopipe.evaluation.wear.scenario import Scenario
 from tribopipe.extras.simulate import VirtualTest, VirtualTwinDiscTest, simulate_run, simulate_twin_disc_run
 from tribopipe.extras.simulate.in_memory import disc_run, pin_run
 from tribopipe.extras.sweep.choices import Choice
@@ -201,7 +202,7 @@ def test_predictions_are_what_predict_finds(swept, archive):
     store = Archive(archive)
     fit, manifest = store.result(RUN, "wear_fit_archard", WearFit), store.manifest(RUN)
     load = Quantity(value=0.4, unit="N", standard_uncertainty=0.4 * 0.01)
-    scenario = PinScenario(manifest.sliding_pin, load, fit.first.wear_coefficient)
+    scenario = Scenario(manifest.sliding_pin, load, KnownWear({"pin": fit.first.wear_coefficient}))
     expected = predict_wear(scenario, [1000.0], depths=[50e-6])
     assert [row["outcome"] for row in rows] == ["at 1000 m", "worn to 50 µm"] * 2
     assert rows[2]["wear_depth"] == expected.prediction[0].wear_depth.model_dump()

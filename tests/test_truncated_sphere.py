@@ -21,8 +21,9 @@ from tribopipe.documents.record import load_toml
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.measurements.specific_wear import specific_wear
 from tribopipe.evaluation.wear.fit import fit_wear
-from tribopipe.evaluation.wear.pin_scenario import PinScenario
+from tribopipe.evaluation.wear.known import KnownWear
 from tribopipe.evaluation.wear.predict import predict_wear
+from tribopipe.evaluation.wear.scenario import Scenario
 from tribopipe.extras.simulate import simulate_plan
 from tribopipe.physics.geometry import cap_height
 from tribopipe.physics.hertz import contact_modulus, elastic_approach, hertz_radius
@@ -156,8 +157,8 @@ def test_prediction_starts_from_the_flat():
     contact = manifest().contact
     assert isinstance(contact, PinOnDisc)
     load, known = Quantity(value=LOAD, unit="N"), Quantity(value=K_D, unit="m^2/N", standard_uncertainty=0.02 * K_D)
-    exact = predict_wear(PinScenario(contact, load, known), [500.0], depths=[5e-6])
-    published = predict_wear(PinScenario(contact, load, known), [500.0], scheme="published")
+    exact = predict_wear(Scenario(contact, load, KnownWear({"pin": known})), [500.0], depths=[5e-6])
+    published = predict_wear(Scenario(contact, load, KnownWear({"pin": known})), [500.0], scheme="published")
     depth = float(truncated(FLAT).worn(K_D * LOAD * 500.0).depth)
     assert exact.prediction[0].wear_depth.value == pytest.approx(depth, rel=1e-12)
     assert published.prediction[0].wear_depth.value == pytest.approx(depth, rel=1e-4)

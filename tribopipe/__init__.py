@@ -30,9 +30,8 @@ if TYPE_CHECKING:
     from tribopipe.evaluation.wear.fit import fit_wear
     from tribopipe.evaluation.wear.known import KnownWear
     from tribopipe.evaluation.wear.local import LocalOptions, wear_locally
-    from tribopipe.evaluation.wear.pin_scenario import PinScenario
     from tribopipe.evaluation.wear.predict import predict_wear
-    from tribopipe.evaluation.wear.twin_disc.scenario import DiscScenario
+    from tribopipe.evaluation.wear.scenario import Scenario
     from tribopipe.pipeline.stages import process
     from tribopipe.readers.harmonize import read_run
     from tribopipe.views.clean_up_figures import plot_clean_up
@@ -44,13 +43,12 @@ __version__ = VERSION
 
 __all__ = [
     "Archive",
-    "DiscScenario",
     "KnownWear",
     "LocalOptions",
     "Member",
-    "PinScenario",
     "Quantity",
     "Recipe",
+    "Scenario",
     "Study",
     "TribopipeError",
     "__version__",
@@ -100,9 +98,8 @@ _HOMES = {
     "evaluation.wear.fit": ("fit_wear",),
     "evaluation.wear.local": ("LocalOptions", "wear_locally"),
     "evaluation.wear.known": ("KnownWear",),
-    "evaluation.wear.pin_scenario": ("PinScenario",),
     "evaluation.wear.predict": ("predict_wear",),
-    "evaluation.wear.twin_disc.scenario": ("DiscScenario",),
+    "evaluation.wear.scenario": ("Scenario",),
 }
 
 

@@ -14,7 +14,7 @@ from tribopipe.documents.record import Record
 GROUPS = {
     "Read and check": ("read_run", "check_run", "clean_run"),
     "Evaluate": ("correct_drift", "fit_friction", "fit_wear", "fitted_curves"),
-    "Predict": ("predict_wear", "wear_scenario", "KnownWear", "PinScenario", "DiscScenario"),
+    "Predict": ("predict_wear", "wear_scenario", "KnownWear", "Scenario"),
     "Wear locally": ("wear_locally", "LocalOptions"),
     "Studies": ("evaluate", "Member", "Study"),
     "Archive": ("open_archive", "Archive", "process"),

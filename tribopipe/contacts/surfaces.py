@@ -7,14 +7,14 @@ contact of a pin that wears far.
 """
 
 from collections.abc import Callable, Mapping
-from typing import Any, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from tribopipe.base.arrays import Column, Values
 from tribopipe.base.errors import ContactError
 from tribopipe.contacts.pin_on_disc import pin_contact
-from tribopipe.documents.contact import SlidingPin, TwinDisc
+from tribopipe.documents.contact import Contact, SlidingPin, TwinDisc
 from tribopipe.physics.conventions import Engine
 from tribopipe.physics.geometry import cap_height
 from tribopipe.physics.hertz import contact_modulus, hertz_radius
@@ -24,26 +24,28 @@ from tribopipe.physics.local.grids import disc_track, round_pin
 from tribopipe.physics.local.rings import Rings, ring_edges
 from tribopipe.physics.local.surface import Surface
 
-Builder = TypeVar("Builder")
 _RINGS_OF_A_FLAT_PIN = 160
 _MARGIN = 1.25
 """Radius of the outermost point over that of the largest contact."""
 
 
-def pin_surface(contact: SlidingPin, values: Values, amount: float, engine: Engine = "rings") -> Surface:
-    """Build the end of a pin for wear up to an amount k_D·S, m³/N, from values of ``contact_inputs``' names.
+def surface_of(contact: Contact, values: Values, amount: float, engine: Engine | None = None) -> Surface:
+    """Build the surface that wears for an amount of wear, m³/N of a pin, m²/N of discs, by an engine or the usual one.
 
-    Raises ``ContactError`` where the tip would be worn away before that, or the engine lacks its package.
+    Raises ``ContactError`` where a body would be worn away before that, where they do not touch, or where the engine
+    lacks its package or is none for such bodies.
     """
-    return _fit(engine, "a pin", _PINS)(contact, values, amount)
+    engines = _engines(contact)
+    return _fit(engine or engines.usual, engines)(contact, values, amount)
 
 
-def disc_surface(contact: TwinDisc, values: Values, amount: float, engine: Engine = "half-space") -> Surface:
-    """Build two discs for wear up to an amount k_D·N_s, m²/N, from values of ``disc_inputs``' names.
+def usual_engine(contact: Contact) -> Engine:
+    """Return the engine that suits the bodies: rings under a pin, a half space under discs."""
+    return _engines(contact).usual
 
-    Raises ``ContactError`` where they do not touch, or the engine is none for discs.
-    """
-    return _fit(engine, "two discs", _DISCS)(contact, values, amount)
+
+def _engines(contact: Contact) -> "_Engines":
+    return next(_FAMILIES[family] for family in type(contact).__mro__ if family in _FAMILIES)
 
 
 def _pin_rings(contact: SlidingPin, values: Values, amount: float) -> Surface:
@@ -127,22 +129,25 @@ def _discs(contact: TwinDisc, values: Values) -> dict[str, Any]:
     return {name: float(values[name]) for name in names} | {"modulus": float(modulus)}
 
 
-_PINS: dict[Engine, Callable[[SlidingPin, Values, float], Surface]] = {
-    "rings": _pin_rings,
-    "half-space": _pin_grid,
-    "fe": _pin_elements,
-}
-_DISCS: dict[Engine, Callable[[TwinDisc, Values, float], Surface]] = {
-    "half-space": _disc_grid,
-    "fe": _disc_elements,
+class _Engines(NamedTuple):
+    """By which engines the surface of some bodies is solved."""
+
+    of: str
+    usual: Engine
+    builders: Mapping[Engine, Callable[..., Surface]]
+
+
+_FAMILIES: dict[type, _Engines] = {
+    SlidingPin: _Engines("a pin", "rings", {"rings": _pin_rings, "half-space": _pin_grid, "fe": _pin_elements}),
+    TwinDisc: _Engines("two discs", "half-space", {"half-space": _disc_grid, "fe": _disc_elements}),
 }
 
 
-def _fit(engine: Engine, what: str, builders: Mapping[Engine, Builder]) -> Builder:
+def _fit(engine: Engine, engines: _Engines) -> Callable[..., Surface]:
     """Return the builder of an engine. Raises ``ContactError`` where there is none."""
-    if engine not in builders:
+    if engine not in engines.builders:
         raise ContactError(
-            f"local wear: found the engine {engine!r} for {what}; expected {' or '.join(builders)}; name one of them, "
-            "or none for the usual one"
+            f"local wear: found the engine {engine!r} for {engines.of}; expected {' or '.join(engines.builders)}; name "
+            "one of them, or none for the usual one"
         )
-    return builders[engine]
+    return engines.builders[engine]

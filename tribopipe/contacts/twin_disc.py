@@ -1,12 +1,154 @@
 """Two discs: from what run.toml states of them to the course of their wear."""
 
-from tribopipe.base.arrays import Values
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields
+from typing import ClassVar
+
+import numpy as np
+
+from tribopipe.base.arrays import Column, Values
+from tribopipe.base.units import show
+from tribopipe.contacts.inputs import Input, relative_input
+from tribopipe.contacts.wear import State, Steps
 from tribopipe.documents.contact import TwinDisc
 from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.slip import slip
 from tribopipe.physics.conventions import DistanceConvention
-from tribopipe.physics.hertz import contact_modulus
-from tribopipe.physics.twin_disc import DiscPair
+from tribopipe.physics.hertz import HARDNESS_UNIT, contact_modulus
+from tribopipe.physics.hertz_ellipse import hertz_ellipse
+from tribopipe.physics.twin_disc import DiscPair, DiscWear
+from tribopipe.physics.twin_disc_steps import published_wear
+from tribopipe.results.wear_fit import HertzStart
+from tribopipe.results.wear_prediction import OUTCOMES
+
+_MOST_PLACES = 600
+_FLAT_CROWN = 0.5
+"""Half width of the worn flat over the crown radius, beyond which the model was never tested."""
+_SLIP_LOST = 0.25
+"""Share of the slip, by which it may change before it is worth a word."""
+
+
+@dataclass(frozen=True)
+class TwinDiscWear:
+    """Wear of two discs at a nominal slip, by rotations of the curved one."""
+
+    contact: TwinDisc
+    slip: Quantity
+    distance: DistanceConvention = "full-slip"
+
+    coefficients: ClassVar[tuple[str, ...]] = ("curved_coefficient", "flat_coefficient")
+    depths: ClassVar[Mapping[str, str]] = {"curved_disc": "curved_depth", "flat_disc": "flat_depth"}
+    volumes: ClassVar[Mapping[str, str]] = {"curved_disc": "curved_volume", "flat_disc": "flat_volume"}
+    displacement: ClassVar[str] = "depth"
+    outcomes: ClassVar[Mapping[str, str]] = {str(name): unit for name, unit in OUTCOMES.items()}
+    uncertain: ClassVar[tuple[str, ...]] = (*OUTCOMES, "slip")
+    most_places: ClassVar[int | None] = _MOST_PLACES
+
+    @property
+    def slid(self) -> float:
+        """Slip distance in one rotation of the unworn curved disc, m."""
+        return 2 * math.pi * self.contact.curved_disc.rolling_radius.value * abs(self.slip.value)
+
+    @property
+    def conditions(self) -> dict[str, Quantity]:
+        """The slip."""
+        return {"slip": self.slip}
+
+    def inputs(self, normal_load: Quantity, recipe: Recipe) -> dict[str, Input]:
+        """Return load, radii, moduli and slip with the uncertainties stated, or else the recipe's defaults."""
+        curved, flat, defaults = self.contact.curved_disc, self.contact.flat_disc, recipe.uncertainty
+        return {
+            "normal_load": relative_input(normal_load, defaults.normal_load, above_zero=True),
+            "crown_radius": relative_input(curved.crown_radius, defaults.crown_radius, above_zero=True),
+            "curved_radius": relative_input(curved.rolling_radius, defaults.rolling_radius, above_zero=True),
+            "flat_radius": relative_input(flat.rolling_radius, defaults.rolling_radius, above_zero=True),
+            "curved_modulus": relative_input(curved.youngs_modulus, defaults.youngs_modulus, above_zero=True),
+            "flat_modulus": relative_input(flat.youngs_modulus, defaults.youngs_modulus, above_zero=True),
+            "slip": relative_input(self.slip, defaults.slip),
+        }
+
+    def pair(self, values: Values) -> DiscPair:
+        """Return the discs of values of the inputs."""
+        return disc_pair(self.contact, values, self.distance)
+
+    def worn(self, values: Values, progress: Column) -> State:
+        """Return the discs after effective rotations. Raises ``ContactError`` past the crown."""
+        return _state(self.pair(values).worn(progress, *_coefficients(values)))
+
+    def progress_to(self, values: Values, depth: float) -> float:
+        """Return the effective rotations after which the curved disc has worn by a depth, m; infinite if never.
+
+        Raises ``ContactError`` past the crown.
+        """
+        return float(self.pair(values).rotations(depth, *_coefficients(values)))
+
+    def local_amount(self, values: Values, progress: Column) -> Column:
+        """Return (k₁ + k₂·r₁/r₂)·N·|slip|, m²/N: both discs wear where they touch, so that their sum wears as one."""
+        first, second = _coefficients(values)
+        ratio = np.asarray(values["curved_radius"]) / values["flat_radius"]
+        return np.asarray((first + second * ratio) * (progress * np.abs(values["slip"])))
+
+    def usual_steps(self, end: float) -> int:
+        """Return one step a rotation, as the paper takes."""
+        return max(1, math.ceil(end))
+
+    def published(self, values: Values, steps: Steps, places: Column) -> State:
+        """Return the discs after rotations by the paper's Euler steps (Fig. 8 and A)."""
+        worn = published_wear(self.pair(values), np.diff(steps.effective), *map(float, _coefficients(values)))
+        return {name: np.interp(places, steps.ends, column) for name, column in _state(worn).items()}
+
+    def start(self, values: Values) -> HertzStart:
+        """Return Hertz's contact of the unworn discs, for single values of the inputs."""
+        # The way of counting distance plays no part before anything is slid.
+        load, crown, curved, flat, modulus, _ = (float(x) for x in disc_pair(self.contact, values, "full-slip").inputs)
+        ellipse = hertz_ellipse(
+            normal_load=load, radius_x=crown, radius_z=curved * flat / (curved + flat), modulus=modulus
+        )
+        return HertzStart(
+            half_width=Quantity(value=ellipse.half_width, unit="m"),
+            half_length=Quantity(value=ellipse.half_length, unit="m"),
+            peak_pressure=Quantity(value=ellipse.peak_pressure, unit="Pa"),
+        )
+
+    def notes(self, values: Values, last: State | None) -> tuple[str, ...]:
+        """Say where the discs leave what the model describes."""
+        return () if last is None else tuple(self._notes(values, float(last["half_width"]), float(last["slip"])))
+
+    def _notes(self, values: Values, half_width: float, slip_of_worn: float) -> Iterator[str]:
+        contact, start, slipping = self.contact, self.start(values), float(values["slip"])
+        crown, width = contact.curved_disc.crown_radius, 2 * half_width
+        hardness = [body.vickers_hardness for body in contact.bodies.values() if body.vickers_hardness is not None]
+        if hardness and start.peak_pressure.value > min(hardness) * HARDNESS_UNIT:
+            softer = Quantity(value=min(hardness) * HARDNESS_UNIT, unit="Pa")
+            yield (
+                f"extrapolation: Hertz's pressure of {start.peak_pressure.shown('GPa')} at the start exceeds the "
+                f"hardness of the softer disc, {softer.shown('GPa')}: it yields before it wears"
+            )
+        if half_width > _FLAT_CROWN * crown.value:
+            yield (
+                f"extrapolation: the worn flat is {show(width, None, 'm', 'mm')} wide, more than the crown radius of "
+                f"{crown.shown('mm')}: the model takes worn surfaces as flat, and was never tested that far"
+            )
+        widths = [disc.width.value for disc in (contact.curved_disc, contact.flat_disc) if disc.width is not None]
+        if widths and width > min(widths):
+            yield (
+                f"extrapolation: the worn flat would be {show(width, None, 'm', 'mm')} wide on a disc of "
+                f"{show(min(widths), None, 'm', 'mm')}: beyond that the contact no longer widens, and the model ends"
+            )
+        if abs(slip_of_worn - slipping) > _SLIP_LOST * abs(slipping):
+            yield f"wear changes the slip from {slipping:.2%} to {slip_of_worn:.2%} at constant rotation rates"
+
+
+def _coefficients(values: Values) -> tuple[Column, Column]:
+    return np.asarray(values["curved_coefficient"]), np.asarray(values["flat_coefficient"])
+
+
+def _state(worn: DiscWear) -> State:
+    found = {one.name: np.asarray(getattr(worn, one.name)) for one in fields(DiscWear)}
+    return found | {"depth": worn.curved_depth + worn.flat_depth, "rate": worn.curved_rate}
 
 
 def disc_pair(contact: TwinDisc, values: Values, distance: DistanceConvention) -> DiscPair:

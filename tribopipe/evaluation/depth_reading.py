@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
+from tribopipe.contacts.inputs import stated_or_default
 from tribopipe.contacts.pin_on_disc import pin_curve
 from tribopipe.contacts.twin_disc import disc_pair, nominal_values
 from tribopipe.documents.contact import Pin
@@ -19,7 +20,6 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.applied_load import applied_load
-from tribopipe.evaluation.measurements.measured import stated_or_default
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear
 from tribopipe.evaluation.measurements.twin_disc import DiscEndWear
 from tribopipe.evaluation.preprocessing.spikes import spikes

@@ -5,17 +5,16 @@ They hold what Figures 9 and 12 of the paper do, with the uncertainties besides.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.units import WEAR_COEFFICIENT, axis, from_si, pretty
+from tribopipe.contacts.wear import State
 from tribopipe.documents.quantity import Quantity
-from tribopipe.evaluation.wear.twin_disc.scenario import DiscScenario, published_discs
+from tribopipe.evaluation.wear.scenario import Scenario
 from tribopipe.physics.laws import law_label
-from tribopipe.physics.twin_disc import DiscWear
 from tribopipe.results.evaluation import COVERAGE_FACTOR, DriftCorrection
 from tribopipe.results.run import CorrectedRun, RawRun
 from tribopipe.results.wear_curves import WearCurves
@@ -150,7 +149,7 @@ _PANELS = (
 
 
 @in_columns
-def plot_disc_model(scenarios: Mapping[str, DiscScenario], rotations: float, steps: int | None = None) -> "Figure":
+def plot_disc_model(scenarios: Mapping[str, Scenario], rotations: float, steps: int | None = None) -> "Figure":
     """Draw wear depth, mean pressure, a_x and a_z of named scenarios up to some rotations (paper, Fig. 9).
 
     Beside them, as dots, the paper's scheme in so many equal ``steps``, where that is given; it starts from Hertz's
@@ -165,9 +164,9 @@ def plot_disc_model(scenarios: Mapping[str, DiscScenario], rotations: float, ste
         look = {"color": PALETTE[number % len(PALETTE)], "ls": _STYLES[number % len(_STYLES)], "label": name}
         _draw_states(axes, along, scenario.worn(share * rotations), **look)
     for scenario in scenarios.values() if steps is not None else ():
-        grid, worn = published_discs(scenario, rotations, steps or 1)
+        grid = np.linspace(0.0, rotations, (steps or 1) + 1)
         at = np.unique(np.rint(np.interp(share[_DOTTED_PLACES] * rotations, grid, np.arange(len(grid)))).astype(int))
-        states = DiscWear(*(getattr(worn, one.name)[at] for one in fields(DiscWear)))
+        states = scenario.published(grid[at], steps or 1)
         dots = {"color": BLACK, "ls": "", "marker": "o", "ms": 1.6, "mew": 0, "zorder": 4, "label": _STEPS}
         _draw_states(axes, grid[at] * along[-1] / rotations, states, **dots)
     if several:
@@ -193,11 +192,9 @@ def _magnify(axes: "Sequence[Axes]") -> None:
             ax.yaxis.set_minor_formatter(NullFormatter())
 
 
-def _draw_states(axes: "Sequence[Axes]", along: Column, worn: DiscWear, **look: Any) -> None:
+def _draw_states(axes: "Sequence[Axes]", along: Column, worn: State, **look: Any) -> None:
     for ax, panel in zip(axes, _PANELS, strict=True):
-        depth = worn.curved_depth + worn.flat_depth
-        values = depth if panel.outcome == "depth" else getattr(worn, panel.outcome)
-        ax.plot(along, from_si(values, OUTCOMES[panel.outcome], panel.unit), **look)
+        ax.plot(along, from_si(worn[panel.outcome], OUTCOMES[panel.outcome], panel.unit), **look)
 
 
 def _four(width: float) -> "tuple[Figure, list[Axes]]":

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Literal, NamedTuple
 
+from tribopipe.contacts.inputs import Source
 from tribopipe.documents.quantity import Quantity
-from tribopipe.evaluation.measurements.measured import Source
 from tribopipe.evaluation.measurements.worn_pair import Wear, WornPair, difference
 
 _TOO_FAR = 3.0

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from tribopipe.contacts.inputs import Source, stated_or_default
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
@@ -19,11 +20,9 @@ from tribopipe.evaluation.measurements.body_wear import BodyWear, surest
 from tribopipe.evaluation.measurements.measured import (
     FEWEST_PLACES,
     EndValueUsed,
-    Source,
     certain,
     over_places,
     profiles_at,
-    stated_or_default,
     tracks_in,
     volume_of_mass,
 )

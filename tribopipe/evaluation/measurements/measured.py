@@ -8,13 +8,13 @@ from typing import Literal
 import numpy as np
 
 from tribopipe.base.errors import FitError
+from tribopipe.contacts.inputs import Source, stated_or_default
 from tribopipe.documents.quantity import EndValue, Quantity, of_readings
 from tribopipe.evaluation.combined_quantity import combined
 from tribopipe.evaluation.profile.track import Track, worn_area
 from tribopipe.physics.autocorrelation import effective_samples
 from tribopipe.results.run import Profile, RawRun
 
-Source = Literal["manifest", "default"]
 PinWay = Literal[
     "pin_wear_depth",
     "pin_scar_diameter",
@@ -45,13 +45,6 @@ class EndValueUsed:
     """Its derivative by the pin's radius, where a profile was levelled on a sphere of that radius."""
     on_unworn_track: float = 1.0
     """What a pin worn as deep on a track that does not wear would have of it: less volume, a narrower scar."""
-
-
-def stated_or_default(quantity: Quantity, default: float) -> tuple[Quantity, Source]:
-    """Give a quantity the default standard uncertainty where the manifest states none."""
-    if quantity.standard_uncertainty is not None:
-        return quantity, "manifest"
-    return quantity.model_copy(update={"standard_uncertainty": default}), "default"
 
 
 def certain(value: EndValue, default: float) -> tuple[Quantity, Source]:

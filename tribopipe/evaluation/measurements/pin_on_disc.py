@@ -8,13 +8,14 @@ from functools import cached_property
 from numpy.typing import ArrayLike
 
 from tribopipe.base.arrays import Column
+from tribopipe.contacts.inputs import stated_or_default
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
 from tribopipe.evaluation.combined_quantity import combined
 from tribopipe.evaluation.measurements.body_wear import BodyWear, surest
 from tribopipe.evaluation.measurements.disc_track import disc_notes, disc_readings, disc_wear
-from tribopipe.evaluation.measurements.measured import EndValueUsed, stated_or_default
+from tribopipe.evaluation.measurements.measured import EndValueUsed
 from tribopipe.evaluation.measurements.pin_tip import PinTip, pin_values
 from tribopipe.evaluation.measurements.worn_pair import UNKNOWN_SHARE, WIDTHS, SlidingPath, WornPair
 from tribopipe.results.run import RawRun

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
+from tribopipe.contacts.inputs import stated_or_default
 from tribopipe.documents.contact import Pin
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import Quantity
@@ -24,7 +25,6 @@ from tribopipe.evaluation.measurements.measured import (
     certain,
     over_places,
     profiles_at,
-    stated_or_default,
     tracks_in,
     volume_of_mass,
 )

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
+from tribopipe.contacts.inputs import stated_or_default
 from tribopipe.documents.contact import DISCS, TwinDisc
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
@@ -17,7 +18,6 @@ from tribopipe.evaluation.combined_quantity import combined
 from tribopipe.evaluation.measurements.body_wear import BodyWear, surest
 from tribopipe.evaluation.measurements.disc_track import told_by
 from tribopipe.evaluation.measurements.interval_wear import CLEARLY, interval_wear
-from tribopipe.evaluation.measurements.measured import stated_or_default
 from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
 from tribopipe.evaluation.measurements.twin_disc import disc_measurements
 from tribopipe.results.run import RawRun

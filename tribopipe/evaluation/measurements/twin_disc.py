@@ -7,12 +7,13 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from tribopipe.contacts.inputs import Source, stated_or_default
 from tribopipe.contacts.twin_disc import disc_pair, nominal_values
 from tribopipe.documents.contact import DISCS, DiscName, TwinDisc
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
-from tribopipe.evaluation.measurements.measured import Source, over_places, profiles_at, stated_or_default, tracks_in
+from tribopipe.evaluation.measurements.measured import over_places, profiles_at, tracks_in
 from tribopipe.physics.twin_disc import DiscPair
 from tribopipe.results.run import RawRun
 

@@ -13,11 +13,12 @@ from typing import Literal
 
 import numpy as np
 
+from tribopipe.contacts.inputs import stated_or_default
 from tribopipe.documents.manifest import Conditions
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
 from tribopipe.evaluation.combined_quantity import combined
-from tribopipe.evaluation.measurements.measured import EndValueUsed, stated_or_default
+from tribopipe.evaluation.measurements.measured import EndValueUsed
 from tribopipe.evaluation.measurements.pin_tip import PinTip
 from tribopipe.physics.geometry import circle_volume, stroke_volume
 from tribopipe.physics.pin_on_track import SHAPE_LEAST, SHAPE_MOST, FlatOnTrack, SphereOnTrack, WornContact, power_root

@@ -10,13 +10,13 @@ from functools import cache, partial
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
+from tribopipe.contacts.inputs import Input
 from tribopipe.documents.contact import DISCS
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.study.design import half_width, levers, replicates, shortest
 from tribopipe.evaluation.study.discs import posed_discs
 from tribopipe.evaluation.study.member import Member
-from tribopipe.evaluation.wear.inputs import Input
 from tribopipe.evaluation.wear.twin_disc.fit import disc_budgets
 from tribopipe.evaluation.wear.twin_disc.problem import DiscProblem
 from tribopipe.physics.laws import law_named

@@ -3,12 +3,11 @@
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
-from tribopipe.documents.slip import slip
+from tribopipe.documents.slip import stated_slip
 from tribopipe.evaluation.applied_load import applied_load
 from tribopipe.evaluation.friction_paths import run_path
 from tribopipe.evaluation.wear.known import KnownWear, known_wear
-from tribopipe.evaluation.wear.pin_scenario import PinScenario
-from tribopipe.evaluation.wear.twin_disc.scenario import DiscScenario
+from tribopipe.evaluation.wear.scenario import Scenario
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.run import RawRun
@@ -24,7 +23,7 @@ def wear_scenario(
     friction: FrictionPath | None = None,
     recipe: Recipe | None = None,
     normal_load: Quantity | None = None,
-) -> PinScenario | DiscScenario:
+) -> Scenario:
     """Return what run.toml states as a scenario, whatever its contact, under a law and a known k_D.
 
     Parameters
@@ -47,28 +46,12 @@ def wear_scenario(
     ContactError
         Where run.toml does not describe the bodies.
     """
-    conditions, recipe = manifest.conditions, recipe or Recipe()
-    load = normal_load or conditions.normal_load
-    if manifest.rolls:
-        discs, slipping, speed = manifest.twin_disc, slip(manifest), conditions.curved_disc_speed
-        return DiscScenario(discs, load, slipping, known, law, friction, recipe, speed)
-    return PinScenario(
-        manifest.sliding_pin,
-        load,
-        known.first,
-        law,
-        friction,
-        recipe,
-        conditions.nominal_speed,
-        known.engine,
-        known.parameters,
-        known.covariance,
-    )
+    load = normal_load or manifest.conditions.normal_load
+    speed, slip = manifest.nominal_speed, stated_slip(manifest)
+    return Scenario(manifest.described, load, known, law, friction, recipe or Recipe(), speed, slip)
 
 
-def run_scenario(
-    run: RawRun, law: LawName, known: KnownWear, friction: FrictionFit | None, recipe: Recipe
-) -> PinScenario | DiscScenario:
+def run_scenario(run: RawRun, law: LawName, known: KnownWear, friction: FrictionFit | None, recipe: Recipe) -> Scenario:
     """Return the scenario of a run's own contact, load and friction under a known k_D."""
     path = run_path(run, friction, recipe.wear.friction)
     return wear_scenario(run.manifest, known, law, path, recipe, applied_load(run, recipe))
@@ -85,6 +68,6 @@ def fitted_curves(
     return WearCurves(fit, scenario.fitted_bands(run, fit))
 
 
-def predicted_curves(run: RawRun, scenario: PinScenario | DiscScenario, prediction: WearPrediction) -> WearCurves:
+def predicted_curves(run: RawRun, scenario: Scenario, prediction: WearPrediction) -> WearCurves:
     """Return a prediction along the run it is made for; the bands are those of all its inputs."""
     return WearCurves(prediction, scenario.bands(run))

@@ -5,22 +5,22 @@ end reading, and the friction fit by its covariance (JCGM 101:2008, 6.4: normal 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.random import Generator
 
 from tribopipe.base.arrays import Column, Numbers, Values
 from tribopipe.base.units import WEAR_COEFFICIENT, force_unit
-from tribopipe.documents.contact import SlidingPin
+from tribopipe.contacts.inputs import Input, Inputs, relative_input
+from tribopipe.contacts.kinds import Terms, wear_of
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import FrictionSource, LawName, Recipe
+from tribopipe.documents.slip import stated_slip
 from tribopipe.evaluation.applied_load import applied_load
 from tribopipe.evaluation.friction_paths import run_path
 from tribopipe.evaluation.measurements.disc_track import told_by
-from tribopipe.evaluation.measurements.measured import stated_or_default
 from tribopipe.evaluation.wear.given_parameters import given_parameters
 from tribopipe.physics.friction_path import ExponentialFriction, FrictionPath
 from tribopipe.physics.laws import WearLaw, law_named
@@ -43,7 +43,6 @@ DISC_INPUTS = (
     "flat_modulus",
 )
 """Of two discs, beside their slip."""
-_ABOVE_ZERO = (*CONTACT_INPUTS, *DISC_INPUTS, "unseen_groove")
 SHOWN_UNITS = {
     "pin_radius": "mm",
     "pin_modulus": "GPa",
@@ -69,22 +68,6 @@ SHOWN_UNITS = {
 }
 
 
-@dataclass(frozen=True)
-class Input:
-    """One number that wear depends on."""
-
-    quantity: Quantity
-    source: Literal["manifest", "default", "fit", "recipe"]
-
-    @property
-    def spread(self) -> float:
-        """Standard uncertainty."""
-        return self.quantity.standard_uncertainty or 0.0
-
-
-Inputs = Mapping[str, Input]
-
-
 def shown_unit(name: str, quantity: Quantity) -> str | None:
     """Return the unit in which people read an input; of an end value by what was measured."""
     if quantity.unit == "m^3":
@@ -95,38 +78,18 @@ def shown_unit(name: str, quantity: Quantity) -> str | None:
     return SHOWN_UNITS.get(name) or next(ends, None)
 
 
-def best_values(inputs: Inputs) -> dict[str, float]:
-    """Return the best estimate of each input."""
-    return {name: given.quantity.value for name, given in inputs.items()}
-
-
-def contact_inputs(contact: SlidingPin, normal_load: Quantity, recipe: Recipe) -> dict[str, Input]:
-    """Collect load, tip radius and moduli with the uncertainties stated, or else the recipe's defaults."""
-    defaults = recipe.uncertainty
-    stated = (
-        normal_load,
-        contact.equivalent_pin.radius,
-        contact.pin.youngs_modulus,
-        contact.counterbody.youngs_modulus,
-    )
-    relative = (defaults.normal_load, defaults.pin_radius, defaults.youngs_modulus, defaults.youngs_modulus)
-    return {
-        name: relative_input(quantity, share)
-        for name, quantity, share in zip(CONTACT_INPUTS, stated, relative, strict=True)
-    }
-
-
 def load_input(run: RawRun, recipe: Recipe) -> Input:
     """Return the load of a run, recorded or nominal, and who stated how far its calibration may be off."""
     stated = run.manifest.conditions.normal_load.standard_uncertainty is not None
     load = relative_input(applied_load(run, recipe), recipe.uncertainty.normal_load)
-    return Input(load.quantity, "manifest" if stated else "default")
+    return Input(load.quantity, "manifest" if stated else "default", above_zero=True)
 
 
-def pin_inputs(run: RawRun, recipe: Recipe) -> dict[str, Input]:
-    """Collect load, tip radius and moduli of a run, the load as it was recorded."""
-    load = load_input(run, recipe)
-    return contact_inputs(run.manifest.sliding_pin, load.quantity, recipe) | {"normal_load": load}
+def contact_inputs(run: RawRun, recipe: Recipe) -> dict[str, Input]:
+    """Collect load, geometry, moduli and slip of a run, the load as it was recorded."""
+    load, manifest = load_input(run, recipe), run.manifest
+    wear = wear_of(manifest.described, Terms(stated_slip(manifest)))
+    return wear.inputs(load.quantity, recipe) | {"normal_load": load}
 
 
 def instrument_inputs(run: RawRun, recipe: Recipe) -> dict[str, Input]:
@@ -192,11 +155,6 @@ def friction_along(path: FrictionPath | None, values: Values, best: Values) -> F
     return ExponentialFriction(amplitude * share, steady * share, running_in, divided_by_load=divided)
 
 
-def relative_input(quantity: Quantity, share: float) -> Input:
-    """Return a quantity as an input, with a share of it as standard uncertainty where none was stated."""
-    return Input(*stated_or_default(quantity, share * abs(quantity.value)))
-
-
 def draw_values(
     inputs: Inputs,
     friction_covariance: tuple[tuple[float, ...], ...] | None,
@@ -214,7 +172,7 @@ def draw_values(
         if shared is not None and name in shared:
             drawn[name] = (given.quantity.value + given.spread * shared[name])[:, None]
         elif friction_covariance is None or name not in FRICTION_INPUTS:
-            drawn[name] = _normal(given, rng, count, above_zero=name in _ABOVE_ZERO)[:, None]
+            drawn[name] = _normal(given, rng, count, above_zero=given.above_zero)[:, None]
     if friction_covariance is not None:
         drawn |= _draw_friction(inputs, np.asarray(friction_covariance), rng, count)
     return drawn

@@ -11,7 +11,7 @@ by which V = k·F_N·s: those of the GIWM's volume-conserving way of counting.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,22 +20,19 @@ from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
-from tribopipe.contacts.surfaces import disc_surface, pin_surface
-from tribopipe.contacts.twin_disc import disc_pair
+from tribopipe.contacts.surfaces import surface_of, usual_engine
+from tribopipe.contacts.wear import State
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.wear.curves import wear_scenario
 from tribopipe.evaluation.wear.known import KnownWear, known_wear
-from tribopipe.evaluation.wear.pin_scenario import PinScenario
-from tribopipe.evaluation.wear.twin_disc.scenario import DiscScenario
-from tribopipe.evaluation.wear.twin_disc.validity import hertz_start, validity_notes
+from tribopipe.evaluation.wear.scenario import Scenario
 from tribopipe.physics.conventions import Course, DistanceConvention, Engine
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.local.course import STEPS_PER_DECADE, LocalWear, wear
 from tribopipe.physics.local.economy import Elastic, wear_economically
 from tribopipe.physics.local.surface import Surface
-from tribopipe.physics.twin_disc import DiscWear
 from tribopipe.results.local_wear import LocalDiscPoint, LocalPinPoint, LocalWearResult
 from tribopipe.results.local_wear_curves import GlobalWear, LocalCurves
 from tribopipe.results.wear_fit import WearFit, spoken
@@ -83,7 +80,7 @@ def local_scenario(
     law: LawName = "archard",
     friction: FrictionPath | None = None,
     recipe: Recipe | None = None,
-) -> PinScenario | DiscScenario:
+) -> Scenario:
     """Return what a run is worn under: its own contact, load and slip, a law, and k_D as Archard has it.
 
     Of discs that is the curved one's, and the flat one's where it wears. Raises ``FitError`` for more of them.
@@ -100,7 +97,7 @@ def local_scenario(
 
 
 def wear_locally(
-    scenario: PinScenario | DiscScenario,
+    scenario: Scenario,
     at: Sequence[float],
     options: LocalOptions | None = None,
     *,
@@ -111,42 +108,38 @@ def wear_locally(
     ``reference`` names the run that k_D was identified from. Raises ``FitError`` where a place is not above zero, and
     ``ContactError`` past the tip or crown, where no contact is found, or explicit steps are too many.
     """
-    how = options or LocalOptions()
-    if isinstance(scenario, PinScenario):
-        return _wear_pin(scenario, at, how, reference)
-    return _wear_discs(scenario, at, how, reference)
-
-
-def _wear_pin(scenario: PinScenario, at: Sequence[float], how: LocalOptions, reference: str | None) -> LocalCurves:
-    engine, values, along = how.engine or "rings", scenario.values, _along(at)
-    amounts = values["wear_coefficient"] * scenario.law.effective_distance(along, scenario.friction)
-    surface = pin_surface(scenario.contact, values, float(amounts[-1]), engine)
+    how, along, values = options or LocalOptions(), _along(at), scenario.values
+    amounts = scenario.wear.local_amount(values, scenario.effective(along))
+    surface = surface_of(scenario.contact, values, float(amounts[-1]), how.engine)
     course = _worn(surface, amounts[1:], how)
-    known = scenario.worn(along)
-    mean, pressed = (values["normal_load"] / (np.pi * radius**2) for radius in (course.half_width, known.radius))
-    giwm = GlobalWear(known.depth, pressed, known.radius, known.radius)
-    places = np.searchsorted(along, at)
+    known, places = scenario.worn(along), np.searchsorted(along, at)
+    rolling = scenario.slip is not None
+    # What a pin touches is round; the points of a grid in contact are those of discs.
+    areas = np.sum((course.pressure > 0) * surface.areas, axis=(1, 2)) if rolling else np.pi * course.half_width**2
+    mean, giwm = values["normal_load"] / areas, {"giwm": _global(scenario, known)}
+    if rolling:
+        giwm["giwm_as_printed"] = _global(scenario, _as_printed(scenario, along))
+    points = _disc_points if rolling else _pin_points
+    first, *others = (scenario.known.of(body) for body in scenario.contact.fitted_bodies)
     result = LocalWearResult(
         model=scenario.model,
-        wear_coefficient=scenario.wear_coefficient,
+        wear_coefficient=first,
+        flat_disc_wear_coefficient=next(iter(others), None),
         reference=reference,
         normal_load=scenario.normal_load,
-        notes=(*scenario.contact.limits, *_exactness(scenario.wear_coefficient), *_coarseness(course, along, places)),
-        points=tuple(_pin_points(scenario, places, along, course, mean, giwm)),
-        **_told(how, engine, course),
+        notes=(*_notes(scenario, along[-1], course.half_width[-1]), *_coarseness(course, along, places)),
+        points=tuple(points(scenario, places, along, course, mean, giwm["giwm"])),
+        **_told(how, usual_engine(scenario.contact), course),
     )
-    return LocalCurves(result, along, course, surface.gap, mean, {"giwm": giwm})
+    return LocalCurves(result, along, course, surface.gap, mean, giwm)
 
 
 def _pin_points(
-    scenario: PinScenario, places: Indices, along: Column, course: LocalWear, mean: Column, giwm: GlobalWear
+    scenario: Scenario, places: Indices, along: Column, course: LocalWear, mean: Column, giwm: GlobalWear
 ) -> Iterator[LocalPinPoint]:
     """Yield the wanted places, with the relative uncertainties that the GIWM has there."""
-    shares = _shares(scenario.depth_uncertainty(along), giwm.depth)
-    inputs = scenario.inputs
-    of_volume = math.hypot(
-        *(inputs[name].spread / scenario.values[name] for name in ("wear_coefficient", "normal_load"))
-    )
+    shares = _shares(scenario.uncertainties(along)["wear_depth"], giwm.depth)
+    of_volume = math.hypot(*(scenario.inputs[name].spread / scenario.values[name] for name in _VOLUME_INPUTS))
     for place in places.tolist():
         yield LocalPinPoint(
             sliding_distance=_quantity(along[place], "m"),
@@ -156,54 +149,26 @@ def _pin_points(
         )
 
 
-def _wear_discs(scenario: DiscScenario, at: Sequence[float], how: LocalOptions, reference: str | None) -> LocalCurves:
-    engine, values, along = how.engine or "half-space", scenario.values, _along(at)
-    turns = scenario.effective_rotations(along) * abs(values["slip"])
-    amounts = _both_coefficients(values) * turns
-    surface = disc_surface(scenario.contact, values, float(amounts[-1]), engine)
-    course = _worn(surface, amounts[1:], how)
-    mean = values["normal_load"] / np.sum((course.pressure > 0) * surface.areas, axis=(1, 2))
-    giwm = {"giwm": _global(scenario.worn(along)), "giwm_as_printed": _global(_as_printed(scenario, turns))}
-    places = np.searchsorted(along, at)
-    result = LocalWearResult(
-        model=scenario.model,
-        wear_coefficient=scenario.known.of("curved_disc"),
-        flat_disc_wear_coefficient=scenario.known.of("flat_disc"),
-        reference=reference,
-        normal_load=scenario.normal_load,
-        notes=(*_disc_notes(scenario, along[-1], course.half_width[-1]), *_coarseness(course, along, places)),
-        points=tuple(_disc_points(scenario, places, along, course, mean, giwm["giwm"])),
-        **_told(how, engine, course),
-    )
-    return LocalCurves(result, along, course, surface.gap, mean, giwm)
+def _global(scenario: Scenario, worn: State) -> GlobalWear:
+    return GlobalWear(worn[scenario.wear.displacement], worn["pressure"], worn["half_width"], worn["half_length"])
 
 
-def _both_coefficients(values: Mapping[str, float]) -> float:
-    """Return k₁ + k₂·r₁/r₂, m²/N, by which the depths of both discs grow together."""
-    ratio = values["curved_radius"] / values["flat_radius"]
-    return values["curved_coefficient"] + values["flat_coefficient"] * ratio
-
-
-def _global(worn: DiscWear) -> GlobalWear:
-    return GlobalWear(worn.curved_depth + worn.flat_depth, worn.pressure, worn.half_width, worn.half_length)
-
-
-def _as_printed(scenario: DiscScenario, turns: Column) -> DiscWear:
+def _as_printed(scenario: Scenario, along: Column) -> State:
     """Return the discs by Eq. 11, which counts the length of the contact as slid in each rotation of slip."""
-    values = scenario.values
-    pair = disc_pair(scenario.contact, values, "contact-width")
-    return pair.worn(turns, values["curved_coefficient"], values["flat_coefficient"])
+    printed = replace(scenario, known=replace(scenario.known, distance="contact-width"))
+    turns = scenario.effective(along) * abs(scenario.values["slip"])
+    return printed.wear.worn(printed.values, turns)
 
 
 def _disc_points(
-    scenario: DiscScenario, places: Indices, along: Column, course: LocalWear, mean: Column, giwm: GlobalWear
+    scenario: Scenario, places: Indices, along: Column, course: LocalWear, mean: Column, giwm: GlobalWear
 ) -> Iterator[LocalDiscPoint]:
     """Yield the wanted places, with the relative uncertainties that the GIWM has there."""
     values = scenario.values
-    share = values["curved_coefficient"] / _both_coefficients(values)
+    ratio = values["curved_radius"] / values["flat_radius"]
+    share = values["curved_coefficient"] / (values["curved_coefficient"] + values["flat_coefficient"] * ratio)
     known, spreads = scenario.worn(along), scenario.uncertainties(along)
-    shares = {name: _shares(spreads[name], getattr(known, name)) for name in _DISC_OUTCOMES}
-    shares["depth"] = _shares(spreads["depth"], giwm.depth)
+    shares = {name: _shares(spreads[name], known[name]) for name in ("depth", *_DISC_OUTCOMES)}
     for place in places.tolist():
         depth, area = course.depth[place], course.volume[place]
         own = {name: float(column[place]) for name, column in shares.items()}
@@ -224,10 +189,11 @@ def _disc_points(
         )
 
 
-def _disc_notes(scenario: DiscScenario, rotations: float, half_width: float) -> Iterator[str]:
-    yield from _exactness(scenario.known.first)
-    start, worn = hertz_start(scenario.contact, scenario.values), scenario.worn(np.asarray(rotations))
-    yield from validity_notes(scenario.contact, start, scenario.slip.value, half_width, float(worn.slip))
+def _notes(scenario: Scenario, end: float, half_width: float) -> Iterator[str]:
+    exact = _exactness(scenario.known.first)
+    last = {**scenario.worn(np.asarray(end)), "half_width": np.asarray(half_width)}
+    limits = scenario.wear.notes(scenario.values, last)
+    yield from (*exact, *limits) if scenario.slip is not None else (*limits, *exact)
 
 
 def archards_wear(fit: WearFit) -> KnownWear | None:
@@ -276,10 +242,10 @@ def _worn(surface: Surface, amounts: Column, how: LocalOptions) -> LocalWear:
     )
 
 
-def _told(how: LocalOptions, engine: Engine, course: LocalWear) -> dict[str, Any]:
+def _told(how: LocalOptions, usual: Engine, course: LocalWear) -> dict[str, Any]:
     """Return what a result says of how it was computed."""
     return {
-        "engine": engine,
+        "engine": how.engine or usual,
         "scheme": how.scheme,
         "steps_per_decade": how.steps_per_decade,
         "update_mesh_every": how.update_mesh_every,

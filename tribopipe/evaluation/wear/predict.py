@@ -1,7 +1,7 @@
 """Wear at other loads, distances and geometries from a known k_D, and where a depth is reached, for any contact."""
 
 from collections.abc import Iterator, Sequence
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -18,7 +18,7 @@ _NOTABLE_STEP_ERROR = 1e-3
 
 
 def predict_wear(
-    scenario: Scenario[Any],
+    scenario: Scenario,
     at: Sequence[float] = (),
     *,
     depths: Sequence[float] = (),
@@ -56,10 +56,10 @@ def predict_wear(
         Where a place or depth is below zero, or a depth is never reached.
     """
     places = _checked(scenario, at, depths)
-    state, error, taken = scenario.state(places), None, None
+    state, error, taken = scenario.worn(places), None, None
     if scheme == "published" and places.size:
         end, last = float(places.max()), int(places.argmax())
-        taken = scenario.usual_steps(end) if steps is None else steps
+        taken = scenario.wear.usual_steps(end) if steps is None else steps
         exact = float(scenario.first_depth(state)[last])
         state = scenario.published(places, taken)
         error = float(scenario.first_depth(state)[last]) / exact - 1 if exact else 0.0
@@ -67,11 +67,11 @@ def predict_wear(
         model=scenario.model,
         engine=scenario.known.engine,
         scheme=scheme,
-        distance_per_rotation=scenario.known.distance if scenario.rolling else None,
+        distance_per_rotation=None if scenario.slip is None else scenario.known.distance,
         bodies={name: UsedCoefficient(wear_coefficient=found) for name, found in scenario.known.bodies.items()},
         reference=reference,
         normal_load=scenario.normal_load,
-        conditions=scenario.conditions,
+        conditions=scenario.wear.conditions,
         start=scenario.start,
         steps=taken,
         step_error=error,
@@ -82,7 +82,7 @@ def predict_wear(
     )
 
 
-def _checked(scenario: Scenario[Any], at: Sequence[float], depths: Sequence[float]) -> Column:
+def _checked(scenario: Scenario, at: Sequence[float], depths: Sequence[float]) -> Column:
     places = np.asarray(at, dtype=float)
     if not np.all(np.isfinite(places)) or np.any(places < 0):
         what = scenario.contact.progress.words
@@ -92,12 +92,12 @@ def _checked(scenario: Scenario[Any], at: Sequence[float], depths: Sequence[floa
     return places
 
 
-def _timed(scenario: Scenario[Any], places: Column, points: Iterator[PredictedPoint]) -> Iterator[PredictedPoint]:
+def _timed(scenario: Scenario, places: Column, points: Iterator[PredictedPoint]) -> Iterator[PredictedPoint]:
     for place, point in zip(places.tolist(), points, strict=True):
         yield point.model_copy(update={"time": _time(scenario, place)})
 
 
-def _reached(scenario: Scenario[Any], depth: float) -> PredictedPoint:
+def _reached(scenario: Scenario, depth: float) -> PredictedPoint:
     """Say where a depth is reached; its uncertainty is that of the depth there over the wear rate."""
     place = scenario.place_at(depth)
     first = scenario.contact.fitted_bodies[0]
@@ -107,7 +107,7 @@ def _reached(scenario: Scenario[Any], depth: float) -> PredictedPoint:
             "--depth"
         )
     at = np.asarray([place])
-    (point,) = scenario.points(at, scenario.state(at))
+    (point,) = scenario.points(at, scenario.worn(at))
     worn, exact = point.bodies[first], Quantity(value=depth, unit="m")
     spread = (worn.wear_depth.standard_uncertainty or 0.0) / float(scenario.rate(at)[0])
     progress = scenario.contact.progress
@@ -122,14 +122,14 @@ def _reached(scenario: Scenario[Any], depth: float) -> PredictedPoint:
     )
 
 
-def _time(scenario: Scenario[Any], place: float, spread: float | None = None) -> Quantity | None:
+def _time(scenario: Scenario, place: float, spread: float | None = None) -> Quantity | None:
     if scenario.speed is None:
         return None
     one = scenario.contact.travel / scenario.speed.value
     return Quantity(value=place * one, unit="s", standard_uncertainty=None if spread is None else spread * one)
 
 
-def _law_values(scenario: Scenario[Any]) -> tuple[LawValue, ...] | None:
+def _law_values(scenario: Scenario) -> tuple[LawValue, ...] | None:
     """Return the parameters of the law that a prediction was made with; none where it has none."""
     fitted = {one.name for one in scenario.known.parameters}
     given = given_parameters(scenario.law, scenario.recipe).items()
@@ -137,14 +137,14 @@ def _law_values(scenario: Scenario[Any]) -> tuple[LawValue, ...] | None:
     return (*scenario.known.parameters, *stated) or None
 
 
-def _notes(scenario: Scenario[Any], places: Column) -> Iterator[str]:
+def _notes(scenario: Scenario, places: Column) -> Iterator[str]:
     if scenario.known.first.standard_uncertainty is None:
         yield "k_D is taken as exact, since no standard uncertainty of it is known"
-    yield from scenario.validity_notes(places)
+    yield from scenario.notes(places)
     yield from default_notes(scenario.inputs)
 
 
-def _step_notes(scenario: Scenario[Any], places: Column, error: float | None, steps: int | None) -> Iterator[str]:
+def _step_notes(scenario: Scenario, places: Column, error: float | None, steps: int | None) -> Iterator[str]:
     if error is None or steps is None or abs(error) < _NOTABLE_STEP_ERROR:
         return
     side, step = "too deep" if error > 0 else "too shallow", float(places.max()) / steps

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column, Numbers, Values
 from tribopipe.base.errors import FitError
+from tribopipe.contacts.inputs import Input, best_values
 from tribopipe.contacts.pin_on_disc import pin_curve
 from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.quantity import Quantity
@@ -29,14 +30,12 @@ from tribopipe.evaluation.measurements.pin_on_disc import EndWear, beside_unseen
 from tribopipe.evaluation.measurements.pin_tip import PinTip
 from tribopipe.evaluation.wear.inputs import (
     FRICTION_INPUTS,
-    Input,
-    best_values,
+    contact_inputs,
     distance_scale,
     friction_along,
     instrument_inputs,
     law_friction,
     law_inputs,
-    pin_inputs,
 )
 from tribopipe.evaluation.wear.law_parameters import Tangent, indistinct, law_columns, law_covariance
 from tribopipe.physics.autocorrelation import inflation, left_of
@@ -378,7 +377,7 @@ def wear_problem(
     known = law_friction(run, law, friction, recipe.wear.friction)
     if known is None:
         return ("a friction signal",)
-    inputs = pin_inputs(run, recipe)
+    inputs = contact_inputs(run, recipe)
     inputs |= instrument_inputs(run, recipe)
     inputs |= known.inputs
     trace = _seen(read_trace(run, end, recipe), seen := np.isfinite(corrected.wear_depth))
@@ -415,7 +414,7 @@ def _unseen_groove(end: EndWear, recipe: Recipe, *, by_sensor: bool) -> dict[str
     """Return by what factor the pin may have lost more than it would have on a disc without a groove."""
     beside = beside_unseen_groove(end, recipe.uncertainty.unseen_groove, by_sensor=by_sensor)
     factor = Quantity(value=1.0, unit="1", standard_uncertainty=abs(beside - 1))
-    return {"unseen_groove": Input(factor, "default")} if factor.standard_uncertainty else {}
+    return {"unseen_groove": Input(factor, "default", above_zero=True)} if factor.standard_uncertainty else {}
 
 
 def _sensor_noise(trace: SensorTrace, distance: Column, segments: Column) -> float:

@@ -1,104 +1,267 @@
-"""What a prediction asks of a contact: each kind answers in a module of its own, and the rest is written once."""
+"""Wear of a contact from known wear coefficients: at any place, and where a depth is reached."""
 
-from collections.abc import Callable, Iterator
-from typing import Protocol, TypeVar
+import math
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
 
-from tribopipe.base.arrays import Column
+import numpy as np
+
+from tribopipe.base.arrays import Column, Values
 from tribopipe.base.errors import FitError
-from tribopipe.documents.contact import SlidingPin, TwinDisc
+from tribopipe.base.units import KINDS
+from tribopipe.contacts.inputs import Input, best_values
+from tribopipe.contacts.kinds import Terms, wear_of
+from tribopipe.contacts.wear import ContactWear, State, Steps
+from tribopipe.documents.contact import Contact
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
-from tribopipe.evaluation.wear.inputs import Input
+from tribopipe.evaluation.wear.given_parameters import require_all
+from tribopipe.evaluation.wear.inputs import law_inputs
 from tribopipe.evaluation.wear.known import KnownWear
-from tribopipe.physics.laws import WearLaw
+from tribopipe.physics.friction_path import FrictionPath
+from tribopipe.physics.laws import WearLaw, law_named
+from tribopipe.results.evaluation import COVERAGE_FACTOR
 from tribopipe.results.run import RawRun
 from tribopipe.results.wear_curves import Band
 from tribopipe.results.wear_fit import HertzStart, WearFit
-from tribopipe.results.wear_prediction import PredictedPoint
+from tribopipe.results.wear_prediction import PredictedBody, PredictedPoint
 
-State = TypeVar("State")
-"""What a kind of contact knows of its wear, one value of each quantity for each place."""
+MOST_STEPS = 5_000_000
+"""A rotation of two discs at a time takes about a second for every million of them."""
+_STEP = 1e-4
+"""Of an input in a difference quotient, relative: small enough to stay linear however wide the uncertainty is."""
+_UNITS = {"half_width": "m", "half_length": "m", "pressure": "Pa", "slip": "1"}
 
 
-class Scenario(Protocol[State]):
-    """What wear is predicted for: bodies, load, law and k_D. Places are counted along the contact's progress."""
+@dataclass(frozen=True)
+class Scenario:
+    """What wear is predicted for: contact, load, slip, law and k_D. Places are counted along the contact's progress.
 
-    @property
-    def contact(self) -> SlidingPin | TwinDisc:
-        """The bodies."""
+    Uncertainties of the inputs are taken as independent of each other, but for what was fitted together.
+    """
 
-    @property
-    def normal_load(self) -> Quantity:
-        """F_N, N."""
+    contact: Contact
+    normal_load: Quantity
+    known: KnownWear
+    model: LawName = "archard"
+    friction: FrictionPath | None = None
+    recipe: Recipe = field(default_factory=Recipe)
+    speed: Quantity | None = None
+    """Speed by which places follow from time, m/s."""
+    slip: Quantity | None = None
+    """Of bodies that roll."""
 
-    @property
-    def model(self) -> LawName:
-        """Name of the wear law."""
+    @cached_property
+    def wear(self) -> ContactWear:
+        """How the bodies wear."""
+        return wear_of(self.contact, Terms(self.slip, self.known.engine, self.known.distance))
 
-    @property
-    def recipe(self) -> Recipe:
-        """Where default uncertainties and given parameters of the law are from."""
-
-    @property
-    def known(self) -> KnownWear:
-        """k_D of each body."""
-
-    @property
+    @cached_property
     def law(self) -> WearLaw:
-        """The wear law with its parameters."""
+        """The law. Raises ``FitError`` where it is not installed here, or where nobody gave a parameter of it."""
+        law = law_named(self.model)
+        values = best_values(self._law_inputs(law))
+        require_all(law, values)
+        return law.at(values)
 
-    @property
+    def _law_inputs(self, law: WearLaw) -> dict[str, Input]:
+        found = {law.input_of(one.name): Input(one.value, one.source) for one in self.known.parameters}
+        return law_inputs(law, self.recipe) | found
+
+    @cached_property
     def inputs(self) -> dict[str, Input]:
         """Everything uncertain that wear depends on, k_D among it."""
+        bodies = zip(self.wear.coefficients, self.contact.fitted_bodies, strict=True)
+        coefficients = {name: Input(self.known.of(body), "fit") for name, body in bodies}
+        return self.wear.inputs(self.normal_load, self.recipe) | coefficients | self._law_inputs(self.law)
 
-    @property
-    def speed(self) -> Quantity | None:
-        """Speed by which places follow from time, m/s; none where it is not known."""
-
-    @property
-    def conditions(self) -> dict[str, Quantity]:
-        """What else is predicted for and may be another than the run's own."""
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """Best estimates of the inputs."""
+        return best_values(self.inputs)
 
     @property
     def start(self) -> HertzStart | None:
         """Contact of the unworn bodies, where the published scheme starts from it."""
+        return self.wear.start(self.values)
 
-    @property
-    def rolling(self) -> bool:
-        """Whether k_D means something under one way of counting the distance slid in a rotation only."""
+    def effective(self, places: Column, values: Values | None = None) -> Column:
+        """Return the progress after which Archard's law would have worn as much: N·S(s)/s with s slid after N."""
+        slid = np.asarray(places * self.wear.slid)
+        return effective_progress(self.law.at(values or {}), places, slid, self.friction)
 
-    def state(self, places: Column) -> State:
+    def worn(self, places: Column, values: Values | None = None) -> State:
         """Return wear at places, in the limit of small steps. Raises ``ContactError`` where a body is worn away."""
-
-    def usual_steps(self, end: float, /) -> int:
-        """Return the number of steps of the published scheme up to a place."""
+        values = values or self.values
+        return self.wear.worn(values, self.effective(places, values))
 
     def published(self, places: Column, steps: int) -> State:
-        """Return wear at places by the paper's explicit Euler scheme in so many equal steps."""
+        """Return wear at places by the paper's explicit Euler scheme, in so many equal steps up to the last of them.
 
-    def first_depth(self, state: State) -> Column:
-        """Return the wear depth of the first body, m."""
-
-    def points(self, places: Column, state: State) -> Iterator[PredictedPoint]:
-        """Yield wear and contact at each place with their uncertainties, without time."""
-
-    def place_at(self, depth: float) -> float:
-        """Return where the first body has worn to a depth, m; infinite where it does not wear."""
+        Raises ``FitError`` for more steps than can be waited for.
+        """
+        if not 1 <= steps <= MOST_STEPS:
+            raise FitError(
+                f"published scheme: found {steps:,} steps; expected 1 to {MOST_STEPS:,}; say how many with --steps, or "
+                "use the exact scheme, which costs nothing"
+            )
+        ends = np.linspace(0.0, float(np.max(places)), steps + 1)
+        factor = self.law.rate_factor(ends * self.wear.slid, self.friction)
+        return self.wear.published(self.values, Steps(ends, self.effective(ends), factor), places)
 
     def rate(self, places: Column) -> Column:
         """Return how fast the first body recedes, m over the unit of the progress."""
+        factor = self.law.rate_factor(places * self.wear.slid, self.friction)
+        return np.asarray(self.worn(places)["rate"] * factor)
 
-    def validity_notes(self, places: Column, /) -> tuple[str, ...]:
-        """Say where the contact leaves what the model describes."""
+    def first_depth(self, state: State) -> Column:
+        """Return the wear depth of the first body, m."""
+        return state[self.wear.depths[self.contact.fitted_bodies[0]]]
+
+    def place_at(self, depth: float) -> float:
+        """Return where the first body has worn to a depth, m; infinite where it never has.
+
+        Raises ``ContactError`` where it would be worn away before that.
+        """
+        from scipy.optimize import brentq
+
+        wanted = self.wear.progress_to(self.values, depth)
+        if not 0 < wanted < math.inf:
+            return wanted
+
+        def excess(place: float) -> float:
+            return float(self.effective(np.asarray(place))) - wanted
+
+        return float(brentq(excess, 0.0, _beyond(excess, wanted), xtol=1e-12 * wanted, rtol=1e-13))
+
+    def notes(self, places: Column) -> tuple[str, ...]:
+        """Say what the model assumes of the contact, and where wear at places leaves it."""
+        return self.wear.notes(self.values, self.worn(np.asarray(np.max(places))) if np.size(places) else None)
+
+    def points(self, places: Column, state: State) -> Iterator[PredictedPoint]:
+        """Yield wear and contact at each place with their uncertainties, without time."""
+        wear, spreads = self.wear, self.uncertainties(places)
+        units = {**_UNITS, **wear.outcomes}
+        effective = self.effective(places)
+        # The model counts effective progress; what is slid in it is slid in the true one.
+        truly = np.divide(places, effective, out=np.ones_like(places), where=effective > 0)
+        slid = state["sliding_distance"] * truly if "sliding_distance" in state else places
+        for place in range(len(places)):
+
+            def told(name: str, at: int = place) -> Quantity:
+                spread = float(spreads[name][at]) if name in spreads else None
+                return Quantity(value=float(state[name][at]), unit=units[name], standard_uncertainty=spread)
+
+            bodies = {
+                body: PredictedBody(
+                    wear_depth=told(name), wear_volume=told(wear.volumes[body]) if body in wear.volumes else None
+                )
+                for body, name in wear.depths.items()
+            }
+            where = {"sliding_distance": Quantity(value=float(slid[place]), unit="m")}
+            progress = self.contact.progress
+            where[progress.signal] = Quantity(value=float(places[place]), unit=KINDS[progress.kind].si)
+            yield PredictedPoint(
+                **where,
+                wear_depth=told(wear.displacement),
+                bodies=bodies,
+                half_width=told("half_width"),
+                half_length=told("half_length"),
+                pressure=told("pressure"),
+                slip=told("slip") if "slip" in state else None,
+            )
+
+    # --- uncertainty, to first order (JCGM 100:2008, 5.2.2) ---
+
+    @cached_property
+    def _together(self) -> tuple[tuple[str, ...], Column]:
+        """What was fitted together, k_D and parameters of the law, with its covariance."""
+        known, names = self.known, self.wear.coefficients
+        if known.covariance is None:
+            spreads = [self.inputs[name].spread for name in names]
+            correlations = np.where(np.eye(len(names), dtype=bool), 1.0, known.correlation)
+            return names, np.outer(spreads, spreads) * correlations
+        fitted = [
+            self.law.input_of(one.name)
+            for one in known.parameters
+            if one.source == "fit" and one.value.standard_uncertainty is not None
+        ]
+        scale = np.array([known.first.value, *np.ones(len(fitted))])
+        return (*names, *fitted), np.asarray(known.covariance) * np.outer(scale, scale)
+
+    def uncertainties(self, places: Column, of: Collection[str] | None = None) -> dict[str, Column]:
+        """Return the standard uncertainty of what is predicted with one, from all inputs or only those named."""
+        together, covariance = self._together
+        alone = [name for name, given in self.inputs.items() if given.spread > 0 and name not in together]
+        variance = {outcome: np.zeros(np.shape(places)) for outcome in self.wear.uncertain}
+        for name in alone if of is None else [name for name in alone if name in of]:
+            for outcome, slope in self._slopes(places, name).items():
+                variance[outcome] = variance[outcome] + (slope * self.inputs[name].spread) ** 2
+        asked = [place for place, name in enumerate(together) if of is None or name in of]
+        moved = [self._slopes(places, together[place]) for place in asked if covariance[place, place] > 0]
+        asked = [place for place in asked if covariance[place, place] > 0]
+        for outcome in self.wear.uncertain if moved else ():
+            slopes = np.stack([one[outcome] for one in moved])
+            variance[outcome] += np.einsum("i...,ij,j...->...", slopes, covariance[np.ix_(asked, asked)], slopes)
+        return {outcome: np.sqrt(np.maximum(found, 0.0)) for outcome, found in variance.items()}
+
+    def _slopes(self, places: Column, name: str) -> dict[str, Column]:
+        """Return how each outcome moves with an input, over its unit."""
+        middle = self.values[name]
+        step = _STEP * (abs(middle) or self.inputs[name].spread)
+        # A coefficient of 0 has nothing below it.
+        below = middle - step if middle else 0.0
+        high, low = (self.worn(places, {**self.values, name: value}) for value in (middle + step, below))
+        return {one: (high[one] - low[one]) / (middle + step - below) for one in self.wear.uncertain}
+
+    # --- along a run ---
 
     def bands(self, run: RawRun) -> dict[str, Band]:
         """Return wear along the run it is predicted for, with bands of all inputs."""
+        return self._bands(run, None)
 
-    def fitted_bands(self, run: RawRun, fit: WearFit, /) -> dict[str, Band]:
+    def fitted_bands(self, run: RawRun, fit: WearFit) -> dict[str, Band]:
         """Return wear along the run that k_D was fitted to, with bands of what was fitted."""
+        first = next(iter(fit.bodies.values()))
+        if self.known.covariance is not None or first.fitted_end_depth is None:
+            return self._bands(run, self._together[0])
+        # On a counterbody that wears, more volume is lost at the same depth: the curve ends on the fitted one.
+        places = np.maximum(run.progress, 0.0)
+        whole = float(self.effective(np.asarray(np.nanmax(places))))
+        share = self.wear.progress_to(self.values, first.fitted_end_depth.value) / whole if whole > 0 else 1.0
+        coefficient = self.wear.coefficients[0]
+        best, low, high = (
+            self.worn(places, {**self.values, coefficient: share * k.value})
+            for k in (first.wear_coefficient, *first.interval)
+        )
+        return {name: Band(best[name], low[name], high[name], unit=unit) for name, unit in self.wear.outcomes.items()}
+
+    def _bands(self, run: RawRun, of: Collection[str] | None) -> dict[str, Band]:
+        along, most = np.maximum(run.progress, 0.0), self.wear.most_places
+        places = along if most is None else _shares(most) * float(np.nanmax(along))
+        worn, spreads = self.worn(places), self.uncertainties(places, of)
+        found: dict[str, Band] = {}
+        for name, unit in self.wear.outcomes.items():
+            half = COVERAGE_FACTOR * spreads[name]
+            lines = (worn[name], np.maximum(worn[name] - half, 0.0), worn[name] + half)
+            found[name] = Band(*(np.interp(along, places, line) for line in lines) if most else lines, unit=unit)
+        return found
 
 
-def beyond(excess: Callable[[float], float], start: float) -> float:
+def _shares(most: int) -> Column:
+    """Return shares of a test, more of them at its start."""
+    return np.unique(np.concatenate([np.linspace(0.0, 1.0, most // 2) ** power for power in (1, 3)]))
+
+
+def effective_progress(law: WearLaw, places: Column, slid: Column, friction: FrictionPath | None) -> Column:
+    """Return the progress in which Archard's law would wear as much, for distances slid until then, m."""
+    effective = law.effective_distance(slid, friction)
+    # By the share of it Archard's law keeps every digit, and no slip is no wear.
+    return places * np.divide(effective, slid, out=np.ones_like(effective), where=slid != 0)
+
+
+def _beyond(excess: Callable[[float], float], start: float) -> float:
     """Return a place at or after the start where an excess, which grows, is not below zero.
 
     Raises ``FitError`` where there is none within a billion times the start.

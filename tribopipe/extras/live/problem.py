@@ -14,6 +14,8 @@ import numpy as np
 
 from tribopipe.base.arrays import Column, Values
 from tribopipe.base.errors import FitError
+from tribopipe.contacts.inputs import Input
+from tribopipe.contacts.kinds import wear_of
 from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
@@ -23,7 +25,7 @@ from tribopipe.evaluation.measurements.measured import EndValueUsed
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear
 from tribopipe.evaluation.measurements.pin_tip import PinTip
 from tribopipe.evaluation.wear.given_parameters import law_as_given
-from tribopipe.evaluation.wear.inputs import Input, contact_inputs, instrument_inputs, law_inputs
+from tribopipe.evaluation.wear.inputs import instrument_inputs, law_inputs
 from tribopipe.evaluation.wear.joint import END_ANCHOR, Anchor, JointProblem
 from tribopipe.evaluation.wear.problem import NODES
 from tribopipe.extras.live.noise import noise_of, noise_of_all
@@ -234,7 +236,7 @@ def _anchors(asked: Asked, slid: float, end: EndWear | None) -> list[Anchor]:
 
 def _inputs(asked: Asked, anchors: list[Anchor], end: EndWear | None) -> Mapping[str, Input]:
     manifest, recipe = asked.run.manifest, asked.recipe
-    inputs = contact_inputs(manifest.sliding_pin, manifest.conditions.normal_load, recipe)
+    inputs = wear_of(manifest.described).inputs(manifest.conditions.normal_load, recipe)
     inputs |= instrument_inputs(asked.run, recipe)
     inputs |= law_inputs(law_named(asked.law), recipe)
     inputs |= {anchor.name: Input(anchor.wear.pin.quantity, anchor.wear.pin.source) for anchor in anchors}

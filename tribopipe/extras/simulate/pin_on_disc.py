@@ -18,7 +18,8 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.record import quoted
 from tribopipe.evaluation.friction_paths import stated_path
 from tribopipe.evaluation.measurements.pin_tip import PinTip
-from tribopipe.evaluation.wear.pin_scenario import PinScenario
+from tribopipe.evaluation.wear.known import KnownWear
+from tribopipe.evaluation.wear.scenario import Scenario
 from tribopipe.extras.simulate.drawing import TrueValue, measured, read_depth, read_forces, systematic_errors
 from tribopipe.extras.simulate.true_law import true_law, true_parameters
 from tribopipe.extras.simulate.writing import (
@@ -49,9 +50,9 @@ class VirtualTest:
         self.load = Quantity(value=off(run.normal_load), unit="N")
         self.law = true_law(series)
         # Under Archard's law the effective distance wears as much as the distance does under this one.
-        archard = PinScenario(contact, self.load, run.wear_coefficient)
+        archard = Scenario(contact, self.load, KnownWear({contact.fitted_bodies[0]: run.wear_coefficient}))
         state = archard.worn(self.law.effective_distance(self.distance, self.friction))
-        self.pin_wear, self.disc_wear = state.depth, self._disc_wear(state.radius)
+        self.pin_wear, self.disc_wear = state["wear_depth"], self._disc_wear(state["half_width"])
 
     def _disc_wear(self, contact_radius: Column) -> Column:
         if self.run.disc_wear_depth is None:

@@ -18,7 +18,6 @@ from tribopipe.documents.recipe import FrictionSource, LawName, MonteCarloRecipe
 from tribopipe.evaluation.wear.inputs import FRICTION_INPUTS, default_notes, shown_unit
 from tribopipe.evaluation.wear.monte_carlo import with_draws
 from tribopipe.evaluation.wear.twin_disc.problem import DiscProblem, disc_problem
-from tribopipe.evaluation.wear.twin_disc.validity import hertz_start, validity_notes
 from tribopipe.physics.conventions import DistanceConvention
 from tribopipe.physics.friction_path import ExponentialFriction
 from tribopipe.physics.laws import law_named
@@ -75,7 +74,7 @@ def _first_order(problem: DiscProblem, found: Column, model: LawName) -> WearFit
         model=model,
         outcome="fitted",
         distance_per_rotation=problem.distance,
-        start=hertz_start(problem.contact, problem.values),
+        start=problem.wearing.start(problem.values),
         bodies=discs,
         correlation=None if problem.one_sided else _correlation(covariance),
         measurements=_fitted_values(problem, found),
@@ -154,9 +153,8 @@ def _interval(value: float, spread: float) -> tuple[Quantity, Quantity]:
 
 def run_notes(problem: DiscProblem, coefficients: Column) -> tuple[str, ...]:
     """Say where the discs of a run leave what the model describes at its end."""
-    worn = problem.wear(coefficients, problem.values, problem.places[-1:])
-    start, slip = hertz_start(problem.contact, problem.values), problem.values["slip"]
-    return validity_notes(problem.contact, start, slip, float(worn.half_width[0]), float(worn.slip[0]))
+    last = problem.wear(coefficients, problem.values, problem.places[-1])
+    return problem.wearing.notes(problem.values, {"half_width": last.half_width, "slip": last.slip})
 
 
 def _one_sided(problem: DiscProblem) -> tuple[str, ...]:

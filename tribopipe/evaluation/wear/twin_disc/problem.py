@@ -15,14 +15,15 @@ from numpy.random import Generator
 
 from tribopipe.base.arrays import Column, Values
 from tribopipe.base.errors import FitError
-from tribopipe.contacts.twin_disc import disc_pair
+from tribopipe.contacts.inputs import Input, best_values
+from tribopipe.contacts.twin_disc import TwinDiscWear, disc_pair
 from tribopipe.documents.contact import TwinDisc
 from tribopipe.documents.recipe import LawName, Recipe
-from tribopipe.documents.slip import slip_per_rotation
+from tribopipe.documents.slip import slip
 from tribopipe.evaluation.measurements.twin_disc import DiscMeasurement, Measured, disc_measurements
 from tribopipe.evaluation.wear.given_parameters import law_as_given
-from tribopipe.evaluation.wear.inputs import Input, best_values, draw_values, friction_along, law_friction, law_inputs
-from tribopipe.evaluation.wear.twin_disc.inputs import effective_rotations, run_inputs
+from tribopipe.evaluation.wear.inputs import contact_inputs, draw_values, friction_along, law_friction, law_inputs
+from tribopipe.evaluation.wear.scenario import effective_progress
 from tribopipe.physics.conventions import DistanceConvention
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import WearLaw, law_named
@@ -50,16 +51,23 @@ _SLICE = 2_000
 class DiscProblem:
     """One run and a law."""
 
-    contact: TwinDisc
+    wearing: TwinDiscWear
     law: WearLaw
-    distance: DistanceConvention
     measurements: tuple[DiscMeasurement, ...]
     inputs: Mapping[str, Input]
-    slip_per_rotation: float
-    """Nominal, m; by it friction is known against rotations."""
     friction: FrictionPath | None = None
     friction_covariance: tuple[tuple[float, ...], ...] | None = None
     """Of (A, b, c), where Eq. 7 is the friction."""
+
+    @property
+    def contact(self) -> TwinDisc:
+        """The discs."""
+        return self.wearing.contact
+
+    @property
+    def distance(self) -> DistanceConvention:
+        """What counts as slid in one rotation."""
+        return self.wearing.distance
 
     @cached_property
     def values(self) -> dict[str, float]:
@@ -84,7 +92,7 @@ class DiscProblem:
     def effective_rotations(self, values: Values, rotations: Column) -> Column:
         """Return the rotations in which Archard's law would wear as much: N·S(s)/s with the slip distance s."""
         friction = friction_along(self.friction, values, self.values)
-        return effective_rotations(self.law.at(values), rotations, self.slip_per_rotation, friction)
+        return effective_progress(self.law.at(values), rotations, np.asarray(rotations * self.wearing.slid), friction)
 
     def wear(self, coefficients: Column, values: Values, rotations: Column) -> DiscWear:
         """Return the discs after rotations, for k₁ and k₂ in m²/N: shape (2,), or (draws, 2) with columns of values."""
@@ -298,16 +306,14 @@ def disc_problem(
     known = law_friction(run, law, friction, recipe.wear.friction)
     if known is None:
         return ("a friction signal",)
-    inputs = run_inputs(run, recipe) | dict(known.inputs)
+    inputs = contact_inputs(run, recipe) | dict(known.inputs)
     inputs |= {one.name: Input(one.quantity, one.source) for one in measurements}
     inputs |= law_inputs(law_named(law), recipe)
     return DiscProblem(
-        contact=run.manifest.twin_disc,
+        wearing=TwinDiscWear(run.manifest.twin_disc, slip(run.manifest), recipe.wear.distance_per_rotation),
         law=law_as_given(law, recipe),
-        distance=recipe.wear.distance_per_rotation,
         measurements=measurements,
         inputs=inputs,
-        slip_per_rotation=slip_per_rotation(run.manifest),
         friction=known.path,
         friction_covariance=known.covariance,
     )

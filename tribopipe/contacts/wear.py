@@ -1,0 +1,97 @@
+"""What a prediction and a fit ask of a contact: how it wears for given wear coefficients.
+
+Each kind answers in a module of its own. Wear is told at effective progress: the progress along the contact's axis
+after which Archard's law would have worn as much as the law at hand.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple, Protocol
+
+from tribopipe.base.arrays import Column, Values
+from tribopipe.contacts.inputs import Input
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import Recipe
+from tribopipe.results.wear_fit import HertzStart
+
+State = Mapping[str, Column]
+"""Wear and contact at places, SI, by name: those of ``depths``, ``volumes`` and ``displacement``, ``half_width``,
+``half_length``, ``pressure``, ``rate``, and of bodies that roll ``slip`` and ``sliding_distance``. The rate is that at
+which the first body recedes, m per unit of effective progress."""
+
+
+class Steps(NamedTuple):
+    """Equal steps of the published scheme from 0 on."""
+
+    ends: Column
+    """Progress before the first and after each step."""
+    effective: Column
+    """Effective progress there."""
+    factor: Column
+    """The law's rate factor there."""
+
+
+class ContactWear(Protocol):
+    """Wear of the bodies of a contact, from values of ``inputs``' names and of ``coefficients``."""
+
+    @property
+    def coefficients(self) -> tuple[str, ...]:
+        """Names of k_D among the values, in the order of the contact's ``fitted_bodies``."""
+
+    @property
+    def depths(self) -> Mapping[str, str]:
+        """Name of the wear depth of each body in a state, m."""
+
+    @property
+    def volumes(self) -> Mapping[str, str]:
+        """Name of the wear volume of each body whose volume is predicted, m³."""
+
+    @property
+    def displacement(self) -> str:
+        """Name of the sum of the depths, as a displacement sensor sees it."""
+
+    @property
+    def outcomes(self) -> Mapping[str, str]:
+        """What is shown along a run with its band, and its unit."""
+
+    @property
+    def uncertain(self) -> tuple[str, ...]:
+        """What of a state is predicted with its uncertainty."""
+
+    @property
+    def most_places(self) -> int | None:
+        """At so many places wear is evaluated along a run, with straight lines between; none for every sample."""
+
+    @property
+    def slid(self) -> float:
+        """Nominal distance that the unworn bodies slide on each other in one unit of progress, m."""
+
+    @property
+    def conditions(self) -> dict[str, Quantity]:
+        """What besides the load is predicted for and may be another than the run's own."""
+
+    def inputs(self, normal_load: Quantity, recipe: Recipe) -> dict[str, Input]:
+        """Return load, geometry and moduli with the uncertainties stated, or else the recipe's defaults."""
+
+    def worn(self, values: Values, progress: Column) -> State:
+        """Return the contact after an effective progress. Raises ``ContactError`` where a body is worn away."""
+
+    def progress_to(self, values: Values, depth: float) -> float:
+        """Return the effective progress after which the first body has worn to a depth, m; infinite where it never has.
+
+        Raises ``ContactError`` where it is worn away before that.
+        """
+
+    def local_amount(self, values: Values, progress: Column) -> Column:
+        """Return the amount of wear that local wear counts in after an effective progress (physics.local.surface)."""
+
+    def usual_steps(self, end: float) -> int:
+        """Return the number of steps that the published scheme takes up to a place."""
+
+    def published(self, values: Values, steps: Steps, places: Column) -> State:
+        """Return the contact at places by the paper's explicit Euler steps."""
+
+    def start(self, values: Values) -> HertzStart | None:
+        """Return the contact of the unworn bodies, where the published scheme starts from it."""
+
+    def notes(self, values: Values, last: State | None) -> tuple[str, ...]:
+        """Return what the model assumes of the contact, and where the state at its last place leaves it."""
