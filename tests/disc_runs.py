@@ -13,11 +13,14 @@ from tribopipe.documents.recipe import MonteCarloRecipe, Recipe, WearRecipe
 from tribopipe.documents.record import load_toml
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.study.member import Member
+from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.evaluation.wear.known import KnownWear
 from tribopipe.extras.simulate import VirtualTwinDiscTest
 from tribopipe.physics.friction_path import junction_factor
 from tribopipe.physics.twin_disc import DiscWear
-from tribopipe.results.run import RawRun
+from tribopipe.results.evaluation import DriftCorrection, FrictionFit
+from tribopipe.results.run import CorrectedRun, RawRun
+from tribopipe.results.wear_fit import WearFit
 
 CONVENTIONS = ("full-slip", "contact-width", "volume-conserving")
 K_1, K_2 = 4.6e-18, 2.0e-18
@@ -157,3 +160,10 @@ def recorded(run: TwinDiscVirtualRun, sensors: TwinDiscSensors | None = None, *,
 def member(run: TwinDiscVirtualRun, **options) -> Member:
     """A virtual run as it enters a study of Archard's law."""
     return Member(correct_drift(recorded(run, **options)), None)
+
+
+def fit_discs(
+    run: RawRun, law: str = "archard", friction: FrictionFit | None = None, recipe: Recipe | None = None
+) -> WearFit:
+    """Fit k₁ and k₂ of a run, whose depth signal plays no part in it."""
+    return fit_wear(CorrectedRun(run, DriftCorrection(outcome="uncorrected"), None), law, friction, recipe)

@@ -13,7 +13,7 @@ from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.study.design import at_length, design
 from tribopipe.evaluation.study.member import Member, PosedRun
-from tribopipe.evaluation.wear.fit import budget
+from tribopipe.evaluation.wear.budget import budget
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
 from tribopipe.results.evaluation import COVERAGE_FACTOR
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from disc_runs import known_pair
+from disc_runs import fit_discs, known_pair
 from folders import SAMPLES, replace_in
 
 from tribopipe.archive.store import Archive
@@ -20,7 +20,6 @@ from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.study.member import Member
 from tribopipe.evaluation.wear.curves import fitted_curves
 from tribopipe.evaluation.wear.scenario import Scenario
-from tribopipe.evaluation.wear.twin_disc.fit import fit_discs
 from tribopipe.pipeline.archived_results import archived_correction
 from tribopipe.pipeline.stages import ingest, process
 from tribopipe.pipeline.studies import run_study

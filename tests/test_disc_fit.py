@@ -6,7 +6,21 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from disc_runs import BARE, CONVENTIONS, K_1, K_2, PLANNED, TYPICAL, exact_run, raw, recipe, recorded, with_ends, worn
+from disc_runs import (
+    BARE,
+    CONVENTIONS,
+    K_1,
+    K_2,
+    PLANNED,
+    TYPICAL,
+    exact_run,
+    fit_discs,
+    raw,
+    recipe,
+    recorded,
+    with_ends,
+    worn,
+)
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import least_squares
@@ -17,8 +31,7 @@ from tribopipe.contacts.twin_disc import disc_pair, nominal_values
 from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, MonteCarloRecipe, Recipe, WearRecipe
 from tribopipe.evaluation.friction import fit_friction
-from tribopipe.evaluation.wear.twin_disc.fit import fit_discs
-from tribopipe.evaluation.wear.twin_disc.problem import disc_problem
+from tribopipe.evaluation.wear.measurement_problem import measurement_problem
 from tribopipe.physics.conventions import DistanceConvention
 
 pytestmark = pytest.mark.usefixtures("few_draws")
@@ -150,7 +163,7 @@ def test_budget_holds_where_wear_changes_the_slip(mixture):
 
 def assert_budget(run, convention="full-slip") -> None:
     how = recipe(convention)
-    fit, problem = fit_discs(run, recipe=how), disc_problem(run, "archard", None, how)
+    fit, problem = fit_discs(run, recipe=how), measurement_problem(run, "archard", None, how)
     start, moved = np.log(found(fit)), {}
     for name, given_ in problem.inputs.items():
         step = given_.spread / 10  # small enough to be linear

@@ -6,7 +6,20 @@ from itertools import product
 
 import numpy as np
 import pytest
-from disc_runs import BARE, BODY, CONVENTIONS, DOCUMENT, K_1, K_2, TYPICAL, exact_run, known_pair, recipe, worn
+from disc_runs import (
+    BARE,
+    BODY,
+    CONVENTIONS,
+    DOCUMENT,
+    K_1,
+    K_2,
+    TYPICAL,
+    exact_run,
+    fit_discs,
+    known_pair,
+    recipe,
+    worn,
+)
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -19,7 +32,6 @@ from tribopipe.documents.slip import slip
 from tribopipe.evaluation.wear.known import known_wear
 from tribopipe.evaluation.wear.predict import predict_wear
 from tribopipe.evaluation.wear.scenario import MOST_STEPS, Scenario
-from tribopipe.evaluation.wear.twin_disc.fit import fit_discs
 from tribopipe.physics.friction_path import ExponentialFriction
 
 FRICTION = ExponentialFriction(0.15, 0.42, 40.0)

@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from disc_runs import fit_discs
 from folders import SAMPLES
 from test_identify import CASES, quiet, record
 from test_verdict import SLOW, member_of, study
@@ -21,12 +22,11 @@ from tribopipe.evaluation.study.engines import compare_engines, engine_notes
 from tribopipe.evaluation.study.evaluate import evaluate
 from tribopipe.evaluation.wear.curves import fitted_curves
 from tribopipe.evaluation.wear.draws import coefficient_draws
-from tribopipe.evaluation.wear.fit import fit_wear, wear_problem
+from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.evaluation.wear.known import KnownWear
 from tribopipe.evaluation.wear.predict import predict_wear
-from tribopipe.evaluation.wear.problem import WearProblem
+from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
 from tribopipe.evaluation.wear.scenario import Scenario
-from tribopipe.evaluation.wear.twin_disc.fit import fit_discs
 from tribopipe.pipeline.archived_results import archived_fit
 from tribopipe.pipeline.stages import fit_archived_wear, predict_archived
 from tribopipe.readers.harmonize import read_run

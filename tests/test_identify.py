@@ -15,8 +15,9 @@ from tribopipe.documents.record import load_toml
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.wear.depth_problem import depth_problem
-from tribopipe.evaluation.wear.fit import WearProblem, fit_wear, wear_problem
+from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.evaluation.wear.inputs import draw_values
+from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
 from tribopipe.extras.simulate import VirtualTest
 from tribopipe.results.run import RawRun
 

@@ -1,6 +1,5 @@
 """A pin on a disc: from what run.toml states of it to the course of its wear."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
@@ -68,14 +67,14 @@ class PinWear:
         volume = values["wear_coefficient"] * values["normal_load"] * progress
         return _state(values, self.pin(values).worn(volume))
 
-    def progress_to(self, values: Values, depth: float) -> float:
+    def progress_to(self, values: Values, depth: float) -> Column:
         """Return the effective sliding distance, m, after which the pin has worn to a depth, m; infinite without wear.
 
         Raises ``ContactError`` past the tip.
         """
-        if not values["wear_coefficient"] > 0:
-            return math.inf
-        return float(self.pin(values).volume(depth) / (values["wear_coefficient"] * values["normal_load"]))
+        rate = np.asarray(values["wear_coefficient"]) * values["normal_load"]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(rate > 0, self.pin(values).volume(depth) / rate, np.inf)
 
     def local_amount(self, values: Values, progress: Column) -> Column:
         """Return k_D·S, m³/N."""

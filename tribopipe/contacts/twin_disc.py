@@ -1,16 +1,18 @@
 """Two discs: from what run.toml states of them to the course of their wear."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, fields
 from typing import ClassVar
 
 import numpy as np
 
 from tribopipe.base.arrays import Column, Values
+from tribopipe.base.errors import ContactError
 from tribopipe.base.units import show
 from tribopipe.contacts.inputs import Input, relative_input
-from tribopipe.contacts.wear import State, Steps
+from tribopipe.contacts.wear import Noticed, Row, State, Steps
 from tribopipe.documents.contact import TwinDisc
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
@@ -24,6 +26,9 @@ from tribopipe.physics.twin_disc_steps import published_wear
 from tribopipe.results.wear_fit import HertzStart
 from tribopipe.results.wear_prediction import OUTCOMES
 
+_CONVENTIONS: tuple[DistanceConvention, ...] = ("full-slip", "contact-width", "line-load", "volume-conserving")
+_SAME = 1e-12
+"""Relative difference of volumes that are the same."""
 _MOST_PLACES = 600
 _FLAT_CROWN = 0.5
 """Half width of the worn flat over the crown radius, beyond which the model was never tested."""
@@ -46,6 +51,7 @@ class TwinDiscWear:
     outcomes: ClassVar[Mapping[str, str]] = {str(name): unit for name, unit in OUTCOMES.items()}
     uncertain: ClassVar[tuple[str, ...]] = (*OUTCOMES, "slip")
     most_places: ClassVar[int | None] = _MOST_PLACES
+    least: ClassVar[Mapping[str, float]] = {"wear_volume": 1e-20, "wear_depth": 1e-12, "track_width": 1e-9}
 
     @property
     def slid(self) -> float:
@@ -78,18 +84,102 @@ class TwinDiscWear:
         """Return the discs after effective rotations. Raises ``ContactError`` past the crown."""
         return _state(self.pair(values).worn(progress, *_coefficients(values)))
 
-    def progress_to(self, values: Values, depth: float) -> float:
+    def progress_to(self, values: Values, depth: float) -> Column:
         """Return the effective rotations after which the curved disc has worn by a depth, m; infinite if never.
 
         Raises ``ContactError`` past the crown.
         """
-        return float(self.pair(values).rotations(depth, *_coefficients(values)))
+        return self.pair(values).rotations(depth, *_coefficients(values))
 
     def local_amount(self, values: Values, progress: Column) -> Column:
         """Return (k₁ + k₂·r₁/r₂)·N·|slip|, m²/N: both discs wear where they touch, so that their sum wears as one."""
         first, second = _coefficients(values)
         ratio = np.asarray(values["curved_radius"]) / values["flat_radius"]
         return np.asarray((first + second * ratio) * (progress * np.abs(values["slip"])))
+
+    def measured(self, state: State, rows: Sequence[Row]) -> Column:
+        """Return volumes, depths and track widths, SI: (..., rows)."""
+        return np.stack([self._measured(state, row)[..., row.place] for row in rows], axis=-1)
+
+    def _measured(self, state: State, row: Row) -> Column:
+        if row.what == "track_width":
+            return 2 * state["half_width"]
+        return state[(self.depths if row.what == "wear_depth" else self.volumes)[row.body]]
+
+    def slopes(self, values: Values, state: State, progress: Column, rows: Sequence[Row]) -> Column:
+        """Return the slopes of measurements against ln k₁ and ln k₂, SI: (..., rows, 2).
+
+        They leave out that radii and slip change with wear, by parts in a thousand.
+        """
+        rate, half_width = state["curved_rate"] + state["flat_rate"], state["half_width"]
+        recession, part = rate * progress, state["curved_rate"] / rate
+        widening = np.sqrt(np.square(values["crown_radius"]) - half_width**2) / half_width
+        slopes = []
+        for row in rows:
+            curved = row.body == "curved_disc"
+            mine = part if curved else 1 - part
+            if row.what == "track_width":
+                grown, shift = 2 * recession * widening, np.zeros_like(part)
+            else:
+                radius = values["curved_radius" if curved else "flat_radius"]
+                across = 4 * np.pi * radius * half_width if row.what == "wear_volume" else 1.0
+                # A disc's share w of the wear goes with its own ln k as w(1 − w), all of it with the recession.
+                grown, shift = mine * across * recession, self._measured(state, row) * (1 - mine)
+            towards = (shift, -shift) if curved else (-shift, shift)
+            both = [grown * share + part_of for share, part_of in zip((part, 1 - part), towards, strict=True)]
+            slopes.append(np.stack(both, axis=-1)[..., row.place, :])
+        return np.stack(slopes, axis=-2)
+
+    def guess(self, values: Values, last: Mapping[str, Noticed]) -> Column:
+        """Return k₁ and k₂ of about the right size, m²/N, also of a disc on which no wear was found.
+
+        As if the last thing measured on the curved disc were all its wear.
+        """
+        discs, curved, flat = self.pair(values), last["curved_disc"], last.get("flat_disc")
+        depth = {
+            "wear_depth": lambda lost: lost,
+            "wear_volume": lambda lost: discs.depth_of_area(lost / (2 * np.pi * np.asarray(values["curved_radius"]))),
+            "track_width": discs.depth_of_width,
+        }[curved.what](curved.value)
+        depth = max(float(depth), self.least["wear_depth"])
+        reached = float(discs.rotations(depth, 1.0))
+        if not np.isfinite(reached):  # as if slip did not end before
+            reached = float(disc_pair(self.contact, values, "contact-width").rotations(depth, 1.0))
+        first = reached / curved.progress
+        ratio = flat.value / curved.value if flat is not None and flat.what == curved.what else 0.5
+        return np.array([first, first * max(ratio, 1e-6)])
+
+    def equivalents(
+        self, values: Values, progress: Column, coefficients: Column
+    ) -> Mapping[DistanceConvention, tuple[float, ...]]:
+        """Return k₁ and k₂, m²/N, of the other conventions that reach the same volumes, or depth."""
+        worn, found = self.pair(values).worn(progress, *coefficients), {}
+        for convention in _CONVENTIONS:
+            if convention != self.distance:
+                # That way of counting may lose the slip before.
+                with suppress(ContactError):
+                    found[convention] = self._equivalent(values, convention, worn, progress)
+        return found
+
+    def _equivalent(
+        self, values: Values, convention: DistanceConvention, worn: DiscWear, turns: Column
+    ) -> tuple[float, float]:
+        """Return k₁ and k₂ by which a convention reaches two volumes: by fixed point, since V grows about as k."""
+        discs, curved, flat = (
+            disc_pair(self.contact, values, convention),
+            float(worn.curved_volume),
+            float(worn.flat_volume),
+        )
+        total = float(discs.depth_of_area(curved / (2 * np.pi * float(values["curved_radius"]))))
+        first = float(discs.rotations(total, 1.0)) / float(turns)
+        second = first * flat / curved
+        for _ in range(100):
+            reached = discs.worn(turns, first, second)
+            ratios = (curved / float(reached.curved_volume), flat / float(reached.flat_volume) if flat else 1.0)
+            first, second = first * ratios[0], second * ratios[1]
+            if max(abs(ratio - 1) for ratio in ratios) < _SAME:
+                break
+        return first, second
 
     def usual_steps(self, end: float) -> int:
         """Return one step a rotation, as the paper takes."""

@@ -4,13 +4,14 @@ Each kind answers in a module of its own. Wear is told at effective progress: th
 after which Archard's law would have worn as much as the law at hand.
 """
 
-from collections.abc import Mapping
-from typing import NamedTuple, Protocol
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple, Protocol, runtime_checkable
 
 from tribopipe.base.arrays import Column, Values
 from tribopipe.contacts.inputs import Input
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
+from tribopipe.physics.conventions import DistanceConvention
 from tribopipe.results.wear_fit import HertzStart
 
 State = Mapping[str, Column]
@@ -75,7 +76,7 @@ class ContactWear(Protocol):
     def worn(self, values: Values, progress: Column) -> State:
         """Return the contact after an effective progress. Raises ``ContactError`` where a body is worn away."""
 
-    def progress_to(self, values: Values, depth: float) -> float:
+    def progress_to(self, values: Values, depth: float) -> Column:
         """Return the effective progress after which the first body has worn to a depth, m; infinite where it never has.
 
         Raises ``ContactError`` where it is worn away before that.
@@ -95,3 +96,46 @@ class ContactWear(Protocol):
 
     def notes(self, values: Values, last: State | None) -> tuple[str, ...]:
         """Return what the model assumes of the contact, and where the state at its last place leaves it."""
+
+
+class Row(NamedTuple):
+    """One thing measured on one body."""
+
+    body: str
+    what: str
+    """The name of a post-test measurement without that of the body: "wear_depth"."""
+    place: int
+    """Which place of a state it was measured at."""
+
+
+class Noticed(NamedTuple):
+    """The least wear of a body that explains what was measured on it, or would have been noticed."""
+
+    what: str
+    value: float
+    """SI."""
+    progress: float
+    """Effective progress it was measured at."""
+
+
+@runtime_checkable
+class MeasuredWear(ContactWear, Protocol):
+    """A contact whose k_D is found by what was measured on the bodies, rather than by the depth signal."""
+
+    @property
+    def least(self) -> Mapping[str, float]:
+        """Standard uncertainty, SI, below which nothing is measured, by what is measured."""
+
+    def measured(self, state: State, rows: Sequence[Row]) -> Column:
+        """Return what each measurement would find, SI: (..., rows)."""
+
+    def slopes(self, values: Values, state: State, progress: Column, rows: Sequence[Row]) -> Column:
+        """Return about how each measurement moves with ln k_D of each body, SI: (..., rows, bodies)."""
+
+    def guess(self, values: Values, last: Mapping[str, Noticed]) -> Column:
+        """Return k_D of about the right size, m²/N, from what was last measured on each body."""
+
+    def equivalents(
+        self, values: Values, progress: Column, coefficients: Column
+    ) -> Mapping[DistanceConvention, tuple[float, ...]]:
+        """Return k_D of each body that other ways of counting the distance need to reach the same wear, m²/N."""

@@ -32,8 +32,8 @@ from tribopipe.evaluation.study.disc_design import design_discs
 from tribopipe.evaluation.study.evaluate import evaluate
 from tribopipe.evaluation.study.member import Member
 from tribopipe.evaluation.wear.known import KnownWear
+from tribopipe.evaluation.wear.measurement_problem import measurement_problem
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
-from tribopipe.evaluation.wear.twin_disc.problem import disc_problem
 from tribopipe.physics.laws import law_named, law_package
 from tribopipe.pipeline.stages import (
     Outcome,
@@ -262,7 +262,7 @@ def unfit_for_study(run: RawRun, recipe: Recipe) -> str | None:
 def _lacks(run: RawRun, recipe: Recipe) -> tuple[str, ...]:
     """Return what a run lacks for a k_D under Archard's law. Raises ``TribopipeError`` where its wear tells none."""
     if run.manifest.rolls:
-        discs = disc_problem(run, "archard", None, recipe)
+        discs = measurement_problem(run, "archard", None, recipe)
         return discs if isinstance(discs, tuple) else ()
     # Two-step correction needs what a study needs, a post-test measurement, and takes a moment.
     recipe = recipe.model_copy(update={"wear": recipe.wear.model_copy(update={"correction": "two-step"})})

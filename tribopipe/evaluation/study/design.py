@@ -15,7 +15,7 @@ from tribopipe.contacts.inputs import Input
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName
 from tribopipe.evaluation.study.member import PosedRun
-from tribopipe.evaluation.wear.fit import budget
+from tribopipe.evaluation.wear.budget import budget
 from tribopipe.evaluation.wear.joint import END_ANCHOR, Anchor, JointProblem
 from tribopipe.evaluation.wear.problem import WearProblem
 from tribopipe.physics.laws import law_named

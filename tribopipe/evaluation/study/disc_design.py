@@ -17,8 +17,8 @@ from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.study.design import half_width, levers, replicates, shortest
 from tribopipe.evaluation.study.discs import posed_discs
 from tribopipe.evaluation.study.member import Member
-from tribopipe.evaluation.wear.twin_disc.fit import disc_budgets
-from tribopipe.evaluation.wear.twin_disc.problem import DiscProblem
+from tribopipe.evaluation.wear.measurement_fit import measurement_budgets
+from tribopipe.evaluation.wear.measurement_problem import MeasurementProblem
 from tribopipe.physics.laws import law_named
 from tribopipe.results.evaluation import COVERAGE_FACTOR
 from tribopipe.results.test_design import Design
@@ -45,13 +45,13 @@ def design_discs(
     @cache
     def widths(length: float) -> list[float]:
         longer = at_rotations(run.problem, run.coefficients, length)
-        return [half_width(lines) for lines in disc_budgets(longer, run.coefficients)]
+        return [half_width(lines) for lines in measurement_budgets(longer, run.coefficients)]
 
     def width_of(place: int, length: float) -> float:
         return widths(length)[place]
 
     designs = []
-    for place, lines in enumerate(disc_budgets(run.problem, run.coefficients)):
+    for place, lines in enumerate(measurement_budgets(run.problem, run.coefficients)):
         now, by_shared = half_width(lines), half_width([line for line in lines if line.name in common])
         length, by_distance = shortest(partial(width_of, place), wanted)
         turns = None if length is None else length * float(run.problem.places[-1])
@@ -74,7 +74,7 @@ def design_discs(
     return tuple(designs)
 
 
-def at_rotations(problem: DiscProblem, found: Column, length: float) -> DiscProblem:
+def at_rotations(problem: MeasurementProblem, found: Column, length: float) -> MeasurementProblem:
     """Return the problem that a test of ``length`` times the rotations would pose if the law held exactly.
 
     Raises ``ContactError`` where the crown would be worn away.

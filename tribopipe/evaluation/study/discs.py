@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.base.units import show, show_force
-from tribopipe.contacts.twin_disc import disc_pair
 from tribopipe.documents.contact import DISCS, DiscName
 from tribopipe.documents.quantity import Quantity, wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
@@ -27,8 +26,7 @@ from tribopipe.evaluation.study.combine import Combination, combine
 from tribopipe.evaluation.study.member import Member, chosen
 from tribopipe.evaluation.study.verdict import DECISIVE, Comparison, decide, ratio, single_run_note
 from tribopipe.evaluation.wear.inputs import DISC_INPUTS, default_notes
-from tribopipe.evaluation.wear.twin_disc.fit import run_notes
-from tribopipe.evaluation.wear.twin_disc.problem import DiscProblem, disc_problem
+from tribopipe.evaluation.wear.measurement_problem import MeasurementProblem, measurement_problem
 from tribopipe.physics.laws import law_heading, law_named
 from tribopipe.physics.uncertainty import TAILS, propagate_together
 from tribopipe.results.agreement import (
@@ -83,7 +81,7 @@ class PosedDiscs:
     """A run and a law."""
 
     member: Member
-    problem: DiscProblem
+    problem: MeasurementProblem
 
     @cached_property
     def coefficients(self) -> Column:
@@ -216,7 +214,7 @@ class _Law:
             end=_turns(problem.places[-1]),
             outcome=_worst([*discs.values()]),
             sentence="",
-            notes=(*run_notes(problem, best), *default_notes(problem.inputs)),
+            notes=(*problem.limits(best), *default_notes(problem.inputs)),
             bodies=discs,
             end_of_life=self._end_of_life(draws, coefficients),
         )
@@ -261,8 +259,8 @@ class _Law:
 
 def posed_discs(member: Member, law: LawName, recipe: Recipe) -> PosedDiscs:
     """Pose the fit of a law to a run. Raises ``FitError`` where the run lacks something for it."""
-    problem = disc_problem(member.corrected.run, law, member.friction, recipe)
-    if not isinstance(problem, DiscProblem):
+    problem = measurement_problem(member.corrected.run, law, member.friction, recipe)
+    if not isinstance(problem, MeasurementProblem):
         raise FitError(
             f"{member.id}: found a run that lacks {' and '.join(problem)}; expected end values and, for Sarkar's law, "
             "friction; take it out of the study"
@@ -312,8 +310,8 @@ def _curves(law: LawName, role: Role, draws: _Draws, best: Column, coefficients:
     band = problem.wear(coefficients[:_CURVE_DRAWS], some, rotations)
     found = []
     for disc, field in zip(DISCS, ("curved_volume", "flat_volume"), strict=True):
-        low, high = np.quantile(getattr(band, field), TAILS, axis=0)
-        best_volume = getattr(line, field)
+        low, high = np.quantile(band[field], TAILS, axis=0)
+        best_volume = line[field]
         along = problem.contact.progress.signal
         found.append(
             StudyCurve(run.member.id, law, role, disc, "wear_volume", along, rotations, best_volume, low, high)
@@ -327,11 +325,11 @@ def _rotations_to(draws: _Draws, coefficients: Column, depth: float) -> EndOfLif
     N_eff(N) = N* is solved by N ← N·N*/N_eff(N): N_eff/N changes slowly.
     """
     problem, values = draws.run.problem, draws.values
-    discs = disc_pair(problem.contact, values, problem.distance)
-    wanted = discs.rotations(depth, coefficients[:, :1], coefficients[:, 1:])
+    known = dict(zip(problem.wearing.coefficients, (coefficients[:, :1], coefficients[:, 1:]), strict=True))
+    wanted = problem.wearing.progress_to({**values, **known}, depth)
     reached = np.where(np.isfinite(wanted), wanted, np.nan)
     for _ in range(_ITERATIONS):
-        reached = reached * wanted / problem.effective_rotations(values, reached)
+        reached = reached * wanted / problem.effective(values, reached)
     low, middle, high = np.quantile(
         np.where(np.isfinite(reached), reached, np.inf), [TAILS[0], 0.5, TAILS[1]], method="inverted_cdf"
     )

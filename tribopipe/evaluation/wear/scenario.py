@@ -126,7 +126,7 @@ class Scenario:
         """
         from scipy.optimize import brentq
 
-        wanted = self.wear.progress_to(self.values, depth)
+        wanted = float(self.wear.progress_to(self.values, depth))
         if not 0 < wanted < math.inf:
             return wanted
 
@@ -229,7 +229,7 @@ class Scenario:
         # On a counterbody that wears, more volume is lost at the same depth: the curve ends on the fitted one.
         places = np.maximum(run.progress, 0.0)
         whole = float(self.effective(np.asarray(np.nanmax(places))))
-        share = self.wear.progress_to(self.values, first.fitted_end_depth.value) / whole if whole > 0 else 1.0
+        share = float(self.wear.progress_to(self.values, first.fitted_end_depth.value)) / whole if whole > 0 else 1.0
         coefficient = self.wear.coefficients[0]
         best, low, high = (
             self.worn(places, {**self.values, coefficient: share * k.value})

@@ -1,0 +1,55 @@
+"""What the uncertainty of a wear coefficient is made of, to first order (JCGM 100:2008, 5.1.3 and 5.2.2)."""
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from tribopipe.base.arrays import Column
+from tribopipe.contacts.inputs import Inputs
+from tribopipe.evaluation.wear.inputs import FRICTION_INPUTS, shown_unit
+from tribopipe.evaluation.wear.problem import WearProblem
+from tribopipe.results.wear_fit import Contribution
+
+NOISE = "noise of the depth signal"
+FrictionCovariance = tuple[tuple[float, ...], ...] | None
+"""Of A, b and c, which are far from independent; none where Eq. 7 is not the friction."""
+
+
+def budget(problem: WearProblem, coefficient: float) -> tuple[Contribution, ...]:
+    """Return what the uncertainty of k_D by a depth signal is made of, the largest part first."""
+    moved = problem.sensitivities(coefficient, [*problem.inputs])
+    noise = Contribution(name=NOISE, source="fit", relative=problem.random_uncertainty(coefficient))
+    return budget_lines(problem.inputs, problem.friction_covariance, moved, noise)
+
+
+def budget_lines(
+    inputs: Inputs, friction: FrictionCovariance, sensitivities: Mapping[str, float], *others: Contribution
+) -> tuple[Contribution, ...]:
+    """Return the lines of a budget from ∂ln k_D/∂x of each input, the largest first."""
+    lines = [*others]
+    if friction is not None:
+        slopes = np.array([sensitivities[name] for name in FRICTION_INPUTS])
+        variance = float(slopes @ np.asarray(friction) @ slopes)
+        lines.append(Contribution(name="friction fit", source="fit", relative=math.sqrt(max(0.0, variance))))
+    lines += [
+        Contribution(
+            name=name.replace("_", " "),
+            value=given.quantity,
+            shown_in=shown_unit(name, given.quantity),
+            source=given.source,
+            relative=sensitivities[name] * given.spread,
+        )
+        for name, given in inputs.items()
+        if name not in FRICTION_INPUTS
+    ]
+    return tuple(sorted(lines, key=lambda line: -abs(line.relative)))
+
+
+def input_covariance(inputs: Inputs, friction: FrictionCovariance, names: Sequence[str]) -> Column:
+    """Return the covariance of inputs, which are independent but for the friction fit."""
+    found = np.diag([inputs[name].spread ** 2 for name in names])
+    if friction is not None:
+        places = [names.index(name) for name in FRICTION_INPUTS]
+        found[np.ix_(places, places)] = friction
+    return found

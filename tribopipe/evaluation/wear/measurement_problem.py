@@ -1,0 +1,265 @@
+"""The wear of one run as a question to its post-test measurements: which k_D make each body wear as was measured on it.
+
+Rows are what was measured on the bodies, such as volumes, depths and track widths, at the end and where the test was
+interrupted, each over its standard uncertainty. k_D of each body is found by Gauss and Newton's method on the
+logarithms, for any values of the other inputs, or for thousands of draws of them at once. Where nothing was measured on
+the second body it counts as unworn, and k_D of the first alone is found: the paper's one-sided model of two discs.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.random import Generator
+
+from tribopipe.base.arrays import Column, Values
+from tribopipe.base.errors import FitError
+from tribopipe.contacts.inputs import Input, best_values
+from tribopipe.contacts.kinds import Terms, wear_of
+from tribopipe.contacts.wear import MeasuredWear, Noticed, Row, State
+from tribopipe.documents.contact import Contact
+from tribopipe.documents.recipe import LawName, Recipe
+from tribopipe.documents.slip import stated_slip
+from tribopipe.evaluation.measurements.twin_disc import DiscMeasurement, disc_measurements
+from tribopipe.evaluation.wear.given_parameters import law_as_given
+from tribopipe.evaluation.wear.inputs import contact_inputs, draw_values, friction_along, law_friction, law_inputs
+from tribopipe.evaluation.wear.scenario import effective_progress
+from tribopipe.physics.friction_path import FrictionPath
+from tribopipe.physics.laws import WearLaw, law_named
+from tribopipe.results.evaluation import FrictionFit
+from tribopipe.results.run import RawRun
+from tribopipe.results.wear_fit import spoken
+
+_MOST_ITERATIONS = 60
+_CONVERGED = 1e-12
+_DRAWN = 1e-6
+"""Of ln k_D in a draw: far below any uncertainty of k_D."""
+_LEAST_LOG_K = 14.0
+"""A k_D this many e-folds below where the search starts is no wear at all."""
+_STEP = 1e-4
+"""Of ln k in differences."""
+_SLICE = 2_000
+"""Draws solved at a time, so that their arrays stay in the processor's cache."""
+
+
+@dataclass(frozen=True)
+class MeasurementProblem:
+    """One run and a law."""
+
+    contact: Contact
+    wearing: MeasuredWear
+    law: WearLaw
+    measurements: tuple[DiscMeasurement, ...]
+    inputs: Mapping[str, Input]
+    friction: FrictionPath | None = None
+    friction_covariance: tuple[tuple[float, ...], ...] | None = None
+    """Of (A, b, c), where Eq. 7 is the friction."""
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """Best estimates of the inputs, what was measured among them."""
+        return best_values(self.inputs)
+
+    @cached_property
+    def bodies(self) -> tuple[str, ...]:
+        """The bodies whose k_D is found: those on which something was measured; others count as unworn."""
+        measured = {one.disc for one in self.measurements}
+        return tuple(body for body in self.contact.fitted_bodies if body in measured)
+
+    @property
+    def unknowns(self) -> int:
+        """Number of wear coefficients that are found."""
+        return len(self.bodies)
+
+    @property
+    def one_sided(self) -> bool:
+        """Whether the second body counts as unworn."""
+        return self.unknowns < len(self.contact.fitted_bodies)
+
+    @cached_property
+    def places(self) -> Column:
+        """Progress at which something was measured, each once."""
+        return np.unique([one.rotations for one in self.measurements])
+
+    def effective(self, values: Values, places: Column) -> Column:
+        """Return the progress after which Archard's law would have worn as much."""
+        friction = friction_along(self.friction, values, self.values)
+        return effective_progress(self.law.at(values), places, np.asarray(places * self.wearing.slid), friction)
+
+    def wear(self, coefficients: Column, values: Values, places: Column) -> State:
+        """Return the contact at places, for k_D of both bodies, m²/N: (2,), or (draws, 2) with columns of values."""
+        each = [coefficients[..., place] for place in range(coefficients.shape[-1])]
+        if coefficients.ndim > 1:
+            each = [one[:, None] for one in each]
+        known = dict(zip(self.wearing.coefficients, each, strict=True))
+        return self.wearing.worn({**values, **known}, self.effective(values, places))
+
+    def rows(self, values: Values) -> Column:
+        """Return what was measured, SI: one value a row, or draws by rows."""
+        return np.stack([_flat(values[one.name]) for one in self.measurements], axis=-1)
+
+    def modelled(self, coefficients: Column, values: Values) -> Column:
+        """Return what the law says each row is, SI."""
+        return self.wearing.measured(self.wear(coefficients, values, self.places), self._placed)
+
+    @cached_property
+    def _placed(self) -> list[Row]:
+        """Each measurement with its place among those at which something was measured."""
+        at = np.searchsorted(self.places, [one.rotations for one in self.measurements]).tolist()
+        return [Row(one.disc, one.what, place) for one, place in zip(self.measurements, at, strict=True)]
+
+    @cached_property
+    def root_weights(self) -> Column:
+        """Inverse standard uncertainty of each row."""
+        spreads = [
+            max(self.inputs[one.name].spread, 1e-6 * abs(one.quantity.value), self.wearing.least[one.what])
+            for one in self.measurements
+        ]
+        return 1 / np.asarray(spreads)
+
+    def solve(self, values: Values, start: Column, tolerance: float = _CONVERGED) -> Column:
+        """Return k_D, m²/N, by least squares from a start; 0 where no wear fits best, NaN where none is found.
+
+        Values of shape (draws, 1) give (draws, 2).
+        """
+        measured, free = self.rows(values), self.unknowns
+        start = np.where(start > 0, start, self.scale)
+        log_k = np.broadcast_to(np.log(start), (*measured.shape[:-1], len(start))).copy()
+        lowest, change = log_k - _LEAST_LOG_K, np.full(log_k.shape[:-1], np.inf)
+        for _ in range(_MOST_ITERATIONS):
+            state = self.wear(self._coefficients(log_k), values, self.places)
+            slopes = self.wearing.slopes(values, state, self.effective(values, self.places), self._placed)
+            residual = (measured - self.wearing.measured(state, self._placed)) * self.root_weights
+            design = slopes[..., :free] * self.root_weights[:, None]
+            step = np.clip(least_squares(design, residual), -1.0, 1.0)
+            moved = log_k.copy()
+            moved[..., :free] = np.maximum(log_k[..., :free] + step, lowest[..., :free])
+            change, log_k = np.max(np.abs(moved - log_k), axis=-1), moved
+            if np.all(change < tolerance):
+                break
+        found = np.where(log_k <= lowest, 0.0, self._coefficients(log_k))
+        return np.where((change < tolerance)[..., None], found, np.nan)
+
+    def _coefficients(self, log_k: Column) -> Column:
+        coefficients = np.exp(log_k)
+        coefficients[..., self.unknowns :] = 0.0
+        return coefficients
+
+    @cached_property
+    def scale(self) -> Column:
+        """Coefficients of about the right size, m²/N, also for a body on which no wear was found."""
+        last = {one.disc: one for one in self.measurements}
+        return self.wearing.guess(self.values, {body: self._noticed(one) for body, one in last.items()})
+
+    def _noticed(self, one: DiscMeasurement) -> Noticed:
+        """Return what was measured, or what would have been noticed."""
+        value = max(one.quantity.value, one.quantity.standard_uncertainty or 0.0, self.wearing.least[one.what])
+        return Noticed(one.what, value, float(self.effective(self.values, np.asarray(one.rotations))))
+
+    def coefficients(self) -> Column:
+        """Return k_D, m²/N, at the best estimates. Raises ``FitError`` where the first body shows no wear."""
+        found, first = self.solve(self.values, self.scale), spoken(self.contact.fitted_bodies[0])
+        if not np.all(np.isfinite(found)):
+            raise FitError(
+                f"wear fit: found no k_D in {_MOST_ITERATIONS} iterations; expected end values that belong together, "
+                "and discs that still slip at the end; check end values, rotations and slip"
+            )
+        if not found[0] > 0:
+            raise FitError(
+                f"wear fit: found no wear of the {first}; expected end values above zero; a longer or heavier test "
+                "may show some"
+            )
+        return found
+
+    def jacobian(self, coefficients: Column) -> Column:
+        """Return the slopes of the weighted rows against the logarithms of what is found, by central differences."""
+        columns, all_of_them = [], np.arange(len(coefficients))
+        for place in range(self.unknowns):
+            low, high = (coefficients * np.exp(sign * _STEP * (all_of_them == place)) for sign in (-1, 1))
+            columns.append((self.modelled(high, self.values) - self.modelled(low, self.values)) / (2 * _STEP))
+        return np.stack(columns, axis=-1) * self.root_weights[:, None]
+
+    def sensitivities(self, coefficients: Column) -> dict[str, Column]:
+        """Return ∂ln k/∂x for each input, by central differences over its standard uncertainty."""
+        jacobian = self.jacobian(coefficients)
+        return {name: self._sensitivity(name, coefficients, jacobian) for name in self.inputs}
+
+    def _sensitivity(self, name: str, coefficients: Column, jacobian: Column) -> Column:
+        spread = self.inputs[name].spread
+        if not spread:
+            return np.zeros(self.unknowns)
+        low, high = ({**self.values, name: self.values[name] + sign * spread} for sign in (-1, 1))
+        change = self.rows(high) - self.rows(low)
+        if name not in {one.name for one in self.measurements}:
+            change = change - (self.modelled(coefficients, high) - self.modelled(coefficients, low))
+        return least_squares(jacobian, change * self.root_weights) / (2 * spread)
+
+    def limits(self, coefficients: Column) -> tuple[str, ...]:
+        """Say where the bodies leave what the model describes at the end."""
+        last = self.wear(coefficients, self.values, np.asarray(self.places[-1]))
+        return self.wearing.notes(self.values, last)
+
+    def draw(self, rng: Generator, count: int, shared: Mapping[str, Column] | None = None) -> dict[str, Column]:
+        """Draw each input, columns of shape (count, 1)."""
+        return draw_values(self.inputs, self.friction_covariance, rng, count, shared)
+
+    def solve_draws(self, values: Values, start: Column) -> Column:
+        """Return k_D of both bodies, m²/N, of each draw: (draws, 2)."""
+        count = len(np.asarray(values["normal_load"]))
+        solved = []
+        for first in range(0, count, _SLICE):
+            some = {name: np.asarray(column)[first : first + _SLICE] for name, column in values.items()}
+            solved.append(self.solve(some, start, _DRAWN))
+        return np.concatenate(solved)
+
+
+def _flat(values: object) -> Column:
+    """Drop the axis that a column of draws, (draws, 1), has for broadcasting against rotations."""
+    column = np.asarray(values, dtype=float)
+    return column[..., 0] if column.ndim else column
+
+
+def least_squares(design: Column, rows: Column) -> Column:
+    """Return the least-squares solution of each draw: (draws, rows, unknowns) and (draws, rows)."""
+    scale = np.sqrt(np.sum(design**2, axis=-2))
+    scaled = design / np.where(scale > 0, scale, 1.0)[..., None, :]
+    normal = np.einsum("...ri,...rj->...ij", scaled, scaled)
+    # A body that shows no wear at all has no slope; its unknown then stays.
+    normal = normal + 1e-12 * np.eye(normal.shape[-1])
+    pull = np.einsum("...ri,...r->...i", scaled, rows)
+    return np.linalg.solve(normal, pull[..., None])[..., 0] / np.where(scale > 0, scale, 1.0)
+
+
+def measurement_problem(
+    run: RawRun, law: LawName, friction: FrictionFit | None, recipe: Recipe
+) -> MeasurementProblem | tuple[str, ...]:
+    """Pose the fit of k_D to what was measured on the bodies of a run, or say what the run lacks for it.
+
+    Raises ``FitError`` where another engine than the GIWM is asked for, which needs a depth signal that tells the wear.
+    """
+    contact = run.manifest.described
+    wearing = wear_of(contact, Terms(stated_slip(run.manifest), "giwm", recipe.wear.distance_per_rotation))
+    if recipe.wear.engine not in (None, "giwm") or not isinstance(wearing, MeasuredWear):
+        raise FitError(
+            f"{run.id}: found {contact.title} to fit by --engine {recipe.wear.engine}; expected the GIWM, since the "
+            "depth signal does not tell their wear; take --engine giwm"
+        )
+    measurements, first = disc_measurements(run, recipe.uncertainty), contact.fitted_bodies[0]
+    if not any(one.disc == first for one in measurements):
+        return (f"an end value of the {spoken(first)} (depth, track width or volume)",)
+    known = law_friction(run, law, friction, recipe.wear.friction)
+    if known is None:
+        return ("a friction signal",)
+    inputs = contact_inputs(run, recipe) | dict(known.inputs)
+    inputs |= {one.name: Input(one.quantity, one.source) for one in measurements}
+    inputs |= law_inputs(law_named(law), recipe)
+    return MeasurementProblem(
+        contact=contact,
+        wearing=wearing,
+        law=law_as_given(law, recipe),
+        measurements=measurements,
+        inputs=inputs,
+        friction=known.path,
+        friction_covariance=known.covariance,
+    )

@@ -1,1 +1,0 @@
-"""Wear of two discs: both wear coefficients of a run, and predictions from them."""
