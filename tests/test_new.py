@@ -381,7 +381,8 @@ def test_a_signal_by_the_format_whose_unit_is_not_known_is_left_to_the_lab(lab):
     made = make_run(Wanted([lab / "a.txt"], settings=[LOAD]))
     assert made.problem is None
     columns = document(made.folder)["signals"][0]["columns"]
-    assert columns == {"time": "Time", "sliding_distance": "Distance", "friction_coefficient": "mu"}
+    known = {"time": "Time", "rotations": "Laps", "sliding_distance": "Distance", "friction_coefficient": "mu"}
+    assert columns == known
     text = (made.folder / "run.toml").read_text(encoding="utf-8")
     assert '# friction_force = { column = "FrictionForce", unit = "mN" }' in text
     assert "by the format, its unit is not known" in text

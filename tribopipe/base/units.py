@@ -55,10 +55,29 @@ SPECIFIC_WEAR_RATE = "mm^3/(N*m)"
 _NUMBER_THEN_UNIT = re.compile(
     r"\s*(?P<number>[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)\s*(?P<unit>.*)\Z", re.DOTALL
 )
+_DECIMAL_COMMA = re.compile(r"(?P<whole>\s*[+-]?\d+),(?P<decimals>\d+)(?![\d.,])", re.ASCII)
 _LONGEST_UNIT = 40
 _SPELLINGS = str.maketrans(
     {"·": "*", "⋅": "*", "×": "*", "−": "-", "µ": "u", "μ": "u", "℃": "degC", "°": "deg", "½": "^0.5"}
 )
+_LAB_SPELLINGS = {
+    **dict.fromkeys(("deg c", "deg. c", "°c", "grad c"), "degC"),
+    **dict.fromkeys(("deg f", "deg. f"), "degF"),
+    **dict.fromkeys(("rpm", "u/min", "rev/min", "r/min", "tr/min", "obr/min", "obr./min", "giri/min", "转/分"), "rpm"),
+    **dict.fromkeys(("%rh", "% rh", "% r.h.", "%rf", "% rf", "% r.f.", "%r.f."), "%"),
+    **dict.fromkeys(("sek", "sek.", "sec", "sec.", "seg", "seg.", "秒"), "s"),
+    **dict.fromkeys(("gm", "gms", "grams"), "g"),
+    **dict.fromkeys(("newton", "newtons", "牛"), "N"),
+    **dict.fromkeys(("meter", "metre", "meters", "metres"), "m"),
+    "min": "min",
+    "min.": "min",
+    "分": "min",
+    "hz": "Hz",
+    "micron": "um",
+    "microns": "um",
+}
+"""As labs write units, in small letters; most are none, or another one, by the rules: "Min" would be millions of
+inches, "Deg C" degrees times coulomb, "U/min" atomic mass units."""
 _SUPERSCRIPTS = "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"
 _FROM_SUPERSCRIPT = str.maketrans(_SUPERSCRIPTS, "-0123456789")
 _TO_SUPERSCRIPT = str.maketrans("-0123456789", _SUPERSCRIPTS)
@@ -86,10 +105,15 @@ class _Unit(NamedTuple):
     offset: Decimal
 
 
+def _as_by_the_rules(text: str) -> str:
+    """Return a unit that labs write in their own way as the rules have it."""
+    return _LAB_SPELLINGS.get(" ".join(text.split()).casefold(), text)
+
+
 @cache
 def _unit(text: str) -> _Unit:
     """Read a unit; ``ValueError`` where the text is none."""
-    cleaned = re.sub(r"\.(?!\d)", "*", text.translate(_SPELLINGS).strip())
+    cleaned = re.sub(r"\.(?!\d)", "*", _as_by_the_rules(text).translate(_SPELLINGS).strip())
     cleaned = re.sub(r"/\s*N[\s*]*(m{1,2})\b", r"/(N*\1)", cleaned)
     cleaned = re.sub(r"\b([cu]?m{1,2})([23])\b", r"\1^\2", cleaned)
     cleaned = re.sub(f"[{_SUPERSCRIPTS}]+", lambda power: "^" + power[0].translate(_FROM_SUPERSCRIPT), cleaned)
@@ -136,7 +160,7 @@ def _checked_unit(text: str, kind: str) -> _Unit:
     if unit.dimension != _unit(wanted.si).dimension:
         found = f"the unit {text!r}" if text.strip() else "no unit"
         raise UnitError(f"found {found}, which is no unit of {kind}; expected one such as {wanted.shown!r}")
-    turns = kind == "rotational speed" and not _ANGLE.search(text)
+    turns = kind == "rotational speed" and not _ANGLE.search(_as_by_the_rules(text))
     return unit._replace(slope=unit.slope * Decimal(math.tau)) if turns else unit
 
 
@@ -163,6 +187,23 @@ def parse(text: str, kind: str) -> float:
             f"found {text!r}, which is not finite in {wanted.si}; expected a {kind} such as {wanted.example!r}"
         )
     return value
+
+
+def with_point(text: str) -> str:
+    """Write the decimal comma of a number that a person typed as a point: "0,1 m/s" is "0.1 m/s".
+
+    Raises ``UnitError`` where the comma may as well stand between thousands, as in "1,000 N".
+    """
+    found = _DECIMAL_COMMA.match(text)
+    if found is None:
+        return text
+    whole, decimals = found["whole"], found["decimals"]
+    if len(decimals) == 3 and whole.strip("+- ").lstrip("0"):
+        raise UnitError(
+            f"found {text!r}, whose comma may be a decimal sign or stand between thousands; expected to see which; "
+            f"write {whole.strip()}.{decimals} or {whole.strip()}{decimals}"
+        )
+    return f"{whole}.{decimals}{text[found.end() :]}"
 
 
 def parse_interval(text: str, kind: str, *, of: float) -> float:

@@ -118,7 +118,7 @@ def _document(path: Path, export: "Export") -> dict[str, Any]:
         "candidates": [_candidate(other.name, match.confidence, match.why) for other, match in others],
         "rows": export.rows,
         "columns": [_column(export, column) for column in export.table.columns],
-        "facts": dict(export.table.facts),
+        "facts": export.header.facts,
         "notes": _notes(export),
     }
 
@@ -152,7 +152,7 @@ def _show(path: Path, export: "Export") -> None:
     print_result(f"  {_sure(export.match.confidence)} sure: {export.match.why}")
     for other, match in export.others:
         print_result(f"  or else {other.name}, {_sure(match.confidence)} sure: {match.why}")
-    for key, value in export.table.facts.items():
+    for key, value in export.header.facts.items():
         print_result(f"  {key}: {value}")
     for note in _notes(export):
         print_result(f"  note: {note}")

@@ -52,6 +52,12 @@ def new(
             "--split", help="Make a run folder of each step, by the column that numbers them.", metavar="COLUMN"
         ),
     ] = None,
+    accept: Annotated[
+        bool,
+        typer.Option(
+            "--accept", help="Take the values that the file's name and the recording offer, where they agree."
+        ),
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Make a run folder from files of an instrument: copies them, and writes run.toml with all that they tell.
@@ -66,7 +72,17 @@ def new(
 
     require_outside(into / "run")
     wanted = Wanted(
-        files, into, run_id, template, reader, settings or (), profiles or (), sheet, each_sheet=each_sheet, split=split
+        files,
+        into,
+        run_id,
+        template,
+        reader,
+        settings or (),
+        profiles or (),
+        sheet,
+        each_sheet=each_sheet,
+        split=split,
+        accept=accept,
     )
     made = make_runs(wanted, _somebody_to_ask(), say)
     for one in made:
@@ -84,6 +100,7 @@ def _document(made: "NewRun") -> dict[str, Any]:
         "still_to_be_filled_in": made.lacks,
         "problem": made.problem,
         "notes": made.notes,
+        "accepted": made.accepted,
     }
 
 
@@ -104,6 +121,8 @@ def _tell(made: "NewRun") -> None:
         say(f"{made.folder}: {group}: {group.rows} rows, {group.first.reader.title}")
     for note in made.notes:
         say(f"  note: {note}")
+    for value in made.accepted:
+        say(f"  accepted: {value}")
     if made.lacks:
         say(f"still to be filled in: {', '.join(made.lacks)}")
     if made.problem:

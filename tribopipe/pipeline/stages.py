@@ -3,6 +3,7 @@
 A step is skipped where its version, its options and all that it stands on are unchanged; ``force`` redoes it.
 """
 
+import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -111,16 +112,26 @@ def attempted(run_id: str, stage: Stage, step: Callable[[], Outcome]) -> Outcome
 
 def find_runs(path: Path) -> list[Path]:
     """Return the run folders at or below a path. Raises ``ManifestError`` where there is none."""
+    if path.is_file() and path.suffix.lower() != ".toml":
+        raise ManifestError(
+            f"{path}: found a file; expected a run folder; if an instrument wrote it, make a run folder of it: "
+            f"tribopipe new {_as_typed(path)}"
+        )
     if manifest_path(path).is_file() or not path.is_dir():
         return [path]
     manifests = found_below(path, MANIFEST_NAME)
     found = sorted((manifest.parent for manifest in manifests), key=lambda run: natural_order(str(run)))
     if not found:
         raise ManifestError(
-            f"{path}: found no {MANIFEST_NAME} in it or below; expected a run folder; write one beside the "
-            "instrument's files"
+            f"{path}: found no {MANIFEST_NAME} in it or below; expected a run folder; if it holds exports of an "
+            f"instrument, make a run folder of each: tribopipe new {_as_typed(path)}"
         )
     return found
+
+
+def _as_typed(path: Path) -> str:
+    """Write a path as a shell takes it."""
+    return f'"{path}"' if re.search(r"[^\w./\\:+,-]", str(path)) else str(path)
 
 
 def ingest(path: Path, archive: Archive, *, force: bool = False, amend: bool = False) -> Outcome:

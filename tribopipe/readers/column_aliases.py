@@ -2,7 +2,7 @@
 
 import unicodedata
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Literal, NamedTuple
 
 from tribopipe.base.units import is_unit_of
@@ -11,46 +11,79 @@ from tribopipe.readers.column_names import bare_name
 from tribopipe.readers.fields import is_mostly_numbers
 from tribopipe.readers.reader import ReadColumn
 
-# As plain_name writes names: small Latin letters and digits alone, accents taken off.
+# As plain_name writes names: small letters and digits alone, accents taken off.
 _SYNONYMS: dict[SignalName, str] = {
-    "time": "testtime elapsedtime runtime t zeit messzeit testzeit versuchszeit czas tiempo temps tempo tid aika cas",
-    "rotations": "revolutions numberofrevolutions umdrehungen anzahlumdrehungen obroty liczbaobrotow vueltas giri",
+    "time": (
+        "testtime elapsedtime runtime t zeit messzeit testzeit versuchszeit czas tiempo temps tempo tid aika "
+        "cas tempsdessai tiempodeensayo czastarcia 时间 時間 试验时间 試験時間 経過時間"
+    ),
+    "rotations": (
+        "revolutions numberofrevolutions umdrehungen anzahlumdrehungen obroty liczbaobrotow vueltas giri "
+        "laps numberoflaps runden anzahlrunden tours nombredetours 圈数 周数 総回転数 累積回転数"
+    ),
     "sliding_distance": (
-        "distance totaldistance slidedistance distanz weg gleitweg reibweg droga drogatarcia dystans distancia "
-        "distanciadedeslizamiento distancedeglissement distanza"
+        "distance totaldistance slidedistance distanz weg gleitweg reibweg droga drogatarcia dystans "
+        "distancia distanciadedeslizamiento distancedeglissement distanza slidingdist distancedefrottement "
+        "距离 滑动距离 滑行距离 距離 すべり距離 摺動距離"
     ),
     "sliding_speed": (
-        "speed velocity slidingvelocity linearspeed linearvelocity geschwindigkeit gleitgeschwindigkeit predkosc "
-        "predkoscposlizgu velocidad velocidadlineal vitesse vitessedeglissement velocita"
+        "speed velocity slidingvelocity linearspeed linearvelocity geschwindigkeit gleitgeschwindigkeit "
+        "predkosc predkoscposlizgu velocidad velocidadlineal vitesse vitessedeglissement velocita "
+        "gleitgeschw vitesselineaire 速度 滑动速度 线速度 すべり速度 摺動速度"
     ),
     "normal_force": (
-        "fn fz nf load normalload appliedload normalkraft last normallast belastung kraftnormal silanormalna nacisk "
-        "obciazenie carga carganormal fuerzanormal charge chargenormale forcenormale carico forzanormale"
+        "fn fz nf load normalload appliedload normalkraft last normallast belastung kraftnormal silanormalna "
+        "nacisk obciazenie carga carganormal fuerzanormal charge chargenormale forcenormale carico "
+        "forzanormale obciazenienormalne 载荷 法向载荷 法向力 正压力 荷重 垂直荷重 試験荷重"
     ),
     "friction_force": (
         "ff ft fr friction frictionload frictionalforce tangentialforce lateralforce reibkraft reibungskraft "
-        "tangentialkraft tarcie silatarcia fuerza fuerzadefriccion fuerzaderozamiento friccion forcedefrottement "
-        "forcetangentielle forzadiattrito"
+        "tangentialkraft tarcie silatarcia fuerza fuerzadefriccion fuerzaderozamiento friccion "
+        "forcedefrottement forcetangentielle forzadiattrito fuerzatangencial frottement 摩擦力"
     ),
     "friction_coefficient": (
-        "mu cof coefffriction coeffoffriction coefficientoffriction coefficientfriction reibwert reibzahl reibungszahl "
-        "reibungskoeffizient reibkoeffizient wspolczynniktarcia coeficientedefriccion coeficientederozamiento "
-        "coefficientdefrottement coefficientediattrito"
+        "mu cof coefffriction coeffoffriction coefficientoffriction coefficientfriction reibwert reibzahl "
+        "reibungszahl reibungskoeffizient reibkoeffizient wspolczynniktarcia coeficientedefriccion "
+        "coeficientederozamiento coefficientdefrottement coefficientediattrito wspolczynnik coefdefrottement "
+        "coefdefriccion 摩擦系数 摩擦因数 摩擦係数"
     ),
     "depth": (
         "weardepth penetrationdepth displacement lineardisplacement wear linearwear lvdt tiefe verschleiss "
-        "verschleisstiefe eindringtiefe zuzycie zuzycieliniowe profundidad profundidaddedesgaste desgaste profondeur "
-        "usure profondita usura"
+        "verschleisstiefe eindringtiefe zuzycie zuzycieliniowe profundidad profundidaddedesgaste desgaste "
+        "profondeur usure profondita usura weartrackdepth verschleissweg verschleissbetrag "
+        "linearerverschleiss wegaufnehmer usurelineaire enfoncement desgastelineal przemieszczenie 磨损深度 "
+        "磨损位移 位移 摩耗深さ 変位"
     ),
-    "temperature": "temp t temperatur temperatura",
+    "temperature": ("temp t temperatur temperatura temperatureambiante 温度 試験温度 试验温度"),
     "relative_humidity": (
-        "humidity rh relhumidity humidite umidita feuchte luftfeuchte luftfeuchtigkeit relativefeuchte wilgotnosc "
-        "wilgotnoscwzgledna humedad humedadrelativa"
+        "humidity rh relhumidity humidite umidita feuchte luftfeuchte luftfeuchtigkeit relativefeuchte "
+        "wilgotnosc wilgotnoscwzgledna humedad humedadrelativa humiditerelative 相对湿度 湿度 相対湿度"
     ),
 }
-_NAMED = {signal: frozenset(written.split()) for signal, written in _SYNONYMS.items()}
+_AXES: dict[SignalName, str] = {"friction_force": "fx fy", "depth": "z"}
+"""Axes of a machine, which count where no other column has a name of the signal."""
+_FIRST_OF_THE_EAST = "\u2e80"
+"""Where Chinese and Japanese signs begin."""
 NO_UNIT = "its unit is not known"
 By = Literal["by the format", "by its name"]
+
+
+def plain(name: str) -> str:
+    """Write a name in small letters and digits, those of other scripts than Chinese and Japanese left out."""
+    spelt = name.casefold().translate({ord("ł"): "l", ord("µ"): "mu", ord("μ"): "mu"})
+    kept = unicodedata.normalize("NFKD", spelt)
+    return "".join(sign for sign in kept if sign.isalnum() and (sign.isascii() or sign >= _FIRST_OF_THE_EAST))
+
+
+_NAMED, _ON_AXES = (
+    {signal: frozenset(map(plain, written.split())) for signal, written in names.items()}
+    for names in (_SYNONYMS, _AXES)
+)
+
+
+def names_of(signal: str | None) -> tuple[str, ...]:
+    """Return the plain names that stand for a signal, its own the first; none of no signal."""
+    return () if signal is None else next((signal, *sorted(_NAMED[one])) for one in _NAMED if one == signal)
 
 
 class Meaning(NamedTuple):
@@ -68,9 +101,9 @@ def meanings_of(columns: Sequence[ReadColumn], given: frozenset[SignalName] = fr
     """Say what columns mean, by name: by the format's word, else by their own names where the unit fits.
 
     Signals that are ``given`` by other columns are left out. No two columns are the same signal: the format's word goes
-    before a signal's own name, that before a synonym, and where two synonyms stand for one signal both are in doubt. A
-    column of numbers keeps its meaning although a field of it is none, for which it is refused later; one of words has
-    a meaning that cannot be taken.
+    before a signal's own name, that before a synonym, that before an axis such as Fx, and where two synonyms stand for
+    one signal both are in doubt. A column of numbers keeps its meaning although a field of it is none, for which it is
+    refused later; one of words has a meaning that cannot be taken.
     """
     counted = Counter(column.name for column in columns)
     named = [column for column in columns if counted[column.name] == 1 and column.name]
@@ -80,7 +113,7 @@ def meanings_of(columns: Sequence[ReadColumn], given: frozenset[SignalName] = fr
         if column.signal is not None and not _taken(column.signal, found):
             lacks = NO_UNIT if column.unit is None and not _fits(None, column.signal) else ""
             found[column.name] = Meaning(column.signal, "by the format", lacks)
-    for told in (_by_own_name, _by_synonym):
+    for told in (_by_own_name, _by_synonym, _by_axis):
         left = [column for column in numbers if column.name not in found]
         _add_named([column for column in left if told(column) not in given], found, told)
     for column in named:
@@ -113,8 +146,17 @@ def _by_own_name(column: ReadColumn) -> SignalName | None:
 
 def _by_synonym(column: ReadColumn) -> SignalName | None:
     """Give the signal that a column's name stands for: one that its unit fits, where there is one."""
+    return _meant(column, _NAMED)
+
+
+def _by_axis(column: ReadColumn) -> SignalName | None:
+    """Give the signal that an axis of a machine may record."""
+    return _meant(column, _ON_AXES)
+
+
+def _meant(column: ReadColumn, named: Mapping[SignalName, frozenset[str]]) -> SignalName | None:
     name = plain_name(column)
-    meant = [signal for signal in SIGNALS if name in _NAMED[signal]]
+    meant = [signal for signal in SIGNALS if name in named.get(signal, ())]
     return next((signal for signal in meant if _fits(column.unit, signal)), meant[0] if meant else None)
 
 
@@ -126,9 +168,9 @@ def _add_named(
     for column, signal in meant:
         if _fits(column.unit, signal):
             lacks = "another column could be it too" if fitting[signal] > 1 else _other_sense(column, signal)
-            found[column.name] = Meaning(signal, "by its name", lacks, synonym=told is _by_synonym)
+            found[column.name] = Meaning(signal, "by its name", lacks, synonym=told is not _by_own_name)
         elif column.unit is None:
-            found[column.name] = Meaning(signal, "by its name", NO_UNIT, synonym=told is _by_synonym)
+            found[column.name] = Meaning(signal, "by its name", NO_UNIT, synonym=told is not _by_own_name)
 
 
 def _other_sense(column: ReadColumn, signal: SignalName) -> str:
@@ -150,10 +192,5 @@ def _fits(unit: str | None, signal: SignalName) -> bool:
 
 
 def plain_name(column: ReadColumn) -> str:
-    """Write a name without its unit in small Latin letters and digits: "Reibkraft [N]", "fz_N", "µ", "Fₙ"."""
-    spelt = (
-        bare_name(column.name.removesuffix(f"_{column.unit}"))
-        .casefold()
-        .translate({ord("ł"): "l", ord("µ"): "mu", ord("μ"): "mu"})
-    )
-    return "".join(sign for sign in unicodedata.normalize("NFKD", spelt) if sign.isascii() and sign.isalnum())
+    """Write a name without its unit in small letters and digits: "Reibkraft [N]", "fz_N", "µ", "Fₙ", "摩擦力"."""
+    return plain(bare_name(column.name.removesuffix(f"_{column.unit}")))

@@ -15,6 +15,8 @@ _UNITS_IN_NAMES = (
     _UNIT_IN_WORD,
 )
 _LONGEST_NAME = 1000
+_WIDE_BRACKETS = str.maketrans("（）［］【】", "()[][]")
+"""As Chinese and Japanese programs write them."""
 _UNIT_ROW_LABELS = ("unit", "units", "einheit", "einheiten", "単位", "单位")
 
 
@@ -22,6 +24,7 @@ def split_name(name: str) -> tuple[str, str | None]:
     """Split a column's name as a header writes it into name and unit; what is longer than any name has none."""
     if len(name) > _LONGEST_NAME:
         return name, None
+    name = name.translate(_WIDE_BRACKETS)
     for pattern in _UNITS_IN_NAMES:
         matched = pattern.fullmatch(name)
         if matched is None:

@@ -14,6 +14,7 @@ from tribopipe.documents.manifest import is_described
 from tribopipe.readers import long_text
 from tribopipe.readers.column_aliases import Meaning, meanings_of
 from tribopipe.readers.fields import remarks
+from tribopipe.readers.header_facts import HeaderFacts, header_facts
 from tribopipe.readers.long_text import LongText
 from tribopipe.readers.open_units import OpenUnit, open_units, roles_of
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, Reader, ReadTable
@@ -53,7 +54,14 @@ class Export:
     @property
     def notes(self) -> tuple[str, ...]:
         """What a person should know of how it was read."""
-        return remarks(self.table)
+        return (*remarks(self.table), *self.header.notes)
+
+    @cached_property
+    def header(self) -> HeaderFacts:
+        """What the header says of the run: as the format defines it, or else in free lines."""
+        if self.table.facts or self.reader.holds != "signals":
+            return HeaderFacts(dict(self.table.facts), {})
+        return header_facts(self.table.header, [column.name for column in self.table.columns])
 
     @cached_property
     def meanings(self) -> Mapping[str, Meaning]:

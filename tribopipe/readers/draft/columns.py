@@ -8,7 +8,7 @@ from tribopipe.base.units import KINDS, pretty
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.readers.column_aliases import NO_UNIT
 from tribopipe.readers.columns import find_column
-from tribopipe.readers.draft.splitting import rotational_speeds
+from tribopipe.readers.draft.recorded import rotational_speeds
 from tribopipe.readers.draft.toml import toml
 from tribopipe.readers.export_files import Export
 from tribopipe.readers.friction_definitions import definitions_note, friction_definitions

@@ -17,19 +17,14 @@ from tribopipe.documents.manifest import MANIFEST_NAME, MANIFEST_SCHEMA, RunMani
 from tribopipe.documents.record import read_document
 from tribopipe.documents.template import read_template
 from tribopipe.readers.draft.columns import friction_left_open
-from tribopipe.readers.draft.gathering import gather
+from tribopipe.readers.draft.gathering import gather, take_radius
 from tribopipe.readers.draft.grouping import Group, grouped
 from tribopipe.readers.draft.hints import doubt_names
 from tribopipe.readers.draft.known_values import Known
 from tribopipe.readers.draft.profiles import Measured, add_profiles, profiles_left_open, read_profile, which_profile
 from tribopipe.readers.draft.questions import Ask, Say, ask_for_missing
-from tribopipe.readers.draft.splitting import (
-    propose_conditions,
-    propose_motion,
-    sheets_of,
-    split_steps,
-    steps_left_together,
-)
+from tribopipe.readers.draft.recorded import propose_recorded
+from tribopipe.readers.draft.splitting import sheets_of, split_steps, steps_left_together
 from tribopipe.readers.draft.writing import Draft, manifest_text
 from tribopipe.readers.export_files import Export, chosen_reader, open_export, read_export
 from tribopipe.readers.harmonize import read_run
@@ -63,6 +58,8 @@ class Wanted:
     """Whether each sheet of a workbook is a run."""
     split: str | None = None
     """Column that numbers the steps of a file, each of which is a run."""
+    accept: bool = False
+    """Whether values that names of files and recordings offer are accepted."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +76,8 @@ class NewRun:
     """What else is in the way of processing it."""
     notes: tuple[str, ...]
     """What a person should know of how the files were read."""
+    accepted: tuple[str, ...] = ()
+    """What was offered and accepted, each with its source."""
 
 
 @dataclass(frozen=True)
@@ -134,13 +133,16 @@ def make_runs(wanted: Wanted, ask: Ask | None = None, say: Say = print) -> list[
     """
     plans = [plan for each in _by_sheet(wanted) for plan in _planned(each)]
     _refuse_places(plans)
+    accepted = [plan.draft.known.accept() if wanted.accept else [] for plan in plans]
     if ask is not None:
         _ask_once([plan.draft.known for plan in plans], ask, say)
+    for plan in plans:
+        take_radius(plan.draft.known)
     wanted.into.mkdir(parents=True, exist_ok=True)
     with ExitStack() as stack:
         parts = [stack.enter_context(_building(plan.target)) for plan in plans]
         problems = [_fill(part, plan.draft, plan.sources) for part, plan in zip(parts, plans, strict=True)]
-    return [_new_run(plan, problem) for plan, problem in zip(plans, problems, strict=True)]
+    return [_new_run(*one) for one in zip(plans, problems, accepted, strict=True)]
 
 
 def _by_sheet(wanted: Wanted) -> list[Wanted]:
@@ -162,15 +164,21 @@ def _planned(wanted: Wanted) -> list[_Plan]:
         return [_plan(wanted, defaults, exports, measured)]
     plans = []
     for step in split_steps(exports, wanted.split):
-        plan = _plan(wanted, defaults, step.exports, measured)
+        plan = _plan(wanted, defaults, step.exports, measured, (step.column, step.number))
         draft = replace(plan.draft, id=f"{plan.draft.id}-step-{step.number}", step=step)
-        propose_conditions(draft.known, step)
         plans.append(replace(plan, draft=draft, target=wanted.into / draft.id))
     return plans
 
 
-def _plan(wanted: Wanted, defaults: _Defaults, exports: Sequence[Export], measured: list[Measured]) -> _Plan:
+def _plan(
+    wanted: Wanted,
+    defaults: _Defaults,
+    exports: Sequence[Export],
+    measured: list[Measured],
+    step: tuple[str, int] | None = None,
+) -> _Plan:
     draft = replace(_drafted(wanted, defaults, exports, measured), sheet=wanted.sheet)
+    propose_recorded(draft.known, exports, step)
     described = [open_export(defaults.description)] if defaults.description else []
     sources = [export.source for export in [*exports, *(one.export for one in measured)]] + described
     return _Plan(draft, exports, sources, wanted.into / draft.id)
@@ -200,16 +208,18 @@ def _ask_once(known: Sequence[Known], ask: Ask, say: Say) -> None:
             other.take(key, first.given[key].value)
 
 
-def _new_run(plan: _Plan, problem: str | None) -> NewRun:
+def _new_run(plan: _Plan, problem: str | None, accepted: Sequence[str]) -> NewRun:
     draft = plan.draft
     notes = dict.fromkeys(f"{export.name}: {note}" for export in plan.exports for note in export.notes)
-    notes |= dict.fromkeys(profiles_left_open(draft.known))
+    notes |= dict.fromkeys([*draft.known.dissent, *draft.known.in_dispute(), *profiles_left_open(draft.known)])
     notes |= dict.fromkeys(_one_test(group) for group in draft.groups if group.clocks_begin_anew)
     notes |= dict.fromkeys(note for export in plan.exports if (note := friction_left_open(export)))
     if draft.step is None:
         notes |= dict.fromkeys(note for export in plan.exports if (note := steps_left_together(export)))
     lacks, bodies_lack = draft.known.lacks, draft.known.bodies_lack
-    return NewRun(plan.target, tuple(draft.groups), tuple(lacks), tuple(bodies_lack), problem, tuple(notes))
+    return NewRun(
+        plan.target, tuple(draft.groups), tuple(lacks), tuple(bodies_lack), problem, tuple(notes), tuple(accepted)
+    )
 
 
 def _one_test(group: Group) -> str:
@@ -241,7 +251,6 @@ def _drafted(wanted: Wanted, defaults: _Defaults, exports: Sequence[Export], mea
     known = gather(defaults.template, defaults.name, wanted.settings, in_order)
     add_profiles(known, measured)
     which_profile(known, [export for export in exports if export.reader.holds == "profile"])
-    propose_motion(known, in_order)
     doubt_names(known, [export.name for export in in_order])
     run_id = fit_for_id(in_order[0].name) if wanted.id is None else wanted.id
     columns = defaults.signals.get("columns", {})

@@ -5,11 +5,15 @@ from itertools import islice
 from typing import Any
 
 from tribopipe.base.errors import ManifestError
-from tribopipe.readers.draft.known_values import LOAD, Given, Known, flat
+from tribopipe.documents.quantity import read_quantity
+from tribopipe.readers.draft.known_values import LOAD, Given, Known, alike, flat
 from tribopipe.readers.draft.toml import value_of
 from tribopipe.readers.export_files import Export
 
 _MOST_DOUBTS = 4
+_ROUNDED = 0.01
+"""How far half a diameter may be from a radius for both to be the same."""
+_SHAPE, _DIAMETER, _RADIUS = "contact.pin.shape", "contact.pin.diameter", "contact.pin.radius"
 
 
 def gather(
@@ -29,7 +33,24 @@ def gather(
         _set(known, setting)
     for key, values in _facts(exports).items():
         _take_fact(known, key, values)
+    take_radius(known)
     return known
+
+
+def take_radius(known: Known) -> None:
+    """Take half the diameter of a ball as its radius, where nobody has stated another one."""
+    diameter, shape = (known.values.get(key) for key in (_DIAMETER, _SHAPE))
+    if diameter is None or shape != "spherical":
+        return
+    whole, before = read_quantity(diameter, "length"), known.given.get(_RADIUS)
+    half, unsure = (f"{1e3 * number / 2:.12g} mm" for number in (whole.value, whole.standard_uncertainty or 0.0))
+    origin = "half of the diameter"
+    if before is not None:
+        if not before.origin or alike(_RADIUS, before.value, half, _ROUNDED):
+            return
+        origin += f"; {before.origin.removeprefix('from ')} says {before.value}"
+    stated = half if whole.standard_uncertainty is None else {"value": half, "standard_uncertainty": unsure}
+    known.take(_RADIUS, stated, origin)
 
 
 def _set(known: Known, setting: str) -> None:
@@ -41,20 +62,22 @@ def _set(known: Known, setting: str) -> None:
     value = value_of(text)
     problem = known.take(key, value)
     if problem is not None and not isinstance(value, Mapping | list):
-        problem = known.take(key, text)
+        problem = known.take_typed(key, text)
     if problem is not None:
         raise ManifestError(f"--set {setting}: {problem}")
 
 
 Said = dict[str, list[str]]
-"""What headers say of one key → the files that say so."""
+"""What headers say of one key → the files that say so, with the line where it is a free one."""
 
 
 def _facts(exports: Iterable[Export]) -> dict[str, Said]:
     told: dict[str, Said] = {}
     for export in exports:
-        for key, text in export.table.facts.items():
-            told.setdefault(key, {}).setdefault(text, []).append(export.name)
+        for key, text in export.header.facts.items():
+            line = export.header.lines.get(key)
+            source = export.name if line is None else f"{export.name}, {' '.join(line.split())!r}"
+            told.setdefault(key, {}).setdefault(text, []).append(source)
     return told
 
 
@@ -71,7 +94,9 @@ def _take_fact(known: Known, key: str, said: Said) -> None:
     if before is not None and text != before.value:
         origin += f"; {before.origin.removeprefix('from ')} says {before.value}"
     problem = known.take_text(key, text, origin)
-    if problem is not None:
+    if problem is None:
+        known.of_headers.add(key)
+    else:
         known.doubt(key, text, f"from {_few(files)}, but {problem}")
 
 

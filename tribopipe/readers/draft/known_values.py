@@ -4,11 +4,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from datetime import date, datetime
 from functools import cache
-from typing import Any, NamedTuple, cast
+from typing import Annotated, Any, NamedTuple, cast
 
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 
-from tribopipe.base.errors import did_you_mean
+from tribopipe.base.errors import UnitError, did_you_mean
+from tribopipe.base.units import with_point
 from tribopipe.documents.contact import PinOnDisc, contact_named, contacts
 from tribopipe.documents.manifest import MANIFEST_SCHEMA, Conditions, EndValues, RunManifest, Sensors, StatedFriction
 from tribopipe.documents.record import Record, first_problem
@@ -73,6 +74,8 @@ _STAND_INS = {
 }
 """In the place of what is not known yet, where what is known is checked: nothing that could be known is larger."""
 LOAD = "conditions.normal_load"
+_ALIKE = 0.1
+"""How far two values that are offered for one key may be apart, relative to the larger one."""
 
 
 class Given(NamedTuple):
@@ -87,6 +90,8 @@ class Doubt(NamedTuple):
 
     value: Any
     why: str
+    offered: bool = False
+    """Whether it may be accepted as it is."""
 
 
 @dataclass
@@ -95,6 +100,10 @@ class Known:
 
     given: dict[str, Given] = field(default_factory=dict)
     doubts: dict[str, list[Doubt]] = field(default_factory=dict)
+    of_headers: set[str] = field(default_factory=set)
+    """Keys that headers state."""
+    dissent: list[str] = field(default_factory=list)
+    """What contradicts a value that is known."""
 
     @property
     def values(self) -> dict[str, Any]:
@@ -147,9 +156,73 @@ class Known:
             return None
         return self.take(key, text, origin)
 
+    def take_typed(self, key: str, text: str, origin: str = "") -> str | None:
+        """Take a value as a person types it, with a decimal comma perhaps: "0,1 m/s"."""
+        problem = self.take_text(key, text, origin)
+        if problem is None:
+            return None
+        try:
+            written = with_point(text)
+        except UnitError as error:
+            return f"{key}: {error}"
+        return problem if written == text else self.take_text(key, written, origin)
+
     def doubt(self, key: str, value: Any, why: str) -> None:
         """Keep a value that is not taken, for a comment."""
         self.doubts.setdefault(key, []).append(Doubt(value, why))
+
+    def offer(self, key: str, value: Any, why: str) -> None:
+        """Keep a value that is not taken unless a person accepts it."""
+        self.doubts.setdefault(key, []).append(Doubt(value, why, offered=True))
+
+    def object(self, key: str, other: str) -> None:
+        """Note what contradicts a value that is known."""
+        given = self.given[key]
+        self.dissent.append(
+            f"{key}: found {given.value} {given.origin or 'as you state it'}, but {other}; expected both to agree; see "
+            "which of them holds"
+        )
+
+    def offered(self, key: str) -> Doubt | None:
+        """Return what is offered for a key, the first of what agrees; none where something else is said, too."""
+        found = self.doubts.get(key, [])
+        if not found or not all(one.offered and alike(key, found[0].value, one.value) for one in found):
+            return None
+        return found[0]
+
+    def in_dispute(self) -> list[str]:
+        """Name the keys for which different values are offered, so that none is taken."""
+        return [
+            f"{key} is left open: " + "; ".join(f"{one.value}, {one.why}" for one in found)
+            for key, found in self.doubts.items()
+            if key not in self.given and len(found) > 1 and self.offered(key) is None
+        ]
+
+    def accept(self) -> list[str]:
+        """Take what is offered and fits; return what was taken, with where it comes from."""
+        taken = []
+        for key in list(self.doubts):
+            offer = self.offered(key)
+            if (
+                offer is not None
+                and key not in self.given
+                and self.take(key, offer.value, f"{offer.why}, accepted") is None
+            ):
+                taken.append(f"{key} = {offer.value}, {offer.why}")
+        return taken
+
+
+def alike(key: str, one: Any, other: Any, within: float = _ALIKE) -> bool:
+    """Tell whether two values of a key differ by no more than a share of the larger one."""
+    table, _, name = key.rpartition(".")
+    rules = sections()[table].model_fields[name]
+    written: Any = Annotated[rules.annotation, *rules.metadata] if rules.metadata else rules.annotation
+    reads: TypeAdapter[Any] = TypeAdapter(written)
+    try:
+        first, second = (reads.validate_python(value).value for value in (one, other))
+    except (ValidationError, AttributeError):
+        return bool(one == other)
+    return bool(abs(first - second) <= within * max(abs(first), abs(second)))
 
 
 def problem_of(values: Values) -> str | None:

@@ -1,28 +1,21 @@
 """Several tests in one file: a run of each sheet of a workbook, or of each step that a column numbers."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ReaderError
-from tribopipe.base.units import is_rotational, is_unit_of
 from tribopipe.documents.manifest import SignalFile
 from tribopipe.readers.column_mapping import Part
-from tribopipe.readers.column_names import bare_name
 from tribopipe.readers.columns import find_column
-from tribopipe.readers.draft.known_values import LOAD, Known
 from tribopipe.readers.export_files import Export, chosen_reader, open_export
 from tribopipe.readers.formats.workbook import WorkbookReader
 from tribopipe.readers.reader import Hints, ReadColumn
 from tribopipe.readers.registry import detect
 from tribopipe.readers.steps import Step, Steps, spoken_steps, step_column, steps_in
 from tribopipe.results.run import ExtraColumn
-
-_FEW_DIGITS = ".4g"
-_MOTION = {"conditions.frequency": "frequency", "conditions.stroke": "length"}
 
 
 @dataclass(frozen=True)
@@ -103,44 +96,3 @@ def steps_left_together(export: Export) -> str | None:
         f"{export.name}: column {name!r} numbers the steps {spoken_steps(steps)}, which are taken as one test; steps "
         f"of their own load, speed or track make a run each: tribopipe new {export.name} --split {name!r}"
     )
-
-
-def propose_conditions(known: Known, step: StepOfFiles) -> None:
-    """Note as doubts what was recorded of load and rotational speed in a step, where nobody has stated them."""
-    for key, column, values in _recorded(step):
-        value = f"{float(np.nanmedian(np.abs(values))):{_FEW_DIGITS}} {column.unit}"
-        if key not in known.given and known.fits(key, value):
-            known.doubt(key, value, f"median of {column.name!r} in step {step.number}")
-
-
-def propose_motion(known: Known, exports: Sequence[Export]) -> None:
-    """Note as doubts what was recorded of frequency and stroke, where nobody has stated them."""
-    for export in exports:
-        for column in export.table.columns:
-            key = f"conditions.{bare_name(column.name).casefold()}"
-            kind = _MOTION.get(key)
-            if kind is None or key in known.given or column.first_bad or not is_unit_of(column.unit or "1", kind):
-                continue
-            value = f"{float(np.nanmedian(column.values)):{_FEW_DIGITS}} {column.unit}"
-            if known.fits(key, value):
-                known.doubt(key, value, f"median of {column.name!r}")
-
-
-def _recorded(step: StepOfFiles) -> Iterator[tuple[str, ReadColumn, Column]]:
-    """Give the columns of load and rotational speed, and their numbers in a step."""
-    for export in step.exports[:1]:
-        numbers = next(one.values for one in export.table.columns if one.name == step.column)
-        rows = np.asarray(numbers, dtype=float) == step.number
-        load, turning = _column(export, "normal_force"), rotational_speeds(export)
-        for key, column in ((LOAD, load), ("conditions.rotational_speed", turning[0] if len(turning) == 1 else None)):
-            if column is not None and column.unit and np.any(np.isfinite(column.values[rows])):
-                yield key, column, column.values[rows]
-
-
-def rotational_speeds(export: Export) -> list[ReadColumn]:
-    """Return the columns of a rotational speed, such as "Rotary.Velocity (rpm)"."""
-    return [
-        column
-        for column in export.table.columns
-        if column.first_bad is None and column.unit is not None and is_rotational(column.unit)
-    ]

@@ -6,7 +6,7 @@
   are the header, its cells separated by tabs. Line numbers in messages are the row numbers of the sheet.
 * One sheet is one test. Several sheets with a table of a test are refused until one of them is named; where time goes
   on from each to the next, as in a test with more rows than a sheet holds, they are segments of one test. Sheets
-  without a table, and lists of settings, are left out, hidden sheets with a note.
+  without a table, and lists of settings, are left out, hidden sheets with a note; lists are part of the header.
 * Numbers are read with all digits stored, whatever a cell shows. Empty cells and errors (#DIV/0!) are missing samples;
   a formula gives the value that the spreadsheet program saved. A number stored as text is text, unless it is written
   with a point, or with the decimal sign that run.toml names.
@@ -18,7 +18,7 @@ Reading takes the package python-calamine: pip install "tribopipe[excel]".
 import json
 import re
 import zipfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from io import BytesIO
@@ -34,6 +34,7 @@ from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.sheets import several_tests, unknown_sheet
 from tribopipe.readers.subprocess_readers import answer_of
 from tribopipe.readers.table_parts import is_time, join_parts, seconds_since_first, tests_among
+from tribopipe.readers.tables import is_number
 from tribopipe.readers.text import Text
 from tribopipe.results.run import SourceFile
 
@@ -44,6 +45,8 @@ _ODS_TYPE = b"application/vnd.oasis.opendocument.spreadsheet"
 _OLE2 = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 _STREAMS = tuple(f"{name}\0".encode("utf-16-le") for name in ("Workbook", "Book", "EncryptedPackage"))
 _MOST_BYTES = 1 << 30
+_LONGEST_LIST = 200
+"""Lines of a sheet of settings."""
 _INTERVALS = 3
 """Sampling intervals within which a test goes on in the next sheet."""
 _REMEDY = "save the workbook again, without a password, or export the table as text"
@@ -88,8 +91,9 @@ class WorkbookReader:
             raise several_tests(source.name, list(tests))
         joined = join_parts(source.name, "sheet", tables)
         left = [sheet["name"] for sheet in filled if not sheet["visible"] and hints.sheet is None]
+        above = _settings(filled, tests or tables) + joined.header
         hidden = [f"sheet {name!r} is hidden and is left out" for name in left]
-        return replace(joined, notes=(*joined.notes, *hidden))
+        return replace(joined, header=above, notes=(*joined.notes, *hidden))
 
     def sheets(self, source: SourceFile, hints: Hints) -> list[str]:
         """Name the visible sheets that hold a table like that of a test. Raises ``ReaderError`` where none does."""
@@ -97,6 +101,17 @@ class WorkbookReader:
         visible = [sheet for sheet in _filled_sheets(source, decimal) if sheet["visible"]]
         tables = _tables(source, visible, Hints(None, "\t", decimal))
         return list(tests_among(tables)) or list(tables)[:1]
+
+
+def _settings(sheets: Sequence[dict[str, Any]], read: Collection[str]) -> str:
+    """Return the texts of visible sheets that hold nothing but a list, such as the settings of all tests."""
+    lists = (one["text"] for one in sheets if one["visible"] and one["name"] not in read)
+    return "".join(text for text in lists if _is_list(text.splitlines()))
+
+
+def _is_list(lines: Sequence[str]) -> bool:
+    numbers = (sum(is_number(cell, ".,") for cell in line.split("\t")) for line in lines)
+    return len(lines) <= _LONGEST_LIST and sum(count > 1 for count in numbers) <= 1
 
 
 def _go_on(tables: Sequence[ReadTable]) -> bool:

@@ -1,0 +1,405 @@
+"""Own file first: exports in the shapes of ten instruments, header lines, names of files, and what contradicts them."""
+
+import json
+import shlex
+import tomllib
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from own_exports import CASES, written
+
+from tribopipe.base.errors import UnitError
+from tribopipe.base.units import is_unit_of, parse, with_point
+from tribopipe.readers.column_aliases import meanings_of
+from tribopipe.readers.draft.folder import Wanted, make_run
+from tribopipe.readers.draft.hints import doubt_names
+from tribopipe.readers.draft.known_values import Known
+from tribopipe.readers.export_files import read_export
+from tribopipe.readers.harmonize import read_run
+from tribopipe.readers.header_facts import header_facts
+
+LOAD = "conditions.normal_load"
+
+
+@pytest.fixture
+def lab(tmp_path, monkeypatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def table(head: str = "", *, load: float = 5.0, rows: int = 40, extra: str = "", value: str = "") -> str:
+    body = "".join(f"{n / 10:.1f};{2.0 + n % 3 / 10:.1f};{load + n % 2 / 100:.2f}{value}\n" for n in range(rows))
+    return f"{head}Time [s];Friction force [N];Normal force [N]{extra}\n{body}"
+
+
+def drafted(path: Path, **wanted):
+    made = make_run(Wanted([path], **wanted))
+    text = (made.folder / "run.toml").read_text(encoding="utf-8")
+    return made, text, tomllib.loads(text)
+
+
+# --- ten instruments ---
+
+
+@pytest.mark.parametrize("make", CASES, ids=lambda make: make.__name__)
+def test_new_leaves_nothing_to_be_typed(run_cli, lab, monkeypatch, make):
+    case = make()
+    monkeypatch.chdir(written(case, lab / "user"))
+    made = run_cli(*shlex.split(case.commands[0]), "--json")
+    assert made.exit_code == 0, made.stderr
+    told = json.loads(made.stdout)
+    for one in told.get("runs", [told]):
+        assert (one["still_to_be_filled_in"], one["problem"]) == ([], None)
+    assert (len(case.commands), case.typed) == (2, ())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("make", CASES, ids=lambda make: make.__name__)
+def test_two_commands_end_in_a_wear_rate_or_in_friction(run_cli, lab, monkeypatch, make):
+    case = make()
+    monkeypatch.chdir(written(case, lab / "user"))
+    assert run_cli(*shlex.split(case.commands[0])).exit_code == 0
+    done = run_cli(*shlex.split(case.commands[1]), "--no-figures", "--json")
+    assert done.exit_code == 0, done.stderr
+    runs = json.loads(done.stdout)["runs"]
+    assert runs
+    for run in runs:
+        assert run["friction"] is not None
+        if case.k_d is not None:
+            (body,) = run["wear_fits"]["archard"]["bodies"].values()
+            assert body["wear_coefficient"]["value"] == pytest.approx(case.k_d, rel=0.05)
+
+
+# --- header lines ---
+
+LINES = {
+    "German": "Normalkraft;5 N\nBahnradius;5 mm\nGleitgeschwindigkeit;0,1 m/s\nLuftfeuchte;45 %",
+    "English": "# Normal load: 5 N\n# Track radius: 5 mm\n# Sliding speed: 0.1 m/s\n# Relative humidity: 45 %",
+    "French": "Charge normale = 5 N\nRayon de piste = 5 mm\nVitesse de glissement = 0,1 m/s\nHumidité = 45 %",
+    "Spanish": "Carga normal\t5 N\nRadio de la pista\t5 mm\nVelocidad\t0,1 m/s\nHumedad relativa\t45 %",
+    "Polish": "Siła normalna  5 N\nPromień tarcia  5 mm\nPrędkość poślizgu  0,1 m/s\nWilgotność względna  45 %",
+    "Chinese": "载荷：5 N\n摩擦半径：5 mm\n滑动速度：0.1 m/s\n相对湿度：45 %",
+    "Japanese": "荷重（N）,5\n回転半径（mm）,5\n摺動速度（m/s）,0.1\n湿度（%）,45",
+    "units in fields": '"Normal load","5","N"\n"Track radius","5","mm"\n"Speed","0.1","m/s"\n"RH","45","%"',
+}
+
+
+@pytest.mark.parametrize("language", LINES)
+def test_header_lines_of_any_language_are_facts(language):
+    found = header_facts(LINES[language])
+    assert found.notes == ()
+    assert found.facts == {
+        LOAD: "5 N",
+        "conditions.track_radius": "5 mm",
+        "conditions.sliding_speed": "0.1 m/s",
+        "conditions.relative_humidity": "45 %",
+    }
+    assert found.lines[LOAD] == LINES[language].splitlines()[0]
+
+
+@pytest.mark.parametrize(
+    ("line", "facts"),
+    [
+        ("Kugel 100Cr6 D=6 mm", {"material": "100Cr6", "diameter": "6 mm", "shape": "spherical"}),
+        ("Kugel;100Cr6;Ø 6 mm", {"material": "100Cr6", "diameter": "6 mm", "shape": "spherical"}),
+        ("Ball: Si3N4, R = 3,175 mm", {"material": "Si3N4", "radius": "3.175 mm", "shape": "spherical"}),
+        ("Bille Al2O3 diamètre 10 mm", {"material": "Al2O3", "diameter": "10 mm", "shape": "spherical"}),
+        ("Ball diameter;6 mm", {"diameter": "6 mm"}),
+    ],
+)
+def test_a_ball_is_read_by_diameter_or_radius(line, facts):
+    assert header_facts(line).facts == {f"contact.pin.{key}": value for key, value in facts.items()}
+
+
+@pytest.mark.parametrize(
+    ("lines", "told"),
+    [
+        ("Normalkraft;5", "no unit"),
+        ("Normalkraft;5 mm", "'mm' is no unit of the force"),
+        ("Normalkraft;fünf", "no number"),
+        ("Normalkraft;1,000 N", "thousands"),
+        ("Normalkraft;0 N", "can be no force"),
+        ("Luftfeuchte;4500 %", "can be no percentage"),
+        ("Kugel 100Cr6 6 mm", "may be the radius or the diameter"),
+        ("Normalkraft;5 N\nLoad;10 N", "differ on conditions.normal_load"),
+    ],
+)
+def test_header_lines_that_cannot_be_taken_are_named(lines, told):
+    found = header_facts(lines)
+    assert any(told in note for note in found.notes)
+    assert not {LOAD, "contact.pin.radius", "contact.pin.diameter"} & found.facts.keys()
+
+
+@pytest.mark.parametrize(
+    ("lines", "started"),
+    [
+        ("Datum;12.05.2022 14:30:00", "2022-05-12T14:30:00"),
+        ("Datum;12.05.2022\nUhrzeit;14:30", "2022-05-12T14:30:00"),
+        ("日付,2022年5月12日", "2022-05-12"),
+        ("Date: 2022-05-12 14:30:00", "2022-05-12T14:30:00"),
+        ("Date: 05/12/2022 14:30:00", None),
+        ("Datum;31.02.2022", None),
+    ],
+)
+def test_dates_are_those_that_can_be_told(lines, started):
+    assert header_facts(lines).facts.get("started") == started
+
+
+KEYS = {
+    "Normalkraft": (LOAD, "N"),
+    "Track radius": ("conditions.track_radius", "mm"),
+    "Vitesse": ("conditions.sliding_speed", "m/s"),
+    "Frecuencia": ("conditions.frequency", "Hz"),
+    "转速": ("conditions.rotational_speed", "rpm"),
+    "Balldiameter": ("contact.pin.diameter", "mm"),
+}
+
+
+@given(
+    label=st.sampled_from(sorted(KEYS)),
+    number=st.decimals("0.01", "9999", places=2),
+    comma=st.booleans(),
+    between=st.sampled_from(["{};{} {}", "{}: {} {}", "# {} = {} {}", '"{}";"{}";"{}"', "{}\t{}\t{}", "{0} [{2}];{1}"]),
+)
+def test_whatever_its_punctuation_a_line_is_read_with_its_value(label, number, comma, between):
+    key, unit = KEYS[label]
+    written_number = str(number).replace(".", ",") if comma else str(number)
+    found = header_facts(between.format(label, written_number, unit))
+    assert found.facts == {key: f"{number} {unit}"}
+    assert found.notes == ()
+
+
+@given(st.text(max_size=300) | st.text("Kugel=;:,. D5NmØ\tR\n%", max_size=80))
+@settings(max_examples=200)
+def test_any_header_is_read_without_an_error_and_its_facts_can_be_written(header):
+    found = header_facts(header)
+    assert found.facts.keys() == found.lines.keys()
+    known = Known()
+    for key, value in found.facts.items():
+        assert value
+        if key.startswith("conditions.") and key != "conditions.medium":
+            assert known.take_text(key, value) is None
+
+
+def test_a_draft_names_the_line_that_a_value_is_from(lab):
+    (lab / "a.csv").write_text(table("Normalkraft;5 N\nKugel 100Cr6 D=6 mm\nDatum;12.05.2022\n\n"), encoding="utf-8")
+    made, text, document = drafted(lab / "a.csv")
+    assert made.lacks == ()
+    assert document["conditions"] == {"normal_load": "5 N"}
+    assert "# from a.csv, 'Normalkraft;5 N'" in text
+    assert '# diameter = "6 mm"' in text
+    assert '# radius = "3 mm"' in text
+    assert "half of the diameter" in text
+
+
+def test_half_the_diameter_of_a_header_goes_before_the_template_s_radius(lab):
+    (lab / "lab.toml").write_text(
+        'schema = "tribopipe.template/1"\n[contact]\nkind = "pin-on-disc"\n[contact.pin]\nradius = "5 mm"\n', "utf-8"
+    )
+    (lab / "a.csv").write_text(table("Normalkraft;5 N\nKugel 100Cr6 D=6 mm\n\n"), encoding="utf-8")
+    _, text, _ = drafted(lab / "a.csv", template=lab / "lab.toml")
+    assert "half of the diameter; lab.toml says 5 mm" in text
+
+
+# --- what contradicts ---
+
+
+def test_a_header_that_the_recording_contradicts_is_named_and_not_taken(lab):
+    (lab / "a.csv").write_text(table("Normalkraft;5 N\n\n", load=20.0), encoding="utf-8")
+    made, text, document = drafted(lab / "a.csv", accept=True)
+    assert made.lacks == (LOAD,)
+    assert "conditions" not in document or LOAD not in document["conditions"]
+    assert any(
+        "found 5 N from a.csv, 'Normalkraft;5 N', but a median of 'Normal force [N]' of 20" in n for n in made.notes
+    )
+    assert "which the recording contradicts" in text
+
+
+def test_a_person_s_word_stays_and_is_named_where_the_recording_contradicts_it(lab):
+    (lab / "a.csv").write_text(table(load=20.0), encoding="utf-8")
+    made, _, document = drafted(lab / "a.csv", settings=[f"{LOAD}=5 N"])
+    assert document["conditions"]["normal_load"] == "5 N"
+    assert any("found 5 N as you state it, but a median" in note for note in made.notes)
+
+
+MISLEADING = {
+    "Al5N_pin.csv": None,  # five nines of purity
+    "Si3N4-pin.csv": None,
+    "0-3N.csv": None,
+    "run_3_5N.csv": None,
+    "10N_vs_20N.csv": "another value as well",
+    "5N-Al_10N.csv": "another value as well",
+    "1,000N.csv": None,
+    "20N_test.csv": "left open",  # 5 N were recorded
+    "5kN.csv": "left open",
+    "5mN_run.csv": "left open",
+    "T5N7.csv": None,
+    "N5.csv": None,
+}
+
+
+@pytest.mark.parametrize("name", MISLEADING)
+def test_misleading_names_of_files_are_not_taken(lab, name):
+    (lab / name).write_text(table(load=5.0), encoding="utf-8")
+    made, text, document = drafted(lab / name, accept=True)
+    told = MISLEADING[name]
+    if told is None:
+        assert document["conditions"]["normal_load"] == "5.005 N"
+        assert made.accepted == (f"{LOAD} = 5.005 N, median of 'Normal force [N]'",)
+    else:
+        assert made.lacks == (LOAD,)
+        assert any(note.startswith(f"{LOAD} is left open: ") for note in made.notes)
+        assert told in text or told == "left open"
+
+
+@pytest.mark.parametrize("name", ["dt_100ms.csv", "r5mm_r8mm.csv", "d6mm.csv", "6mm.csv"])
+def test_lengths_and_times_of_unknown_meaning_are_not_offered(name):
+    known = Known()
+    doubt_names(known, [name])
+    assert not any(known.offered(key) for key in known.doubts)
+
+
+def test_a_name_that_contradicts_a_header_is_named(lab):
+    (lab / "20N.csv").write_text(table("Normalkraft;5 N\n\n"), encoding="utf-8")
+    made, _, document = drafted(lab / "20N.csv", accept=True)
+    assert document["conditions"]["normal_load"] == "5 N"
+    assert any("but '20N' in the name of the file" in note for note in made.notes)
+
+
+def test_nothing_is_taken_without_accept_and_what_is_has_its_source(lab):
+    (lab / "a_5N.csv").write_text(table(), encoding="utf-8")
+    made, text, _ = drafted(lab / "a_5N.csv")
+    assert (made.lacks, made.accepted) == ((LOAD,), ())
+    assert "# the name of the file seems to say so, '5N'" in text
+    made, text, document = drafted(lab / "a_5N.csv", accept=True, id="b")
+    assert document["conditions"]["normal_load"] == "5 N"
+    assert "# the name of the file seems to say so, '5N', accepted" in text
+
+
+def test_a_channel_that_is_not_steady_is_not_offered(lab):
+    rows = "".join(f"{n / 10:.1f};2.0;{1 + n}\n" for n in range(40))
+    (lab / "a.csv").write_text(f"Time [s];Friction force [N];Normal force [N]\n{rows}", encoding="utf-8")
+    made, text, _ = drafted(lab / "a.csv", accept=True)
+    assert made.lacks == (LOAD,)
+    assert "which is not steady" in text
+
+
+def test_y_takes_what_is_offered_and_a_ball_may_be_given_by_its_diameter(lab):
+    (lab / "a_5N.csv").write_text(table(), encoding="utf-8")
+    answers, heard = iter(["y", "0,1 m/s", "spherical", "D = 6 mm", *[""] * 20]), []
+
+    def ask(question: str) -> str:
+        heard.append(question)
+        return next(answers)
+
+    made = make_run(Wanted([lab / "a_5N.csv"]), ask, str)
+    text = (made.folder / "run.toml").read_text(encoding="utf-8")
+    assert "y takes it" in heard[0]
+    assert tomllib.loads(text)["conditions"] == {"normal_load": "5 N", "sliding_speed": "0.1 m/s"}
+    assert '# radius = "3 mm"' in text
+    assert '# diameter = "6 mm"' in text
+
+
+# --- numbers, units and names that labs write ---
+
+
+@pytest.mark.parametrize(("typed", "read"), [("0,1 m/s", "0.1 m/s"), ("-1,25 N", "-1.25 N"), ("0,100 N", "0.100 N"),
+                                             ("5 N", "5 N"), ("1.5 N", "1.5 N"), ("1,2,3", "1,2,3")])  # fmt: skip
+def test_a_decimal_comma_is_understood(typed, read):
+    assert with_point(typed) == read
+
+
+@pytest.mark.parametrize("typed", ["1,000 N", "12,345 N", "-1,000 m"])
+def test_a_comma_that_may_stand_between_thousands_is_refused(typed):
+    with pytest.raises(UnitError, match="thousands"):
+        with_point(typed)
+
+
+@given(st.decimals("-999", "999", places=2), st.sampled_from(["N", "mm", "m/s"]))
+def test_numbers_with_either_sign_are_the_same(number, unit):
+    assert with_point(f"{number} {unit}".replace(".", ",")) == f"{number} {unit}"
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "si"),
+    [
+        ("1 Newton", "force", 1.0),
+        ("1 Microns", "length", 1e-6),
+        ("2 gms", "mass", 2e-3),
+        ("25 Deg C", "temperature", 298.15),
+        ("25 deg C", "temperature", 298.15),
+        ("60 U/min", "rotational speed", 6.283185307179586),
+        ("60 RPM", "rotational speed", 6.283185307179586),
+        ("60 tr/min", "rotational speed", 6.283185307179586),
+        ("60 obr/min", "rotational speed", 6.283185307179586),
+        ("1 Min", "time", 60.0),
+        ("3 sek", "time", 3.0),
+        ("45 %RH", "percentage", 0.45),
+        ("45 % r.F.", "percentage", 0.45),
+        ("5 Pa", "pressure", 5.0),
+    ],
+)
+def test_units_that_labs_type_are_understood(text, kind, si):
+    assert parse(text, kind) == pytest.approx(si, rel=1e-12)
+
+
+def test_units_of_other_quantities_stay_what_they_are():
+    assert is_unit_of("mN", "force")
+    assert not any(is_unit_of(unit, "temperature") for unit in ("rpm", "N", "C"))
+
+
+NAMES = {
+    "German": "Zeit [s];Weg [m];Normalkraft [N];Reibkraft [N];Verschleißweg [µm]",
+    "English": "Time (s);Sliding distance (m);Fz (N);Fx (N);Z (Microns)",
+    "French": "Temps (s);Distance de glissement (m);Force normale (N);Force de frottement (N);Usure (µm)",
+    "Spanish": "Tiempo (s);Distancia (m);Carga (N);Fuerza de fricción (N);Profundidad de desgaste (µm)",
+    "Polish": "Czas [s];Droga tarcia [m];Obciążenie [N];Siła tarcia [N];Zużycie liniowe [µm]",
+    "Chinese": "时间（s）;滑动距离（m）;法向载荷（N）;摩擦力（N）;磨损深度（µm）",
+    "Japanese": "時間(s);すべり距離(m);垂直荷重(N);摩擦力(N);摩耗深さ(µm)",
+}
+
+
+@pytest.mark.parametrize("language", NAMES)
+def test_columns_of_seven_languages_are_known(lab, language):
+    rows = "".join(f"{n}.5;{n}.25;5.0;2.1;0.{n}\n" for n in range(9))
+    (lab / "a.csv").write_text(f"{NAMES[language]}\n{rows}", encoding="utf-8")
+    meanings = read_export(lab / "a.csv").meanings
+    assert [meaning.signal for meaning in meanings.values()] == [
+        *("time", "sliding_distance", "normal_force", "friction_force", "depth")
+    ]
+    assert not any(meaning.lacks for meaning in meanings.values())
+
+
+def test_axes_count_only_where_no_column_has_a_name_and_are_left_open_where_two_could_be_it(lab):
+    rows = "".join(f"{n}.5;5.0;2.1;0.{n};0.5\n" for n in range(9))
+    (lab / "a.csv").write_text(f"Time (s);Fx (N);Friction (N);Z (um);LVDT (um)\n{rows}", encoding="utf-8")
+    found = {one.signal: name for name, one in read_export(lab / "a.csv").meanings.items()}
+    assert found == {"time": "Time (s)", "friction_force": "Friction (N)", "depth": "LVDT (um)"}
+    (lab / "b.csv").write_text(f"Time (s);Fx (N);Fy (N);Z (um);A (um)\n{rows}", encoding="utf-8")
+    lacks = {name: one.lacks for name, one in meanings_of(read_export(lab / "b.csv").table.columns).items()}
+    assert lacks["Fx (N)"] == lacks["Fy (N)"] == "another column could be it too"
+
+
+# --- from process to new ---
+
+
+def test_process_of_a_file_or_a_folder_of_exports_points_to_new(run_cli, lab):
+    (lab / "my exports").mkdir()
+    (lab / "my exports" / "a.csv").write_text(table(), encoding="utf-8")
+    for given_path in (Path("my exports") / "a.csv", Path("my exports")):
+        refused = run_cli("process", given_path)
+        assert refused.exit_code == 1
+        assert f'tribopipe new "{given_path}"' in refused.stderr
+        assert len(refused.stderr.strip().splitlines()) == 1
+
+
+def test_a_workbook_s_list_of_settings_fills_the_run(lab):
+    case = next(make() for make in CASES if make.__name__ == "workbook")
+    home = written(case, lab / "user")
+    made, text, document = drafted(home / "tests.xlsx", sheet="Test 2", template=home / "lab.toml")
+    assert document["operator"] == "A. Tester"
+    assert document["contact"]["pin"]["radius"] == "3 mm"
+    assert "from tests.xlsx, 'Normal load 5 N'" in text
+    assert read_run(made.folder).columns["depth"].size

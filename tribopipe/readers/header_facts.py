@@ -1,0 +1,278 @@
+"""What free lines above a table say of a run, in the words of several languages: "Normalkraft;5 N", "Kugel D=6 mm".
+
+A line is a label and a value between a tab, semicolon, bar, colon, equals sign, comma or two blanks; the unit stands
+behind the number, in a field of its own, or in brackets behind the label. A line that begins with a ball is read as
+its material and size. Nothing is guessed: a number without a unit, a size that may be a radius or a diameter and two
+values for one key are named in a note, and not taken.
+"""
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from datetime import date, datetime
+from typing import NamedTuple
+
+from tribopipe.base.errors import UnitError
+from tribopipe.base.units import is_unit, is_unit_of, parse, with_point
+from tribopipe.readers.column_aliases import names_of, plain
+from tribopipe.readers.column_names import split_name
+from tribopipe.readers.headed_tables import moment, moment_by
+
+_QUANTITIES: dict[str, tuple[str, str]] = {
+    "conditions.normal_load": ("force", "prufkraft testload kraft force"),
+    "conditions.sliding_speed": ("speed", ""),
+    "conditions.sliding_distance": ("distance", "sollweg gesamtweg"),
+    "conditions.temperature": ("temperature", "raumtemperatur roomtemperature ambienttemperature"),
+    "conditions.relative_humidity": ("percentage", ""),
+    "conditions.track_radius": (
+        "length",
+        "bahnradius spurradius reibradius laufradius trackradius weartrackradius rayondelapiste rayondepiste "
+        "radiodelapista radiodehuella radiodepista promientarcia 轨道半径 摩擦半径 旋转半径 回転半径 摺動半径",
+    ),
+    "conditions.rotational_speed": (
+        "rotational speed",
+        "drehzahl rpm rotationalspeed rotationspeed vitessederotation velocidadderotacion predkoscobrotowa 转速 "
+        "回転速度 回転数",
+    ),
+    "conditions.stroke": ("length", "hub hublange stroke strokelength carrera skok 行程 冲程 ストローク"),
+    "conditions.frequency": ("frequency", "frequenz frequency frequence frecuencia czestotliwosc 频率 周波数"),
+    "contact.pin.diameter": (
+        "length",
+        "kugeldurchmesser balldiameter diametredelabille diametrodelabola srednicakulki 球直径 ボール直径 ボール径",
+    ),
+    "contact.pin.radius": (
+        "length",
+        "kugelradius ballradius rayondelabille radiodelabola promienkulki 球半径 ボール半径",
+    ),
+}
+"""By key of run.toml: the kind of quantity, and labels; names of the signal below count, too."""
+_SIGNALS = {
+    "conditions.normal_load": "normal_force",
+    "conditions.sliding_speed": "sliding_speed",
+    "conditions.sliding_distance": "sliding_distance",
+    "conditions.temperature": "temperature",
+    "conditions.relative_humidity": "relative_humidity",
+}
+_TEXTS = {
+    "title": "titel title versuch versuchsname testname testtitle titre titulo tytul 试验名称 試験名",
+    "operator": "prufer bediener operator operateur operador badacz 操作员 试验员 試験者 オペレータ オペレーター",
+    "instrument": "prufstand instrument tribometer tribometre tribometro gerat maschine machine 设备 装置 試験機",
+    "comment": "kommentar bemerkung comment comments remark remarks commentaire comentario uwagi 备注 備考",
+    "conditions.medium": (
+        "umgebung medium environment atmosphere umgebungsmedium schmierstoff lubricant lubrifiant lubricante smar "
+        "environnement ambiente otoczenie 环境 润滑剂 雰囲気 潤滑油"
+    ),
+    "contact.pin.material": (
+        "kugelmaterial kugelwerkstoff ballmaterial pinmaterial stiftwerkstoff materiaudelabille materialdelabola "
+        "materialkulki 球材料 ボール材質"
+    ),
+    "contact.disc.material": (
+        "scheibe scheibenwerkstoff disc disk discmaterial diskmaterial disque disco tarcza 圆盘 盘材料 ディスク "
+        "ディスク材質"
+    ),
+}
+_DATES = (
+    "datum date datetime startzeit startdatum teststart started startedat fecha data 日期 试验日期 日付 試験日 試験日時"
+)
+_CLOCKS = "zeit uhrzeit time starttime heure hora godzina 时间 時刻"
+_TRACK_DIAMETERS = "bahndurchmesser spurdurchmesser trackdiameter weartrackdiameter diametredelapiste srednicatoru"
+_BALLS = "kugel ball bille bola kulka 球 ボール"
+
+_LABELS = {
+    plain(word): key
+    for key, words in {
+        **{key: f"{names} {' '.join(names_of(_SIGNALS.get(key)))}" for key, (_, names) in _QUANTITIES.items()},
+        **_TEXTS,
+        "date": _DATES,
+        "clock": _CLOCKS,
+        "track diameter": _TRACK_DIAMETERS,
+    }.items()
+    for word in words.split()
+}
+_BALL = re.compile(rf"(?:{'|'.join(_BALLS.split())})(?![^\W\d_])[\s;:,=|]*(?P<rest>.*)", re.IGNORECASE)
+_SIZE = re.compile(
+    r"(?:(?P<diameter>\b(?:D|dia\.?|diam\w*|durchmesser)|[Ø⌀∅]|直径)|(?P<radius>\b(?:R|radius|rayon|radio)|半径))?"
+    r"[\s;:=]*(?<![\w.,])(?P<number>\d+(?:[.,]\d+)?)[ ;]*(?P<unit>mm|µm|μm|um|cm|in|inch)\b",
+    re.IGNORECASE,
+)
+_NUMBER = re.compile(r"(?P<number>[+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)\s*(?P<unit>.*)", re.ASCII | re.DOTALL)
+_DAY = re.compile(r"(?<!\d)(\d{1,2})\.(\d{1,2})\.(\d{4})(?:[\s,;T]+(\d{1,2}):(\d\d)(?::(\d\d))?)?(?!\d)", re.ASCII)
+_ISO_DAY = re.compile(r"(?<!\d)(\d{4})[-./年](\d{1,2})[-./月](\d{1,2})日?(?!\d)", re.ASCII)
+_CLOCK = re.compile(r"\d{1,2}:[0-5]\d(?::[0-5]\d)?", re.ASCII)
+_BLANKS = " \t\r\n\"'"
+_MARKS = f"{_BLANKS}#%!*/"
+"""What may stand in front of a line; behind one, a percentage may."""
+_SEPARATORS = ("\t", ";", "|", "：", ":", "=", ",")
+_LONGEST = 300
+_MOST_LINES = 300
+_RANGES = {"conditions.relative_humidity": (0.0, 1.0)}
+
+
+class Fact(NamedTuple):
+    """What one line says of one key of run.toml."""
+
+    value: str
+    """As run.toml would hold it."""
+    line: str
+
+
+class HeaderFacts(NamedTuple):
+    """What free lines say, by key of run.toml, and what they say that is not taken."""
+
+    facts: dict[str, str]
+    lines: dict[str, str]
+    """Of each fact, the line that says so."""
+    notes: tuple[str, ...] = ()
+
+
+class _Label(NamedTuple):
+    """A label, and the fields behind it."""
+
+    key: str | None
+    unit: str | None
+    cells: Sequence[str]
+
+
+def header_facts(header: str, names: Iterable[str] = ()) -> HeaderFacts:
+    """Return what the lines above a table say; that of the ``names`` of its columns is none of them."""
+    columns, notes = frozenset(names), []
+    lines = [line.strip() for line in header.splitlines()[:_MOST_LINES] if len(line) <= _LONGEST]
+    lines = [line for line in lines if line and not _names_columns(line, columns)]
+    found: dict[str, list[Fact]] = {}
+    for key, value, line in _said(lines):
+        if value is None:
+            notes.append(f"the header line {line!r} is not used: {key}")
+        else:
+            found.setdefault(key, []).append(Fact(value, line))
+    for key, facts in found.items():
+        if len({fact.value for fact in facts}) > 1:
+            listed = " and ".join(repr(line) for line in dict.fromkeys(fact.line for fact in facts))
+            notes.append(f"the header lines {listed} differ on {key}, and none of them is used")
+    once = {key: facts[0] for key, facts in found.items() if len({fact.value for fact in facts}) == 1}
+    return HeaderFacts(
+        {key: fact.value for key, fact in once.items()}, {key: fact.line for key, fact in once.items()}, tuple(notes)
+    )
+
+
+def _names_columns(line: str, columns: frozenset[str]) -> bool:
+    cells = [cell.strip(_BLANKS) for cell in re.split(r"[\t;|,]", _bare(line))]
+    return len(cells) > 1 and 2 * sum(cell in columns for cell in cells) > len(cells)
+
+
+def _said(lines: Sequence[str]) -> Iterator[tuple[str, str | None, str]]:
+    """Give key, value and line of what lines say; no value, and why in the place of the key, where it is not taken."""
+    for line in lines:
+        label = _label(line)
+        if label.key is None:
+            yield from ((key, value, line) for key, value in _of_a_ball(line))
+        elif label.key == "date":
+            started = _started(label.cells, lines)
+            if started is not None:
+                yield "started", started, line
+        elif label.key == "track diameter":
+            key, value = _quantity("conditions.track_radius", label)
+            yield key, value if value is None else _half(value), line
+        elif label.key in _QUANTITIES:
+            yield *_quantity(label.key, label), line
+        elif label.key in _TEXTS and label.cells and any(map(str.isalnum, label.cells[0])):
+            yield label.key, label.cells[0], line
+
+
+def _label(line: str) -> _Label:
+    """Split a line into a label that is known, its unit, and the fields behind it."""
+    for separator in _SEPARATORS:
+        cells = [cell.strip(_BLANKS) for cell in _bare(line).split(separator, 1 if separator in "：:=" else -1)]
+        name, unit = split_name(cells[0].rstrip(" :：="))
+        key = _LABELS.get(plain(name))
+        if len(cells) > 1 and key is not None:
+            return _Label(key, unit, [cell for cell in cells[1:] if cell])
+    first, *others = re.split(r"\s{2,}", _bare(line), maxsplit=1)
+    key = _LABELS.get(plain(first)) if others else None
+    return _Label(key, None, others if key else ())
+
+
+def _bare(line: str) -> str:
+    return line.lstrip(_MARKS).rstrip(_BLANKS)
+
+
+def _quantity(key: str, label: _Label) -> tuple[str, str | None]:
+    """Return key and value of a quantity, or why it is not taken and none."""
+    kind = _QUANTITIES[key][0]
+    found = _NUMBER.fullmatch(label.cells[0]) if label.cells else None
+    if found is None:
+        return f"no number stands behind the label of {key}", None
+    units = [found["unit"].strip(), *label.cells[1:2], label.unit or ""]
+    unit = next((unit.strip("[]() ") for unit in units if unit and is_unit(unit.strip("[]() "))), None)
+    if unit is None:
+        return f"no unit stands with the {kind} of {key}", None
+    if not is_unit_of(unit, kind):
+        return f"{unit!r} is no unit of the {kind} of {key}", None
+    try:
+        written = with_point(f"{found['number']} {unit}")
+        value = parse(written, kind)
+    except UnitError as error:
+        return str(error), None
+    least, most = _RANGES.get(key, (0.0, float("inf")))
+    if not least < value <= most:
+        return f"{written} can be no {kind} of {key}", None
+    return key, written
+
+
+def _half(diameter: str) -> str:
+    number, unit = diameter.split(" ", 1)
+    return f"{float(number) / 2:.12g} {unit}"
+
+
+def _of_a_ball(line: str) -> Iterator[tuple[str, str | None]]:
+    """Give what a line says that begins with a ball: its shape, material and size."""
+    matched = _BALL.match(_bare(line))
+    if matched is None:
+        return
+    rest, size = matched["rest"], _SIZE.search(matched["rest"])
+    material = (rest if size is None else rest[: size.start()] + " " + rest[size.end() :]).strip(f"{_MARKS},;:|=()")
+    if re.search(r"[^\W_]", material) and len(material.split()) <= 3:
+        yield "contact.pin.shape", "spherical"
+        yield "contact.pin.material", material
+    if size is None:
+        return
+    named = next((what for what in ("diameter", "radius") if size[what]), None)
+    written = f"{size['number'].replace(',', '.')} {size['unit']}"  # no ball is thousands of mm large
+    if named is None:
+        yield f"{written} may be the radius or the diameter of the ball; write D = or R = in front of it", None
+    else:
+        yield f"contact.pin.{named}", written
+
+
+def _started(cells: Sequence[str], lines: Sequence[str]) -> str | None:
+    """Return the date of a test, with the time of day where a line says it, in ISO 8601.
+
+    Between points the day comes first. Of 05/12/2022, another date of the header has to tell.
+    """
+    written = " ".join(cells)
+    day = _DAY.search(written)
+    if day is not None:
+        return _iso(day[3], day[2], day[1], _clock(written[day.start() :], lines))
+    known = moment(written)
+    if known is not None:
+        return known
+    day = _ISO_DAY.search(written)
+    if day is not None:
+        return _iso(day[1], day[2], day[3], _clock("", lines))
+    found = moment_by(written, lines)
+    return None if found is None else found[1]
+
+
+def _clock(written: str, lines: Sequence[str]) -> str | None:
+    """Return the time of day behind a date, or in a line of its own."""
+    labels = (label.cells for line in lines if (label := _label(line)).key == "clock")
+    texts = [written, *(cells[0] for cells in labels if cells)]
+    return next((found[0] for text in texts if (found := _CLOCK.search(text))), None)
+
+
+def _iso(year: str, month: str, day: str, clock: str | None) -> str | None:
+    try:
+        if clock is None:
+            return date(int(year), int(month), int(day)).isoformat()
+        hour, minute, second, *_ = *map(int, clock.split(":")), 0
+        return datetime(int(year), int(month), int(day), hour, minute, second).isoformat()  # noqa: DTZ001
+    except ValueError:
+        return None
