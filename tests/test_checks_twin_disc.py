@@ -209,7 +209,7 @@ def test_derived_count_is_held_against_no_speed():
 @pytest.mark.parametrize(
     ("check", "changes", "columns", "words"),
     [
-        ("load_presses", {}, {"normal_force": -COLUMNS["normal_force"]}, "discs do not touch"),
+        ("load_presses", {}, {"normal_force": -COLUMNS["normal_force"]}, "bodies do not touch"),
         ("axis_runs_forward", {}, {"rotations": TURNS - 5.0}, "no count"),
         ("axis_runs_forward", {}, changed("rotations", slice(7, 12), 5.0), "no count"),
         ("needed_for_a_wear_coefficient", ONLY_CURVED, {}, "one-sided model"),

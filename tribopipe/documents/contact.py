@@ -20,6 +20,7 @@ from pydantic import (
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from tribopipe.base.plugins import Plugins
+from tribopipe.base.units import show
 from tribopipe.documents.quantity import Density, Length, Pressure, Quantity, Ratio, Toughness
 from tribopipe.documents.record import Record
 from tribopipe.documents.signals import SignalName
@@ -158,6 +159,11 @@ class Contact(Record):
         raise NotImplementedError
 
     @property
+    def inputs(self) -> dict[str, Quantity]:
+        """Sizes and moduli that a wear coefficient depends on, by their keys under ``[contact]``."""
+        raise NotImplementedError
+
+    @property
     def unworn_radii(self) -> tuple[float, float]:
         """Radii of the gap before the test across the motion and along it, m."""
         raise NotImplementedError
@@ -181,6 +187,12 @@ class Contact(Record):
     def limits(self) -> tuple[str, ...]:
         """What is assumed of the contact that results have to say, and where it does not hold well."""
         return ()
+
+    def refuse_conditions(self, conditions: Any, /) -> None:
+        """Raise ``ValueError`` for conditions of run.toml under which the bodies do not wear each other."""
+
+    def refuse_wear(self, where: str, measured: Any, /) -> None:
+        """Raise ``ValueError`` for post-test measurements, which stand at a key, of more wear than the bodies have."""
 
     @classmethod
     def completed(cls, document: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -247,6 +259,12 @@ class SlidingPin(Contact):
         return self.pin
 
     @property
+    def inputs(self) -> dict[str, Quantity]:
+        """Radius of the pin, and the moduli, by their keys."""
+        moduli = {f"{name}.youngs_modulus": body.youngs_modulus for name, body in self.bodies.items()}
+        return {"pin.radius": self.pin.radius, **moduli}
+
+    @property
     def unworn_radii(self) -> tuple[float, float]:
         """Radii of the gap before the test across the motion and along it, m."""
         return (self.equivalent_pin.radius.value,) * 2
@@ -266,6 +284,31 @@ class SlidingPin(Contact):
     def worn_radius(self) -> tuple[str, Quantity]:
         """Return what the radius that is worn flat is called, and the radius, m."""
         return "pin radius", self.pin.radius
+
+    def refuse_wear(self, where: str, measured: Any) -> None:
+        """Raise ``ValueError`` for a scar or a depth that is no less than the tip."""
+        for name in ("pin_scar_diameter", "pin_scar_length", "pin_scar_width"):
+            scar = getattr(measured, name)
+            if scar is not None:
+                self._refuse_scar(f"{where}.{name}", scar)
+        depth, radius = measured.pin_wear_depth, self.pin.radius
+        if depth is not None and self.pin.shape != "flat" and depth.value >= radius.value:
+            raise ValueError(
+                f"{where}.pin_wear_depth: found {depth.shown('um')}, no less than the pin "
+                f"radius of {radius.shown('um')}; expected a depth within the tip; check both units"
+            )
+
+    def _refuse_scar(self, key: str, scar: Quantity) -> None:
+        if self.pin.shape == "flat":
+            raise ValueError(
+                f"{key}: found one for a flat pin, whose contact does not grow; give pin_wear_depth instead"
+            )
+        diameter = 2 * self.pin.radius.value
+        if scar.value >= diameter:
+            raise ValueError(
+                f"{key}: found {scar.shown('um')}, no smaller than the pin's diameter of "
+                f"{show(diameter, None, 'm', 'um')}; expected a scar on the tip; check both units"
+            )
 
     def with_bodies(self, pin: Pin, counterbody: Specimen) -> Self:
         """Return the contact of other bodies."""
@@ -391,6 +434,13 @@ class TwinDisc(Contact):
         return 2 * math.pi * self.curved_disc.rolling_radius.value
 
     @property
+    def inputs(self) -> dict[str, Quantity]:
+        """Radii and moduli of the discs, by their keys."""
+        radii = {f"{name}.rolling_radius": getattr(self, name).rolling_radius for name in self.body_names}
+        moduli = {f"{name}.youngs_modulus": body.youngs_modulus for name, body in self.bodies.items()}
+        return {"curved_disc.crown_radius": self.curved_disc.crown_radius, **radii, **moduli}
+
+    @property
     def unworn_radii(self) -> tuple[float, float]:
         """Radii of the gap before the test across the motion and along it, m."""
         curved, flat = self.curved_disc.rolling_radius.value, self.flat_disc.rolling_radius.value
@@ -414,6 +464,53 @@ class TwinDisc(Contact):
             "curved disc's radius in m": self.curved_disc.rolling_radius.value,
             "flat disc's radius in m": self.flat_disc.rolling_radius.value,
         }
+
+    def refuse_conditions(self, conditions: Any) -> None:
+        """Raise ``ValueError`` for discs that do not slip, or whose slip is stated twice."""
+        slip = conditions.slip
+        curved, flat = (getattr(conditions, f"{disc}_speed") for disc in self.body_names)
+        if slip is None and None in (curved, flat):
+            raise ValueError(
+                'conditions.slip: missing; expected the slip of the discs, or the speeds of both; add slip = "4 %", or '
+                "curved_disc_speed and flat_disc_speed"
+            )
+        if slip is not None and flat is not None:
+            raise ValueError(
+                "conditions.slip: found it beside flat_disc_speed, which says the same; expected one of the two; take "
+                "the other out"
+            )
+        equal = slip is None and curved is not None and flat is not None and curved.value == flat.value
+        if equal or (slip is not None and slip.value == 0):
+            raise ValueError(
+                "conditions.slip: found none, both discs at the same speed; expected slip, since discs that only roll "
+                "do not wear by sliding; check both speeds"
+            )
+        if slip is not None and slip.value <= -1:
+            raise ValueError(
+                f"conditions.slip: found {slip.shown('%')}; expected more than -100 %, at which the flat disc would "
+                "stand still; write (v2 - v1)/v1"
+            )
+
+    def refuse_wear(self, where: str, measured: Any) -> None:
+        """Raise ``ValueError`` for a depth or a track beyond the crown, or a track wider than its disc."""
+        crown = self.curved_disc.crown_radius
+        for name, disc in (("curved_disc", self.curved_disc), ("flat_disc", self.flat_disc)):
+            depth, width = getattr(measured, f"{name}_wear_depth"), getattr(measured, f"{name}_track_width")
+            if depth is not None and depth.value >= crown.value:
+                raise ValueError(
+                    f"{where}.{name}_wear_depth: found {depth.shown('um')}, no less than the crown radius of "
+                    f"{crown.shown('mm')}; expected wear within the crown; check both units"
+                )
+            if width is not None and width.value >= 2 * crown.value:
+                raise ValueError(
+                    f"{where}.{name}_track_width: found {width.shown('mm')}, no less than twice the crown radius of "
+                    f"{crown.shown('mm')}; expected a track on the crown; check both units"
+                )
+            if width is not None and disc.width is not None and width.value > disc.width.value:
+                raise ValueError(
+                    f"{where}.{name}_track_width: found {width.shown('mm')} on a disc {disc.width.shown('mm')} wide; "
+                    "expected a track within the disc; check both units"
+                )
 
 
 DiscName = Literal["curved_disc", "flat_disc"]

@@ -21,7 +21,6 @@ from pydantic import (
 
 from tribopipe.base.errors import ContactError, ManifestError, did_you_mean
 from tribopipe.base.files import leads_out
-from tribopipe.base.units import show
 from tribopipe.documents.contact import (
     ROTATIONS,
     SLIDING,
@@ -464,8 +463,7 @@ class RunManifest(Record):
                     f"one of {', '.join(sorted(_own_keys(part, self.contact)))}; take it out, or correct "
                     "contact.kind"
                 )
-        if self.rolls:
-            _refuse_no_slip(self.conditions)
+        self.contact.refuse_conditions(self.conditions)
         return self
 
     @model_validator(mode="after")
@@ -479,10 +477,8 @@ class RunManifest(Record):
     @model_validator(mode="after")
     def _wear_fits_the_bodies(self) -> Self:
         for where, measured in self._parts():
-            if isinstance(measured, EndValues) and isinstance(self.contact, SlidingPin):
-                _refuse_impossible_wear(where, measured, self.contact.pin)
-            elif isinstance(measured, EndValues) and isinstance(self.contact, TwinDisc):
-                _refuse_impossible_tracks(where, measured, self.contact)
+            if isinstance(measured, EndValues) and self.contact is not None:
+                self.contact.refuse_wear(where, measured)
         return self
 
     def _parts(self) -> "list[tuple[str, Conditions | EndValues]]":
@@ -566,30 +562,6 @@ class RunManifest(Record):
         raise ContactError(f"{self.id}: found a {contact.kind} run; expected twin discs; name another run")
 
 
-def _refuse_impossible_wear(where: str, measured: EndValues, pin: Pin) -> None:
-    for name in ("pin_scar_diameter", "pin_scar_length", "pin_scar_width"):
-        scar = getattr(measured, name)
-        if scar is not None:
-            _refuse_impossible_scar(f"{where}.{name}", scar, pin)
-    depth, radius = measured.pin_wear_depth, pin.radius
-    if depth is not None and pin.shape != "flat" and depth.value >= radius.value:
-        raise ValueError(
-            f"{where}.pin_wear_depth: found {depth.shown('um')}, no less than the pin "
-            f"radius of {radius.shown('um')}; expected a depth within the tip; check both units"
-        )
-
-
-def _refuse_impossible_scar(key: str, scar: EndValue, pin: Pin) -> None:
-    if pin.shape == "flat":
-        raise ValueError(f"{key}: found one for a flat pin, whose contact does not grow; give pin_wear_depth instead")
-    if scar.value >= 2 * pin.radius.value:
-        raise ValueError(
-            f"{key}: found {scar.shown('um')}, no smaller "
-            f"than the pin's diameter of {show(2 * pin.radius.value, None, 'm', 'um')}; expected a scar on the tip; "
-            "check both units"
-        )
-
-
 def _no_contact(run_id: str) -> ContactError:
     return ContactError(
         f"{run_id}: found no [contact] in run.toml; expected the two bodies, without which wear cannot be computed; "
@@ -641,52 +613,6 @@ def _refuse_unknown_kind(document: Any) -> None:
             f"contact.kind: found {kind!r}; expected {', '.join(map(repr, known))}, or a kind that an installed "
             f"package adds; {did_you_mean(kind, known)}"
         )
-
-
-def _refuse_no_slip(conditions: Conditions) -> None:
-    speeds, slip = (conditions.curved_disc_speed, conditions.flat_disc_speed), conditions.slip
-    if slip is None and None in speeds:
-        raise ValueError(
-            'conditions.slip: missing; expected the slip of the discs, or the speeds of both; add slip = "4 %", or '
-            "curved_disc_speed and flat_disc_speed"
-        )
-    if slip is not None and conditions.flat_disc_speed is not None:
-        raise ValueError(
-            "conditions.slip: found it beside flat_disc_speed, which says the same; expected one of the two; take the "
-            "other out"
-        )
-    equal = slip is None and speeds[0] is not None and speeds[1] is not None and speeds[0].value == speeds[1].value
-    if equal or (slip is not None and slip.value == 0):
-        raise ValueError(
-            "conditions.slip: found none, both discs at the same speed; expected slip, since discs that only roll do "
-            "not wear by sliding; check both speeds"
-        )
-    if slip is not None and slip.value <= -1:
-        raise ValueError(
-            f"conditions.slip: found {slip.shown('%')}; expected more than -100 %, at which the flat disc would stand "
-            "still; write (v2 - v1)/v1"
-        )
-
-
-def _refuse_impossible_tracks(where: str, measured: EndValues, discs: TwinDisc) -> None:
-    crown = discs.curved_disc.crown_radius
-    for name, disc in (("curved_disc", discs.curved_disc), ("flat_disc", discs.flat_disc)):
-        depth, width = getattr(measured, f"{name}_wear_depth"), getattr(measured, f"{name}_track_width")
-        if depth is not None and depth.value >= crown.value:
-            raise ValueError(
-                f"{where}.{name}_wear_depth: found {depth.shown('um')}, no less than the crown radius of "
-                f"{crown.shown('mm')}; expected wear within the crown; check both units"
-            )
-        if width is not None and width.value >= 2 * crown.value:
-            raise ValueError(
-                f"{where}.{name}_track_width: found {width.shown('mm')}, no less than twice the crown radius of "
-                f"{crown.shown('mm')}; expected a track on the crown; check both units"
-            )
-        if width is not None and disc.width is not None and width.value > disc.width.value:
-            raise ValueError(
-                f"{where}.{name}_track_width: found {width.shown('mm')} on a disc {disc.width.shown('mm')} wide; "
-                "expected a track within the disc; check both units"
-            )
 
 
 def manifest_path(run: Path) -> Path:

@@ -2,16 +2,15 @@
 
 from collections.abc import Iterator
 from datetime import UTC, datetime
-from typing import NamedTuple, get_args
+from typing import Any, NamedTuple, get_args
 
 import tribopipe.evaluation.checks.plausibility  # noqa: F401 - registers further checks of what run.toml says
-from tribopipe.documents.contact import DISCS, TwinDisc
-from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.manifest import EndValues, RunManifest
 from tribopipe.documents.quantity import Quantity
-from tribopipe.documents.slip import slip
+from tribopipe.documents.slip import stated_slip
 from tribopipe.evaluation.checks.materials import DENSEST_SOLID, LIGHTEST_SOLID
 from tribopipe.evaluation.checks.registry import Trouble, check
-from tribopipe.evaluation.measurements.measured import DiscWay, PinWay
+from tribopipe.evaluation.measurements.measured import PinWay
 from tribopipe.results.run import RawRun
 
 
@@ -60,31 +59,27 @@ def sizes_and_speeds_are_plausible(run: RawRun) -> Iterator[Trouble]:
     """Catch a wrong unit in radii, load, speeds, slip and distance."""
     manifest = run.manifest
     load = _Size("conditions.normal_load", manifest.conditions.normal_load, 1e-6, 1e5, "N")
-    own = _disc_sizes if isinstance(manifest.contact, TwinDisc) else _pin_sizes
-    for size in (*own(manifest), load):
+    for size in (*_sizes(manifest), load):
         if size.quantity is not None and not size.low <= size.quantity.value <= size.high:
             found = size.quantity.shown(size.unit)
             expected = " to ".join(
                 Quantity(value=end, unit=size.quantity.unit).shown(size.unit) for end in (size.low, size.high)
             )
             yield Trouble(size.where, f"found {found}; expected {expected}", "check its unit")
-    if isinstance(manifest.contact, TwinDisc):
-        yield from _odd_slip(manifest)
+    yield from _odd_slip(manifest)
 
 
-def _pin_sizes(manifest: RunManifest) -> Iterator[_Size]:
+_RADII = {"radius": (1e-6, 0.5), "crown_radius": (1e-5, 10.0), "rolling_radius": (1e-4, 2.0)}
+"""Bounds, m, of the radii that bodies may have."""
+
+
+def _sizes(manifest: RunManifest) -> Iterator[_Size]:
     conditions = manifest.conditions
-    if manifest.contact is not None:
-        yield _Size("contact.pin.radius", manifest.sliding_pin.pin.radius, 1e-6, 0.5, "mm")
+    for name, body in manifest.bodies.items():
+        for radius, (low, high) in _RADII.items():
+            yield _Size(f"contact.{name}.{radius}", getattr(body, radius, None), low, high, "mm")
     yield _Size("conditions.sliding_speed", conditions.nominal_speed, 1e-9, 200.0, "m/s")
     yield _Size("conditions.sliding_distance", conditions.sliding_distance, 1e-6, 1e8, "m")
-
-
-def _disc_sizes(manifest: RunManifest) -> Iterator[_Size]:
-    curved, flat, conditions = manifest.twin_disc.curved_disc, manifest.twin_disc.flat_disc, manifest.conditions
-    yield _Size("contact.curved_disc.crown_radius", curved.crown_radius, 1e-5, 10.0, "mm")
-    yield _Size("contact.curved_disc.rolling_radius", curved.rolling_radius, 1e-4, 2.0, "mm")
-    yield _Size("contact.flat_disc.rolling_radius", flat.rolling_radius, 1e-4, 2.0, "mm")
     yield _Size("conditions.curved_disc_speed", conditions.curved_disc_speed, 1e-9, 200.0, "m/s")
     yield _Size("conditions.flat_disc_speed", conditions.flat_disc_speed, 1e-9, 200.0, "m/s")
     yield _Size(_slip_key(manifest), _slip_share(manifest), 1e-5, 10.0, "%")
@@ -94,14 +89,15 @@ def _slip_key(manifest: RunManifest) -> str:
     return "conditions.flat_disc_speed" if manifest.conditions.slip is None else "conditions.slip"
 
 
-def _slip_share(manifest: RunManifest) -> Quantity:
-    return Quantity(value=abs(slip(manifest).value), unit="1")
+def _slip_share(manifest: RunManifest) -> Quantity | None:
+    slip = stated_slip(manifest)
+    return None if slip is None else Quantity(value=abs(slip.value), unit="1")
 
 
 def _odd_slip(manifest: RunManifest) -> Iterator[Trouble]:
     """Say a word on slip that may be meant but is seldom run: 4 for 4 %, or 0.0004."""
     share = _slip_share(manifest)
-    if 1e-5 <= share.value < 1e-3 or 1 < share.value <= 10:
+    if share is not None and (1e-5 <= share.value < 1e-3 or 1 < share.value <= 10):
         yield Trouble(
             _slip_key(manifest),
             f"found a slip of {share.shown('%')}; expected 0.1 to 100 % in most tests",
@@ -134,7 +130,7 @@ def needed_for_a_wear_coefficient(run: RawRun) -> Iterator[Trouble]:
             "describe them if friction is not all that is wanted",
         )
         return
-    yield from _needed_of_discs(run) if run.manifest.rolls else _needed_of_a_pin(run)
+    yield from _needed_of_a_pin(run) if run.manifest.contact.sensor_tells else _needed_of_discs(run)
 
 
 def _needed_of_a_pin(run: RawRun) -> Iterator[Trouble]:
@@ -196,10 +192,9 @@ def recorded_signals_are_used(run: RawRun) -> Iterator[Trouble]:
 @check("note")
 def uncertainties_are_stated(run: RawRun) -> Iterator[Trouble]:
     """Name the inputs for which a default uncertainty will be used."""
-    given = _disc_inputs if run.manifest.rolls else _pin_inputs
     silent = [
         name
-        for name, quantity in given(run.manifest).items()
+        for name, quantity in _inputs(run.manifest).items()
         if quantity is not None and quantity.standard_uncertainty is None
     ]
     if silent:
@@ -210,34 +205,16 @@ def uncertainties_are_stated(run: RawRun) -> Iterator[Trouble]:
         )
 
 
-_STATED_WAYS = [name for name in (*get_args(PinWay), *get_args(DiscWay)) if not name.endswith("_profile")]
-
-
-def _pin_inputs(manifest: RunManifest) -> dict[str, Quantity | None]:
-    load, end = {"conditions.normal_load": manifest.conditions.normal_load}, manifest.end_values
+def _inputs(manifest: RunManifest) -> dict[str, Any]:
+    """Return what a wear coefficient depends on, by its key; none where it is not stated."""
+    conditions, found = manifest.conditions, {"conditions.normal_load": manifest.conditions.normal_load}
     if manifest.contact is None:
-        return {**load}
-    contact = manifest.sliding_pin
-    return {
-        **load,
-        "contact.pin.radius": contact.pin.radius,
-        "contact.pin.youngs_modulus": contact.pin.youngs_modulus,
-        f"contact.{contact.counterbody_name()}.youngs_modulus": contact.counterbody.youngs_modulus,
-        **{f"end_values.{name}": getattr(end, name) for name in _STATED_WAYS},
-    }
-
-
-def _disc_inputs(manifest: RunManifest) -> dict[str, Quantity | None]:
-    contact, conditions = manifest.twin_disc, manifest.conditions
+        return found
     slipping = ("slip",) if conditions.slip is not None else ("curved_disc_speed", "flat_disc_speed")
-    measured = (f"{disc}_{what}" for disc in DISCS for what in ("wear_depth", "track_width", "wear_volume"))
+    measured = (name for name in EndValues.model_fields if not name.endswith("_profile"))
     return {
-        "conditions.normal_load": conditions.normal_load,
-        "contact.curved_disc.crown_radius": contact.curved_disc.crown_radius,
-        "contact.curved_disc.rolling_radius": contact.curved_disc.rolling_radius,
-        "contact.flat_disc.rolling_radius": contact.flat_disc.rolling_radius,
-        "contact.curved_disc.youngs_modulus": contact.curved_disc.youngs_modulus,
-        "contact.flat_disc.youngs_modulus": contact.flat_disc.youngs_modulus,
+        **found,
+        **{f"contact.{key}": quantity for key, quantity in manifest.contact.inputs.items()},
         **{f"conditions.{name}": getattr(conditions, name) for name in slipping},
         **{f"end_values.{name}": getattr(manifest.end_values, name) for name in measured},
     }

@@ -1,15 +1,13 @@
 """Checks of what was measured on the specimens: what cannot be, what contradicts itself, what tells no wear."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from itertools import combinations
 from typing import Literal
 
-from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.base.units import show
-from tribopipe.contacts.twin_disc import disc_pair, nominal_values
-from tribopipe.documents.contact import Contact, SlidingPin, TwinDisc
+from tribopipe.documents.contact import Contact, SlidingPin
 from tribopipe.documents.manifest import EndValues, RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
@@ -17,7 +15,7 @@ from tribopipe.evaluation.checks.registry import Trouble, check
 from tribopipe.evaluation.measurements.body_wear import BodyWear, contradictions, surest
 from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
 from tribopipe.evaluation.measurements.pin_tip import PinTip
-from tribopipe.evaluation.measurements.twin_disc import DiscMeasurement, disc_measurements
+from tribopipe.evaluation.measurements.twin_disc import disc_totals
 from tribopipe.evaluation.profile.track import reference_radius, worn_area
 from tribopipe.physics.geometry import scar_depth
 from tribopipe.results.run import RawRun
@@ -169,37 +167,7 @@ def _spread(quantity: Quantity) -> float:
 
 def _disc_depths(run: RawRun) -> dict[str, Quantity]:
     """Return h₁ + h₂, m, by each kind of end value; a disc on which nothing was measured counts as unworn."""
-    contact = run.manifest.twin_disc
     try:
-        ends = [one for one in disc_measurements(run, DefaultUncertainty()) if one.interruption is None]
-        discs = disc_pair(contact, nominal_values(run.manifest), Recipe().wear.distance_per_rotation)
-        depths = {f"the {one.name}": _turned(one.quantity, discs.depth_of_width) for one in _those(ends, "track_width")}
-        for what, turned in (("wear_depth", lambda depth: depth), ("wear_volume", discs.depth_of_area)):
-            found = _those(ends, what)
-            if found and {one.disc for one in found} == {one.disc for one in ends}:
-                name = " and ".join(f"the {one.name}" for one in found)
-                depths[name] = _turned(_sum(found, contact), turned)
+        return {" and ".join(f"the {name}" for name in one.names): one.total for one in disc_totals(run, Recipe())}
     except (ContactError, FitError):
         return {}
-    return depths
-
-
-def _those(ends: list[DiscMeasurement], what: str) -> list[DiscMeasurement]:
-    return [one for one in ends if one.what == what]
-
-
-def _sum(found: list[DiscMeasurement], contact: TwinDisc) -> Quantity:
-    """Add up depths, m, or the cross-sections V/(2πr) that volumes are, m²."""
-    radii = {
-        "curved_disc": contact.curved_disc.rolling_radius.value,
-        "flat_disc": contact.flat_disc.rolling_radius.value,
-    }
-    scales = [1 / (2 * math.pi * radii[one.disc]) if one.what == "wear_volume" else 1.0 for one in found]
-    value = sum(one.quantity.value * scale for one, scale in zip(found, scales, strict=True))
-    spread = math.hypot(*(_spread(one.quantity) * scale for one, scale in zip(found, scales, strict=True)))
-    return Quantity(value=value, unit="m^2" if found[0].what == "wear_volume" else "m", standard_uncertainty=spread)
-
-
-def _turned(given: Quantity, depth_of: Callable[[float], Column | float]) -> Quantity:
-    low, middle, high = (float(depth_of(max(0.0, given.value + step * _spread(given)))) for step in (-1, 0, 1))
-    return Quantity(value=middle, unit="m", standard_uncertainty=(high - low) / 2)

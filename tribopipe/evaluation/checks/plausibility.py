@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, show
-from tribopipe.documents.contact import Pin, Specimen, TwinDisc
+from tribopipe.documents.contact import Contact, Pin, Specimen
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import Recipe
@@ -161,34 +161,24 @@ def _start_modulus(one: Specimen, other: Specimen) -> float:
 
 
 def _mean_pressure(run: RawRun) -> float | None:
-    """Return the mean pressure at the start, Pa: by Hertz, or over the flat of a pin; none without bodies."""
+    """Return the mean pressure at the start, Pa: by Hertz, or over a flat that is larger; none without bodies."""
     contact, load = run.manifest.contact, applied_load(run, Recipe()).value
     if contact is None:
         return None
-    one, other = contact.bodies.values()
-    modulus = _start_modulus(one, other)
-    if isinstance(contact, TwinDisc):
-        curved, flat = contact.curved_disc.rolling_radius.value, contact.flat_disc.rolling_radius.value
-        try:
-            ellipse = hertz_ellipse(
-                normal_load=load,
-                radius_x=contact.curved_disc.crown_radius.value,
-                radius_z=curved * flat / (curved + flat),
-                modulus=modulus,
-            )
-        except ContactError:
-            return None
-        return ellipse.peak_pressure / 1.5
-    pin = run.manifest.sliding_pin.equivalent_pin
-    return load / (math.pi * _start_radius(pin, load, modulus) ** 2)
+    modulus, (across, along) = _start_modulus(*contact.bodies.values()), contact.unworn_radii
+    if across == along:
+        return load / (math.pi * _start_radius(contact, load, modulus) ** 2)
+    try:
+        ellipse = hertz_ellipse(normal_load=load, radius_x=across, radius_z=along, modulus=modulus)
+    except ContactError:
+        return None
+    return ellipse.peak_pressure / 1.5
 
 
-def _start_radius(pin: Pin, load: float, modulus: float) -> float:
-    """Return the contact radius at the start, m."""
-    if pin.shape == "flat":
-        return pin.radius.value
-    hertz = float(hertz_radius(normal_load=load, pin_radius=pin.radius.value, modulus=modulus))
-    return hertz if pin.flat_radius is None else max(hertz, pin.flat_radius.value)
+def _start_radius(contact: Contact, load: float, modulus: float) -> float:
+    """Return the radius of a round contact at the start, m."""
+    hertz = float(hertz_radius(normal_load=load, pin_radius=contact.unworn_radii[0], modulus=modulus))
+    return max(hertz, contact.flat_end)
 
 
 class _Softer(NamedTuple):
@@ -255,7 +245,7 @@ def scar_is_no_radius(run: RawRun) -> Iterator[Trouble]:
         return
     contact = run.manifest.sliding_pin
     load = applied_load(run, Recipe()).value
-    start = 2 * _start_radius(contact.equivalent_pin, load, _start_modulus(contact.pin, contact.counterbody))
+    start = 2 * _start_radius(contact, load, _start_modulus(*contact.bodies.values()))
     if scar.value + 3 * (scar.standard_uncertainty or 0.0) < start:
         yield Trouble(
             "end_values.pin_scar_diameter",

@@ -198,7 +198,6 @@ def signals_need_no_clean_up(_: RawRun, cleaned: CleanedRun) -> Iterator[Trouble
 @check_cleaned("warning")
 def load_presses(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     """Find a measured load that pulls: its sign is the sensor's, not the contact's."""
-    apart = ", at which the discs do not touch" if run.manifest.rolls else ""
     load = run.columns.get("normal_force")
     if load is None or not np.any(np.isfinite(load)) or "normal_force" in cleaned.record.left_out:
         return
@@ -206,7 +205,8 @@ def load_presses(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     if median <= 0:
         yield Trouble(
             "normal_force",
-            f"found a median of {_shown('normal_force', median)} under load{apart}; expected a load above zero",
+            f"found a median of {_shown('normal_force', median)} under load, at which the bodies do not touch; "
+            "expected a load above zero",
             "clean-up turns it over where it pulls; export with the sign of a pressing load, or leave the signal out",
         )
 

@@ -1,6 +1,7 @@
 """What was measured on the two discs of a twin-disc test, at its end and where it was interrupted."""
 
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal, get_args
@@ -45,8 +46,13 @@ class DiscEndWear:
 
     total: Quantity
     """h₁ + h₂, m: what a displacement sensor has seen."""
-    anchor: str
-    """Names of the end values it was taken from."""
+    names: tuple[str, ...]
+    """Names of the end values it was taken from, that of the curved disc first."""
+
+    @property
+    def anchor(self) -> str:
+        """Names of the end values used."""
+        return " + ".join(self.names)
 
 
 def disc_measurements(run: RawRun, defaults: DefaultUncertainty) -> tuple[DiscMeasurement, ...]:
@@ -104,20 +110,28 @@ def _profiled_volume(run: RawRun, disc: DiscName, defaults: DefaultUncertainty, 
 def disc_end_wear(run: RawRun, recipe: Recipe) -> DiscEndWear | None:
     """Return the wear of both discs at the end of a run, by the most certain of what was measured; none without any.
 
+    A disc on which nothing was measured counts as unworn, but for the curved one.
+    """
+    found = [one for one in disc_totals(run, recipe) if re.match("curved_disc|.*track_width", one.names[0])]
+    return min(found, key=lambda wear: wear.total.standard_uncertainty or 0.0, default=None)
+
+
+def disc_totals(run: RawRun, recipe: Recipe) -> list[DiscEndWear]:
+    """Return the wear of both discs at the end of a run by each kind of end value that all measured discs have.
+
     Depths add up. Volumes give the cross-section lost by both, and a track its width, of which the depth follows by the
-    geometry of the worn flat (tribopipe.physics.twin_disc). A disc on which nothing was measured counts as unworn.
+    geometry of the worn flat (tribopipe.physics.twin_disc).
     """
     everything = disc_measurements(run, recipe.uncertainty)
     ends = {one.name: one for one in everything if one.interruption is None}
-    discs = disc_pair(run.manifest.twin_disc, nominal_values(run.manifest), recipe.wear.distance_per_rotation)
     measured_on = {one.disc for one in everything}
-    found = []
+    groups = [[one] for one in ends.values() if one.what == "track_width"]
     for what in ("wear_depth", "wear_volume"):
         names = [f"{disc}_{what}" for disc in DISCS if disc in measured_on]
-        if "curved_disc" in measured_on and all(name in ends for name in names):
-            found.append(_total([ends[name] for name in names], discs, run.manifest.twin_disc))
-    found += [_total([one], discs, run.manifest.twin_disc) for one in ends.values() if one.what == "track_width"]
-    return min(found, key=lambda wear: wear.total.standard_uncertainty or 0.0, default=None)
+        if names and all(name in ends for name in names):
+            groups.append([ends[name] for name in names])
+    discs = disc_pair(run.manifest.twin_disc, nominal_values(run.manifest), recipe.wear.distance_per_rotation)
+    return [_total(group, discs, run.manifest.twin_disc) for group in groups]
 
 
 def _total(measured: list[DiscMeasurement], discs: DiscPair, contact: TwinDisc) -> DiscEndWear:
@@ -136,4 +150,4 @@ def _total(measured: list[DiscMeasurement], discs: DiscPair, contact: TwinDisc) 
     ]
     low, middle, high = (float(turned(max(0.0, value + step))) for step in (-spread, 0.0, spread))
     total = Quantity(value=middle, unit="m", standard_uncertainty=(high - low) / 2)
-    return DiscEndWear(total, " + ".join(one.name for one in measured))
+    return DiscEndWear(total, tuple(one.name for one in measured))
