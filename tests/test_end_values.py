@@ -57,7 +57,7 @@ def test_every_way_of_measuring_the_pin_tells_its_depth_and_volume(way, shape):
     near = 2e-3 if way == "pin_profile" else 1e-9
     assert (wear.pin.name, wear.anchor) == (way, way)
     assert wear.pin_depth.value == pytest.approx(depth, rel=near)
-    (found,) = pin_on_disc_wear(run, DEFAULTS).pin
+    (found,) = pin_on_disc_wear(run, DEFAULTS).bodies["pin"]
     assert found.depth.value == pytest.approx(depth, rel=near)
     assert found.volume.value == pytest.approx(volume_at(shape, depth), rel=2 * near)
     assert wear.grown(2 * depth).pin_depth.value == pytest.approx(2 * depth, rel=2 * near)
@@ -88,7 +88,7 @@ def test_uncertainty_of_the_tip_radius_goes_into_the_volume_of_a_scar():
     stated = pin.radius.model_copy(update={"standard_uncertainty": 0.01 * RADIUS})
     contact = run.manifest.contact.model_copy(update={"pin": pin.model_copy(update={"radius": stated})})
     run = replace(run, manifest=run.manifest.model_copy(update={"contact": contact}))
-    (found,) = pin_on_disc_wear(run, DEFAULTS).pin
+    (found,) = pin_on_disc_wear(run, DEFAULTS).bodies["pin"]
     # πd⁴/64R.
     assert found.volume.standard_uncertainty / found.volume.value == pytest.approx(0.01, rel=0.01)
 
@@ -163,7 +163,9 @@ def test_every_way_of_measuring_the_disc_tells_its_depth_and_volume(path, pin_de
     for way, value in ways.items():
         profiles = {"end_values.disc_profile": Profile(x, grooved("spherical", half, pin_depth, x) + 0.01 * x)}
         manifest = described(conditions=path, pin_wear_depth=si(pin_depth, "m"), **{way: value})
-        (found,) = pin_on_disc_wear(run_of(manifest, profiles if way == "disc_profile" else {}), DEFAULTS).disc
+        (found,) = pin_on_disc_wear(run_of(manifest, profiles if way == "disc_profile" else {}), DEFAULTS).bodies[
+            "disc"
+        ]
         near = 0.01 if way == "disc_profile" else 1e-9
         assert found.name == way
         assert found.depth.value == pytest.approx(depth, rel=10 * near if pin_depth else near)
@@ -179,7 +181,7 @@ def test_several_profiles_tell_their_mean_and_how_far_they_scatter():
     }
     files = [{"file": f"{number}.csv"} for number in range(len(shares))]
     run = run_of(described(conditions=CIRCLE, disc_profile=files), profiles)
-    (found,) = pin_on_disc_wear(run, DEFAULTS).disc
+    (found,) = pin_on_disc_wear(run, DEFAULTS).bodies["disc"]
     depth, _ = track(CIRCLE, 0.12e-3, 0.0)
     assert found.depth.value == pytest.approx(depth, rel=5e-3)
     scatter = np.std(shares, ddof=1) / math.sqrt(5) * math.sqrt(4 / 2)
@@ -204,8 +206,8 @@ def test_track_no_wider_than_the_flat_on_the_pin_tells_nothing():
         conditions=CIRCLE, pin_scar_diameter=si(0.2e-3, "m", 1e-6), disc_track_width=si(0.199e-3, "m", 1e-6)
     )
     worn = pin_on_disc_wear(run_of(manifest), DEFAULTS)
-    assert worn.disc[0].depth is None
-    assert worn.disc[0].volume is None
+    assert worn.bodies["disc"][0].depth is None
+    assert worn.bodies["disc"][0].volume is None
     assert any("disc_track_width is no more than the scar on the pin" in note for note in worn.notes)
     assert end_wear(run_of(manifest), DEFAULTS).anchor == "pin_scar_diameter"
 

@@ -49,7 +49,7 @@ def wear(given, *names, shape="spherical", path=CIRCLE):
 )
 def test_disc_volume_from_groove_depth_and_one_more_reading(ratio, partner):
     found = state(ratio)
-    disc = wear(readings(found), "disc_wear_depth", partner).disc[0]
+    disc = wear(readings(found), "disc_wear_depth", partner).bodies["disc"][0]
     truth = float(found.groove_area) * PATH
     assert disc.volume.value == pytest.approx(truth, rel=1e-6)
     assert abs(disc.volume.value - truth) <= 2 * disc.volume.standard_uncertainty
@@ -61,7 +61,7 @@ def test_disc_volume_from_groove_depth_and_one_more_reading(ratio, partner):
 def test_disc_volume_from_groove_depth_alone_is_within_its_uncertainty(ratio):
     found = state(ratio)
     worn = wear(readings(found), "disc_wear_depth")
-    volume = worn.disc[0].volume
+    volume = worn.bodies["disc"][0].volume
     assert abs(volume.value - float(found.groove_area) * PATH) <= 2 * volume.standard_uncertainty
     assert any("the wear of the pin is unknown" in note for note in worn.notes)
 
@@ -72,8 +72,8 @@ def test_disc_volume_from_groove_depth_alone_is_within_its_uncertainty(ratio):
 def test_every_pair_tells_both_bodies(ratio, way, beside):
     found = state(ratio)
     worn = wear(readings(found), way, beside)
-    pin = next(one for one in worn.pin if one.name == way)
-    (disc,) = worn.disc
+    pin = next(one for one in worn.bodies["pin"] if one.name == way)
+    (disc,) = worn.bodies["disc"]
     assert pin.depth.value == pytest.approx(float(found.pin_depth), rel=1e-6)
     assert pin.volume.value == pytest.approx(float(found.pin_volume), rel=1e-6)
     assert disc.depth.value == pytest.approx(float(found.groove_depth), rel=1e-5)
@@ -101,20 +101,20 @@ def test_scar_of_unknown_direction_is_as_uncertain_as_it_is_oblong():
 @pytest.mark.parametrize("ratio", [1, 60])
 def test_flat_pin_tells_the_volume_of_its_track(ratio):
     found = state(ratio, FlatOnTrack(RADIUS))
-    (disc,) = wear(readings(found), "pin_wear_depth", "disc_wear_depth", shape="flat").disc
+    (disc,) = wear(readings(found), "pin_wear_depth", "disc_wear_depth", shape="flat").bodies["disc"]
     assert disc.volume.value == pytest.approx(float(found.groove_area) * PATH, rel=1e-6)
-    (alone,) = wear(readings(found), "disc_wear_depth", shape="flat").disc
+    (alone,) = wear(readings(found), "disc_wear_depth", shape="flat").bodies["disc"]
     assert abs(alone.volume.value - float(found.groove_area) * PATH) <= 2 * alone.volume.standard_uncertainty
 
 
 def test_stroke_holds_its_ends_as_well():
     found = state(60)
     given = readings(found)
-    (disc,) = wear(given, "pin_wear_depth", "disc_wear_depth", path=STROKE).disc
+    (disc,) = wear(given, "pin_wear_depth", "disc_wear_depth", path=STROKE).bodies["disc"]
     expected = 5e-3 * float(found.groove_area) + float(found.groove_revolved)
     assert disc.volume.value == pytest.approx(expected, rel=1e-6)
     again = wear(given | {"disc_wear_volume": si(expected, "m^3")}, "pin_wear_volume", "disc_wear_volume", path=STROKE)
-    assert again.disc[0].depth.value == pytest.approx(float(found.groove_depth), rel=1e-6)
+    assert again.bodies["disc"][0].depth.value == pytest.approx(float(found.groove_depth), rel=1e-6)
 
 
 @pytest.mark.parametrize("wrong", ["disc_wear_depth", "disc_track_width", "pin_scar_diameter"])
@@ -137,7 +137,7 @@ def test_contradictions_between_the_bodies_are_named(wrong):
 def test_no_wear_is_as_uncertain_as_a_cap_of_its_uncertainty():
     """0 ± 0.1 µm: a cap of 0.1 µm holds πRh², and with a normal distribution the root mean square is √3 of it."""
     run = run_of(described(pin_wear_depth=si(0.0, "m", 1e-7)))
-    (pin,) = pin_on_disc_wear(run, DEFAULTS).pin
+    (pin,) = pin_on_disc_wear(run, DEFAULTS).bodies["pin"]
     assert pin.volume.value == 0
     assert pin.volume.standard_uncertainty == pytest.approx(math.sqrt(3) * math.pi * RADIUS * 1e-14, rel=1e-3)
     found = specific_wear(run)

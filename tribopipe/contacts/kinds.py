@@ -6,7 +6,7 @@ from typing import NamedTuple
 from tribopipe.contacts.pin_on_disc import PinWear
 from tribopipe.contacts.twin_disc import TwinDiscWear
 from tribopipe.contacts.wear import ContactWear
-from tribopipe.documents.contact import Contact, SlidingPin, TwinDisc
+from tribopipe.documents.contact import Contact, SlidingPin, TwinDisc, family_of
 from tribopipe.documents.quantity import Quantity
 from tribopipe.physics.conventions import DistanceConvention, WearEngine
 
@@ -26,11 +26,10 @@ class Terms(NamedTuple):
 
 def wear_of(contact: Contact, terms: Terms = Terms()) -> ContactWear:  # noqa: B008 - it is immutable
     """Return how the bodies of a contact wear."""
-    family = next(family for family in type(contact).__mro__ if family in _FAMILIES)
-    return _FAMILIES[family](contact, terms)
+    return family_of(contact, _FAMILIES)(contact, terms)
 
 
-_FAMILIES: dict[type, Callable[..., ContactWear]] = {
+_FAMILIES: dict[type[Contact], Callable[..., ContactWear]] = {
     SlidingPin: lambda contact, terms: PinWear(contact, terms.engine),
     TwinDisc: lambda contact, terms: TwinDiscWear(contact, terms.slip or _NO_SLIP, terms.distance),
 }

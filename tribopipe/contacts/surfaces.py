@@ -14,7 +14,7 @@ import numpy as np
 from tribopipe.base.arrays import Column, Values
 from tribopipe.base.errors import ContactError
 from tribopipe.contacts.pin_on_disc import pin_contact
-from tribopipe.documents.contact import Contact, SlidingPin, TwinDisc
+from tribopipe.documents.contact import Contact, SlidingPin, TwinDisc, family_of
 from tribopipe.physics.conventions import Engine
 from tribopipe.physics.geometry import cap_height
 from tribopipe.physics.hertz import contact_modulus, hertz_radius
@@ -45,7 +45,7 @@ def usual_engine(contact: Contact) -> Engine:
 
 
 def _engines(contact: Contact) -> "_Engines":
-    return next(_FAMILIES[family] for family in type(contact).__mro__ if family in _FAMILIES)
+    return family_of(contact, _FAMILIES)
 
 
 def _pin_rings(contact: SlidingPin, values: Values, amount: float) -> Surface:
@@ -137,7 +137,7 @@ class _Engines(NamedTuple):
     builders: Mapping[Engine, Callable[..., Surface]]
 
 
-_FAMILIES: dict[type, _Engines] = {
+_FAMILIES: dict[type[Contact], _Engines] = {
     SlidingPin: _Engines("a pin", "rings", {"rings": _pin_rings, "half-space": _pin_grid, "fe": _pin_elements}),
     TwinDisc: _Engines("two discs", "half-space", {"half-space": _disc_grid, "fe": _disc_elements}),
 }

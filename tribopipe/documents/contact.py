@@ -7,7 +7,7 @@ import math
 import re
 from collections.abc import Mapping
 from importlib.metadata import EntryPoint
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, cast, get_args
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, TypeVar, cast, get_args
 
 from pydantic import (
     AfterValidator,
@@ -24,6 +24,8 @@ from tribopipe.base.units import show
 from tribopipe.documents.quantity import Density, Length, Pressure, Quantity, Ratio, Toughness
 from tribopipe.documents.record import Record
 from tribopipe.documents.signals import SignalName
+
+Answer = TypeVar("Answer")
 
 
 class Progress(NamedTuple):
@@ -518,6 +520,11 @@ DISCS: tuple[DiscName, DiscName] = ("curved_disc", "flat_disc")
 """In the order of k₁ and k₂."""
 GROUP = "tribopipe.contacts"
 _SHIPPED: tuple[type[Contact], ...] = (PinOnDisc, TwinDisc)
+
+
+def family_of(contact: "Contact", answers: Mapping[type["Contact"], Answer]) -> Answer:
+    """Return the answer of the family of kinds that a contact belongs to."""
+    return next(answers[family] for family in type(contact).__mro__ if family in answers)
 
 
 def kind_of(contact: type[Contact]) -> str:

@@ -24,7 +24,6 @@ import numpy as np
 
 from tribopipe.base.arrays import Column, Numbers
 from tribopipe.contacts.twin_disc import disc_pair, nominal_values
-from tribopipe.documents.contact import TwinDisc
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.combined_quantity import combined
@@ -39,8 +38,9 @@ from tribopipe.evaluation.depth_reading import (
     sensor_scale,
     sliding_time,
 )
-from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear
-from tribopipe.evaluation.measurements.twin_disc import DiscEndWear, disc_end_wear
+from tribopipe.evaluation.measurements.kinds import measurements_of
+from tribopipe.evaluation.measurements.pin_on_disc import EndWear
+from tribopipe.evaluation.measurements.twin_disc import DiscEndWear
 from tribopipe.physics.autocorrelation import inflation, left_of
 from tribopipe.physics.depth_model.posterior import depth_posterior
 from tribopipe.physics.depth_model.samples import baseline
@@ -181,12 +181,10 @@ def correct_drift(run: RawRun, recipe: Recipe | None = None) -> CorrectedRun:
 
 def _measured_wear(run: RawRun, recipe: Recipe) -> tuple[EndWear | DiscEndWear | None, str]:
     """Return the wear that was measured after a test, and what is missing where there is none."""
-    if isinstance(run.manifest.contact, TwinDisc):
-        needed = "an end value of the curved disc (depth, track width or volume)"
-        return disc_end_wear(run, recipe), needed
     if run.manifest.contact is None:
         return None, "the two bodies ([contact])"
-    return end_wear(run, recipe.uncertainty), "an end value of the pin (its depth, scar, volume, mass or profile)"
+    measured = measurements_of(run.manifest.contact)
+    return measured.at_end(run, recipe), measured.needed
 
 
 def _tells_by_itself(run: RawRun) -> bool:

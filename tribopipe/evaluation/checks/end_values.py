@@ -127,9 +127,9 @@ def _pin_end_values_agree(run: RawRun) -> Iterator[Trouble]:
         worn = pin_on_disc_wear(run, DefaultUncertainty())
     except FitError:
         return
-    yield from _contradicting("pin", worn.pin, "depth", "um")
-    yield from _contradicting("disc", worn.disc, "depth", "um")
-    yield from _contradicting("disc", worn.disc, "volume", "mm^3")
+    yield from _contradicting("pin", worn.bodies["pin"], "depth", "um")
+    yield from _contradicting("disc", worn.bodies["disc"], "depth", "um")
+    yield from _contradicting("disc", worn.bodies["disc"], "volume", "mm^3")
 
 
 def _contradicting(

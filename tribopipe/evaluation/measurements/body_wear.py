@@ -1,7 +1,7 @@
 """What one body has lost, by each way of measuring; which is taken, and which contradict each other."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Literal, NamedTuple
@@ -33,6 +33,15 @@ class BodyWear:
     """What of it follows from the shape of pin and groove, not from what was measured on the body alone."""
     pair: WornPair | None = None
     """The readings that it follows from."""
+
+
+class WornBodies(NamedTuple):
+    """Everything that was measured on the bodies at one time, as depth and volume."""
+
+    bodies: Mapping[str, tuple[BodyWear, ...]]
+    """By the role of the body."""
+    notes: tuple[str, ...] = ()
+    """What stands in the way of a volume, and what is taken for granted."""
 
 
 def surest(ways: Iterable[BodyWear], what: Literal["depth", "volume"]) -> BodyWear | None:

@@ -22,9 +22,7 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.evaluation.applied_load import load_path, load_share
-from tribopipe.evaluation.measurements.body_wear import BodyWear
-from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
-from tribopipe.evaluation.measurements.twin_disc import disc_measurements
+from tribopipe.evaluation.measurements.kinds import measurements_of
 from tribopipe.results.run import RawRun
 from tribopipe.results.specific_wear import WearInterval
 
@@ -114,15 +112,7 @@ def _distance(run: RawRun, stop: int) -> float:
 
 def _volumes(run: RawRun, defaults: DefaultUncertainty, body: str, stop: int | None) -> dict[str, Quantity]:
     """Return the volume of a body by each way of measuring at an interruption, or at the end."""
-    if run.manifest.rolls:
-        found = disc_measurements(run, defaults)
-        return {
-            one.what: one.quantity
-            for one in found
-            if one.disc == body and one.interruption == stop and one.what == "wear_volume"
-        }
-    worn = pin_on_disc_wear(run, defaults, stop)
-    ways: Sequence[BodyWear] = worn.pin if body == "pin" else worn.disc
+    ways = measurements_of(run.manifest.described).worn(run, defaults, stop).bodies[body]
     return {way.name: way.volume for way in ways if way.volume is not None}
 
 

@@ -13,7 +13,7 @@ from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
 from tribopipe.evaluation.combined_quantity import combined
-from tribopipe.evaluation.measurements.body_wear import BodyWear, surest
+from tribopipe.evaluation.measurements.body_wear import BodyWear, WornBodies, surest
 from tribopipe.evaluation.measurements.disc_track import disc_notes, disc_readings, disc_wear
 from tribopipe.evaluation.measurements.measured import EndValueUsed
 from tribopipe.evaluation.measurements.pin_tip import PinTip, pin_values
@@ -113,28 +113,15 @@ def measured_at(run: RawRun, interruption: int | None = None) -> tuple[str, EndV
     return f"interruptions[{interruption}]", run.manifest.interruptions[interruption]
 
 
-@dataclass(frozen=True)
-class PinOnDiscWear:
-    """Everything that was measured on pin and disc at the end, as depth and volume."""
-
-    pin: tuple[BodyWear, ...]
-    disc: tuple[BodyWear, ...]
-    notes: tuple[str, ...] = ()
-    """What stands in the way of a volume, and what is taken for granted."""
-
-
-def pin_on_disc_wear(run: RawRun, defaults: DefaultUncertainty, interruption: int | None = None) -> PinOnDiscWear:
+def pin_on_disc_wear(run: RawRun, defaults: DefaultUncertainty, interruption: int | None = None) -> WornBodies:
     """Return depth and volume of both bodies by each end value, or by what was measured at an interruption.
 
     Raises ``FitError`` for a mass without density, and for profiles of which nothing can be taken.
     """
     where, end = measured_at(run, interruption)
     found = _Found.of(run, where, end, defaults)
-    return PinOnDiscWear(
-        pin=tuple(found.wear_of(pin) for pin in found.pins),
-        disc=found.disc,
-        notes=tuple(disc_notes(run, end, found.disc)),
-    )
+    pins = tuple(found.wear_of(pin) for pin in found.pins)
+    return WornBodies({"pin": pins, "disc": found.disc}, tuple(disc_notes(run, end, found.disc)))
 
 
 def tip_radius(run: RawRun, defaults: DefaultUncertainty) -> Quantity:

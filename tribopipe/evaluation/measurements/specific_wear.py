@@ -10,7 +10,6 @@ from collections.abc import Iterable, Iterator, Mapping
 import numpy as np
 
 from tribopipe.contacts.inputs import stated_or_default
-from tribopipe.documents.contact import DISCS, TwinDisc
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.evaluation.applied_load import applied_load, recorded_load
@@ -18,8 +17,7 @@ from tribopipe.evaluation.combined_quantity import combined
 from tribopipe.evaluation.measurements.body_wear import BodyWear, surest
 from tribopipe.evaluation.measurements.disc_track import told_by
 from tribopipe.evaluation.measurements.interval_wear import CLEARLY, interval_wear
-from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
-from tribopipe.evaluation.measurements.twin_disc import disc_measurements
+from tribopipe.evaluation.measurements.kinds import measurements_of
 from tribopipe.results.run import RawRun
 from tribopipe.results.specific_wear import BodyWearRate, MeasuredWear, SpecificWear
 from tribopipe.results.wording import reworded
@@ -37,7 +35,7 @@ def specific_wear(run: RawRun, recipe: Recipe | None = None) -> SpecificWear:
     contact = run.manifest.contact
     if contact is None:
         return SpecificWear(outcome="not evaluated", notes=("the bodies are not described in run.toml",))
-    worn, notes = _twin_disc_wear(run, defaults) if isinstance(contact, TwinDisc) else _pin_on_disc(run, defaults)
+    worn, notes = measurements_of(contact).worn(run, defaults, None)
     distance = _distance(run, defaults)
     if distance is None:
         return SpecificWear(outcome="not evaluated", notes=(*notes, "nothing slid"))
@@ -58,31 +56,6 @@ def specific_wear(run: RawRun, recipe: Recipe | None = None) -> SpecificWear:
         **rates,
     )
     return reworded(found, contact.worded)
-
-
-Worn = dict[str, tuple[BodyWear, ...]]
-"""What was measured on each body, by its name."""
-
-
-def _pin_on_disc(run: RawRun, defaults: DefaultUncertainty) -> tuple[Worn, tuple[str, ...]]:
-    worn = pin_on_disc_wear(run, defaults)
-    return {"pin": worn.pin, "disc": worn.disc}, worn.notes
-
-
-def _twin_disc_wear(run: RawRun, defaults: DefaultUncertainty) -> tuple[Worn, tuple[str, ...]]:
-    """Return depths and volumes as they were measured: of a width alone no disc's own part follows."""
-    worn: Worn = dict.fromkeys(DISCS, ())
-    for one in disc_measurements(run, defaults):
-        if one.interruption is None:
-            depth = one.quantity if one.what == "wear_depth" else None
-            volume = one.quantity if one.what == "wear_volume" else None
-            worn[one.disc] = (*worn[one.disc], BodyWear(f"{one.disc}_{one.what}", one.source, depth, volume))
-    notes = [
-        f"no volume of the {name.replace('_', ' ')} was measured"
-        for name, ways in worn.items()
-        if ways and surest(ways, "volume") is None
-    ]
-    return worn, tuple(notes)
 
 
 def _distance(run: RawRun, defaults: DefaultUncertainty) -> Quantity | None:

@@ -14,6 +14,7 @@ from tribopipe.documents.contact import DISCS, DiscName, TwinDisc
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
+from tribopipe.evaluation.measurements.body_wear import BodyWear, WornBodies, surest
 from tribopipe.evaluation.measurements.measured import over_places, profiles_at, tracks_in
 from tribopipe.physics.twin_disc import DiscPair
 from tribopipe.results.run import RawRun
@@ -105,6 +106,22 @@ def _profiled_volume(run: RawRun, disc: DiscName, defaults: DefaultUncertainty, 
     around = 2 * math.pi * body.rolling_radius.value
     spread = around * math.hypot(area.standard_uncertainty or 0.0, off)
     return EndValue(value=around * area.value, unit="m^3", standard_uncertainty=spread, method="profile")
+
+
+def twin_disc_wear(run: RawRun, defaults: DefaultUncertainty, interruption: int | None = None) -> WornBodies:
+    """Return depths and volumes of both discs as they were measured: of a width alone no disc's own part follows."""
+    worn: dict[str, tuple[BodyWear, ...]] = dict.fromkeys(DISCS, ())
+    for one in disc_measurements(run, defaults):
+        if one.interruption == interruption:
+            depth = one.quantity if one.what == "wear_depth" else None
+            volume = one.quantity if one.what == "wear_volume" else None
+            worn[one.disc] = (*worn[one.disc], BodyWear(f"{one.disc}_{one.what}", one.source, depth, volume))
+    notes = (
+        f"no volume of the {name.replace('_', ' ')} was measured"
+        for name, ways in worn.items()
+        if ways and surest(ways, "volume") is None
+    )
+    return WornBodies(worn, tuple(notes))
 
 
 def disc_end_wear(run: RawRun, recipe: Recipe) -> DiscEndWear | None:

@@ -1,0 +1,39 @@
+"""What measurements of the bodies of a contact of any kind mean: which module answers for it."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from tribopipe.documents.contact import Contact, SlidingPin, TwinDisc, family_of
+from tribopipe.documents.recipe import DefaultUncertainty, Recipe
+from tribopipe.evaluation.measurements.body_wear import WornBodies
+from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear, pin_on_disc_wear
+from tribopipe.evaluation.measurements.twin_disc import DiscEndWear, disc_end_wear, twin_disc_wear
+from tribopipe.results.run import RawRun
+
+
+class Measurements(NamedTuple):
+    """What follows from measurements of the bodies."""
+
+    worn: Callable[[RawRun, DefaultUncertainty, int | None], WornBodies]
+    """Depth and volume of each body at an interruption, or at the end."""
+    at_end: Callable[[RawRun, Recipe], EndWear | DiscEndWear | None]
+    """The wear at the end as a displacement sensor has seen it; none where nothing tells it."""
+    needed: str
+    """What is to be measured for that."""
+
+
+def measurements_of(contact: Contact) -> Measurements:
+    """Return what follows from measurements of the bodies of a contact."""
+    return family_of(contact, _FAMILIES)
+
+
+_FAMILIES: dict[type[Contact], Measurements] = {
+    SlidingPin: Measurements(
+        pin_on_disc_wear,
+        lambda run, recipe: end_wear(run, recipe.uncertainty),
+        "an end value of the pin (its depth, scar, volume, mass or profile)",
+    ),
+    TwinDisc: Measurements(
+        twin_disc_wear, disc_end_wear, "an end value of the curved disc (depth, track width or volume)"
+    ),
+}
