@@ -13,7 +13,7 @@ from tribopipe.documents.recipe import Recipe, WearRecipe
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.wear.inputs import FRICTION_INPUTS
-from tribopipe.evaluation.wear.law_parameters import law_covariance, with_fitted_law
+from tribopipe.evaluation.wear.law_parameters import with_fitted_law
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import LawParameter, WearLaw
@@ -69,17 +69,17 @@ def test_friction_that_is_off_together_moves_k_d_and_parameters_together(problem
     found = with_fitted_law(problem)
     best = found.coefficient()
     together = replace(found, friction_covariance=tuple(map(tuple, np.outer(MOVED, MOVED).tolist())))
-    added = law_covariance(together, best) - law_covariance(found, best)
+    added = together.law_covariance(best) - found.law_covariance(best)
     shift = (fitted(problem, 0.3) - fitted(problem, -0.3)) / 0.6
     np.testing.assert_allclose(added, np.outer(shift, shift), rtol=0.05)
 
 
 def test_errors_of_independent_friction_parameters_add_up_in_squares(problem):
     found = with_fitted_law(problem)
-    best, without = found.coefficient(), law_covariance(found, found.coefficient())
+    best, without = found.coefficient(), found.law_covariance(found.coefficient())
     each = [
-        law_covariance(replace(found, friction_covariance=tuple(map(tuple, np.diag(row).tolist()))), best) - without
+        replace(found, friction_covariance=tuple(map(tuple, np.diag(row).tolist()))).law_covariance(best) - without
         for row in np.diag(MOVED**2)
     ]
     whole = replace(found, friction_covariance=tuple(map(tuple, np.diag(MOVED**2).tolist())))
-    np.testing.assert_allclose(law_covariance(whole, best) - without, sum(each), rtol=1e-9)
+    np.testing.assert_allclose(whole.law_covariance(best) - without, sum(each), rtol=1e-9)

@@ -71,6 +71,11 @@ class WearLaw(ABC):
         """Return the parameters beside k_D by name."""
         return _parameters(cls)
 
+    def scale_of(self, parameter: str, value: float) -> float:
+        """Return by how much a parameter has to change to matter: its value, or its start where it may be 0."""
+        known, start = self.parameters()[parameter], type(self)().values()[parameter]
+        return abs(value) if known.low > 0 else max(abs(value), abs(start) or known.high - known.low)
+
     @staticmethod
     def input_of(parameter: str) -> str:
         """Return what a parameter is called among the inputs of a fit."""

@@ -28,7 +28,7 @@ from tribopipe.evaluation.wear.budget import NOISE, budget, input_covariance
 from tribopipe.evaluation.wear.depth_problem import DepthProblem, depth_problem
 from tribopipe.evaluation.wear.draws import coefficient_draws
 from tribopipe.evaluation.wear.findings import prior_findings, wear_findings
-from tribopipe.evaluation.wear.law_parameters import held_notes, law_columns, with_fitted_law
+from tribopipe.evaluation.wear.law_parameters import held_notes, with_fitted_law
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
 from tribopipe.physics.autocorrelation import effective_samples
 from tribopipe.physics.friction_path import FrictionPath
@@ -206,7 +206,7 @@ def _end_depth(problem: WearProblem, coefficient: float, covariance: Column) -> 
     slopes = volume / state.area
     by_coefficient = float(slopes[0])
     if problem.fitted_parameters:
-        beside = law_columns(problem, lambda moved: moved.depth(coefficient, moved.values, end))
+        beside = problem.law_slopes(lambda moved: moved.depth(coefficient, moved.values, end))
         slopes = np.append(slopes, beside)
     variance = float(slopes @ covariance @ slopes)
     by_inputs = problem.condensed().sensitivities(coefficient, names)

@@ -25,7 +25,6 @@ from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.depth_reading import MOST_DEVIATION, DepthRecord, depth_record, pin_reading
 from tribopipe.evaluation.wear.inputs import draw_values
 from tribopipe.evaluation.wear.joint import END_ANCHOR, joint_problem
-from tribopipe.evaluation.wear.law_parameters import law_columns
 from tribopipe.evaluation.wear.problem import WearProblem
 from tribopipe.physics.depth_model.posterior import DepthPosterior, DepthReading, depth_posterior
 from tribopipe.physics.depth_model.samples import DepthSamples
@@ -79,7 +78,7 @@ class DepthProblem(WearProblem):
             return None
         nodes, coefficient = self.samples.nodes, self.tangent.coefficient
         places = np.append(nodes.distance, self.trace.slid)
-        columns = law_columns(self, lambda moved: moved.depth(coefficient, moved.values, places))
+        columns = self.law_slopes(lambda moved: moved.depth(coefficient, moved.values, places))
         volume = coefficient * self.unit_volume(self.values, places)
         slope = volume / self.pin(self.values).worn(volume).area
         fixed = columns - np.outer(slope / slope[-1], columns[-1])

@@ -1,6 +1,6 @@
 """Parameters of a wear law beside k_D as a recipe, or a plan, gives them: an input like any other."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from tribopipe.base.errors import FitError, did_you_mean
 from tribopipe.base.units import show
@@ -60,3 +60,11 @@ def require_all(law: WearLaw, values: Mapping[str, float], place: str | None = N
             f"{law.title}: found no {' and no '.join(missing)}; expected them given, since only the fit of one pin "
             f"finds them; write them under {place or f'[wear.parameters.{law.name}] in a recipe'}"
         )
+
+
+def indistinct(law: WearLaw, names: Sequence[str]) -> str:
+    """Say that a run does not tell k_D and the parameters of its law apart."""
+    return (
+        f"wear fit: found a depth that does not tell k_D from {' and '.join(names)} of {law.title}; expected one that "
+        f"shows them; give some under [wear.parameters.{law.name}] in a recipe, or fit another law"
+    )

@@ -5,38 +5,26 @@ then on they are free to first order: what they can explain of rows is projected
 are in a joint fit. So budget and draws of k_D have them free as well.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from itertools import product
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
+from tribopipe.evaluation.wear.given_parameters import indistinct
+from tribopipe.evaluation.wear.problem import Tangent, WearProblem
 from tribopipe.physics.laws import WearLaw
 
-if TYPE_CHECKING:
-    from tribopipe.evaluation.wear.problem import WearProblem
-
-P = TypeVar("P", bound="WearProblem")
+P = TypeVar("P", bound=WearProblem)
 _STARTS = 7
 """Of a search over a parameter that is above zero, spread over its decades."""
-_STEP = 1e-4
-"""Of a difference quotient, relative."""
 _AS_GOOD = 4.0
 """Difference of χ² that noise makes."""
 _NEAR = 1e-3
 """Of an end of where a parameter is sought, relative: nearer than this it is there."""
-
-
-@dataclass(frozen=True)
-class Tangent:
-    """The parameters of a law that are free, to first order about the best estimate."""
-
-    names: tuple[str, ...]
-    coefficient: float
-    """k_D there, m²/N."""
 
 
 def with_fitted_law(problem: P) -> P:
@@ -53,7 +41,7 @@ def with_fitted_law(problem: P) -> P:
     return replace(found, tangent=Tangent(free, found.coefficient()))
 
 
-def _sought(problem: "WearProblem") -> tuple[str, ...]:
+def _sought(problem: WearProblem) -> tuple[str, ...]:
     """Return the parameters of the law that nobody gave."""
     return tuple(name for name in problem.law.parameters() if problem.law.input_of(name) not in problem.inputs)
 
@@ -61,19 +49,11 @@ def _sought(problem: "WearProblem") -> tuple[str, ...]:
 def _end(law: WearLaw, name: str) -> float | None:
     """Return the end of where a parameter is sought that it stands at; none where it stands between them."""
     known, value = law.parameters()[name], law.values()[name]
-    near = (end for end in (known.low, known.high) if abs(value - end) < _NEAR * _size(law, name, end))
+    near = (end for end in (known.low, known.high) if abs(value - end) < _NEAR * law.scale_of(name, end))
     return next(near, None)
 
 
-def indistinct(law: WearLaw, names: Sequence[str]) -> str:
-    """Say that a run does not tell k_D and the parameters of its law apart."""
-    return (
-        f"wear fit: found a depth that does not tell k_D from {' and '.join(names)} of {law.title}; expected one that "
-        f"shows them; give some under [wear.parameters.{law.name}] in a recipe, or fit another law"
-    )
-
-
-def held_notes(problem: "WearProblem") -> tuple[str, ...]:
+def held_notes(problem: WearProblem) -> tuple[str, ...]:
     """Say of each parameter that was sought and is held why it is, in a sentence."""
     return tuple(_held(problem.law, name) for name in _sought(problem) if name not in problem.fitted_parameters)
 
@@ -85,24 +65,18 @@ def _held(law: WearLaw, name: str) -> str:
     return f"{called} has no effect on the wear of this run: its value says nothing"
 
 
-def _size(law: WearLaw, name: str, value: float) -> float:
-    """Return by how much a parameter has to change to matter: its value, or what it starts at where it may be 0."""
-    known, start = law.parameters()[name], type(law)().values()[name]
-    return abs(value) if known.low > 0 else max(abs(value), abs(start) or known.high - known.low)
-
-
 class _Search:
     """For the parameters of a law with which k_D follows a run best; those above zero by their logarithms.
 
     Others are counted in what they start at.
     """
 
-    def __init__(self, problem: "WearProblem", names: Sequence[str]) -> None:
+    def __init__(self, problem: WearProblem, names: Sequence[str]) -> None:
         self.problem, self.names = problem, names
         known, start = problem.law.parameters(), problem.law.values()
         self.known = [known[name] for name in names]
         self.logarithmic = np.array([one.low > 0 for one in self.known])
-        self.unit = np.array([_size(problem.law, name, 1.0 if known[name].low > 0 else 0.0) for name in names])
+        self.unit = np.array([problem.law.scale_of(name, 1.0 if known[name].low > 0 else 0.0) for name in names])
         self.start = self._sought([start[name] for name in names])
         self.bounds = self._sought([one.low for one in self.known]), self._sought([one.high for one in self.known])
         self.rows = problem.rows(problem.values)
@@ -140,12 +114,11 @@ class _Search:
         """Return a law with what is found at 0 held there, and the parameters that then have an effect."""
         zero = {name: 0.0 for name in self.names if _end(law, name) == 0}
         problem = replace(self.problem, law=replace(law, **zero))
-        free = [
-            name
-            for name in self.names
-            if name not in zero and np.any(_slope(problem, name, lambda moved: moved.effective_distance(moved.values)))
-        ]
-        return problem.law, tuple(free)
+
+        def matters(name: str) -> bool:
+            return bool(np.any(problem.law_slope(name, lambda moved: moved.effective_distance(moved.values))))
+
+        return problem.law, tuple(name for name in self.names if name not in zero and matters(name))
 
     def _misfit(self, sought: Column) -> float:
         """Return the sum of squares that is left, over the variance of the noise."""
@@ -170,39 +143,3 @@ class _Search:
     def _sought(self, values: Sequence[float]) -> Column:
         column = np.asarray(values, dtype=float)
         return np.where(self.logarithmic, np.log(np.where(self.logarithmic, column, 1.0)), column / self.unit)
-
-
-def law_columns(problem: "WearProblem", rows_of: Callable[["WearProblem"], Column]) -> Column:
-    """Return how each row of the model moves with the parameters of its law that are free: rows by parameters."""
-    return np.stack([_slope(problem, name, rows_of) for name in problem.fitted_parameters], axis=-1)
-
-
-def _slope(problem: "WearProblem", name: str, rows_of: Callable[["WearProblem"], Column]) -> Column:
-    law, value = problem.law, problem.law.values()[name]
-    step = _STEP * _size(law, name, value)
-    known = law.parameters()[name]
-    low, high = max(value - step, known.low), min(value + step, known.high)
-    rows = [rows_of(replace(problem, law=replace(law, **{name: near}), tangent=None)) for near in (low, high)]
-    return np.asarray((rows[1] - rows[0]) / (high - low))
-
-
-def law_covariance(problem: "WearProblem", coefficient: float) -> Column:
-    """Return the covariance of ln k_D and the parameters that are free, in SI, to first order (JCGM 100:2008, 5.2).
-
-    Of the noise of the reading and of every input, those of the friction fit by their own covariance.
-    """
-    _, slope = problem.model(np.log(coefficient), problem.values)
-    design = np.column_stack([slope * problem.root_weights, problem.law_columns, problem.linear])
-    length = np.linalg.norm(design, axis=0)
-    pull = (np.linalg.pinv(design / length) / length[:, None])[: 1 + problem.law_columns.shape[1]]
-    samples = len(problem.distance)
-    noisy = pull[:, :samples] * problem.root_weights[:samples] * np.sqrt(problem.noise / problem.weights)
-    names = [name for name in problem.inputs if problem.inputs[name].spread]
-    moved = dict(zip(names, problem.shifts(names, coefficient) * problem.root_weights @ pull.T, strict=True))
-    together, covariance = problem.friction_together(), problem.friction_covariance
-    alone = [shift for name, shift in moved.items() if name not in together]
-    found = noisy @ noisy.T + sum((np.outer(shift, shift) for shift in alone), np.zeros((len(pull), len(pull))))
-    if together:
-        per_unit = np.column_stack([moved[name] / problem.inputs[name].spread for name in together])
-        found = found + per_unit @ np.asarray(covariance) @ per_unit.T
-    return np.asarray(found)

@@ -28,6 +28,7 @@ from tribopipe.evaluation.drift import SensorTrace, read_trace
 from tribopipe.evaluation.measurements.measured import EndValueUsed
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear, beside_unseen_groove, end_wear
 from tribopipe.evaluation.measurements.pin_tip import PinTip
+from tribopipe.evaluation.wear.given_parameters import indistinct
 from tribopipe.evaluation.wear.inputs import (
     FRICTION_INPUTS,
     contact_inputs,
@@ -37,7 +38,6 @@ from tribopipe.evaluation.wear.inputs import (
     law_friction,
     law_inputs,
 )
-from tribopipe.evaluation.wear.law_parameters import Tangent, indistinct, law_columns, law_covariance
 from tribopipe.physics.autocorrelation import inflation, left_of
 from tribopipe.physics.conventions import WearEngine
 from tribopipe.physics.friction_path import FrictionPath
@@ -54,12 +54,23 @@ _LEAST_RATIO = -0.5
 """Depth of a groove over that of the pin below which a draw of it is not taken: none is so far above the disc."""
 _LEAST_LOG_K = 14.0
 """A k_D this many e-folds below where the search starts is no wear at all."""
+_STEP = 1e-4
+"""Of a parameter of the law in a difference quotient, relative."""
 NODES = 40
 _FINE_NODES = 1000
 _SMOOTH_TERMS = 8
 """Powers of √s that, beside drift, take the wear out of a reading so that its noise is left."""
 _LEAST_NOISE = 1e-12
 """Standard deviation, m, below which a reading counts as without noise."""
+
+
+@dataclass(frozen=True)
+class Tangent:
+    """The parameters of a law that are free, to first order about the best estimate."""
+
+    names: tuple[str, ...]
+    coefficient: float
+    """k_D there, m²/N."""
 
 
 @dataclass(frozen=True)
@@ -194,7 +205,7 @@ class WearProblem:
         if self.tangent is None or not self.fitted_parameters:
             return self.linear[:, :0]
         log_k = np.asarray(np.log(self.tangent.coefficient))
-        rows = law_columns(self, lambda problem: problem.model(log_k, problem.values)[0])
+        rows = self.law_slopes(lambda problem: problem.model(log_k, problem.values)[0])
         return (rows.T * self.root_weights).T
 
     @cached_property
@@ -299,7 +310,40 @@ class WearProblem:
 
     def parameter_covariance(self, coefficient: float) -> Column | None:
         """Return the covariance of ln k_D and the law's own parameters; none where it has none that are fitted."""
-        return law_covariance(self.condensed(), coefficient) if self.fitted_parameters else None
+        return self.condensed().law_covariance(coefficient) if self.fitted_parameters else None
+
+    def law_slopes(self, rows_of: "Callable[[WearProblem], Column]") -> Column:
+        """Return how each row of the model moves with the parameters of its law that are free: rows by parameters."""
+        return np.stack([self.law_slope(name, rows_of) for name in self.fitted_parameters], axis=-1)
+
+    def law_slope(self, name: str, rows_of: "Callable[[WearProblem], Column]") -> Column:
+        """Return how each row of the model moves with one parameter of its law."""
+        law, value, known = self.law, self.law.values()[name], self.law.parameters()[name]
+        step = _STEP * law.scale_of(name, value)
+        low, high = max(value - step, known.low), min(value + step, known.high)
+        rows = [rows_of(replace(self, law=replace(law, **{name: near}), tangent=None)) for near in (low, high)]
+        return np.asarray((rows[1] - rows[0]) / (high - low))
+
+    def law_covariance(self, coefficient: float) -> Column:
+        """Return the covariance of ln k_D and the parameters that are free, in SI, to first order (JCGM 100:2008, 5.2).
+
+        Of the noise of the reading and of every input, those of the friction fit by their own covariance.
+        """
+        _, slope = self.model(np.log(coefficient), self.values)
+        design = np.column_stack([slope * self.root_weights, self.law_columns, self.linear])
+        length = np.linalg.norm(design, axis=0)
+        pull = (np.linalg.pinv(design / length) / length[:, None])[: 1 + self.law_columns.shape[1]]
+        samples = len(self.distance)
+        noisy = pull[:, :samples] * self.root_weights[:samples] * np.sqrt(self.noise / self.weights)
+        names = [name for name in self.inputs if self.inputs[name].spread]
+        moved = dict(zip(names, self.shifts(names, coefficient) * self.root_weights @ pull.T, strict=True))
+        together = self.friction_together()
+        alone = [shift for name, shift in moved.items() if name not in together]
+        found = noisy @ noisy.T + sum((np.outer(shift, shift) for shift in alone), np.zeros((len(pull), len(pull))))
+        if together:
+            per_unit = np.column_stack([moved[name] / self.inputs[name].spread for name in together])
+            found = found + per_unit @ np.asarray(self.friction_covariance) @ per_unit.T
+        return np.asarray(found)
 
     @property
     def measured_end_depth(self) -> Quantity | None:
