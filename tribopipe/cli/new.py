@@ -8,7 +8,7 @@ import typer
 
 from tribopipe.cli.formats import ReaderName, SheetName
 from tribopipe.cli.options import AsJson
-from tribopipe.cli.output import print_json, say
+from tribopipe.cli.output import PARTLY_FAILED, print_json, say
 
 if TYPE_CHECKING:
     from tribopipe.readers.draft.folder import NewRun
@@ -20,7 +20,7 @@ def new(
         list[Path],
         typer.Argument(
             help="Files that an instrument wrote during one test: one, several that continue each other, or one a "
-            "channel.",
+            "channel; or a folder of exports, each a run.",
             metavar="FILE",
         ),
     ],
@@ -58,16 +58,26 @@ def new(
             "--accept", help="Take the values that the file's name and the recording offer, where they agree."
         ),
     ] = False,
+    ends: Annotated[
+        Path | None,
+        typer.Option(
+            "--ends",
+            help="Table, .csv or .xlsx, of loads, scars and volumes of many runs, one row each; each file is a run.",
+        ),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Make a run folder from files of an instrument: copies them, and writes run.toml with all that they tell.
 
-    With --each-sheet or --split it makes a folder of each test in the file, each with its own copy of it.
+    Of a folder it makes a run folder of each export, and names duplicates, tests that are much shorter than the others,
+    and what is no export. With --each-sheet or --split it makes a folder of each test in the file, each with its own
+    copy of it.
 
     On a terminal it asks for what only the lab knows; elsewhere, and where nothing is answered, run.toml has a
     commented line for it. The files themselves stay as they are.
     """
     from tribopipe.pipeline.output_paths import require_outside
+    from tribopipe.readers.draft.export_folder import are_many, make_each
     from tribopipe.readers.draft.folder import Wanted, make_runs
 
     require_outside(into / "run")
@@ -84,12 +94,22 @@ def new(
         split=split,
         accept=accept,
     )
-    made = make_runs(wanted, _somebody_to_ask(), say)
+    many = are_many(files) or ends is not None
+    if many:
+        made, left_out = make_each(wanted, ends, _somebody_to_ask(), say)
+    else:
+        made, left_out = make_runs(wanted, _somebody_to_ask(), say), []
     for one in made:
         _tell(one)
+    for file in left_out:
+        say(f"left out: {file.file}: {file.why}")
     if as_json:
         documents = [_document(one) for one in made]
-        print_json({"runs": documents} if each_sheet or split else documents[0])
+        outside = [{"file": file.file, "why": file.why} for file in left_out]
+        both = {"runs": documents, "left_out": outside}
+        print_json(both if many else {"runs": documents} if each_sheet or split else documents[0])
+    if any(file.is_broken for file in left_out):
+        raise typer.Exit(PARTLY_FAILED)
 
 
 def _document(made: "NewRun") -> dict[str, Any]:

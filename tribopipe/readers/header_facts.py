@@ -107,6 +107,12 @@ _MOST_LINES = 300
 _RANGES = {"conditions.relative_humidity": (0.0, 1.0)}
 
 
+def key_of(label: str) -> str | None:
+    """Return the key of run.toml that a label of several languages stands for."""
+    key = _LABELS.get(plain(label))
+    return "started" if key == "date" else key if key in _QUANTITIES or key in _TEXTS else None
+
+
 class Fact(NamedTuple):
     """What one line says of one key of run.toml."""
 

@@ -4,9 +4,9 @@ import re
 import secrets
 import shutil
 import unicodedata
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ from tribopipe.readers.draft.columns import friction_left_open
 from tribopipe.readers.draft.gathering import gather, take_radius
 from tribopipe.readers.draft.grouping import Group, grouped
 from tribopipe.readers.draft.hints import doubt_names
-from tribopipe.readers.draft.known_values import Known
+from tribopipe.readers.draft.known_values import Given, Known
 from tribopipe.readers.draft.profiles import Measured, add_profiles, profiles_left_open, read_profile, which_profile
 from tribopipe.readers.draft.questions import Ask, Say, ask_for_missing
 from tribopipe.readers.draft.recorded import propose_recorded
@@ -60,6 +60,8 @@ class Wanted:
     """Column that numbers the steps of a file, each of which is a run."""
     accept: bool = False
     """Whether values that names of files and recordings offer are accepted."""
+    measured: Mapping[str, Given] = field(default_factory=dict)
+    """What a table of many runs says of this one."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +114,7 @@ class _Defaults:
 
 
 @dataclass(frozen=True)
-class _Plan:
+class RunPlan:
     """A run folder to be made."""
 
     draft: Draft
@@ -131,8 +133,13 @@ def make_runs(wanted: Wanted, ask: Ask | None = None, say: Say = print) -> list[
 
     Raises ``ManifestError`` or ``ReaderError`` where that cannot be done, and then leaves nothing behind.
     """
-    plans = [plan for each in _by_sheet(wanted) for plan in _planned(each)]
-    _refuse_places(plans)
+    plans = [plan for each in _by_sheet(wanted) for plan in planned(each)]
+    refuse_places(plans)
+    return make_planned(plans, wanted, ask, say)
+
+
+def make_planned(plans: Sequence[RunPlan], wanted: Wanted, ask: Ask | None, say: Say) -> list[NewRun]:
+    """Make the run folders of plans, all or none of them."""
     accepted = [plan.draft.known.accept() if wanted.accept else [] for plan in plans]
     if ask is not None:
         _ask_once([plan.draft.known for plan in plans], ask, say)
@@ -154,8 +161,11 @@ def _by_sheet(wanted: Wanted) -> list[Wanted]:
     return [replace(wanted, sheet=name, each_sheet=False, id=fit_for_id(f"{base}-{name}")) for name in names]
 
 
-def _planned(wanted: Wanted) -> list[_Plan]:
-    """Return the run folder that is wanted, or one for each step."""
+def planned(wanted: Wanted) -> list[RunPlan]:
+    """Return the run folder that is wanted, or one for each step.
+
+    Raises ``ManifestError`` or ``ReaderError`` where it cannot be made.
+    """
     defaults = _defaults(wanted)
     wanted = replace(wanted, sheet=wanted.sheet or defaults.signals.get("sheet"))
     exports = [defaults.read(path, wanted.sheet) for path in wanted.files]
@@ -176,15 +186,15 @@ def _plan(
     exports: Sequence[Export],
     measured: list[Measured],
     step: tuple[str, int] | None = None,
-) -> _Plan:
+) -> RunPlan:
     draft = replace(_drafted(wanted, defaults, exports, measured), sheet=wanted.sheet)
     propose_recorded(draft.known, exports, step)
     described = [open_export(defaults.description)] if defaults.description else []
     sources = [export.source for export in [*exports, *(one.export for one in measured)]] + described
-    return _Plan(draft, exports, sources, wanted.into / draft.id)
+    return RunPlan(draft, exports, sources, wanted.into / draft.id)
 
 
-def _refuse_places(plans: Sequence[_Plan]) -> None:
+def refuse_places(plans: Sequence[RunPlan]) -> None:
     """Refuse names that run.toml cannot hold, and places that are taken or wanted twice."""
     taken: set[Path] = set()
     for plan in plans:
@@ -208,7 +218,7 @@ def _ask_once(known: Sequence[Known], ask: Ask, say: Say) -> None:
             other.take(key, first.given[key].value)
 
 
-def _new_run(plan: _Plan, problem: str | None, accepted: Sequence[str]) -> NewRun:
+def _new_run(plan: RunPlan, problem: str | None, accepted: Sequence[str]) -> NewRun:
     draft = plan.draft
     notes = dict.fromkeys(f"{export.name}: {note}" for export in plan.exports for note in export.notes)
     notes |= dict.fromkeys([*draft.known.dissent, *draft.known.in_dispute(), *profiles_left_open(draft.known)])
@@ -248,7 +258,7 @@ def _drafted(wanted: Wanted, defaults: _Defaults, exports: Sequence[Export], mea
             "beside it, since a run is what was recorded during a test; name it too"
         )
     in_order = [export for group in groups for export in group.exports]
-    known = gather(defaults.template, defaults.name, wanted.settings, in_order)
+    known = gather(defaults.template, defaults.name, wanted.settings, in_order, wanted.measured)
     add_profiles(known, measured)
     which_profile(known, [export for export in exports if export.reader.holds == "profile"])
     doubt_names(known, [export.name for export in in_order])

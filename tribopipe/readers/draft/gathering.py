@@ -6,7 +6,7 @@ from typing import Any
 
 from tribopipe.base.errors import ManifestError
 from tribopipe.documents.quantity import read_quantity
-from tribopipe.readers.draft.known_values import LOAD, Given, Known, alike, flat
+from tribopipe.readers.draft.known_values import LOAD, Given, Known, alike, flat, shared_key
 from tribopipe.readers.draft.toml import value_of
 from tribopipe.readers.export_files import Export
 
@@ -17,18 +17,28 @@ _SHAPE, _DIAMETER, _RADIUS = "contact.pin.shape", "contact.pin.diameter", "conta
 
 
 def gather(
-    template: Mapping[str, Any], template_name: str, settings: Sequence[str], exports: Sequence[Export]
+    template: Mapping[str, Any],
+    template_name: str,
+    settings: Sequence[str],
+    exports: Sequence[Export],
+    measured: Mapping[str, Given] | None = None,
 ) -> Known:
-    """Gather what a template, a person and the headers of files say of a run.
+    """Gather what a template, a person, a table of ``measured`` values and the headers of files say of a run.
 
-    A person's word goes before a header's, that before a template's. Raises ``ManifestError`` where the template
-    or the person says what cannot be; what headers say so is doubted.
+    A person's word goes before the table's, that before a header's, that before a template's. Raises ``ManifestError``
+    where the template, the table or the person says what cannot be; what headers say so is doubted.
     """
     known = Known()
     told = {key: value for key, value in flat(template).items() if key not in ("schema", "signals")}
     known.given = {key: Given(value, f"from {template_name}") for key, value in told.items()}
     if told and (problem := known.problem()) is not None:
         raise ManifestError(f"{template_name}: {problem}")
+    for key, given in (measured or {}).items():
+        problem = known.take_text(key, given.value, given.origin) if isinstance(given.value, str) else None
+        problem = problem if isinstance(given.value, str) else known.take(key, given.value, given.origin)
+        if problem is not None:
+            raise ManifestError(f"{given.origin.removeprefix('from ')}: {problem}")
+        known.of_tables.add(shared_key(key))
     for setting in settings:
         _set(known, setting)
     for key, values in _facts(exports).items():
@@ -88,6 +98,10 @@ def _take_fact(known: Known, key: str, said: Said) -> None:
         return
     text, files = next(iter(said.items()))  # a test starts with its first file
     before, origin = known.given.get(key), f"from {_few(files)}"
+    if before is not None and key in known.of_tables:
+        if not alike(key, before.value, text):
+            known.object(key, f"{text} {origin}")
+        return
     if before is not None and not before.origin:
         known.given[key] = before if text == before.value else Given(before.value, f"{_few(files)} says {text}")
         return

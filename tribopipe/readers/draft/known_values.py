@@ -102,6 +102,8 @@ class Known:
     doubts: dict[str, list[Doubt]] = field(default_factory=dict)
     of_headers: set[str] = field(default_factory=set)
     """Keys that headers state."""
+    of_tables: set[str] = field(default_factory=set)
+    """Keys that a table of measured values states."""
     dissent: list[str] = field(default_factory=list)
     """What contradicts a value that is known."""
 

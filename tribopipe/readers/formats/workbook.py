@@ -95,6 +95,13 @@ class WorkbookReader:
         hidden = [f"sheet {name!r} is hidden and is left out" for name in left]
         return replace(joined, header=above, notes=(*joined.notes, *hidden))
 
+    def first_sheet(self, source: SourceFile) -> str:
+        """Return the cells of the first visible sheet, between tabs; ``ReaderError`` where none holds anything."""
+        visible = [sheet["text"] for sheet in _filled_sheets(source, ".") if sheet["visible"]]
+        if not visible:
+            raise ReaderError(f"{source.name}: found no visible sheet with anything in it; expected a table; fill one")
+        return str(visible[0])
+
     def sheets(self, source: SourceFile, hints: Hints) -> list[str]:
         """Name the visible sheets that hold a table like that of a test. Raises ``ReaderError`` where none does."""
         decimal = hints.decimal or "."

@@ -1,0 +1,206 @@
+"""Tables of what was measured in many tests: one row per run, one column per key of run.toml, read for `new --ends`.
+
+    run;normal load [N];pin_scar_diameter [um];u(pin_scar_diameter) [um]
+    test_01;5;412;3
+
+A column is named by a key of run.toml, or as header lines name it; its unit stands behind the name or in each cell.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from tribopipe.base.errors import ManifestError, UnitError, did_you_mean
+from tribopipe.base.units import with_point
+from tribopipe.documents.manifest import EndValues
+from tribopipe.readers.column_aliases import plain
+from tribopipe.readers.column_names import split_name
+from tribopipe.readers.draft.known_values import Given, sections, shared_key
+from tribopipe.readers.export_files import open_export
+from tribopipe.readers.formats.workbook import WorkbookReader
+from tribopipe.readers.header_facts import key_of
+from tribopipe.readers.registry import is_sure
+from tribopipe.readers.text import Row, decode, sampled_rows
+
+_RUN = frozenset(
+    map(plain, ("run", "id", "file", "test", "Versuch", "Lauf", "Datei", "essai", "ensayo", "próba", "试验", "試験"))
+)
+_SCARS = {
+    "end_values.pin_scar_diameter": (
+        "scar diameter, wear scar diameter, ball scar diameter, Kalottendurchmesser, diamètre d'usure, "
+        "diámetro de huella, średnica skazy, 磨斑直径, 摩耗痕径"
+    ),
+    "end_values.disc_track_width": (
+        "track width, wear track width, Spurbreite, largeur de piste, ancho de huella, 磨痕宽度"
+    ),
+    "end_values.pin_wear_volume": "ball wear volume, Kugelvolumen",
+    "end_values.pin_mass_loss": "ball mass loss",
+    "end_values.disc_wear_depth": "track depth, wear track depth, Spurtiefe",
+}
+_SYNONYMS = {plain(name): key for key, names in _SCARS.items() for name in names.split(", ")}
+_OF_TWO = ("wearvolume", "volume", "massloss", "verschleissvolumen", "masseverlust")
+_UNCERTAINTY = re.compile(r"(?:u\s*\((?P<inner>.+)\)|[u±][ _](?P<behind>.+))", re.DOTALL)
+_NUMBER = re.compile(r"[+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?", re.ASCII)
+_SEPARATORS = "\t;|,"
+
+
+class EndsRow(NamedTuple):
+    """What a table says of one run."""
+
+    run: str
+    """Its id, or the name of its file."""
+    line: int
+    values: Mapping[str, Given]
+    """By key of run.toml, each with its source."""
+
+
+class _Column(NamedTuple):
+    """What one column holds: a key of run.toml, or the standard uncertainty of one."""
+
+    place: int
+    name: str
+    key: str
+    unit: str | None
+    is_uncertainty: bool
+
+
+class EndsTable(NamedTuple):
+    """A table of many runs."""
+
+    name: str
+    rows: tuple[EndsRow, ...]
+    unused: tuple[str, ...]
+    """Columns that are no key of run.toml."""
+
+    def row_of(self, *names: str) -> EndsRow | None:
+        """Return the row of a run by any of its names."""
+        wanted = {name.casefold() for name in names}
+        return next((row for row in self.rows if row.run.casefold() in wanted), None)
+
+    def refuse_unknown(self, names: Sequence[str]) -> None:
+        """Raise ``ManifestError`` where a row is of none of the runs."""
+        known = {name.casefold() for name in names}
+        for row in self.rows:
+            if row.run.casefold() not in known:
+                raise ManifestError(
+                    f"{self.name}, line {row.line}: found the run {row.run!r}, of which there is no file; expected one "
+                    f"of those named; {did_you_mean(row.run, list(names))}"
+                )
+
+
+def read_ends(path: Path) -> EndsTable:
+    """Read a table of many runs, .csv or .xlsx.
+
+    Raises ``ManifestError`` with file, line and column where a run stands in it twice or a column may mean two things;
+    ``ReaderError`` where the file cannot be read.
+    """
+    head, *rows = _rows(path)
+    columns, unused = _columns(path.name, head)
+    found: dict[str, EndsRow] = {}
+    for row in rows:
+        run = row.cells[0].strip() if row.cells else ""
+        if not run:
+            raise ManifestError(
+                f"{path.name}, line {row.line}: found a row without a run; expected its id or the name of its file; "
+                "write it, or delete the row"
+            )
+        before = found.get(run.casefold())
+        if before is not None:
+            raise ManifestError(
+                f"{path.name}, line {row.line}: found the run {run!r} a second time, after line {before.line}; "
+                "expected each once; delete one of the rows"
+            )
+        found[run.casefold()] = EndsRow(run, row.line, _values(path.name, row, columns))
+    return EndsTable(path.name, tuple(found.values()), tuple(unused))
+
+
+def _rows(path: Path) -> list[Row]:
+    """Return the rows of a table, that of names the first."""
+    source = open_export(path)
+    if is_sure(WorkbookReader().match(source)):
+        lines, separator = WorkbookReader().first_sheet(source).splitlines(keepends=True), "\t"
+    else:
+        lines = decode(source).content.decode().lstrip("\ufeff").splitlines(keepends=True)
+        head = next((line for line in lines if line.strip()), "")
+        separator = max(_SEPARATORS, key=head.count)
+    rows = [row for row in sampled_rows(lines, separator) if any(row.cells)]
+    if len(rows) < 2:
+        raise ManifestError(
+            f"{path.name}: found {len(rows)} rows; expected a row of names, and one row for each run; fill the table"
+        )
+    return rows
+
+
+def _columns(file: str, head: Row) -> tuple[list[_Column], list[str]]:
+    """Say what the columns behind the first are. Raises ``ManifestError`` where that cannot be told."""
+    if plain(head.cells[0]) not in _RUN:
+        raise ManifestError(
+            f"{file}, line {head.line}: found {head.cells[0]!r} above the first column; expected 'run', with the id "
+            "of each run or the name of its file below; rename it, or put that column first"
+        )
+    columns: list[_Column] = []
+    unused = []
+    for place, written in enumerate(head.cells[1:], 1):
+        name, unit = split_name(written)
+        uncertain = _UNCERTAINTY.fullmatch(name)
+        bare = (uncertain["inner"] or uncertain["behind"]) if uncertain else name
+        if plain(bare) in _OF_TWO:
+            raise ManifestError(
+                f"{file}, line {head.line}: found the column {written!r}, which may be of the pin or the disc; "
+                "expected to be told; call it pin_wear_volume, disc_wear_volume, pin_mass_loss or disc_mass_loss"
+            )
+        key = _key(bare)
+        if key is None:
+            unused += [written] if written else []
+        elif any((one.key, one.is_uncertainty) == (key, uncertain is not None) for one in columns):
+            raise ManifestError(
+                f"{file}, line {head.line}: found a second column for {key}, {written!r}; expected one; delete one"
+            )
+        else:
+            columns.append(_Column(place, written, key, unit, uncertain is not None))
+    return columns, unused
+
+
+def _key(name: str) -> str | None:
+    """Return the key of run.toml that a column is named after."""
+    tables = sections()
+    table, _, last = name.strip().rpartition(".")
+    for where in (table,) if table else ("", "conditions", "end_values"):
+        if where in tables and last in {rules.alias or one for one, rules in tables[where].model_fields.items()}:
+            key = f"{where}.{last}" if where else last
+            return None if key in tables or key in ("id", "schema", "signals", "interruptions") else key
+    if not table and shared_key(f"end_values.{last}").removeprefix("end_values.") in EndValues.model_fields:
+        return f"end_values.{last}"
+    return _SYNONYMS.get(plain(name)) or key_of(name)
+
+
+def _values(file: str, row: Row, columns: Sequence[_Column]) -> dict[str, Given]:
+    cells = {column: row.cells[column.place] if column.place < len(row.cells) else "" for column in columns}
+    written = {column: _written(f"{file}, line {row.line}", column, cell) for column, cell in cells.items() if cell}
+    values: dict[str, Given] = {}
+    for column, value in written.items():
+        if not column.is_uncertainty:
+            values[column.key] = Given(value, f"from {file}, line {row.line}")
+    for column, value in written.items():
+        if column.is_uncertainty and column.key not in values:
+            raise ManifestError(
+                f"{file}, line {row.line}, column {column.name!r}: found an uncertainty without a value of "
+                f"{column.key}; expected both; fill in the value, or empty the field"
+            )
+        if column.is_uncertainty:
+            both: dict[str, Any] = {"value": values[column.key].value, "standard_uncertainty": value}
+            values[column.key] = values[column.key]._replace(value=both)
+    return values
+
+
+def _written(where: str, column: _Column, cell: str) -> str:
+    """Return a cell as run.toml would hold it, which refuses a number without a unit when it takes it.
+
+    Raises ``ManifestError`` where a comma may stand between thousands.
+    """
+    try:
+        text = with_point(cell)
+    except UnitError as error:
+        raise ManifestError(f"{where}, column {column.name!r}: {error}") from None
+    return f"{text} {column.unit}" if column.unit is not None and _NUMBER.fullmatch(text) else text

@@ -1,0 +1,148 @@
+"""Exports of many tests: a run folder of each, with duplicates, aborted tests and what is no export named."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from tribopipe.base.errors import ManifestError, ReaderError
+from tribopipe.base.files import natural_order
+from tribopipe.base.units import is_unit_of, to_si
+from tribopipe.readers.draft.ends_table import EndsTable, read_ends
+from tribopipe.readers.draft.folder import NewRun, RunPlan, Wanted, fit_for_id, make_planned, planned
+from tribopipe.readers.draft.questions import Ask, Say
+from tribopipe.readers.export_files import Export, open_export
+from tribopipe.readers.registry import candidates, is_sure
+
+_NO_EXPORTS = (".toml", ".ini", ".db", ".md", ".pdf", ".png", ".jpg", ".jpeg", ".docx", ".h5")
+_FEWEST = 3
+"""Tests from which on one is compared with the others."""
+_ABORTED = 0.5
+"""Share of the usual duration below which a test may have been aborted."""
+
+
+class LeftOut(NamedTuple):
+    """A file of which no run was made."""
+
+    file: str
+    why: str
+    is_broken: bool = False
+    """Whether it is an export that could not be read."""
+
+
+def are_many(paths: Sequence[Path]) -> bool:
+    """Tell whether a folder is among the paths, of whose files each is a run."""
+    return any(path.is_dir() for path in paths)
+
+
+def make_each(
+    wanted: Wanted, ends: Path | None = None, ask: Ask | None = None, say: Say = print
+) -> tuple[list[NewRun], list[LeftOut]]:
+    """Make a run folder of each file, or of each in a folder, and return what was left out.
+
+    A table ``ends`` tells loads, scars and volumes of the runs. Raises ``ManifestError`` or ``ReaderError`` where that
+    table cannot be taken, or a run cannot be made, and then leaves nothing behind.
+    """
+    if wanted.id is not None:
+        raise ManifestError(
+            f"--id {wanted.id}: found one id for several runs; expected none, since each run is named after its file; "
+            "take --id out"
+        )
+    measured = None if ends is None else read_ends(ends)
+    files = [path for path in _files(wanted.files) if ends is None or path.resolve() != ends.resolve()]
+    if measured is not None:
+        measured.refuse_unknown([name for path in files for name in _names(path)])
+    plans, left_out = _plans(files, wanted, measured)
+    if not plans:
+        why = f" ({left_out[0].file}: {left_out[0].why})" if left_out else ""
+        raise ReaderError(f"{wanted.files[0]}: found no export to make a run of{why}; expected one; name its files")
+    _name_aborted(plans)
+    if measured is not None:
+        for name in measured.unused:
+            say(f"{measured.name}: column {name!r} is no key of run.toml and is not used")
+    made = make_planned(plans, wanted, ask, say)
+    return [_with_notes(run, measured) for run in made], left_out
+
+
+def _files(paths: Sequence[Path]) -> Iterator[Path]:
+    for path in paths:
+        if path.is_dir():
+            inside = (one for one in path.iterdir() if one.is_file() and not one.name.startswith((".", "~")))
+            yield from sorted(inside, key=lambda one: natural_order(one.name))
+        else:
+            yield path
+
+
+def _names(path: Path) -> tuple[str, str, str]:
+    """Return the names by which a table may call the run of a file."""
+    return path.name, path.stem, fit_for_id(path.name)
+
+
+def _plans(files: Sequence[Path], wanted: Wanted, measured: EndsTable | None) -> tuple[list[RunPlan], list[LeftOut]]:
+    plans: list[RunPlan] = []
+    left_out: list[LeftOut] = []
+    taken: dict[str, str] = {}
+    for path in files:
+        row = None if measured is None else measured.row_of(*_names(path))
+        try:
+            why = _no_export(path, taken)
+            found = [] if why else planned(replace(wanted, files=[path], measured={} if row is None else row.values))
+        except ReaderError as error:
+            left_out.append(LeftOut(path.name, str(error).removeprefix(path.name).lstrip(":, "), is_broken=True))
+            continue
+        for plan in found:
+            if plan.target.exists():
+                why = f"{plan.target} is there already"
+            elif any(plan.target == other.target for other in plans):
+                why = f"another file makes the run {plan.draft.id} already; make it with --id"
+            else:
+                plans.append(plan)
+        if why:
+            left_out.append(LeftOut(path.name, why))
+    return plans, left_out
+
+
+def _no_export(path: Path, taken: dict[str, str]) -> str:
+    """Say why no run is made of a file: nothing reads it, or another one has the same bytes."""
+    if path.suffix.lower() in _NO_EXPORTS:
+        return "no export of an instrument"
+    source = open_export(path)
+    before = taken.setdefault(source.sha256, path.name)
+    if before != path.name:
+        return f"a duplicate of {before}, byte for byte"
+    found = [one for one in candidates(source) if is_sure(one.match)]
+    if not found:
+        return "no reader knows its format"
+    return "" if found[0].reader.holds == "signals" else f"a profile ({found[0].reader.title}); name it by --profile"
+
+
+def _name_aborted(plans: Sequence[RunPlan]) -> None:
+    """Note in their drafts which tests are much shorter than the others."""
+    lengths = [_length(plan.exports) for plan in plans]
+    usual = float(np.median(lengths)) if len(lengths) >= _FEWEST else 0.0
+    for plan, length in zip(plans, lengths, strict=True):
+        if length < _ABORTED * usual:
+            share = f"{100 * length / usual:.0f} %"
+            plan.draft.known.doubt("comment", "aborted", f"it is {share} as long as the other tests of the folder")
+            plan.draft.known.dissent.append(f"it is {share} as long as the other tests of the folder: aborted?")
+
+
+def _length(exports: Sequence[Export]) -> float:
+    """Return the duration of a test, s, or how many rows it has."""
+    for export in exports:
+        for column in export.table.columns:
+            meaning = export.meanings.get(column.name)
+            if meaning is not None and meaning.signal == "time" and column.values.dtype.kind == "f":
+                known = column.values[np.isfinite(column.values)]
+                unit = column.unit if is_unit_of(column.unit or "", "time") else "s"
+                return float(to_si(np.ptp(known), unit or "s", "time")) if len(known) else 0.0
+    return float(sum(export.rows for export in exports))
+
+
+def _with_notes(run: NewRun, measured: EndsTable | None) -> NewRun:
+    names = [name for group in run.groups for file in group.names for name in _names(Path(file))]
+    if measured is None or measured.row_of(*names) is not None:
+        return run
+    return replace(run, notes=(*run.notes, f"{measured.name} has no row for it"))
