@@ -18,7 +18,7 @@ from tribopipe.base.errors import ArchiveError
 from tribopipe.base.units import to_si
 from tribopipe.pipeline.stages import ingest
 from tribopipe.results.run import ExtraColumn, RawRun
-from tribopipe.views.csv_files import CSV_KINDS, _written, csv_bytes, csv_kinds, csv_parts
+from tribopipe.views.csv_files import CSV_KINDS, csv_bytes, csv_kinds, csv_of, csv_parts
 
 RUN = "si3n4-air-200mN"
 HAS = ["raw", "cleaned", "corrected", "friction", "wear", "fit-archard", "fit-sarkar"]
@@ -72,7 +72,7 @@ def test_raw_and_wear_are_what_the_archive_holds(archive):
 )
 def test_numbers_come_back_to_the_last_digit(rows):
     columns = {f"c{number} [m]": np.array(values) for number, values in enumerate(zip(*rows, strict=True))}
-    told = read(b"".join(_written(columns)))
+    told = read(b"".join(csv_of(columns)))
     assert list(told) == list(columns)
     for name, texts in told.items():
         assert np.array_equal(numbers(texts), columns[name], equal_nan=True)
@@ -82,7 +82,7 @@ def test_numbers_come_back_to_the_last_digit(rows):
 @given(st.lists(st.text(max_size=8), min_size=1, max_size=8))
 def test_texts_are_never_formulas_and_else_stay(texts):
     columns = {"note": np.array(texts, dtype=object), "time [s]": np.arange(float(len(texts)))}
-    told = read(b"".join(_written(columns)).replace(b"\x00", b"\\x00"))["note"]
+    told = read(b"".join(csv_of(columns)).replace(b"\x00", b"\\x00"))["note"]
     for text, field in zip(texts, told, strict=True):
         assert field.removeprefix("'") == text.replace("\x00", "\\x00").removeprefix("'")
 
@@ -90,19 +90,19 @@ def test_texts_are_never_formulas_and_else_stay(texts):
 @pytest.mark.parametrize("text", ["=1+1", "+A1", "-A1", "@SUM(A1)", "\t=1", "\r=1", '=HYPERLINK("http://x")'])
 def test_formulas_are_made_harmless(text):
     columns = {text: np.array([text], dtype=object)}
-    assert read(b"".join(_written(columns))) == {f"'{text}": [f"'{text}"]}
+    assert read(b"".join(csv_of(columns))) == {f"'{text}": [f"'{text}"]}
 
 
 @pytest.mark.parametrize("text", ["-1.5", "+3", "-inf", "plain", "", "a=b", "1 µm, 'x'", 'say "so"', "two\r\nlines"])
 def test_other_texts_stay_as_they_are(text):
     columns = {"note": np.array([text], dtype=object), "n": np.array([1.0])}
-    assert read(b"".join(_written(columns)))["note"] == [text]
+    assert read(b"".join(csv_of(columns)))["note"] == [text]
 
 
 def test_rows_are_many_parts_of_one_file(monkeypatch):
     monkeypatch.setattr("tribopipe.views.csv_files._ROWS", 3)
     columns = {"a [m]": np.arange(8.0), "b [m]": -np.arange(8.0)}
-    parts = list(_written(columns))
+    parts = list(csv_of(columns))
     assert len(parts) == 4
     assert b"".join(parts).count(b"\r\n") == 9
     assert numbers(read(b"".join(parts))["a [m]"]).tolist() == list(range(8))
@@ -130,7 +130,7 @@ def test_what_a_run_lacks_is_one_sentence(archive, what):
 
 
 @pytest.mark.parametrize("how", ["link", "virtual"])
-def test_nothing_of_another_file_is_written(archive, tmp_path, how):
+def test_nothing_of_another_file_iscsv_of(archive, tmp_path, how):
     with h5py.File(tmp_path / "other.h5", "w") as other:
         other["secret"] = np.arange(1251.0)
     with edited(archive / f"{RUN}.h5") as file:

@@ -5,11 +5,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Literal, NoReturn, TypeVar
+from typing import TYPE_CHECKING, Literal, NoReturn, TypeVar
 
 import h5py
 
 from tribopipe.archive.adoption import check_adopted
+from tribopipe.archive.archived_run import ArchivedRun
 from tribopipe.archive.digest import raw_digest
 from tribopipe.archive.earlier_manifests import EarlierManifest, add_earlier, changed_file, read_earlier
 from tribopipe.archive.file_signature import FIGURES, stamp_of
@@ -51,7 +52,7 @@ from tribopipe.archive.studyfile import (
     write_study,
 )
 from tribopipe.archive.write_errors import written
-from tribopipe.base.errors import ArchiveError, did_you_mean
+from tribopipe.base.errors import ArchiveError, did_you_mean, unknown_name
 from tribopipe.base.failures import number_of
 from tribopipe.base.files import drive_of, is_old, leftovers, natural_order, sha256_of
 from tribopipe.documents.annotation import Annotation, tags_after
@@ -59,7 +60,11 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.mark import Mark
 from tribopipe.documents.record import Record
 from tribopipe.results.finding import Finding
+from tribopipe.results.interactive import views
 from tribopipe.results.run import RawRun
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 R = TypeVar("R", bound=Record)
 _NO_DRIVE = -1
@@ -70,9 +75,9 @@ STUDIES = "studies"
 class Archive:
     """The runs in a folder. Nothing of them is kept in memory: every call reads what is there."""
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        self._drive = drive_of(folder)
+    def __init__(self, folder: Path | str) -> None:
+        self.folder = Path(folder)
+        self._drive = drive_of(self.folder)
         self._is_tidy = False
 
     def __repr__(self) -> str:
@@ -94,6 +99,70 @@ class Archive:
     def ids(self) -> list[str]:
         """Return the ids of all runs, in natural order."""
         return _ids(self.folder)
+
+    def __getitem__(self, run_id: str) -> ArchivedRun:
+        """Return a run. Raises ``UnknownNameError``, a ``KeyError``, where there is none of that id."""
+        if run_id not in self:
+            raise unknown_name(f"archive {self.folder}", run_id, self.ids(), "archive.ids() lists all")
+        return ArchivedRun(self, run_id)
+
+    def __contains__(self, run_id: object) -> bool:
+        return isinstance(run_id, str) and run_id in self.ids()
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.ids())
+
+    def __len__(self) -> int:
+        return len(self.ids())
+
+    def __bool__(self) -> bool:
+        """Be true, empty or not: an archive is a place."""
+        return True
+
+    def keys(self) -> list[str]:
+        """Return the ids of all runs, as ``ids`` does."""
+        return self.ids()
+
+    def values(self) -> Iterator[ArchivedRun]:
+        """Give each run, in natural order of their ids."""
+        return (ArchivedRun(self, run_id) for run_id in self.ids())
+
+    def items(self) -> Iterator[tuple[str, ArchivedRun]]:
+        """Give each run beside its id, in natural order."""
+        return ((run.id, run) for run in self.values())
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return self.ids()
+
+    def table(self, where: str = "", sort: str = "id", columns: str | None = None) -> "DataFrame":
+        """Return what is known of each run as a table of pandas.
+
+        Parameters
+        ----------
+        where
+            Which runs, such as ``"material=Si3N4 load>300mN"``: the query of `tribopipe ls`.
+        sort
+            Columns to sort by, such as ``"material,-k_d"``.
+        columns
+            Columns, such as ``"id,load,k_d"``; all unless said.
+
+        Returns
+        -------
+        pandas.DataFrame
+            One row per run, numbers in SI, each with its standard uncertainty (``k_d``, ``u_k_d``); None or NaN where
+            nothing is known. ``table.attrs["units"]`` has the unit of each column of numbers.
+
+        Raises
+        ------
+        QueryError
+            Where the query, the order or a column cannot be understood.
+        """
+        table: DataFrame = views().runs_table(self.folder, where, sort, columns)
+        return table
+
+    def _repr_html_(self) -> str:
+        page: str = views().page(self)
+        return page
 
     def path(self, run_id: str) -> Path:
         """Name the file of a run, whether or not it is there."""

@@ -5,10 +5,11 @@ Nothing outside this module derives from ``Exception``.
 """
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 
 _HALF = 600
+_MOST_LISTED = 12
 _CAPITAL = re.compile("(?<=[a-z])(?=[A-Z])")
 
 
@@ -76,6 +77,13 @@ class QueryError(TribopipeError):
     """A choice of runs, or of what is listed of them, that cannot be understood."""
 
 
+class UnknownNameError(QueryError, AttributeError, KeyError):
+    """A name that a run, a result or an archive does not have, asked for in Python as an item or an attribute."""
+
+
+UnknownNameError.code = QueryError.code
+
+
 class BatchError(TribopipeError):
     """A batch whose workers cannot be had, or were lost."""
 
@@ -87,10 +95,24 @@ class InternalError(TribopipeError):
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Name what was probably meant, or list what is known, as the tail of an error sentence."""
     choices = sorted(set(known))
-    near = get_close_matches(name, choices, n=1, cutoff=0.6)
-    if near:
-        return f"did you mean {near[0]!r}?"
-    if not choices:
-        return "nothing is known here"
-    shown = ", ".join(choices[:12]) + (", …" if len(choices) > 12 else "")
-    return f"known here: {shown}"
+    if near := nearest(name, choices):
+        return f"did you mean {near!r}?"
+    return f"known here: {_listed(choices)}" if choices else "nothing is known here"
+
+
+def unknown_name(owner: str, name: object, known: Iterable[str], call: str = "") -> UnknownNameError:
+    """Return the error about a name that is asked for in Python: what there is, the nearest of it, what to call."""
+    choices = list(dict.fromkeys(known))
+    there = f"expected one of {_listed(choices)}" if choices else "nothing is known here"
+    near = nearest(str(name), choices)
+    rest = [f"did you mean {near!r}?" if near else "", call]
+    return UnknownNameError("; ".join([f"{owner}: found no {name!r}", there, *filter(None, rest)]))
+
+
+def nearest(name: str, choices: Iterable[str]) -> str | None:
+    """Return what was probably meant; none where nothing is near."""
+    return next(iter(get_close_matches(name, list(choices), n=1, cutoff=0.6)), None)
+
+
+def _listed(choices: Sequence[str]) -> str:
+    return ", ".join(choices[:_MOST_LISTED]) + (", …" if len(choices) > _MOST_LISTED else "")

@@ -6,6 +6,7 @@ coefficient k_D (1 mm³/(N mm) = 1 mm²/N = 1e-6 m²/N). Ratios such as the fric
 
 import math
 import re
+from collections.abc import Callable
 from decimal import Context, Decimal
 from functools import cache
 from typing import Any, NamedTuple, TypeVar
@@ -110,13 +111,18 @@ def _as_by_the_rules(text: str) -> str:
     return _LAB_SPELLINGS.get(" ".join(text.split()).casefold(), text)
 
 
-@cache
-def _unit(text: str) -> _Unit:
-    """Read a unit; ``ValueError`` where the text is none."""
+def _cleaned(text: str) -> str:
+    """Return a unit as pint reads it."""
     cleaned = re.sub(r"\.(?!\d)", "*", _as_by_the_rules(text).translate(_SPELLINGS).strip())
     cleaned = re.sub(r"/\s*N[\s*]*(m{1,2})\b", r"/(N*\1)", cleaned)
     cleaned = re.sub(r"\b([cu]?m{1,2})([23])\b", r"\1^\2", cleaned)
-    cleaned = re.sub(f"[{_SUPERSCRIPTS}]+", lambda power: "^" + power[0].translate(_FROM_SUPERSCRIPT), cleaned)
+    return re.sub(f"[{_SUPERSCRIPTS}]+", lambda power: "^" + power[0].translate(_FROM_SUPERSCRIPT), cleaned)
+
+
+@cache
+def _unit(text: str) -> _Unit:
+    """Read a unit; ``ValueError`` where the text is none."""
+    cleaned = _cleaned(text)
     if cleaned in ("", "1", "-"):
         return _Unit(_registry().dimensionless.dimensionality, Decimal(1), Decimal(0))
     if len(cleaned) > _LONGEST_UNIT or not _UNIT.fullmatch(cleaned):
@@ -241,6 +247,70 @@ def interval_from_si(value: float, si_unit: str, unit: str) -> float:
     return value if si_unit == unit else value * float(1 / _unit(unit).slope)
 
 
+def converted(value: float, uncertainty: float | None, si_unit: str, unit: str) -> tuple[float, float | None]:
+    """Convert a value in SI with its standard uncertainty to a unit that somebody names.
+
+    Raises ``UnitError`` where that is no unit of the same kind.
+    """
+    source, target = _unit(si_unit), _unit_like(unit, si_unit)
+    if target.dimension != source.dimension:
+        raise UnitError(f"found {unit!r} for a value in {si_unit}; expected a unit of the same kind as {si_unit!r}")
+    shown = float((_EXACT.create_decimal_from_float(value) - target.offset) / target.slope)
+    return shown, None if uncertainty is None else uncertainty * float(1 / target.slope)
+
+
+def _unit_like(unit: str, si_unit: str) -> _Unit:
+    """Read a unit for values in an SI unit; angles per time are counted as those of rotational speed are."""
+    kind = next((kind for kind, known in KINDS.items() if known.si == si_unit), None)
+    if kind is not None:
+        return _checked_unit(unit, kind)
+    try:
+        return _unit(unit)
+    except ValueError:
+        raise UnitError(f"found {unit!r}, which is no unit; expected one of the same kind as {si_unit!r}") from None
+
+
+def uncertain(value: float, uncertainty: float | None, si_unit: str) -> Any:
+    """Return a value that computes with its unit and standard uncertainty: pint's, holding one of ``uncertainties``.
+
+    Of one value each call returns another variable: keep what is returned where a value occurs twice.
+    """
+    from pint import application_registry
+    from uncertainties import ufloat
+
+    return application_registry.Quantity(ufloat(value, uncertainty) if uncertainty else value, si_unit)
+
+
+def computed(operation: Callable[[Any, Any], Any], left: Any, right: Any) -> Any:
+    """Add, multiply … what ``uncertain`` returned, or a number. Raises ``UnitError`` where the units forbid it."""
+    from pint import DimensionalityError, OffsetUnitCalculusError
+
+    try:
+        return operation(left, right)
+    except (DimensionalityError, OffsetUnitCalculusError) as error:
+        raise UnitError(f"found units that do not go together: {error}; expected quantities of one kind") from None
+
+
+def uncertain_in(quantity: Any, unit: str) -> Any:
+    """Convert what ``uncertain`` or ``computed`` returned. Raises ``UnitError`` where the unit is of another kind."""
+    from pint import DimensionalityError
+
+    _unit_like(unit, parts(quantity)[2])
+    try:
+        return quantity.to(_cleaned(unit))
+    except DimensionalityError:
+        raise UnitError(
+            f"found {unit!r} for a value in {parts(quantity)[2]}; expected a unit of the same kind"
+        ) from None
+
+
+def parts(quantity: Any) -> tuple[float, float, str]:
+    """Return value, standard uncertainty and unit of what ``uncertain`` or ``computed`` returned."""
+    unit = f"{quantity.units:~C}".replace("**", "^").replace("µ", "u")
+    magnitude = quantity.magnitude
+    return float(getattr(magnitude, "nominal_value", magnitude)), float(getattr(magnitude, "std_dev", 0.0)), unit or "1"
+
+
 _PRETTY = {
     "um": "µm",
     "um^2": "µm²",
@@ -297,7 +367,12 @@ def _rounded(number: float) -> str:
 
 
 def _power(exponent: int) -> str:
-    return f"×10{str(exponent).translate(_TO_SUPERSCRIPT)}"
+    return f"×10{superscript(exponent)}"
+
+
+def superscript(exponent: int) -> str:
+    """Write the exponent of a power: ⁻⁸."""
+    return str(exponent).translate(_TO_SUPERSCRIPT)
 
 
 def _rounded_pair(number: float, spread: float) -> str:

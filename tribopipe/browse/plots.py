@@ -12,7 +12,7 @@ from tribopipe.base.units import axis
 from tribopipe.browse.local_plots import course_axis, draw_coefficient, draw_course
 from tribopipe.browse.run_results import corrected_run, located, raw_run, wear_curves
 from tribopipe.browse.samples import RunFile
-from tribopipe.browse.signal_plots import AXES, changed, draw_clean_up, draw_extra, draw_signals, extras, recorded
+from tribopipe.browse.signal_plots import changed, draw_clean_up, draw_extra, draw_signals, extras, recorded
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.physics.laws import law_title
 from tribopipe.results.evaluation import FrictionFit
@@ -20,6 +20,7 @@ from tribopipe.results.wear_fit import WearFit
 from tribopipe.views.plot import Panel, Plot
 from tribopipe.views.run_figures import basis_words
 from tribopipe.views.run_plots import (
+    AXES,
     CORRECTED,
     PIN_WEAR,
     contact_panels,

@@ -11,7 +11,6 @@ from fastapi import APIRouter, Depends, Query
 from starlette.exceptions import HTTPException
 from starlette.responses import HTMLResponse, Response
 
-from tribopipe.archive.catalog.columns import COLUMNS
 from tribopipe.archive.unpack import unpacked
 from tribopipe.browse.answers import run_answer, study_answer
 from tribopipe.browse.compare import compare
@@ -26,7 +25,7 @@ from tribopipe.browse.study_plots import study_plots
 from tribopipe.views.csv_files import csv_kinds, csv_parts
 from tribopipe.views.plot import Plot
 from tribopipe.views.run_page import run_page
-from tribopipe.views.runs_csv import runs_csv
+from tribopipe.views.run_tables import runs_csv
 from tribopipe.views.study_page import study_page
 
 _MOST_COMPARED = 50
@@ -80,7 +79,7 @@ def _add_lists(router: APIRouter, library: Library) -> None:
     @router.get("/runs.csv")
     def runs_as_csv(where: Where = "") -> Response:
         library.revision()
-        return download([runs_csv(library.catalogue.runs(where), list(COLUMNS.values()))], "runs.csv", CSV)
+        return download([runs_csv(library.catalogue.runs(where))], "runs.csv", CSV)
 
 
 def _add_comparison(router: APIRouter, library: Library) -> None:

@@ -6,9 +6,8 @@ from tribopipe.base.arrays import Column
 from tribopipe.browse.samples import RunFile
 from tribopipe.documents.signals import SignalName
 from tribopipe.views.plot import RATIO, Curve, Panel, signal_unit
+from tribopipe.views.run_plots import AXES
 
-AXES: tuple[SignalName, ...] = ("rotations", "sliding_distance", "time")
-"""Signals that others are drawn against."""
 _SHOWN_ELSEWHERE: tuple[SignalName, ...] = (*AXES, "depth", "friction_coefficient")
 CLEANED = "/entry/clean_up/data/"
 RAW = "/entry/raw/"

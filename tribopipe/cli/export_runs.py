@@ -1,4 +1,4 @@
-"""The command that writes the list of runs as CSV: export runs."""
+"""The command that writes the list of runs for other programs: export runs."""
 
 from pathlib import Path
 from typing import Annotated
@@ -14,21 +14,48 @@ def export_runs(
     where: Where = "",
     sort: Sort = "id",
     columns: Columns = None,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="File to write; on stdout unless said.")] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            help="File to write: .csv, .xlsx (Excel, Origin), .tex (LaTeX with booktabs and siunitx) or .md "
+            "(Markdown); CSV on stdout unless said.",
+        ),
+    ] = None,
+    decimal_comma: Annotated[
+        bool,
+        typer.Option(
+            "--decimal-comma",
+            help="Write 0,5 for 0.5: CSV with semicolons, as Excel opens it in German and most European languages, or "
+            "LaTeX.",
+        ),
+    ] = False,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there already.")] = False,
 ) -> None:
-    """Write the list of runs as CSV: every column, numbers in the unit of the heading, each with its uncertainty."""
-    from tribopipe.archive.catalog.columns import COLUMNS, columns_named
+    """Write the list of runs for spreadsheets, scripts and papers: numbers in the unit of the heading, with their u.
+
+    CSV and workbooks have every column, and u in a column of its own; LaTeX and Markdown those that ls shows.
+    """
+    from tribopipe.archive.catalog.columns import columns_named
     from tribopipe.base.files import write_file
     from tribopipe.pipeline.output_paths import require_free
-    from tribopipe.views.runs_csv import runs_csv
+    from tribopipe.views.run_tables import FORMS, WITH_COMMAS
 
+    suffix = ".csv" if output is None else output.suffix.lower() or ".csv"
+    if suffix not in FORMS:
+        raise typer.BadParameter(f"--output: found a name that ends in {suffix}; expected one in {', '.join(FORMS)}")
+    if decimal_comma and suffix not in WITH_COMMAS:
+        raise typer.BadParameter(
+            f"--decimal-comma: found it beside a {suffix} file; expected {' or '.join(WITH_COMMAS)}; a workbook has "
+            "the decimal sign of the program that opens it"
+        )
     require_free([] if output is None else [output], force=force)
-    chosen = list(COLUMNS.values()) if columns is None else columns_named(columns)
+    chosen = None if columns is None else columns_named(columns)
     catalogue = up_to_date(archive)
     runs = catalogue.runs(where, sort)
-    written = runs_csv(runs, chosen)
+    written = FORMS[suffix](runs, chosen, **({"decimal_comma": True} if decimal_comma else {}))
     if output is None:
         typer.echo(written, nl=False)
     else:

@@ -40,6 +40,7 @@ def ls(
 ) -> None:
     """List the runs of an archive: those that --where chooses, by its catalogue, which is kept up to date."""
     from tribopipe.archive.catalog.columns import columns_named
+    from tribopipe.archive.catalog.listed import usual_columns
 
     if columns is not None and columns.strip() == "help":
         _show_columns(as_json=as_json)
@@ -52,21 +53,13 @@ def ls(
     elif runs or not catalogue.unreadable:
         asked = f" where {where}" if where else ""
         title = f"{len(runs)} run{'' if len(runs) == 1 else 's'} in {archive}{asked}"
-        _show(title, runs, _usual(runs) if chosen is None else chosen)
+        _show(title, runs, usual_columns(runs) if chosen is None else chosen)
     tell_unreadable(catalogue, some_done=bool(runs))
 
 
 def _show(title: str, runs: "Sequence[ListedRun]", columns: "Sequence[ListedColumn]") -> None:
     rows = [[run.text(column.name) or "–" for column in columns] for run in runs]
     table(title, [column.heading for column in columns], rows)
-
-
-def _usual(runs: "Sequence[ListedRun]") -> "list[ListedColumn]":
-    """Return the columns that are shown unless others are chosen, but for those of which nothing is known."""
-    from tribopipe.archive.catalog.columns import COLUMNS
-
-    usual = [column for column in COLUMNS.values() if column.shown]
-    return [column for column in usual if column.name == "id" or any(run.text(column.name) for run in runs)]
 
 
 def _document(run: "ListedRun") -> dict[str, Any]:

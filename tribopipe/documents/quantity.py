@@ -1,9 +1,11 @@
 """Numbers with a unit and a standard uncertainty, as people write them and as tribopipe keeps them."""
 
 import math
-from collections.abc import Mapping, Sequence
+import operator
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from numbers import Real
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, WithJsonSchema
@@ -21,7 +23,114 @@ _ROUNDING = 1e-14
 """Share of a mean by which equal readings may differ in binary."""
 
 
-class Quantity(Record):
+class Arithmetic:
+    """Operators of a quantity, with numbers and with each other: unit and uncertainty by pint and uncertainties."""
+
+    __array_ufunc__ = None  # or arrays would compute element by element
+
+    def __add__(self, other: Any) -> Any:
+        return _computed(operator.add, self, other)
+
+    def __radd__(self, other: Any) -> Any:
+        return _computed(operator.add, other, self)
+
+    def __sub__(self, other: Any) -> Any:
+        return _computed(operator.sub, self, other)
+
+    def __rsub__(self, other: Any) -> Any:
+        return _computed(operator.sub, other, self)
+
+    def __mul__(self, other: Any) -> Any:
+        return _computed(operator.mul, self, other)
+
+    def __rmul__(self, other: Any) -> Any:
+        return _computed(operator.mul, other, self)
+
+    def __truediv__(self, other: Any) -> Any:
+        return _computed(operator.truediv, self, other)
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return _computed(operator.truediv, other, self)
+
+    def __pow__(self, other: Any) -> Any:
+        return _computed(operator.pow, self, other)
+
+
+class Computed(Arithmetic):
+    """What arithmetic with quantities gives.
+
+    Quantities count as independent of each other, and each as the same as itself: ``q - q`` is exactly 0. What one fit
+    found is not independent; its covariance is with the fit, such as ``WearFit.correlation``.
+    """
+
+    def __init__(self, uncertain: Any) -> None:
+        self.uncertain = uncertain
+        """As pint has it. Pint is not what operators return: it would take a quantity for a number without a unit."""
+
+    @property
+    def value(self) -> float:
+        """In ``unit``."""
+        return units.parts(self.uncertain)[0]
+
+    @property
+    def u(self) -> float:
+        """Standard uncertainty, in ``unit``; 0 where nothing that it is computed of has one."""
+        return units.parts(self.uncertain)[1]
+
+    @property
+    def unit(self) -> str:
+        """Such as "m^3"."""
+        return units.parts(self.uncertain)[2]
+
+    def to(self, unit: str) -> "Computed":
+        """Return the same in another unit. Raises ``UnitError`` where it is none of the same kind."""
+        return Computed(units.uncertain_in(self.uncertain, unit))
+
+    def __float__(self) -> float:
+        if self.unit != "1":
+            raise TypeError(_bare(self.unit))
+        return self.value
+
+    def __str__(self) -> str:
+        return units.show(self.value, self.u, self.unit)
+
+    def __repr__(self) -> str:
+        return f"<{self}>"
+
+
+def _computed(operation: Callable[[Any, Any], Any], left: Any, right: Any) -> Any:
+    if not (isinstance(left, Arithmetic | Real) and isinstance(right, Arithmetic | Real)):
+        return NotImplemented
+    return Computed(units.computed(operation, *(getattr(side, "uncertain", side) for side in (left, right))))
+
+
+def _bare(unit: str) -> str:
+    return (
+        f"found a quantity in {unit} to be taken as a bare number; expected one in SI, as functions take it; ask for "
+        f".value to have it in {unit}"
+    )
+
+
+@dataclass(frozen=True)
+class Converted:
+    """A quantity in a unit that somebody asked for: to be shown, not to be computed with."""
+
+    value: float
+    u: float | None
+    """Standard uncertainty; none where nobody stated one."""
+    unit: str
+
+    def __str__(self) -> str:
+        return units.show(self.value, self.u, self.unit)
+
+    def __repr__(self) -> str:
+        return f"<{self}>"
+
+    def __float__(self) -> float:
+        raise TypeError(_bare(self.unit))
+
+
+class Quantity(Record, Arithmetic):
     """A value in SI with its standard uncertainty (JCGM 100:2008, 2.3.1)."""
 
     value: float
@@ -34,9 +143,52 @@ class Quantity(Record):
     def __str__(self) -> str:
         return self.shown()
 
+    def __repr__(self) -> str:
+        u = "" if self.standard_uncertainty is None else f", u = {self.standard_uncertainty!r}"
+        return f"<{type(self).__name__}: {self.value!r} {self.unit}{u}>"
+
+    def __float__(self) -> float:
+        """Return the value in SI."""
+        return self.value
+
     def shown(self, unit: str | None = None) -> str:
         """Write the quantity for people, in ``unit`` where one is named."""
         return units.show(self.value, self.standard_uncertainty, self.unit, unit)
+
+    @property
+    def u(self) -> float | None:
+        """The standard uncertainty, in ``unit``; none where nobody stated one."""
+        return self.standard_uncertainty
+
+    def to(self, unit: str) -> "Converted":
+        """Return the quantity in another unit.
+
+        Parameters
+        ----------
+        unit
+            Such as ``"mm^3/(N*m)"`` or ``"um"``.
+
+        Returns
+        -------
+        Converted
+            With ``value``, ``u`` and ``unit``. It is no ``Quantity``, so that no function that expects SI takes it.
+
+        Raises
+        ------
+        UnitError
+            Where the unit is none of the same kind.
+        """
+        value, u = units.converted(self.value, self.standard_uncertainty, self.unit, unit)
+        return Converted(value, u, unit)
+
+    @property
+    def uncertain(self) -> Any:
+        """The quantity as pint and uncertainties compute with it; what operators do goes through it."""
+        state = self.value, self.standard_uncertainty, self.unit
+        kept = self.__dict__.get("_uncertain")  # a copy with another value has that of the original
+        if kept is None or kept[0] != state:
+            kept = self.__dict__["_uncertain"] = state, units.uncertain(*state)
+        return kept[1]
 
 
 @dataclass(frozen=True)

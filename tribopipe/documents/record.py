@@ -5,12 +5,12 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 from types import UnionType
-from typing import Any, TypeVar, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Any, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic.fields import FieldInfo
 
-from tribopipe.base.errors import ManifestError, did_you_mean
+from tribopipe.base.errors import ManifestError, did_you_mean, unknown_name
 from tribopipe.documents.plugin_names import WRITTEN_BY_PEOPLE
 from tribopipe.documents.toml import parse_toml, read_bytes, shortened, written_key
 
@@ -27,6 +27,27 @@ class Record(BaseModel):
         populate_by_name=True,
     )
 
+    def __repr__(self) -> str:
+        """Return the record in one line: what it says of itself where it does, else its fields."""
+        if type(self).__str__ is BaseModel.__str__:
+            return super().__repr__()
+        said = str(self)
+        return f"<{type(self).__name__}: {said if len(said) <= _WIDEST else said[: _WIDEST - 1] + '…'}>"
+
+    def __dir__(self) -> list[str]:
+        """Return the names of the record's own, so that completion does not offer those of pydantic."""
+        own = type(self).model_fields
+        return [name for name in super().__dir__() if name in own or name not in _OF_ALL_RECORDS]
+
+    if not TYPE_CHECKING:  # A type checker would take every name for an attribute.
+
+        def __getattr__(self, name: str) -> Any:
+            """Raise ``UnknownNameError``, which names the nearest attribute and all that there are."""
+            if name.startswith("_") or hasattr(type(self), name):
+                return super().__getattr__(name)
+            own = [known for known in dir(self) if not known.startswith("_")]
+            raise unknown_name(type(self).__name__, name, own)
+
     @classmethod
     def kinds(cls) -> "tuple[type[Record], ...]":
         """Return the records that a field of this type may hold: itself, unless other packages add kinds of it."""
@@ -38,6 +59,9 @@ class Record(BaseModel):
         return text
 
 
+_WIDEST = 160
+"""Letters of a record in one line."""
+_OF_ALL_RECORDS = frozenset(name for name in dir(Record) if not name.startswith("__"))
 R = TypeVar("R", bound=Record)
 
 

@@ -78,7 +78,10 @@ def fit_friction(
     instrument recorded was divided by a load that run.toml says nothing of: there A and b are uncertain by noise alone.
     Where the sliding distance was derived from a speed or a radius, c is as uncertain as these in the same way.
     """
-    recipe, defaults = recipe or FrictionRecipe(), defaults or DefaultUncertainty()
+    return _fitted(run, recipe or FrictionRecipe(), defaults or DefaultUncertainty()).fitted_to(run)
+
+
+def _fitted(run: RawRun, recipe: FrictionRecipe, defaults: DefaultUncertainty) -> FrictionFit:
     shares = _load_share(run, defaults), _distance_share(run, defaults)
     if "friction_coefficient" not in run.columns:
         return FrictionFit(outcome="none", notes=("the run lacks a friction signal",))

@@ -169,8 +169,19 @@ LAWS: Mapping[str, WearLaw] = Plugins(LAW_GROUP, "wear law", _made, attrgetter("
 """Those installed, by name, each with the parameters that a fit starts from."""
 
 
+_OF_SESSION: dict[str, WearLaw] = {}
+"""Those made of functions in this process, which no command and no archive knows."""
+
+
+def add_law(law: WearLaw) -> None:
+    """Have a law be known by its name as long as this process runs."""
+    _OF_SESSION[law.name] = law
+
+
 def law_named(name: str) -> WearLaw:
     """Return a law. Raises ``FitError``, which names the nearest, where it is not installed on this machine."""
+    if name in _OF_SESSION:
+        return _OF_SESSION[name]
     if name not in LAWS and name in names(LAW_GROUP):
         raise FitError(
             f"found the wear law {name!r}, which cannot be loaded; expected one that can; a warning says why: mend its "
@@ -189,7 +200,8 @@ def law_package(name: str) -> str | None:
 
 def law_title(name: str) -> str:
     """Return what a law is called within a sentence, installed here or not."""
-    return LAWS[name].title if name in LAWS else f"the law {name}, which is not installed here"
+    known = _OF_SESSION.get(name) or LAWS.get(name)
+    return known.title if known is not None else f"the law {name}, which is not installed here"
 
 
 def law_heading(name: str) -> str:

@@ -1,22 +1,20 @@
 """Results of an archived run as later steps, reports and pages take them."""
 
+from tribopipe.archive.archived_run import ArchivedRun
 from tribopipe.archive.steps import WEAR_FITS
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import FitError
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName
 from tribopipe.evaluation.wear.local import archards_wear
-from tribopipe.results.evaluation import DriftCorrection, FrictionFit
+from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.run import CorrectedRun
 from tribopipe.results.wear_fit import WearFit
 
 
 def archived_correction(archive: Archive, run_id: str) -> CorrectedRun:
     """Return the corrected run as the archive holds it. Raises ``ArchiveError`` where it was not corrected."""
-    correction = archive.needed_result(run_id, "drift_correction", DriftCorrection)
-    step = archive.step(run_id, "drift_correction")
-    curves = {} if step is None else {name: values for name, (values, _) in step.curves.items()}
-    return CorrectedRun(archive.cleaned(run_id), correction, curves.get("wear_depth"), curves.get("wander"))
+    return ArchivedRun(archive, run_id).corrected
 
 
 def archived_friction(archive: Archive, run_id: str) -> FrictionFit | None:

@@ -12,6 +12,7 @@ from tribopipe.documents.quantity import (
 from tribopipe.documents.recipe import Correction
 from tribopipe.documents.record import Record
 from tribopipe.results.finding import Finding
+from tribopipe.results.interactive import FitRecord
 
 COVERAGE_FACTOR = 1.959963984540054
 """Half width of a 95 % interval in standard uncertainties of a normal distribution."""
@@ -97,7 +98,7 @@ class DriftCorrection(Record):
         )
 
 
-class FrictionFit(Record):
+class FrictionFit(FitRecord):
     """μ(s) = A·exp(−s/c) + b (Eq. 7), or as much of it as the data hold."""
 
     outcome: Literal["exponential", "steady-only", "none"]

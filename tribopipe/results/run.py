@@ -15,6 +15,7 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.results.evaluation import DriftCorrection
+from tribopipe.results.interactive import Tabular, UnitColumn
 
 Origin = Literal[
     "measured",
@@ -98,8 +99,8 @@ class Recording:
     """Gives the measured signals in SI block by block, each as often as it is asked; signals of one file together."""
 
 
-@dataclass(frozen=True)
-class RawRun:
+@dataclass(frozen=True, repr=False)
+class RawRun(Tabular):
     """One run as ingested. Columns are float64, in SI, of one length; NaN marks a missing sample.
 
     Where more was recorded than memory should hold, they are means, and ``recording`` is what they are means of.
@@ -156,6 +157,13 @@ class RawRun:
     def __len__(self) -> int:
         return len(self.sliding_distance)
 
+    def unit_columns(self) -> dict[str, UnitColumn]:
+        """Return the signals by name, each with its SI unit."""
+        return {name: UnitColumn(values, SIGNALS[name].unit) for name, values in self.columns.items()}
+
+    def __repr__(self) -> str:
+        return f"<{self}>"
+
     def __str__(self) -> str:
         stated = self.manifest.conditions.normal_load
         load = show_force(stated.value, stated.standard_uncertainty)
@@ -167,8 +175,8 @@ class RawRun:
         return f"run {self.id}: {load}, {far}, {self.samples} of {signals}"
 
 
-@dataclass(frozen=True)
-class CorrectedRun:
+@dataclass(frozen=True, repr=False)
+class CorrectedRun(Tabular):
     """A run whose depth has been corrected for drift, as far as it has what that takes."""
 
     run: RawRun
@@ -190,6 +198,18 @@ class CorrectedRun:
         if self.wear_depth is None or self.correction.pin_wear_depth is None:
             return None
         return self.wear_depth * self.correction.pin_share
+
+    def unit_columns(self) -> dict[str, UnitColumn]:
+        """Return the signals of the run, the corrected wear, the pin's part of it and its wander, as far as known."""
+        wear = {"wear_depth": self.wear_depth, "pin_wear_depth": self.pin_wear_depth, "wander": self.wander}
+        known = {name: UnitColumn(values, "m") for name, values in wear.items() if values is not None}
+        return self.run.unit_columns() | known
+
+    def __len__(self) -> int:
+        return len(self.run)
+
+    def __repr__(self) -> str:
+        return f"<{self}>"
 
     def __str__(self) -> str:
         return f"run {self.id}: {self.correction}"

@@ -1,9 +1,10 @@
 """What a fit of a wear law finds: k_D of each body of a contact, of whatever kind, and what it is known by."""
 
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
 
+from tribopipe.base.errors import FitError
 from tribopipe.base.units import WEAR_COEFFICIENT
 from tribopipe.documents.quantity import (
     Metres,
@@ -18,6 +19,10 @@ from tribopipe.documents.record import Record
 from tribopipe.physics.conventions import DistanceConvention, WearEngine
 from tribopipe.results.evaluation import DepthModel
 from tribopipe.results.finding import Finding
+from tribopipe.results.interactive import FitRecord, views
+
+if TYPE_CHECKING:
+    from pandas import DataFrame, Series
 
 
 class Contribution(Record):
@@ -129,7 +134,7 @@ class ConventionCoefficients(Record):
     """k_D of each body that was fitted."""
 
 
-class WearFit(Record):
+class WearFit(FitRecord):
     """Dimensional wear coefficients of one run under a wear law, found together."""
 
     model: LawName
@@ -181,6 +186,46 @@ class WearFit(Record):
     def first(self) -> BodyWear | None:
         """The body whose k_D every fit finds; none where nothing was fitted."""
         return next(iter(self.bodies.values()), None)
+
+    @property
+    def k_d(self) -> Quantity:
+        """k_D of the one body that was fitted, m²/N.
+
+        Raises ``FitError`` where nothing was fitted, or k_D of two bodies: ``bodies`` then has each by its name.
+        """
+        if len(self.bodies) == 1:
+            return next(iter(self.bodies.values())).wear_coefficient
+        if not self.bodies:
+            raise FitError(f"{self}; expected a run that has it; add it to run.toml, and read the run again")
+        names = ", ".join(f"fit.bodies[{name!r}].wear_coefficient" for name in self.bodies)
+        raise FitError(
+            f"{self.model}: found k_D of {len(self.bodies)} bodies; expected a choice of one; ask for {names}"
+        )
+
+    @property
+    def params(self) -> dict[str, Quantity]:
+        """What was fitted or given: ``k_d``, or ``k_d_`` and the name of each of two bodies; then the law's own."""
+        one = len(self.bodies) == 1
+        found = {"k_d" if one else f"k_d_{name}": body.wear_coefficient for name, body in self.bodies.items()}
+        return found | {known.name: known.value for known in self.parameters or ()}
+
+    def frame(self) -> "DataFrame":
+        """Return the law along its run as a table of pandas, measured and fitted.
+
+        Returns
+        -------
+        pandas.DataFrame
+            What wear grows along, each fitted quantity with the ends of its 95 % band (``wear_depth_lower``), and for a
+            pin the measured wear and the residual; SI, with units in ``frame.attrs["units"]``.
+        """
+        table: DataFrame = views().fit_frame(self)
+        return table
+
+    @property
+    def residual(self) -> "Series[float]":
+        """Measured minus fitted wear of a pin at each sample, m. Raises ``UnknownNameError`` where none is known."""
+        residual: Series[float] = views().residual(self)
+        return residual
 
     def __str__(self) -> str:
         counted = "" if self.distance_per_rotation is None else f", {self.distance_per_rotation}"

@@ -5,6 +5,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tribopipe.archive.archived_run import archived_curves
 from tribopipe.archive.file_signature import FIGURES
 from tribopipe.archive.local_wear_tables import archived_local_wear
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, Step, StepName
@@ -12,9 +13,6 @@ from tribopipe.archive.store import Archive
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.pipeline.archived_results import archived_correction, archived_friction
 from tribopipe.results.run import CorrectedRun, RawRun
-from tribopipe.results.wear_curves import Band, WearCurves
-from tribopipe.results.wear_fit import WearFit
-from tribopipe.results.wear_prediction import WearPrediction
 from tribopipe.views.clean_up_figures import changed_signals, plot_clean_up
 from tribopipe.views.disc_figures import plot_disc_contact, plot_disc_wear
 from tribopipe.views.local_wear_figures import local_wear_figures
@@ -89,7 +87,7 @@ def _clean_up_figures(archive: Archive, cleaned: RawRun, clean_up: CleanUp) -> "
 def _wear_figures(corrected: CorrectedRun, steps: Mapping[StepName, Step]) -> "dict[str, Figure]":
     """Draw wear by all laws, and the contact by the first of them where it is known along the run."""
     fits, predictions = (
-        [curves for name in names.values() if (curves := _curves(steps.get(name)))]
+        [curves for name in names.values() if (curves := archived_curves(steps.get(name)))]
         for names in (WEAR_FITS, PREDICTIONS)
     )
     if not fits:
@@ -106,11 +104,3 @@ def _local_figures(steps: Mapping[StepName, Step], run_id: str) -> "dict[str, Fi
     """Draw local wear by the first law under which it was computed."""
     found = (archived_local_wear(steps.get(name)) for name in LOCAL_WEAR.values())
     return next((local_wear_figures(curves, run_id) for curves in found if curves is not None), {})
-
-
-def _curves(step: Step | None) -> WearCurves | None:
-    if step is None or not step.curves or not isinstance(step.result, WearFit | WearPrediction):
-        return None
-    names = [name for name in step.curves if f"{name}_lower" in step.curves]
-    lines = {name: [step.curves[f"{name}{end}"][0] for end in ("", "_lower", "_upper")] for name in names}
-    return WearCurves(step.result, {name: Band(*three, unit=step.curves[name][1]) for name, three in lines.items()})

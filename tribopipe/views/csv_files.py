@@ -51,6 +51,11 @@ def csv_bytes(archive: Archive, run_id: str, what: str) -> bytes:
 
 def csv_parts(archive: Archive, run_id: str, what: str) -> Iterator[bytes]:
     """Return the same as ``csv_bytes`` a part at a time; it raises before the first part."""
+    return csv_of(csv_columns(archive, run_id, what))
+
+
+def csv_columns(archive: Archive, run_id: str, what: str) -> Columns:
+    """Return one of ``CSV_KINDS`` of a run as columns of one length by their heads; it raises as ``csv_bytes`` does."""
     there = csv_kinds(archive, run_id)
     if what not in there:
         raise lacking(run_id, what, there)
@@ -58,7 +63,7 @@ def csv_parts(archive: Archive, run_id: str, what: str) -> Iterator[bytes]:
         columns = _KINDS[what].read(file)
         if len({len(values) for values in columns.values()}) != 1:
             raise ValueError(f"columns of different lengths for the table {what!r}")
-    return _written(columns)
+    return columns
 
 
 def lacking(run_id: str, what: str, there: Sequence[str]) -> ArchiveError:
@@ -66,7 +71,8 @@ def lacking(run_id: str, what: str, there: Sequence[str]) -> ArchiveError:
     return ArchiveError(f"{run_id}: found no table {what!r}; expected one that it has: {', '.join(there)}")
 
 
-def _written(columns: Columns) -> Iterator[bytes]:
+def csv_of(columns: Columns) -> Iterator[bytes]:
+    """Give columns by their heads as a CSV file, a part at a time."""
     yield csv_lines([list(columns)])
     arrays = list(columns.values())
     numeric = all(values.dtype.kind in "fiu" for values in arrays)
@@ -89,11 +95,11 @@ def _numbers(block: NDArray[np.float64]) -> bytes:
 def csv_lines(rows: Any) -> bytes:
     """Write rows of texts and numbers, one that is not known as an empty field."""
     written = io.StringIO(newline="")
-    csv.writer(written).writerows([_field(value) for value in row] for row in rows)
+    csv.writer(written).writerows([csv_field(value) for value in row] for row in rows)
     return written.getvalue().encode("utf-8", "backslashreplace")
 
 
-def _field(value: Any) -> str:
+def csv_field(value: Any) -> str:
     """Return a field; a text that a spreadsheet would take for a formula is quoted as spreadsheets do."""
     if not isinstance(value, str):
         return "" if np.isnan(value) else repr(float(value))
@@ -114,7 +120,7 @@ def _raw(file: h5py.File) -> Columns:
 
 
 def _cleaned(file: h5py.File) -> Columns:
-    return {_head(name, SIGNALS[name].unit): values for name, values in read_cleaned(file).columns.items()}
+    return {head_of(name, SIGNALS[name].unit): values for name, values in read_cleaned(file).columns.items()}
 
 
 def _other_columns(file: h5py.File) -> Columns:
@@ -127,7 +133,7 @@ def _other_columns(file: h5py.File) -> Columns:
 
 def _extra_head(column: h5py.Dataset) -> str:
     name, unit = str(column.attrs["column_name"]), str(column.attrs["column_unit"])
-    return _head(name, unit) if unit and unit not in name else name
+    return head_of(name, unit) if unit and unit not in name else name
 
 
 def _unused(head: str, columns: Mapping[str, object]) -> str:
@@ -142,7 +148,7 @@ def _friction(file: h5py.File) -> Columns:
     """Return friction as cleaned up beside the fit."""
     run, fit = read_cleaned(file), file["entry/friction_fit/data"]
     names: list[SignalName] = ["time", "rotations", "sliding_distance", "friction_coefficient"]
-    columns = {_head(name, SIGNALS[name].unit): run.columns[name] for name in names if name in run.columns}
+    columns = {head_of(name, SIGNALS[name].unit): run.columns[name] for name in names if name in run.columns}
     return columns | {"fitted_friction_coefficient [1]": unpacked(fit["friction_coefficient"])}
 
 
@@ -169,10 +175,11 @@ def _plotted(data: h5py.Group) -> Columns:
 
 
 def _column(group: h5py.Group, name: str) -> tuple[str, NDArray[Any]]:
-    return _head(name, str(group[name].attrs["units"])), unpacked(group[name])
+    return head_of(name, str(group[name].attrs["units"])), unpacked(group[name])
 
 
-def _head(name: str, unit: str) -> str:
+def head_of(name: str, unit: str) -> str:
+    """Return the head of a column: "depth [m]"."""
     return f"{name} [{unit}]"
 
 

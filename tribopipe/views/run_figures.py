@@ -35,7 +35,7 @@ from tribopipe.results.wear_prediction import WearPrediction
 from tribopipe.views.decimation import thinned
 from tribopipe.views.number_format import course, powered_axis, slid, slide
 from tribopipe.views.plot import Curve, Panel
-from tribopipe.views.run_plots import depth_panels, friction_panels, wear_panels
+from tribopipe.views.run_plots import depth_panels, friction_panels, signal_panels, wear_panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -187,6 +187,13 @@ def key(figure: "Figure", axes: "Iterable[Axes]", columns: int = 2) -> None:
 
 
 @styled
+def plot_signals(run: RawRun) -> "Figure":
+    """Draw each recorded signal of a run in a panel, as it is held."""
+    x, label = course(run)
+    return _stacked(signal_panels(x, run), f"{run.id}: signals", run.samples, label)
+
+
+@styled
 def plot_depth(corrected: CorrectedRun, clean_up: CleanUp | None = None) -> "Figure":
     """Draw the depth reading, what drift adds to it, and the corrected wear with the post-test measurement."""
     x, label = course(corrected.run)
@@ -248,8 +255,10 @@ def _stacked(panels: Sequence[Panel], title: str, words: str, label: str) -> "Fi
     """Draw panels below each other, the first of them large."""
     from tribopipe.views.canvas import ShownFigure
 
-    figure = ShownFigure(figsize=(6.3, 3.9 if len(panels) == 1 else 5.0), dpi=150, layout="constrained")
-    heights = [3, 1][: len(panels)]
+    few = len(panels) <= 2
+    size = 3.9 if len(panels) == 1 else 5.0 if few else 1.6 * len(panels)
+    figure = ShownFigure(figsize=(6.3, size), dpi=150, layout="constrained")
+    heights = [3, 1][: len(panels)] if few else [1] * len(panels)
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
     for ax, panel in zip(axes, panels, strict=True):
         draw_panel(ax, panel)

@@ -19,13 +19,31 @@ from tribopipe.results.run import CorrectedRun, RawRun
 from tribopipe.results.wear_curves import WearCurves
 from tribopipe.results.wear_fit import FittedValue, WearFit, spoken
 from tribopipe.results.wear_prediction import Outcome, WearPrediction
-from tribopipe.views.plot import MICRONS, RATIO, VOLUME, Curve, Mark, Panel, Role, Unit, mark
+from tribopipe.views.plot import MICRONS, RATIO, VOLUME, Curve, Mark, Panel, Role, Unit, mark, signal_unit
 
 CORRECTED, PIN_WEAR = "/entry/drift_correction/data/wear_depth", "/entry/drift_correction/data/pin_wear_depth"
 WANDER = "/entry/drift_correction/data/wander"
 _FRICTION = "/entry/friction_fit/data/friction_coefficient"
 WANDER_NAME = "wander: slow, neither wear nor drift"
 """What the slow process of the model is called in legends."""
+
+
+AXES: tuple[SignalName, ...] = ("rotations", "sliding_distance", "time")
+"""Signals that others are drawn against."""
+
+
+def signal_panels(x: Column, run: RawRun) -> tuple[Panel, ...]:
+    """Draw each signal but the axes, in a panel of its own."""
+    return tuple(
+        Panel(
+            name.replace("_", " "),
+            unit,
+            (Curve(name.replace("_", " "), "measured", x, values, unit, run.id, path=name),),
+        )
+        for name, values in run.columns.items()
+        if name not in AXES
+        for unit in [signal_unit(name, run.manifest)]
+    )
 
 
 def depth_panels(x: Column, corrected: CorrectedRun, clean_up: CleanUp | None = None) -> tuple[Panel, ...]:

@@ -1,7 +1,7 @@
 """One run as a list tells it, and the order of several."""
 
 import sqlite3
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from typing import Any
 
@@ -38,11 +38,11 @@ class ListedRun:
 
     def number(self, name: str) -> float | None:
         """Return a number in the unit of its column; none where nothing is known."""
-        return _shown(COLUMNS[name])(self.value(name))
+        return shown_number(COLUMNS[name])(self.value(name))
 
     def spread(self, name: str) -> float | None:
         """Return the standard uncertainty of a number in the unit of its column; none where nothing is known."""
-        return _shown(COLUMNS[name], spread=True)(self.uncertainty(name))
+        return shown_number(COLUMNS[name], spread=True)(self.uncertainty(name))
 
     def value(self, name: str) -> float | None:
         """Return a number in SI; none where nothing is known."""
@@ -79,12 +79,18 @@ def _shown_text(column: ListedColumn) -> Callable[[ListedRun], str]:
 
 
 @cache
-def _shown(column: ListedColumn, *, spread: bool = False) -> Callable[[float | None], float | None]:
+def shown_number(column: ListedColumn, *, spread: bool = False) -> Callable[[float | None], float | None]:
     """Return what turns SI into the unit of a column, in as many digits as are sure."""
     from tribopipe.base.units import KINDS, from_si, interval_from_si
 
     convert, si = interval_from_si if spread else from_si, KINDS[column.measures].si
     return lambda value: None if value is None else float(f"{convert(value, si, column.unit):.15g}")
+
+
+def usual_columns(runs: Sequence[ListedRun]) -> list[ListedColumn]:
+    """Return the columns that are shown unless others are chosen, but for those of which nothing is known."""
+    usual = [column for column in COLUMNS.values() if column.shown]
+    return [column for column in usual if column.name == "id" or any(run.text(column.name) for run in runs)]
 
 
 def in_order(runs: Iterable[ListedRun], sort: str) -> list[ListedRun]:

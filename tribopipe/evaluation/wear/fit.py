@@ -5,6 +5,7 @@ Where the depth signal of a test tells its wear, k_D is found from it and from p
 is that of a Monte Carlo (JCGM 101:2008) in which every systematic input is drawn once a run.
 """
 
+from collections.abc import Callable
 from typing import Any, Protocol
 
 import numpy as np
@@ -14,15 +15,18 @@ from tribopipe.base.arrays import Column
 from tribopipe.contacts.inputs import Inputs
 from tribopipe.documents.recipe import FrictionSource, LawName, MonteCarloRecipe, Recipe
 from tribopipe.documents.slip import stated_slip
+from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.wear.curve_fit import curve_fit
+from tribopipe.evaluation.wear.curves import fitted_curves
 from tribopipe.evaluation.wear.inputs import default_notes
 from tribopipe.evaluation.wear.measurement_fit import correlation, measurement_fit
 from tribopipe.evaluation.wear.monte_carlo import with_draws
 from tribopipe.physics.friction_path import ExponentialFriction, FrictionPath
+from tribopipe.physics.law_functions import law_of_function
 from tribopipe.physics.laws import law_named
 from tribopipe.physics.uncertainty import propagate_together
 from tribopipe.results.evaluation import FrictionFit
-from tribopipe.results.run import CorrectedRun
+from tribopipe.results.run import CorrectedRun, RawRun
 from tribopipe.results.wear_fit import BodyWear, WearFit, spoken
 from tribopipe.results.wording import reworded
 
@@ -46,8 +50,8 @@ class Answer(Protocol):
 
 
 def fit_wear(
-    corrected: CorrectedRun,
-    model: LawName = "archard",
+    corrected: CorrectedRun | RawRun,
+    model: LawName | Callable[..., Any] = "archard",
     friction: FrictionFit | None = None,
     recipe: Recipe | None = None,
 ) -> WearFit:
@@ -59,9 +63,10 @@ def fit_wear(
     Parameters
     ----------
     corrected
-        The run, its depth corrected for drift.
+        The run, its depth corrected for drift; one as it was read is corrected first.
     model
-        Name of the wear law.
+        Name of the wear law, or a function f of the sliding distance, m, for dh/ds = k_D·p·f(s, …)
+        (``tribopipe.physics.law_functions``).
     friction
         Fit of the friction coefficient, for laws that need it.
     recipe
@@ -77,7 +82,27 @@ def fit_wear(
     FitError
         Where the run shows no wear to fit.
     """
-    recipe, manifest = recipe or Recipe(), corrected.run.manifest
+    recipe = recipe or Recipe()
+    corrected = _corrected(corrected, recipe)
+    name = model if isinstance(model, str) else law_of_function(model)
+    fit = _fitted(corrected, name, friction, recipe)
+    return fit.fitted_to(corrected, lambda: fitted_curves(corrected.run, fit, friction, recipe))
+
+
+def _corrected(run: CorrectedRun | RawRun, recipe: Recipe) -> CorrectedRun:
+    """Return a run corrected for drift. Raises ``TypeError`` where it is no run at all."""
+    if isinstance(run, RawRun):
+        return correct_drift(run, recipe)
+    if isinstance(run, CorrectedRun):
+        return run
+    raise TypeError(
+        f"fit_wear: found {type(run).__name__} {str(run)[:60]!r}; expected a run; call tribopipe.read_run(folder), or "
+        "take archive[run_id].corrected"
+    )
+
+
+def _fitted(corrected: CorrectedRun, model: LawName, friction: FrictionFit | None, recipe: Recipe) -> WearFit:
+    manifest = corrected.run.manifest
     common: dict[str, Any] = {
         "model": model,
         "distance_per_rotation": None if stated_slip(manifest) is None else recipe.wear.distance_per_rotation,

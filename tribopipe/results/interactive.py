@@ -1,0 +1,149 @@
+"""What runs and results offer at a Python prompt and in a notebook: tables, figures, a page of their own.
+
+The code is in ``tribopipe.views.interactive``, which knows pandas and matplotlib. It is imported when it is called, so
+that results know neither.
+"""
+
+from abc import abstractmethod
+from collections.abc import Callable, Iterator, Mapping
+from importlib import import_module
+from os import PathLike
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
+
+from pydantic import PrivateAttr
+
+from tribopipe.base.arrays import Column
+from tribopipe.base.errors import nearest, unknown_name
+from tribopipe.documents.record import Record
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame, Series
+
+
+def views() -> Any:
+    """Return the module that draws and tabulates what people look at in Python."""
+    return import_module("tribopipe.views.interactive")
+
+
+class Displayed:
+    """What has a figure, and shows itself in a notebook."""
+
+    def plot(self) -> "Figure":
+        """Draw it as reports do. Return the figure, which a notebook shows by itself."""
+        figure: Figure = views().plot(self)
+        return figure
+
+    def _repr_html_(self) -> str:
+        page: str = views().page(self)
+        return page
+
+
+class UnitColumn(NamedTuple):
+    """A column with its SI unit."""
+
+    values: Column
+    unit: str
+
+
+class Tabular(Displayed):
+    """What has columns over the samples of a run."""
+
+    @abstractmethod
+    def unit_columns(self) -> Mapping[str, UnitColumn]:
+        """Return the columns by name, each with its unit."""
+
+    def frame(self) -> "DataFrame":
+        """Return the columns as a table of pandas.
+
+        Returns
+        -------
+        pandas.DataFrame
+            One row per sample, numbers in SI, NaN where a sample is missing. ``frame.attrs["units"]`` has the unit of
+            each column.
+        """
+        table: DataFrame = views().frame(self.unit_columns())
+        return table
+
+    def __getitem__(self, name: str) -> "Series[float]":
+        """Return a column of ``frame()``, with its unit in ``attrs["units"]``.
+
+        Raises ``UnknownNameError``, a ``KeyError``, where there is no such column.
+        """
+        columns = self.unit_columns()
+        if name not in columns:
+            raise unknown_name(str(self).partition(":")[0], name, columns, "frame() has all of them in one table")
+        column: Series[float] = views().column(name, columns[name])
+        return column
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.unit_columns()
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.unit_columns())
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.unit_columns())
+
+    if not TYPE_CHECKING:  # A type checker would take every name for an attribute.
+
+        def __getattr__(self, name: str) -> Any:
+            """Raise ``UnknownNameError``, which says how a column is asked for."""
+            if name.startswith("_") or name in type(self).__annotations__:  # the latter before it is set
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            columns = self.unit_columns()
+            own = [known for known in dir(self) if not known.startswith("_")]
+            known = own if nearest(name, own) else [*columns, *own]
+            call = (
+                f"columns are items: [{nearest(name, columns) or next(iter(columns), 'time')!r}], and those of frame()"
+            )
+            raise unknown_name(str(self).partition(":")[0], name, known, call)
+
+    def head(self, rows: int = 5) -> "DataFrame":
+        """Return the first rows of ``frame()``."""
+        return self.frame().head(rows)
+
+    def describe(self) -> "DataFrame":
+        """Return count, mean, standard deviation and quartiles of each column, in SI."""
+        return self.frame().describe()
+
+    def to_csv(self, path: str | PathLike[str], *, force: bool = False) -> None:
+        """Write the columns as `tribopipe export csv` does: heads are names and units, "depth [m]"; UTF-8, commas.
+
+        Raises ``OutputError`` where something is there already, unless ``force`` has it replaced.
+        """
+        views().write_csv(self.unit_columns(), path, force=force)
+
+    def to_xarray(self) -> Any:
+        """Return the columns as an xarray Dataset over the samples, with the unit of each in its attributes.
+
+        Takes the package xarray: pip install "tribopipe[xarray]".
+        """
+        return views().dataset(self.unit_columns())
+
+
+class FittedTo:
+    """What a fit was made of, by which it is drawn. It is no part of the result, and is neither compared nor sent."""
+
+    def __init__(self, run: Any = None, curves: Callable[[], Any] | None = None) -> None:
+        self.run, self.curves = run, curves
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, FittedTo)
+
+    def __hash__(self) -> int:
+        return hash(FittedTo)
+
+    def __reduce__(self) -> tuple[type["FittedTo"], tuple[()]]:
+        return FittedTo, ()
+
+
+class FitRecord(Record, Displayed):
+    """The result of a fit, which knows the run it was fitted to as long as it is in memory."""
+
+    _fitted_to: FittedTo = PrivateAttr(default_factory=FittedTo)
+
+    def fitted_to(self, run: Any, curves: Callable[[], Any] | None = None) -> Self:
+        """Have ``plot`` and ``frame`` know the run of the fit, and how its curves along the run are computed."""
+        self._fitted_to = FittedTo(run, curves)
+        return self

@@ -1,0 +1,270 @@
+"""Tables, figures and notebook pages of what Python holds: runs, fits, archived runs and archives."""
+
+from base64 import b64encode
+from collections.abc import Mapping, Sequence
+from functools import singledispatch
+from html import escape
+from io import BytesIO
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tribopipe.archive.archived_run import ArchivedRun
+from tribopipe.archive.catalog.catalog import Catalogue
+from tribopipe.archive.catalog.columns import COLUMNS, columns_named
+from tribopipe.archive.catalog.listed import usual_columns
+from tribopipe.archive.store import Archive
+from tribopipe.base.errors import FitError, NotInstalledError, unknown_name
+from tribopipe.base.files import replacing
+from tribopipe.base.units import KINDS
+from tribopipe.pipeline.output_paths import require_free
+from tribopipe.results.evaluation import FrictionFit
+from tribopipe.results.interactive import UnitColumn
+from tribopipe.results.run import CorrectedRun, RawRun
+from tribopipe.results.wear_curves import WearCurves
+from tribopipe.results.wear_fit import WearFit, spoken
+from tribopipe.views.archived_figures import run_figures
+from tribopipe.views.csv_files import csv_columns, csv_kinds, csv_of, head_of
+from tribopipe.views.disc_figures import plot_disc_wear
+from tribopipe.views.labeled_values import shown
+from tribopipe.views.run_figures import plot_depth, plot_friction, plot_signals, plot_wear
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame, Series
+
+Columns = Mapping[str, UnitColumn]
+_MOST_ROWS = 20
+"""Of a table on a notebook's page, which shall have 30 lines at most."""
+
+
+def frame(columns: Columns) -> "DataFrame":
+    """Return columns with their units in ``attrs["units"]``."""
+    from pandas import DataFrame
+
+    table = DataFrame({name: one.values for name, one in columns.items()})
+    table.attrs["units"] = {name: one.unit for name, one in columns.items()}
+    return table
+
+
+def column(name: str, values: UnitColumn) -> "Series[float]":
+    """Return one column with its unit in ``attrs["units"]``."""
+    from pandas import Series
+
+    found = Series(values.values, name=name)
+    found.attrs["units"] = values.unit
+    return found
+
+
+def dataset(columns: Columns) -> Any:
+    """Return columns as an xarray Dataset. Raises ``NotInstalledError`` where xarray is not installed."""
+    variables = {name: ("sample", one.values, {"units": one.unit}) for name, one in columns.items()}
+    return _xarray().Dataset(variables)
+
+
+def datatree(run: ArchivedRun) -> Any:
+    """Return the tables of an archived run as an xarray DataTree: a group for each."""
+    archive, kinds = run.archive, csv_kinds(run.archive, run.id)
+    groups = {what: dataset(_by_name(csv_columns(archive, run.id, what))) for what in kinds}
+    tree = _xarray().DataTree.from_dict(groups, name=run.id)
+    tree.attrs["run"] = run.id
+    return tree
+
+
+def _by_name(columns: Mapping[str, Any]) -> dict[str, UnitColumn]:
+    """Return columns by their names, which the heads of CSV files join with the unit: "depth [m]"."""
+    parted = {head: head.removesuffix("]").rpartition(" [") for head in columns}
+    return {name or head: UnitColumn(columns[head], unit if name else "") for head, (name, _, unit) in parted.items()}
+
+
+def _xarray() -> Any:
+    try:
+        import xarray
+    except ImportError:
+        raise NotInstalledError(
+            'xarray: found no such package; expected it for a Dataset; run pip install "tribopipe[xarray]"'
+        ) from None
+    return xarray
+
+
+def write_csv(columns: Columns, path: str | PathLike[str], *, force: bool) -> None:
+    """Write columns as a CSV file. Raises ``OutputError`` where something is there already, unless forced."""
+    target = Path(path)
+    require_free([target], force=force)
+    with replacing(target) as part, part.open("wb") as file:
+        file.writelines(csv_of({head_of(name, one.unit): one.values for name, one in columns.items()}))
+
+
+def runs_table(archive: Path, where: str, sort: str, columns: str | None) -> "DataFrame":
+    """Return the runs of an archive: one row per run, numbers in SI beside their standard uncertainty."""
+    from pandas import DataFrame
+
+    catalogue = Catalogue(archive)
+    catalogue.refresh()
+    runs = catalogue.runs(where, sort)
+    found: dict[str, list[Any]] = {}
+    units: dict[str, str] = {}
+    for one in columns_named(columns) if columns else COLUMNS.values():
+        if one.kind == "number":
+            found[one.name] = [run.value(one.name) for run in runs]
+            found[f"u_{one.name}"] = [run.uncertainty(one.name) for run in runs]
+            units |= dict.fromkeys((one.name, f"u_{one.name}"), KINDS[one.measures].si)
+        else:
+            found[one.name] = [run.text(one.name) or None for run in runs]
+    table = DataFrame(found).astype(dict.fromkeys(units, float))
+    table.attrs["units"] = units
+    return table
+
+
+def fit_frame(fit: WearFit) -> "DataFrame":
+    """Return a law along its run, measured and fitted. Raises ``FitError`` where the run is not known."""
+    run, curves = _fitted_run(fit), _curves(fit)
+    progress = run.run.manifest.progress
+    columns = {progress.signal: run.run.unit_columns()[progress.signal]}
+    measured = run.pin_wear_depth
+    if measured is not None:
+        columns["measured_wear_depth"] = UnitColumn(measured, "m")
+    for name, band in curves.bands.items():
+        columns |= {
+            f"{name}{end}": UnitColumn(line, band.unit)
+            for end, line in (("", band.best), ("_lower", band.lower), ("_upper", band.upper))
+        }
+    if measured is not None and "wear_depth" in curves.bands:
+        columns["residual"] = UnitColumn(measured - curves.bands["wear_depth"].best, "m")
+    return frame(columns)
+
+
+def residual(fit: WearFit) -> "Series[float]":
+    """Return measured minus fitted wear along a run."""
+    table = fit_frame(fit)
+    if "residual" not in table:
+        raise unknown_name(
+            f"{fit.model} fit", "residual", map(str, table), "fit.measurements has each value beside the fitted one"
+        )
+    found: Series[float] = table["residual"]
+    found.attrs["units"] = "m"
+    return found
+
+
+def _fitted_run(fit: WearFit | FrictionFit) -> Any:
+    run = fit._fitted_to.run  # noqa: SLF001 - kept for these views alone
+    if run is None:
+        raise FitError(
+            "fit: found one that was read without its run; expected one that was made here or is from an archive; take "
+            'archive[run_id].fits["archard"]'
+        )
+    return run
+
+
+def _curves(fit: WearFit) -> WearCurves:
+    curves: WearCurves | None = None if (made := fit._fitted_to.curves) is None else made()  # noqa: SLF001 - as above
+    if curves is None:
+        raise FitError(f"{fit}; expected a fit, of which there are curves")
+    return curves
+
+
+@singledispatch
+def plot(thing: object) -> "Figure":
+    """Draw what reports draw of it."""
+    raise TypeError(f"found {type(thing).__name__}, of which there is no figure; expected a run or a fit")
+
+
+@plot.register(RawRun)
+def _(run: RawRun) -> "Figure":
+    return plot_signals(run)
+
+
+@plot.register(CorrectedRun)
+def _(run: CorrectedRun) -> "Figure":
+    return plot_depth(run)
+
+
+@plot.register(FrictionFit)
+def _(fit: FrictionFit) -> "Figure":
+    return plot_friction(_fitted_run(fit), fit)
+
+
+@plot.register(WearFit)
+def _(fit: WearFit) -> "Figure":
+    run, curves = _fitted_run(fit), _curves(fit)
+    return plot_wear(run, [curves]) if "wear_depth" in curves.bands else plot_disc_wear(run.run, [curves])
+
+
+@plot.register(ArchivedRun)
+def _(run: ArchivedRun) -> "Figure":
+    figures = run_figures(run.archive, run.id)
+    return figures.get("wear") or next(iter(figures.values()), None) or plot_signals(run.run)
+
+
+def page(thing: Any) -> str:
+    """Return the page of a notebook: a title, a table of at most 20 rows, and the figure where there is one."""
+    title, heads, rows = _summary(thing)
+    left = len(rows) - _MOST_ROWS
+    lines = [f"<p><b>{escape(title)}</b></p>", "<table>", _row("th", heads)]
+    lines += [_row("td", row) for row in rows[:_MOST_ROWS]]
+    lines += ["</table>", *([f"<p>… and {left} more</p>"] if left > 0 else []), *_picture(thing)]
+    return "\n".join(lines)
+
+
+def _row(tag: str, cells: Sequence[str]) -> str:
+    return f"<tr>{''.join(f'<{tag}>{escape(cell)}</{tag}>' for cell in cells)}</tr>"
+
+
+def _picture(thing: Any) -> list[str]:
+    if isinstance(thing, Archive):
+        return []
+    try:
+        figure = plot(thing)
+    except FitError:  # nothing was fitted, or the run is not known: the table says what there is
+        return []
+    picture = BytesIO()
+    figure.savefig(picture, format="png")
+    return [f'<img src="data:image/png;base64,{b64encode(picture.getvalue()).decode()}" style="max-width: 100%">']
+
+
+@singledispatch
+def _summary(thing: Any) -> tuple[str, Sequence[str], list[Sequence[str]]]:
+    """Return the title of a page, and its table: of whatever has columns, these."""
+    columns = thing.unit_columns()
+    rows: list[Sequence[str]] = [
+        (name, one.unit, *(f"{number:.4g}" for number in _extent(one.values))) for name, one in columns.items()
+    ]
+    return str(thing), ("column", "SI unit", "first", "least", "most", "last"), rows
+
+
+def _extent(values: Any) -> tuple[float, float, float, float]:
+    known = values[~np.isnan(values)]
+    if not len(known):
+        return (float("nan"),) * 4
+    return float(known[0]), float(known.min()), float(known.max()), float(known[-1])
+
+
+@_summary.register(FrictionFit)
+def _(fit: FrictionFit) -> tuple[str, Sequence[str], list[Sequence[str]]]:
+    known = {"A": fit.amplitude, "b": fit.steady_state, "c": fit.running_in_distance, "mean": fit.mean}
+    rows: list[Sequence[str]] = [(name, value.shown()) for name, value in known.items() if value is not None]
+    return "friction μ(s) = A·exp(−s/c) + b", ("quantity", "value ± u"), rows + [("note", note) for note in fit.notes]
+
+
+@_summary.register(WearFit)
+def _(fit: WearFit) -> tuple[str, Sequence[str], list[Sequence[str]]]:
+    rows: list[Sequence[str]] = []
+    for name, body in fit.bodies.items():
+        rows.append((f"k_D, {spoken(name)}", shown(body.wear_coefficient) or ""))
+        rows.append((f"95 % interval, {spoken(name)}", " to ".join(shown(end) or "" for end in body.interval)))
+    rows += [(known.name.replace("_", " "), str(known.value)) for known in fit.parameters or ()]
+    rows += [("finding", finding.message) for finding in fit.findings] + [("note", note) for note in fit.notes]
+    title = f"wear fit: {fit.model}" if fit.bodies else str(fit)
+    return title, ("quantity", "value ± u"), rows
+
+
+@_summary.register(Archive)
+def _(archive: Archive) -> tuple[str, Sequence[str], list[Sequence[str]]]:
+    catalogue = Catalogue(archive.folder)
+    catalogue.refresh()
+    runs = catalogue.runs()
+    columns = usual_columns(runs)
+    rows: list[Sequence[str]] = [[run.text(column.name) for column in columns] for run in runs]
+    return repr(archive), [column.heading for column in columns], rows
