@@ -5,6 +5,24 @@ xarray and lmfit; ``run`` is a run folder that was read, ``archive`` an archive 
 opened, ``fit`` a wear fit.
 """
 
+# ruff: noqa: ARG001, ARG005 - each expectation is told the same, and a fixture may have an effect alone
+
+import math
+import pickle
+import shutil
+
+import numpy as np
+import pandas
+import pytest
+from folders import SAMPLES
+
+import tribopipe as tp
+from tribopipe.base.errors import FitError, OutputError
+from tribopipe.base.units import KINDS
+from tribopipe.physics.law_functions import law_of_function
+from tribopipe.physics.laws import law_named
+from tribopipe.results.wear_fit import WearFit
+
 FROM_HABIT = (
     "tp.read_run(folder)",
     "run.columns",
@@ -27,3 +45,299 @@ FROM_HABIT = (
     "fit.residual",
     "fit.fit_report()",
 )
+
+BY_NAME = (
+    "run['depth']",
+    "run.frame()",
+    "corrected.frame()",
+    "archive['si3n4-air-200mN']",
+    "len(archive)",
+    "[archive[run_id] for run_id in archive]",
+    "'si3n4-air-200mN' in archive",
+    "archive.table()",
+    "archive.table()['u_k_d']",
+    "archive.table().attrs['units']['k_d']",
+    "fit.plot()",
+    "fit.k_d",
+    "fit.k_d.to('mm^3/(N*m)')",
+    "float(fit.k_d)",
+    "2 * fit.k_d",
+    "fit._repr_html_()",
+    "repr(fit)",
+    "[name for name in dir(fit) if name.startswith('model_')]",
+    "tp.fit_wear(run, my_function)",
+    "archive['si3n4-air-200mN'].to_datatree()",
+)
+"""These follow from what was asked of the API."""
+NEEDS = {
+    "run.to_xarray()": "xarray",
+    "archive['si3n4-air-200mN'].to_datatree()": "xarray",
+    "2 * fit.k_d": "uncertainties",
+}
+"""Packages that few need."""
+REFUSED = {
+    "run.depth": r"did you mean 'depth'\?; columns are items: \['depth'\]",
+    "fit.params['k_d'].stderr": "found no 'stderr'; expected one of .*standard_uncertainty, to, u,",
+    "fit.fit_report()": "found no 'fit_report'; expected one of .*",
+}
+"""Those that do not work, and what the error says."""
+
+
+def my_function(s, power=1.5):
+    return (1 + s / 10) ** (power - 1)
+
+
+@pytest.fixture(scope="module")
+def known(short_runs, _processed, tmp_path_factory, few_draws):
+    """What the names of the expressions stand for."""
+    folder = short_runs / "si3n4-air-200mN"
+    archive_path = tmp_path_factory.mktemp("guessed") / "archive"
+    shutil.copytree(_processed, archive_path)
+    run = tp.read_run(folder)
+    corrected = tp.correct_drift(run)
+    return {
+        "tp": tp,
+        "folder": str(folder),
+        "archive_path": str(archive_path),
+        "path": tmp_path_factory.mktemp("csv") / "run.csv",
+        "run": run,
+        "corrected": corrected,
+        "fit": tp.fit_wear(corrected),
+        "archive": tp.open_archive(archive_path),
+        "my_function": my_function,
+    }
+
+
+def evaluated(expression, known):
+    return eval(expression, dict(known))  # noqa: S307 - of this file
+
+
+def test_at_least_34_of_40_work():
+    assert len({*FROM_HABIT, *BY_NAME}) == 40
+    assert len(FROM_HABIT) == 20
+    assert 40 - len(REFUSED) == 37
+
+
+@pytest.mark.parametrize("expression", [one for one in (*FROM_HABIT, *BY_NAME) if one not in REFUSED])
+def test_expression_works(expression, known):
+    if expression in NEEDS:
+        pytest.importorskip(NEEDS[expression])
+    found = evaluated(expression, known)
+    run = known["run"]
+    expected = EXPECTED.get(expression)
+    assert expected is None or expected(found, run, known), found
+
+
+def held(archive):
+    with archive.open("si3n4-air-200mN") as file:
+        return file["entry/raw/depth"][()]
+
+
+EXPECTED = {
+    "tp.read_run(folder)": lambda found, run, _: np.array_equal(found["depth"], run.columns["depth"], equal_nan=True),
+    "run.columns": lambda found, run, _: list(found) == list(run),
+    "run.head()": lambda found, run, _: found.shape == (5, 6),
+    "run.describe()": lambda found, run, _: found["depth"]["max"] == np.nanmax(run.columns["depth"]),
+    "len(run)": lambda found, run, _: found == 1251,
+    "'depth' in run": lambda found, *_: found is True,
+    "run['depth'].values": lambda found, run, _: np.array_equal(found, run.columns["depth"], equal_nan=True),
+    "run['depth'].mean()": lambda found, run, _: found == pytest.approx(np.nanmean(run.columns["depth"])),
+    "run['depth'].attrs['units']": lambda found, *_: found == "m",
+    "run.to_csv(path)": lambda _, run, known: known["path"].read_text(encoding="utf-8").startswith("time [s],"),
+    "run.plot()": lambda found, run, _: len(found.axes) == 4,
+    "run.to_xarray()": lambda found, run, _: found["depth"].attrs == {"units": "m"} and found.sizes == {"sample": 1251},
+    "tp.open_archive(archive_path)": lambda found, run, known: found.ids() == known["archive"].ids(),
+    "archive.keys()": lambda found, *_: list(found) == ["si3n4-air-200mN"],
+    "archive.items()": lambda found, *_: [run.id for _, run in found] == ["si3n4-air-200mN"],
+    "fit.params['k_d'].value": lambda found, run, known: found == known["fit"].first.wear_coefficient.value,
+    "fit.residual": lambda found, run, known: float(found.std()) < 1e-7 and found.attrs["units"] == "m",
+    "run['depth']": lambda found, run, _: found.name == "depth",
+    "run.frame()": lambda found, run, _: found.attrs["units"]["friction_force"] == "N",
+    "corrected.frame()": lambda found, run, known: np.array_equal(
+        found["wear_depth"], known["corrected"].wear_depth, equal_nan=True
+    ),
+    "archive['si3n4-air-200mN']": lambda found, run, known: np.array_equal(found.raw["depth"], held(known["archive"])),
+    "len(archive)": lambda found, *_: found == 1,
+    "[archive[run_id] for run_id in archive]": lambda found, *_: [run.id for run in found] == ["si3n4-air-200mN"],
+    "'si3n4-air-200mN' in archive": lambda found, *_: found is True,
+    "archive.table()": lambda found, *_: list(found["id"]) == ["si3n4-air-200mN"],
+    "archive.table()['u_k_d']": lambda found, run, known: (
+        found[0] == known["archive"]["si3n4-air-200mN"].fits["archard"].k_d.standard_uncertainty
+    ),
+    "archive.table().attrs['units']['k_d']": lambda found, *_: found == "m^2/N",
+    "fit.plot()": lambda found, *_: [ax.get_ylabel() for ax in found.axes] == ["pin wear depth / µm", "residual / µm"],
+    "fit.k_d": lambda found, run, known: found == known["fit"].bodies["pin"].wear_coefficient,
+    "fit.k_d.to('mm^3/(N*m)')": lambda found, run, known: found.value == pytest.approx(1e9 * known["fit"].k_d.value),
+    "float(fit.k_d)": lambda found, run, known: found == known["fit"].k_d.value,
+    "2 * fit.k_d": lambda found, run, known: (
+        (found.value, found.u) == pytest.approx((2 * known["fit"].k_d.value, 2 * known["fit"].k_d.u))
+    ),
+    "fit._repr_html_()": lambda found, *_: len(found.splitlines()) <= 30 and "data:image/png;base64" in found,
+    "repr(fit)": lambda found, *_: len(found) < 200 and "k_D = " in found,
+    "[name for name in dir(fit) if name.startswith('model_')]": lambda found, *_: found == [],
+    "tp.fit_wear(run, my_function)": lambda found, run, known: (
+        list(found.params) == ["k_d", "power"]
+        and abs(found.params["power"].value - 1) < 3 * found.params["power"].u < 0.1  # the run is of Archard's law
+    ),
+    "archive['si3n4-air-200mN'].to_datatree()": lambda found, run, known: np.array_equal(
+        found["raw"]["depth"], held(known["archive"])
+    ),
+}
+"""What each gives."""
+
+
+@pytest.mark.parametrize(("expression", "said"), REFUSED.items())
+def test_what_does_not_work_says_what_there_is(expression, said, known):
+    with pytest.raises(AttributeError, match=said) as caught:
+        evaluated(expression, known)
+    assert isinstance(caught.value, tp.TribopipeError)
+
+
+# --- errors name what was asked for, and what to call ---
+
+
+@pytest.mark.parametrize(
+    ("expression", "said"),
+    [
+        ("run['dept']", "run si3n4-air-200mN: found no 'dept'; expected one of time, .*; did you mean 'depth'"),
+        ("archive['si3n4-air-20mN']", "did you mean 'si3n4-air-200mN'.*archive.ids"),
+        ("archive[0]", "found no 0; expected one of si3n4-air-200mN"),
+        ("fit.frame()['nothing']", "nothing"),
+    ],
+)
+def test_missing_item_is_a_key_error(expression, said, known):
+    with pytest.raises(KeyError, match=said):
+        evaluated(expression, known)
+
+
+def test_what_is_no_run_is_refused(known):
+    with pytest.raises(TypeError, match=r"found str .*call tribopipe.read_run\(folder\)"):
+        tp.fit_wear(known["folder"])
+
+
+def test_archive_is_true_though_empty(tmp_path):
+    empty = tp.open_archive(tmp_path / "none")
+    assert len(empty) == 0
+    assert empty
+    assert empty.table().empty
+
+
+def test_csv_replaces_nothing_unless_forced(known, tmp_path):
+    path = tmp_path / "run.csv"
+    known["run"].to_csv(path)
+    with pytest.raises(OutputError, match="found it there already"):
+        known["run"].to_csv(path)
+    known["run"].to_csv(path, force=True)
+    read = pandas.read_csv(path)
+    assert np.array_equal(read["depth [m]"], known["run"].columns["depth"], equal_nan=True)
+
+
+# --- fits know their run as long as they are in memory ---
+
+
+def test_fit_is_compared_without_its_run_and_sent_without_it(known):
+    fit = known["fit"]
+    again = pickle.loads(pickle.dumps(fit))  # noqa: S301 - of this test
+    assert again == fit
+    assert fit == WearFit.model_validate_json(fit.model_dump_json())
+    assert len(pickle.dumps(fit)) < 20_000
+    with pytest.raises(FitError, match="read without its run"):
+        again.plot()
+    assert "<img" not in again._repr_html_()
+
+
+def test_archived_fit_draws_what_the_archive_holds(known):
+    archived = known["archive"]["si3n4-air-200mN"]
+    with known["archive"].open(archived.id) as file:
+        fitted = file["entry/wear_fit_sarkar/data/wear_depth"][()]
+    assert np.array_equal(archived.fits["sarkar"].frame()["wear_depth"], fitted, equal_nan=True)
+    assert archived.plot().axes
+
+
+def test_two_bodies_have_no_single_k_d(disc_fit):
+    with pytest.raises(FitError, match=r"ask for fit.bodies\['curved_disc'\].wear_coefficient, "):
+        _ = disc_fit.k_d
+    assert list(disc_fit.params) == ["k_d_curved_disc", "k_d_flat_disc"]
+    with pytest.raises(KeyError, match=r"fit\.measurements"):
+        _ = disc_fit.residual
+    assert disc_fit.plot().axes
+
+
+@pytest.fixture(scope="module")
+def disc_fit(few_draws):
+    return tp.fit_wear(tp.correct_drift(tp.read_run(SAMPLES / "si3n4-twin-disc-4pct-100k")))
+
+
+# --- functions as wear laws ---
+
+
+def test_function_finds_what_the_law_of_the_same_formula_does(known):
+    def frictionless(s):
+        return np.ones_like(s)
+
+    own, archard = tp.fit_wear(known["corrected"], frictionless), known["fit"]
+    assert own.k_d.value == pytest.approx(archard.k_d.value, rel=1e-6)
+    assert own.k_d.u == pytest.approx(archard.k_d.u, rel=1e-3)
+
+
+def test_function_takes_friction(known):
+    def with_junctions(s, friction):
+        return np.sqrt(1 + 3 * friction**2)
+
+    friction = tp.fit_friction(known["run"])
+    own = tp.fit_wear(known["corrected"], with_junctions, friction)
+    assert own.k_d.value == pytest.approx(tp.fit_wear(known["corrected"], "sarkar", friction).k_d.value, rel=1e-5)
+
+
+def test_earlier_fit_keeps_its_law_where_a_function_is_written_anew(known):
+    def law(factor):
+        def growing(s):
+            return np.full_like(s, factor)
+
+        return growing
+
+    first = tp.fit_wear(known["corrected"], law(1.0))
+    before = first.frame()["wear_depth"]
+    second = tp.fit_wear(known["corrected"], law(2.0))
+    assert first.model != second.model
+    assert second.k_d.value == pytest.approx(first.k_d.value / 2, rel=1e-6)
+    assert np.array_equal(first.frame()["wear_depth"], before, equal_nan=True)
+
+
+def archard(s):
+    return np.ones_like(s)
+
+
+def test_annotation_of_a_parameter_is_its_unit():
+    def running_in(s, excess=2.0, length: "m" = 10.0):  # noqa: F821 - a unit
+        return 1 + excess * np.exp(-s / length)
+
+    law = law_named(law_of_function(running_in))
+    units = {name: (KINDS[known.kind].si, known.low, known.high) for name, known in law.parameters().items()}
+    assert units == {"excess": ("1", 0.02, 200.0), "length": ("m", 0.1, 1000.0)}
+    assert law.effective_distance(100.0, None) == pytest.approx(100 + 2 * 10 * (1 - math.exp(-10)), rel=1e-6)
+
+
+def test_function_takes_no_name_of_a_law(known):
+    assert tp.fit_wear(known["corrected"], archard).model == "archard_2"
+
+
+def wrong_unit(s, length: "furlong" = 1.0):  # noqa: F821 - a unit
+    return s / length
+
+
+@pytest.mark.parametrize(
+    ("function", "said"),
+    [
+        (lambda s, a: a * s, "found the argument 'a' without a number to start from.*write a=1.0"),
+        (lambda s, a=-1.0: a * s, "found a = -1 to start from"),
+        (lambda s: math.exp(-s), "cannot be computed of arrays.*use np.exp"),
+        (lambda s: 1 / s, "expected one finite factor at each distance"),
+        (lambda *s: s[0], "arguments cannot be told"),
+        (3, "arguments cannot be told"),
+        (wrong_unit, "found 'furlong' as the unit of length; expected one of SI: m, "),
+    ],
+)
+def test_function_that_is_no_law_is_one_sentence(function, said, known):
+    with pytest.raises(FitError, match=said):
+        tp.fit_wear(known["corrected"], function)

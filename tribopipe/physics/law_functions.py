@@ -5,7 +5,7 @@
 
 The first argument is the sliding distance, m. One called ``friction`` is the friction coefficient there. Every other
 one is a parameter that is fitted with k_D; the search starts at its default. Its annotation is its SI unit, "1" unless
-said, or a ``LawParameter``, which also says between which bounds it is sought; else that is a thousandth to a thousand
+said, or a ``LawParameter``, which also says between which bounds it is sought; else that is a hundredth to a hundred
 times the default.
 
 Such a law is known in this process alone: no archive and no command takes it.
@@ -30,7 +30,7 @@ from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import LawParameter, WearLaw, add_law
 
 _FRICTION = "friction"
-_RANGE = 1e3
+_RANGE = 100.0
 """How many times more or less than its default a parameter may be."""
 _KNOWN: "WeakKeyDictionary[Callable[..., Any], str]" = WeakKeyDictionary()
 _TAKEN: set[str] = set()
