@@ -54,7 +54,7 @@ FLAGS = {
     | {"--law", "--model", "--wear-coefficient", "--friction", "--speed", "--until", "--element-size", "--jtyp"}
     | {"--output", "--force"},
     "export csv": COMMON | {"--what", "--output", "--force"},
-    "export runs": {"--archive", "--where", "--sort", "--columns", "--output", "--force"},
+    "export runs": {"--archive", "--where", "--sort", "--columns", "--output", "--decimal-comma", "--force"},
     "export dataset": COMMON | {"--ro-crate", "--eln", "--dataset", "--report", "--no-report", "--force"},
     "import": COMMON,
     "reproduce": COMMON,
