@@ -386,7 +386,7 @@ def test_two_discs_are_refused_in_one_sentence(run_cli, sample_run):
     )
     found = run_cli("live", sample_run, "--once")
     assert found.exit_code == 1
-    assert "expected a pin on a disc, of which alone a running test is followed" in found.stderr
+    assert "whose depth signal does not tell the wear of a running test; expected a pin on a disc" in found.stderr
 
 
 def test_a_clock_that_begins_anew_ends_what_is_followed(run_cli, sample_run):

@@ -166,9 +166,9 @@ def roughness_after(surface: Rings, amount: float) -> float:
 
 def test_longest_increment_of_discs_is_that_of_stripes():
     case = case_of(DISCS, element_size=2e-6)
-    assert case.turns == pytest.approx(0.032 / (2 * math.pi * 4e-3), rel=1e-12)
+    assert case.motion.turns == pytest.approx(0.032 / (2 * math.pi * 4e-3), rel=1e-12)
     stripes = 4 * 2e-6 / (math.pi * case.modulus * 2 * case.start.half_length)
-    assert 0.9 < K_D * case.turns * case.step_limit / stripes < 1
+    assert 0.9 < K_D * case.motion.turns * case.step_limit / stripes < 1
 
 
 @pytest.mark.parametrize(
@@ -331,7 +331,7 @@ def test_discs_wear_by_the_integral_along_streamlines(tmp_path, friction, attemp
     doses = np.stack(
         [(pressures * lengths)[:, lines == line].sum(axis=1) for line in range(1, lines.max() + 1)], axis=1
     )
-    wear = K_D * case.turns * (steps * factors)[:, None] * doses[:, lines - 1]
+    wear = K_D * case.motion.turns * (steps * factors)[:, None] * doses[:, lines - 1]
     _, found = driven(harness, steps, pressures, dimensions=3)
     assert np.abs(found - wear * 1e3).max() <= 1e-15
     assert found.max() > 1e-6

@@ -30,6 +30,7 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.record import Record, read_document
 from tribopipe.documents.signals import SIGNALS
+from tribopipe.documents.slip import stated_slip
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.friction_paths import fitted_path, run_path
@@ -204,9 +205,9 @@ def _curves(curves: WearCurves | None) -> Curves:
 
 
 def _convention(archive: Archive, run_id: str, recipe: Recipe) -> dict[str, Any]:
-    """Return what steps of a twin-disc run are told besides: what counts as slid in a rotation."""
-    discs = archive.manifest(run_id).rolls
-    return {"distance_per_rotation": recipe.wear.distance_per_rotation} if discs else {}
+    """Return what steps of bodies that roll are told besides: what counts as slid in a rotation."""
+    slides = stated_slip(archive.manifest(run_id)) is None
+    return {} if slides else {"distance_per_rotation": recipe.wear.distance_per_rotation}
 
 
 def prediction(

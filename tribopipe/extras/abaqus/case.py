@@ -15,14 +15,13 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
-
-from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError
 from tribopipe.base.units import WEAR_COEFFICIENT, show
 from tribopipe.documents.contact import Contact
 from tribopipe.documents.recipe import LawName
+from tribopipe.extras.abaqus.example import UnwornContact
 from tribopipe.extras.abaqus.known_wear import KnownWear
+from tribopipe.extras.abaqus.motions import Sliding, motion_of
 from tribopipe.physics.friction_path import ExponentialFriction, junction_factor
 from tribopipe.physics.hertz import contact_modulus
 from tribopipe.physics.hertz_ellipse import hertz_ellipse
@@ -30,25 +29,6 @@ from tribopipe.physics.hertz_ellipse import hertz_ellipse
 _STABLE_SHARE = 1.2
 _ELEMENTS_A_RADIUS = 10
 _MOST_INCREMENTS = 1e9
-
-
-@dataclass(frozen=True)
-class UnwornContact:
-    """The contact that wear starts from: Hertz's, or that of a flat end under even pressure."""
-
-    half_width: float
-    """m; across the direction of rolling."""
-    half_length: float
-    """m; along it."""
-    peak_pressure: float
-    """Pa."""
-    even: bool = False
-
-    def pressure(self, across: Column, along: Column) -> Column:
-        """Return the pressure at places from the middle, m, in Pa."""
-        inside = 1 - (across / self.half_width) ** 2 - (along / self.half_length) ** 2
-        profile = np.sign(np.maximum(inside, 0.0)) if self.even else np.sqrt(np.maximum(inside, 0.0))
-        return np.asarray(self.peak_pressure * profile)
 
 
 @dataclass(frozen=True)
@@ -84,11 +64,6 @@ class WearCase:
         """Name of the law."""
         return "archard" if self.friction is None else "sarkar"
 
-    @property
-    def rolls(self) -> bool:
-        """Whether two discs roll on each other; a pin slides."""
-        return self.contact.rolls
-
     @cached_property
     def modulus(self) -> float:
         """E_c, Pa."""
@@ -116,10 +91,10 @@ class WearCase:
         """h, m; in two digits where it was not said."""
         return self.element_size or float(f"{self.start.half_width / _ELEMENTS_A_RADIUS:.2g}")
 
-    @property
-    def turns(self) -> float:
-        """Slip rotations per time, n = |V₁ − V₂|/(2πr) of Eq. 9, 1/s; 0 for a pin, which slides all the way."""
-        return self.speed / self.contact.travel if self.rolls else 0.0
+    @cached_property
+    def motion(self) -> Sliding:
+        """How the bodies move."""
+        return motion_of(self.contact, self.start, self.speed)
 
     @property
     def largest_factor(self) -> float:
@@ -133,8 +108,7 @@ class WearCase:
     @property
     def step_limit(self) -> float:
         """Longest stable increment, s."""
-        reach = self.turns * 2 * self.start.half_length if self.rolls else self.speed
-        stiffness = self.known.coefficient.value * self.modulus * reach * self.largest_factor
+        stiffness = self.known.coefficient.value * self.modulus * self.motion.reach * self.largest_factor
         return _STABLE_SHARE * self.element / stiffness
 
     @property

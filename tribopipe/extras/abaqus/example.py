@@ -6,11 +6,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column
-from tribopipe.extras.abaqus.case import UnwornContact, WearCase
 
 _STEPS = 10
 _REACH = 1.2
 """How far nodes reach, over the contact's radius."""
+
+
+@dataclass(frozen=True)
+class UnwornContact:
+    """The contact that wear starts from: Hertz's, or that of a flat end under even pressure."""
+
+    half_width: float
+    """m; across the direction of rolling."""
+    half_length: float
+    """m; along it."""
+    peak_pressure: float
+    """Pa."""
+    even: bool = False
+
+    def pressure(self, across: Column, along: Column) -> Column:
+        """Return the pressure at places from the middle, m, in Pa."""
+        inside = 1 - (across / self.half_width) ** 2 - (along / self.half_length) ** 2
+        profile = np.sign(np.maximum(inside, 0.0)) if self.even else np.sqrt(np.maximum(inside, 0.0))
+        return np.asarray(self.peak_pressure * profile)
 
 
 @dataclass(frozen=True)
@@ -24,26 +42,21 @@ class Example:
     length: Column
     """Of the streamline that each node stands for, m."""
 
-    def dose(self, case: WearCase) -> float:
-        """Return what the first node wears per time over k_D: p·v, or n·∫p dl, Pa m/s."""
-        if not case.rolls:
-            return float(self.pressure[0]) * case.speed
-        first = self.streamline == 1
-        return float(self.pressure[first] @ self.length[first]) * case.turns
+
+def _across(start: UnwornContact) -> Column:
+    return np.linspace(0.0, _REACH, 2 * _STEPS + 1) * start.half_width
 
 
-def example(case: WearCase) -> Example:
-    """Return nodes along a radius of a pin's contact, or on streamlines across half of two discs'."""
-    across = np.linspace(0.0, _REACH, 2 * _STEPS + 1) * case.start.half_width
-    return _streamlines(case.start, across[::4]) if case.rolls else _radius(case.start, across)
-
-
-def _radius(start: UnwornContact, radius: Column) -> Example:
+def along_a_radius(start: UnwornContact) -> Example:
+    """Return nodes along a radius of a round contact."""
+    radius = _across(start)
     numbers = np.arange(1, radius.size + 1)
     return Example(start.pressure(radius, np.zeros_like(radius)), numbers, np.zeros_like(radius))
 
 
-def _streamlines(start: UnwornContact, across: Column) -> Example:
+def on_streamlines(start: UnwornContact) -> Example:
+    """Return nodes on streamlines across half of the contact of two discs."""
+    across = _across(start)[::4]
     along = np.linspace(-_REACH, _REACH, 2 * _STEPS + 1) * start.half_length
     x, z = np.meshgrid(across, along, indexing="ij")
     numbers = np.repeat(np.arange(1, across.size + 1), along.size)

@@ -9,7 +9,7 @@ from tribopipe.extras.abaqus.case import WearCase
 from tribopipe.extras.abaqus.fortran import in_mm
 from tribopipe.version import VERSION
 
-SUBROUTINE, STEP, README = "umeshmotion.f", "umeshmotion.inp", "README.txt"
+SUBROUTINE, STEP = "umeshmotion.f", "umeshmotion.inp"
 HONEST = (
     "NOT RUN IN ABAQUS. Subroutines of this text have been compiled with gfortran and driven by the harness beside "
     "this one, which held their increments against those of tribopipe's own contact solver; nothing more."
@@ -24,9 +24,8 @@ def title(case: WearCase, what: str) -> str:
 
 def law_told(case: WearCase) -> Iterator[str]:
     """Say by which law and with which k_D nodes recede."""
-    rate = "k_D n (integral of p along its streamline)" if case.rolls else "k_D p v"
     factor = "" if case.friction is None else " sqrt(1 + 3 mu^2)"
-    yield f"{case.law.title()}'s law: a node recedes at {rate}{factor}."
+    yield f"{case.law.title()}'s law: a node recedes at {case.motion.rate}{factor}."
     yield f"k_D = {_stated(case.known.coefficient)}. {case.known.origin}"
     yield from (f"Note: {note}" for note in (*case.contact.limits, *case.known.notes))
     if case.friction is not None:
@@ -35,14 +34,8 @@ def law_told(case: WearCase) -> Iterator[str]:
             f"c = {in_mm(float(case.friction.running_in_distance), 'm'):.6g} mm, at the distance slid by the middle of "
             "the increment: TIME(1) is taken for the time of the step at the end of the increment."
         )
-    if case.rolls:
-        yield (
-            f"Eq. 9: n = |V1 - V2|/(2 pi r) = {case.turns:.6g} slip rotations per second, with the slip speed "
-            f"{in_mm(case.speed, 'm/s'):.6g} mm/s and the radius r = "
-            f"{in_mm(case.contact.travel / (2 * math.pi), 'm'):.6g} mm of the curved disc, which wears; k_D "
-            "counts what a point slides while it is in contact. Pressures are those of the increment itself: the "
-            "utility routines are called for all nodes of all streamlines at the first call in an increment."
-        )
+    if case.motion.words:
+        yield case.motion.words
 
 
 def _stated(coefficient: Quantity) -> str:
@@ -54,13 +47,9 @@ def _stated(coefficient: Quantity) -> str:
 
 def increments_told(case: WearCase) -> Iterator[str]:
     """Say how long increments may be, by formula and in numbers."""
-    factors = ["WK", "EC", *(["CLEN", "TURNS"] if case.rolls else ["V"]), *(["FMAX"] if case.friction else [])]
+    factors = ["WK", "EC", *case.motion.factors, *(["FMAX"] if case.friction else [])]
     numbers = [f"HEL = {in_mm(case.element, 'm'):.4g} mm", f"EC = {in_mm(case.modulus, 'Pa'):.6g} MPa"]
-    if case.rolls:
-        length = in_mm(2 * case.start.half_length, "m")
-        numbers += [f"CLEN = {length:.4g} mm (of the unworn contact)", f"TURNS = {case.turns:.4g} 1/s"]
-    else:
-        numbers.append(f"V = {in_mm(case.speed, 'm/s'):.6g} mm/s")
+    numbers += case.motion.numbers
     numbers += [f"FMAX = {case.largest_factor:.4g}"] if case.friction else []
     yield (
         "Increments: the mesh is moved explicitly, so that the pressure becomes a checkerboard unless DTIME <= 1.2 "
@@ -77,12 +66,8 @@ def use_told(case: WearCase) -> Iterator[str]:
         "the slave (secondary) surface of the contact, since CSTRESS is had there. UREF is not used, since a step may "
         "ramp it."
     )
-    if case.rolls:
-        yield (
-            "Run with cpus=1: streamlines and their integrals are kept in COMMON. streamlines.dat has to be in the "
-            f"folder of the job; {README} says what is in it. Its node numbers are those of an input file without "
-            "parts and assemblies."
-        )
+    if case.motion.use:
+        yield case.motion.use
     yield (
         "At corners and edges of the mesh domain (LNODETYPE 3 and 4), such as the node on the axis, look at the "
         "direction in which nodes move: local directions there are the solver's choice."
@@ -119,7 +104,7 @@ def files_told() -> Iterator[str]:
 def drive_told(case: WearCase, first_wear: float) -> Iterator[str]:
     """Say how to run job and harness, and what the harness should say."""
     yield "In ABAQUS:"
-    yield f"  abaqus job=NAME user={SUBROUTINE}{' cpus=1' if case.rolls else ''}"
+    yield f"  abaqus job=NAME user={SUBROUTINE}{case.motion.arguments}"
     yield "Without it, in the folder harness:"
     yield "  gfortran -Wall -Wextra -Wno-unused-dummy-argument harness.f"
     yield "  ./a.out < pressures.txt"
@@ -137,10 +122,5 @@ def drive_told(case: WearCase, first_wear: float) -> Iterator[str]:
         "than solving it anew, growing with it; moving the nodes of the mesh by the wear so far and going on in "
         "another step brings it back (Figs. 10 and 11 of the paper)."
     )
-    if case.rolls:
-        yield (
-            "streamlines.dat: the number of rows, then in each row a node, its streamline (1, 2, ...) and the length "
-            "dl in mm that the node stands for along the direction of rolling: half the distance between its "
-            "neighbours, twice that where a plane of symmetry mirrors it. Nodes on no streamline do not wear. The one "
-            "of the harness is an example."
-        )
+    if case.motion.data:
+        yield case.motion.data

@@ -9,8 +9,9 @@ from typing import Literal
 
 from tribopipe.extras.abaqus import explanations as told
 from tribopipe.extras.abaqus.case import WearCase
-from tribopipe.extras.abaqus.example import Example, example
+from tribopipe.extras.abaqus.example import Example
 from tribopipe.extras.abaqus.fortran import comment, in_mm, literal, number_in_mm
+from tribopipe.extras.abaqus.motions import README
 from tribopipe.physics.friction_path import ExponentialFriction
 
 Jtyp = Literal["0", "1", "none"]
@@ -29,16 +30,16 @@ def texts(case: WearCase, jtyp: Jtyp = "0") -> dict[str, str]:
         "jtyp_value": "" if jtyp == "none" else f"      JTYP = {jtyp}\n",
         "jtyp_argument": "" if jtyp == "none" else "JTYP,",
     }
-    nodes = example(case)
+    nodes = case.motion.example
     found = {
         told.SUBROUTINE: _subroutine(case, average),
         told.STEP: _step(case),
-        told.README: _readme(case, nodes),
+        README: _readme(case),
         "harness/harness.f": _filled("harness.f", average),
         "harness/ABA_PARAM.INC": _filled("ABA_PARAM.INC"),
         "harness/pressures.txt": _pressures(case, nodes),
     }
-    return found | ({"harness/streamlines.dat": _streamlines(nodes)} if case.rolls else {})
+    return found | ({"harness/streamlines.dat": _streamlines(nodes)} if case.motion.on_lines else {})
 
 
 def _filled(template: str, values: Mapping[str, str] | None = None) -> str:
@@ -51,9 +52,9 @@ def _subroutine(case: WearCase, average: Mapping[str, str]) -> str:
     parts = [
         comment([told.title(case, "Wear"), told.HONEST, *chain.from_iterable(words)]),
         "C\n",
-        _filled("twin_disc.f" if case.rolls else "pin_on_disc.f", _numbers(case) | _law(case)),
+        _filled(case.motion.template, _numbers(case) | _law(case)),
         _filled("control.f"),
-        _filled("streamlines.f") if case.rolls else "",
+        *map(_filled, case.motion.further_templates),
         _filled("pressure.f", average),
     ]
     return "".join(parts)
@@ -63,7 +64,7 @@ def _numbers(case: WearCase) -> dict[str, str]:
     return {
         "wear_coefficient": number_in_mm(case.known.coefficient.value, "m^2/N"),
         "speed": number_in_mm(case.speed, "m/s"),
-        "turns": literal(case.turns),
+        "turns": literal(case.motion.turns),
         "contact_length": number_in_mm(2 * case.start.half_length, "m"),
         "modulus": number_in_mm(case.modulus, "Pa"),
         "element": number_in_mm(case.element, "m"),
@@ -77,9 +78,9 @@ def _law(case: WearCase) -> dict[str, str]:
 
 
 def _friction(case: WearCase, friction: ExponentialFriction) -> str:
-    speed = _filled("slip_speed.f", {"speed": number_in_mm(case.speed, "m/s")})
+    template, speed = case.motion.speed_template, {"speed": number_in_mm(case.speed, "m/s")}
     numbers = {
-        "slip_speed": speed if case.rolls else "",
+        "slip_speed": _filled(template, speed) if template else "",
         "amplitude": literal(float(friction.amplitude)),
         "steady_state": literal(float(friction.steady_state)),
         "running_in_distance": number_in_mm(float(friction.running_in_distance), "m"),
@@ -106,8 +107,8 @@ def _cut_off(number: float) -> str:
     return f"{mantissa[:5]}e{power}"
 
 
-def _readme(case: WearCase, nodes: Example) -> str:
-    rate = case.known.coefficient.value * nodes.dose(case) * case.factor(case.speed * case.step_limit / 2)
+def _readme(case: WearCase) -> str:
+    rate = case.known.coefficient.value * case.motion.dose * case.factor(case.speed * case.step_limit / 2)
     words = (
         told.files_told(),
         told.law_told(case),
@@ -122,7 +123,7 @@ def _pressures(case: WearCase, nodes: Example) -> str:
     labels = [str(number) for number in range(1, nodes.pressure.size + 1)]
     pressures = [repr(in_mm(float(pressure), "Pa")) for pressure in nodes.pressure]
     increment = [repr(case.step_limit), *pressures]
-    rows = [f"{len(labels)} {_INCREMENTS} {3 if case.rolls else 2}", *labels, *(increment * _INCREMENTS)]
+    rows = [f"{len(labels)} {_INCREMENTS} {case.motion.drives}", *labels, *(increment * _INCREMENTS)]
     return "".join(f"{row}\n" for row in rows)
 
 

@@ -42,10 +42,11 @@ class Session:
 
     def __init__(self, folder: Path, asked: Asked) -> None:
         """Follow the run of a folder."""
-        if asked.run.manifest.rolls:
+        contact = asked.run.manifest.contact
+        if contact is not None and not contact.sensor_tells:
             raise ContactError(
-                f"{asked.run.id}: found a twin-disc run; expected a pin on a disc, of which alone a running test is "
-                "followed; process the run when it has ended"
+                f"{asked.run.id}: found a {contact.kind} run, whose depth signal does not tell the wear of a running "
+                "test; expected a pin on a disc; process the run when it has ended"
             )
         self.asked = asked
         self.state = State()
