@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from folders import SAMPLES
 
-from tribopipe.contacts.twin_disc import disc_pair, nominal_values
+from tribopipe.contacts.twin_disc import nominal_pair
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.plan import Plan, TwinDiscSensors, TwinDiscVirtualRun
 from tribopipe.documents.quantity import Quantity
@@ -68,9 +68,7 @@ def known_pair(first: Quantity, second: Quantity | None = None, **how) -> KnownW
 
 def worn(rotations, convention="full-slip", first=K_1, second=K_2, manifest=BARE) -> DiscWear:
     """The exact model of a manifest."""
-    return disc_pair(manifest.twin_disc, nominal_values(manifest), convention).worn(
-        np.asarray(rotations, float), first, second
-    )
+    return nominal_pair(manifest, convention).worn(np.asarray(rotations, float), first, second)
 
 
 def ends_of(state: DiscWear, wanted: dict[str, float], at: int = 0) -> dict[str, dict]:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from test_profile import CROWN, TWIN, X, flattened, grooved, segment
 
-from tribopipe.contacts.twin_disc import disc_pair, nominal_values
+from tribopipe.contacts.twin_disc import nominal_pair
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.checks.registry import check_run
@@ -26,7 +26,7 @@ def sure(text):
 def _ends() -> dict:
     """End values that all say DEPTH, by the geometry of the worn flat."""
     manifest = RunManifest.model_validate(TWIN)
-    pair = disc_pair(manifest.twin_disc, nominal_values(manifest), Recipe().wear.distance_per_rotation)
+    pair = nominal_pair(manifest, Recipe().wear.distance_per_rotation)
     width = np.linspace(20e-6, 500e-6, 4001)
     width = float(np.interp(DEPTH, pair.depth_of_width(width), width))
     area = np.geomspace(1e-13, 1e-9, 4001)

@@ -27,7 +27,7 @@ from scipy.optimize import least_squares
 from scipy.stats import binom, chi2
 
 from tribopipe.base.errors import FitError, TribopipeError
-from tribopipe.contacts.twin_disc import disc_pair, nominal_values
+from tribopipe.contacts.twin_disc import nominal_pair
 from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, MonteCarloRecipe, Recipe, WearRecipe
 from tribopipe.evaluation.friction import fit_friction
@@ -281,7 +281,7 @@ def test_equivalents_reach_the_same_volumes(convention):
     assert {one.distance_per_rotation for one in fit.equivalents} == set(get_args(DistanceConvention)) - {convention}
     state = worn(1e6, convention, *found(fit))
     for one in fit.equivalents:
-        pair = disc_pair(BARE.twin_disc, nominal_values(BARE), one.distance_per_rotation)
+        pair = nominal_pair(BARE, one.distance_per_rotation)
         other = pair.worn(1e6, one.bodies["curved_disc"].value, one.bodies["flat_disc"].value)
         assert float(other.curved_volume) == pytest.approx(float(state.curved_volume), rel=1e-9)
         assert float(other.flat_volume) == pytest.approx(float(state.flat_volume), rel=1e-9)

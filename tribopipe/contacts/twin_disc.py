@@ -11,7 +11,7 @@ import numpy as np
 from tribopipe.base.arrays import Column, Values
 from tribopipe.base.errors import ContactError
 from tribopipe.base.units import show
-from tribopipe.contacts.inputs import Input, relative_input
+from tribopipe.contacts.inputs import Input, best_values, relative_input
 from tribopipe.contacts.wear import Noticed, Row, State, Steps
 from tribopipe.documents.contact import TwinDisc
 from tribopipe.documents.manifest import RunManifest
@@ -242,7 +242,7 @@ def _state(worn: DiscWear) -> State:
 
 
 def disc_pair(contact: TwinDisc, values: Values, distance: DistanceConvention) -> DiscPair:
-    """Build two discs from values of ``nominal_values``' names."""
+    """Build two discs from values of the inputs of ``TwinDiscWear``."""
     curved, flat = contact.curved_disc, contact.flat_disc
     modulus = contact_modulus(
         pin_modulus=values["curved_modulus"],
@@ -261,15 +261,7 @@ def disc_pair(contact: TwinDisc, values: Values, distance: DistanceConvention) -
     )
 
 
-def nominal_values(manifest: RunManifest) -> dict[str, float]:
-    """Return what run.toml says of two discs, SI."""
-    discs = manifest.twin_disc
-    return {
-        "normal_load": manifest.conditions.normal_load.value,
-        "crown_radius": discs.curved_disc.crown_radius.value,
-        "curved_radius": discs.curved_disc.rolling_radius.value,
-        "flat_radius": discs.flat_disc.rolling_radius.value,
-        "curved_modulus": discs.curved_disc.youngs_modulus.value,
-        "flat_modulus": discs.flat_disc.youngs_modulus.value,
-        "slip": slip(manifest).value,
-    }
+def nominal_pair(manifest: RunManifest, distance: DistanceConvention) -> DiscPair:
+    """Return two discs as run.toml states them."""
+    wear = TwinDiscWear(manifest.twin_disc, slip(manifest), distance)
+    return wear.pair(best_values(wear.inputs(manifest.conditions.normal_load, Recipe())))

@@ -14,7 +14,7 @@ from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
 from tribopipe.contacts.inputs import stated_or_default
 from tribopipe.contacts.pin_on_disc import pin_curve
-from tribopipe.contacts.twin_disc import disc_pair, nominal_values
+from tribopipe.contacts.twin_disc import nominal_pair
 from tribopipe.documents.contact import Pin
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
@@ -272,17 +272,20 @@ def _depth_ratio(run: RawRun, end: EndWear | None) -> float:
     return max(end.disc.quantity.value, 0.0) / end.pin_depth.value
 
 
+def disc_course(run: RawRun, recipe: Recipe) -> Course:
+    """Return how deep two discs that end at a depth, m, are at shares of the rotations, as if one alone wore.
+
+    How wear is shared changes next to nothing of the shape of its sum.
+    """
+    discs = nominal_pair(run.manifest, recipe.wear.distance_per_rotation)
+    return lambda end_depth, share: discs.worn(discs.rotations(end_depth, 1.0) * share, 1.0).curved_depth
+
+
 def disc_reading(run: RawRun, samples: DepthSamples, end: DiscEndWear, recipe: Recipe, slid: float) -> DepthReading:
     """Return the depth reading of two discs, as if the curved one alone wore.
 
     How wear is shared changes next to nothing of the shape of its sum.
     """
-    discs = disc_pair(run.manifest.twin_disc, nominal_values(run.manifest), recipe.wear.distance_per_rotation)
-
-    def course(end_depth: float, distance: Column) -> Column:
-        rotations = discs.rotations(end_depth, 1.0)
-        return np.asarray(discs.worn(rotations * distance / slid, 1.0).curved_depth)
-
-    total = end.total
-    spread = total.standard_uncertainty or 0.0
-    return samples.reading(course, (MeasuredDepth(total.value + SCORES * spread, lambda depth: depth),))
+    course, total = disc_course(run, recipe), end.total
+    measured = MeasuredDepth(total.value + SCORES * (total.standard_uncertainty or 0.0), lambda depth: depth)
+    return samples.reading(lambda depth, distance: course(depth, distance / slid), (measured,))

@@ -23,7 +23,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from tribopipe.base.arrays import Column, Numbers
-from tribopipe.contacts.twin_disc import disc_pair, nominal_values
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.combined_quantity import combined
@@ -32,6 +31,7 @@ from tribopipe.evaluation.depth_reading import (
     MOST_DEVIATION,
     best_pin,
     depth_record,
+    disc_course,
     disc_reading,
     pin_reading,
     require_samples,
@@ -93,7 +93,10 @@ def read_trace(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> Senso
     start, duration = sliding_time(distance[placed], time[placed])
     slid = float(distance[placed][-1])
     share = np.maximum(distance[seen], 0.0) / slid
-    wear = _pin_wear(run, end, share, recipe) if isinstance(end, EndWear) else _disc_wear(run, end, share, recipe)
+    if isinstance(end, EndWear):
+        wear = _pin_wear(run, end, share, recipe)
+    else:
+        wear = disc_course(run, recipe)(max(end.total.value, _LEAST_WEAR), share)
     ramp = (time - start) / duration
     s, y, noise = distance[seen], reading[seen], _noise(distance[seen], reading[seen], wear)
     first, rest = _windows(s, recipe.drift.window)
@@ -117,16 +120,6 @@ def _pin_wear(run: RawRun, end: EndWear, share: Column, recipe: Recipe) -> Colum
     """Return the wear depth of a pin that reaches its end value at the end, m, against the share of the distance."""
     pin = best_pin(run, end, recipe)
     return pin.worn(pin.volume(max(end.pin_depth.value, _LEAST_WEAR)) * share).depth
-
-
-def _disc_wear(run: RawRun, end: DiscEndWear, share: Column, recipe: Recipe) -> Column:
-    """Return the wear depth of two discs that reach their end value at the end, m, against the share of the rotations.
-
-    As if the curved one alone wore: how wear is shared changes next to nothing of the shape of its sum.
-    """
-    discs = disc_pair(run.manifest.twin_disc, nominal_values(run.manifest), recipe.wear.distance_per_rotation)
-    rotations = discs.rotations(max(end.total.value, _LEAST_WEAR), 1.0)
-    return discs.worn(rotations * share, 1.0).curved_depth
 
 
 def _windows(s: Column, share: float) -> tuple[int, int]:

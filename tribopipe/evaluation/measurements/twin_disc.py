@@ -9,7 +9,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from tribopipe.contacts.inputs import Source, stated_or_default
-from tribopipe.contacts.twin_disc import disc_pair, nominal_values
+from tribopipe.contacts.twin_disc import nominal_pair
 from tribopipe.documents.contact import DISCS, DiscName, TwinDisc
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import EndValue, Quantity
@@ -147,7 +147,7 @@ def disc_totals(run: RawRun, recipe: Recipe) -> list[DiscEndWear]:
         names = [f"{disc}_{what}" for disc in DISCS if disc in measured_on]
         if names and all(name in ends for name in names):
             groups.append([ends[name] for name in names])
-    discs = disc_pair(run.manifest.twin_disc, nominal_values(run.manifest), recipe.wear.distance_per_rotation)
+    discs = nominal_pair(run.manifest, recipe.wear.distance_per_rotation)
     return [_total(group, discs, run.manifest.twin_disc) for group in groups]
 
 

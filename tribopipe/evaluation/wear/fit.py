@@ -12,7 +12,9 @@ import numpy as np
 from numpy.random import Generator
 
 from tribopipe.base.arrays import Column
+from tribopipe.base.units import WEAR_COEFFICIENT
 from tribopipe.contacts.inputs import Inputs
+from tribopipe.documents.quantity import between, wear_coefficient
 from tribopipe.documents.recipe import FrictionSource, LawName, MonteCarloRecipe, Recipe
 from tribopipe.documents.slip import stated_slip
 from tribopipe.evaluation.drift import correct_drift
@@ -20,14 +22,13 @@ from tribopipe.evaluation.wear.curve_fit import curve_fit
 from tribopipe.evaluation.wear.curves import fitted_curves
 from tribopipe.evaluation.wear.inputs import default_notes
 from tribopipe.evaluation.wear.measurement_fit import correlation, measurement_fit
-from tribopipe.evaluation.wear.monte_carlo import with_draws
 from tribopipe.physics.friction_path import ExponentialFriction, FrictionPath
 from tribopipe.physics.law_functions import law_of_function
 from tribopipe.physics.laws import law_named
-from tribopipe.physics.uncertainty import propagate_together
+from tribopipe.physics.uncertainty import Distribution, first_order_holds, propagate_together
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.run import CorrectedRun, RawRun
-from tribopipe.results.wear_fit import BodyWear, WearFit, spoken
+from tribopipe.results.wear_fit import BodyWear, MonteCarlo, WearFit, spoken
 from tribopipe.results.wording import reworded
 
 
@@ -130,7 +131,31 @@ def _with_monte_carlo(fit: WearFit, found: Answer, how: MonteCarloRecipe, *, sev
     bodies: dict[str, BodyWear] = {}
     notes: list[str] = []
     for (name, body), distribution in zip(fit.bodies.items(), drawn, strict=True):
-        bodies[name], doubts = with_draws(body, distribution, how.significant_digits)
+        bodies[name], doubts = _with_draws(body, distribution, how.significant_digits)
         notes += [f"{spoken(name)}: {doubt}" if several else doubt for doubt in doubts]
     together = correlation(np.cov([one.draws for one in drawn])) if len(drawn) > 1 else None
     return fit.model_copy(update={"bodies": bodies, "correlation": together, "notes": (*fit.notes, *notes)})
+
+
+def _with_draws(body: BodyWear, found: Distribution, digits: int) -> tuple[BodyWear, tuple[str, ...]]:
+    """Replace what k_D of a body has to first order by what was drawn, and note where they disagree (JCGM 101, 8)."""
+    low, high = first_order = body.interval
+    agrees = first_order_holds((low.value, high.value), found, digits)
+    record = MonteCarlo(
+        draws=len(found.draws),
+        mean=wear_coefficient(found.mean),
+        standard_uncertainty=wear_coefficient(found.standard_uncertainty),
+        stable=found.stable,
+        first_order_interval=first_order,
+        agrees_with_first_order=agrees,
+    )
+    ends = between(first_order, WEAR_COEFFICIENT)
+    note = f"first order and Monte Carlo disagree: to first order the 95 % interval would be {ends}"
+    changed = {
+        "wear_coefficient": body.wear_coefficient.model_copy(
+            update={"standard_uncertainty": found.standard_uncertainty}
+        ),
+        "interval": (wear_coefficient(found.interval[0]), wear_coefficient(found.interval[1])),
+        "monte_carlo": record,
+    }
+    return body.model_copy(update=changed), () if agrees else (note,)
