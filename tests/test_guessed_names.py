@@ -17,7 +17,7 @@ import pytest
 from folders import SAMPLES
 
 import tribopipe as tp
-from tribopipe.base.errors import FitError, OutputError
+from tribopipe.base.errors import FitError, OutputError, UnitError
 from tribopipe.base.units import KINDS
 from tribopipe.physics.law_functions import law_of_function
 from tribopipe.physics.laws import law_named
@@ -344,3 +344,77 @@ def wrong_unit(s, length: "furlong" = 1.0):  # noqa: F821 - a unit
 def test_function_that_is_no_law_is_one_sentence(function, said, known):
     with pytest.raises(FitError, match=said):
         tp.fit_wear(known["corrected"], function)
+
+
+def test_module_names_the_nearest_of_its_names():
+    with pytest.raises(AttributeError, match="found no 'fit_ware'; expected one of Archive, ") as caught:
+        tp.fit_ware  # noqa: B018
+    assert str(caught.value).endswith("did you mean 'fit_wear'?")
+    assert not hasattr(tp, "__wrapped__")
+
+
+# --- quantities ---
+
+K_D = tp.Quantity(value=1.358e-14, unit="m^2/N", standard_uncertainty=2.5e-16)
+
+
+def test_quantity_is_converted_and_never_taken_for_another_unit():
+    rate = K_D.to("mm³/(N·m)")
+    assert (rate.value, rate.u) == pytest.approx((1.358e-5, 2.5e-7), rel=1e-15)
+    assert str(rate) == "(1.358 ± 0.025)×10⁻⁵ mm³/(N·m)"
+    assert not isinstance(rate, tp.Quantity)
+    with pytest.raises(TypeError, match=r"ask for \.value"):
+        float(rate)
+    assert tp.Quantity(value=296.15, unit="K", standard_uncertainty=1.0).to("degC").value == pytest.approx(23)
+    assert tp.Quantity(value=math.tau, unit="rad/s").to("1/min").value == pytest.approx(60)
+    with pytest.raises(UnitError, match="found the unit 'mm', which is no unit of wear coefficient"):
+        K_D.to("mm")
+
+
+def test_quantities_compute_with_their_uncertainty():
+    pytest.importorskip("uncertainties")
+    load = tp.Quantity(value=0.2, unit="N", standard_uncertainty=0.002)
+    volume = K_D * load * tp.Quantity(value=500.0, unit="m")
+    relative = math.hypot(0.025 / 1.358, 0.01)
+    assert (volume.value, volume.u, volume.unit) == pytest.approx((1.358e-12, relative * 1.358e-12, "m^3"))
+    assert volume.to("mm^3").value == pytest.approx(1.358e-3)
+    difference = K_D - K_D
+    assert (difference.value, difference.u) == (0, 0)
+    assert (2 * K_D - K_D).u == pytest.approx(K_D.u)
+    assert float(K_D / K_D) == 1
+    assert (1 / load).unit == "1/N"
+    with pytest.raises(TypeError, match=r"ask for \.value"):
+        float(volume)
+    with pytest.raises(UnitError, match="units that do not go together"):
+        K_D + load
+    with pytest.raises(TypeError):
+        np.array([1.0, 2.0]) * K_D
+
+
+def test_quantity_of_pint_never_takes_one_for_a_number():
+    pytest.importorskip("uncertainties")
+    import pint
+
+    load = tp.Quantity(value=0.2, unit="N")
+    mixed = pint.application_registry.Quantity(2.0, "N") * load
+    assert not isinstance(mixed.magnitude, float)  # 0.4 N would be a wrong number
+    assert mixed.magnitude.unit == "N"
+
+
+def test_copy_of_a_quantity_computes_with_its_own_value():
+    pytest.importorskip("uncertainties")
+    assert K_D.uncertain is K_D.uncertain
+    twice = K_D.model_copy(update={"value": 2 * K_D.value})
+    assert (twice - K_D).value == pytest.approx(K_D.value)
+    assert K_D.model_copy() == K_D == tp.Quantity.model_validate_json(K_D.model_dump_json())
+    assert pickle.loads(pickle.dumps(K_D)) == K_D  # noqa: S301 - of this test
+
+
+def test_reprs_are_short_and_completion_is_the_records_own(known):
+    for thing in (known["run"], known["corrected"], known["fit"], known["archive"]["si3n4-air-200mN"], K_D):
+        assert "\n" not in repr(thing)
+        assert len(repr(thing)) < 300
+        assert not {"model_dump", "model_fields", "copy", "json", "kinds"} & set(dir(thing))
+    assert {"value", "unit", "standard_uncertainty", "to", "shown"} <= set(dir(K_D))
+    for thing in (known["run"], known["corrected"], known["fit"], known["archive"]):
+        assert len(thing._repr_html_().splitlines()) <= 30

@@ -108,7 +108,11 @@ def _imported(name: str) -> Any:
     for module, names in _HOMES.items():
         if name in names:
             return getattr(import_module(f"tribopipe.{module}"), name)
-    raise AttributeError(f"module 'tribopipe' has no attribute {name!r}")
+    if name.startswith("_"):
+        raise AttributeError(f"module 'tribopipe' has no attribute {name!r}")
+    from tribopipe.base.errors import unknown_name
+
+    raise unknown_name("tribopipe", name, __all__)
 
 
 if not TYPE_CHECKING:  # A type checker would take every name, misspelt ones too, for one of this module.

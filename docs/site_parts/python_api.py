@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any, get_args, get_type_hints
 
 from matplotlib.figure import Figure
+from pandas import DataFrame, Series
 
 import tribopipe
 from site_parts.documents import place_of
@@ -99,7 +100,7 @@ def _hints(thing: Any) -> Iterator[Any]:
     """Give the types in a signature; of a class, those of its fields and public methods."""
     if isinstance(thing, type) and issubclass(thing, Record) and place_of(thing):
         return  # its fields are told elsewhere
-    known = {"Figure": Figure}
+    known = {"Figure": Figure, "DataFrame": DataFrame, "Series": Series}
     yield from get_type_hints(thing, localns=known).values()
     if isinstance(thing, type):
         for name, member in vars(thing).items():
