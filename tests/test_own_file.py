@@ -1,13 +1,17 @@
 """Own file first: exports in the shapes of ten instruments, header lines, names of files, and what contradicts them."""
 
 import json
+import re
 import shlex
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
+from folders import ROOT
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from instrument_shapes import SRV_COLUMNS, srv
 from own_exports import CASES, written
 
 from tribopipe.base.errors import UnitError
@@ -17,8 +21,10 @@ from tribopipe.readers.draft.folder import Wanted, make_run
 from tribopipe.readers.draft.hints import doubt_names
 from tribopipe.readers.draft.known_values import Known
 from tribopipe.readers.export_files import read_export
+from tribopipe.readers.formats.srv import with_srv_meanings
 from tribopipe.readers.harmonize import read_run
 from tribopipe.readers.header_facts import header_facts
+from tribopipe.readers.reader import ReadColumn, ReadTable
 
 LOAD = "conditions.normal_load"
 
@@ -70,6 +76,30 @@ def test_two_commands_end_in_a_wear_rate_or_in_friction(run_cli, lab, monkeypatc
         if case.k_d is not None:
             (body,) = run["wear_fits"]["archard"]["bodies"].values()
             assert body["wear_coefficient"]["value"] == pytest.approx(case.k_d, rel=0.05)
+
+
+def test_the_sources_that_the_page_shows_are_those_of_the_drafts(lab, monkeypatch, run_cli):
+    drafts = ""
+    for make in CASES:
+        if make.__name__ in ("german", "compend", "polish"):
+            case = make()
+            monkeypatch.chdir(written(case, lab / make.__name__))
+            assert run_cli(*shlex.split(case.commands[0])).exit_code == 0
+            drafts += next(Path().glob("*/run.toml")).read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "own_file.md").read_text(encoding="utf-8")
+    shown = re.findall(r"(?m)^\| `(.* = .*)` \| `(.*)` \|$", page)
+    assert len(shown) == 6
+    for line, source in shown:
+        assert re.search(rf"(?m)^{re.escape(line)} +# {re.escape(source)}$", drafts), line
+
+
+@pytest.mark.parametrize("make", CASES, ids=lambda make: make.__name__)
+def test_the_page_has_the_commands_of_each_export(make):
+    case, page = make(), (ROOT / "docs" / "own_file.md").read_text(encoding="utf-8")
+    (row,) = [line for line in page.splitlines() if line.startswith(f"| {case.title} |")]
+    assert f"`{case.commands[0]}`" in row
+    held = "friction" if case.k_d is None else "wear rate"
+    assert f"| {len(case.typed)} | {held} |" in row
 
 
 # --- header lines ---
@@ -403,3 +433,40 @@ def test_a_workbook_s_list_of_settings_fills_the_run(lab):
     assert document["contact"]["pin"]["radius"] == "3 mm"
     assert "from tests.xlsx, 'Normal load 5 N'" in text
     assert read_run(made.folder).columns["depth"].size
+
+
+# --- Optimol SRV ---
+
+
+def srv_table(**units: str) -> ReadTable:
+    shown = {**SRV_COLUMNS, **units}
+    columns = tuple(
+        ReadColumn(name, np.ones(3), unit.strip("[]") or None) for name, unit in shown.items() if unit is not None
+    )
+    return ReadTable(columns)
+
+
+def test_the_columns_of_an_srv_are_signals_and_its_friction_is_left_to_the_lab(lab):
+    (lab / "a.xlsx").write_bytes(srv(60))
+    export = read_export(lab / "a.xlsx")
+    assert {column.name: column.signal for column in export.table.columns if column.signal} == {
+        "Time": "time",
+        "Temperature 1": "temperature",
+        "Stroke sliding speed average value current": "sliding_speed",
+        "Load": "normal_force",
+    }
+    assert export.friction is None
+    made, text, _ = drafted(lab / "a.xlsx", accept=True)
+    assert made.lacks == ()
+    assert "one of 3 definitions of friction" in text
+
+
+def test_a_column_of_an_srv_with_a_unit_of_another_kind_is_no_signal():
+    signals = {column.name: column.signal for column in with_srv_meanings(srv_table(Load="[mm]")).columns}
+    assert (signals["Load"], signals["Time"]) == (None, "time")
+
+
+@given(st.lists(st.text(max_size=20), max_size=5))
+def test_tables_of_other_instruments_stay_as_they_are(names):
+    table = ReadTable(tuple(ReadColumn(name, np.ones(2), "N") for name in ["Time", "Load", *names]))
+    assert with_srv_meanings(table) is table

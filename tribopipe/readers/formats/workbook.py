@@ -29,6 +29,7 @@ import numpy as np
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.readers.delimited import read_table
+from tribopipe.readers.formats.srv import with_srv_meanings
 from tribopipe.readers.layout import find_layout
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.sheets import several_tests, unknown_sheet
@@ -93,7 +94,7 @@ class WorkbookReader:
         left = [sheet["name"] for sheet in filled if not sheet["visible"] and hints.sheet is None]
         above = _settings(filled, tests or tables) + joined.header
         hidden = [f"sheet {name!r} is hidden and is left out" for name in left]
-        return replace(joined, header=above, notes=(*joined.notes, *hidden))
+        return with_srv_meanings(replace(joined, header=above, notes=(*joined.notes, *hidden)))
 
     def first_sheet(self, source: SourceFile) -> str:
         """Return the cells of the first visible sheet, between tabs; ``ReaderError`` where none holds anything."""
