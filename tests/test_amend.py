@@ -151,7 +151,7 @@ def test_the_list_knows_what_was_amended(amended):
 def test_it_is_told_wherever_a_run_is_looked_at(amended, run_cli):
     (earlier,) = amended.earlier_manifests(RUN)
     at = ["--archive", amended.folder]
-    shown = run_cli("show", RUN, *at).output
+    shown = run_cli("show", RUN, "-v", *at).output
     assert f"run.toml amended, {earlier.date[:10]}" in shown
     assert ": end_values added" in shown
     (told,) = json.loads(run_cli("show", RUN, *at, "--json").stdout)["amended"]

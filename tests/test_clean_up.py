@@ -634,7 +634,7 @@ def test_commands_say_what_was_cleaned_up(spoilt_run, run_cli, tmp_path):
     (line,) = [line for line in done.output.splitlines() if line.startswith(f"{truth.id}: clean-up: ")]
     assert "time: joined at its one restart" in line
     assert "normal_force: turned over" in line
-    shown = run_cli("show", truth.id, cwd=tmp_path)
+    shown = run_cli("show", truth.id, "-v", cwd=tmp_path)
     assert "normal_force: turned over" in shown.output
     document = json.loads(run_cli("show", truth.id, "--json", cwd=tmp_path).stdout)
     assert [change["step"] for change in document["clean_up"]["changes"]] == ["continuous-axes", "pressing-load"]

@@ -27,25 +27,25 @@ FLAGS = {
     | {"--sheet", "--each-sheet", "--split", "--accept", "--ends"},
     "check": {"--json"},
     "ingest": COMMON | MANY | {"--force", "--amend", "--shard"},
-    "process": STEP | MANY | {"--amend", "--figures", "--no-figures", "--shard"},
+    "process": STEP | MANY | {"--amend", "--figures", "--no-figures", "--shard", "--verbose"},
     "simulate": {"--plan", "--json"},
     "correct-drift": STEP | MANY,
-    "fit": STEP | MANY | {"--model", "--law", "--together", "--engine"},
+    "fit": STEP | MANY | {"--model", "--law", "--together", "--engine", "--verbose"},
     "predict": STEP
     | {"--run", "--wear-coefficient", "--law", "--model", "--scheme", "--steps", "--friction", "--at", "--depth"}
     | {"--load", "--speed", "--radius", "--from", "--onto", "--slip", "--crown-radius", "--distance-per-rotation"}
-    | {"--engine"},
+    | {"--engine", "--verbose"},
     "local-wear": STEP
     | {"--law", "--model", "--wear-coefficient", "--engine", "--scheme", "--at", "--steps-per-decade"}
     | {"--update-mesh-every", "--stress-loss", "--figures"},
-    "ls": COMMON | {"--where", "--sort", "--columns"},
+    "ls": COMMON | {"--where", "--sort", "--columns", "--all"},
     "mark-bad": COMMON | {"--reason", "--undo", "--by"},
     "tag": COMMON | {"--add", "--remove", "--by"},
     "note": COMMON | {"--by"},
-    "show": COMMON | {"--path", "--rows", "--plot", "--radius", "--position-unit", "--height-unit"},
+    "show": COMMON | {"--path", "--rows", "--plot", "--radius", "--position-unit", "--height-unit", "--verbose"},
     "study new": {"--into", "--archive", "--force"},
-    "study run": STEP | {"--figures", "--no-figures"},
-    "study show": COMMON,
+    "study run": STEP | {"--figures", "--no-figures", "--verbose"},
+    "study show": COMMON | {"--verbose"},
     "study figures": {"--into", "--format", "--archive"},
     "sweep": COMMON
     | {"--recipe", "--force", "--out", "--reuse", "--figure", "--jobs", "--scheduler", "--shard", "--dry-run"},
@@ -101,7 +101,8 @@ def assert_quantity(found: object, unit: str) -> None:
 
 
 def test_commands_are_these(run_cli):
-    listed = re.findall(r"(?m)^  ([a-z-]+)  ", run_cli("--help").stdout.partition("Commands:")[2])
+    listed = re.findall(r"(?m)^  ([a-z-]+)  ", run_cli("--help").stdout.partition("Workflow:")[2])
+    assert len(listed) == len(set(listed))
     assert set(listed) == {command.partition(" ")[0] for command in FLAGS}
 
 
@@ -481,7 +482,7 @@ def test_module_refuses_without_a_traceback(tmp_path):
 def test_console_without_greek_letters_shows_substitutes(archive):
     environment = os.environ | {"PYTHONIOENCODING": "ascii"}
     told = installed(
-        *[sys.executable, "-m", "tribopipe", "show", "si3n4-air-200mN"], cwd=archive.parent, env=environment
+        *[sys.executable, "-m", "tribopipe", "show", "si3n4-air-200mN", "-v"], cwd=archive.parent, env=environment
     )
     assert told.returncode == 0
     assert "drift_correction" in told.stdout

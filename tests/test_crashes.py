@@ -319,7 +319,7 @@ def test_a_batch_goes_on_where_figures_have_no_room(run_cli, archive, short_runs
     monkeypatch.setattr("tribopipe.views.figure_updates.run_is_drawn", lambda *_: False)
     done = run_cli("process", short_runs / RUN, "--archive", archive)
     assert done.exit_code == 1
-    assert "Specific wear rate" in done.output
+    assert f"\n {RUN} " in done.stdout
     assert done.stderr.splitlines()[-1].startswith(f"error: {RUN}: cannot be read or written (No space left on device)")
 
 

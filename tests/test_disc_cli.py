@@ -60,7 +60,7 @@ def test_commands_lead_from_a_folder_of_discs_to_a_prediction(run_cli, tmp_path)
         (("fit", "--model", "sarkar"), ("sarkar", "curved disc k_D = ", "flat disc k_D = ")),
         (("predict", RUN, "--law", "sarkar", "--at", "1e6"), ("sarkar, exact, full-slip", " rotations")),
         (("ls", "--columns", "id,steps"), ("drift, friction, specific wear, Sarkar",)),
-        (("show", RUN), ("wear_fit_sarkar", "budget of k_D of the curved disc", "curved disc wear volume")),
+        (("show", RUN, "-v"), ("wear_fit_sarkar", "budget of k_D of the curved disc", "curved disc wear volume")),
     ):
         result = run_cli(*command, cwd=tmp_path)
         assert result.exit_code == 0, (command, result.stdout)
@@ -83,7 +83,7 @@ def test_show_says_everything_in_json(run_cli, home):
 
 
 def test_show_has_the_other_ways_of_counting(run_cli, home):
-    said = run_cli("show", RUN, cwd=home).stdout
+    said = run_cli("show", RUN, "-v", cwd=home).stdout
     assert "k_D that would wear as much, were distance counted otherwise" in said
     assert re.search(r"contact-width +│? *\S+×10⁻", said) or "contact-width" in said
     assert "volume-conserving" in said

@@ -47,7 +47,7 @@ def test_finding_of_a_fit_is_seen_on_every_surface(run_cli, contradicted, tmp_pa
     assert len(re.findall(r"warning: depth: .* by the post-test measurement alone", processed.stderr)) == 1
     for more in ((), ("--force",)):
         assert f"{run_id}: warning: {said}\n" in run_cli("fit", run_id, *place, *more).stderr
-    shown = run_cli("show", run_id, *place)
+    shown = run_cli("show", run_id, "-v", *place)
     assert f"warning: {said}" in shown.stderr + shown.stdout
     page = run_page(Archive(tmp_path / "found"), run_id)
     assert [one.code for one in page.findings].count(CODE) == 1

@@ -194,7 +194,7 @@ def test_archived_run_wears_by_its_own_k_d_over_its_own_course(run_cli, archive)
 
 def test_show_and_ls_tell_it(run_cli, archive):
     run_cli("local-wear", "--law", "sarkar", "--archive", archive)
-    shown = run_cli("show", PIN, "--archive", archive).output
+    shown = run_cli("show", PIN, "-v", "--archive", archive).output
     assert "local_wear_sarkar" in shown
     assert "sarkar, rings, implicit: k_D = " in shown
     assert "local wear" in run_cli("ls", "--archive", archive).output

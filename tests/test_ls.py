@@ -36,8 +36,19 @@ def test_usual_columns_are_those_something_is_known_of(ls):
     assert told.exit_code == 0
     title, _, head, rule, first, second, *_ = told.stdout.splitlines()
     assert title.startswith("2 runs in ")
+    assert title.endswith("; k_D by Archard's law")
     assert re.split("  +", head.strip()) == [
-        *("run", "tribometer", "materials", "medium", "load, mN", "μ steady", "k_D, mm³/(N·mm)", "started", "stage")
+        *(
+            "run",
+            "tribometer",
+            "materials",
+            "medium",
+            "load, mN",
+            "μ steady",
+            "k_D, 10⁻⁹ mm³/(N·mm)",
+            "started",
+            "stage",
+        )
     ]
     assert set(rule.strip()) == {"─"}
     assert re.match(rf" {RUN} +pin-on-disc +Si3N4 +air +200\.0 ± 2\.0 +0\.\d+ ± ", first)
@@ -49,7 +60,7 @@ def test_usual_columns_are_those_something_is_known_of(ls):
 
 def test_columns_and_order_are_chosen(ls):
     told = ls("--columns", "id,K-D,load", "--sort", "-load").stdout.splitlines()
-    assert re.split("  +", told[2].strip()) == ["run", "k_D, mm³/(N·mm)", "load, mN"]
+    assert re.split("  +", told[2].strip()) == ["run", "k_D, 10⁻⁹ mm³/(N·mm)", "load, mN"]
     assert [line.split()[0] for line in told[4:6]] == [HEAVIER, RUN]
 
 
@@ -118,17 +129,83 @@ def test_columns_stand_beneath_each_other_whatever_is_in_them(capsys, cells, wid
     assert output._width(row) == 1 + width + 3 + 1
 
 
-def test_wide_tables_are_split_on_a_narrow_terminal(capsys, monkeypatch):
-    rows = [["run-1", "x" * 40, "y" * 40]]
-    output.split_table("both", ["run", "first", "second"], rows, at=2)
-    assert capsys.readouterr().err.count("run-1") == 1
-    monkeypatch.setattr(sys.stdout, "isatty", lambda: True, raising=False)
-    monkeypatch.setenv("COLUMNS", "60")
-    output.split_table("both", ["run", "first", "second"], rows, at=2)
-    assert capsys.readouterr().err.count("run-1") == 2
-    monkeypatch.setenv("COLUMNS", "120")
-    output.split_table("both", ["run", "first", "second"], rows, at=2)
-    assert capsys.readouterr().err.count("run-1") == 1
+@pytest.fixture
+def terminal(monkeypatch):
+    """Make stdout a terminal of some width."""
+
+    output.keep_stdout_for_json(False)
+
+    def become(columns: int) -> None:
+        monkeypatch.setattr(sys.stdout, "isatty", lambda: True, raising=False)
+        monkeypatch.setenv("COLUMNS", str(columns))
+
+    return become
+
+
+def widest(text: str) -> int:
+    return max(output._width(line) for line in re.sub("\x1b.*?m", "", text).splitlines())
+
+
+def test_wide_tables_break_texts_and_heads_on_a_narrow_terminal(capsys, terminal):
+    rows = [["run-1", "13.58 ± 0.25 mN", "many words that can be broken " * 3], ["run-2", "1 ± 2 mN", "few"]]
+    output.table("", ["run", "a long head", "about"], rows)
+    assert widest(capsys.readouterr().out) > 100
+    terminal(60)
+    output.table("", ["run", "a long head", "about"], rows)
+    shown = capsys.readouterr().out
+    assert widest(shown) <= 60
+    assert "run-1  13.58 ± 0.25 mN  many words" in shown
+    terminal(40)
+    output.table("", ["run", "first", "second", "third"], [["run-1", "x" * 20, "y" * 20, "z" * 5]])
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split() for line in lines if line.strip()] == [
+        *(["\x1b[1m", "run-1\x1b[0m"], ["first", "x" * 20], ["second", "y" * 20], ["third", "z" * 5])
+    ]
+
+
+def test_numbers_are_not_broken_across_lines(capsys, terminal):
+    terminal(60)
+    output.print_result(f"{'word ' * 9}(1.350 ± 0.029)×10⁻⁵ mm³/(N·m)")
+    assert "(1.350 ± 0.029)×10⁻⁵ mm³/(N·m)" in capsys.readouterr().out.splitlines()[1]
+
+
+def test_narrow_terminals_keep_what_matters_and_twenty_rows(ls, terminal, monkeypatch):
+    terminal(80)
+    monkeypatch.setattr("tribopipe.cli.listing._ROWS", 1)
+    assert "and 1 more: add --all" in ls().stdout
+    shown = ls("--all").stdout
+    assert HEAVIER in shown
+    assert widest(shown) <= 80
+    assert [name for name in ("load", "μ steady", "k_D") if name not in shown] == []
+    assert "tribometer" not in shown
+
+
+def test_pipes_get_every_row(ls, monkeypatch):
+    monkeypatch.setattr("tribopipe.cli.listing._ROWS", 1)
+    assert "more" not in ls().stdout
+
+
+def test_a_run_fitted_with_another_law_alone_has_a_coefficient(run_cli, sample_run, other_run, tmp_path):
+    at = ("--archive", tmp_path / "both")
+    run_cli("ingest", sample_run, other_run, *at)
+    run_cli("fit", RUN, *at)
+    run_cli("fit", HEAVIER, "--law", "sarkar", *at)
+    title, _, head, _, first, second, *_ = run_cli("ls", *at).stdout.splitlines()
+    assert "Archard" not in title
+    assert "law" in head.split()
+    assert [("Archard" in line, "Sarkar" in line) for line in (first, second)] == [(True, False), (False, True)]
+    assert all(re.search(r"\d ± \d", line) for line in (first, second))
+
+
+def test_factors_of_units_are_those_of_the_units():
+    from tribopipe.archive.catalog.columns import PER_SI
+    from tribopipe.base.units import KINDS, interval_from_si
+
+    for column in COLUMNS.values():
+        if column.kind == "number" and column.unit in PER_SI:
+            assert PER_SI[column.unit] == pytest.approx(interval_from_si(1.0, KINDS[column.measures].si, column.unit))
+        elif column.kind == "number":
+            assert column.unit == "°C"
 
 
 # --- quick ---

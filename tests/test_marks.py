@@ -292,7 +292,7 @@ def test_show_tells_every_mark(run_cli, archive):
     assert json.loads(run_cli("show", RUN, "--archive", archive, "--json").stdout)["marks"] == []
     for mark in (BAD, GOOD):
         store.mark(RUN, mark)
-    shown = run_cli("show", RUN, "--archive", archive)
+    shown = run_cli("show", RUN, "-v", "--archive", archive)
     assert f"  marked bad by anna, {DATE}: the pin slipped in its holder\n" in shown.stdout
     assert f"  marked good, {DATE}: it was the run before\n" in shown.stdout
     told = json.loads(run_cli("show", RUN, "--archive", archive, "--json").stdout)
@@ -327,6 +327,12 @@ def test_run_and_reason_must_be_named(mark_bad, archive, arguments):
 
 def test_help_tells_what_a_mark_does(run_cli):
     told = " ".join(run_cli("mark-bad", "--help").stdout.split())
-    for words in ("left out of studies", "no reference of predictions", "stays in the archive", "--undo", "--by"):
+    for words in (
+        "left out of studies",
+        "left out of studies and predictions",
+        "stays in the archive",
+        "--undo",
+        "--by",
+    ):
         assert words in told
     assert re.search(r"(?m)^  mark-bad  ", run_cli("--help").stdout)

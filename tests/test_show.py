@@ -52,7 +52,7 @@ def refused(result, *words: str) -> None:
 
 
 def test_page_has_headings_facts_and_tables(show, archive):
-    shown = show()
+    shown = show("-v")
     assert shown.exit_code == 0
     lines = shown.stdout.splitlines()
     assert lines[0] == RUN
@@ -68,7 +68,7 @@ def test_page_has_headings_facts_and_tables(show, archive):
 
 
 def test_values_stand_beneath_each_other(show):
-    shown = show().output.partition("\nSignals\n")[2].partition("\n\n")[0]
+    shown = show("-v").output.partition("\nSignals\n")[2].partition("\n\n")[0]
     starts = {re.match(r"  \S+( \S+)* {2,}", line).end() for line in shown.splitlines()}
     assert len(starts) == 1
 

@@ -151,7 +151,7 @@ def test_result_is_archived_and_done_once(sample_run, tmp_path, run_cli):
         assert fields["pin_specific_wear_rate"][()] == kept.pin.specific_wear_rate.value
         assert fields["pin_specific_wear_rate"].attrs["units"] == "m^2/N"
         assert fields["pin_volume_errors"][()] == kept.pin.volume.standard_uncertainty
-    shown = run_cli("show", run_id, "--archive", store.folder)
+    shown = run_cli("show", run_id, "-v", "--archive", store.folder)
     assert "mm³/(N·m)" in shown.output
     assert "pin_scar_diameter" in shown.output
     document = json.loads(run_cli("show", run_id, "--archive", store.folder, "--json").stdout)

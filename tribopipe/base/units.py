@@ -351,6 +351,11 @@ def show(value: float, uncertainty: float | None, si_unit: str, unit: str | None
     return f"{_rounded_pair(number, spread)}{tail}"
 
 
+def signed(number: float, digits: int) -> str:
+    """Write a number with its sign, "+0.13"; what rounds to nothing has none but the plus."""
+    return f"{round(number, digits) + 0.0:+.{digits}f}"
+
+
 def force_unit(newtons: float) -> str:
     """Name the unit in which people read a force: mN below 1 N."""
     return "mN" if abs(newtons) < 1 else "N"

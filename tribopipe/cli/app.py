@@ -32,12 +32,14 @@ from tribopipe.cli import (
     verify,
     watch,
 )
+from tribopipe.cli.help_panels import HelpPanels
 from tribopipe.cli.output import keep_stdout_for_json
 
 app = typer.Typer(
     name="tribopipe",
+    cls=HelpPanels,
     help="From tribometer run folders to wear laws that can be trusted.\n\n"
-    "Without a command it says what to do next from where you stand.",
+    "Without a command it shows what to do next in the current folder.",
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -58,36 +60,35 @@ def _tribopipe(
         say_next_steps()
 
 
-for _module in (
-    demo,
-    new,
-    runs,
-    process,
-    steps,
-    predict,
-    live,
-    local_wear,
-    listing,
-    inspect,
-    marks,
-    removal,
-    studies,
-    sweep,
-    report,
-    import_crate,
-    rescue,
-    verify,
-    reproduce,
-    browse,
-    watch,
-    guide,
-):
-    for _name, _command in _module.COMMANDS.items():
-        app.command(_name)(_command)
-app.add_typer(export.export_app, name="export")
-app.add_typer(formats.formats_app, name="formats")
-app.add_typer(studies.study_app, name="study")
-app.add_typer(inspect.schema_app, name="schema")
+_PANELS = {
+    "Workflow": "new check ingest process correct-drift fit predict watch live formats",
+    "Results": "ls show report export browse",
+    "Studies": "study plan sweep",
+    "Archive care": "mark-bad tag note remove restore verify reproduce rescue import",
+    "Simulation": "demo simulate local-wear",
+    "Help": "help schema",
+}
+"""Panels of the help, with the commands in the order in which they are listed."""
+_GROUPS = {
+    "export": export.export_app,
+    "formats": formats.formats_app,
+    "study": studies.study_app,
+    "schema": inspect.schema_app,
+}
+_COMMANDS = {
+    name: command
+    for module in (
+        *(demo, new, runs, process, steps, predict, live, local_wear, listing, inspect, marks, removal, studies),
+        *(sweep, report, import_crate, rescue, verify, reproduce, browse, watch, guide),
+    )
+    for name, command in module.COMMANDS.items()
+}
+for _panel, _names in _PANELS.items():
+    for _name in _names.split():
+        if _name in _GROUPS:
+            app.add_typer(_GROUPS[_name], name=_name, rich_help_panel=_panel)
+        else:
+            app.command(_name, rich_help_panel=_panel)(_COMMANDS[_name])
 
 
 _PLAIN = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−–μ·…─", "-0123456789--u.~-")

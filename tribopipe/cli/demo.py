@@ -18,7 +18,7 @@ def demo(
     port: Port = 0,
     no_browser: NoBrowser = False,
 ) -> None:
-    """Show tribopipe on sample runs: record them on virtual tribometers, process them, and browse the archive.
+    """Record, process and browse sample runs.
 
     Everything is put into one folder, which can be deleted afterwards. A second time what is there is shown at once.
     """

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from tribopipe.extras.abaqus.known_wear import KnownWear
     from tribopipe.physics.friction_path import ExponentialFriction, FrictionPath
 
-export_app = typer.Typer(cls=ExportGroup, help="Write what other programs take.", no_args_is_help=True)
+export_app = typer.Typer(cls=ExportGroup, help="Export data for other programs.", no_args_is_help=True)
 export_app.command("csv")(export_csv)
 export_app.command("runs")(export_runs)
 export_app.command("dataset")(export_dataset)
@@ -88,7 +88,7 @@ def umeshmotion(
     force: Annotated[bool, typer.Option("--force", help="Replace files that are there already.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Write a user subroutine for ABAQUS that wears the pin or the curved disc by an identified law.
+    """Write a user subroutine of an identified wear law for ABAQUS.
 
     Beside it: the step for an input file, a harness that drives the subroutine without ABAQUS, and what to know. It has
     been compiled and driven by the harness; it has not been run in ABAQUS.

@@ -31,7 +31,9 @@ def export_csv(
     force: Annotated[bool, typer.Option("--force", help="Replace files that are there already.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Write columns of runs as CSV, <id>-<what>.csv: every number to the last digit, in the unit of the archive.
+    """Write columns of runs as CSV.
+
+    The files are called <id>-<what>.csv, with every number to the last digit, in the unit of the archive.
 
     A run folder with the raw columns and the run's run.toml gives the same run again.
     """

@@ -4,8 +4,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from typer.core import TyperGroup
 
+from tribopipe.cli.help_panels import HelpPanels
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archived_ids, load_archive
 from tribopipe.cli.output import print_json, progress, say
 from tribopipe.cli.studies import archived_studies
@@ -19,7 +19,7 @@ _PACKED = ("ro_crate", "eln")
 _OPTIONS = ("--ro-crate", "--eln")
 
 
-class ExportGroup(TyperGroup):
+class ExportGroup(HelpPanels):
     """The subcommands of export, and two options that stand for one of them: `export --ro-crate OUT [ID]...`."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
@@ -67,7 +67,7 @@ def export_dataset(
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there already.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Pack runs and studies with all that is known of them, for a repository or a lab notebook.
+    """Pack runs and studies for a repository or a lab notebook.
 
     `tribopipe export --ro-crate OUT` is short for `tribopipe export dataset --ro-crate OUT`, and so is --eln. Inside:
     the archive's files byte for byte, the instrument's files, every part as CSV and JSON, reports, a codebook, and

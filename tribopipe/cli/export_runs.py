@@ -34,9 +34,10 @@ def export_runs(
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there already.")] = False,
 ) -> None:
-    """Write the list of runs for spreadsheets, scripts and papers: numbers in the unit of the heading, with their u.
+    """Write the list of runs for spreadsheets, scripts and papers.
 
-    CSV and workbooks have every column, and u in a column of its own; LaTeX and Markdown those that ls shows.
+    Numbers are in the unit of the heading, with their u. CSV and workbooks have every column, and u in a column of its
+    own; LaTeX and Markdown those that ls shows.
     """
     from tribopipe.archive.catalog.columns import columns_named
     from tribopipe.base.files import write_file

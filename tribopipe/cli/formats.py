@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from tribopipe.cli.help_panels import HelpPanels
 from tribopipe.cli.options import AsJson
 from tribopipe.cli.output import exit_with, located, print_json, print_result, table
 
@@ -12,7 +13,7 @@ if TYPE_CHECKING:
     from tribopipe.readers.export_files import Export
     from tribopipe.readers.reader import ReadColumn
 
-formats_app = typer.Typer(help="Formats of instruments: which there are, and which a file is of.", no_args_is_help=True)
+formats_app = typer.Typer(cls=HelpPanels, help="Show which instrument formats can be read.", no_args_is_help=True)
 ReaderName = Annotated[
     str | None,
     typer.Option("--reader", help="Format, or a TOML file that describes one, where it should not be detected."),
@@ -60,7 +61,10 @@ def detect_formats(
     sheet: SheetName = None,
     as_json: AsJson = False,
 ) -> None:
-    """Say of which format each file is, how sure and why, and what is in it. Exit code 1 where none is known."""
+    """Detect the format of files, and show what is in them.
+
+    Exit code 1 where no format is recognized.
+    """
     from tribopipe.base.errors import TribopipeError
     from tribopipe.readers.export_files import chosen_reader, read_export
     from tribopipe.readers.reader import Hints

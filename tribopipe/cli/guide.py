@@ -29,7 +29,7 @@ def show_help(
         ),
     ] = None,
 ) -> None:
-    """Open a page of the documentation, or what it says of an error, a finding or a command."""
+    """Open a page of the documentation, or explain a message."""
     if not asked:
         _list_pages()
         return

@@ -22,7 +22,7 @@ def import_crate(
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     as_json: AsJson = False,
 ) -> None:
-    """Take the archived runs and studies of a crate into the archive, byte for byte.
+    """Import the runs and studies of an exported dataset.
 
     Every file is held against the SHA-256 that the crate tells, and against the seal in it. One that is in the archive
     already and the same stays; one of the same id and other content is refused. A dataset.toml of the crate is written

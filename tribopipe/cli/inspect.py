@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archived_ids, load_archive
+from tribopipe.cli.help_panels import HelpPanels
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, Verbose, archived_ids, load_archive
 from tribopipe.cli.output import print_json, print_result, record_json
 from tribopipe.cli.pages import show_run_page
 from tribopipe.cli.profiles import (
@@ -22,7 +23,9 @@ if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
     from tribopipe.base.errors import ArchiveError
 
-schema_app = typer.Typer(help="Schemas of the documents people write and of archived files.", no_args_is_help=True)
+schema_app = typer.Typer(
+    cls=HelpPanels, help="Write the schemas of documents and of archived files.", no_args_is_help=True
+)
 
 
 def show(
@@ -41,9 +44,10 @@ def show(
     radius: Radius = None,
     position_unit: PositionUnit = None,
     height_unit: HeightUnit = None,
+    verbose: Verbose = 0,
     as_json: AsJson = False,
 ) -> None:
-    """Show what the archive holds of one run, a part of its HDF5 file, or the wear track in a profile."""
+    """Show an archived run, or a measured profile."""
     if path is not None:
         _show_part(load_archive(archive), run_id, path, rows, as_json=as_json)
         return
@@ -54,7 +58,7 @@ def show(
         return
     if not archived and Path(run_id).suffix:
         raise _neither_file_nor_run(run_id, archive)
-    _show_run(load_archive(archive), run_id, plot=plot, as_json=as_json)
+    _show_run(load_archive(archive), run_id, plot=plot, in_full=bool(verbose), as_json=as_json)
 
 
 def _neither_file_nor_run(name: str, archive: Path) -> "ArchiveError":
@@ -78,13 +82,17 @@ def _show_part(store: "Archive", run_id: str, path: str, rows: int, *, as_json: 
         show_part(store, run_id, path, rows)
 
 
-def _show_run(store: "Archive", run_id: str, *, plot: bool, as_json: bool) -> None:
+def _show_run(store: "Archive", run_id: str, *, plot: bool, in_full: bool, as_json: bool) -> None:
+    from tribopipe.cli.run_overview import show_run_overview
     from tribopipe.cli.summary import run_summary
     from tribopipe.views.run_page import run_page
 
     if not as_json:
-        show_run_page(run_page(store, run_id))
-        print_result(f"\n{store.path(run_id)}")
+        if in_full:
+            show_run_page(run_page(store, run_id))
+            print_result(f"\n{store.path(run_id)}")
+        else:
+            show_run_overview(store, run_id)
         if plot:
             show_run_profiles(store, run_id)
         return
@@ -112,9 +120,10 @@ def export_schemas(
         "schemas"
     ),
 ) -> None:
-    """Write the JSON Schemas, by which editors complete and check run.toml, recipes and plans.
+    """Write JSON Schemas and NeXus definitions.
 
-    Beside them the NeXus application definitions of archived files, for nxvalidate.
+    Editors complete and check run.toml, recipes and plans with the schemas; nxvalidate checks archived files with the
+    NeXus application definitions.
     """
     from tribopipe.archive.definitions.nxdl import definition_files, write_definitions
     from tribopipe.pipeline.output_paths import made_here, require_free

@@ -5,16 +5,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, require_archive
-from tribopipe.cli.output import exit_with, print_json, print_result, progress, table
+from tribopipe.cli.output import exit_with, line_width, print_json, print_result, progress, table
+from tribopipe.cli.run_columns import listed_cells, show_runs
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
     from pathlib import Path
 
     from tribopipe.archive.catalog.catalog import Catalogue
     from tribopipe.archive.catalog.columns import ListedColumn
     from tribopipe.archive.catalog.listed import ListedRun
 
+_ROWS = 20
+"""As many runs are listed on a terminal."""
 Where = Annotated[
     str,
     typer.Option(
@@ -36,11 +38,16 @@ def ls(
     sort: Sort = "id",
     columns: Columns = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    everything: Annotated[
+        bool, typer.Option("--all", help="All rows on a terminal too; a file or a pipe gets them anyway.")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """List the runs of an archive: those that --where chooses, by its catalogue, which is kept up to date."""
+    """List the runs of an archive, or those that --where selects.
+
+    On a terminal columns are left out until the others fit, and rows after the twentieth.
+    """
     from tribopipe.archive.catalog.columns import columns_named
-    from tribopipe.archive.catalog.listed import usual_columns
 
     if columns is not None and columns.strip() == "help":
         _show_columns(as_json=as_json)
@@ -53,13 +60,15 @@ def ls(
     elif runs or not catalogue.unreadable:
         asked = f" where {where}" if where else ""
         title = f"{len(runs)} run{'' if len(runs) == 1 else 's'} in {archive}{asked}"
-        _show(title, runs, usual_columns(runs) if chosen is None else chosen)
+        shown = runs if everything or line_width() is None else runs[:_ROWS]
+        if chosen is None:
+            show_runs(title, shown)
+        else:
+            cells = [listed_cells(shown, column) for column in chosen]
+            table(title, [one.heading for one in cells], list(zip(*(one.cells for one in cells), strict=True)))
+        if len(shown) < len(runs):
+            print_result(f"and {len(runs) - len(shown)} more: add --all, or choose with --where")
     tell_unreadable(catalogue, some_done=bool(runs))
-
-
-def _show(title: str, runs: "Sequence[ListedRun]", columns: "Sequence[ListedColumn]") -> None:
-    rows = [[run.text(column.name) or "–" for column in columns] for run in runs]
-    table(title, [column.heading for column in columns], rows)
 
 
 def _document(run: "ListedRun") -> dict[str, Any]:

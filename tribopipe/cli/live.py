@@ -62,7 +62,7 @@ def live(
         typer.Option("--json", callback=keep_stdout_for_json, help="Print one JSON document a line for each update."),
     ] = False,
 ) -> None:
-    """Follow a test while it goes on: k_D so far, the wear at the planned end, an early word of what is amiss.
+    """Follow a test while it runs: k_D so far, and warnings.
 
     Nothing is archived: the run is processed when it has ended. Exit code 1 where something was amiss.
     """

@@ -105,7 +105,9 @@ def local_wear(
     force: Force = False,
     as_json: AsJson = False,
 ) -> None:
-    """Wear a pin, or two discs, by the pressure at each point of the contact, beside the Global Incremental Wear Model.
+    """Simulate wear with the local contact pressure.
+
+    The Global Incremental Wear Model, with which it is compared, takes the mean pressure.
 
     Archived runs are worn by their own k_D over their own course, and the result is archived with its fields. A run
     folder needs --wear-coefficient, and is only shown.

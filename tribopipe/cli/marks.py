@@ -29,7 +29,7 @@ def mark_bad(
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     as_json: AsJson = False,
 ) -> None:
-    """Mark a run as an outlier: left out of studies, and no reference of predictions.
+    """Mark a run as bad: left out of studies and predictions.
 
     It stays in the archive with everything it holds, and so does each mark: who, when, what and why.
     """
@@ -57,7 +57,9 @@ def tag(
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     as_json: AsJson = False,
 ) -> None:
-    """Tag runs, by which `tribopipe ls --where tag=…` finds them; without a tag, show those they have.
+    """Tag runs, or show their tags.
+
+    `tribopipe ls --where tag=NAME` finds them.
 
     Nothing is forgotten: who gave or took back which tag stays in the run's file, with the date.
     """
@@ -100,7 +102,7 @@ def note(
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     as_json: AsJson = False,
 ) -> None:
-    """Write a note to runs; it stays in their files, with who wrote it and when."""
+    """Add a note to runs, kept with its author and date."""
     store, written = load_archive(archive), _annotation("note", text, by)
     for run_id in dict.fromkeys(run_ids):
         store.annotations(run_id)  # all are there before any is changed

@@ -67,7 +67,9 @@ def new(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Make a run folder from files of an instrument: copies them, and writes run.toml with all that they tell.
+    """Make a run folder from the files of an instrument.
+
+    The files are copied, and run.toml is written with everything that they contain.
 
     Of a folder it makes a run folder of each export, and names duplicates, tests that are much shorter than the others,
     and what is no export. With --each-sheet or --split it makes a folder of each test in the file, each with its own

@@ -30,6 +30,9 @@ ArchiveFolder = Annotated[Path, typer.Option("--archive", help="Archive folder."
 AsJson = Annotated[
     bool, typer.Option("--json", callback=keep_stdout_for_json, help="Print one JSON document on stdout.")
 ]
+Verbose = Annotated[
+    int, typer.Option("--verbose", "-v", count=True, help="Show tables with -v, and all details with -vv.")
+]
 Force = Annotated[bool, typer.Option("--force", help="Redo steps whose inputs and options are unchanged.")]
 Amend = Annotated[
     bool,

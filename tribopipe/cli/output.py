@@ -1,10 +1,12 @@
 """What commands print: results on stdout, as text or as one JSON document; progress and messages on stderr."""
 
+import itertools
 import json
 import os
 import re
 import shutil
 import sys
+import textwrap
 import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -30,13 +32,73 @@ _NO_LAYOUT = re.compile(rf"(?![\n\t]|\x1b\[[01]m){_UNSEEN}")
 
 
 def say(text: str) -> None:
-    """Put a message on stderr. No name of a file within it steers the terminal."""
-    typer.echo(_NO_LAYOUT.sub(_escaped, text), err=True)
+    """Put a message on stderr, no line wider than the terminal. No name of a file within it steers the terminal."""
+    _put(text, on_stderr=True)
 
 
 def print_result(text: str) -> None:
     """Put a result on stdout, or on stderr where ``--json`` asks for a document there; as safely as ``say``."""
-    typer.echo(_NO_LAYOUT.sub(_escaped, text), err=_JSON_ASKED.get())
+    _put(text, on_stderr=_JSON_ASKED.get())
+
+
+def _put(text: str, *, on_stderr: bool) -> None:
+    safe = _NO_LAYOUT.sub(_escaped, text)
+    width = line_width(on_stderr=on_stderr)
+    if width is not None:
+        safe = "\n".join(part for line in safe.split("\n") for part in _wrapped(line, width))
+    typer.echo(safe, err=on_stderr)
+
+
+def line_width(*, on_stderr: bool | None = None) -> int | None:
+    """Return how wide lines may be, as COLUMNS says or the terminal itself; none where they go to a file or a pipe.
+
+    By default that of results.
+    """
+    stream = sys.stderr if (_JSON_ASKED.get() if on_stderr is None else on_stderr) else sys.stdout
+    if not stream.isatty():
+        return None
+    try:
+        own = os.get_terminal_size(stream.fileno())
+    except OSError:
+        own = os.terminal_size((80, 24))
+    return max(_NARROWEST, shutil.get_terminal_size(own).columns)
+
+
+_NARROWEST = 40
+"""As narrow a terminal is written for; a narrower one wraps lines itself."""
+_BOLD = re.compile(r"\x1b\[[01]m")
+
+
+def _wrapped(line: str, width: int) -> Sequence[str]:
+    """Break a line that is wider than the terminal at its spaces, further lines further in than the first one."""
+    if _width(_BOLD.sub("", line)) <= width:
+        return [line]
+    return wrapped(line, width, "", " " * (len(line) - len(line.lstrip()) + 2))
+
+
+_WITHIN_NUMBER = re.compile(r"(?<=\d) (?=[±µmnNs°%])|(?<=±) (?=\d)|(?<=\)) (?=mm)|(?<=[⁰¹²³⁴-⁹]) (?=mm)")
+"""A space within a number with its uncertainty and its unit."""
+
+
+_COMMAND = re.compile("`[^`]*`")
+
+
+def wrapped(text: str, width: int, first: str, others: str) -> list[str]:
+    """Break a text into lines of a width at its spaces, but not within numbers, nor within commands that fit a line."""
+
+    def whole(command: re.Match[str]) -> str:
+        return command[0].replace(" ", "\u00a0") if len(command[0]) < width - len(others) else command[0]
+
+    lines = textwrap.wrap(
+        _COMMAND.sub(whole, _WITHIN_NUMBER.sub("\u00a0", text)),
+        width,
+        initial_indent=first,
+        subsequent_indent=others,
+        break_long_words=False,
+        break_on_hyphens=False,
+        expand_tabs=False,
+    )
+    return [line.replace("\u00a0", " ") for line in lines]
 
 
 def keep_stdout_for_json(asked: bool) -> bool:
@@ -55,21 +117,16 @@ def record_json(record: Any) -> Any:
     return None if record is None else record.model_dump(mode="json", by_alias=True)
 
 
-def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-    """Show a table; no cell is cut, however narrow the terminal."""
-    print_result("\n".join(_lines(title, columns, rows)))
+def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], *, spaced: bool = True) -> None:
+    """Show a table; no cell is cut, and none is wider than the terminal.
+
+    On a terminal that is too narrow texts within cells are broken, or else each row is shown as lines of its own.
+    ``spaced`` sets it apart from its title and from what follows.
+    """
+    print_result("\n".join(_lines(title, columns, rows, spaced=spaced)))
 
 
-def split_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], *, at: int) -> None:
-    """Show a table, or two beneath each other that share the first column where the terminal is too narrow for it."""
-    if not sys.stdout.isatty() or sum(_widths(columns, rows)) + len(_GAP) * len(columns) <= terminal_width():
-        table(title, columns, rows)
-        return
-    table(title, columns[:at], [row[:at] for row in rows])
-    table("", [columns[0], *columns[at:]], [[row[0], *row[at:]] for row in rows])
-
-
-_GAP = "   "
+_GAP, _NARROW_GAP = "   ", "  "
 
 
 def seen(text: str) -> str:
@@ -83,21 +140,108 @@ def _escaped(found: re.Match[str]) -> str:
     return found[0].encode("unicode_escape").decode()
 
 
-def _lines(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
+def _lines(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], *, spaced: bool) -> Iterator[str]:
     """Write a table: its title, the heads of its columns in bold over a rule, and its rows."""
     shown = [[seen(cell) for cell in row] for row in (columns, *rows)]
-    widths = _widths(columns, shown)
-    head, *rest = (_line(row, widths) for row in shown)
-    yield from [seen(title), ""] if title else [""]
-    yield typer.style(head, bold=True)
-    yield " " + "─" * (sum(widths) + len(_GAP) * (len(widths) - 1))
-    yield from rest
-    yield ""
+    between = [""] if spaced else []
+    yield from [seen(title), *between] if title else between
+    yield from laid_out(shown, line_width())
+    yield from between
 
 
-def _line(row: Sequence[str], widths: Sequence[int]) -> str:
-    cells = (cell + " " * (width - _width(cell)) for cell, width in zip(row, widths, strict=True))
-    return f" {_GAP.join(cells)}".rstrip()
+def laid_out(shown: Sequence[Sequence[str]], width: int | None) -> Iterator[str]:
+    """Lay out rows, the first of which are the heads, within a width if there is one."""
+    gap, widths = _GAP, _widths(shown[0], shown)
+    if width is not None and _total(widths, gap) > width:
+        gap = _NARROW_GAP
+        narrowed = _narrowed(shown, width - 1 - len(gap) * (len(widths) - 1))
+        if narrowed is None:
+            yield from _one_by_one(shown)
+            return
+        widths = narrowed
+    head, *rest = ([_broken(cell, limit) for cell, limit in zip(row, widths, strict=True)] for row in shown)
+    yield from (typer.style(line, bold=True) for line in _beneath(head, widths, gap))
+    yield " " + "─" * (_total(widths, gap) - 1)
+    for row in rest:
+        yield from _beneath(row, widths, gap)
+
+
+def fits(heads: Sequence[str], rows: Sequence[Sequence[str]], width: int) -> bool:
+    """Tell whether a table fits into a width with no cell broken but heads."""
+    bodies = (max([_least(head), *map(_width, cells)]) for head, cells in _columns_of(heads, rows))
+    return _total(list(bodies), _NARROW_GAP) <= width
+
+
+def _total(widths: Sequence[int], gap: str) -> int:
+    return 1 + sum(widths) + len(gap) * (len(widths) - 1)
+
+
+def _narrowed(shown: Sequence[Sequence[str]], room: int) -> list[int] | None:
+    """Return widths of columns that fit into a room, heads broken before cells are; none where they cannot."""
+    heads, *rows = shown
+    natural = _widths(heads, shown)
+    bodies = [max([_least(head), *map(_width, cells)]) for head, cells in _columns_of(heads, rows)]
+    least = [max(map(_least, (head, *cells))) for head, cells in _columns_of(heads, rows)]
+    named = [bodies[0], *least[1:]]  # what a row is called stays on its line if it can
+    for wide, narrow in ((natural, bodies), (bodies, named), (bodies, least)):
+        if sum(narrow) <= room:
+            return _shared(wide, narrow, room)
+    return None
+
+
+def _columns_of(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[tuple[str, Sequence[str]]]:
+    """Give the head and the cells of each column."""
+    yield from ((head, [row[at] for row in rows]) for at, head in enumerate(heads))
+
+
+def _shared(wide: Sequence[int], narrow: Sequence[int], room: int) -> list[int]:
+    """Take from the widest columns until all fit, from none more than it can give."""
+    widths = list(wide)
+    while sum(widths) > room:
+        at = max(range(len(widths)), key=lambda place: (widths[place] > narrow[place], widths[place]))
+        widths[at] -= 1
+    return widths
+
+
+_BREAK = re.compile(r"(?<![±\d]) +(?!±)")
+"""Where a cell may be broken: not within a number with its uncertainty and unit."""
+
+
+def _least(cell: str) -> int:
+    return max(map(_width, _BREAK.split(cell)))
+
+
+def _broken(cell: str, width: int) -> list[str]:
+    """Break the text of a cell into lines that are no wider than its column."""
+    if _width(cell) <= width:
+        return [cell]
+    lines = [""]
+    for word in _BREAK.split(cell):
+        longer = f"{lines[-1]} {word}".lstrip()
+        if lines[-1] and _width(longer) > width:
+            lines.append(word)
+        else:
+            lines[-1] = longer
+    return lines
+
+
+def _beneath(cells: Sequence[Sequence[str]], widths: Sequence[int], gap: str) -> Iterator[str]:
+    """Write the cells of a row beside each other, each on as many lines as it takes."""
+    for parts in itertools.zip_longest(*cells, fillvalue=""):
+        padded = (part + " " * (width - _width(part)) for part, width in zip(parts, widths, strict=True))
+        yield f" {gap.join(padded)}".rstrip()
+
+
+def _one_by_one(shown: Sequence[Sequence[str]]) -> Iterator[str]:
+    """Write each row as lines of its own: what it is called, then what stands in each other column."""
+    (_, *heads), *rows = shown
+    widest = max(map(_width, heads), default=0)
+    for called, *cells in rows:
+        if called:
+            yield typer.style(f" {called}", bold=True)
+        for head, cell in zip(heads, cells, strict=True):
+            if cell:
+                yield f"   {head}{' ' * (widest - _width(head))}  {cell}"
 
 
 def _widths(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> list[int]:
@@ -118,15 +262,6 @@ def _places(character: str) -> int:
     if unicodedata.combining(character):
         return 0
     return 2 if unicodedata.east_asian_width(character) in "WF" else 1
-
-
-def terminal_width() -> int:
-    """Return the width of the terminal that people read on, as COLUMNS says, or the terminal itself."""
-    try:
-        own = os.get_terminal_size(sys.stdout.fileno())
-    except OSError:
-        own = os.terminal_size((80, 24))
-    return shutil.get_terminal_size(own).columns
 
 
 class Advance(Protocol):
@@ -192,13 +327,16 @@ def in_order(outcomes: "Iterable[Outcome]") -> "list[Outcome]":
     return sorted(outcomes, key=lambda outcome: outcome.place)
 
 
-def finish(outcomes: "Sequence[Outcome]") -> None:
-    """Tell every failure, and exit accordingly; a run of which one step failed counts as failed."""
+def finish(outcomes: "Sequence[Outcome]", *, in_full: bool = True) -> None:
+    """Tell every failure, and exit accordingly; a run of which one step failed counts as failed.
+
+    ``in_full`` says that warnings were told as sentences, which the documentation explains.
+    """
     failed_runs = {outcome.run_id for outcome in outcomes if outcome.error is not None}
     some_done = any(outcome.run_id not in failed_runs for outcome in outcomes)
     warned = [one.code for outcome in outcomes for one in outcome.findings if one.severity == "warning"]
     errors = [outcome.error for outcome in outcomes if outcome.error is not None]
-    exit_with(errors, some_done=some_done, warned=warned)
+    exit_with(errors, some_done=some_done, warned=warned if in_full else ())
 
 
 def exit_with(errors: "Sequence[TribopipeError]", *, some_done: bool, warned: Sequence[str] = ()) -> None:

@@ -1,13 +1,11 @@
 """Pages of runs and studies on a terminal: headings, aligned facts, wrapped texts and tables."""
 
-import sys
-import textwrap
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import typer
 
-from tribopipe.cli.output import print_result, seen, table, terminal_width
+from tribopipe.cli.output import line_width, print_result, seen, table, wrapped
 
 if TYPE_CHECKING:
     from tribopipe.views.page import Fact, Remark, RunPage, StagePage, StudyPage, TextTable
@@ -24,7 +22,7 @@ _SAID = {
 
 def show_run_page(page: "RunPage") -> None:
     """Show a run to people."""
-    _show_head(page)
+    show_head(page)
     width = _widest(fact for group in page.facts for fact in group.facts)
     for group in page.facts:
         heading(group.title)
@@ -39,7 +37,8 @@ def show_run_page(page: "RunPage") -> None:
     _section("Studies", page.studies)
 
 
-def _show_head(page: "RunPage") -> None:
+def show_head(page: "RunPage") -> None:
+    """Show what a run is called, whether it is marked bad, and its tags."""
     heading(page.id, apart=False)
     paragraph("" if page.title == page.id else page.title)
     paragraph("" if page.bad is None else f"marked bad: {page.bad}")
@@ -65,21 +64,21 @@ def _noted(note: str) -> str:
     return note if note.startswith(("warning: ", "note: ")) else f"note: {note}"
 
 
-def show_study_page(page: "StudyPage") -> None:
-    """Show a study to people."""
+def show_study_page(page: "StudyPage", *, in_full: bool = True) -> None:
+    """Show a study to people: its tables, and in full what is said of each run as well."""
     heading(page.id, f"(tribopipe {page.program_version}, {page.date})" if page.date else "", apart=False)
     paragraph("" if page.title == page.id else page.title)
     for law in page.laws:
         heading(f"{page.id}, {law.title}")
         for told in law.tables:
             _show_table(told)
-        for sentence in law.sentences:
+        for sentence in law.sentences if in_full else ():
             paragraph(sentence, "")
-        for verdict in law.verdicts:
+        for verdict in law.verdicts if in_full else ():
             paragraph(f"{verdict.run_id}: {verdict.sentence}", "")
             for note in verdict.notes:
                 paragraph(f"{verdict.run_id}: {_noted(note)}", "")
-    for sentence in page.sentences:
+    for sentence in page.sentences if in_full else ():
         paragraph(sentence, "")
 
 
@@ -101,17 +100,10 @@ def show_facts(facts: "Sequence[Fact]", width: int) -> None:
 
 
 def _wrapped(text: str, first: str, others: str) -> str:
-    if not sys.stdout.isatty():
+    width = line_width()
+    if width is None:
         return f"{first}{seen(text)}"
-    width = max(len(others) + 20, terminal_width())
-    return textwrap.fill(
-        seen(text),
-        width,
-        initial_indent=first,
-        subsequent_indent=others,
-        break_long_words=False,
-        break_on_hyphens=False,
-    )
+    return "\n".join(wrapped(seen(text), width, first, others))
 
 
 def _widest(facts: "Iterable[Fact]") -> int:

@@ -15,6 +15,7 @@ from tribopipe.cli.options import (
     Pressure,
     RecipeFile,
     RunIds,
+    Verbose,
     WearEngine,
     archived_ids,
     chosen_ids,
@@ -132,9 +133,10 @@ def predict(
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     recipe: RecipeFile = None,
     force: Force = False,
+    verbose: Verbose = 0,
     as_json: AsJson = False,
 ) -> None:
-    """Predict wear at other loads, speeds, distances or radii; of two discs at other slips and rotations.
+    """Predict wear at other loads, speeds, distances or slips.
 
     With a run (an id, or a folder and a k_D) and what to change, the prediction is shown. With --from and --onto, runs
     are predicted from others, with bands and a verdict on the law. With none of these, every archived run is predicted
@@ -159,7 +161,7 @@ def predict(
         engine,
     )
     if source or target:
-        _predict_onto(archive, source, target, law, how, asked.anything or ids or run, as_json=as_json)
+        _predict_onto(archive, source, target, law, how, asked.anything or ids or run, verbose=verbose, as_json=as_json)
         return
     if run is None and not asked.anything and engine is None:
         _predict_archived(archive, ids, law, how, force=force, as_json=as_json)
@@ -175,11 +177,12 @@ def _predict_onto(
     recipe: "Recipe",
     beside: object,
     *,
+    verbose: int,
     as_json: bool,
 ) -> None:
     if not source or not target or beside:
         raise typer.BadParameter("give runs to fit, --from ID, and runs to predict, --onto ID, and nothing else")
-    show_together(load_archive(folder), source, target, law, recipe, as_json=as_json)
+    show_together(load_archive(folder), source, target, law, recipe, verbose=verbose, as_json=as_json)
 
 
 def _predict_archived(

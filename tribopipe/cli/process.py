@@ -15,10 +15,11 @@ from tribopipe.cli.options import (
     AsJson,
     Force,
     RecipeFile,
+    Verbose,
     load_archive,
     load_recipe,
 )
-from tribopipe.cli.output import Advance, finish, in_order, print_json, progress, record_json, say
+from tribopipe.cli.output import Advance, finish, in_order, line_width, print_json, progress, record_json, say
 from tribopipe.cli.runs import RunPaths, run_folders, say_amended, say_warnings
 from tribopipe.cli.steps import say_change, say_clean_up
 
@@ -41,8 +42,11 @@ def process(
     jobs: Jobs = None,
     scheduler: Scheduler = None,
     shard: Shard = None,
+    verbose: Verbose = 0,
 ) -> None:
-    """Take run folders through the whole line: ingest, drift, friction, wear under both laws, prediction, figures.
+    """Process run folders: all steps from raw data to figures.
+
+    The steps are ingest, clean-up, drift, friction, wear under each law, prediction, studies and figures.
 
     Studies beside the runs, study.toml or *.study.toml, say which runs are fitted together and which are predicted.
     What needs other runs (predictions, studies) is left out with --shard, and so are figures: a last `process` of all
@@ -58,16 +62,18 @@ def process(
         studies = load_studies([document for path in paths for document in find_studies(path)]) if shard is None else []
         with progress("process", len(folders)) as advance:
             taken = _taken(folders, store, how, who, studies=studies, alone=shard is not None, force=force, amend=amend)
-            outcomes += _followed(taken, advance)
-            outcomes += _followed(process_studies(store, studies, how, force=force), advance)
+            in_full = bool(verbose) or as_json or line_width(on_stderr=True) is None
+            outcomes += _followed(taken, advance, in_full=in_full)
+            outcomes += _followed(process_studies(store, studies, how, force=force), advance, in_full=in_full)
         drawn = _draw(store, outcomes, who) if figures and shard is None else []
     outcomes += [outcome for outcome in drawn if outcome.error is not None]
     outcomes += _unseen(store, outcomes) if who.scheduler else []
-    _show(store, outcomes, as_json=as_json)
-    _say_what_was_done(outcomes, archive, drawn=any(outcome.status == "done" for outcome in drawn))
+    new_figures = any(outcome.status == "done" for outcome in drawn)
+    doubtful = _show(store, outcomes, as_json=as_json, verbose=verbose, in_full=in_full)
+    _say_what_was_done(outcomes, archive, drawn=new_figures, doubtful=doubtful)
     if shard is not None:
         _say_what_is_left(shard)
-    finish(outcomes)
+    finish(outcomes, in_full=in_full)
 
 
 def _taken(
@@ -90,20 +96,22 @@ def _taken(
     return stages.process(folders, store, how, force=force, amend=amend, studied=studied, crew=who)
 
 
-def _followed(coming: "Iterable[Outcome]", advance: "Advance") -> "list[Outcome]":
+def _followed(coming: "Iterable[Outcome]", advance: "Advance", *, in_full: bool) -> "list[Outcome]":
     """Tell what becomes of steps as it comes; return it in the order of the runs, without results but those of studies.
 
-    Results of thousands of runs would fill the memory, and are in the archive.
+    ``in_full`` tells every finding as a sentence; otherwise they are told in short at the end. Results of thousands of
+    runs would fill the memory, and are in the archive.
     """
     kept: list[Outcome] = []
     warned: set[tuple[str, str, str]] = set()
     for outcome in coming:
         advance(f"{outcome.run_id}: {outcome.stage.replace('_', ' ')}", by=int(outcome.stage == "ingest"))
         say_amended(outcome)
-        say_warnings(_less_repeated(outcome, warned))
-        say_clean_up(outcome)
+        if in_full:
+            say_warnings(_less_repeated(outcome, warned))
+            say_clean_up(outcome)
+            _say_doubts(outcome)
         say_change(outcome)
-        _say_doubts(outcome)
         kept.append(outcome if outcome.stage == "study" else replace(outcome, result=None))
     return in_order(kept)
 
@@ -150,10 +158,15 @@ def _archived(outcomes: "list[Outcome]") -> list[str]:
     return list(dict.fromkeys(outcome.run_id for outcome in archived))
 
 
-def _show(store: "Archive", outcomes: "list[Outcome]", *, as_json: bool) -> None:
-    """Show what the archive holds of the runs now, and what studies found."""
+def _show(store: "Archive", outcomes: "list[Outcome]", *, as_json: bool, verbose: int, in_full: bool) -> str | None:
+    """Show what the archive holds of the runs now, and what studies found; nothing where nothing was to do.
+
+    Return the first run that has a warning, if any was looked for.
+    """
     from tribopipe.cli.pages import show_study_page
+    from tribopipe.cli.process_table import say_problems, show_processed
     from tribopipe.cli.summary import run_summary, show_summaries
+    from tribopipe.results.agreement import StudyResult
     from tribopipe.views.study_page import study_page
 
     ids = [run_id for run_id in _archived(outcomes) if store.path(run_id).exists()]  # the folder may have gone
@@ -162,10 +175,18 @@ def _show(store: "Archive", outcomes: "list[Outcome]", *, as_json: bool) -> None
         documents = [run_summary(store, run_id) for run_id in ids]
         results = [record_json(outcome.result) for outcome in evaluated]
         print_json({"runs": documents, "studies": results, "steps": [outcome.as_json() for outcome in outcomes]})
-    elif ids:
+    elif ids and verbose:
         show_summaries(store, ids)
         for outcome in evaluated:
-            show_study_page(study_page(store, outcome.run_id))
+            show_study_page(study_page(store, outcome.run_id), in_full=verbose > 1)
+    elif ids and any(outcome.status != "unchanged" for outcome in outcomes):
+        found = [outcome.result for outcome in evaluated if isinstance(outcome.result, StudyResult)]
+        failed = {outcome.run_id for outcome in outcomes if outcome.error is not None}
+        rows = show_processed(store, ids, found, failed)
+        if not in_full:
+            say_problems(rows)
+        return next((row.id for row in rows if any(one.severity != "note" for one in row.problems)), None)
+    return None
 
 
 def _say_doubts(outcome: "Outcome") -> None:
@@ -179,14 +200,25 @@ def _say_doubts(outcome: "Outcome") -> None:
         say(f"{outcome.run_id}: {correction}")
 
 
-def _say_what_was_done(outcomes: "list[Outcome]", archive: Path, *, drawn: bool) -> None:
+def _say_what_was_done(outcomes: "list[Outcome]", archive: Path, *, drawn: bool, doubtful: str | None) -> None:
     done = sum(outcome.status == "done" for outcome in outcomes)
     skipped = sum(outcome.status == "unchanged" for outcome in outcomes)
     where = f"; figures in {archive / 'figures'}" if drawn else ""
     if done or drawn:
-        say(f"{done} step{'' if done == 1 else 's'} done, {skipped} unchanged, in {archive}{where}")
+        steps = f"{done} step{'' if done == 1 else 's'} done, {skipped} unchanged, in {archive}{where}."
+        say(f"{steps} Next: {_next_command(outcomes, archive, doubtful)}")
     elif skipped:
         say(f"Nothing to do: all {skipped} steps are unchanged; --force redoes them.")
+
+
+def _next_command(outcomes: "list[Outcome]", archive: Path, doubtful: str | None) -> str:
+    """Return the command by which to go on: the page of a run with problems, a report of a study, or the list."""
+    study = next((one.run_id for one in outcomes if one.stage == "study" and one.error is None), None)
+    runs = _archived(outcomes)
+    run = doubtful or (runs[0] if len(runs) == 1 else None)
+    command = f"show {run}" if run and not (study and not doubtful) else f"report {study}" if study else "ls"
+    at = "" if archive == DEFAULT_ARCHIVE else f" --archive {archive}"
+    return f"`tribopipe {command}{at}`"
 
 
 def _say_what_is_left(shard: Part) -> None:

@@ -27,7 +27,7 @@ def remove(
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     as_json: AsJson = False,
 ) -> None:
-    """Take runs out of the archive; `tribopipe restore` puts them back.
+    """Remove runs from the archive; they can be restored.
 
     Their files are kept in the folder removed of the archive, where no other command looks.
     """
@@ -48,7 +48,10 @@ def restore(
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     as_json: AsJson = False,
 ) -> None:
-    """Put runs back that `tribopipe remove` has taken out of the archive; of one id, the last one."""
+    """Restore removed runs.
+
+    Of several that were removed under one id the last one is restored.
+    """
     from tribopipe.archive import removal
     from tribopipe.cli.marks import logged_in
 

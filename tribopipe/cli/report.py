@@ -32,7 +32,7 @@ def report(
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there already.")] = False,
 ) -> None:
-    """Write a report of runs, or of a study, as one HTML file that can be sent to someone.
+    """Write a report of runs, or of a study, as one HTML file.
 
     It holds figures, tables, methods with their equations, provenance, and the items customary under ASTM G99 with what
     is missing of them. It loads nothing; a browser prints it, or makes a PDF of it.

@@ -28,7 +28,9 @@ def reproduce(
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     as_json: AsJson = False,
 ) -> None:
-    """Compute archived runs and studies again, from their source files on, and compare every number.
+    """Compute archived results again, and compare every number.
+
+    Runs and studies are computed from their source files.
 
     Nothing is written. Exit code 1 where something comes out different, or cannot be compared.
     """

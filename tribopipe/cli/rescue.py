@@ -17,8 +17,9 @@ Into = Annotated[Path, typer.Option("--to", help="Folder to write run folders in
 
 
 def rescue(files: Files, into: Into, as_json: AsJson = False) -> None:
-    """Save the source files inside damaged files of an archive: each that is whole goes into a run folder.
+    """Save the source files inside damaged files of an archive.
 
+    Each that is whole goes into a run folder.
     The damaged files are only read. What was computed from a run is computed again by `tribopipe process`; marks, tags
     and notes are not in the source files.
     """

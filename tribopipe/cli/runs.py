@@ -52,7 +52,10 @@ def run_folders(
 
 
 def check(paths: RunPaths, as_json: AsJson = False) -> None:
-    """Look a run over: schema, units, order of time, gaps, signs, magnitudes. Exit code 1 on errors and warnings."""
+    """Check run folders before they are archived.
+
+    Schema, units, order of time, gaps, signs and magnitudes are checked. Exit code 1 on errors and warnings.
+    """
     from tribopipe.pipeline.stages import attempted
 
     folders, failures = run_folders(paths)
@@ -143,7 +146,7 @@ def simulate(
     plan: Annotated[Path, typer.Option("--plan", help="TOML file that says what to simulate.")],
     as_json: AsJson = False,
 ) -> None:
-    """Record runs on a virtual tribometer: run folders whose truth is known."""
+    """Record runs with known wear on a virtual tribometer."""
     from tribopipe.base.units import WEAR_COEFFICIENT
     from tribopipe.documents.plan import Plan, Truth, TwinDiscTruth
     from tribopipe.documents.record import load_toml

@@ -16,6 +16,7 @@ from tribopipe.cli.options import (
     Pressure,
     RecipeFile,
     RunIds,
+    Verbose,
     chosen_ids,
     load_archive,
     load_recipe,
@@ -40,7 +41,10 @@ def correct_drift(
     jobs: Jobs = None,
     scheduler: Scheduler = None,
 ) -> None:
-    """Correct the linear drift of archived runs, anchored on the end value."""
+    """Correct archived runs for linear drift of the depth signal.
+
+    The correction is anchored on the post-test measurement.
+    """
     who = crew(jobs, scheduler)
     store, how = load_archive(seen_by(who, archive)), load_recipe(recipe)
     steps = partial(_corrected, store=store, how=how, force=force)
@@ -65,12 +69,13 @@ def fit(
     as_json: AsJson = False,
     jobs: Jobs = None,
     scheduler: Scheduler = None,
+    verbose: Verbose = 0,
 ) -> None:
-    """Fit friction and identify the wear coefficient k_D of archived runs under a wear law."""
+    """Fit friction and the wear coefficient k_D of archived runs."""
     who = crew(jobs, scheduler)
     store, how = load_archive(seen_by(who, archive)), load_recipe(recipe, engine)
     if together:
-        show_together(store, chosen_ids(store, ids), (), model, how, as_json=as_json)
+        show_together(store, chosen_ids(store, ids), (), model, how, verbose=verbose, as_json=as_json)
         return
     steps = partial(_fitted, store=store, how=how, model=model, force=force)
     outcomes = _each(chosen_ids(store, ids), "wear_fit", steps, who)

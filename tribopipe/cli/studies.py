@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
+from tribopipe.cli.help_panels import HelpPanels
 from tribopipe.cli.options import (
     DEFAULT_ARCHIVE,
     ArchiveFolder,
@@ -12,6 +13,7 @@ from tribopipe.cli.options import (
     Force,
     Law,
     RecipeFile,
+    Verbose,
     archived_ids,
     load_archive,
     load_recipe,
@@ -30,7 +32,7 @@ if TYPE_CHECKING:
     from tribopipe.results.run import RawRun
 
 study_app = typer.Typer(
-    help="Fit some runs, predict others, and say where the wear law does not hold.", no_args_is_help=True
+    cls=HelpPanels, help="Fit some runs, predict others, and test the wear law.", no_args_is_help=True
 )
 
 
@@ -47,7 +49,9 @@ def new(
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     force: Annotated[bool, typer.Option("--force", help="Replace a document that is there already.")] = False,
 ) -> None:
-    """Draft a study for each set of runs of the same bodies: the lightest load is fitted, the others predicted.
+    """Draft a study for each set of runs of the same bodies.
+
+    The lightest load is fitted, the others are predicted.
 
     Runs that are marked bad, were aborted or lack what k_D needs are left out, and named. Writes study.toml, or
     <id>.study.toml for each of several; read it and change it before you run it.
@@ -123,11 +127,11 @@ def run(
     force: Force = False,
     as_json: AsJson = False,
     figures: Annotated[bool, typer.Option(help="Save figures beside the archive.")] = True,
+    verbose: Verbose = 0,
 ) -> None:
     """Evaluate a study on archived runs, and archive it."""
     from tribopipe.pipeline.studies import load_studies, run_study
     from tribopipe.views.archived_study_figures import save_study_figures, study_is_drawn
-    from tribopipe.views.study_page import study_page
 
     (study,) = load_studies([path])
     store = load_archive(archive)
@@ -139,7 +143,7 @@ def run(
     if outcomes[0].error is None:
         if outcomes[0].status == "unchanged":
             say(f"{study.id}: unchanged, nothing to do")
-        show_study_page(study_page(store, study.id))
+        _show_study(store, study.id, in_full=bool(verbose) or as_json)
         if figures and not (outcomes[0].status == "unchanged" and study_is_drawn(store, study.id)):
             say(f"figures in {save_study_figures(store, study.id)[0].parent}")
         if as_json:
@@ -154,15 +158,15 @@ def show(
         typer.Argument(help="Id of an archived study; none lists them.", metavar="ID", autocompletion=archived_studies),
     ] = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    verbose: Verbose = 0,
     as_json: AsJson = False,
 ) -> None:
     """Show an archived study, or list them."""
     from tribopipe.base.errors import ArchiveError
-    from tribopipe.views.study_page import study_page
 
     store = load_archive(archive)
     if study_id is not None:
-        show_study_page(study_page(store, study_id))
+        _show_study(store, study_id, in_full=bool(verbose) or as_json)
         if as_json:
             print_json(record_json(store.study_outline(study_id).result))
         return
@@ -177,18 +181,33 @@ def show(
     elif stored or not unreadable:
         table(
             f"{len(stored)} {'study' if len(stored) == 1 else 'studies'} in {archive}",
-            ["study", "fits", "predicts", "verdicts"],
-            [
-                [one.study.id, ", ".join(one.study.fit), str(len(one.study.predict)), _tally(one.result)]
-                for one in stored
-            ],
+            ["study", "fits", "predicts", "agreement of predicted runs"],
+            [[one.study.id, _named(one.study.fit), str(len(one.study.predict)), _tally(one.result)] for one in stored],
         )
     exit_with(unreadable, some_done=bool(stored))
 
 
+def _show_study(store: "Archive", study_id: str, *, in_full: bool) -> None:
+    from tribopipe.cli.study_overview import show_study_overview
+    from tribopipe.views.study_page import study_page
+
+    if in_full:
+        show_study_page(study_page(store, study_id))
+    else:
+        show_study_overview(store.study_outline(study_id).result)
+
+
+def _named(ids: "Sequence[str]") -> str:
+    return ids[0] if len(ids) == 1 else f"{len(ids)} runs"
+
+
 def _tally(result: "StudyResult") -> str:
-    outcomes = [verdict.outcome for law in result.laws for verdict in law.runs if verdict.role == "predicted"]
-    return ", ".join(f"{outcomes.count(name)} {name}" for name in dict.fromkeys(outcomes)) or "–"
+    """Count how predicted runs agree with each law."""
+    from tribopipe.physics.laws import law_label
+    from tribopipe.results.agreement import tally
+
+    told = [f"{law_label(law.model)}: {tally(law)}" for law in result.laws if tally(law)]
+    return "; ".join(told) or "–"
 
 
 @study_app.command("figures")
@@ -201,7 +220,7 @@ def figures(
     formats: Annotated[list[str] | None, typer.Option("--format", help="svg, png or pdf; may be repeated.")] = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
 ) -> None:
-    """Draw a study as a paper would: wear under each law, friction, k_D against friction."""
+    """Draw the figures of a study: wear under each law, friction, k_D."""
     from tribopipe.pipeline.output_paths import require_outside
     from tribopipe.views.archived_study_figures import save_study_figures
 
@@ -218,9 +237,17 @@ def figures(
 
 
 def show_together(
-    store: "Archive", fit: "Sequence[str]", predict: "Sequence[str]", law: Law, recipe: "Recipe", *, as_json: bool
+    store: "Archive",
+    fit: "Sequence[str]",
+    predict: "Sequence[str]",
+    law: Law,
+    recipe: "Recipe",
+    *,
+    verbose: int,
+    as_json: bool,
 ) -> None:
     """Evaluate a study that no document describes, and show it; nothing of it is kept."""
+    from tribopipe.cli.study_overview import show_study_overview
     from tribopipe.documents.record import read_document
     from tribopipe.documents.study import Study
     from tribopipe.pipeline.studies import evaluate_archived
@@ -228,7 +255,10 @@ def show_together(
 
     document = {"id": "together", "fit": fit, "predict": predict, "laws": [law]}
     result = evaluate_archived(store, read_document(document, Study, where="runs"), recipe).result
-    show_study_page(study_page_of(result))
+    if verbose or as_json:
+        show_study_page(study_page_of(result))
+    else:
+        show_study_overview(result, archived=False)
     if as_json:
         print_json(record_json(result))
 
@@ -243,7 +273,10 @@ def plan(
     recipe: RecipeFile = None,
     as_json: AsJson = False,
 ) -> None:
-    """Say which uncertainty pays most to reduce, and how far to slide or how often to repeat for a wanted interval."""
+    """Plan tests for a wanted uncertainty of k_D.
+
+    Shows which uncertainty pays most to reduce, and how far to slide or how often to repeat.
+    """
     from tribopipe.pipeline.studies import plan_archived
 
     store, wanted = load_archive(archive), parsed("--interval", interval, "percentage")

@@ -7,7 +7,7 @@ from tribopipe.archive.outline import RunOutline, StepOutline
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, StepName
 from tribopipe.archive.store import Archive
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, pretty, show
-from tribopipe.cli.output import record_json, split_table, table
+from tribopipe.cli.output import record_json, table
 from tribopipe.documents.contact import DISCS
 from tribopipe.documents.quantity import Quantity, force
 from tribopipe.documents.slip import slip
@@ -53,11 +53,11 @@ def show_summaries(archive: Archive, ids: list[str]) -> None:
     if pins:
         title = "± is one standard uncertainty; k_D in mm³/(N·mm); end depth of the pin in µm, measured and predicted"
         columns = _columns(("run", "drift, nm/min", "A", "b", "c, m"), "end depth, µm")
-        split_table(title, columns, pins, at=5)
+        table(title, columns, pins)
     if discs:
         title = "Two discs: k_D in mm³/(N·mm) and volume worn off in mm³, of the curved and the flat disc"
         columns = _columns(("run", "slip", "rotations", "drift, nm/min", "b", "disc"), "measured")
-        split_table(title, columns, discs, at=6)
+        table(title, columns, discs)
     if worn:
         table("Specific wear rate, by the end values", _WEAR_COLUMNS, worn)
 

@@ -46,7 +46,7 @@ def sweep(
     force: Annotated[bool, typer.Option("--force", help="Do all cases again.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Evaluate, predict or simulate in every combination of values, and sum up what comes out.
+    """Evaluate, predict or simulate in every combination of values.
 
     The document says which: how much k_D depends on choices of evaluation, wear and life under other conditions, or
     how well virtual tests find k_D.

@@ -59,7 +59,7 @@ def verify(
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     as_json: AsJson = False,
 ) -> None:
-    """Look an archive over: every byte, checksum and fingerprint, its history, NeXus, what lies around.
+    """Verify an archive: checksums, structure and history.
 
     No run and no study is changed. Exit code 1 on errors and warnings.
     """

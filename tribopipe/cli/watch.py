@@ -46,7 +46,7 @@ def watch(
         ),
     ] = False,
 ) -> None:
-    """Make runs of new exports in a folder and process them, each once, until Ctrl-C.
+    """Process new exports in a folder as they arrive, until Ctrl-C.
 
     An export is copied once nobody has written to it for a while; run.toml is drafted by the template. What was done is
     remembered with the runs, so that the next watch goes on from there.

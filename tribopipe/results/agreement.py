@@ -1,5 +1,7 @@
 """What a study finds, of any contact: k_D of several runs, predictions with their bands, how far the law holds."""
 
+from collections import Counter
+from collections.abc import Mapping
 from typing import Literal
 
 from pydantic import Field
@@ -11,6 +13,13 @@ from tribopipe.physics.conventions import DistanceConvention, WearEngine
 from tribopipe.results.finding import Finding
 
 Verdict = Literal["supported", "over-predicts", "under-predicts", "not decidable"]
+AGREEMENT: Mapping[str, str] = {
+    "supported": "consistent",
+    "over-predicts": "over-predicted",
+    "under-predicts": "under-predicted",
+    "not decidable": "inconclusive",
+}
+"""How people read a verdict: the agreement of the measured wear with the model."""
 Role = Literal["fitted", "predicted"]
 Interval = tuple[Quantity, Quantity]
 
@@ -194,6 +203,12 @@ class LawResult(Record):
     def first(self) -> StudiedBody:
         """The body whose k_D every study finds."""
         return next(iter(self.bodies.values()))
+
+
+def tally(law: LawResult) -> str:
+    """Count how predicted runs agree with a law: "2 consistent, 1 over-predicted"; nothing where none was predicted."""
+    outcomes = Counter(verdict.outcome for verdict in law.runs if verdict.role == "predicted")
+    return ", ".join(f"{number} {AGREEMENT[outcome]}" for outcome, number in outcomes.items())
 
 
 class LeftOut(Record):

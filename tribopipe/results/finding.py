@@ -43,3 +43,8 @@ def first_of_each_code(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     for finding in findings:
         firsts.setdefault((finding.code, finding.where), finding)
     return tuple(firsts.values())
+
+
+def findings_of(results: Iterable[object]) -> tuple[Finding, ...]:
+    """Return what speaks against the results of a run, each code at each place once."""
+    return first_of_each_code(finding for result in results for finding in getattr(result, "findings", ()))

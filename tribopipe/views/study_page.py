@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from itertools import chain
 
 from tribopipe.archive.store import Archive
-from tribopipe.base.units import WEAR_COEFFICIENT, pretty
+from tribopipe.base.units import WEAR_COEFFICIENT, pretty, signed
 from tribopipe.documents.quantity import Quantity
 from tribopipe.physics.laws import law_heading, law_title
 from tribopipe.results.agreement import BetweenRuns, BodyVerdict, LawResult, RunVerdict, StudiedBody, StudyResult
@@ -44,7 +44,8 @@ def study_page_of(
 def _sentences(result: StudyResult) -> Iterator[str]:
     for run_id, comparison in result.comparisons.items():
         better = law_title(comparison.preferred) if comparison.preferred else "neither law"
-        yield f"{run_id}: its shape prefers {better} (AIC of Sarkar's minus Archard's {comparison.delta_aic:+.1f})"
+        difference = signed(comparison.delta_aic, 1)
+        yield f"{run_id}: its shape prefers {better} (AIC of Sarkar's minus Archard's {difference})"
     for left_out in result.left_out:
         yield f"left out: {left_out.id} ({left_out.reason})"
     for note in result.notes:
@@ -137,8 +138,8 @@ def _of_body(body: BodyVerdict, unit: str | None) -> Iterator[tuple[str, str]]:
     yield f"measured{end}", measured
     yield f"by the law{end}", by_law
     yield "95 % interval", _bare_interval(body.predicted_interval, shown_in)
-    yield "E_n", f"{body.e_n:+.2f}"
-    yield "along", f"{body.e_n_all:+.2f}"
+    yield "E_n", signed(body.e_n, 2)
+    yield "along", signed(body.e_n_all, 2)
     yield "k_D / study's", str(body.coefficient_ratio)
     yield "verdict", body.outcome
 

@@ -72,6 +72,21 @@ def _of_other_laws() -> Iterator[ListedColumn]:
             )
 
 
+PER_SI: Mapping[str, float] = {
+    "": 1.0,
+    "N": 1.0,
+    "m": 1.0,
+    "%": 1e2,
+    "mN": 1e3,
+    "mm": 1e3,
+    "mm/s": 1e3,
+    "µm": 1e6,
+    "mm³": 1e9,
+    "mm³/(N·mm)": 1e6,
+    "mm³/(N·m)": 1e9,
+    "nm/min": 6e10,
+}
+"""How many of a column's unit one SI unit is, so that listing needs no units; temperatures are shown as they are."""
 _K_D, _RATE = "mm³/(N·mm)", "mm³/(N·m)"
 
 _ALL = (

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError, FitError
-from tribopipe.base.units import show, show_force
+from tribopipe.base.units import show, show_force, signed
 from tribopipe.documents.contact import DISCS, DiscName
 from tribopipe.documents.quantity import Quantity, wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
@@ -368,7 +368,7 @@ def _sentence(law: LawName, verdict: RunVerdict) -> str:
         low, high = (end.shown(unit) for end in disc.predicted_interval)
         parts.append(
             f"{spoken(name)} {disc.predicted.shown(unit)} {verdict.role} (95 % interval {low} to {high}) against "
-            f"{disc.measured.shown(unit)} measured, E_n = {disc.e_n:+.2f}"
+            f"{disc.measured.shown(unit)} measured, E_n = {signed(disc.e_n, 2)}"
         )
     said = f"after {verdict.end.value:,.0f} rotations {'; '.join(parts)}"
     law_name = law_heading(law)

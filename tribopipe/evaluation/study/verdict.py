@@ -18,7 +18,7 @@ import numpy as np
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError
-from tribopipe.base.units import show, show_force
+from tribopipe.base.units import show, show_force, signed
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName
 from tribopipe.evaluation.study.member import RunDraws
@@ -158,7 +158,7 @@ def sentence(law: LawName, verdict: RunVerdict) -> str:
     low, high = (end.shown("um") for end in body.predicted_interval)
     said = (
         f"{body.predicted.shown('um')} {verdict.role} (95 % interval {low} to {high}) against "
-        f"{body.measured.shown('um')} measured at {where}, E_n = {body.e_n:+.2f}"
+        f"{body.measured.shown('um')} measured at {where}, E_n = {signed(body.e_n, 2)}"
     )
     ratio = f"by itself this run has {body.coefficient_ratio} times that k_D"
     if verdict.outcome == "supported":

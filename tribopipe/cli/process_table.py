@@ -1,0 +1,239 @@
+"""What `process` shows at the end: a row per run, a row per study, and problems in short."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+from tribopipe.archive.steps import WEAR_FITS
+from tribopipe.base.number_columns import NOTHING, Number, in_power, power_for, rounded_value
+from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, pretty
+from tribopipe.cli.output import line_width, print_result, say, table
+from tribopipe.cli.problems import Problems, by_kind, short_lines
+from tribopipe.cli.quantity_columns import number
+from tribopipe.cli.run_columns import Cells, chosen_columns, rows_of
+from tribopipe.documents.preprocessing import CleanUp
+from tribopipe.physics.laws import law_heading, law_label
+from tribopipe.results.agreement import AGREEMENT, tally
+from tribopipe.results.evaluation import FrictionFit
+from tribopipe.results.finding import Finding, findings_of
+from tribopipe.results.specific_wear import SpecificWear
+from tribopipe.results.wear_fit import WearFit, spoken
+
+if TYPE_CHECKING:
+    from tribopipe.archive.outline import RunOutline
+    from tribopipe.archive.store import Archive
+    from tribopipe.documents.quantity import Quantity
+    from tribopipe.results.agreement import LawResult, StudyResult
+
+_LINES = 30
+"""As many lines are filled on a terminal."""
+_FEWEST_RUNS, _STUDIES, _PROBLEMS = 5, 5, 3
+"""As many runs are shown at least, studies and problems at most, on a terminal."""
+_UNCOMPARED = {"radius_can_be_compared"}
+"""Notes on inputs of which nothing else in a run shows that they are wrong, though the wear coefficient would be."""
+
+
+class RunRow(NamedTuple):
+    """What is said of one run in one line."""
+
+    id: str
+    load: "Quantity | None"
+    law: str
+    """Name of the wear law that k_D is by; empty where there is none."""
+    coefficients: "Mapping[str, Quantity]"
+    """k_D of each body."""
+    rate: "Quantity | None"
+    """Specific wear rate, of a run without k_D."""
+    friction: "Quantity | None"
+    agreement: str
+    flags: str
+    problems: tuple[Finding, ...]
+
+
+def run_row(outline: "RunOutline", studies: "Sequence[StudyResult]", failed: Iterable[str] = ()) -> RunRow:
+    """Return what is said of a run in one line."""
+    results = {name: step.result for name, step in outline.steps.items()}
+    fits = (results.get(name) for name in WEAR_FITS.values())
+    fit = next((one for one in fits if isinstance(one, WearFit) and one.bodies), None)
+    friction, cleaned = results.get("friction_fit"), results.get("clean_up")
+    problems = tuple(
+        one
+        for one in (*outline.findings, *findings_of(results.values()))
+        if one.severity != "note" or one.code in _UNCOMPARED
+    )
+    warned = sum(one.severity != "note" for one in problems)
+    flags = (
+        "failed" if outline.manifest.id in failed else "",
+        "bad" if outline.marks and outline.marks[-1].kind == "bad" else "",
+        f"{warned} warning{'' if warned == 1 else 's'}" if warned else "",
+        "preprocessed" if isinstance(cleaned, CleanUp) and cleaned.changes else "",
+    )
+    return RunRow(
+        outline.manifest.id,
+        outline.manifest.conditions.normal_load,
+        "" if fit is None else fit.model,
+        {} if fit is None else {name: body.wear_coefficient for name, body in fit.bodies.items()},
+        _rate(results.get("specific_wear")) if fit is None else None,
+        (friction.steady_state or friction.mean) if isinstance(friction, FrictionFit) else None,
+        _agreement(outline.manifest.id, "" if fit is None else fit.model, studies),
+        ", ".join(filter(None, flags)),
+        problems,
+    )
+
+
+def _rate(wear: object) -> "Quantity | None":
+    """Return the specific wear rate of the first body that has one."""
+    rates = (body.specific_wear_rate for body in wear.bodies.values()) if isinstance(wear, SpecificWear) else iter(())
+    return next((rate for rate in rates if rate is not None), None)
+
+
+def _agreement(run_id: str, law: str, studies: "Sequence[StudyResult]") -> str:
+    """Return how a run agrees with the law that is recommended for it, by the first study that has both."""
+    for study in studies:
+        for result in study.laws:
+            for verdict in result.runs:
+                if result.model == law and verdict.id == run_id:
+                    fitted = verdict.role == "fitted" and verdict.outcome == "supported"
+                    return "fitted" if fitted else AGREEMENT[verdict.outcome]
+    return ""
+
+
+def show_processed(
+    archive: "Archive", ids: Sequence[str], studies: "Sequence[StudyResult]", failed: Iterable[str] = ()
+) -> list[RunRow]:
+    """Show runs and studies, and return what was said of each run."""
+    rows = [run_row(archive.outline(run_id), studies, failed) for run_id in ids]
+    families: dict[tuple[str, ...], list[RunRow]] = {}
+    for row in rows:
+        families.setdefault(tuple(row.coefficients) if len(row.coefficients) > 1 else (), []).append(row)
+    shown_studies = studies if line_width() is None else studies[:_STUDIES]
+    room = _room(len(families), studies, len(_problems(rows)))
+    power = power_for([*_all_coefficients(rows), *(_number(one) for study in studies for one in _of_study(study))])
+    print_result(_caption(rows, power))
+    for place, (family, members) in enumerate(families.items()):
+        taken, room = members if room is None else members[:room], None if room is None else room - len(members)
+        if taken and place:
+            print_result("")
+        if taken:
+            _show_family(family, taken, power)
+    if room is not None and room < 0:
+        print_result(f"and {-room} more: `tribopipe ls --all`")
+    if shown_studies:
+        print_result("")
+        _show_studies(shown_studies, power)
+    if len(shown_studies) < len(studies):
+        print_result(f"and {len(studies) - len(shown_studies)} more: `tribopipe study show`")
+    return rows
+
+
+def _room(families: int, studies: "Sequence[StudyResult]", problems: int) -> int | None:
+    """Return how many runs there is room for on a terminal; none where there is no end to the room."""
+    if line_width() is None:
+        return None
+    others = (3 + min(len(studies), _STUDIES + 1) if studies else 0) + min(problems, _PROBLEMS)
+    caption_and_summary, heads = 3, 3 * families - 1
+    return max(_FEWEST_RUNS, _LINES - caption_and_summary - heads - others)
+
+
+def _caption(rows: Sequence[RunRow], power: int | None) -> str:
+    laws = {row.law for row in rows if row.law}
+    count = f"{len(rows)} run{'' if len(rows) == 1 else 's'}"
+    if not laws:
+        return count
+    law = f" by {law_heading(laws.pop())}" if len(laws) == 1 else ""
+    unit = in_power([], power).unit(pretty(WEAR_COEFFICIENT))
+    return f"{count}; k_D{law} in {unit}, ± is one standard uncertainty"
+
+
+def _all_coefficients(rows: Sequence[RunRow]) -> "list[Number | None]":
+    return [_number(one) for row in rows for one in row.coefficients.values()]
+
+
+def _number(quantity: "Quantity | None", unit: str = WEAR_COEFFICIENT) -> Number | None:
+    return None if quantity is None else number(quantity, unit)
+
+
+def _show_family(bodies: tuple[str, ...], rows: Sequence[RunRow], power: int | None) -> None:
+    """Show runs that have a k_D of the same bodies."""
+    first, *others = (
+        in_power([_number(row.coefficients.get(name)) for row in rows], power).cells for name in bodies or ("",)
+    )
+    if not bodies:
+        first = in_power([_number(next(iter(row.coefficients.values()), None)) for row in rows], power).cells
+    laws = {row.law for row in rows if row.law}
+    columns = [
+        Cells("run", "run", [row.id for row in rows]),
+        _loads(rows),
+        Cells("k_d", f"k_D, {_short(bodies[0])}" if bodies else "k_D", first),
+        *(Cells(name, f"k_D, {_short(name)}", cells) for name, cells in zip(bodies[1:], others, strict=True)),
+        _rates(rows),
+        *([Cells("law", "law", [law_label(row.law) if row.law else NOTHING for row in rows])] if len(laws) > 1 else []),
+        Cells("friction", "μ", [_rounded(row.friction) for row in rows]),
+        Cells("agreement", "agreement", [row.agreement or NOTHING for row in rows]),
+        Cells("flags", "flags", [row.flags for row in rows]),
+    ]
+    ranked = ("run", "k_d", "rate", "agreement", "load", "law", "flags", "friction", *bodies[1:])
+    _show(columns, ranked)
+
+
+def _short(body: str) -> str:
+    """Return a body as the head of a narrow column calls it."""
+    return spoken(body).removesuffix(" disc")
+
+
+def _show(columns: Sequence[Cells], ranked: Iterable[str]) -> None:
+    """Show the columns in which something is known, as many as fit, in the order of their rank."""
+    known = {one.name: one for one in columns if set(one.cells) - {"", NOTHING}}
+    shown = chosen_columns({name: known[name] for name in ranked if name in known}, list(known))
+    table("", [one.heading for one in shown], rows_of(shown), spaced=False)
+
+
+def _loads(rows: Sequence[RunRow]) -> Cells:
+    """Return loads in one unit: in N where none is below 1 N."""
+    known = [row.load.value for row in rows if row.load is not None]
+    unit = "N" if known and min(known) >= 1 else "mN"
+    return Cells("load", f"load, {unit}", [_rounded(row.load, unit) for row in rows])
+
+
+def _rates(rows: Sequence[RunRow]) -> Cells:
+    """Return specific wear rates of runs without k_D, with a power of ten of their own."""
+    numbers = [_number(row.rate, SPECIFIC_WEAR_RATE) for row in rows]
+    cells = in_power(numbers, power_for(numbers))
+    return Cells("rate", f"wear rate, {cells.unit(pretty(SPECIFIC_WEAR_RATE))}", cells.cells)
+
+
+def _rounded(quantity: "Quantity | None", unit: str = "1") -> str:
+    found = _number(quantity, unit)
+    return NOTHING if found is None else rounded_value(found)
+
+
+def _of_study(study: "StudyResult") -> "Iterator[Quantity]":
+    if study.laws:
+        yield from (body.wear_coefficient for body in study.laws[0].bodies.values())
+
+
+def _show_studies(studies: "Sequence[StudyResult]", power: int | None) -> None:
+    """Show a row for each study, by its first law."""
+    laws: list[LawResult | None] = [study.laws[0] if study.laws else None for study in studies]
+    bodies = max(len(law.bodies) if law else 0 for law in laws)
+    known = [list(_of_study(study)) for study in studies]
+    coefficients = [
+        in_power([_number(one[at] if at < len(one) else None) for one in known], power).cells for at in range(bodies)
+    ]
+    columns = [
+        Cells("study", "study", [study.id for study in studies]),
+        *([Cells("law", "law", [law_label(law.model) if law else "" for law in laws])]
+          if len({law.model for law in laws if law}) > 1 else []),
+        *(Cells(f"k_d {at}", "k_D" if at == 0 else "k_D, 2nd body", cells) for at, cells in enumerate(coefficients)),
+        Cells("agreement", "agreement of predicted runs", [tally(law) or NOTHING if law else NOTHING for law in laws]),
+    ]  # fmt: skip
+    _show(columns, ("study", "k_d 0", "agreement", "law", *(f"k_d {at}" for at in range(1, bodies))))
+
+
+def _problems(rows: Sequence[RunRow]) -> Problems:
+    return by_kind((row.id, finding) for row in rows for finding in row.problems)
+
+
+def say_problems(rows: Sequence[RunRow]) -> None:
+    """Say the problems of runs in short, a line for each: what it is, and which runs have it."""
+    for line in short_lines(_problems(rows), line_width(on_stderr=True), _PROBLEMS):
+        say(line)
