@@ -90,7 +90,7 @@ def cut_last_row(run):
 # What is done to a sound run folder, and words that the refusal must hold.
 SPOILED = {
     # files
-    "no run.toml": (remove("run.toml"), ["sample-run", "run.toml", "write one"]),
+    "no run.toml": (remove("run.toml"), ["sample-run", "run.toml", "tribopipe new"]),
     "run.toml is a folder": (into_folder("run.toml"), ["run.toml", "found a folder", "expected a TOML file"]),
     "no signal file": (remove("signals.csv"), ["signals.csv", "no such file", "run.toml"]),
     "misnamed signal file": (

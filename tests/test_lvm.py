@@ -178,7 +178,7 @@ def test_x_may_be_no_time():
 
 
 @pytest.mark.parametrize(
-    ("label", "unit"), [("Deg C", "degC"), ("Newtons", "newtons"), ("NA", None), ("", None), ("x" * 200, None)]
+    ("label", "unit"), [("Deg C", "degC"), ("Newtons", "Newtons"), ("NA", None), ("", None), ("x" * 200, None)]
 )
 def test_labels_of_units_are_free_texts(label, unit):
     content = SMALL.replace(b"Y_Unit_Label\tN\t", f"Y_Unit_Label\t{label}\t".encode())
