@@ -35,7 +35,9 @@ extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx_copybutton"]
 exclude_patterns = ["**/.ipynb_checkpoints"]
 nitpicky = True
 # Names of other libraries, whose inventories would have to come from the network, and type variables.
-_OTHERS = r"(collections|datetime|h5py|matplotlib|np|numpy|pandas|pathlib|pydantic|typing)\..*|Figure"
+_OTHERS = (
+    r"(collections|datetime|h5py|matplotlib|np|numpy|os|pandas|pathlib|pydantic|typing)\..*|Figure|DataFrame|Series.*"
+)
 _VARIABLES = r"tribopipe\.(archive\.store\.R|base\.executor\.task\.(Task|Answer))"
 # What each kind of contact answers, which no user calls.
 _PROTOCOLS = r"tribopipe\.contacts\.wear\.(ContactWear|State)"

@@ -276,9 +276,12 @@ def uncertain(value: float, uncertainty: float | None, si_unit: str) -> Any:
     Of one value each call returns another variable: keep what is returned where a value occurs twice.
     """
     from pint import application_registry
+
+    if not uncertainty:
+        return application_registry.Quantity(value, si_unit)
     from uncertainties import ufloat
 
-    return application_registry.Quantity(ufloat(value, uncertainty) if uncertainty else value, si_unit)
+    return application_registry.Quantity(ufloat(value, uncertainty), si_unit)
 
 
 def computed(operation: Callable[[Any, Any], Any], left: Any, right: Any) -> Any:
