@@ -272,20 +272,17 @@ def _depth_ratio(run: RawRun, end: EndWear | None) -> float:
     return max(end.disc.quantity.value, 0.0) / end.pin_depth.value
 
 
-def disc_course(run: RawRun, recipe: Recipe) -> Course:
-    """Return how deep two discs that end at a depth, m, are at shares of the rotations, as if one alone wore.
+def disc_course(run: RawRun, recipe: Recipe, whole: float = 1.0) -> Course:
+    """Return how deep two discs that end at a depth, m, are on their way of some whole length, as if one alone wore.
 
     How wear is shared changes next to nothing of the shape of its sum.
     """
     discs = nominal_pair(run.manifest, recipe.wear.distance_per_rotation)
-    return lambda end_depth, share: discs.worn(discs.rotations(end_depth, 1.0) * share, 1.0).curved_depth
+    return lambda end_depth, along: discs.worn(discs.rotations(end_depth, 1.0) * along / whole, 1.0).curved_depth
 
 
 def disc_reading(run: RawRun, samples: DepthSamples, end: DiscEndWear, recipe: Recipe, slid: float) -> DepthReading:
-    """Return the depth reading of two discs, as if the curved one alone wore.
-
-    How wear is shared changes next to nothing of the shape of its sum.
-    """
-    course, total = disc_course(run, recipe), end.total
+    """Return the depth reading of two discs."""
+    total = end.total
     measured = MeasuredDepth(total.value + SCORES * (total.standard_uncertainty or 0.0), lambda depth: depth)
-    return samples.reading(lambda depth, distance: course(depth, distance / slid), (measured,))
+    return samples.reading(disc_course(run, recipe, slid), (measured,))
