@@ -2,6 +2,7 @@
 
     python benchmarks/misfit.py --judge 10 --write docs/results/misfit.md
     python benchmarks/misfit.py --judge 3 --runs 2000 --seed 2033 --only polymer "WC-Co, 1/f"
+    python benchmarks/misfit.py --runs 2000 --seed 2041 --only "settling 1 µm" "b: reciprocating"
     python benchmarks/misfit.py --runs 2 --only "Si3N4" bench
 
 `benchmarks/independent` simulates runs without any code of tribopipe: sound ones, faulty ones, a grid of thermal
@@ -49,7 +50,7 @@ def main() -> None:
     options = _options()
     report = Report("Misfit: what is wrong, and whether it is flagged", options)
     tasks = list(_tasks(options))
-    answers = _answers(tasks)
+    answers = _answers(tasks, options.jobs)
     report.say(f"Seed {options.seed}; runs with seeds below 1000 were for development.")
     for table in (_coefficients, _beside, _settling, _corners, _bench, _flags, _marks, _unanswered):
         table(report, answers)
@@ -60,6 +61,7 @@ def _options() -> argparse.Namespace:
     parser = arguments(__doc__ or "")
     parser.add_argument("--runs", type=int, default=_RUNS, help="runs of each sound regime (%(default)s)")
     parser.add_argument("--seed", type=int, default=_SEED, help="of all runs (%(default)s)")
+    parser.add_argument("--jobs", type=int, default=2, help="processes (%(default)s)")
     parser.add_argument("--only", nargs="+", metavar="NAME", help="regimes or groups whose name holds one of these")
     parser.add_argument(
         "--judge", type=int, default=0, metavar="N", help="let a study judge one of N sound and faulty runs, too"
@@ -76,10 +78,10 @@ def _tasks(options: argparse.Namespace) -> Iterator[Task]:
             yield name, options.seed, number, judged
 
 
-def _answers(tasks: Sequence[Task]) -> Answers:
-    """Evaluate all runs in two processes."""
+def _answers(tasks: Sequence[Task], jobs: int) -> Answers:
+    """Evaluate all runs, in so many processes."""
     found: dict[str, list[Outcome | str]] = {}
-    with ProcessPoolExecutor(2) as pool:
+    with ProcessPoolExecutor(jobs) as pool:
         for done, ((name, *_), runs) in enumerate(zip(tasks, pool.map(outcomes, tasks, chunksize=4), strict=True), 1):
             alone = runs if len(runs) == 1 else runs[:-1]
             found.setdefault(name, []).extend(alone)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from scipy.stats import chi2, multivariate_normal
+from scipy.stats import chi2, multivariate_normal, norm
 from test_identify import CASES, record
 
 from tribopipe.documents.manifest import EndValues
@@ -178,6 +178,18 @@ def test_draws_of_the_end_depth_have_its_moments():
     depth, spread = posterior.together
     assert np.mean(drawn) == pytest.approx(depth, abs=0.05 * spread)
     assert np.std(drawn) == pytest.approx(spread, rel=0.05)
+
+
+@pytest.mark.parametrize("share", [0.02, 0.1])
+def test_reading_that_tells_nothing_leaves_the_wear_as_the_scar_has_it(share):
+    """Wear as straight as drift, and a depth that grows with the square of the diameter that was measured."""
+    one = reading(np.random.default_rng(9))
+    straight = replace(one, course=lambda end: end * one.time, depth=one.depth - one.course(DEPTH) + DEPTH * one.time)
+    measured = MeasuredDepth(DEPTH * (1 + share * SCORES) ** 2, lambda end: end)
+    posterior = depth_posterior(replace(straight, measured=(measured,)))
+    scores = np.array([-1.96, -1.0, 0.0, 1.0, 1.96])
+    drawn = posterior.end_depths(norm.cdf(scores), np.ones(len(scores)))
+    np.testing.assert_allclose(drawn, DEPTH * (1 + share * scores) ** 2, atol=0.01 * measured.uncertainty)
 
 
 @pytest.mark.parametrize("spread", [10e-9, 0.2e-6, 5e-6])

@@ -1,8 +1,13 @@
 """Wear at the end of a test by its depth reading and by what was measured after it, everything else averaged over.
 
 The reading is wear h(s; H) of a run that ends at the depth H, a line z + r·t, optional terms, slow wander and noise
-(tribopipe.physics.depth_model.mixture). H has a flat prior, so that its intervals hold as often as they say where the
-reading alone, or the measurement alone, tells it.
+(tribopipe.physics.depth_model.mixture). H has Jeffreys' prior, the root of the information that both sources have of
+it, by which intervals hold as often as they say (B. L. Welch, H. W. Peers, J. R. Stat. Soc. B 25, 1963, 318),
+
+    π(H) ∝ √(1/σ² + Σ (∂z/∂H)²),
+
+with σ of the reading alone and z the scores of what was measured. It is flat in H where the reading tells H, and flat
+in the diameter, volume or depth that was measured where that does.
 """
 
 from collections.abc import Callable, Sequence
@@ -38,6 +43,8 @@ _LEAST_SPACING = 2e-5
 """and the least difference of these."""
 _ALIKE = 0.1
 """Relative difference of standard deviations, and half of that of means in these, of ways that are merged."""
+_SLOPE_REACH = 0.25
+"""Standard uncertainties of a measurement over which, to either side, the slope of its score is taken."""
 _LEAST_NOISE = 1e-12
 """Standard deviation, m, below which a reading counts as without noise."""
 _LEAST_WEAR = 1e-9
@@ -351,8 +358,12 @@ class DepthPosterior:
         if node not in self._known_nodes:
             grid, log_density = self._density
             factor = 1 + node * self._node_spacing
-            scores = sum((one.score(grid, factor) ** 2 for one in self.reading.measured), np.zeros(len(grid)))
-            self._known_nodes[node] = _cumulative(grid, log_density - scores / 2)
+            information, squares = np.full(len(grid), self.alone[1] ** -2.0), np.zeros(len(grid))
+            for one in self.reading.measured:
+                score = one.score(grid, factor)
+                squares += score**2
+                information += _slope_about(grid, score, _SLOPE_REACH * one.uncertainty) ** 2
+            self._known_nodes[node] = _cumulative(grid, log_density + (np.log(information) - squares) / 2)
         return self._known_nodes[node]
 
     @cached_property
@@ -456,6 +467,12 @@ def regressions_of(reading: DepthReading, reference: float) -> tuple[Regression,
 def _slope(reading: DepthReading, reference: float) -> Column:
     step = _STEP * reference
     return (reading.course(reference + step) - reading.course(reference - step)) / (2 * step)
+
+
+def _slope_about(grid: Column, values: Column, reach: float) -> Column:
+    """Return the slope of values between two places at a distance about each place of an ascending grid."""
+    low, high = np.maximum(grid - reach, grid[0]), np.minimum(grid + reach, grid[-1])
+    return np.asarray((np.interp(high, grid, values) - np.interp(low, grid, values)) / (high - low))
 
 
 def _anchor(measured: Sequence[MeasuredDepth], reference: float) -> Anchor | None:
