@@ -62,6 +62,11 @@ COMMANDS = {
     f"remove {HEAVY} --force": None,
     f"restore {HEAVY}": None,
     "verify": None,
+    f"reproduce {LIGHT}": 30,
+    "study new runs --into drafted": None,
+    "simulate virtual --plan plan.toml": 30,
+    f"live runs/{LIGHT} --once": None,
+    f"local-wear {LIGHT} --steps-per-decade 2": None,
     f"report {LIGHT} --output report.html": None,
     f"export csv {LIGHT} --what fit --output csv": None,
     "export dataset --eln book.eln --no-report": None,
@@ -77,9 +82,16 @@ COMMANDS = {
 """Commands with the lines that their answer may take."""
 MESSAGES_ONLY = (
     *("process runs --no-figures", "correct-drift", "fit", "new", "restore", "export dataset", "report", "remove"),
-    *("note", "tag", "mark-bad"),
+    *("note", "tag", "mark-bad", "live"),
 )
-"""Commands that may have nothing but messages to tell."""
+"""Commands that may have nothing but messages, or what follows a test, to tell."""
+LONG = ("fit", "predict --from", "reproduce", "local-wear", "live", "export dataset", "export umeshmotion", "report")
+"""Commands that take so long that they are run among the slow tests alone."""
+WIDTHS = (
+    pytest.param((80, False), id="80"),
+    pytest.param((80, True), id="80, all", marks=pytest.mark.slow),
+    pytest.param((120, True), id="120, all", marks=pytest.mark.slow),
+)
 
 
 @dataclass(frozen=True)
@@ -106,10 +118,11 @@ def shown(text: str) -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def lab(short_runs, tmp_path_factory) -> Path:
+def lab(short_runs, short_plan, tmp_path_factory) -> Path:
     """A folder with two short runs, a study of them, and the archive of both."""
     folder = tmp_path_factory.mktemp("lab")
     shutil.copytree(short_runs, folder / "runs")
+    shutil.copy(short_plan, folder / "plan.toml")
     (folder / "air.study.toml").write_text(STUDY, encoding="utf-8")
     shutil.copy(folder / "air.study.toml", folder / "runs")
     return folder
@@ -121,13 +134,15 @@ def processed(lab) -> Told:
     return seen_at(80, lab, ["process runs --no-figures"])[0]
 
 
-@pytest.fixture(scope="module", params=[80, 120])
+@pytest.fixture(scope="module", params=WIDTHS)
 def session(request, lab, processed, tmp_path_factory) -> tuple[int, dict[str, Told]]:
     """What every command shows at a width, in a copy of the folder."""
     assert processed.code == 0
     folder = tmp_path_factory.mktemp("width") / "lab"
     shutil.copytree(lab, folder)
-    return request.param, dict(zip(COMMANDS, seen_at(request.param, folder, list(COMMANDS)), strict=True))
+    width, with_long = request.param
+    commands = [one for one in COMMANDS if with_long or not one.startswith(LONG)]
+    return width, dict(zip(commands, seen_at(width, folder, commands), strict=True))
 
 
 def seen_at(width: int, folder: Path, commands: list[str]) -> list[Told]:

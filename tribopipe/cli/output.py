@@ -207,8 +207,20 @@ _BREAK = re.compile(r"(?<![±\d]) +(?!±)")
 """Where a cell may be broken: not within a number with its uncertainty and unit."""
 
 
+_LONG_WORD = 24
+"""From here on a word is broken after its points and slashes, as the path of a value is."""
+_WITHIN_WORD = re.compile(r"(?<=[./:])(?=\w)")
+
+
+def _pieces(cell: str) -> Iterator[tuple[str, str]]:
+    """Give the parts of a cell that stay on one line, each with what stands before it on the same line."""
+    for word in _BREAK.split(cell):
+        parts = _WITHIN_WORD.split(word) if len(word) > _LONG_WORD and "±" not in word else [word]
+        yield from ((part, "" if at else " ") for at, part in enumerate(parts))
+
+
 def _least(cell: str) -> int:
-    return max(map(_width, _BREAK.split(cell)))
+    return max((_width(part) for part, _ in _pieces(cell)), default=0)
 
 
 def _broken(cell: str, width: int) -> list[str]:
@@ -216,10 +228,10 @@ def _broken(cell: str, width: int) -> list[str]:
     if _width(cell) <= width:
         return [cell]
     lines = [""]
-    for word in _BREAK.split(cell):
-        longer = f"{lines[-1]} {word}".lstrip()
+    for part, before in _pieces(cell):
+        longer = f"{lines[-1]}{before}{part}".lstrip()
         if lines[-1] and _width(longer) > width:
-            lines.append(word)
+            lines.append(part)
         else:
             lines[-1] = longer
     return lines

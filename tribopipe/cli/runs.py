@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tribopipe.base.number_columns import number_column
 from tribopipe.cli.batch_options import Jobs, Part, Scheduler, Shard, crew, seen_by
 from tribopipe.cli.options import DEFAULT_ARCHIVE, Amend, ArchiveFolder, AsJson, Force, load_archive
 from tribopipe.cli.output import (
@@ -20,10 +21,14 @@ from tribopipe.cli.output import (
     say_where_to_read,
     table,
 )
+from tribopipe.cli.run_columns import Cells
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from tribopipe.base.executor import Crew
     from tribopipe.documents.plan import TwinDiscTruth
+    from tribopipe.documents.quantity import Quantity
     from tribopipe.pipeline.stages import Outcome
 
 _UNCOMPARED = {"radius_can_be_compared"}
@@ -160,40 +165,42 @@ def simulate(
     title = f"Simulated into {folder}"
     pins = [truth for truth in truths if isinstance(truth, Truth)]
     if pins:
-        table(
-            title,
-            ["run", "law", "true k_D", "true pin wear at the end"],
-            [
-                [
-                    truth.id,
-                    truth.law,
-                    truth.wear_coefficient.shown(WEAR_COEFFICIENT),
-                    truth.end_pin_wear_depth.shown("um"),
-                ]
-                for truth in pins
-            ],
-        )
+        k_d = _column("true k_D", [truth.wear_coefficient for truth in pins], WEAR_COEFFICIENT)
+        worn = _column("true pin wear at the end", [truth.end_pin_wear_depth for truth in pins], "um")
+        rows = zip([truth.id for truth in pins], [truth.law for truth in pins], k_d.cells, worn.cells, strict=True)
+        table(title, ["run", "law", k_d.heading, worn.heading], list(rows))
     discs = [truth for truth in truths if isinstance(truth, TwinDiscTruth)]
     if discs:
-        table(
-            title if not pins else "",
-            ["run", "law", "disc", "true k_D", "true wear at the end", "true volume at the end"],
-            [row for truth in discs for row in _disc_rows(truth)],
-        )
+        _show_discs(title if not pins else "", discs)
 
 
-def _disc_rows(truth: "TwinDiscTruth") -> list[list[str]]:
+_DISCS = ("curved", "flat")
+
+
+def _show_discs(title: str, truths: "Sequence[TwinDiscTruth]") -> None:
     from tribopipe.base.units import WEAR_COEFFICIENT
 
-    ends = (
-        ("curved", truth.curved_wear_coefficient, truth.end_curved_wear_depth, truth.end_curved_wear_volume),
-        ("flat", truth.flat_wear_coefficient, truth.end_flat_wear_depth, truth.end_flat_wear_volume),
-    )
-    law = truth.law if truth.fatigue is None else f"{truth.law}, fatigue"
-    return [
-        [truth.id, law, disc, k.shown(WEAR_COEFFICIENT), depth.shown("um"), volume.shown("mm^3")]
-        for disc, k, depth, volume in ends
+    names = [truth.id for truth in truths for _ in _DISCS]
+    laws = [truth.law if truth.fatigue is None else f"{truth.law}, fatigue" for truth in truths for _ in _DISCS]
+    columns = [
+        _column(head, [getattr(truth, key.format(disc)) for truth in truths for disc in _DISCS], unit)
+        for head, key, unit in (
+            ("true k_D", "{}_wear_coefficient", WEAR_COEFFICIENT),
+            ("true wear at the end", "end_{}_wear_depth", "um"),
+            ("true volume at the end", "end_{}_wear_volume", "mm^3"),
+        )
     ]
+    rows = zip(names, laws, [disc for _ in truths for disc in _DISCS], *(one.cells for one in columns), strict=True)
+    table(title, ["run", "law", "disc", *(one.heading for one in columns)], list(rows))
+
+
+def _column(head: str, quantities: "Sequence[Quantity]", unit: str) -> Cells:
+    """Return quantities as a column, its unit and power of ten in its head."""
+    from tribopipe.base.units import pretty
+    from tribopipe.cli.quantity_columns import number
+
+    shown = number_column([number(one, unit) for one in quantities])
+    return Cells(head, f"{head}, {shown.unit(pretty(unit))}", shown.cells)
 
 
 COMMANDS = {"check": check, "ingest": ingest, "simulate": simulate}
