@@ -420,7 +420,7 @@ def test_commands_lead_from_an_empty_folder_to_a_prediction(run_cli, short_plan,
         ("predict --law sarkar", "si3n4-air-400mN: sarkar, exact: pin k_D = "),
         ("predict si3n4-air-200mN --law sarkar --at 100", "100"),
         ("ls --columns id,steps", "drift, friction, specific wear, Sarkar, predicted by Sarkar"),
-        ("show si3n4-air-400mN", "prediction_sarkar"),
+        ("show si3n4-air-400mN -v", "prediction_sarkar"),
         ("process runs", "figures in "),
         ("schema export", "run.schema.json"),
     ):

@@ -269,7 +269,7 @@ def test_run_tells_where_a_depth_is_reached(run_cli, home):
 @pytest.mark.slow
 def test_study_on_other_laws_compares_them(run_cli, home):
     write_study(home, laws=["archard", "sarkar"])
-    result = run_cli("study", "run", "study.toml", "--no-figures", cwd=home)
+    result = run_cli("study", "run", "study.toml", "--no-figures", "-v", cwd=home)
     assert result.exit_code == 0
     assert re.search(rf"(?m)^{HEAVY}: its shape prefers (Archard's|Sarkar's|neither) law \(AIC ", result.stdout)
     assert run_cli("study", "figures", "--format", "svg", cwd=home).exit_code == 0
@@ -504,7 +504,7 @@ def lab(runs, tmp_path) -> Path:
 @pytest.mark.slow
 def test_process_does_runs_study_and_figures_and_the_second_time_nothing(run_cli, lab):
     command = ["process", "runs", "--recipe", "recipe.toml"]
-    first = run_cli(*command, cwd=lab)
+    first = run_cli(*command, "-vv", cwd=lab)
     assert first.exit_code == 0
     store = archived(lab)
     law = store.study("air").result.law("archard")

@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from tribopipe.archive.steps import WEAR_FITS
 from tribopipe.base.number_columns import NOTHING, Number, in_power, power_for, rounded_value
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, pretty
 from tribopipe.cli.output import line_width, print_result, say, table
@@ -16,7 +15,7 @@ from tribopipe.results.agreement import AGREEMENT, tally
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.finding import Finding, findings_of
 from tribopipe.results.specific_wear import SpecificWear
-from tribopipe.results.wear_fit import WearFit, spoken
+from tribopipe.results.wear_fit import fits_of, spoken
 
 if TYPE_CHECKING:
     from tribopipe.archive.outline import RunOutline
@@ -52,8 +51,7 @@ class RunRow(NamedTuple):
 def run_row(outline: "RunOutline", studies: "Sequence[StudyResult]", failed: Iterable[str] = ()) -> RunRow:
     """Return what is said of a run in one line."""
     results = {name: step.result for name, step in outline.steps.items()}
-    fits = (results.get(name) for name in WEAR_FITS.values())
-    fit = next((one for one in fits if isinstance(one, WearFit) and one.bodies), None)
+    fit = next((one for one in fits_of(results.values()) if one.bodies), None)
     friction, cleaned = results.get("friction_fit"), results.get("clean_up")
     problems = tuple(
         one

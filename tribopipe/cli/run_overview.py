@@ -4,19 +4,19 @@ from collections.abc import Iterator
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from tribopipe.archive.steps import PREDICTIONS, WEAR_FITS
+from tribopipe.archive.steps import PREDICTIONS
 from tribopipe.base.errors import ArchiveError
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT
 from tribopipe.cli.output import print_result
 from tribopipe.cli.pages import heading, paragraph, show_facts, show_head
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.quantity import between
-from tribopipe.physics.laws import law_heading
+from tribopipe.physics.laws import law_heading, law_title
 from tribopipe.results.agreement import AGREEMENT
 from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.finding_titles import title
 from tribopipe.results.specific_wear import SpecificWear
-from tribopipe.results.wear_fit import WearFit, by, spoken
+from tribopipe.results.wear_fit import WearFit, by, fits_of, spoken
 from tribopipe.results.wear_prediction import WearPrediction
 from tribopipe.views.page import Fact, RunPage
 from tribopipe.views.run_page import run_page
@@ -76,10 +76,9 @@ def _found(store: "Archive", outline: "RunOutline") -> Iterator[Fact]:
         yield Fact("drift", drift.drift_rate.shown("nm/min"))
     if isinstance(wear, SpecificWear):
         yield from _of_wear(wear, outline)
-    for law, name in WEAR_FITS.items():
-        fit, predicted = results.get(name), results.get(PREDICTIONS[law])
-        if isinstance(fit, WearFit):
-            yield from _of_fit(fit, outline)
+    for fit in fits_of(results.values()):
+        yield from _of_fit(fit, outline)
+        predicted = results.get(PREDICTIONS[fit.model])
         if isinstance(predicted, WearPrediction):
             yield from _of_prediction(predicted, outline)
     yield from _of_studies(store, outline)
@@ -101,7 +100,8 @@ def _of_wear(wear: SpecificWear, outline: "RunOutline") -> Iterator[Fact]:
             f"{body.depth.shown('um')} deep" if body.depth else "",
             _shown(body.specific_wear_rate, SPECIFIC_WEAR_RATE),
         )
-        yield Fact(outline.manifest.worded(f"wear of the {spoken(name)}"), "; ".join(filter(None, told)))
+        if any(told):
+            yield Fact(outline.manifest.worded(f"wear of the {spoken(name)}"), "; ".join(filter(None, told)))
 
 
 def _shown(quantity: "Quantity | None", unit: str) -> str:
@@ -110,13 +110,15 @@ def _shown(quantity: "Quantity | None", unit: str) -> str:
 
 def _of_fit(fit: WearFit, outline: "RunOutline") -> Iterator[Fact]:
     counted = "" if fit.distance_per_rotation is None else f", {fit.distance_per_rotation}"
-    law = f"{law_heading(fit.model)}{by(fit.engine)}{counted}"
+    law = f"by {law_title(fit.model)}{by(fit.engine)}{counted}"
     for name, body in fit.bodies.items():
         of = outline.manifest.worded(f"k_D of the {spoken(name)}")
         yield Fact(of, f"{body.wear_coefficient.shown(WEAR_COEFFICIENT)}, {law}")
         yield Fact("  95 % CI", between(body.interval, WEAR_COEFFICIENT))
+    if fit.parameters:
+        yield Fact("  parameters", ", ".join(map(str, fit.parameters)))
     if not fit.bodies and fit.lacks:
-        yield Fact("k_D", f"not found by {law}: {' and '.join(fit.lacks)} missing")
+        yield Fact("k_D", f"not found {law}: {' and '.join(fit.lacks)} missing")
 
 
 def _of_prediction(predicted: WearPrediction, outline: "RunOutline") -> Iterator[Fact]:

@@ -1,5 +1,6 @@
 """What a fit of a wear law finds: k_D of each body of a contact, of whatever kind, and what it is known by."""
 
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
@@ -236,6 +237,11 @@ class WearFit(FitRecord):
             f"{spoken(name)} {body}{_parameters(self.parameters)}{_depths(body)}" for name, body in self.bodies.items()
         )
         return f"{head}: {'; '.join(each)}"
+
+
+def fits_of(results: Iterable[object]) -> Iterator[WearFit]:
+    """Give the fits among the results of a run, in their order, those under laws that are not installed among them."""
+    yield from (result for result in results if isinstance(result, WearFit))
 
 
 def by(engine: WearEngine) -> str:
