@@ -49,6 +49,11 @@ class UnitColumn(NamedTuple):
 class Tabular(Displayed):
     """What has columns over the samples of a run."""
 
+    @property
+    @abstractmethod
+    def id(self) -> str:
+        """Name of the run."""
+
     @abstractmethod
     def unit_columns(self) -> Mapping[str, UnitColumn]:
         """Return the columns by name, each with its unit."""
@@ -72,7 +77,7 @@ class Tabular(Displayed):
         """
         columns = self.unit_columns()
         if name not in columns:
-            raise unknown_name(str(self).partition(":")[0], name, columns, "frame() has all of them in one table")
+            raise unknown_name(f"run {self.id}", name, columns, "frame() has all of them in one table")
         column: Series[float] = views().column(name, columns[name])
         return column
 
@@ -97,7 +102,7 @@ class Tabular(Displayed):
             call = (
                 f"columns are items: [{nearest(name, columns) or next(iter(columns), 'time')!r}], and those of frame()"
             )
-            raise unknown_name(str(self).partition(":")[0], name, known, call)
+            raise unknown_name(f"run {self.id}", name, known, call)
 
     def head(self, rows: int = 5) -> "DataFrame":
         """Return the first rows of ``frame()``."""
