@@ -21,7 +21,12 @@ class ArchivedRun(Tabular):
     """A run in an archive. Nothing of it is kept in memory: each attribute reads what is there."""
 
     def __init__(self, archive: "Archive", run_id: str) -> None:
-        self.archive, self.id = archive, run_id
+        self.archive, self._id = archive, run_id
+
+    @property
+    def id(self) -> str:
+        """Name of the run."""
+        return self._id
 
     @property
     def manifest(self) -> RunManifest:
