@@ -136,6 +136,7 @@ def test_header_lines_of_any_language_are_facts(language):
         ("Kugel;100Cr6;Ø 6 mm", {"material": "100Cr6", "diameter": "6 mm", "shape": "spherical"}),
         ("Ball: Si3N4, R = 3,175 mm", {"material": "Si3N4", "radius": "3.175 mm", "shape": "spherical"}),
         ("Bille Al2O3 diamètre 10 mm", {"material": "Al2O3", "diameter": "10 mm", "shape": "spherical"}),
+        ("Kugel 100Cr6 D6 mm", {"material": "100Cr6", "diameter": "6 mm", "shape": "spherical"}),
         ("Ball diameter;6 mm", {"diameter": "6 mm"}),
     ],
 )

@@ -90,8 +90,8 @@ _LABELS = {
 }
 _BALL = re.compile(rf"(?:{'|'.join(_BALLS.split())})(?![^\W\d_])[\s;:,=|]*(?P<rest>.*)", re.IGNORECASE)
 _SIZE = re.compile(
-    r"(?:(?P<diameter>\b(?:D|dia\.?|diam\w*|durchmesser)|[Ø⌀∅]|直径)|(?P<radius>\b(?:R|radius|rayon|radio)|半径))?"
-    r"[\s;:=]*(?<![\w.,])(?P<number>\d+(?:[.,]\d+)?)[ ;]*(?P<unit>mm|µm|μm|um|cm|in|inch)\b",
+    r"(?:(?:(?P<diameter>\b(?:D|dia\.?|diam[^\W\d]*|durchmesser)|[Ø⌀∅]|直径)|(?P<radius>\b(?:R|radius|rayon|radio)|半径))"
+    r"[\s;:=]*|(?<![\w.,]))(?P<number>\d+(?:[.,]\d+)?)[ ;]*(?P<unit>mm|µm|μm|um|cm|in|inch)\b",
     re.IGNORECASE,
 )
 _NUMBER = re.compile(r"(?P<number>[+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)\s*(?P<unit>.*)", re.ASCII | re.DOTALL)

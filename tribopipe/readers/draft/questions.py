@@ -12,7 +12,7 @@ Ask = Callable[[str], str]
 Say = Callable[[str], None]
 
 _YES = ("y", "yes")
-_BALL = re.compile(r"(?:D|dia\w*|[Ø⌀∅])\s*=?\s*(?=\d)", re.IGNORECASE)
+_BALL = re.compile(r"(?:D|dia[a-z]*|[Ø⌀∅])[\s=]*(?=\d)", re.IGNORECASE)
 _PIN = "contact.pin"
 _SHAPE = f"{_PIN}.shape"
 _OF_THE_RUN = (LOAD, "conditions.sliding_speed")
