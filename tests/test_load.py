@@ -11,7 +11,7 @@ from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.evaluation.applied_load import applied_load
 from tribopipe.evaluation.derived_columns import coefficient
 from tribopipe.evaluation.friction import fit_friction
-from tribopipe.evaluation.wear.inputs import friction_along, law_friction, pin_inputs
+from tribopipe.evaluation.wear.inputs import contact_inputs, friction_along, law_friction
 from tribopipe.physics.friction_path import ExponentialFriction
 
 DISTANCE = np.linspace(0, 500, 1001)
@@ -58,7 +58,8 @@ def test_nominal_load_is_the_fallback_as_it_is_stated(load):
 @pytest.mark.parametrize(("stated", "source", "share"), [(None, "default", 0.03), (0.004, "manifest", 0.02)])
 @pytest.mark.parametrize("load", [None, 0.21])
 def test_wear_takes_the_recorded_load_and_says_who_stated_its_uncertainty(load, stated, source, share):
-    given = pin_inputs(pressed(load, stated), Recipe(uncertainty=DefaultUncertainty(normal_load=0.03)))["normal_load"]
+    recipe = Recipe(uncertainty=DefaultUncertainty(normal_load=0.03))
+    given = contact_inputs(pressed(load, stated), recipe)["normal_load"]
     assert (given.quantity.value, given.source) == (pytest.approx(load or 0.2), source)
     assert given.spread == pytest.approx(share * given.quantity.value)
 

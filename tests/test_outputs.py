@@ -44,7 +44,7 @@ READ = {
     *((command, "recipe") for command in ("sweep", "plan", "watch", "live")),
     *((command, "paths") for command in ("check", "ingest", "process", "study new")),
     *((command, "template") for command in ("new", "watch")),
-    ("new", "files"),
+    *(("new", name) for name in ("files", "ends")),
     *(("live", name) for name in ("run", "drift_from", "wear_from")),
     *(("sweep", name) for name in ("document", "reuse")),
     *(("rescue", "files"), ("import", "crate"), ("study run", "path"), ("simulate", "plan")),

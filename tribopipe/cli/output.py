@@ -203,7 +203,7 @@ def _shared(wide: Sequence[int], narrow: Sequence[int], room: int) -> list[int]:
     return widths
 
 
-_BREAK = re.compile(r"(?<![±\d]) +(?!±)")
+_BREAK = re.compile(r"(?<![±\d ]) ++(?!±)")
 """Where a cell may be broken: not within a number with its uncertainty and unit."""
 
 
