@@ -22,6 +22,8 @@ from test_surface_topography import SDF
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 FOR_WORK_ON_TRIBOPIPE = {"bench", "crates", "dev", "docs", "test"}
 """Extras that no command needs."""
+NEEDS_IN_PYTHON = {"xarray": "tribopipe.read_run('sample-run').to_xarray()"}
+"""A call in Python for each extra that no command needs, in the folder ``lab``."""
 NEEDS = {
     "excel": ("formats", "detect", "forces.xlsx"),
     "fair": ("export", "--ro-crate", "crate"),
@@ -217,7 +219,7 @@ def test_main_job_runs_without_extras(bare, tmp_path):
 
 
 def test_an_extra_is_for_a_command_or_for_work_on_tribopipe():
-    assert set(PROJECT["optional-dependencies"]) == set(NEEDS) | FOR_WORK_ON_TRIBOPIPE
+    assert set(PROJECT["optional-dependencies"]) == {*NEEDS, *NEEDS_IN_PYTHON} | FOR_WORK_ON_TRIBOPIPE
 
 
 @pytest.mark.parametrize("extra", NEEDS)
@@ -227,6 +229,13 @@ def test_missing_extra_is_named_by_the_command_that_needs_it(extra, bare, lab):
     (line,) = said.stderr.splitlines()
     assert f'pip install "tribopipe[{extra}]"' in line
     assert "expected" in line
+
+
+@pytest.mark.parametrize("extra", NEEDS_IN_PYTHON)
+def test_missing_extra_is_named_by_the_call_that_needs_it(extra, bare, lab):
+    program = f"import tribopipe\n{NEEDS_IN_PYTHON[extra]}"
+    said = called(bare / "python", "-c", program, cwd=lab, exit_code=1)
+    assert f'pip install "tribopipe[{extra}]"' in said.stderr.splitlines()[-1]
 
 
 def test_every_command_is_known_to_need_an_extra_or_none():
@@ -293,6 +302,8 @@ def test_types_reach_programs_that_use_it(bare, tmp_path):
 
 
 def test_mistakes_are_found_in_programs_that_use_it(bare, tmp_path):
-    program = PROGRAM.replace("fit_wear(corrected", "fit_wear(run").replace(".value", ".unit").replace("_arch", "_ark")
+    program = (
+        PROGRAM.replace("fit_wear(corrected", "fit_wear(folder").replace(".value", ".unit").replace("_arch", "_ark")
+    )
     said = checked(program, bare, tmp_path, exit_code=1)
     assert re.findall(r"\[([\w-]+)\]$", said, re.MULTILINE) == ["arg-type", "return-value", "attr-defined"]
