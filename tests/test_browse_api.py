@@ -284,6 +284,11 @@ def test_a_study_is_a_page_with_plots(kind, request):
         for offer in study["plots"]:
             plot = client.get("api", "studies", line["id"], "plots", offer["name"]).json
             assert all(panel["lines"] for panel in plot["panels"])
+            if offer["name"].startswith("wear"):
+                assert all(panel["marks"] for panel in plot["panels"])
+                assert all(one["value"].endswith("(± u)") for panel in plot["panels"] for one in panel["marks"])
+                below = [panel["label"] for panel in plot["panels"] if panel["label"].endswith("measured over law")]
+                assert len(below) == (2 if kind == "disc_study" else 0)
             with h5py.File(archive / study["file"]) as file:
                 assert offer["path"] in file
                 assert all(one["path"] in file for panel in plot["panels"] for one in panel["lines"] if one["path"])

@@ -28,9 +28,8 @@ from tribopipe.results.evaluation import COVERAGE_FACTOR
 from tribopipe.views.archived_figures import save_run_figures
 from tribopipe.views.archived_study_figures import save_study_figures
 from tribopipe.views.disc_figures import plot_disc_contact, plot_disc_model, plot_disc_wear
-from tribopipe.views.disc_study_figures import plot_disc_study
 from tribopipe.views.run_figures import plot_depth, plot_friction, save_figure
-from tribopipe.views.study_figures import plot_study_friction
+from tribopipe.views.study_figures import plot_study_friction, plot_study_wear
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("few_draws")]
 
@@ -133,7 +132,7 @@ def test_wear_of_each_disc_stands_beside_the_laws_and_what_was_measured(run):
     assert_printable(figure)
     assert labels(figure) == ["Archard, fitted", "Sarkar, fitted", "measured, 95 %"]
     assert [ax.texts[0].get_text() for ax in figure.axes] == ["(a) curved disc", "(b) flat disc"]
-    assert figure.axes[0].get_ylabel() == "volume worn off / $10^{-3}$ mm³"
+    assert figure.axes[0].get_ylabel() == "wear volume / $10^{-3}$ mm³"
     assert {ax.get_xlabel() for ax in figure.axes} == {"rotations of the curved disc / $10^{6}$"}
     ends = run.manifest.end_values
     for ax, disc, end in zip(
@@ -331,16 +330,16 @@ def test_scenarios_that_wear_at_different_rates_share_logarithmic_axes():
 
 def study_figure(studied):
     stored = studied.study("discs")
-    return plot_disc_study(stored.result, "archard", stored.curves), stored
+    return plot_study_wear(stored.result, "archard", stored.curves), stored
 
 
 def test_study_has_a_panel_for_each_slip_with_the_law_along_its_longest_run(studied):
     figure, stored = study_figure(studied)
     assert figure.get_figwidth() == 7.2
     assert_printable(figure)
-    upper, lower = figure.axes[::2], figure.axes[1::2]
-    assert [ax.get_title(loc="left") for ax in upper] == ["(a) 4 % slip, 250 mN", "(b) 10 % slip, 250 mN"]
-    assert upper[0].get_ylabel() == "volume worn off / $10^{-3}$ mm³"
+    upper, lower = figure.axes[:2], figure.axes[2:]
+    assert [ax.get_title(loc="left") for ax in upper] == ["(a) 250 mN, 4 % slip", "(b) 250 mN, 10 % slip"]
+    assert upper[0].get_ylabel() == "wear volume / $10^{-3}$ mm³"
     assert lower[0].get_ylabel() == "measured\nover law"
     assert {ax.get_xlabel() for ax in lower} == {"rotations of the curved disc / $10^{6}$"}
     assert len({(ax.get_xlim(), ax.get_ylim()) for ax in upper}) == 1
@@ -360,7 +359,7 @@ def test_study_figure_holds_every_measured_volume_and_its_share_of_the_law(studi
     figure, stored = study_figure(studied)
     runs = stored.result.law("archard").runs
     for place, slip in enumerate((0.04, 0.1)):
-        ax, below = figure.axes[2 * place : 2 * place + 2]
+        ax, below = figure.axes[place::2]
         judged = [(run, disc) for run in runs if run.slip.value == pytest.approx(slip) for disc in run.bodies.values()]
         volumes = [
             (
@@ -372,7 +371,7 @@ def test_study_figure_holds_every_measured_volume_and_its_share_of_the_law(studi
         assert sorted((value, half) for _, value, half in bars(ax)) == [pytest.approx(one) for one in sorted(volumes)]
         ratios = [disc.measured.value / disc.predicted.value for _, disc in judged]
         assert sorted(value for _, value, _ in bars(below)) == pytest.approx(sorted(ratios))
-    fast = sorted({round(x, 6) for x, *_ in bars(figure.axes[2])})
+    fast = sorted({round(x, 6) for x, *_ in bars(figure.axes[1])})
     assert len(fast) == 2
     assert np.mean(fast) == pytest.approx(1.0, rel=1e-3)
 
@@ -395,7 +394,7 @@ def test_study_tells_discs_and_roles_apart_and_marks_where_the_law_is_called_off
     crosses = [drawn for drawn in ax.lines if drawn.get_marker() == "x"]
     assert [cross.get_xdata()[0] for cross in crosses] == pytest.approx([2.0, 2.0], rel=1e-3)
     assert "law under-predicts" in labels(figure)
-    assert not any(drawn.get_marker() == "x" for drawn in figure.axes[2].lines)
+    assert not any(drawn.get_marker() == "x" for drawn in figure.axes[1].lines)
 
 
 @pytest.mark.parametrize(("outcome", "words"), [("over-predicts", "law over-predicts"), ("not decidable",) * 2])
@@ -404,7 +403,7 @@ def test_every_outcome_but_support_has_a_mark(studied, outcome, words):
     *others, last = stored.result.law("archard").runs
     discs = {name: disc.model_copy(update={"outcome": outcome}) for name, disc in last.bodies.items()}
     result = changed(stored.result, runs=(*others, last.model_copy(update={"bodies": discs})))
-    figure = plot_disc_study(result, "archard", stored.curves)
+    figure = plot_study_wear(result, "archard", stored.curves)
     assert {"law under-predicts", words} <= set(labels(figure))
     assert_printable(figure)
 
@@ -429,9 +428,9 @@ def changed(result, **update):
 def test_study_of_one_slip_fits_one_column(studied):
     stored = studied.study("discs")
     runs = stored.result.law("archard").runs[:2]
-    figure = plot_disc_study(changed(stored.result, runs=runs), "archard", stored.curves)
+    figure = plot_study_wear(changed(stored.result, runs=runs), "archard", stored.curves)
     assert figure.get_figwidth() == 3.5
-    assert figure.axes[0].get_title(loc="left") == "4 % slip, 250 mN"
+    assert figure.axes[0].get_title(loc="left") == "250 mN, 4 % slip"
     assert_printable(figure)
 
 
@@ -440,10 +439,10 @@ def test_one_sided_study_draws_the_curved_disc_alone(studied):
     law = stored.result.law("archard")
     runs = tuple(run.model_copy(update={"bodies": {"curved_disc": run.first}}) for run in law.runs)
     alone = changed(stored.result, bodies={"curved_disc": law.first}, runs=runs)
-    figure = plot_disc_study(alone, "archard", stored.curves)
+    figure = plot_study_wear(alone, "archard", stored.curves)
     assert "flat disc" not in labels(figure)
     assert "flat" not in figure.get_suptitle()
-    assert all(len([one for one in ax.lines if len(one.get_xdata()) > 2]) == 1 for ax in figure.axes[::2])
+    assert all(len([one for one in ax.lines if len(one.get_xdata()) > 2]) == 1 for ax in figure.axes[:2])
 
 
 def test_depths_are_not_drawn_for_volumes(studied):
@@ -452,9 +451,9 @@ def test_depths_are_not_drawn_for_volumes(studied):
     deep = first.model_copy(
         update={"bodies": {name: d.model_copy(update={"what": "wear_depth"}) for name, d in first.bodies.items()}}
     )
-    figure = plot_disc_study(changed(stored.result, runs=(deep, *others)), "archard", stored.curves)
+    figure = plot_study_wear(changed(stored.result, runs=(deep, *others)), "archard", stored.curves)
     assert "runs without measured volume: 1" in labels(figure)
-    assert [len(bars(ax)) for ax in figure.axes[::2]] == [8, 4]
+    assert [len(bars(ax)) for ax in figure.axes[:2]] == [8, 4]
 
 
 @pytest.mark.slow
@@ -476,3 +475,14 @@ def test_same_figures_give_the_same_bytes(studied, run, tmp_path):
     first, second = ({path.name: path.read_bytes() for path in (tmp_path / n).iterdir()} for n in ("first", "second"))
     assert len(first) == 5
     assert first == second
+
+
+def test_titles_of_panels_do_not_collide():
+    runs = [read_run(SAMPLES / run_id) for run_id in (SHORT, *FAST)]
+    members = [Member(correct_drift(run), fit_friction(run)) for run in runs]
+    figure = plot_study_friction([*members, *members[1:]])
+    figure.draw_without_rendering()
+    titles = [ax._left_title.get_window_extent() for ax in figure.axes]
+    assert len(titles) == 5
+    assert not any(one.overlaps(other) for n, one in enumerate(titles) for other in titles[:n])
+    assert all(title.x1 <= figure.bbox.x1 for title in titles)

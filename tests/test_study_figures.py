@@ -131,12 +131,12 @@ def test_wear_figure_says_of_each_load_what_the_law_makes_of_it(studied):
     assert labels(figure)[:3] == [*loads, "200 mN, fitted"]
     (ax,) = figure.axes
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("sliding distance s / m", "pin wear depth / µm")
-    assert "Archard's law" in ax.get_title(loc="left")
+    assert figure.get_suptitle().startswith("Archard's law, fitted at 200 mN\n")
     found, spread = (
         x / UNIT * 1e9 for x in (law.first.wear_coefficient.value, law.first.wear_coefficient.standard_uncertainty)
     )
-    words = f"({found:.2f} ± {spread:.2f})×$10^{{-9}}$ mm³/(N·mm), fitted at 200 mN"
-    assert words in ax.get_title(loc="left")
+    words = f"({found:.2f} ± {spread:.2f})×$10^{{-9}}$ mm³/(N·mm)"
+    assert figure.get_suptitle().endswith(words)
 
 
 @pytest.mark.parametrize(("study", "law"), [(SI3N4, "archard"), (SI3N4, "sarkar"), (WC_CO, "archard")])
@@ -257,7 +257,8 @@ def test_figures_of_one_run_fit_one_column(studied, members, effective):
     assert friction.axes[0].get_title(loc="left") == "200 mN"
     wear = plot_study_wear(result, "archard", studied.study("si3n4").curves)
     assert labels(wear)[0] == "200 mN, fitted"
-    assert "end value, 95 %" in labels(wear)
+    assert "measured, 95 %, run fitted" in labels(wear)
+    assert "(bars shifted right)" not in labels(wear)
     for figure in (friction, coefficient, wear):
         assert_printable(figure)
 

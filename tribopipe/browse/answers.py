@@ -9,11 +9,12 @@ from tribopipe.archive.catalog.catalog import Catalogue
 from tribopipe.archive.catalog.columns import COLUMNS, ListedColumn
 from tribopipe.archive.catalog.listed import ListedRun, texts_of
 from tribopipe.archive.store import STUDIES, SUFFIX, Archive
-from tribopipe.browse.plots import PlotOffer, axis_label
+from tribopipe.browse.plots import PlotOffer
 from tribopipe.physics.laws import law_label
 from tribopipe.version import VERSION
 from tribopipe.views.csv_files import CSV_KINDS
 from tribopipe.views.page import RunPage, StudyPage
+from tribopipe.views.plot import axis_label
 
 Cell = str | tuple[float, str] | None
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 from starlette.exceptions import HTTPException
 
-from tribopipe.browse.plots import axis_label, run_plots
+from tribopipe.browse.plots import run_plots
 from tribopipe.browse.samples import RunFile
-from tribopipe.views.plot import Panel, Plot
+from tribopipe.views.plot import Panel, Plot, axis_label
 
 COMPARED = {"wear": "Wear", "friction": "Friction", "depth": "Depth signal"}
 """What can be compared, with its title."""

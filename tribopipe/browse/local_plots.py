@@ -9,8 +9,8 @@ from tribopipe.evaluation.study.member import Member
 from tribopipe.pipeline.archived_results import archived_correction, archived_friction
 from tribopipe.pipeline.step_definitions import recipe_of
 from tribopipe.results.wear_fit import WearFit
-from tribopipe.views.coefficient_plot import LawCoefficient, coefficient_panel
 from tribopipe.views.plot import MICRONS, Curve, Panel, Unit
+from tribopipe.views.study_plots import LawCoefficient, coefficient_panel
 
 _COURSE = (
     ("wear depth", MICRONS, {"local": "depth", "GIWM": "giwm_depth"}),

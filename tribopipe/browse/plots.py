@@ -8,7 +8,6 @@ import numpy as np
 
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, StepName
 from tribopipe.base.arrays import Column
-from tribopipe.base.units import axis
 from tribopipe.browse.local_plots import course_axis, draw_coefficient, draw_course
 from tribopipe.browse.run_results import corrected_run, located, raw_run, wear_curves
 from tribopipe.browse.samples import RunFile
@@ -17,7 +16,7 @@ from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.physics.laws import law_title
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.wear_fit import WearFit
-from tribopipe.views.plot import Panel, Plot
+from tribopipe.views.plot import Panel, Plot, axis_label
 from tribopipe.views.run_figures import basis_words
 from tribopipe.views.run_plots import (
     AXES,
@@ -33,13 +32,6 @@ Draw = Callable[[str], tuple[Panel, ...]]
 """Draws a plot against an axis: its panels from the top."""
 RAW = "raw"
 """Where plots stand that belong to no step."""
-_LABELS: dict[str, str] = {
-    "sliding_distance": axis("sliding distance s", "m"),
-    "time": axis("time", "s"),
-    "rotations": "rotations of the curved disc",
-    "sample": "sample",
-    "friction": "friction coefficient μ",
-}
 
 
 @dataclass(frozen=True)
@@ -68,11 +60,6 @@ def coefficient_offer(stage: str, path: str, draw: Draw) -> PlotOffer:
     """Offer a plot of k_D against the friction coefficient."""
     words = "Worn volume over load and distance in windows along each run; Sarkar's law expects k_D·√(1 + 3μ²)."
     return PlotOffer("coefficient", "Wear coefficient against friction", stage, path, ("friction",), draw, words)
-
-
-def axis_label(name: str) -> str:
-    """Return how an axis is labelled."""
-    return _LABELS[name]
 
 
 def run_plots(run: RunFile) -> list[PlotOffer]:

@@ -13,9 +13,7 @@ from tribopipe.evaluation.study.effective import effective_coefficient
 from tribopipe.evaluation.study.member import Member
 from tribopipe.pipeline.archived_results import archived_correction, archived_friction
 from tribopipe.pipeline.step_definitions import recipe_of
-from tribopipe.results.agreement import StudyResult
 from tribopipe.views.archived_figures import is_since
-from tribopipe.views.disc_study_figures import plot_disc_study
 from tribopipe.views.run_figures import save_beside, save_figures
 from tribopipe.views.study_figures import plot_study_coefficient, plot_study_friction, plot_study_wear
 
@@ -65,7 +63,8 @@ def study_is_drawn(archive: Archive, study_id: str) -> bool:
 def _figures(stored: StoredStudy, runs: Sequence[Member], recipe: Recipe) -> "dict[str, Figure]":
     result = stored.result
     recorded = any(curve.measured is not None for curve in stored.curves)
-    figures = _wear(stored, result, runs) if recorded else _worn_volumes(stored, result)
+    depths = _recorded(runs) if result.correction == "two-step" else {}
+    figures = {f"wear-{law.model}": plot_study_wear(result, law.model, stored.curves, depths) for law in result.laws}
     if any(run.friction is not None and run.friction.outcome != "none" for run in runs):
         figures["friction"] = plot_study_friction(runs)
     if recorded and any(law.model == "sarkar" for law in result.laws):
@@ -76,16 +75,7 @@ def _figures(stored: StoredStudy, runs: Sequence[Member], recipe: Recipe) -> "di
     return figures
 
 
-def _wear(stored: StoredStudy, result: StudyResult, runs: Sequence[Member]) -> "dict[str, Figure]":
-    measured = _measured(runs) if result.correction == "two-step" else {}
-    return {f"wear-{law.model}": plot_study_wear(result, law.model, stored.curves, measured) for law in result.laws}
-
-
-def _worn_volumes(stored: StoredStudy, result: StudyResult) -> "dict[str, Figure]":
-    return {f"wear-{law.model}": plot_disc_study(result, law.model, stored.curves) for law in result.laws}
-
-
-def _measured(runs: Sequence[Member]) -> Mapping[str, tuple[Column, Column]]:
+def _recorded(runs: Sequence[Member]) -> Mapping[str, tuple[Column, Column]]:
     """Return the corrected wear of the pins; a fit that finds drift with k_D has its own, which the study holds."""
     curves = {run.id: (run.corrected.run.sliding_distance, run.corrected.pin_wear_depth) for run in runs}
     return {run_id: (distance, depth) for run_id, (distance, depth) in curves.items() if depth is not None}

@@ -15,6 +15,8 @@ ONE_COLUMN, TWO_COLUMNS = 3.5, 7.2
 """Widths of a journal's columns, inches."""
 _MOST_COLUMNS = 4
 """Panels beside each other."""
+_LETTER, _MARGIN = 0.068, 0.25
+"""Inches of a letter in a panel's title, and of what stands beside a panel."""
 _SMALL: Any = {
     **STYLE,
     "font.size": 8,
@@ -37,17 +39,19 @@ def in_columns(plot: "Callable[P, Figure]") -> "Callable[P, Figure]":
     return styled(plot, _SMALL)
 
 
-def rows_and_columns(count: int) -> tuple[int, int]:
-    """Lay out so many panels, at most four beside each other."""
-    rows = math.ceil(count / _MOST_COLUMNS)
+def rows_and_columns(count: int, titles: Sequence[str] = ()) -> tuple[int, int]:
+    """Lay out so many panels, at most four beside each other, or as many as there is room for their titles."""
+    letters = max((len(line) for title in titles for line in title.splitlines()), default=0)
+    beside = max(1, min(_MOST_COLUMNS, int(TWO_COLUMNS / (_LETTER * letters + _MARGIN))))
+    rows = math.ceil(count / beside)
     return rows, math.ceil(count / rows)
 
 
-def grid(count: int, key_lines: int) -> "tuple[Figure, list[Axes]]":
-    """Lay out panels with common axes, at most four beside each other, above a legend of so many lines."""
+def grid(count: int, key_lines: int, titles: Sequence[str] = ()) -> "tuple[Figure, list[Axes]]":
+    """Lay out panels with common axes above a legend of so many lines."""
     from tribopipe.views.canvas import ShownFigure
 
-    rows, columns = rows_and_columns(count)
+    rows, columns = rows_and_columns(count, titles)
     width = ONE_COLUMN if count == 1 else TWO_COLUMNS
     figure = ShownFigure(figsize=(width, 0.3 + 2.1 * rows + 0.16 * key_lines), dpi=300, layout="constrained")
     axes = list(figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).flat)

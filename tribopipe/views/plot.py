@@ -14,7 +14,10 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName
 from tribopipe.documents.signals import SIGNALS, SignalName
+from tribopipe.results.agreement import Role as RunRole
+from tribopipe.results.agreement import Verdict
 from tribopipe.results.evaluation import COVERAGE_FACTOR
+from tribopipe.views.number_format import powered_axis
 
 Role = Literal["measured", "fit", "prediction", "drift", "wander", "residual"]
 
@@ -29,6 +32,20 @@ class Unit:
 
 MICRONS, RATIO, VOLUME = Unit("m", "um"), Unit("1", "1"), Unit("m^3", "mm^3")
 COEFFICIENT = Unit("m^2/N", WEAR_COEFFICIENT)
+_AXES: dict[str, tuple[str, str]] = {
+    "sliding_distance": ("sliding distance s", "m"),
+    "time": ("time", "s"),
+    "rotations": ("rotations of the curved disc", "1"),
+    "sample": ("sample", "1"),
+    "friction": ("friction coefficient μ", "1"),
+}
+"""What plots are drawn against: in words, and the unit."""
+
+
+def axis_label(name: str, power: int = 0) -> str:
+    """Return how a horizontal axis is labeled whose numbers leave out a power of ten."""
+    words, unit = _AXES[name]
+    return powered_axis(words, power, unit)
 
 
 @dataclass(frozen=True)
@@ -63,6 +80,10 @@ class Mark:
     """Of the 95 % interval."""
     value: str = ""
     """As people read it, with its standard uncertainty: "33.16 ± 0.30 µm (± u)"."""
+    role: RunRole | None = None
+    """Of the run in a study."""
+    outcome: Verdict | None = None
+    """What it says of the law that it is drawn beside."""
 
 
 @dataclass(frozen=True)

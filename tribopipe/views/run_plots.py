@@ -83,7 +83,7 @@ def friction_panels(
         name = f"measured{_cleaned(clean_up, 'friction_coefficient')}"
         curves.append(Curve(name, "measured", x, mu, RATIO, run.id, path="friction_coefficient"))
     if fitted is not None and fit is not None:
-        name = "A·exp(−s/c) + b" if fit.outcome == "exponential" else "steady value"
+        name = "fit, μ = A·exp(−s/c) + b" if fit.outcome == "exponential" else "steady value b"
         curves.append(Curve(name, "fit", x, fitted, RATIO, run.id, path=_FRICTION))
         if mu is not None and fit.window is not None:
             residuals.append(Curve("measured − fitted", "residual", x, mu - fitted, RATIO, run.id))
@@ -129,7 +129,7 @@ class ShownQuantity(NamedTuple):
 
 
 QUANTITIES: dict[Measured, ShownQuantity] = {
-    "wear_volume": ShownQuantity(("curved_volume", "flat_volume"), "volume worn off", VOLUME, "o"),
+    "wear_volume": ShownQuantity(("curved_volume", "flat_volume"), "wear volume", VOLUME, "o"),
     "wear_depth": ShownQuantity(("curved_depth", "flat_depth"), "wear depth", MICRONS, "s"),
     "track_width": ShownQuantity(("half_width", "half_width"), "track width", MICRONS, "^", 2.0),
 }

@@ -1,33 +1,45 @@
 """Figures of a study in the size of a journal's columns: wear of all runs under one law, friction, and effective k_D.
 
-They hold what Figures 1, 3, 4, 5 and 6 of the paper do, with the uncertainties besides. Runs stand in the order of
-their loads; they differ in colour (Okabe–Ito), in line style and in marker, so that the figures survive greyscale.
+They hold what Figures 1, 3, 4, 5, 6 and 12 of the paper do, with the uncertainties besides. Runs stand in the order of
+their loads. Runs, or bodies, differ in color (Okabe–Ito), in line style and in marker, so that the figures survive
+grayscale.
 """
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from itertools import cycle
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from tribopipe.base.arrays import Column
-from tribopipe.base.units import WEAR_COEFFICIENT, axis, from_si, interval_from_si, show, show_force
+from tribopipe.base.units import WEAR_COEFFICIENT, axis, from_si, show, show_force
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName
 from tribopipe.documents.slip import stated_slip
-from tribopipe.evaluation.friction_paths import fitted_path
 from tribopipe.evaluation.study.effective import EffectiveCoefficient
 from tribopipe.evaluation.study.member import Member
 from tribopipe.physics.laws import law_heading
-from tribopipe.results.agreement import LawResult, RunVerdict, StudyResult
-from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit
-from tribopipe.results.run import RawRun
+from tribopipe.results.agreement import LawResult, RunVerdict, StudyResult, Verdict
+from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.study_curves import StudyCurve
-from tribopipe.views.coefficient_plot import LawCoefficient, friction_range, law_curves
+from tribopipe.results.wear_fit import spoken
 from tribopipe.views.decimation import thinned
-from tribopipe.views.layout import TWO_COLUMNS, grid, in_columns, label_outer, letter
-from tribopipe.views.number_format import coefficient_power, coefficient_words, powered_axis, scaled_coefficient, slid
+from tribopipe.views.layout import ONE_COLUMN, TWO_COLUMNS, grid, in_columns, label_outer, letter, rows_and_columns
+from tribopipe.views.number_format import (
+    coefficient_power,
+    coefficient_words,
+    power_of,
+    powered_axis,
+    scaled_coefficient,
+    slid,
+)
+from tribopipe.views.plot import RATIO, VOLUME, Panel, axis_label
 from tribopipe.views.run_figures import BLACK, GREY, PALETTE
+from tribopipe.views.run_plots import friction_panels
+from tribopipe.views.study_plots import LawCoefficient, friction_range, law_curves, study_panels
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -36,18 +48,40 @@ if TYPE_CHECKING:
 
 _MARKERS = ("o", "s", "^", "D", "v", "P")
 _DASHES = ((0, (5, 1.6)), (0, (5, 1.4, 1.2, 1.4)), (0, (2.2, 1.2)), (0, (7, 1.2, 1.2, 1.2, 1.2, 1.2)))
+_DEPARTING: dict[Verdict | None, tuple[str, str]] = {
+    "under-predicts": ("x", "law under-predicts"),
+    "over-predicts": ("+", "law over-predicts"),
+    "not decidable": ("$?$", "not decidable"),
+}
+"""Marks of measurements that do not support the law."""
 _KEY_ORDER = ("measured", "smoothing", "Archard", "Sarkar")
 """Of the legend of effective k_D."""
 _EVERY = 2
 """One of so many averages is drawn."""
+_LETTERS = 32
+"""Of a line above a panel."""
+_APART, _ASIDE = 0.04, 0.01
+"""Shares of the axis: between runs that end together, and by which bodies stand off that would hide each other."""
 
 
 class _Look(NamedTuple):
-    """How one run is drawn wherever it stands."""
+    """How one run, or one body, is drawn wherever it stands."""
 
-    colour: str
+    name: str
+    """In the legend."""
+    color: str
     dashes: Any
     marker: str
+
+    def marks(self, size: float, *, filled: bool) -> dict[str, Any]:
+        """Return how its markers are drawn: those of runs that identify k_D are filled."""
+        fill = None if filled else "white"
+        return {"color": self.color, "marker": self.marker, "ms": size, "mew": size / 4.5, "mfc": fill}
+
+
+_GREY = _Look("", GREY, "", "o")
+_AVERAGE, _MEASURED = 2.3, 3.2
+"""Sizes of markers, points."""
 
 
 @in_columns
@@ -55,108 +89,236 @@ def plot_study_wear(
     result: StudyResult,
     law: LawName,
     curves: Sequence[StudyCurve],
-    measured: Mapping[str, tuple[Column, Column]] | None = None,
+    recorded: Mapping[str, tuple[Column, Column]] | None = None,
 ) -> "Figure":
-    """Draw pin wear of all runs beside one law, with 95 % bands and end values (paper, Figs. 1, 4 and 6).
+    """Draw the wear of all runs by one law, with 95 % bands and what was measured after the tests.
 
-    ``measured`` holds sliding distance and pin wear depth, m, by run, for the thin lines. The open markers are what the
-    study compares: the same averaged over stretches of the distance.
+    Wear that was recorded along the runs stands in one panel, a color for each run (paper, Figs. 1, 4 and 6); the small
+    markers are what the study compares, averages over stretches of the distance. ``recorded`` holds sliding distance
+    and wear depth, m, by run, for the thin lines.
+
+    Of runs that were measured at their ends alone, those of one load and slip share a panel, a color for each body, in
+    which the law is drawn along the longest of them (paper, Fig. 12). Below, what was measured stands over what the law
+    says. Runs on which another quantity was measured are counted in the legend.
     """
-    from tribopipe.views.canvas import ShownFigure
-
-    found, by_run = result.law(law), {curve.run_id: curve for curve in curves if curve.model == law}
-    runs = [run for run in _by_load(found.runs) if run.id in by_run]
-    names = _names({run.id: run.normal_load for run in runs})
-    key = sum(0.34 if below else 0.2 for _, below in names.values())
-    figure = ShownFigure(figsize=(TWO_COLUMNS, max(3.7, 1.5 + key)), dpi=300, layout="constrained")
-    ax = figure.subplots()
-    handles: list[Artist] = []
-    for number, run in enumerate(runs):
-        look = _look(number, run, runs)
-        if measured is not None and run.id in measured:
-            distance, depth = thinned(*measured[run.id])
-            ax.plot(distance, _micro(depth), color=look.colour, lw=0.4, alpha=0.35, zorder=1.5)
-        _draw_law(ax, by_run[run.id], look)
-        handles.append(_run_handle(look, _role(run).join(names[run.id])))
-    _draw_ends(ax, runs)
-    if ax.dataLim.y0 > -0.02 * ax.dataLim.y1:
-        ax.set_ylim(bottom=0.0)
-    ax.set_xlabel(axis("sliding distance s", "m"))
-    ax.set_ylabel(axis("pin wear depth", "um"))
-    ax.set_title(_law_words(found, names), loc="left")
-    handles = [*handles[::-1], *_wear_key(ax, thin=bool(measured), apart=len(runs) > 1)]
-    figure.legend(handles=handles, loc="outside right upper", labelspacing=0.7, handlelength=4.0)
+    found, own = result.law(law), [curve for curve in curves if curve.model == law]
+    runs = [run for run in sorted(found.runs, key=_severity) if run.id in {curve.run_id for curve in own}]
+    along = any(curve.measured is not None for curve in own)
+    groups: dict[str, list[RunVerdict]] = {}
+    for run in runs:
+        groups.setdefault("" if along else _conditions(run.normal_load, run.slip), []).append(run)
+    drawn = [list(study_panels(found, curves, [run.id for run in some])) for some in groups.values()]
+    looks = _looks_of_runs(runs) if along else _looks_of_bodies(found)
+    last, wear = max(run.end.value for run in runs), drawn[0][0]
+    powers = power_of(last), power_of(max(map(_highest, drawn))) if wear.unit == VOLUME else 0
+    lines = sum(0.2 + 0.14 * look.name.count("\n") for look in looks.values()) if along else 0.0
+    figure, columns = _columns(len(groups), lines)
+    shifts = {name: shift for some in groups.values() for name, shift in _shifts(some, last, along=along).items()}
+    for number, (words, panels, axes) in enumerate(zip(groups, drawn, columns, strict=True)):
+        for place, panel in enumerate(panels):
+            row = place % len(axes)
+            aside = row * _ASIDE * last * (place - len(panels) / 2)
+            draw = _Drawing(axes[row], looks, {name: shift + aside for name, shift in shifts.items()})
+            draw.panel(panel, powers[0], 0 if row else powers[1])
+        if words:
+            letter(axes[0], number, words, len(groups))
+    for run_id, line in (recorded or {}).items():
+        if run_id in looks:
+            x, y = thinned(*line)
+            depth = from_si(y, wear.unit.si, wear.unit.shown)
+            columns[0][0].plot(x, depth, color=looks[run_id].color, lw=0.4, alpha=0.35, zorder=1.5)
+    quantity = f"{wear.body} {wear.quantity}" if along else wear.quantity
+    _finish(columns, axis_label(curves[0].along, powers[0]), powered_axis(quantity, powers[1], wear.unit.shown))
+    columns[0][0].set_xlim(*(end / 10.0 ** powers[0] for end in (-0.01 * last, 1.03 * last + max(shifts.values()))))
+    figure.suptitle(_law_words(found, ", " if len(groups) > 1 else ",\n"), x=0.01, ha="left", fontsize=8.6)
+    handles = [*_looks_key(looks), *_key(runs, [panel for panels in drawn for panel in panels], thin=bool(recorded))]
+    figure.legend(
+        handles=handles,
+        loc="outside right upper" if along else "outside lower center",
+        ncols=4 if len(groups) > 1 else 1,
+        handlelength=3.0,
+    )
     return figure
 
 
-def _draw_law(ax: "Axes", curve: StudyCurve, look: _Look) -> None:
-    """Draw a law from zero on and its band; the averages compared with it, and the edges between which they belong."""
-    from matplotlib.patheffects import withStroke
+def _looks_of_runs(runs: Sequence[RunVerdict]) -> dict[str, _Look]:
+    """Return how runs are drawn, the most severe first: those that identify k_D in full lines."""
+    dashes = cycle(_DASHES)
+    looks = {}
+    for number, (run, (words, below)) in enumerate(zip(runs, _names(runs).values(), strict=True)):
+        role = "fitted" if run.role == "fitted" else f"predicted: {run.outcome}"
+        line = "-" if run.role == "fitted" else next(dashes)
+        color, marker = PALETTE[number % len(PALETTE)], _MARKERS[number % len(_MARKERS)]
+        looks[run.id] = _Look(f"{words}, {role}{below}", color, line, marker)
+    return dict(reversed(looks.items()))
 
-    distance = np.concatenate([[0.0], curve.places])
-    depth, lower, upper = (
-        np.concatenate([[0.0], _micro(values)]) for values in (curve.predicted, curve.lower, curve.upper)
+
+def _looks_of_bodies(law: LawResult) -> dict[str, _Look]:
+    names = map(spoken, law.bodies)
+    looks = map(_Look._make, zip(names, PALETTE, ("-", *_DASHES), _MARKERS, strict=False))
+    return {look.name: look for look in looks}
+
+
+def _shifts(runs: Sequence[RunVerdict], last: float, *, along: bool) -> dict[str, float]:
+    """Return shifts of runs that end close together, so that their error bars do not hide each other, nor curves."""
+    near: list[list[str]] = []
+    before = -math.inf
+    for run in runs if along else sorted(runs, key=lambda run: run.end.value):
+        if (along and near) or run.end.value - before < _APART / 2 * last:
+            near[-1].append(run.id)
+        else:
+            near.append([run.id])
+        before = run.end.value
+    step = (_APART / 2 if along else _APART) * last
+    return {
+        name: (place + (0.8 if along else (1 - len(some)) / 2)) * step if len(some) > 1 else 0.0
+        for some in near
+        for place, name in enumerate(some)
+    }
+
+
+class _Drawing(NamedTuple):
+    """Where panels of a study are drawn, and how."""
+
+    ax: "Axes"
+    looks: Mapping[str, _Look]
+    """By run, or by body."""
+    shifts: Mapping[str, float]
+    """Of what was measured at the end, by run."""
+
+    def panel(self, panel: Panel, *powers: int) -> None:
+        """Draw curves and marks, of bodies that are told apart the law along the longest run alone."""
+        x_unit, y_unit = (10.0**power for power in powers)
+        body = self.looks.get(panel.body)
+        curves = [max(panel.curves, key=lambda one: float(one.x[-1]))] if body else panel.curves
+        for curve in curves:
+            values = (curve.y, curve.lower, curve.upper)
+            shown = [from_si(one, curve.unit.si, curve.unit.shown) / y_unit for one in values if one is not None]
+            draw = self._averages if curve.role == "measured" else self._share if panel.unit == RATIO else self._law
+            draw(body or self.looks[curve.run], curve.x / x_unit, *shown)
+        for one in panel.marks:
+            look = body or self.looks[one.run]
+            x, value, half = (one.x + self.shifts[one.run]) / x_unit, one.y / y_unit, one.half_width / y_unit
+            marks = look.marks(_MEASURED, filled=one.role == "fitted")
+            self.ax.errorbar(x, value, yerr=half, ls="", elinewidth=0.9, capsize=2, zorder=5, **marks)
+            if one.outcome in _DEPARTING:
+                self._cross(x, value + half, one.outcome)
+
+    def _averages(self, look: _Look, x: Column, y: Column, low: Column, high: Column) -> None:
+        for edge in (low, high):
+            self.ax.plot(x, edge, color=look.color, ls=":", lw=0.6, alpha=0.9, zorder=2)
+        marks = look.marks(_AVERAGE, filled=False)
+        self.ax.plot(x[1::_EVERY], y[1::_EVERY], ls="", zorder=4, **marks)
+
+    def _law(self, look: _Look, x: Column, y: Column, low: Column, high: Column) -> None:
+        from matplotlib.patheffects import withStroke
+
+        halo = withStroke(linewidth=1.8, foreground="white")
+        self.ax.fill_between(x, low, high, color=look.color, alpha=0.2, lw=0, zorder=1.8)
+        self.ax.plot(x, y, color=look.color, ls=look.dashes, zorder=3, path_effects=[halo])
+
+    def _share(self, look: _Look, x: Column, y: Column, low: Column, high: Column) -> None:
+        self.ax.fill_between(x, low, high, color=look.color, alpha=0.2, lw=0)
+        self.ax.plot(x, y, color=GREY, lw=0.6, zorder=1)
+
+    def _cross(self, x: float, top: float, outcome: Verdict | None) -> None:
+        from matplotlib.transforms import offset_copy
+
+        above = offset_copy(self.ax.transData, self.ax.figure, y=6, units="points")  # type: ignore[arg-type]
+        self.ax.plot(x, top, transform=above, clip_on=False, **_cross(outcome))
+
+
+def _cross(outcome: Verdict | None) -> dict[str, Any]:
+    return {"color": BLACK, "marker": _DEPARTING[outcome][0], "ls": "", "ms": 4.5, "mew": 1.0, "zorder": 6}
+
+
+def _highest(panels: Sequence[Panel]) -> float:
+    """Return the largest wear by a law or a measurement, in the shown unit."""
+    wear = [panel for panel in panels if panel.unit != RATIO]
+    ends = [float(from_si(curve.y[-1], curve.unit.si, curve.unit.shown)) for panel in wear for curve in panel.curves]
+    return max([*ends, *(one.y for panel in wear for one in panel.marks)], default=0.0)
+
+
+def _columns(count: int, beside: float) -> "tuple[Figure, list[tuple[Axes, ...]]]":
+    """Lay out one wide panel beside a legend so high; or so many panels, each with a smaller one below."""
+    from tribopipe.views.canvas import ShownFigure
+
+    rows, columns = rows_and_columns(count)
+    width = ONE_COLUMN if count == 1 and not beside else TWO_COLUMNS
+    height = max(3.7, 1.9 + beside) if beside else (1.9 if count == 1 else 0.9) + 2.9 * rows
+    figure = ShownFigure(figsize=(width, height), dpi=300, layout="constrained")
+    each = [1.0] if beside else [2.4, 1.0]
+    axes = figure.subplots(
+        rows * len(each), columns, sharex=True, sharey="row", squeeze=False, height_ratios=each * rows
     )
-    ax.fill_between(distance, lower, upper, color=look.colour, alpha=0.2, lw=0, zorder=1.8)
-    halo = withStroke(linewidth=1.8, foreground="white")
-    ax.plot(distance, depth, color=look.colour, ls=look.dashes, zorder=3, path_effects=[halo])
-    # The last place is that of the end value, which is no reading of the sensor.
-    if (measured := curve.measured) is None:
-        return
-    for edge in (measured.lower, measured.upper):
-        ax.plot(distance[1:-1], _micro(edge[:-1]), color=look.colour, ls=":", lw=0.6, alpha=0.9, zorder=2)
-    every = slice(1, -1, _EVERY)
-    averages = _marks(look.colour, look.marker, open_=True)
-    ax.plot(curve.places[every], _micro(measured.best[every]), ls="", zorder=4, **averages)
+    found = []
+    for number in range(rows * columns):
+        row, column = divmod(number, columns)
+        own = tuple(axes[len(each) * row : len(each) * (row + 1), column])
+        found.append(own)
+        for ax in own if number >= count else ():
+            ax.remove()
+        own[-1].tick_params(labelbottom=True)
+    return figure, found[:count]
 
 
-def _marks(colour: str, marker: str, *, open_: bool) -> dict[str, Any]:
-    """Give averages small open markers, and end values larger ones that are filled."""
-    if open_:
-        return {"color": colour, "marker": marker, "ms": 2.3, "mfc": "white", "mec": colour, "mew": 0.5}
-    return {"color": colour, "marker": marker, "ms": 3.2, "mec": BLACK, "mew": 0.4}
+def _finish(columns: "Sequence[tuple[Axes, ...]]", along: str, wear: str) -> None:
+    """Label the outer axes, and leave room for marks above error bars; points at the axis stay whole."""
+    _, beside = rows_and_columns(len(columns))
+    for number, axes in enumerate(columns):
+        axes[-1].set_xlabel(along)
+        for ax, label, least in zip(axes, (wear, "measured\nover law"), (None, 0.9), strict=False):
+            if number % beside == 0:
+                low, high = ax.get_ylim()
+                usual = low if low < -0.08 * high else -0.02 * high
+                ax.set_ylim(usual if least is None else min(least, low), high + 0.08 * (high - low))
+                ax.set_ylabel(label)
 
 
-def _draw_ends(ax: "Axes", runs: Sequence[RunVerdict]) -> None:
-    """Draw the end values; several of them side by side behind the curves, where error bars do not hide each other."""
-    last = max(run.end.value for run in runs)
-    for number, run in enumerate(runs):
-        look, (body,) = _look(number, run, runs), run.bodies.values()
-        spread = COVERAGE_FACTOR * interval_from_si(body.measured.standard_uncertainty or 0.0, "m", "um")
-        shift = 0.0 if len(runs) == 1 else 0.018 * last * (number + 0.8)
-        ax.errorbar(
-            run.end.value + shift,
-            from_si(body.measured.value, "m", "um"),
-            yerr=spread,
-            ls="",
-            elinewidth=0.9,
-            capsize=2,
-            zorder=5,
-            **_marks(look.colour, look.marker, open_=False),
-        )
-    ax.set_xlim(-0.01 * last, last * (1.018 + 0.018 * len(runs)))
-
-
-def _run_handle(look: _Look, name: str) -> "Artist":
+def _looks_key(looks: Mapping[str, _Look]) -> "list[Artist]":
+    """Name runs or bodies."""
     from matplotlib.lines import Line2D
 
-    return Line2D([], [], ls=look.dashes, label=name, **_marks(look.colour, look.marker, open_=False))
+    return [
+        Line2D([], [], ls=look.dashes, label=look.name, **look.marks(_MEASURED, filled=True)) for look in looks.values()
+    ]
 
 
-def _wear_key(ax: "Axes", *, thin: bool, apart: bool) -> "list[Any]":
+def _key(runs: Sequence[RunVerdict], panels: Sequence[Panel], *, thin: bool) -> "list[Artist]":
     """Say what is drawn of every run."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    end = "end value, 95 % (shifted right)" if apart else "end value, 95 %"
-    return [
-        Line2D([], [], color="none", label=" "),
-        *([Line2D([], [], color=GREY, lw=0.6, label="measured")] if thin else []),
-        Line2D([], [], ls="", label="measured, averaged", **_marks(GREY, "o", open_=True)),
-        ax.errorbar([], [], yerr=[], ls="", elinewidth=0.9, capsize=2, label=end, **_marks(GREY, "o", open_=False)),
-        Patch(color=GREY, alpha=0.35, lw=0, label="law, 95 % band"),
-        Line2D([], [], color=GREY, ls=":", lw=0.9, label="averages, 95 % band"),
+    marks = [one for panel in panels for one in panel.marks]
+    averaged = any(curve.role == "measured" for panel in panels for curve in panel.curves)
+
+    def grey(label: str, size: float, *, filled: bool) -> Line2D:
+        return Line2D([], [], ls="", label=label, **_GREY.marks(size, filled=filled))
+
+    def words(label: str) -> Line2D:
+        return Line2D([], [], color="none", label=label)
+
+    handles: list[Artist] = [words(" ")] if averaged else []
+    handles += [Line2D([], [], color=GREY, lw=0.6, label="measured")] if thin else []
+    handles += [grey("measured, averaged", _AVERAGE, filled=False)] if averaged else []
+    handles += [
+        grey(f"measured, 95 %, run {role}", _MEASURED, filled=role == "fitted")
+        for role in ("fitted", "predicted")
+        if any(run.role == role for run in runs)
     ]
+    handles.append(Patch(color=GREY, alpha=0.35, lw=0, label="law, 95 % band"))
+    handles += [Line2D([], [], color=GREY, ls=":", lw=0.9, label="averages, 95 % band")] if averaged else []
+    handles += [
+        Line2D([], [], label=label, **_cross(outcome))
+        for outcome, (_, label) in _DEPARTING.items()
+        if any(one.outcome == outcome for one in marks)
+    ]
+    if len(runs) > 1:
+        handles.append(words("(bars shifted right)" if averaged else "(side by side where they would overlap)"))
+    silent = len(runs) - len({one.run for one in marks})
+    if silent:
+        handles.append(words(f"runs without measured {panels[0].quantity.removeprefix('wear ')}: {silent}"))
+    return handles
 
 
 @in_columns
@@ -168,12 +330,13 @@ def plot_study_friction(runs: Sequence[Member]) -> "Figure":
     shown = [(run, run.friction) for run in runs if run.friction is not None and run.friction.outcome != "none"]
     if not shown:
         raise ValueError("found no run with friction; expected at least one")
-    shown.sort(key=lambda one: _place(one[0].corrected.run))
-    names = _told_apart({run.id: _conditions(run.corrected.run) for run, _ in shown})
-    figure, axes = grid(len(shown), 1)
+    names = _told_apart({run.id: words for run, _ in shown for _, words in [_known(run)]})
+    shown.sort(key=lambda one: _known(one[0])[0])
+    titles = ["".join(names[run.id]) for run, _ in shown]
+    figure, axes = grid(len(shown), 1, titles)
     for number, (ax, (run, fit)) in enumerate(zip(axes, shown, strict=True)):
         _draw_friction(ax, run, fit)
-        letter(ax, number, "".join(names[run.id]), len(shown))
+        letter(ax, number, titles[number], len(shown))
     low, high = axes[0].get_ylim()
     # Room for the parameters above all samples.
     axes[0].set_ylim(low, low + (high - low) / 0.76)
@@ -184,21 +347,12 @@ def plot_study_friction(runs: Sequence[Member]) -> "Figure":
 
 
 def _draw_friction(ax: "Axes", run: Member, fit: FrictionFit) -> None:
-    raw, path = run.corrected.run, fitted_path(fit)
-    distance = raw.sliding_distance
-    mu = raw.columns.get("friction_coefficient", np.full_like(distance, np.nan))
-    ax.plot(*thinned(distance, mu), color=GREY, lw=0.4, label="measured")
-    if path is not None and fit.window is not None:
-        inside = np.linspace(fit.window[0].value, fit.window[1].value, 400)
-        exponential = fit.outcome == "exponential"
-        ax.plot(
-            inside,
-            path.coefficient(inside),
-            color=PALETTE[0] if exponential else PALETTE[1],
-            ls="-" if exponential else "--",
-            lw=1.4,
-            label="fit, μ = A·exp(−s/c) + b" if exponential else "steady value b",
-        )
+    raw = run.corrected.run
+    exponential = fit.outcome == "exponential"
+    fitted = {"color": PALETTE[0] if exponential else PALETTE[1], "ls": "-" if exponential else "--", "lw": 1.4}
+    for curve in friction_panels(raw.sliding_distance, raw, fit)[0].curves:
+        look: Any = {"color": GREY, "lw": 0.4} if curve.role == "measured" else fitted
+        ax.plot(*thinned(curve.x, curve.y), label=curve.name, **look)
     words = {"A": fit.amplitude, "b": fit.steady_state, "c": fit.running_in_distance}
     text = "\n".join(f"{name} = {value}" for name, value in words.items() if value is not None)
     ax.text(0.97, 0.97, text, transform=ax.transAxes, ha="right", va="top", fontsize=7, linespacing=1.25)
@@ -212,18 +366,19 @@ def plot_study_coefficient(result: StudyResult, effective: Sequence[EffectiveCoe
     Raises ``KeyError`` where the study has not tried Sarkar's law.
     """
     by_run = {one.run_id: one for one in effective}
-    runs = [run for run in _by_load(result.law("sarkar").runs) if run.id in by_run]
-    names, shown = _names({run.id: run.normal_load for run in runs}), [by_run[run.id] for run in runs]
+    runs = [run for run in sorted(result.law("sarkar").runs, key=_severity) if run.id in by_run]
+    names, shown = _names(runs), [by_run[run.id] for run in runs]
     power = coefficient_power(result.law("sarkar").first.wear_coefficient)
     last = max(float(np.max(one.sliding_distance)) for one in shown)
     bias = max(float(np.max(np.abs(one.bias))) for one in shown)
-    figure, axes = grid(len(shown), 3 if len(shown) > 1 else 5)
+    titles = [f", {run.role}".join(names[run.id]) for run in runs]
+    figure, axes = grid(len(shown), 3 if len(shown) > 1 else 5, titles)
     mu = friction_range(shown)
-    for number, (ax, one, run) in enumerate(zip(axes, shown, runs, strict=True)):
+    for number, (ax, one) in enumerate(zip(axes, shown, strict=True)):
         points = _draw_effective(ax, one, power, last)
         ax.plot([], [], ls="", label=f"(smoothing bias at most {100 * bias:.1f} %)")
         ends = [end for law in result.laws for end in _draw_coefficient(ax, law, mu, power)]
-        letter(ax, number, f", {run.role}".join(names[run.id]), len(shown))
+        letter(ax, number, titles[number], len(shown))
     axes[0].set_xlim(mu[0], mu[-1])
     axes[0].set_ylim(*_coefficient_range(shown, ends, power))
     label_outer(axes, "friction coefficient μ", powered_axis("effective $k_\\mathrm{D}$", power, WEAR_COEFFICIENT))
@@ -299,54 +454,43 @@ def _coefficient_range(shown: Sequence[EffectiveCoefficient], ends: Sequence[flo
     return min(reached) - room, max(reached) + room
 
 
-def _by_load(runs: Sequence[RunVerdict]) -> list[RunVerdict]:
-    return sorted(runs, key=lambda run: run.normal_load.value)
+def _severity(run: RunVerdict) -> tuple[float, float]:
+    return (0.0 if run.slip is None else run.slip.value, run.normal_load.value)
 
 
-def _names(loads: Mapping[str, Quantity]) -> dict[str, tuple[str, str]]:
-    """Name runs by their loads, and on a line below by their ids where several have the same."""
-    return _told_apart(
-        {run_id: show_force(load.value, load.standard_uncertainty) for run_id, load in _without_spread(loads).items()}
-    )
+def _known(member: Member) -> tuple[tuple[float, float], str]:
+    """Return what a run is ordered by, and named by."""
+    manifest = member.corrected.run.manifest
+    load, slip = manifest.conditions.normal_load, stated_slip(manifest)
+    return (0.0 if slip is None else slip.value, load.value), _conditions(load, slip)
+
+
+def _conditions(load: Quantity, slip: Quantity | None) -> str:
+    """Name a run by its load, and by the slip of bodies that roll."""
+    words = show_force(load.value)
+    return words if slip is None else f"{words}, {show(slip.value, None, '1', '%')} slip"
+
+
+def _names(runs: Sequence[RunVerdict]) -> dict[str, tuple[str, str]]:
+    """Name runs by their conditions, and on a line below by their ids where several have the same."""
+    return _told_apart({run.id: _conditions(run.normal_load, run.slip) for run in runs})
 
 
 def _told_apart(shown: Mapping[str, str]) -> dict[str, tuple[str, str]]:
     count = Counter(shown.values())
-    return {run_id: (words, "" if count[words] == 1 else f"\n{run_id}") for run_id, words in shown.items()}
+    return {
+        run_id: (words, "" if count[words] == 1 else "".join(f"\n{line}" for line in wrap(run_id, _LETTERS)))
+        for run_id, words in shown.items()
+    }
 
 
-def _place(run: RawRun) -> tuple[float, ...]:
-    """Return what runs are ordered by: load, and for two discs slip and rotations."""
-    load, found = run.manifest.conditions.normal_load.value, stated_slip(run.manifest)
-    return (load,) if found is None else (load, found.value, float(np.nanmax(run.progress)))
-
-
-def _conditions(run: RawRun) -> str:
-    """Name a run by its load, and for two discs by slip too."""
-    load, found = show_force(run.manifest.conditions.normal_load.value), stated_slip(run.manifest)
-    return load if found is None else f"{load}, {show(found.value, None, '1', '%')} slip"
-
-
-def _without_spread(loads: Mapping[str, Quantity]) -> dict[str, Quantity]:
-    return {run_id: Quantity(value=load.value, unit=load.unit) for run_id, load in loads.items()}
-
-
-def _look(number: int, run: RunVerdict, runs: Sequence[RunVerdict]) -> _Look:
-    predicted = sum(other.role == "predicted" for other in runs[:number])
-    dashes = "-" if run.role == "fitted" else _DASHES[predicted % len(_DASHES)]
-    return _Look(PALETTE[number % len(PALETTE)], dashes, _MARKERS[number % len(_MARKERS)])
-
-
-def _role(run: RunVerdict) -> str:
-    return ", fitted" if run.role == "fitted" else f", predicted: {run.outcome}"
-
-
-def _law_words(law: LawResult, names: Mapping[str, tuple[str, str]]) -> str:
-    fitted = [run.id for run in law.runs if run.role == "fitted"]
-    source = f"at {names[fitted[0]][0]}" if len(fitted) == 1 and fitted[0] in names else f"to {len(fitted)} runs"
-    coefficient = coefficient_words(law.first.wear_coefficient)
-    return f"{law_heading(law.model)}, $k_\\mathrm{{D}}$ = {coefficient}, fitted {source}"
-
-
-def _micro(depth: Column) -> Column:
-    return from_si(depth, "m", "um")
+def _law_words(law: LawResult, between: str) -> str:
+    """Write the law with what it was fitted to, and k_D of each body."""
+    fitted = [run for run in law.runs if run.role == "fitted"]
+    alone = f"at {_conditions(fitted[0].normal_load, fitted[0].slip)}" if len(fitted) == 1 else f"to {len(fitted)} runs"
+    head = [law_heading(law.model), *filter(None, [law.distance_per_rotation]), f"fitted {alone}"]
+    each = between.join(
+        coefficient_words(body.wear_coefficient) + (f" ({spoken(name)})" if len(law.bodies) > 1 else "")
+        for name, body in law.bodies.items()
+    )
+    return f"{', '.join(head)}\n$k_\\mathrm{{D}}$ = {each}"
