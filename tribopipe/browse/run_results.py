@@ -5,16 +5,15 @@ from dataclasses import replace
 from typing import Generic, TypeVar
 
 from tribopipe.archive.steps import StepName
-from tribopipe.base.arrays import Column
 from tribopipe.browse.samples import RunFile
-from tribopipe.documents.signals import SIGNALS, SignalName
+from tribopipe.documents.signals import SIGNALS
 from tribopipe.results.evaluation import DriftCorrection
 from tribopipe.results.run import CorrectedRun, RawRun
 from tribopipe.results.wear_curves import Band, WearCurves
 from tribopipe.results.wear_fit import WearFit
 from tribopipe.results.wear_prediction import WearPrediction
 from tribopipe.views.plot import Panel
-from tribopipe.views.run_plots import CORRECTED, WANDER
+from tribopipe.views.run_plots import CORRECTED, RAW, WANDER
 
 K = TypeVar("K", bound=str)
 V = TypeVar("V")
@@ -38,13 +37,11 @@ class _ReadOnDemand(Mapping[K, V], Generic[K, V]):
         return len(self._names)
 
 
-def raw_run(run: RunFile) -> RawRun:
-    """Return a run, by the name of its file, with its signals as they were cleaned up."""
-
-    def read(name: SignalName) -> Column:
-        return run.sampled(str(run.signal_path(name)))
-
-    columns = _ReadOnDemand([name for name in SIGNALS if run.signal_path(name)], read)
+def raw_run(run: RunFile, *, recorded: bool = False) -> RawRun:
+    """Return a run, by the name of its file, with its signals as they were cleaned up, or as recorded."""
+    found = {name: RAW + name if recorded else run.signal_path(name) for name in SIGNALS}
+    paths = {name: path for name, path in found.items() if path and path in run.datasets}
+    columns = _ReadOnDemand(paths, lambda name: run.sampled(paths[name]))
     manifest = run.outline.manifest.model_copy(update={"id": run.id})
     return RawRun(manifest, columns, run.outline.origins, {}, {}, ())
 

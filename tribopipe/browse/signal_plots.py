@@ -1,16 +1,13 @@
 """Plots of what was recorded: signals, columns without a meaning, and what clean-up changed."""
 
-from collections.abc import Mapping
-
 from tribopipe.base.arrays import Column
+from tribopipe.browse.run_results import raw_run
 from tribopipe.browse.samples import RunFile
 from tribopipe.documents.signals import SignalName
-from tribopipe.views.plot import RATIO, Curve, Panel, signal_unit
-from tribopipe.views.run_plots import AXES
+from tribopipe.views.plot import RATIO, Curve, Panel
+from tribopipe.views.run_plots import AXES, CLEANED, clean_up_panels, signal_panels
 
 _SHOWN_ELSEWHERE: tuple[SignalName, ...] = (*AXES, "depth", "friction_coefficient")
-CLEANED = "/entry/clean_up/data/"
-RAW = "/entry/raw/"
 
 
 def recorded(run: RunFile) -> list[SignalName]:
@@ -20,7 +17,7 @@ def recorded(run: RunFile) -> list[SignalName]:
 
 def draw_signals(run: RunFile, x: Column) -> tuple[Panel, ...]:
     """Draw forces, speed, temperature and humidity as recorded, each in a panel."""
-    return tuple(_panel(run, x, name, {"as recorded": RAW + name}) for name in recorded(run))
+    return signal_panels(x, raw_run(run, recorded=True), recorded(run))
 
 
 def changed(run: RunFile) -> list[SignalName]:
@@ -30,20 +27,7 @@ def changed(run: RunFile) -> list[SignalName]:
 
 def draw_clean_up(run: RunFile, x: Column) -> tuple[Panel, ...]:
     """Draw each signal that clean-up changed, before and after."""
-    folders = {"as recorded": RAW, "cleaned up": CLEANED}
-    return tuple(
-        _panel(run, x, name, {said: folder + name for said, folder in folders.items()}) for name in changed(run)
-    )
-
-
-def _panel(run: RunFile, x: Column, name: SignalName, paths: Mapping[str, str]) -> Panel:
-    unit = signal_unit(name, run.outline.manifest)
-    curves = tuple(
-        Curve(said, "measured", x, run.sampled(path), unit, run.id, path=path)
-        for said, path in paths.items()
-        if path in run.datasets
-    )
-    return Panel(name.replace("_", " "), unit, curves)
+    return clean_up_panels(x, raw_run(run, recorded=True), raw_run(run), changed(run))
 
 
 def extras(run: RunFile) -> dict[str, str]:

@@ -11,8 +11,9 @@ from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.results.run import RawRun
 from tribopipe.views.decimation import thinned
-from tribopipe.views.plot import signal_unit
+from tribopipe.views.plot import Panel
 from tribopipe.views.run_figures import GREY, PALETTE, finish, styled
+from tribopipe.views.run_plots import AXES, clean_up_panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,7 +23,6 @@ _BLUE = PALETTE[0]
 _MOST_PANELS = 6
 _MOST_LETTERS, _MOST_LINES = 94, 2
 """Of the words above a panel."""
-_AXES: tuple[SignalName, ...] = ("time", "rotations", "sliding_distance")
 _GAP = 0.01
 """Share of the samples that a stretch of missing ones has at least where a line is broken off."""
 _FAR_OFF = 20.0
@@ -37,7 +37,7 @@ def changed_signals(raw: RawRun, cleaned: RawRun, record: CleanUp) -> list[Signa
     """Return the signals that a step changed, the axes last; not those that are merely derived from them anew."""
     touched = {change.signal for change in record.changes}
     changed = [name for name in SIGNALS if name in touched & raw.columns.keys() and _differs(name, raw, cleaned)]
-    return sorted(changed, key=lambda name: name in _AXES)
+    return sorted(changed, key=lambda name: name in AXES)
 
 
 def _differs(name: SignalName, raw: RawRun, cleaned: RawRun) -> bool:
@@ -54,8 +54,9 @@ def plot_clean_up(raw: RawRun, cleaned: RawRun, record: CleanUp) -> "Figure":
     names, count = changed[:_MOST_PANELS], max(min(len(changed), _MOST_PANELS), 1)
     figure = ShownFigure(figsize=(6.3, 1.3 + 1.6 * count), dpi=150, layout="constrained")
     panels = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
-    for ax, name in zip(panels, names, strict=False):
-        _draw_signal(ax, name, raw, cleaned)
+    drawn = clean_up_panels(cleaned.columns["time"], raw, cleaned, names)
+    for ax, name, panel in zip(panels, names, drawn, strict=False):
+        _draw_signal(ax, _short(name), panel)
         ax.set_title(_words(name, record), loc="left", fontsize=8)
         ax.margins(x=0.01)
     some = f", {len(names)} of {len(changed)} signals" if len(changed) > len(names) else ""
@@ -66,13 +67,12 @@ def plot_clean_up(raw: RawRun, cleaned: RawRun, record: CleanUp) -> "Figure":
     return figure
 
 
-def _draw_signal(ax: "Axes", name: SignalName, raw: RawRun, cleaned: RawRun) -> None:
+def _draw_signal(ax: "Axes", name: str, panel: Panel) -> None:
     """Draw a signal as recorded and as cleaned up; of one that was left out the former alone."""
-    time, unit = cleaned.columns["time"], signal_unit(name, raw.manifest)
-    before, after = (
-        from_si(run.columns.get(name, np.full_like(time, np.nan)), unit.si, unit.shown) for run in (raw, cleaned)
-    )
-    ax.set_ylabel(axis(_short(name), unit.shown))
+    time, unit = panel.curves[0].x, panel.unit
+    shown = {curve.name: from_si(curve.y, unit.si, unit.shown) for curve in panel.curves}
+    before, after = shown["as recorded"], shown.get("cleaned up", np.full_like(time, np.nan))
+    ax.set_ylabel(axis(name, unit.shown))
     ax.ticklabel_format(axis="y", style="plain", useOffset=False)
     if _is_far_off(before, after):
         ax.text(0.99, 0.04, "as recorded: off the scale", transform=ax.transAxes, ha="right", color=GREY, fontsize=8)

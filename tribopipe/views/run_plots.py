@@ -1,6 +1,6 @@
 """The plots of one run, each defined once: depth, friction, wear of each body beside the laws, and contact."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -26,24 +26,33 @@ WANDER = "/entry/drift_correction/data/wander"
 _FRICTION = "/entry/friction_fit/data/friction_coefficient"
 WANDER_NAME = "wander: slow, neither wear nor drift"
 """What the slow process of the model is called in legends."""
-
-
+RAW, CLEANED = "/entry/raw/", "/entry/clean_up/data/"
+"""Where signals stand as recorded, and as cleaned up."""
 AXES: tuple[SignalName, ...] = ("rotations", "sliding_distance", "time")
 """Signals that others are drawn against."""
 
 
-def signal_panels(x: Column, run: RawRun) -> tuple[Panel, ...]:
-    """Draw each signal but the axes, in a panel of its own."""
-    return tuple(
-        Panel(
-            name.replace("_", " "),
-            unit,
-            (Curve(name.replace("_", " "), "measured", x, values, unit, run.id, path=name),),
-        )
-        for name, values in run.columns.items()
-        if name not in AXES
-        for unit in [signal_unit(name, run.manifest)]
+def signal_panels(x: Column, run: RawRun, names: Iterable[SignalName] | None = None) -> tuple[Panel, ...]:
+    """Draw signals, each in a panel of its own: those named, or all but the axes."""
+    shown = [name for name in run.columns if name not in AXES] if names is None else names
+    return tuple(_signal_panel(x, name, {name.replace("_", " "): (run, RAW)}) for name in shown)
+
+
+def clean_up_panels(x: Column, raw: RawRun, cleaned: RawRun, names: Iterable[SignalName]) -> tuple[Panel, ...]:
+    """Draw signals that clean-up changed, before and after; of one that was left out the former alone."""
+    runs = {"as recorded": (raw, RAW), "cleaned up": (cleaned, CLEANED)}
+    return tuple(_signal_panel(x, name, runs) for name in names)
+
+
+def _signal_panel(x: Column, name: SignalName, runs: Mapping[str, tuple[RawRun, str]]) -> Panel:
+    manifest = next(iter(runs.values()))[0].manifest
+    unit = signal_unit(name, manifest)
+    curves = tuple(
+        Curve(said, "measured", x, run.columns[name], unit, manifest.id, path=folder + name)
+        for said, (run, folder) in runs.items()
+        if name in run.columns
     )
+    return Panel(name.replace("_", " "), unit, curves)
 
 
 def depth_panels(x: Column, corrected: CorrectedRun, clean_up: CleanUp | None = None) -> tuple[Panel, ...]:
