@@ -8,18 +8,23 @@ solve the contact. That is done once as it is, and once with a share of the carr
 since what ABAQUS' advection loses is not known (tribopipe.physics.local.economy).
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from labs import Report, arguments
+from matplotlib.figure import Figure
 
 from tribopipe.base.arrays import Column
+from tribopipe.base.units import axis, from_si
 from tribopipe.physics.hertz import contact_modulus
 from tribopipe.physics.local.course import LocalWear
 from tribopipe.physics.local.economy import wear_economically
 from tribopipe.physics.local.finite_elements.disc import QuarterDisc, quarter_disc
-from tribopipe.views.local_wear_figures import EngineCurve, plot_engines
-from tribopipe.views.run_figures import save_figure
+from tribopipe.views.layout import letter
+from tribopipe.views.number_format import power_of, powered_axis
+from tribopipe.views.run_figures import PALETTE, key, save_figure, styled
 
 LOAD, RADIUS, COEFFICIENT, RATIO = 0.3, 4e-3, 1e-16, 0.32
 MODULUS = float(contact_modulus(pin_modulus=152e9, pin_ratio=RATIO, disc_modulus=152e9, disc_ratio=RATIO))
@@ -27,6 +32,9 @@ ROTATIONS, INCREMENTS = 2e6, 40
 STRESS_LOSSES = 0.0, 0.015
 CORRECTIONS = {"never corrected": None, "corrected every 20": 20, "every 10": 10, "every 5": 5}
 """Increments between corrections, by the names of the courses; after every single one, it is the Wear-Processor."""
+
+
+_STYLES = ("-", (0, (5, 1.6)), (0, (5, 1.4, 1.2, 1.4)), (0, (1.2, 1.2)))
 
 
 def discs(cells: tuple[int, int]) -> QuarterDisc:
@@ -41,6 +49,45 @@ def discs(cells: tuple[int, int]) -> QuarterDisc:
         amount=COEFFICIENT * ROTATIONS,
         cells=cells,
     )
+
+
+@dataclass(frozen=True)
+class EngineCurve:
+    """The course of wear by one engine or scheme."""
+
+    name: str
+    rotations: Column
+    """Of the curved disc."""
+    depth: Column
+    """m."""
+    pressure: Column
+    """In the middle of the contact, or on average, Pa."""
+
+
+@styled
+def plot_engines(curves: Sequence[EngineCurve], title: str = "") -> Figure:
+    """Draw pressure and wear depth by several engines, and how far depths are off the first one's (Fig. 10 and 11)."""
+    figure = Figure(figsize=(7.2, 3.3), dpi=150, layout="constrained")
+    axes = list(figure.subplots(1, 3))
+    power, first = power_of(max(float(curve.rotations[-1]) for curve in curves)), curves[0]
+    for number, curve in enumerate(curves):
+        along = curve.rotations / 10.0**power
+        look = {"color": PALETTE[number % len(PALETTE)], "ls": _STYLES[number % len(_STYLES)], "label": curve.name}
+        axes[0].plot(along, from_si(curve.pressure, "Pa", "MPa"), **look)
+        axes[1].plot(along, from_si(curve.depth, "m", "um"), **look)
+        reference = np.interp(curve.rotations, first.rotations, first.depth)
+        worn = (reference > 0) & (curve.rotations <= first.rotations[-1])
+        axes[2].plot(along[worn], 100 * (curve.depth[worn] / reference[worn] - 1), **look)
+    labels = (axis("pressure", "MPa"), axis("wear depth", "um"), axis(f"depth off {first.name}", "%"))
+    for place, (ax, words) in enumerate(zip(axes, labels, strict=True)):
+        ax.set_ylabel(words)
+        ax.set_xlabel(powered_axis("rotations", power))
+        letter(ax, place, "", len(axes))
+    for ax in axes[:2]:
+        ax.set_ylim(bottom=0.0)
+    figure.suptitle(title, x=0.01, ha="left", fontsize=10, fontweight="bold")
+    key(figure, axes, 4)
+    return figure
 
 
 def curve(words: str, course: LocalWear) -> EngineCurve:

@@ -23,7 +23,7 @@ from tribopipe.results.run import Profile
 from tribopipe.views.archived_figures import save_run_figures
 from tribopipe.views.archived_study_figures import save_study_figures
 from tribopipe.views.disc_figures import plot_disc_model
-from tribopipe.views.local_wear_figures import plot_local_discs, plot_local_pin
+from tribopipe.views.local_wear_figures import plot_local_wear
 from tribopipe.views.profile_figures import draw_profile
 from tribopipe.views.run_figures import save_figure
 
@@ -88,8 +88,8 @@ def local_wear() -> "dict[str, Figure]":
     discs = table_3("volume-conserving")
     turns = [1e4, 1e5, 1e6, 1e7, 2e7]  # of the curved disc, at a slip of 10 %
     return {
-        "local-wear-pin.svg": plot_local_pin(wear_locally(pin, places), "Si₃N₄, 200 mN"),
-        "local-wear-discs.svg": plot_local_discs(wear_locally(discs, turns), "Table 3"),
+        "local-wear-pin.svg": plot_local_wear(wear_locally(pin, places), "Si₃N₄, 200 mN"),
+        "local-wear-discs.svg": plot_local_wear(wear_locally(discs, turns), "Table 3"),
     }
 
 

@@ -1,26 +1,31 @@
 """Figures of local wear hold what they should, fit on paper, and are kept beside the archive."""
 
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from local_wear_runs import DISCS, PIN, disc_curves, pin_curves
 from test_disc_figures import assert_printable
 
+from tribopipe.archive.local_wear_tables import archived_local_wear
 from tribopipe.archive.store import Archive
+from tribopipe.browse.plots import run_plots
+from tribopipe.browse.samples import Kept, RunFile
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.wear.local import LocalOptions
 from tribopipe.pipeline.stages import wear_archived_locally
 from tribopipe.views.archived_figures import save_run_figures
 from tribopipe.views.local_wear_figures import (
-    EngineCurve,
-    plot_engines,
-    plot_local_discs,
-    plot_local_pin,
+    plot_local_wear,
     plot_pin_profiles,
     plot_pressure_maps,
     save_local_wear_figures,
 )
+
+sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
+from economy import EngineCurve, plot_engines
 
 
 def labels(figure) -> list[str]:
@@ -31,17 +36,22 @@ def line(ax, label):
     return next(line for line in ax.lines if line.get_label() == label)
 
 
-def test_depth_of_a_pin_stands_beside_the_giwm_and_their_difference_below():
+def test_depth_of_a_pin_stands_beside_the_giwm_and_their_difference():
     curves = pin_curves()
-    figure = plot_local_pin(curves, PIN)
-    above, below = figure.axes
-    np.testing.assert_allclose(line(above, "local").get_xdata(), curves.along[1:])
-    np.testing.assert_allclose(line(above, "local").get_ydata(), 1e6 * curves.course.depth[1:])
-    np.testing.assert_allclose(line(above, "GIWM").get_ydata(), 1e6 * curves.giwm["giwm"].depth[1:])
-    difference = below.lines[0].get_ydata()
-    assert difference[0] > 40
-    assert 0 < difference[-1] < 0.1
-    assert (above.get_ylabel(), below.get_ylabel()) == ("wear depth / µm", "local − GIWM / %")
+    figure = plot_local_wear(curves, PIN)
+    depth, pressure, radius, difference = figure.axes
+    np.testing.assert_allclose(line(depth, "local").get_xdata(), curves.along)
+    np.testing.assert_allclose(line(depth, "local").get_ydata(), 1e6 * curves.course.depth)
+    np.testing.assert_allclose(line(depth, "GIWM").get_ydata(), 1e6 * curves.giwm["giwm"].depth)
+    np.testing.assert_allclose(line(pressure, "local").get_ydata(), 1e-6 * curves.mean_pressure)
+    np.testing.assert_allclose(line(pressure, "local, in the middle").get_ydata(), 1e-6 * curves.middle_pressure)
+    np.testing.assert_allclose(line(radius, "local").get_ydata(), 1e6 * curves.course.half_width)
+    shares = difference.lines[0].get_ydata()
+    assert shares[0] > 40
+    assert 0 < shares[-1] < 0.1
+    labels_of_axes = [ax.get_ylabel() for ax in figure.axes]
+    assert labels_of_axes == ["wear depth / µm", "pressure p / MPa", "radius a of the contact / µm", "local − GIWM / %"]
+    assert {ax.get_xscale() for ax in figure.axes} == {"log"}
 
 
 def test_small_multiples_show_pressure_and_worn_tip_of_a_pin():
@@ -61,12 +71,12 @@ def test_small_multiples_show_pressure_and_worn_tip_of_a_pin():
 
 def test_discs_have_the_four_panels_of_figure_9():
     curves = disc_curves()
-    figure = plot_local_discs(curves, DISCS)
+    figure = plot_local_wear(curves, DISCS)
     assert [ax.get_ylabel() for ax in figure.axes] == [
         "wear depth / µm",
         "pressure p / MPa",
-        "$a_x$ / µm",
-        "$a_z$ / µm",
+        "half width $a_x$ / µm",
+        "half length $a_z$ / µm",
     ]
     assert labels(figure) == ["local", "GIWM", "GIWM as printed, Eq. 11", "local, in the middle"]
     for ax, values in zip(figure.axes, (curves.course.depth * 1e6, curves.mean_pressure * 1e-6), strict=False):
@@ -108,9 +118,9 @@ def test_engines_stand_beside_each_other_with_their_drift_from_the_first():
 @pytest.mark.parametrize(
     "drawn",
     [
-        lambda: plot_local_pin(pin_curves(), PIN),
+        lambda: plot_local_wear(pin_curves(), PIN),
         lambda: plot_pin_profiles(pin_curves(), PIN),
-        lambda: plot_local_discs(disc_curves(), DISCS),
+        lambda: plot_local_wear(disc_curves(), DISCS),
         lambda: plot_pressure_maps(disc_curves(), DISCS),
     ],
 )
@@ -140,3 +150,10 @@ def test_archived_run_gets_its_figures(archive):
     wear_archived_locally(store, PIN, "archard", Recipe(), LocalOptions(), at=[1.0, 50.0])
     written = [path.name for path in save_run_figures(store, PIN)]
     assert written[-2:] == [f"{PIN}-local-wear.png", f"{PIN}-local-pressure.png"]
+    run = RunFile(store, PIN, Kept())
+    (offer,) = [one for one in run_plots(run) if one.name == "local-wear-archard"]
+    panels = offer.drawing().panels
+    figure = plot_local_wear(archived_local_wear(store.steps(PIN)["local_wear_archard"]), PIN)
+    assert [panel.label for panel in panels] == [ax.get_ylabel() for ax in figure.axes]
+    np.testing.assert_allclose(1e6 * panels[0].curves[1].y, line(figure.axes[0], "GIWM").get_ydata())
+    assert {curve.path for panel in panels for curve in panel.curves} - {None} <= run.datasets.keys()

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from tribopipe.readers.harmonize import read_run
     from tribopipe.views.clean_up_figures import plot_clean_up
     from tribopipe.views.disc_figures import plot_disc_contact, plot_disc_wear
-    from tribopipe.views.local_wear_figures import plot_local_discs, plot_local_pin
+    from tribopipe.views.local_wear_figures import plot_local_wear
     from tribopipe.views.run_figures import plot_depth, plot_friction, plot_wear, save_figure
 
 __version__ = VERSION
@@ -65,8 +65,7 @@ __all__ = [
     "plot_disc_contact",
     "plot_disc_wear",
     "plot_friction",
-    "plot_local_discs",
-    "plot_local_pin",
+    "plot_local_wear",
     "plot_wear",
     "predict_wear",
     "process",
@@ -91,7 +90,7 @@ _HOMES = {
     "views.clean_up_figures": ("plot_clean_up",),
     "views.disc_figures": ("plot_disc_contact", "plot_disc_wear"),
     "views.run_figures": ("plot_depth", "plot_friction", "plot_wear", "save_figure"),
-    "views.local_wear_figures": ("plot_local_discs", "plot_local_pin"),
+    "views.local_wear_figures": ("plot_local_wear",),
     "evaluation.study.evaluate": ("evaluate",),
     "evaluation.study.member": ("Member",),
     "evaluation.wear.curves": ("fitted_curves", "wear_scenario"),

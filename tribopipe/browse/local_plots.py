@@ -2,6 +2,7 @@
 
 from tribopipe.archive.steps import WEAR_FITS, StepName
 from tribopipe.base.arrays import Column
+from tribopipe.browse.run_results import ReadOnDemand
 from tribopipe.browse.samples import RunFile
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.study.effective import EffectiveCoefficient, effective_coefficient
@@ -9,15 +10,9 @@ from tribopipe.evaluation.study.member import Member
 from tribopipe.pipeline.archived_results import archived_correction, archived_friction
 from tribopipe.pipeline.step_definitions import recipe_of
 from tribopipe.results.wear_fit import WearFit
-from tribopipe.views.plot import MICRONS, Curve, Panel, Unit
+from tribopipe.views.plot import Panel
+from tribopipe.views.run_plots import local_wear_panels
 from tribopipe.views.study_plots import LawCoefficient, coefficient_panel
-
-_COURSE = (
-    ("wear depth", MICRONS, {"local": "depth", "GIWM": "giwm_depth"}),
-    ("pressure", Unit("Pa", "GPa"), {"local, peak": "peak_pressure", "local, mean": "mean_pressure"}),
-    ("half width of the contact", MICRONS, {"local": "half_width", "GIWM": "giwm_half_width"}),
-)
-"""What is drawn of the course of local wear: label, unit, and columns by what they are called."""
 
 
 def course_axis(run: RunFile, step: StepName) -> str | None:
@@ -27,17 +22,10 @@ def course_axis(run: RunFile, step: StepName) -> str | None:
 
 
 def draw_course(run: RunFile, x: Column, step: StepName) -> tuple[Panel, ...]:
-    """Draw wear depth, pressure and width of the contact by local wear, beside the model with even pressure."""
-    panels = []
-    for label, unit, columns in _COURSE:
-        paths = {name: f"/entry/{step}/course/{column}" for name, column in columns.items()}
-        curves = tuple(
-            Curve(name, "prediction" if name == "GIWM" else "fit", x, run.column(path), unit, run.id, path=path)
-            for name, path in paths.items()
-            if path in run.datasets
-        )
-        panels.append(Panel(label, unit, curves))
-    return tuple(panels)
+    """Draw the course of local wear beside the model with uniform pressure."""
+    folder = f"/entry/{step}/course/"
+    names = [path.removeprefix(folder) for path in run.datasets if path.startswith(folder)]
+    return local_wear_panels(x, ReadOnDemand(names, lambda name: run.column(folder + name)), run.id, folder)
 
 
 def effective(run: RunFile) -> EffectiveCoefficient | None:

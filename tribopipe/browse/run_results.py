@@ -19,7 +19,7 @@ K = TypeVar("K", bound=str)
 V = TypeVar("V")
 
 
-class _ReadOnDemand(Mapping[K, V], Generic[K, V]):
+class ReadOnDemand(Mapping[K, V], Generic[K, V]):
     """Values of some names, each read whenever it is asked for."""
 
     def __init__(self, names: Iterable[K], read: Callable[[K], V]) -> None:
@@ -41,7 +41,7 @@ def raw_run(run: RunFile, *, recorded: bool = False) -> RawRun:
     """Return a run, by the name of its file, with its signals as they were cleaned up, or as recorded."""
     found = {name: RAW + name if recorded else run.signal_path(name) for name in SIGNALS}
     paths = {name: path for name, path in found.items() if path and path in run.datasets}
-    columns = _ReadOnDemand(paths, lambda name: run.sampled(paths[name]))
+    columns = ReadOnDemand(paths, lambda name: run.sampled(paths[name]))
     manifest = run.outline.manifest.model_copy(update={"id": run.id})
     return RawRun(manifest, columns, run.outline.origins, {}, {}, ())
 
@@ -66,7 +66,7 @@ def _curves(run: RunFile, step: StepName) -> WearCurves | None:
         best, lower, upper = (run.sampled(f"{data}{name}{edge}") for edge in ("", "_lower", "_upper"))
         return Band(best, lower, upper, unit="")
 
-    return WearCurves(result, _ReadOnDemand(names, read)) if result is not None and names else None
+    return WearCurves(result, ReadOnDemand(names, read)) if result is not None and names else None
 
 
 def located(run: RunFile, panels: Iterable[Panel]) -> tuple[Panel, ...]:

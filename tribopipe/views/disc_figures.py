@@ -20,7 +20,7 @@ from tribopipe.results.run import CorrectedRun, RawRun
 from tribopipe.results.wear_curves import WearCurves
 from tribopipe.results.wear_fit import WearFit, spoken
 from tribopipe.results.wear_prediction import OUTCOMES, Outcome, WearPrediction
-from tribopipe.views.layout import TWO_COLUMNS, in_columns
+from tribopipe.views.layout import TWO_COLUMNS, four, in_columns, name_four
 from tribopipe.views.number_format import course, power_of, turned
 from tribopipe.views.plot import VOLUME, Panel
 from tribopipe.views.run_figures import BLACK, GREY, MOST_LETTERS, PALETTE, draw_panel, finish, key, law_look, styled
@@ -119,12 +119,10 @@ def plot_disc_contact(corrected: CorrectedRun, curves: WearCurves) -> "Figure":
     The depth signal, corrected, stands beside the depth of both discs.
     """
     along, label = course(corrected.run)
-    figure, axes = _four(6.3)
-    for ax, panel, look, named in zip(axes, contact_panels(along, corrected, [curves]), _PANELS, "abcd", strict=True):
+    figure, axes = four(6.3)
+    for ax, panel in zip(axes, contact_panels(along, corrected, [curves]), strict=True):
         draw_panel(ax, panel)
-        _name(ax, f"({named})", look.side)
-    for ax in axes[2:]:
-        ax.set_xlabel(label)
+    name_four(axes, label)
     _head(axes[0], f"{corrected.id}: contact", [curves])
     key(figure, axes, 3)
     return figure
@@ -156,7 +154,7 @@ def plot_disc_model(scenarios: Mapping[str, Scenario], rotations: float, steps: 
     ellipse. The depth is that of both discs. Rotations, depth and a_x have logarithmic axes where there are several
     scenarios, which may wear at very different rates.
     """
-    figure, axes = _four(TWO_COLUMNS)
+    figure, axes = four(TWO_COLUMNS)
     several = len(scenarios) > 1
     share = np.geomspace(_LEAST_SHARE, 1.0, _MOST_PLACES) if several else np.linspace(0.0, 1.0, _MOST_PLACES) ** 1.5
     along, label = (share * rotations, "rotations of the curved disc") if several else turned(share * rotations)
@@ -195,13 +193,6 @@ def _magnify(axes: "Sequence[Axes]") -> None:
 def _draw_states(axes: "Sequence[Axes]", along: Column, worn: State, **look: Any) -> None:
     for ax, panel in zip(axes, _PANELS, strict=True):
         ax.plot(along, from_si(worn[panel.outcome], OUTCOMES[panel.outcome], panel.unit), **look)
-
-
-def _four(width: float) -> "tuple[Figure, list[Axes]]":
-    from tribopipe.views.canvas import ShownFigure
-
-    figure = ShownFigure(figsize=(width, 5.4), dpi=150, layout="constrained")
-    return figure, list(figure.subplots(2, 2, sharex=True).flat)
 
 
 def _finish_four(axes: "Sequence[Axes]", label: str) -> None:

@@ -1,24 +1,23 @@
 """Figures of local wear: its course beside the Global Incremental Wear Model, and the pressure as the surface wears.
 
-Discs have the four panels of the paper's Figure 9 and maps of pressure; wear engines beside each other are its Figures
-10 and 11. Local wear and the two readings of the GIWM differ in line style as well as in colour (Okabe–Ito).
+The course has four panels as the paper's Figure 9, discs have maps of pressure as its Figure 8, and a pin its profile.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tribopipe.archive.local_wear_tables import local_wear_tables
 from tribopipe.base.arrays import Column
 from tribopipe.base.units import WEAR_COEFFICIENT, axis, from_si, show
 from tribopipe.physics.laws import law_label
 from tribopipe.results.local_wear import LocalDiscPoint, LocalPinPoint
-from tribopipe.results.local_wear_curves import GlobalWear, LocalCurves
-from tribopipe.views.layout import TWO_COLUMNS, letter
-from tribopipe.views.number_format import power_of, powered_axis, turned
-from tribopipe.views.run_figures import BLACK, GREY, PALETTE, RED, finish, key, save_figure, styled
+from tribopipe.results.local_wear_curves import LocalCurves
+from tribopipe.views.layout import TWO_COLUMNS, four, name_four
+from tribopipe.views.number_format import turned
+from tribopipe.views.run_figures import BLACK, GREY, PALETTE, draw_panel, finish, key, save_figure, styled
+from tribopipe.views.run_plots import local_wear_panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,13 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _DASHED, _DOTTED, _MIXED = (0, (5, 1.6)), (0, (1.2, 1.2)), (0, (5, 1.4, 1.2, 1.4))
-_LOCAL: Any = {"color": BLACK, "ls": "-", "label": "local"}
-_GIWM: dict[str, Any] = {
-    "giwm": {"color": PALETTE[0], "ls": _DASHED, "label": "GIWM"},
-    "giwm_as_printed": {"color": RED, "ls": _DOTTED, "label": "GIWM as printed, Eq. 11"},
-}
 _MOST_SNAPSHOTS = 5
-_STYLES: tuple[Any, ...] = ("-", _DASHED, _MIXED, _DOTTED)
 _MAP_WIDTH = 4.9
 """Of a map of pressure, inches."""
 _CHANGED = 0.05
@@ -44,12 +37,8 @@ _SEEN = 1.3
 
 def local_wear_figures(curves: LocalCurves, run_id: str) -> "dict[str, Figure]":
     """Draw local wear by the names that its figures are saved under."""
-    if curves.discs:
-        return {
-            "local-wear": plot_local_discs(curves, run_id),
-            "local-pressure": plot_pressure_maps(curves, run_id),
-        }
-    return {"local-wear": plot_local_pin(curves, run_id), "local-pressure": plot_pin_profiles(curves, run_id)}
+    pressure = plot_pressure_maps if curves.discs else plot_pin_profiles
+    return {"local-wear": plot_local_wear(curves, run_id), "local-pressure": pressure(curves, run_id)}
 
 
 def save_local_wear_figures(curves: LocalCurves, run_id: str, folder: Path, suffix: str = ".png") -> list[Path]:
@@ -62,29 +51,34 @@ def save_local_wear_figures(curves: LocalCurves, run_id: str, folder: Path, suff
 
 
 @styled
-def plot_local_pin(curves: LocalCurves, run_id: str) -> "Figure":
-    """Draw a pin's wear depth against sliding distance, local and by the GIWM, and by how much they differ."""
+def plot_local_wear(curves: LocalCurves, run_id: str) -> "Figure":
+    """Draw wear depth, pressure and the size of the contact along a run, local and by the GIWM (paper, Fig. 9).
+
+    Of a round contact the difference of the depths stands beside its radius, on logarithmic axes: it is large at the
+    start alone.
+    """
     from matplotlib.ticker import StrMethodFormatter
 
-    from tribopipe.views.canvas import ShownFigure
-
-    figure = ShownFigure(figsize=(6.3, 5.0), dpi=150, layout="constrained")
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=[3, 2])
-    worn, giwm = slice(1, None), curves.giwm["giwm"]
-    above.loglog(curves.along[worn], from_si(curves.course.depth[worn], "m", "um"), **_LOCAL)
-    above.loglog(curves.along[worn], from_si(giwm.depth[worn], "m", "um"), **_GIWM["giwm"])
-    difference = 100 * (curves.course.depth[worn] / giwm.depth[worn] - 1)
-    for sign, look in ((1, {"color": BLACK}), (-1, {"color": RED, "label": "local shallower than GIWM"})):
-        if np.any(sign * difference > 0):
-            below.loglog(curves.along[worn], np.where(sign * difference > 0, np.abs(difference), np.nan), **look)
-    below.axhline(1.0, color=GREY, lw=0.8)
-    for numbers in (above.yaxis, below.yaxis, below.xaxis):
-        numbers.set_major_formatter(StrMethodFormatter("{x:g}"))
-    above.set_ylabel(axis("wear depth", "um"))
-    below.set_ylabel(axis("local − GIWM", "%"))
-    below.set_xlabel(axis("sliding distance s", "m"))
-    finish(above, f"{run_id}: local wear", _words(curves))
-    key(figure, (above, below), 4)
+    discs = curves.discs
+    along, label = turned(curves.along) if discs else (curves.along, axis("sliding distance s", "m"))
+    columns = {name: values for name, (values, _) in local_wear_tables(curves)["course"].arrays.items()}
+    # The peak jumps from cell to cell of the grid.
+    columns["middle_pressure"] = curves.middle_pressure
+    del columns["peak_pressure"]
+    figure, axes = four(6.3)
+    for ax, panel in zip(axes, local_wear_panels(along, columns, run_id), strict=False):
+        draw_panel(ax, panel)
+        if discs:
+            ax.set_ylim(bottom=0.0)
+            continue
+        ax.set_xscale("log")
+        ax.set_yscale("log" if np.nanmin(panel.curves[0].y[1:]) > 0 else "linear")
+        for numbers in (ax.xaxis, ax.yaxis):
+            numbers.set_major_formatter(StrMethodFormatter("{x:g}"))
+    name_four(axes, label)
+    finish(axes[0], f"{run_id}: local wear", _words(curves))
+    axes[0].texts[-1].set_in_layout(False)
+    key(figure, axes, 4)
     return figure
 
 
@@ -120,7 +114,7 @@ def _draw_tip(ax: "Axes", x: Column, gap: Column, worn: Column) -> None:
     before, after = (np.where(np.isfinite(gap), from_si(height, "m", "um"), np.nan) for height in (gap, gap + worn))
     top = 1.05 * float(np.nanmax(after)) or 1.0
     ax.fill_between(x, after, top, color=_BODY, lw=0)
-    ax.plot(x, before, color=GREY, ls=_DASHED, lw=1.0, label="tip before the test")
+    ax.plot(x, before, color=GREY, ls=(0, (5, 1.6)), lw=1.0, label="tip before the test")
     ax.plot(x, after, color=BLACK, label="worn tip")
     ax.set_ylim(-0.04 * top, top)
 
@@ -137,55 +131,6 @@ def _both_sides(places: Column) -> "tuple[Column, NDArray[np.intp]]":
 def _middle(curves: LocalCurves, field: Column) -> Column:
     """Return a field across the middle of the contact."""
     return field if field.ndim == 1 else field[:, np.argmin(np.abs(curves.course.places[1]))]
-
-
-class _Panel(NamedTuple):
-    """One of the four panels of Fig. 9."""
-
-    quantity: str
-    """As ``GlobalWear`` names it."""
-    label: str
-    si: str
-    unit: str
-    side: Literal["left", "right"]
-    """Where curves leave room for the letter."""
-
-
-_PANELS = (
-    _Panel("depth", "wear depth", "m", "um", "left"),
-    _Panel("pressure", "pressure p", "Pa", "MPa", "right"),
-    _Panel("half_width", "$a_x$", "m", "um", "left"),
-    _Panel("half_length", "$a_z$", "m", "um", "right"),
-)
-
-
-@styled
-def plot_local_discs(curves: LocalCurves, run_id: str) -> "Figure":
-    """Draw wear depth, pressure, a_x and a_z against rotations, local and by the GIWM (paper, Fig. 9)."""
-    from tribopipe.views.canvas import ShownFigure
-
-    figure = ShownFigure(figsize=(6.3, 5.6), dpi=150, layout="constrained")
-    axes = list(figure.subplots(2, 2, sharex=True).flat)
-    along, label = turned(curves.along)
-    course = curves.course
-    local = GlobalWear(course.depth, curves.mean_pressure, course.half_width, course.half_length)
-    for name, ax, panel in zip("abcd", axes, _PANELS, strict=True):
-        for states, look in ((local, _LOCAL), *((curves.giwm[model], look) for model, look in _GIWM.items())):
-            ax.plot(along, from_si(getattr(states, panel.quantity), panel.si, panel.unit), **look)
-        ax.set_ylabel(axis(panel.label, panel.unit))
-        ax.margins(x=0.02)
-        place = 0.03 if panel.side == "left" else 0.97
-        ax.text(place, 0.97, f"({name})", transform=ax.transAxes, ha=panel.side, va="top")
-    middle = from_si(curves.middle_pressure, "Pa", "MPa")
-    axes[1].plot(along, middle, color=GREY, ls=_MIXED, label="local, in the middle")
-    for ax in axes:
-        ax.set_ylim(bottom=0.0)
-    for ax in axes[2:]:
-        ax.set_xlabel(label)
-    finish(axes[0], f"{run_id}: local wear", _words(curves))
-    axes[0].texts[-1].set_in_layout(False)
-    key(figure, axes, 4)
-    return figure
 
 
 @styled
@@ -214,47 +159,6 @@ def plot_pressure_maps(curves: LocalCurves, run_id: str) -> "Figure":
         figure.colorbar(drawn, ax=ax, label=axis("p", "MPa"), aspect=6, pad=0.02)
     axes[-1].set_xlabel(axis("x, across the direction of rolling", "um"))
     _title(figure, f"{run_id}: contact pressure")
-    return figure
-
-
-@dataclass(frozen=True)
-class EngineCurve:
-    """The course of wear by one engine or scheme."""
-
-    name: str
-    rotations: Column
-    """Of the curved disc."""
-    depth: Column
-    """m."""
-    pressure: Column
-    """In the middle of the contact, or on average, Pa."""
-
-
-@styled
-def plot_engines(curves: Sequence[EngineCurve], title: str = "") -> "Figure":
-    """Draw pressure and wear depth by several engines, and how far depths are off the first one's (Fig. 10 and 11)."""
-    from tribopipe.views.canvas import ShownFigure
-
-    figure = ShownFigure(figsize=(7.2, 3.3), dpi=150, layout="constrained")
-    axes = list(figure.subplots(1, 3))
-    power, first = power_of(max(float(curve.rotations[-1]) for curve in curves)), curves[0]
-    for number, curve in enumerate(curves):
-        along = curve.rotations / 10.0**power
-        look = {"color": PALETTE[number % len(PALETTE)], "ls": _STYLES[number % len(_STYLES)], "label": curve.name}
-        axes[0].plot(along, from_si(curve.pressure, "Pa", "MPa"), **look)
-        axes[1].plot(along, from_si(curve.depth, "m", "um"), **look)
-        reference = np.interp(curve.rotations, first.rotations, first.depth)
-        worn = (reference > 0) & (curve.rotations <= first.rotations[-1])
-        axes[2].plot(along[worn], 100 * (curve.depth[worn] / reference[worn] - 1), **look)
-    labels = (axis("pressure", "MPa"), axis("wear depth", "um"), axis(f"depth off {first.name}", "%"))
-    for place, (ax, words) in enumerate(zip(axes, labels, strict=True)):
-        ax.set_ylabel(words)
-        ax.set_xlabel(powered_axis("rotations", power))
-        letter(ax, place, "", len(axes))
-    for ax in axes[:2]:
-        ax.set_ylim(bottom=0.0)
-    _title(figure, title)
-    key(figure, axes, 4)
     return figure
 
 

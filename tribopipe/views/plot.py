@@ -64,8 +64,8 @@ class Curve:
     """95 % band."""
     path: str | None = None
     """The dataset it was read from, if it is one as it stands, or the name of the signal that it is."""
-    body: int | None = None
-    """Number of the body that it is of, from 1, where bodies share a panel; 0 for all of them together."""
+    series: int | None = None
+    """Place among those that share a panel and are told apart by it, such as bodies or models; 0 for the usual one."""
 
 
 @dataclass(frozen=True)

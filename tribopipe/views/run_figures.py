@@ -119,8 +119,13 @@ class _Look(NamedTuple):
     alpha: float = 1.0
 
 
-_BODIES = (_Look(BLACK), _Look(_BLUE, (0, (5, 1.6))), _Look(RED, (0, (1.2, 1.2))))
-"""Both bodies together, and each."""
+_SERIES = (
+    _Look(BLACK),
+    _Look(_BLUE, (0, (5, 1.6))),
+    _Look(RED, (0, (1.2, 1.2))),
+    _Look(GREY, (0, (5, 1.4, 1.2, 1.4))),
+)
+"""Both bodies together, and each; or models beside each other."""
 _MEASURED = (_Look(GREY, lw=0.8), _Look(_BLUE, lw=0.9))
 """As recorded, and what was made of it."""
 _MOST_PLACES = 240
@@ -129,8 +134,8 @@ _MOST_PLACES = 240
 def _look(curve: Curve, before: Sequence[Curve]) -> _Look:
     """Give a curve its look after those before it in its panel."""
     law = law_look(curve.law) if curve.law else LawLook(_BLUE, "-", "-.")
-    if curve.body is not None:
-        return _BODIES[curve.body]
+    if curve.series is not None:
+        return _SERIES[curve.series]
     if curve.role == "measured":
         return _MEASURED[sum(one.role == "measured" for one in before) % 2]
     return {

@@ -272,8 +272,46 @@ def _depths(both: Curve, curves: WearCurves) -> Iterator[Curve]:
     """Draw the depth of both discs by a law, and of each; of a disc that wears alone only its own."""
     worn = drawn_discs((), [curves])
     if len(worn) > 1:
-        yield replace(both, name="both discs", law=None, body=0)
+        yield replace(both, name="both discs", law=None, series=0)
     for number, (disc, outcome) in enumerate(zip(DISCS, QUANTITIES["wear_depth"].outcomes, strict=True), 1):
         if disc in worn:
             own = _law(both.x, both.run, curves, outcome, MICRONS)
-            yield replace(own, name=spoken(disc), law=None, body=number)
+            yield replace(own, name=spoken(disc), law=None, series=number)
+
+
+_MODELS = {"local": "", "GIWM": "giwm_", "GIWM as printed, Eq. 11": "giwm_as_printed_"}
+"""What local wear is drawn beside, by what its columns begin with."""
+_COURSE = (
+    ("wear depth", MICRONS, "depth"),
+    ("pressure p", Unit("Pa", "MPa"), "pressure"),
+    ("half width a_x", MICRONS, "half_width"),
+    ("half length a_z", MICRONS, "half_length"),
+)
+
+
+def local_wear_panels(x: Column, columns: Mapping[str, Column], run: str, folder: str = "") -> tuple[Panel, ...]:
+    """Draw depth, pressure and contact of local wear beside the GIWM (paper, Fig. 9), and by how much depths differ.
+
+    ``columns`` are those of the course in the archive, which stand in ``folder``. Of a contact as long as wide there is
+    one radius.
+    """
+    panels = []
+    for label, unit, what in _COURSE:
+        named = {name: f"{model}{what}" for name, model in _MODELS.items()}
+        if what == "pressure":
+            named |= {"local": "mean_pressure", "local, in the middle": "middle_pressure"}
+            named |= {"local, peak": "peak_pressure"}
+        curves = []
+        for number, (name, column) in enumerate(named.items()):
+            if column in columns:
+                role: Role = "prediction" if "GIWM" in name else "fit"
+                path = folder + column
+                curves.append(Curve(name, role, x, columns[column], unit, run, path=path, series=min(number, 3)))
+        panels.append(Panel(label, unit, tuple(curves)))
+    if np.array_equal(columns["half_length"], columns["half_width"]):
+        panels[2:] = [replace(panels[2], quantity="radius a of the contact")]
+    local, giwm = columns["depth"], columns["giwm_depth"]
+    share = local / np.where(giwm > 0, giwm, np.nan) - 1
+    percent = Unit("1", "%")
+    difference = Curve("local", "fit", x, share, percent, run, series=0)
+    return (*panels, Panel("local − GIWM", percent, (difference,)))
