@@ -1,15 +1,22 @@
-"""Figures of the pages that explain: Euler's error against the number of steps, and what tells wear from drift."""
+"""Figures of the pages that explain: Euler's error, what tells wear from drift, and wear of two discs by the model."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from tribopipe.base.units import axis
+from tribopipe.base.arrays import Column
+from tribopipe.base.units import axis, from_si
+from tribopipe.contacts.wear import State
+from tribopipe.evaluation.wear.scenario import Scenario
 from tribopipe.physics.hertz import contact_modulus, hertz_radius
 from tribopipe.physics.pin_on_disc import SphericalPin
-from tribopipe.views.run_figures import BLACK, GREY, PALETTE, finish, styled
+from tribopipe.results.wear_prediction import OUTCOMES, Outcome
+from tribopipe.views.layout import TWO_COLUMNS, in_columns
+from tribopipe.views.number_format import turned
+from tribopipe.views.run_figures import BLACK, GREY, PALETTE, finish, key, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,6 +28,15 @@ AFTER_START = -0.117
 """What Hertz's start and the late elastic part add to ln(a/a*), on a contact that has become wide."""
 WARM_UP = 0.2
 """Time constant of a drift by warming up, as a share of the test."""
+
+
+_MOST_PLACES = 240
+_DOTTED_PLACES = np.linspace(0, _MOST_PLACES - 1, 41).astype(int)
+"""Where states of the published scheme are drawn."""
+_STEPS = "the paper's steps"
+_LEAST_SHARE = 1e-5
+"""Of all rotations: where an axis of powers of ten begins."""
+_STYLES: tuple[Any, ...] = ("-", (0, (5, 1.6)), (0, (5, 1.4, 1.2, 1.4)), (0, (1.2, 1.2)))
 
 
 class Case(NamedTuple):
@@ -120,3 +136,77 @@ def plot_told_apart() -> Figure:
     finish(whole, "What the sensor sees", "")
     finish(left, "What a joint fit sees", "offset and linear drift taken out")
     return figure
+
+
+class _Panel(NamedTuple):
+    """One of the four panels of Fig. 9."""
+
+    outcome: Outcome
+    label: str
+    unit: str
+
+
+_PANELS = (
+    _Panel("depth", "wear depth", "um"),
+    _Panel("pressure", "mean pressure p", "GPa"),
+    _Panel("half_width", "$a_x$", "um"),
+    _Panel("half_length", "$a_z$", "um"),
+)
+
+
+@in_columns
+def plot_disc_model(scenarios: Mapping[str, Scenario], rotations: float, steps: int | None = None) -> Figure:
+    """Draw wear depth, mean pressure, a_x and a_z of named scenarios up to some rotations (paper, Fig. 9).
+
+    Beside them, as dots, the paper's scheme in so many equal ``steps``, where that is given; it starts from Hertz's
+    ellipse. The depth is that of both discs. Rotations, depth and a_x have logarithmic axes where there are several
+    scenarios, which may wear at very different rates.
+    """
+    figure = Figure(figsize=(TWO_COLUMNS, 5.4), dpi=150, layout="constrained")
+    axes = list(figure.subplots(2, 2, sharex=True).flat)
+    several = len(scenarios) > 1
+    share = np.geomspace(_LEAST_SHARE, 1.0, _MOST_PLACES) if several else np.linspace(0.0, 1.0, _MOST_PLACES) ** 1.5
+    along, label = (share * rotations, "rotations of the curved disc") if several else turned(share * rotations)
+    for number, (name, scenario) in enumerate(scenarios.items()):
+        look = {"color": PALETTE[number % len(PALETTE)], "ls": _STYLES[number % len(_STYLES)], "label": name}
+        _draw_states(axes, along, scenario.worn(share * rotations), **look)
+    for scenario in scenarios.values() if steps is not None else ():
+        grid = np.linspace(0.0, rotations, (steps or 1) + 1)
+        at = np.unique(np.rint(np.interp(share[_DOTTED_PLACES] * rotations, grid, np.arange(len(grid)))).astype(int))
+        states = scenario.published(grid[at], steps or 1)
+        dots = {"color": BLACK, "ls": "", "marker": "o", "ms": 1.6, "mew": 0, "zorder": 4, "label": _STEPS}
+        _draw_states(axes, grid[at] * along[-1] / rotations, states, **dots)
+    if several:
+        _magnify(axes)
+    _finish_four(axes, label)
+    for ax, named in zip(axes, "abcd", strict=True):
+        ax.set_title(f"({named})", loc="left")
+    key(figure, axes, 4)
+    return figure
+
+
+def _magnify(axes: "Sequence[Axes]") -> None:
+    """Make the axes logarithmic of what spreads over powers of ten: rotations, wear depth and a_x."""
+    from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
+
+    for ax, panel in zip(axes, _PANELS, strict=True):
+        ax.set_xscale("log")
+        if panel.outcome in ("depth", "half_width"):
+            ax.set_yscale("log")
+        if panel.outcome == "half_width":
+            ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            ax.yaxis.set_major_formatter(ScalarFormatter())
+            ax.yaxis.set_minor_formatter(NullFormatter())
+
+
+def _draw_states(axes: "Sequence[Axes]", along: Column, worn: State, **look: Any) -> None:
+    for ax, panel in zip(axes, _PANELS, strict=True):
+        ax.plot(along, from_si(worn[panel.outcome], OUTCOMES[panel.outcome], panel.unit), **look)
+
+
+def _finish_four(axes: "Sequence[Axes]", label: str) -> None:
+    for ax, panel in zip(axes, _PANELS, strict=True):
+        ax.set_ylabel(axis(panel.label, panel.unit))
+        ax.margins(x=0.02)
+    for ax in axes[2:]:
+        ax.set_xlabel(label)

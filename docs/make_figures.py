@@ -5,7 +5,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, get_args
 
 import numpy as np
-from explained_figures import plot_euler_steps, plot_told_apart
+from explained_figures import plot_disc_model, plot_euler_steps, plot_told_apart
 
 from tribopipe.archive.store import Archive
 from tribopipe.documents.contact import CurvedDisc, FlatDisc, TwinDisc
@@ -22,7 +22,6 @@ from tribopipe.pipeline.studies import load_studies, run_study
 from tribopipe.results.run import Profile
 from tribopipe.views.archived_figures import save_run_figures
 from tribopipe.views.archived_study_figures import save_study_figures
-from tribopipe.views.disc_figures import plot_disc_model
 from tribopipe.views.local_wear_figures import plot_local_wear
 from tribopipe.views.profile_figures import draw_profile
 from tribopipe.views.run_figures import save_figure

@@ -1,6 +1,7 @@
 """Figures of twin-disc runs hold what the paper's Figures 9 and 12 do, are fit to print, and do not change."""
 
 import shutil
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -27,9 +28,11 @@ from tribopipe.readers.harmonize import read_run
 from tribopipe.results.evaluation import COVERAGE_FACTOR
 from tribopipe.views.archived_figures import save_run_figures
 from tribopipe.views.archived_study_figures import save_study_figures
-from tribopipe.views.disc_figures import plot_disc_contact, plot_disc_model, plot_disc_wear
-from tribopipe.views.run_figures import plot_depth, plot_friction, save_figure
+from tribopipe.views.run_figures import plot_contact, plot_depth, plot_friction, plot_wear, save_figure
 from tribopipe.views.study_figures import plot_study_friction, plot_study_wear
+
+sys.path.append(str(Path(__file__).parents[1] / "docs"))
+from explained_figures import plot_disc_model
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("few_draws")]
 
@@ -120,7 +123,7 @@ def test_archived_figures_are_drawn_from_what_the_archive_holds(studied, run, tm
     assert "Archard, fitted" in wear
     assert f"Sarkar, predicted from {SHORT}" in wear
     (curves,) = curves_of(run)
-    save_figure(plot_disc_contact(archived_correction(studied, MIDDLE), curves), tmp_path / "contact.svg")
+    save_figure(plot_contact(archived_correction(studied, MIDDLE), curves), tmp_path / "contact.svg")
     assert (tmp_path / "contact.svg").read_bytes() == (
         studied.folder / "figures" / f"{MIDDLE}-contact.svg"
     ).read_bytes()
@@ -128,7 +131,7 @@ def test_archived_figures_are_drawn_from_what_the_archive_holds(studied, run, tm
 
 def test_wear_of_each_disc_stands_beside_the_laws_and_what_was_measured(run):
     curves = curves_of(run, ("archard", "sarkar"))
-    figure = plot_disc_wear(run, curves)
+    figure = plot_wear(correct_drift(run), curves)
     assert_printable(figure)
     assert labels(figure) == ["Archard, fitted", "Sarkar, fitted", "measured, 95 %"]
     assert [ax.texts[0].get_text() for ax in figure.axes] == ["(a) curved disc", "(b) flat disc"]
@@ -152,9 +155,9 @@ def test_wear_of_each_disc_stands_beside_the_laws_and_what_was_measured(run):
 
 def test_wear_figure_says_both_coefficients_of_each_law(run):
     (curves,) = curves_of(run)
-    words = plot_disc_wear(run, [curves]).axes[0].texts[-1].get_text()
+    words = plot_wear(correct_drift(run), [curves]).axes[0].texts[-1].get_text()
     assert words.startswith("Archard, full-slip:\n$k_\\mathrm{D}$ / mm³/(N·mm) = ")
-    for found, disc in zip(curves.result.bodies.values(), ("curved", "flat"), strict=True):
+    for found, disc in zip(curves.result.bodies.values(), ("curved disc", "flat disc"), strict=True):
         assert f"{found.wear_coefficient.shown('mm^3/(N*mm)').removesuffix(' mm³/(N·mm)')} ({disc})" in words
 
 
@@ -165,7 +168,7 @@ def test_interruptions_are_drawn_with_residuals_of_all_that_was_measured(run):
     ]
     stopped = measured(run, stops=stops)
     (curves,) = curves_of(stopped)
-    figure = plot_disc_wear(stopped, [curves])
+    figure = plot_wear(correct_drift(stopped), [curves])
     assert_printable(figure)
     upper, lower = figure.axes[:2], figure.axes[2:]
     assert [len(bars(ax)) for ax in upper] == [3, 2]
@@ -195,7 +198,7 @@ def test_interruptions_are_drawn_with_residuals_of_all_that_was_measured(run):
 def test_runs_without_volumes_are_drawn_by_what_was_measured(run, ends, label, outcome, factor):
     without = measured(run, ends)
     (curves,) = curves_of(without)
-    figure = plot_disc_wear(without, [curves])
+    figure = plot_wear(correct_drift(without), [curves])
     assert figure.axes[0].get_ylabel() == label
     drawn = line(figure.axes[0], "Archard, fitted").get_ydata()
     assert drawn[-1] == pytest.approx(factor * curves.bands[outcome].best[-1] / MICRO)
@@ -206,16 +209,16 @@ def test_runs_without_volumes_are_drawn_by_what_was_measured(run, ends, label, o
 def test_flat_disc_that_counts_as_unworn_is_not_drawn(run):
     alone = measured(run, {"curved_disc_wear_volume": volume(2.9e-3)})
     (curves,) = curves_of(alone)
-    wear = plot_disc_wear(alone, [curves])
+    wear = plot_wear(correct_drift(alone), [curves])
     assert len(wear.axes) == 1
     assert wear.axes[0].get_title(loc="left") == f"{run.id}: wear of the curved disc"
-    contact = plot_disc_contact(correct_drift(alone), curves)
+    contact = plot_contact(correct_drift(alone), curves)
     assert labels(contact) == ["depth signal, corrected", "curved disc", "Archard, fitted"]
 
 
 def test_contact_figure_has_the_four_panels_of_figure_9(run):
     corrected, (curves,) = correct_drift(run), curves_of(run)
-    figure = plot_disc_contact(corrected, curves)
+    figure = plot_contact(corrected, curves)
     assert_printable(figure)
     assert [ax.get_ylabel() for ax in figure.axes] == [
         "wear depth / µm",
@@ -244,7 +247,7 @@ def test_contact_figure_has_the_four_panels_of_figure_9(run):
 def test_contact_without_depth_signal_keeps_the_law(run):
     columns = {name: column for name, column in run.columns.items() if name != "depth"}
     bare = replace(run, columns=columns)
-    figure = plot_disc_contact(correct_drift(bare), curves_of(bare)[0])
+    figure = plot_contact(correct_drift(bare), curves_of(bare)[0])
     assert labels(figure) == ["both discs", "curved disc", "flat disc", "Archard, fitted"]
 
 
@@ -469,8 +472,8 @@ def test_same_figures_give_the_same_bytes(studied, run, tmp_path):
     (curves,) = curves_of(run)
     for name in ("first", "second"):
         save_study_figures(studied, "discs", tmp_path / name, (".svg",))
-        save_figure(plot_disc_wear(run, [curves]), tmp_path / name / "wear.svg")
-        save_figure(plot_disc_contact(correct_drift(run), curves), tmp_path / name / "contact.svg")
+        save_figure(plot_wear(correct_drift(run), [curves]), tmp_path / name / "wear.svg")
+        save_figure(plot_contact(correct_drift(run), curves), tmp_path / name / "contact.svg")
         save_figure(plot_disc_model({"exact": scenario("full-slip")}, 1e5, 100), tmp_path / name / "model.svg")
     first, second = ({path.name: path.read_bytes() for path in (tmp_path / n).iterdir()} for n in ("first", "second"))
     assert len(first) == 5

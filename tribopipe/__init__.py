@@ -35,9 +35,8 @@ if TYPE_CHECKING:
     from tribopipe.pipeline.stages import process
     from tribopipe.readers.harmonize import read_run
     from tribopipe.views.clean_up_figures import plot_clean_up
-    from tribopipe.views.disc_figures import plot_disc_contact, plot_disc_wear
     from tribopipe.views.local_wear_figures import plot_local_wear
-    from tribopipe.views.run_figures import plot_depth, plot_friction, plot_wear, save_figure
+    from tribopipe.views.run_figures import plot_contact, plot_depth, plot_friction, plot_wear, save_figure
 
 __version__ = VERSION
 
@@ -61,9 +60,8 @@ __all__ = [
     "fitted_curves",
     "open_archive",
     "plot_clean_up",
+    "plot_contact",
     "plot_depth",
-    "plot_disc_contact",
-    "plot_disc_wear",
     "plot_friction",
     "plot_local_wear",
     "plot_wear",
@@ -88,8 +86,7 @@ _HOMES = {
     "documents.recipe": ("Recipe",),
     "documents.study": ("Study",),
     "views.clean_up_figures": ("plot_clean_up",),
-    "views.disc_figures": ("plot_disc_contact", "plot_disc_wear"),
-    "views.run_figures": ("plot_depth", "plot_friction", "plot_wear", "save_figure"),
+    "views.run_figures": ("plot_contact", "plot_depth", "plot_friction", "plot_wear", "save_figure"),
     "views.local_wear_figures": ("plot_local_wear",),
     "evaluation.study.evaluate": ("evaluate",),
     "evaluation.study.member": ("Member",),

@@ -14,9 +14,8 @@ from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.pipeline.archived_results import archived_correction, archived_friction
 from tribopipe.results.run import CorrectedRun, RawRun
 from tribopipe.views.clean_up_figures import changed_signals, plot_clean_up
-from tribopipe.views.disc_figures import plot_disc_contact, plot_disc_wear
 from tribopipe.views.local_wear_figures import local_wear_figures
-from tribopipe.views.run_figures import plot_depth, plot_friction, plot_wear, save_beside
+from tribopipe.views.run_figures import plot_contact, plot_depth, plot_friction, plot_wear, save_beside
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -92,12 +91,10 @@ def _wear_figures(corrected: CorrectedRun, steps: Mapping[StepName, Step]) -> "d
     )
     if not fits:
         return {}
-    if "wear_depth" in fits[0].bands:
-        return {"wear": plot_wear(corrected, fits, predictions)}
-    return {
-        "wear": plot_disc_wear(corrected.run, fits, predictions),
-        "contact": plot_disc_contact(corrected, fits[0]),
-    }
+    figures = {"wear": plot_wear(corrected, fits, predictions)}
+    if "pressure" in fits[0].bands:
+        figures["contact"] = plot_contact(corrected, fits[0])
+    return figures
 
 
 def _local_figures(steps: Mapping[StepName, Step], run_id: str) -> "dict[str, Figure]":

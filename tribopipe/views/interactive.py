@@ -27,7 +27,6 @@ from tribopipe.results.wear_curves import WearCurves
 from tribopipe.results.wear_fit import WearFit, spoken
 from tribopipe.views.archived_figures import run_figures
 from tribopipe.views.csv_files import csv_columns, csv_kinds, csv_of, head_of
-from tribopipe.views.disc_figures import plot_disc_wear
 from tribopipe.views.labeled_values import shown
 from tribopipe.views.run_figures import plot_depth, plot_friction, plot_signals, plot_wear
 
@@ -189,7 +188,7 @@ def _(fit: FrictionFit) -> "Figure":
 @plot.register(WearFit)
 def _(fit: WearFit) -> "Figure":
     run, curves = _fitted_run(fit), _curves(fit)
-    return plot_wear(run, [curves]) if "wear_depth" in curves.bands else plot_disc_wear(run.run, [curves])
+    return plot_wear(run, [curves])
 
 
 @plot.register(ArchivedRun)

@@ -62,23 +62,6 @@ def grid(count: int, key_lines: int, titles: Sequence[str] = ()) -> "tuple[Figur
     return figure, axes[:count]
 
 
-def four(width: float) -> "tuple[Figure, list[Axes]]":
-    """Lay out four panels on common axes, as the paper's Fig. 9."""
-    from tribopipe.views.canvas import ShownFigure
-
-    figure = ShownFigure(figsize=(width, 5.4), dpi=150, layout="constrained")
-    return figure, list(figure.subplots(2, 2, sharex=True).flat)
-
-
-def name_four(axes: "Sequence[Axes]", label: str) -> None:
-    """Letter the panels, where curves that rise on the left and fall on the right leave room, and label their axis."""
-    for ax, named, place in zip(axes, "abcd", (0.03, 0.97, 0.03, 0.97), strict=True):
-        side = "left" if place < 0.5 else "right"
-        ax.text(place, 0.97, f"({named})", transform=ax.transAxes, ha=side, va="top")
-    for ax in axes[2:]:
-        ax.set_xlabel(label)
-
-
 def label_outer(axes: "Sequence[Axes]", x: str, y: str) -> None:
     """Label the outer axes of a grid."""
     columns = axes[0].get_gridspec().ncols  # type: ignore[union-attr]

@@ -14,9 +14,9 @@ from tribopipe.base.units import WEAR_COEFFICIENT, axis, from_si, show
 from tribopipe.physics.laws import law_label
 from tribopipe.results.local_wear import LocalDiscPoint, LocalPinPoint
 from tribopipe.results.local_wear_curves import LocalCurves
-from tribopipe.views.layout import TWO_COLUMNS, four, name_four
+from tribopipe.views.layout import TWO_COLUMNS
 from tribopipe.views.number_format import turned
-from tribopipe.views.run_figures import BLACK, GREY, PALETTE, draw_panel, finish, key, save_figure, styled
+from tribopipe.views.run_figures import BLACK, GREY, PALETTE, four_panels, head_figure, key, save_figure, styled
 from tribopipe.views.run_plots import local_wear_panels
 
 if TYPE_CHECKING:
@@ -65,9 +65,9 @@ def plot_local_wear(curves: LocalCurves, run_id: str) -> "Figure":
     # The peak jumps from cell to cell of the grid.
     columns["middle_pressure"] = curves.middle_pressure
     del columns["peak_pressure"]
-    figure, axes = four(6.3)
-    for ax, panel in zip(axes, local_wear_panels(along, columns, run_id), strict=False):
-        draw_panel(ax, panel)
+    panels = local_wear_panels(along, columns, run_id)
+    figure, axes = four_panels(panels, label)
+    for ax, panel in zip(axes, panels, strict=False):
         if discs:
             ax.set_ylim(bottom=0.0)
             continue
@@ -75,9 +75,7 @@ def plot_local_wear(curves: LocalCurves, run_id: str) -> "Figure":
         ax.set_yscale("log" if np.nanmin(panel.curves[0].y[1:]) > 0 else "linear")
         for numbers in (ax.xaxis, ax.yaxis):
             numbers.set_major_formatter(StrMethodFormatter("{x:g}"))
-    name_four(axes, label)
-    finish(axes[0], f"{run_id}: local wear", _words(curves))
-    axes[0].texts[-1].set_in_layout(False)
+    head_figure(axes[0], f"{run_id}: local wear", [_words(curves)])
     key(figure, axes, 4)
     return figure
 

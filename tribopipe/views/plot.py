@@ -84,6 +84,8 @@ class Mark:
     """Of the run in a study."""
     outcome: Verdict | None = None
     """What it says of the law that it is drawn beside."""
+    law: LawName | None = None
+    """The law that it is a residual of."""
 
 
 @dataclass(frozen=True)
@@ -98,6 +100,8 @@ class Panel:
     """The body it is of, where each has a panel."""
     left_out: tuple[float, float] | None = None
     """Between which places nothing was fitted although it was measured."""
+    limit: float | None = None
+    """Between this and its negative lie 95 % of residuals."""
 
     @property
     def label(self) -> str:

@@ -11,7 +11,7 @@ from functools import wraps
 from io import BytesIO
 from pathlib import Path
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, ParamSpec
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from tribopipe.archive.store import Archive
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ArchiveError
 from tribopipe.base.files import clear_leftovers_of, replacing
-from tribopipe.base.units import WEAR_COEFFICIENT, from_si
+from tribopipe.base.units import WEAR_COEFFICIENT, from_si, pretty
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName
@@ -30,12 +30,11 @@ from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.finding import first_of_each_code
 from tribopipe.results.run import CorrectedRun, RawRun
 from tribopipe.results.wear_curves import WearCurves
-from tribopipe.results.wear_fit import WearFit
-from tribopipe.results.wear_prediction import WearPrediction
+from tribopipe.results.wear_fit import WearFit, spoken
 from tribopipe.views.decimation import thinned
-from tribopipe.views.number_format import course, powered_axis, slid, slide
-from tribopipe.views.plot import Curve, Panel
-from tribopipe.views.run_plots import depth_panels, friction_panels, signal_panels, wear_panels
+from tribopipe.views.number_format import course, power_of, powered_axis, slide
+from tribopipe.views.plot import VOLUME, Curve, Mark, Panel
+from tribopipe.views.run_plots import contact_panels, depth_panels, friction_panels, signal_panels, wear_panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -160,15 +159,34 @@ def draw_panel(ax: "Axes", panel: Panel, power: int = 0) -> None:
         ax.plot(x, y, **look._asdict(), label="" if curve.role == "residual" else curve.name)
         if band:
             ax.fill_between(x, band[0], band[1], color=look.color, alpha=0.15, lw=0)
-    if any(curve.role == "residual" for curve in panel.curves):
-        ax.axhline(0, color=BLACK, lw=0.8)
-    if panel.left_out is not None:
-        ax.axvspan(*panel.left_out, color=ORANGE, alpha=0.25, lw=0, label="left out")
-    for one in panel.marks:
-        value, half = one.y / 10.0**power, one.half_width / 10.0**power
-        ax.errorbar(one.x, value, yerr=half, fmt="o", ms=4, capsize=3, color=RED, label=one.name, zorder=5)
+    _draw_lines(ax, panel)
+    _draw_marks(ax, panel.marks, power)
     ax.set_ylabel(powered_axis(_mathtext(panel.quantity), power, panel.unit.shown))
     ax.margins(x=0.01)
+
+
+def _draw_lines(ax: "Axes", panel: Panel) -> None:
+    """Draw zero and limits of residuals, and what was left out."""
+    limits = () if panel.limit is None else (-panel.limit, panel.limit)
+    if limits or any(curve.role == "residual" for curve in panel.curves):
+        ax.axhline(0, color=BLACK, lw=0.8)
+    for limit in limits:
+        ax.axhline(limit, color=GREY, ls=(0, (5, 1.6)), lw=0.8)
+    if panel.left_out is not None:
+        ax.axvspan(*panel.left_out, color=ORANGE, alpha=0.25, lw=0, label="left out")
+
+
+def _draw_marks(ax: "Axes", marks: Sequence[Mark], power: int) -> None:
+    """Draw what was measured with its bars, and residuals of it as open marks in the color of their law."""
+    kinds = list(dict.fromkeys(one.name for one in marks))
+    for one in marks:
+        value, half = one.y / 10.0**power, one.half_width / 10.0**power
+        if one.law is None:
+            ax.errorbar(one.x, value, yerr=half, fmt="o", ms=4, capsize=3, color=RED, label=one.name, zorder=5)
+            continue
+        look: Any = {"ls": "", "ms": 4, "marker": "os^"[kinds.index(one.name)], "mfc": "none"}
+        ax.plot(one.x, value, mec=law_look(one.law).colour, **look)
+        ax.plot([], [], mec=GREY, label=one.name, **look)
 
 
 def _mathtext(words: str) -> str:
@@ -230,20 +248,105 @@ def _friction_words(fit: FrictionFit) -> str:
 
 @styled
 def plot_wear(corrected: CorrectedRun, fits: Sequence[WearCurves], predictions: Sequence[WearCurves] = ()) -> "Figure":
-    """Draw the pin's wear with the fitted laws, their residuals, and predictions from another run, with 95 % bands."""
+    """Draw the wear of each body with the fitted laws, and predictions from other runs, with 95 % bands.
+
+    Of discs it is the volume; the depth, or the track width, where that alone was measured. A disc that neither wears
+    nor was measured has no panel. Residuals stand below wear that was recorded along the run, and below measurements
+    where there are more than are fitted.
+    """
+    from tribopipe.views.canvas import ShownFigure
+
     run = corrected.run
-    coefficients = (_wear_words(curve.result) for curve in fits)
+    along, label = course(run)
+    bodies: dict[str, list[Panel]] = {}
+    for panel in wear_panels(along, corrected, fits, predictions):
+        bodies.setdefault(panel.body, []).append(panel)
+    count = max(map(len, bodies.values()))
+    figure = ShownFigure(figsize=(6.3, 3.9 if count == 1 else 5.0), dpi=150, layout="constrained")
+    axes = figure.subplots(count, len(bodies), sharex=True, sharey="row", squeeze=False, height_ratios=[3, 1][:count])
+    power = _power([panels[0] for panels in bodies.values()])
+    for place, (body, panels) in enumerate(bodies.items()):
+        for row, panel in enumerate(panels):
+            draw_panel(axes[row][place], panel, 0 if row else power)
+            axes[row][place].set_ylabel("" if place else axes[row][place].get_ylabel())
+            axes[row][place].margins(x=0.02)
+        if len(bodies) > 1:
+            _name(axes[0][place], f"({'ab'[place]}) {body}")
+        axes[-1][place].set_xlabel(label)
+    lowest = min(float(ax.dataLim.y0) for ax in axes[0])
+    axes[0][0].set_ylim(bottom=0.0 if lowest >= 0 else None)
+    if panels[-1].limit is not None:
+        low, high = axes[-1][0].get_ylim()
+        axes[-1][0].set_ylim(min(low, -2.5), max(high, 2.5))
+    both = f" of {'both discs' if len(bodies) > 1 else f'the {body}'}" if body else ""
     told = basis_words(curve.result for curve in fits if isinstance(curve.result, WearFit))
-    words = "\n".join([*coefficients, *map(in_lines, told)])
-    panels = wear_panels(run.sliding_distance, corrected, fits, predictions)
-    figure = _stacked(panels, f"{run.id}: wear", words, slid(run))
-    figure.axes[0].set_ylim(bottom=min(0.0, figure.axes[0].get_ylim()[0]))
+    head_figure(axes[0][0], f"{run.id}: wear{both}", [*map(_wear_words, fits), *map(in_lines, told)])
+    key(figure, axes.flat)
     return figure
 
 
-def _wear_words(fit: WearFit | WearPrediction) -> str:
-    known = None if fit.first is None else fit.first.wear_coefficient
-    return f"{law_label(fit.model)}: $k_\\mathrm{{D}}$ = {_shown(known, WEAR_COEFFICIENT)}"
+def _power(panels: Sequence[Panel]) -> int:
+    """Return the power of a thousand to leave out of the axis; of volumes only, which are as small as that."""
+    if panels[0].unit != VOLUME:
+        return 0
+    ends = [float(from_si(np.nanmax(curve.y), "m^3", "mm^3")) for panel in panels for curve in panel.curves]
+    return power_of(max([*ends, *(one.y for panel in panels for one in panel.marks)]))
+
+
+def head_figure(ax: "Axes", title: str, words: Sequence[str]) -> None:
+    """Put title and coefficients over a figure; they may be wider than its first panel."""
+    finish(ax, title, "\n".join(words))
+    ax.texts[-1].set_in_layout(False)
+
+
+def _name(ax: "Axes", words: str, side: Literal["left", "right"] = "left") -> None:
+    """Write the letter of a panel, and what it is of, into its upper corner."""
+    ax.text(0.03 if side == "left" else 0.97, 0.97, words, transform=ax.transAxes, ha=side, va="top")
+
+
+def four_panels(panels: Iterable[Panel], label: str) -> "tuple[Figure, list[Axes]]":
+    """Draw four panels on one axis, as in the paper's Fig. 9, lettered where curves leave room."""
+    from tribopipe.views.canvas import ShownFigure
+
+    figure = ShownFigure(figsize=(6.3, 5.4), dpi=150, layout="constrained")
+    axes = list(figure.subplots(2, 2, sharex=True).flat)
+    for number, (ax, panel) in enumerate(zip(axes, panels, strict=False)):
+        draw_panel(ax, panel)
+        _name(ax, f"({'abcd'[number]})", "right" if number % 2 else "left")
+        ax.set_xlabel(label if number > 1 else "")
+    return figure, axes
+
+
+@styled
+def plot_contact(corrected: CorrectedRun, curves: WearCurves) -> "Figure":
+    """Draw wear depth, mean pressure, a_x and a_z by a law along a run, with 95 % bands (paper, Fig. 9).
+
+    The depth signal, corrected, stands beside the depth of both bodies.
+    """
+    along, label = course(corrected.run)
+    figure, axes = four_panels(contact_panels(along, corrected, [curves]), label)
+    head_figure(axes[0], f"{corrected.id}: contact", [_wear_words(curves)])
+    for ax in axes:
+        ax.margins(x=0.02)
+    key(figure, axes, 3)
+    return figure
+
+
+def _wear_words(curves: WearCurves) -> str:
+    """Write a law with k_D of each body."""
+    result, unit = curves.result, pretty(WEAR_COEFFICIENT)
+    known = {name: body.wear_coefficient for name, body in result.bodies.items()}
+    if result.distance_per_rotation is None:
+        first = next(iter(known.values()), None)
+        return f"{law_label(result.model)}: $k_\\mathrm{{D}}$ = {_shown(first, WEAR_COEFFICIENT)}"
+    each = ", ".join(
+        f"{value.shown(WEAR_COEFFICIENT).removesuffix(f' {unit}')} ({spoken(name)})"
+        for name, value in known.items()
+        if value.value
+    )
+    head = f"{law_label(result.model)}, {result.distance_per_rotation}:"
+    between = "\n" if len(head + each) + len(unit) > MOST_LETTERS - 8 else " "
+    return f"{head}{between}$k_\\mathrm{{D}}$ / {unit} = {each}"
 
 
 def basis_words(fits: Iterable[WearFit]) -> list[str]:

@@ -14,7 +14,7 @@ from tribopipe.documents.signals import SignalName
 from tribopipe.evaluation.friction_paths import fitted_path
 from tribopipe.evaluation.measurements.twin_disc import Measured
 from tribopipe.physics.laws import law_label
-from tribopipe.results.evaluation import FrictionFit
+from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit
 from tribopipe.results.run import CorrectedRun, RawRun
 from tribopipe.results.wear_curves import WearCurves
 from tribopipe.results.wear_fit import FittedValue, WearFit, spoken
@@ -133,14 +133,13 @@ class ShownQuantity(NamedTuple):
     outcomes: tuple[Outcome, Outcome]
     label: str
     unit: Unit
-    marker: str
     factor: float = 1.0
 
 
 QUANTITIES: dict[Measured, ShownQuantity] = {
-    "wear_volume": ShownQuantity(("curved_volume", "flat_volume"), "wear volume", VOLUME, "o"),
-    "wear_depth": ShownQuantity(("curved_depth", "flat_depth"), "wear depth", MICRONS, "s"),
-    "track_width": ShownQuantity(("half_width", "half_width"), "track width", MICRONS, "^", 2.0),
+    "wear_volume": ShownQuantity(("curved_volume", "flat_volume"), "wear volume", VOLUME),
+    "wear_depth": ShownQuantity(("curved_depth", "flat_depth"), "wear depth", MICRONS),
+    "track_width": ShownQuantity(("half_width", "half_width"), "track width", MICRONS, 2.0),
 }
 """What can be measured on a disc, the usual first."""
 
@@ -175,7 +174,30 @@ def wear_panels(
             if wear is not None and line.role == "fit"
         )
         panels += [Panel("residual", shown.unit, left)] if left else []
+        panels += _spare(x, run, fits, shown.body) if shown.body else []
     return tuple(panels)
+
+
+def _spare(x: Column, run: RawRun, fits: Sequence[WearCurves], body: str) -> list[Panel]:
+    """Draw residuals of what was measured on a body over their standard uncertainty, where more was than is fitted."""
+    if not any(isinstance(curves.result, WearFit) and curves.result.p_value is not None for curves in fits):
+        return []
+    marks = [
+        Mark(
+            f"residual of {spoken(point.what)}",
+            run.id,
+            place_on(x, run, point.value.place),
+            residual,
+            0.0,
+            f"{residual:.2f}".replace("-", "−"),
+            law=curves.result.model,
+        )
+        for curves in fits
+        for point in measured_points([curves])
+        if spoken(point.disc) == body and (spread := point.value.measured.standard_uncertainty)
+        for residual in [(point.value.measured.value - point.value.fitted.value) / spread]
+    ]
+    return [Panel("residual / u", RATIO, (), tuple(marks), body, limit=COVERAGE_FACTOR)]
 
 
 def _pin(x: Column, corrected: CorrectedRun) -> _Shown:
