@@ -31,7 +31,7 @@ from tribopipe.readers.draft.blanks import blanks_of
 from tribopipe.readers.draft.known_values import sections
 
 PACKAGE = Path(tribopipe.__file__).parent
-MOST_BRANCHES = 15
+MOST_BRANCHES = 13
 K_D = 13.5e-15
 """m²/N: the truth of the plan."""
 PLAN = """\

@@ -11,7 +11,8 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe, WearRecipe
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
-from tribopipe.evaluation.study.design import at_length, design
+from tribopipe.evaluation.study.design import designs
+from tribopipe.evaluation.study.longer_tests import at_length
 from tribopipe.evaluation.study.member import Member, PosedRun
 from tribopipe.evaluation.wear.budget import budget
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
@@ -26,6 +27,12 @@ HERTZ = Quantity(value=1.0, unit="1/s")
 def posed(run_id: str, recipe: Recipe | None = None, law: str = "archard", **changes) -> PosedRun:
     raw = record(*CASES[run_id], sensors={"sampling_rate": HERTZ}, **changes)
     return Member(correct_drift(raw), fit_friction(raw)).pose(law, recipe or TWO_STEP)
+
+
+def design(run: PosedRun, law: str, wanted: float, shared=(), scatter: float | None = None):
+    """What it takes to know k_D of a pin."""
+    (plan,) = designs(run, law, wanted, shared, [scatter])
+    return plan
 
 
 @pytest.fixture(scope="module")

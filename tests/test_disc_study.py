@@ -18,7 +18,7 @@ from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.record import load_toml
 from tribopipe.documents.study import Study
 from tribopipe.evaluation.drift import correct_drift
-from tribopipe.evaluation.study.discs import evaluate_discs
+from tribopipe.evaluation.study.evaluate import evaluate
 from tribopipe.evaluation.study.member import Member
 from tribopipe.pipeline.stages import ingest
 from tribopipe.pipeline.studies import run_study
@@ -40,7 +40,7 @@ def laboratory(seed: int, fitted=FITTED, predicted=(SLIPPING,), factor: float | 
         run = PLANNED[name].model_copy(update={"id": name, "seed": int(rng.integers(2**31)), "fatigue": fatigue})
         members[name] = member(run)
     study = Study(id="lab", fit=fitted, predict=predicted, laws=("archard",))
-    return evaluate_discs(study, members).result.law("archard")
+    return evaluate(study, members).result.law("archard")
 
 
 def of(law, name: str):
@@ -134,7 +134,7 @@ def test_fatigue_is_called_in_most_laboratories(factor, called):
 @pytest.mark.slow
 def test_exact_runs_give_exactly_their_k_d_and_are_supported():
     members = {name: exact_member(name, rotations=turns) for name, turns in (("a", 2e5), ("b", 1e6), ("c", 2e6))}
-    law = evaluate_discs(Study(id="s", fit=("a", "b"), predict=("c",), laws=("archard",)), members).result.laws[0]
+    law = evaluate(Study(id="s", fit=("a", "b"), predict=("c",), laws=("archard",)), members).result.laws[0]
     assert [disc.wear_coefficient.value for disc in law.bodies.values()] == pytest.approx([K_1, K_2], rel=1e-8)
     for run in law.runs:
         assert run.outcome == "supported"
@@ -146,7 +146,7 @@ def test_exact_runs_give_exactly_their_k_d_and_are_supported():
 @pytest.mark.parametrize(("factor", "called"), [(4.0, "under-predicts"), (0.25, "over-predicts")])
 def test_departure_of_one_disc_calls_the_run_off(factor, called):
     members = {"a": exact_member("a"), "b": exact_member("b", second=factor * K_2)}
-    law = evaluate_discs(Study(id="s", fit=("a",), predict=("b",), laws=("archard",)), members).result.laws[0]
+    law = evaluate(Study(id="s", fit=("a",), predict=("b",), laws=("archard",)), members).result.laws[0]
     run = of(law, "b")
     assert run.outcome == called
     assert run.bodies["flat_disc"].outcome == called
@@ -154,14 +154,14 @@ def test_departure_of_one_disc_calls_the_run_off(factor, called):
 
 def test_vague_measurement_decides_nothing():
     members = {"a": exact_member("a"), "b": exact_member("b", share=0.9)}
-    law = evaluate_discs(Study(id="s", fit=("a",), predict=("b",), laws=("archard",)), members).result.laws[0]
+    law = evaluate(Study(id="s", fit=("a",), predict=("b",), laws=("archard",)), members).result.laws[0]
     assert of(law, "b").outcome == "not decidable"
 
 
 def test_life_ends_where_the_curved_disc_reaches_the_depth():
     members = {"a": exact_member("a")}
     study = Study(id="s", fit=("a",), laws=("archard",), end_of_life=Quantity(value=2e-6, unit="m"))
-    life = of(evaluate_discs(study, members).result.laws[0], "a").end_of_life
+    life = of(evaluate(study, members).result.laws[0], "a").end_of_life
     from disc_runs import worn
 
     turns = life.place.value
@@ -172,14 +172,14 @@ def test_life_ends_where_the_curved_disc_reaches_the_depth():
 def test_one_sided_runs_make_a_one_sided_study():
     wanted = {"curved_disc_wear_volume": 0.05}
     members = {name: exact_member(name, wanted=wanted, second=0.0) for name in ("a", "b")}
-    law = evaluate_discs(Study(id="s", fit=("a",), predict=("b",), laws=("archard",)), members).result.laws[0]
+    law = evaluate(Study(id="s", fit=("a",), predict=("b",), laws=("archard",)), members).result.laws[0]
     assert [*law.bodies] == ["curved_disc"]
     assert law.correlation is None
     assert [len(run.bodies) for run in law.runs] == [1, 1]
 
 
 def test_one_run_alone_owns_up_to_what_is_not_known():
-    result = evaluate_discs(Study(id="s", fit=("a",), laws=("archard",)), {"a": exact_member("a")}).result
+    result = evaluate(Study(id="s", fit=("a",), laws=("archard",)), {"a": exact_member("a")}).result
     assert result.notes[0].startswith("one run, a, identifies k_D")
 
 
@@ -193,7 +193,7 @@ def test_study_of_flat_discs_on_which_no_wear_was_found_is_refused_in_one_senten
         manifest = raw.manifest.model_copy(update={"end_values": ends})
         members[name] = Member(correct_drift(type(raw)(manifest, raw.columns, raw.origins, {}, {}, ())), None)
     with pytest.raises(FitError, match="s: found no wear of the flat disc in any run that identifies k_D"):
-        evaluate_discs(Study(id="s", fit=("a",), predict=("b",), laws=("archard",)), members)
+        evaluate(Study(id="s", fit=("a",), predict=("b",), laws=("archard",)), members)
 
 
 # --- refused ---
@@ -202,14 +202,14 @@ def test_study_of_flat_discs_on_which_no_wear_was_found_is_refused_in_one_senten
 def test_flat_disc_measured_in_some_fitted_runs_only_is_refused():
     members = {"a": exact_member("a"), "b": exact_member("b", wanted={"curved_disc_wear_volume": 0.05})}
     with pytest.raises(FitError, match="s: found nothing measured on the flat disc of b, but on that of other runs"):
-        evaluate_discs(Study(id="s", fit=("a", "b"), laws=("archard",)), members)
+        evaluate(Study(id="s", fit=("a", "b"), laws=("archard",)), members)
 
 
 def test_run_without_end_values_is_refused_by_name():
     members = {"a": exact_member("a"), "b": exact_member("b", wanted={})}
     for study in (Study(id="s", fit=("a",), predict=("b",)), Study(id="s", fit=("b",))):
         with pytest.raises(FitError, match="b: found a run that lacks an end value of the curved disc"):
-            evaluate_discs(study.model_copy(update={"laws": ("archard",)}), members)
+            evaluate(study.model_copy(update={"laws": ("archard",)}), members)
 
 
 def test_run_without_wear_is_refused_by_name():
@@ -222,7 +222,7 @@ def test_run_without_wear_is_refused_by_name():
     raw = type(blank)(manifest, blank.columns, blank.origins, {}, {}, ())
     members = {"a": exact_member("a"), "b": Member(correct_drift(raw), None)}
     with pytest.raises(TribopipeError, match=r"\bb: "):
-        evaluate_discs(Study(id="s", fit=("a",), predict=("b",), laws=("archard",)), members)
+        evaluate(Study(id="s", fit=("a",), predict=("b",), laws=("archard",)), members)
 
 
 @pytest.mark.parametrize(
@@ -240,7 +240,7 @@ def test_runs_of_other_discs_are_refused(where, key, value, words):
     raw = type(other)(manifest, other.columns, other.origins, {}, {}, ())
     members = {"a": one, "b": Member(correct_drift(raw), None)}
     with pytest.raises(FitError, match=f"s: found {words} 0.005 in b and 0.004 in a; expected the same bodies"):
-        evaluate_discs(Study(id="s", fit=("a",), predict=("b",), laws=("archard",)), members)
+        evaluate(Study(id="s", fit=("a",), predict=("b",), laws=("archard",)), members)
 
 
 # --- in the archive ---

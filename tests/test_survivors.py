@@ -8,14 +8,12 @@ from test_agreement import LIGHT, TWO_STEP, member
 from test_shape import changed
 
 from tribopipe.archive.definitions.summaries import shown_fields
-from tribopipe.base.errors import FitError
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.record import Record
 from tribopipe.evaluation.checks.materials import CLASSES
 from tribopipe.evaluation.drift import correct_drift
-from tribopipe.evaluation.study.disc_design import design_discs
-from tribopipe.evaluation.study.life import end_of_life
 from tribopipe.evaluation.study.member import Member
+from tribopipe.evaluation.study.recorded_runs import life_of_pin
 from tribopipe.evaluation.wear.rate_change import rate_change
 from tribopipe.physics.geometry import worn_volume
 from tribopipe.readers.long_text import _both_ends
@@ -50,16 +48,10 @@ def test_life_by_archard_s_law_ends_where_k_d_load_and_distance_make_the_volume(
     posed = reference.pose("archard", TWO_STEP)
     draws = posed.draw(np.random.default_rng(1), 400, {})
     depth, load, radius = 10e-6, 0.2, 0.794e-3
-    found = end_of_life(draws, np.full(400, posed.coefficient), depth)
+    found = life_of_pin(draws, np.full(400, posed.coefficient), depth)
     # A cap without the elastic approach, which is a few nm of 10 µm.
     expected = float(worn_volume(depth=depth, sphere_radius=radius)) / (posed.coefficient * load)
     assert found.place.value == pytest.approx(expected, rel=0.01)
-
-
-@pytest.mark.parametrize("wanted", [0.0, -0.1])
-def test_plan_of_discs_refuses_an_interval_that_is_not_above_zero(wanted):
-    with pytest.raises(FitError, match="plan: found a wanted interval of"):
-        design_discs(None, "archard", wanted, Recipe())
 
 
 def test_both_ends_of_a_long_text_have_no_line_twice():

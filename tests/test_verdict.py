@@ -16,9 +16,9 @@ from tribopipe.documents.study import Study
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.study.evaluate import Evaluation, evaluate
-from tribopipe.evaluation.study.life import end_of_life
 from tribopipe.evaluation.study.member import Member, RunDraws
-from tribopipe.evaluation.study.verdict import Comparison, compare, decide
+from tribopipe.evaluation.study.recorded_runs import compare, life_of_pin
+from tribopipe.evaluation.study.verdict import Comparison, decide
 from tribopipe.physics.geometry import cap_radius
 from tribopipe.readers.harmonize import read_run
 from tribopipe.results.agreement import LeftOut, RunVerdict
@@ -448,10 +448,10 @@ def slight() -> tuple[RunDraws, Column]:
 
 def test_end_of_life_is_open_above_where_k_d_may_be_none(slight):
     draws, coefficients = slight
-    closed = end_of_life(draws, coefficients, 1e-6)
+    closed = life_of_pin(draws, coefficients, 1e-6)
     assert closed.interval[1] is not None
     without = np.where(np.arange(1_000) < 100, 0.0, coefficients)
-    life = end_of_life(draws, without, 1e-6)
+    life = life_of_pin(draws, without, 1e-6)
     assert life.interval[1] is None
     assert life.interval[0].value == pytest.approx(closed.interval[0].value, rel=0.02)
     assert closed.place.value < life.place.value < closed.interval[1].value
@@ -459,14 +459,14 @@ def test_end_of_life_is_open_above_where_k_d_may_be_none(slight):
 
 def test_a_few_draws_without_wear_leave_the_end_of_life_bounded(slight):
     draws, coefficients = slight
-    life = end_of_life(draws, np.where(np.arange(1_000) < 10, 0.0, coefficients), 1e-6)
+    life = life_of_pin(draws, np.where(np.arange(1_000) < 10, 0.0, coefficients), 1e-6)
     assert np.isfinite(life.interval[1].value)
     assert life.interval[1].value > life.place.value
 
 
 def test_end_of_life_of_a_k_d_that_is_rather_none_is_no_program_error(slight):
     draws, coefficients = slight
-    life = end_of_life(draws, np.where(np.arange(1_000) < 600, 0.0, coefficients), 1e-6)
+    life = life_of_pin(draws, np.where(np.arange(1_000) < 600, 0.0, coefficients), 1e-6)
     assert life is None or life.interval[1] is None
 
 

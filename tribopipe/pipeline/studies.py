@@ -27,9 +27,8 @@ from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.preprocessing.cleaning import clean_run
 from tribopipe.evaluation.study.bodies import bodies, severity
-from tribopipe.evaluation.study.design import design
-from tribopipe.evaluation.study.disc_design import design_discs
-from tribopipe.evaluation.study.evaluate import evaluate
+from tribopipe.evaluation.study.design import designs
+from tribopipe.evaluation.study.evaluate import evaluate, posed
 from tribopipe.evaluation.study.member import Member
 from tribopipe.evaluation.wear.known import KnownWear
 from tribopipe.evaluation.wear.measurement_problem import measurement_problem
@@ -216,7 +215,7 @@ def plan_archived(archive: Archive, name: str, law: LawName, wanted: float, reci
     where all that could be planned from is marked bad.
     """
     fit: tuple[str, ...] = (name,)
-    scatter: tuple[float | None, ...] = (None, None)
+    scatter: Sequence[float | None] = ()
     shared = Study.model_fields["shared"].default
     if name not in archive.ids():
         if name not in archive.study_ids():
@@ -235,16 +234,13 @@ def plan_archived(archive: Archive, name: str, law: LawName, wanted: float, reci
             "another, or take the mark back with `tribopipe mark-bad --undo`"
         )
     run = next(iter(runs.values()))
-    if run.corrected.run.manifest.rolls:
-        return design_discs(run, law, wanted, recipe, shared, scatter)
-    return (design(run.pose(law, recipe), law, wanted, shared, scatter[0]),)
+    return designs(posed(run, law, recipe), law, wanted, shared, scatter)
 
 
-def _scatter(result: StudyResult, law: LawName) -> tuple[float | None, ...]:
+def _scatter(result: StudyResult, law: LawName) -> list[float | None]:
     """Return the scatter between runs over k_D, of each body; none where it is not known."""
     found = [body.between_runs for one in result.laws if one.model == law for body in one.bodies.values()]
-    known = [None if between is None else between.scatter for between in found]
-    return (*known, None, None)[:2]
+    return [None if between is None else between.scatter for between in found]
 
 
 def unfit_for_study(run: RawRun, recipe: Recipe) -> str | None:

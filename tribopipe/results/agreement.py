@@ -21,6 +21,7 @@ AGREEMENT: Mapping[str, str] = {
 }
 """How people read a verdict: the agreement of the measured wear with the model."""
 Role = Literal["fitted", "predicted"]
+WornQuantity = Literal["wear_volume", "wear_depth", "track_width"]
 Interval = tuple[Quantity, Quantity]
 
 
@@ -89,7 +90,7 @@ class BodyVerdict(Record):
 
     outcome: Verdict
     """What the data say of the law for this body."""
-    what: Literal["wear_volume", "wear_depth", "track_width"]
+    what: WornQuantity
     """What was measured at the end, by which the law is judged first."""
     measured: Quantity
     """As measured."""

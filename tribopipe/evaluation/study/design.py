@@ -1,60 +1,73 @@
-"""Experimental design: what a longer test, replicates, or a better known input would do for k_D.
+"""Experimental design: what a longer test, replicates, or a better known input would do for each k_D.
 
-To first order (JCGM 100:2008, 5.1.2) on the run as it would be: the law with the k_D found, the same sensors, the same
-absolute uncertainties of end values, and the same noise at the same sampling rate.
+To first order (JCGM 100:2008, 5.1.2) on the run as it would be: the law with the k_D found (``longer_tests``).
 """
 
 import math
-from collections.abc import Callable, Collection
-from dataclasses import replace
+from collections.abc import Callable, Collection, Sequence
+from functools import cache, partial
 
 import numpy as np
 
 from tribopipe.base.errors import ContactError, FitError
-from tribopipe.contacts.inputs import Input
-from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName
+from tribopipe.evaluation.study.measured_runs import MeasuredRun
 from tribopipe.evaluation.study.member import PosedRun
-from tribopipe.evaluation.wear.budget import budget
-from tribopipe.evaluation.wear.joint import END_ANCHOR, Anchor, JointProblem
-from tribopipe.evaluation.wear.problem import WearProblem
 from tribopipe.physics.laws import law_named
 from tribopipe.results.evaluation import COVERAGE_FACTOR
 from tribopipe.results.test_design import Design, Lever
-from tribopipe.results.wear_fit import Contribution
+from tribopipe.results.wear_fit import Contribution, spoken
 
 _LENGTHS = np.geomspace(1.0, 100.0, 61)
 """Test lengths looked at, in lengths of the run."""
 
 
-def design(
-    run: PosedRun, law: LawName, wanted: float, shared: Collection[str] = (), scatter: float | None = None
-) -> Design:
-    """Say what it takes to know k_D to ``wanted``, the half width of its 95 % interval over k_D.
+def designs(
+    run: PosedRun | MeasuredRun,
+    law: LawName,
+    wanted: float,
+    shared: Collection[str] = (),
+    scatter: Sequence[float | None] = (),
+) -> tuple[Design, ...]:
+    """Say for each body what it takes to know its k_D to ``wanted``, the half width of its 95 % interval over k_D.
 
-    ``shared`` inputs are off by the same error in all replicates; ``scatter`` is that of k_D between runs over k_D.
+    ``shared`` inputs are off by the same error in all replicates; ``scatter`` is that of each k_D between runs, over
+    k_D.
     """
     if not wanted > 0:
         raise FitError(f"plan: found a wanted interval of {wanted:g}; expected one above zero, such as '10 %'")
-    lines = budget(run.problem.condensed(), run.coefficient)
-    now = half_width(lines)
+    contact = run.problem.contact
     common = {name.replace("_", " ") for name in (*shared, *law_named(law).inputs())}
-    by_shared = half_width([line for line in lines if line.name in common])
-    length, by_distance = _length(run, wanted)
-    return Design(
-        id=run.member.id,
-        model=law,
-        half_width=now,
-        wanted=wanted,
-        levers=tuple(
-            lever.model_copy(update={"name": run.problem.contact.worded(lever.name)}) for lever in levers(lines)
-        ),
-        sliding_distance=None if length is None else Quantity(value=length * run.problem.trace.slid, unit="m"),
-        by_distance=by_distance,
-        replicates=replicates(now, by_shared, COVERAGE_FACTOR * (scatter or 0.0), wanted),
-        by_replicates=by_shared,
-        scatter=scatter,
-    )
+
+    @cache
+    def widths(length: float) -> list[float]:
+        return [half_width(lines) for lines in run.budgets(length)]
+
+    def width_of(place: int, length: float) -> float:
+        return widths(length)[place]
+
+    found = []
+    for place, (body, lines) in enumerate(zip(run.bodies, run.budgets(), strict=True)):
+        now, by_shared = half_width(lines), half_width([line for line in lines if line.name in common])
+        length, by_distance = shortest(partial(width_of, place), wanted)
+        known = dict(enumerate(scatter)).get(place)
+        end = None if length is None else run.end.model_copy(update={"value": length * run.end.value})
+        found.append(
+            Design(
+                id=run.member.id,
+                model=law,
+                of=f"k_D of the {spoken(body)}" if len(contact.fitted_bodies) > 1 else "k_D",
+                half_width=now,
+                wanted=wanted,
+                levers=tuple(lever.model_copy(update={"name": contact.worded(lever.name)}) for lever in levers(lines)),
+                **{contact.progress.signal: end},
+                by_distance=by_distance,
+                replicates=replicates(now, by_shared, COVERAGE_FACTOR * (known or 0.0), wanted),
+                by_replicates=by_shared,
+                scatter=known,
+            )
+        )
+    return tuple(found)
 
 
 def half_width(lines: Collection[Contribution]) -> float:
@@ -76,12 +89,6 @@ def levers(lines: Collection[Contribution]) -> list[Lever]:
         )
         for line in sorted(lines, key=lambda line: -abs(line.relative))
     ]
-
-
-def _length(run: PosedRun, wanted: float) -> tuple[float | None, float]:
-    return shortest(
-        lambda length: half_width(budget(at_length(run.plain, run.coefficient, length), run.coefficient)), wanted
-    )
 
 
 def shortest(width_at: Callable[[float], float], wanted: float) -> tuple[float | None, float]:
@@ -118,46 +125,3 @@ def replicates(now: float, shared: float, scatter: float, wanted: float) -> int 
     if room <= 0:
         return None
     return max(1, math.ceil((now**2 - shared**2 + scatter**2) / room - 1e-9))
-
-
-def at_length(problem: WearProblem, coefficient: float, length: float) -> WearProblem:
-    """Return the problem that a test ``length`` times as long would pose if the law held exactly.
-
-    Raises ``ContactError`` where the tip would be worn away.
-    """
-    values = problem.values
-    longer = replace(
-        problem,
-        distance=problem.distance * length,
-        weights=problem.weights * length,
-        trace=replace(problem.trace, slid=problem.trace.slid * length),
-    )
-    end = float(longer.depth(coefficient, values, np.asarray([longer.trace.slid]))[0])
-    wear = problem.end.grown(end)
-    share = 1 + (wear.disc.quantity.value / end if wear.disc is not None else 0.0)
-    # Windows are a share of the distance: they hold as many more samples.
-    scale, zero = values["depth_scale"], _better(problem.trace.zero_offset, length)
-    curve = zero.value + longer.depth(coefficient, values, longer.distance) * share / scale
-    last = _better(problem.trace.end_reading, length).model_copy(update={"value": zero.value + end * share / scale})
-    trace = replace(
-        longer.trace,
-        reading=curve,
-        zero_offset=zero,
-        end_reading=last,
-        unworn_end=zero.value,
-        duration=problem.trace.duration * length,
-    )
-    inputs = dict(problem.inputs) | {END_ANCHOR: Input(wear.pin.quantity, problem.inputs[END_ANCHOR].source)}
-    if wear.disc is not None:
-        inputs["disc_end_value"] = Input(wear.disc.quantity, problem.inputs["disc_end_value"].source)
-    if "end_reading" in inputs:
-        inputs |= {"zero_offset": Input(zero, "fit"), "end_reading": Input(last, "fit")}
-    longer = replace(longer, trace=trace, end=wear, inputs=inputs)
-    if isinstance(longer, JointProblem):
-        longer = replace(longer, anchors=(Anchor(END_ANCHOR, longer.trace.slid, wear),))
-    return longer
-
-
-def _better(reading: Quantity, length: float) -> Quantity:
-    """Return a reading that is the mean of ``length`` times as many samples."""
-    return reading.model_copy(update={"standard_uncertainty": (reading.standard_uncertainty or 0.0) / length**0.5})

@@ -10,18 +10,22 @@ from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
+from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.study import Study
 from tribopipe.evaluation.study.bodies import check_bodies
+from tribopipe.evaluation.study.longer_tests import at_length
+from tribopipe.evaluation.wear.budget import budget
 from tribopipe.evaluation.wear.depth_problem import DepthProblem, depth_problem
 from tribopipe.evaluation.wear.draws import solve_draws
 from tribopipe.evaluation.wear.given_parameters import law_as_given
-from tribopipe.evaluation.wear.inputs import draw_values
+from tribopipe.evaluation.wear.inputs import PIN_SHARED, draw_values
 from tribopipe.evaluation.wear.joint import JointProblem, joint_problem
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
 from tribopipe.results.agreement import LeftOut
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.run import CorrectedRun
+from tribopipe.results.wear_fit import Contribution
 
 
 @dataclass(frozen=True)
@@ -82,9 +86,29 @@ class PosedRun:
     """Drift left free, by which the shape of the curve is judged."""
 
     @property
-    def body(self) -> str:
+    def bodies(self) -> tuple[str, ...]:
         """The body whose k_D is found."""
-        return self.problem.contact.fitted_bodies[0]
+        return self.problem.contact.fitted_bodies[:1]
+
+    @property
+    def coefficients(self) -> Column:
+        """Its k_D of this run alone, m²/N."""
+        return np.array([self.coefficient])
+
+    @property
+    def end(self) -> Quantity:
+        """How far the test went."""
+        return Quantity(value=self.problem.trace.slid, unit="m")
+
+    def may_share(self, names: Sequence[str]) -> tuple[str, ...]:
+        """Return which inputs may be off by the same in several runs: discs nobody looked at are as good as one."""
+        return (*(name for name in names if name in PIN_SHARED), "unseen_groove")
+
+    def budgets(self, length: float | None = None) -> list[tuple[Contribution, ...]]:
+        """Return what u of k_D is made of, for a test ``length`` times as long where that is named."""
+        if length is None:
+            return [budget(self.problem.condensed(), self.coefficient)]
+        return [budget(at_length(self.plain, self.coefficient, length), self.coefficient)]
 
     @cached_property
     def coefficient(self) -> float:
@@ -140,6 +164,11 @@ class RunDraws:
     """Noise of each row, m."""
     coefficient: Column
     """k_D of this run alone, m²/N; NaN where a draw has no solution."""
+
+    @property
+    def coefficients(self) -> Column:
+        """The same as (draws, bodies)."""
+        return self.coefficient[:, None]
 
     def kept(self, accepted: NDArray[np.bool_]) -> "RunDraws":
         """Return the draws that were accepted."""

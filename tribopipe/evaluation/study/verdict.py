@@ -10,21 +10,25 @@ and the 99 % limits nothing is decided, nor where a k_D off by a factor of two w
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError
 from tribopipe.base.units import show, show_force, signed
-from tribopipe.documents.quantity import Quantity
-from tribopipe.documents.recipe import LawName
-from tribopipe.evaluation.study.member import RunDraws
+from tribopipe.documents.quantity import Quantity, wear_coefficient
+from tribopipe.documents.recipe import LawName, Recipe
+from tribopipe.documents.study import Study
 from tribopipe.physics.laws import law_heading
 from tribopipe.physics.uncertainty import TAILS
-from tribopipe.results.agreement import BodyVerdict, Exponent, RunVerdict, Verdict
+from tribopipe.results.agreement import BodyVerdict, EndOfLife, Role, RunVerdict, Verdict, WornQuantity
+from tribopipe.results.finding import Finding
+from tribopipe.results.study_curves import StudyCurve
+from tribopipe.results.wear_fit import spoken
 
 DECISIVE = 0.005
 """Probability, at the end and along the curve each, of calling off a law that holds."""
@@ -37,8 +41,33 @@ _NOTICED = 2.0
 """Factor of k_D that has to be noticed for "supported" to mean anything."""
 _MIDDLE = (0.158655, 0.841345)
 """Ends of the interval that holds one standard deviation on either side of a normal distribution."""
-_LATER_PART = 0.25
-"""Share of the distance after which the local exponent is taken."""
+MEASURED_IN: dict[WornQuantity, str] = {"wear_volume": "m^3", "wear_depth": "m", "track_width": "m"}
+"""What wear of a body is judged by, in SI."""
+
+
+@dataclass(frozen=True)
+class Question:
+    """What a study asks of one run."""
+
+    study: Study
+    law: LawName
+    recipe: Recipe
+    role: Role
+    best: Column
+    """k_D of each body by the study, m²/N."""
+    coefficients: Column
+    """Draws of them for a run of its own, (draws, bodies)."""
+
+
+@dataclass(frozen=True)
+class Judgment:
+    """What a run says of a law."""
+
+    bodies: dict[str, BodyVerdict]
+    curves: tuple[StudyCurve, ...]
+    end_of_life: EndOfLife | None
+    notes: tuple[str, ...]
+    findings: tuple[Finding, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -91,13 +120,6 @@ def _interval(draws: Column) -> tuple[Column, Column]:
     return low, high
 
 
-def compare(draws: RunDraws, coefficient: float, coefficients: Column) -> Comparison:
-    """Compare a run with a law whose k_D is known with draws."""
-    return Comparison(
-        draws.run.measured(), draws.run.predicted(coefficient), draws.measured(), draws.predicted(coefficients)
-    )
-
-
 def decide(comparison: Comparison, with_factor: Callable[[float], Column], decisive: float = DECISIVE) -> Verdict:
     """Say what a comparison means for the law.
 
@@ -133,43 +155,85 @@ def _telling(comparison: Comparison, with_factor: Callable[[float], Column]) -> 
     return False
 
 
-def exponent(draws: RunDraws, comparison: Comparison, own: Column) -> Exponent | None:
-    """Return the local exponent of h(s) late in the run; none where the curve does not rise above zero there."""
-    places = draws.run.places[:-1]
-    late = places > _LATER_PART * places[-1]
-    measured, drawn = comparison.measured[:-1][late], comparison.measured_draws[:, :-1][:, late]
-    risen = np.all(drawn > 0, axis=1)
-    if np.any(measured <= 0) or np.count_nonzero(risen) < len(risen) / 2:
-        return None
-    x = np.log(places[late])
-    x = x - np.mean(x)
-    pull = x / (x @ x)
-    spread = float(np.std(np.log(drawn[risen]) @ pull))
-    return Exponent(
-        measured=Quantity(value=float(np.log(measured) @ pull), unit="1", standard_uncertainty=spread),
-        by_law=float(np.log(own[:-1][late]) @ pull),
+class KnownCoefficient(NamedTuple):
+    """k_D of one body, m²/N: by a run alone, and by the study."""
+
+    own: float
+    own_draws: Column
+    best: float
+    draws: Column
+
+
+def body_verdict(
+    comparison: Comparison, outcome: Verdict, what: WornQuantity, at: Sequence[str | Quantity], known: KnownCoefficient
+) -> BodyVerdict:
+    """Return the law against the wear of one body; ``at`` names the places of the comparison."""
+    unit, along = MEASURED_IN[what], comparison.along(_NOTABLE)
+    worst = int(np.argmax(np.abs(along)))
+
+    def last(values: Column, draws: Column) -> Quantity:
+        return Quantity(value=float(values[-1]), unit=unit, standard_uncertainty=float(np.std(draws[:, -1])))
+
+    def ends(band: tuple[Column, Column]) -> tuple[Quantity, Quantity]:
+        low, high = (float(side[-1]) for side in band)
+        return Quantity(value=max(low, 0.0), unit=unit), Quantity(value=high, unit=unit)
+
+    return BodyVerdict(
+        outcome=outcome,
+        what=what,
+        measured=last(comparison.measured, comparison.measured_draws),
+        predicted=last(comparison.predicted, comparison.predicted_draws),
+        predicted_interval=ends(comparison.law_band()),
+        measurement_interval=ends(comparison.measurement_band()),
+        e_n=float(comparison.deviation[-1] / comparison.limits(_NOTABLE)[-1]),
+        e_n_all=float(along[worst]),
+        e_n_all_at=at[worst],
+        wear_coefficient=wear_coefficient(known.own, float(np.nanstd(known.own_draws))),
+        coefficient_ratio=ratio(*known),
     )
+
+
+def worst_outcome(bodies: Collection[BodyVerdict]) -> Verdict:
+    """Return the outcome of a run: that of the body that departs most."""
+    departing = [body for body in bodies if body.outcome in ("over-predicts", "under-predicts")]
+    if departing:
+        return max(departing, key=lambda body: abs(body.e_n)).outcome
+    return "not decidable" if any(body.outcome == "not decidable" for body in bodies) else "supported"
 
 
 def sentence(law: LawName, verdict: RunVerdict) -> str:
     """Say the outcome as a tribologist would."""
-    name, load = law_heading(law), show_force(verdict.normal_load.value)
-    where, (body,) = f"{verdict.end.value:.4g} m", verdict.bodies.values()
-    low, high = (end.shown("um") for end in body.predicted_interval)
-    said = (
-        f"{body.predicted.shown('um')} {verdict.role} (95 % interval {low} to {high}) against "
-        f"{body.measured.shown('um')} measured at {where}, E_n = {signed(body.e_n, 2)}"
-    )
-    ratio = f"by itself this run has {body.coefficient_ratio} times that k_D"
+    name, at = law_heading(law), f"at {show_force(verdict.normal_load.value)}"
+    slip = verdict.slip
+    each = {body: _against(found, verdict) for body, found in verdict.bodies.items()}
+    off = {body: f"E_n = {signed(found.e_n, 2)}" for body, found in verdict.bodies.items()}
+    ratios = " and ".join(f"{found.coefficient_ratio}" for found in verdict.bodies.values())
+    if slip is None:
+        said = "; ".join(f"{words} at {verdict.end.value:.4g} m, {off[body]}" for body, words in each.items())
+        alone = f"by itself this run has {ratios} times that k_D"
+    else:
+        at = f"{at} and {show(slip.value, None, '1', '%')} slip"
+        parts = (f"{spoken(body)} {words}, {off[body]}" for body, words in each.items())
+        said = f"after {verdict.end.value:,.0f} rotations {'; '.join(parts)}"
+        alone = f"by itself this run has {ratios} times those k_D"
     if verdict.outcome == "supported":
         way = "follows" if verdict.role == "fitted" else "predicts"
-        return f"{name} {way} the wear at {load}: {said}{_left_over(body)}."
+        return f"{name} {way} the wear {at}: {said}{_left_over(verdict.first)}."
     doubts = [finding.message for finding in verdict.findings if finding.severity != "note"]
     if verdict.outcome == "not decidable" and doubts:
-        return f"Whether {name} holds at {load} cannot be decided: {doubts[0]}; {said}; {ratio}."
+        return f"Whether {name} holds {at} cannot be decided: {doubts[0]}; {said}; {alone}."
     if verdict.outcome == "not decidable":
-        return f"Whether {name} holds at {load} cannot be decided with this uncertainty: {said}; {ratio}."
-    return f"{name} {verdict.outcome} the wear at {load}: {said}; {ratio}{_bend(body)}."
+        return f"Whether {name} holds {at} cannot be decided with this uncertainty: {said}; {alone}."
+    return f"{name} {verdict.outcome} the wear {at}: {said}; {alone}{_bend(verdict.first)}."
+
+
+def _against(body: BodyVerdict, verdict: RunVerdict) -> str:
+    unit = "mm^3" if body.what == "wear_volume" else "um"
+    low, high = (end.shown(unit) for end in body.predicted_interval)
+    return (
+        f"{body.predicted.shown(unit)} {verdict.role} (95 % interval {low} to {high}) against "
+        f"{body.measured.shown(unit)} measured"
+    )
 
 
 def _left_over(body: BodyVerdict) -> str:

@@ -1,0 +1,191 @@
+"""Runs of a study whose wear was measured on the bodies alone: what is known of each says of a law.
+
+The end is judged first, the volume before depth and width, and everything measured on that body together. The law is
+called off for a run where it is for either body; each body has half the probability of a false alarm that a pin has.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from tribopipe.base.arrays import Column
+from tribopipe.base.errors import FitError
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import LawName, Recipe
+from tribopipe.evaluation.measurements.twin_disc import DiscMeasurement
+from tribopipe.evaluation.study.life import end_of_life
+from tribopipe.evaluation.study.longer_tests import at_rotations
+from tribopipe.evaluation.study.member import Member
+from tribopipe.evaluation.study.verdict import (
+    DECISIVE,
+    MEASURED_IN,
+    Comparison,
+    Judgment,
+    KnownCoefficient,
+    Question,
+    body_verdict,
+    decide,
+)
+from tribopipe.evaluation.wear.inputs import DISC_INPUTS
+from tribopipe.evaluation.wear.measurement_fit import measurement_budgets
+from tribopipe.evaluation.wear.measurement_problem import MeasurementProblem, measurement_problem
+from tribopipe.physics.uncertainty import TAILS
+from tribopipe.results.agreement import BodyVerdict, EndOfLife
+from tribopipe.results.study_curves import StudyCurve
+from tribopipe.results.wear_fit import Contribution
+
+_PLACES = 30
+_CURVE_DRAWS = 1_000
+"""Of a band; its ends lie on a smooth curve."""
+
+
+@dataclass(frozen=True)
+class MeasuredRun:
+    """A run and a law."""
+
+    member: Member
+    problem: MeasurementProblem
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """The bodies whose k_D is found."""
+        return self.problem.bodies
+
+    @property
+    def end(self) -> Quantity:
+        """How far the test went."""
+        return Quantity(value=float(self.problem.places[-1]), unit="1")
+
+    @cached_property
+    def coefficients(self) -> Column:
+        """k_D of both bodies by this run alone, m²/N. Raises ``FitError`` where it shows no wear."""
+        try:
+            return self.problem.coefficients()
+        except FitError as error:
+            raise FitError(f"{self.member.id}: {error}") from None
+
+    def may_share(self, names: Sequence[str]) -> tuple[str, ...]:
+        """Return which inputs may be off by the same in several runs."""
+        return tuple(name for name in names if name in (*DISC_INPUTS, "slip"))
+
+    def budgets(self, length: float | None = None) -> list[tuple[Contribution, ...]]:
+        """Return what u of each k_D is made of, for a test ``length`` times as long where that is named."""
+        problem = self.problem if length is None else at_rotations(self.problem, self.coefficients, length)
+        return measurement_budgets(problem, self.coefficients)
+
+    def draw(self, rng: Generator, count: int, shared: Mapping[str, Column]) -> "MeasuredDraws":
+        """Draw everything uncertain of this run; ``shared`` inputs are taken over from other runs of the study."""
+        values = self.problem.draw(rng, count, shared)
+        return MeasuredDraws(self, values, self.problem.solve_draws(values, self.coefficients))
+
+    def rows_of(self, body: str) -> list[int]:
+        """Return the rows measured on a body, what it is judged by first at the end."""
+        rows = [place for place, one in enumerate(self.problem.measurements) if one.disc == body]
+        return sorted(rows, key=lambda place: _rank(self.problem.measurements[place]))
+
+
+def _rank(one: DiscMeasurement) -> tuple[float, int]:
+    best_last = [*MEASURED_IN][::-1]
+    return one.rotations, best_last.index(one.what)
+
+
+@dataclass(frozen=True)
+class MeasuredDraws:
+    """A run's inputs, what was measured among them, and its own k_D in each draw."""
+
+    run: MeasuredRun
+    values: dict[str, Column]
+    coefficients: Column
+    """m²/N, (draws, 2); NaN where a draw has no solution."""
+
+    def kept(self, accepted: NDArray[np.bool_]) -> "MeasuredDraws":
+        """Return the draws that were accepted."""
+        values = {name: column[accepted] for name, column in self.values.items()}
+        return MeasuredDraws(self.run, values, self.coefficients[accepted])
+
+
+def posed_measurements(member: Member, law: LawName, recipe: Recipe) -> MeasuredRun:
+    """Pose the fit of a law to a run. Raises ``FitError`` where the run lacks something for it."""
+    problem = measurement_problem(member.corrected.run, law, member.friction, recipe)
+    if not isinstance(problem, MeasurementProblem):
+        raise FitError(
+            f"{member.id}: found a run that lacks {' and '.join(problem)}; expected end values and, for Sarkar's law, "
+            "friction; take it out of the study"
+        )
+    return MeasuredRun(member, problem)
+
+
+def judge_measured(draws: MeasuredDraws, asked: Question) -> Judgment:
+    """Hold a law against what was measured on each body whose k_D the study found."""
+    run, problem, found = draws.run, draws.run.problem, asked.best.shape[-1]
+    best, coefficients = (_all_bodies(problem, one) for one in (asked.best, asked.coefficients))
+    bodies = {
+        body: _body(place, draws, best, coefficients)
+        for place, body in enumerate(problem.contact.fitted_bodies[:found])
+        if run.rows_of(body)
+    }
+    wanted = asked.study.end_of_life
+    return Judgment(
+        bodies=bodies,
+        curves=tuple(_curves(asked, draws, best, coefficients)),
+        end_of_life=None if wanted is None else _life(draws, coefficients, wanted.value),
+        notes=problem.limits(best),
+    )
+
+
+def _all_bodies(problem: MeasurementProblem, coefficients: Column) -> Column:
+    """Return k_D of all bodies, of which one that was not found counts as unworn."""
+    missing = len(problem.contact.fitted_bodies) - coefficients.shape[-1]
+    return np.concatenate([coefficients, np.zeros((*coefficients.shape[:-1], missing))], axis=-1)
+
+
+def _body(place: int, draws: MeasuredDraws, best: Column, coefficients: Column) -> BodyVerdict:
+    run, problem = draws.run, draws.run.problem
+    rows = run.rows_of(problem.contact.fitted_bodies[place])
+    comparison = Comparison(
+        problem.rows(problem.values)[rows],
+        problem.modelled(best, problem.values)[rows],
+        problem.rows(draws.values)[:, rows],
+        problem.modelled(coefficients, draws.values)[:, rows],
+    )
+
+    def with_factor(factor: float) -> Column:
+        changed = best.copy()
+        changed[place] *= factor
+        return np.asarray(problem.modelled(changed, problem.values)[rows])
+
+    own = KnownCoefficient(
+        float(run.coefficients[place]), draws.coefficients[:, place], float(best[place]), coefficients[:, place]
+    )
+    measured = [problem.measurements[row] for row in rows]
+    outcome = decide(comparison, with_factor, DECISIVE / 2)
+    return body_verdict(comparison, outcome, measured[-1].what, [one.name for one in measured], own)
+
+
+def _curves(asked: Question, draws: MeasuredDraws, best: Column, coefficients: Column) -> list[StudyCurve]:
+    """Return what the law says of the volumes of both bodies along a run."""
+    run, problem = draws.run, draws.run.problem
+    places = np.linspace(0.0, 1.0, _PLACES) ** 1.5 * problem.places[-1]
+    some = {name: column[:_CURVE_DRAWS] for name, column in draws.values.items()}
+    line = problem.wear(best, problem.values, places)
+    band = problem.wear(coefficients[:_CURVE_DRAWS], some, places)
+    found = []
+    for body, volume in problem.wearing.volumes.items():
+        low, high = np.quantile(band[volume], TAILS, axis=0)
+        along = problem.contact.progress.signal
+        who = (run.member.id, asked.law, asked.role, body)
+        found.append(StudyCurve(*who, "wear_volume", along, places, line[volume], low, high))
+    return found
+
+
+def _life(draws: MeasuredDraws, coefficients: Column, depth: float) -> EndOfLife | None:
+    """Return where the first body reaches a depth, m."""
+    problem, values = draws.run.problem, draws.values
+    each = [coefficients[:, place, None] for place in range(coefficients.shape[-1])]
+    known = dict(zip(problem.wearing.coefficients, each, strict=True))
+    wanted = problem.wearing.progress_to({**values, **known}, depth)
+    return end_of_life(depth, wanted, lambda reached: problem.effective(values, reached), "1")
