@@ -24,32 +24,32 @@ HOSTILE = (
 STEERING = "a\x00b\x1b[31m\u202eturned"
 
 
-def hostile_archive(folder: Path, into: Path) -> Archive:
-    """Archive the run of a folder and a study of it, with markup in every text."""
+def hostile_archive(folder: Path, into: Path, text: str = HOSTILE) -> Archive:
+    """Archive the run of a folder and a study of it, with markup, or another text, in every text."""
     run = read_run(folder)
-    bodies = {name: body.model_copy(update={"material": HOSTILE}) for name, body in run.manifest.bodies.items()}
-    scar = run.manifest.end_values.pin_scar_diameter.model_copy(update={"method": HOSTILE})
+    bodies = {name: body.model_copy(update={"material": text}) for name, body in run.manifest.bodies.items()}
+    scar = run.manifest.end_values.pin_scar_diameter.model_copy(update={"method": text})
     manifest = run.manifest.model_copy(
         update={
-            **dict.fromkeys(("title", "operator", "instrument"), HOSTILE),
+            **dict.fromkeys(("title", "operator", "instrument"), text),
             "comment": STEERING,
             "contact": run.manifest.sliding_pin.model_copy(update=bodies),
-            "conditions": run.manifest.conditions.model_copy(update={"medium": HOSTILE}),
+            "conditions": run.manifest.conditions.model_copy(update={"medium": text}),
             "end_values": run.manifest.end_values.model_copy(update={"pin_scar_diameter": scar}),
         }
     )
     spoiled = replace(
         run,
         manifest=manifest,
-        sources=(SourceFile(HOSTILE, b"1"),),
-        extras={HOSTILE: ExtraColumn(np.zeros(len(run)), HOSTILE)},
+        sources=(SourceFile(text, b"1"),),
+        extras={text: ExtraColumn(np.zeros(len(run)), text)},
     )
     archive = Archive(into)
-    archive.add(spoiled, [Finding(severity="warning", code="x", where=HOSTILE, message=HOSTILE, remedy=HOSTILE)])
-    archive.mark(run.id, Mark(kind="bad", reason=HOSTILE, date=HOSTILE, operator=HOSTILE))
-    archive.mark(run.id, Mark(kind="good", reason=HOSTILE, date=HOSTILE, operator=HOSTILE))
-    archive.annotate(run.id, Annotation(kind="tag", text=SCRIPT, date=HOSTILE))
-    archive.annotate(run.id, Annotation(kind="note", text=HOSTILE, date=HOSTILE, operator=HOSTILE))
-    assert [one for one in run_study(archive, Study(id="x", title=HOSTILE, fit=(run.id,)), QUICK) if one.error] == []
-    archive.mark(run.id, Mark(kind="bad", reason=HOSTILE, date=HOSTILE, operator=HOSTILE))
+    archive.add(spoiled, [Finding(severity="warning", code="x", where=text, message=text, remedy=text)])
+    archive.mark(run.id, Mark(kind="bad", reason=text, date=text, operator=text))
+    archive.mark(run.id, Mark(kind="good", reason=text, date=text, operator=text))
+    archive.annotate(run.id, Annotation(kind="tag", text=SCRIPT, date=text))
+    archive.annotate(run.id, Annotation(kind="note", text=text, date=text, operator=text))
+    assert [one for one in run_study(archive, Study(id="x", title=text, fit=(run.id,)), QUICK) if one.error] == []
+    archive.mark(run.id, Mark(kind="bad", reason=text, date=text, operator=text))
     return archive

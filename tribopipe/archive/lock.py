@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 
-from tribopipe.base.errors import ArchiveError
+from tribopipe.base.errors import ArchiveError, printable
 
 LOCKS = ".locks"
 _HISTORY = "history"
@@ -28,7 +28,8 @@ _log = logging.getLogger(__name__)
 
 def say_waiting(folder: Path, name: str, seconds: float) -> None:
     """Tell people what is waited for, as a warning of the log, which goes to stderr unless somebody catches it."""
-    _log.warning("%s: another tribopipe is writing %s: waiting for it, up to %.0f s", folder, name, seconds)
+    where = printable(str(folder))
+    _log.warning("%s: another tribopipe is writing %s: waiting for it, up to %.0f s", where, name, seconds)
 
 
 def share_of(name: str) -> str:

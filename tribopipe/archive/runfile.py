@@ -212,9 +212,8 @@ def members(group: h5py.Group) -> Iterator[Any]:
 
 
 def _read_source(note: h5py.Group) -> SourceFile:
-    """Read what a source file is; the first files of format 1 have no checksum of it."""
-    data = note["data"]
-    checksum = nexus.text(note, "checksum") if "checksum" in note else source_sha256(data)
+    """Read what a source file is."""
+    data, checksum = note["data"], nexus.text(note, "checksum")
     read = partial(_source_again, Path(note.file.filename), note.name, checksum)
     return UnheldSource(nexus.text(note, "file_name"), int(data.size), checksum, read)
 

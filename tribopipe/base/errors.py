@@ -28,9 +28,7 @@ class TribopipeError(Exception):
 
         Texts of a file stand in many sentences, and may hold line ends, signs that steer a terminal, or a megabyte.
         """
-        said = super().__str__()
-        if not said.isprintable():
-            said = "".join(sign if sign.isprintable() else repr(sign)[1:-1] for sign in said)
+        said = printable(super().__str__())
         return said if len(said) <= 2 * _HALF else f"{said[:_HALF]} … {said[-_HALF:]}"
 
 
@@ -90,6 +88,11 @@ class BatchError(TribopipeError):
 
 class InternalError(TribopipeError):
     """What nobody foresaw: a mistake in tribopipe, not in what it was given."""
+
+
+def printable(text: str) -> str:
+    """Return a text with line ends, and signs that steer a terminal, written out."""
+    return text if text.isprintable() else "".join(sign if sign.isprintable() else repr(sign)[1:-1] for sign in text)
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

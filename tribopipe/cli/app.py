@@ -2,7 +2,10 @@
 
 import codecs
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
+from typing import Any
 
 import typer
 
@@ -33,11 +36,35 @@ from tribopipe.cli import (
     watch,
 )
 from tribopipe.cli.help_panels import HelpPanels
-from tribopipe.cli.output import keep_stdout_for_json
+from tribopipe.cli.output import keep_stdout_for_json, safe
+
+
+@contextmanager
+def _safe_usage_errors() -> Iterator[None]:
+    """Escape what steers the terminal in errors that quote the command line; Typer has no public class of all these."""
+    try:
+        yield
+    except Exception as error:
+        if isinstance(told := getattr(error, "message", None), str):
+            error.message = safe(told)  # type: ignore[attr-defined]
+        raise
+
+
+class _Commands(HelpPanels):
+    """All commands, told of safely where the command line is not understood."""
+
+    def make_context(self, *args: Any, **others: Any) -> Any:
+        with _safe_usage_errors():
+            return super().make_context(*args, **others)
+
+    def invoke(self, ctx: Any) -> Any:
+        with _safe_usage_errors():
+            return super().invoke(ctx)
+
 
 app = typer.Typer(
     name="tribopipe",
-    cls=HelpPanels,
+    cls=_Commands,
     help="From tribometer run folders to wear laws that can be trusted.\n\n"
     "Without a command it shows what to do next in the current folder.",
     rich_markup_mode=None,

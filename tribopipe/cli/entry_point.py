@@ -41,7 +41,11 @@ def main() -> None:
 
 def _told(message: Warning | str, category: type[Warning], filename: str, lineno: int, line: str | None = None) -> str:
     """Write a warning of tribopipe's own as a sentence, and any other with its place in the code."""
-    return f"warning: {message}\n" if category is UserWarning else _BY_PYTHON(message, category, filename, lineno, line)
+    if category is not UserWarning:
+        return _BY_PYTHON(message, category, filename, lineno, line)
+    from tribopipe.cli.output import seen
+
+    return f"warning: {seen(str(message))}\n"
 
 
 def _look_after(handler: _Handler) -> None:

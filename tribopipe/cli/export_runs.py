@@ -7,7 +7,7 @@ import typer
 
 from tribopipe.cli.listing import Columns, Sort, Where, tell_unreadable, up_to_date
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder
-from tribopipe.cli.output import say
+from tribopipe.cli.output import print_file, say
 
 
 def export_runs(
@@ -58,7 +58,7 @@ def export_runs(
     runs = catalogue.runs(where, sort)
     written = FORMS[suffix](runs, chosen, **({"decimal_comma": True} if decimal_comma else {}))
     if output is None:
-        typer.echo(written, nl=False)
+        print_file(written)
     else:
         write_file(output, written)
         say(f"{len(runs)} run{'' if len(runs) == 1 else 's'} written to {output}")

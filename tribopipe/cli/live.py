@@ -1,6 +1,5 @@
 """The command that follows a test while it goes on: live."""
 
-import json
 import os
 import signal
 import sys
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tribopipe.cli.options import Law, RecipeFile, load_archive, load_recipe, parsed
-from tribopipe.cli.output import FAILED, keep_stdout_for_json, print_result, record_json, say
+from tribopipe.cli.output import FAILED, keep_stdout_for_json, print_json, print_result, record_json, say, seen
 
 if TYPE_CHECKING:
     from tribopipe.documents.manifest import RunManifest
@@ -179,8 +178,8 @@ def _display(session: "Session", *, as_json: bool) -> Iterator[Tell]:
 
     def tell(update: "LiveUpdate") -> None:
         for alarm in update.alarms:
-            shown.console.print(Text(f"ALARM: {alarm}", style="bold red"))
-        shown.update(Text("\n".join(_lines(update))), refresh=True)
+            shown.console.print(Text(f"ALARM: {seen(str(alarm))}", style="bold red"))
+        shown.update(Text("\n".join(map(seen, _lines(update)))), refresh=True)
 
     with undone_by(_show_cursor), Live(console=Console(stderr=True), auto_refresh=False) as shown:
         yield tell
@@ -193,7 +192,7 @@ def _show_cursor() -> None:
 def _tell_lines(session: "Session", update: "LiveUpdate", *, as_json: bool) -> None:
     """Tell an update that says something new."""
     if as_json and (session.grew or update.alarms):
-        typer.echo(json.dumps(record_json(update)))
+        print_json(record_json(update), indent=None)
     elif session.grew:
         print_result("; ".join(_lines(update)))
     for alarm in update.alarms:

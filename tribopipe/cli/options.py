@@ -23,7 +23,8 @@ _FRICTION = re.compile(r"A\s*=\s*(\S{1,40})[\s,;]{1,40}b\s*=\s*(\S{1,40})[\s,;]{
 
 def archived_ids(context: typer.Context) -> list[str]:
     """Complete ids from the archive named so far, or the one in the current folder."""
-    return sorted(path.stem for path in Path(context.params.get("archive") or DEFAULT_ARCHIVE).glob("*.h5"))
+    found = Path(context.params.get("archive") or DEFAULT_ARCHIVE).glob("*.h5")
+    return sorted(path.stem for path in found if path.stem.isprintable())
 
 
 ArchiveFolder = Annotated[Path, typer.Option("--archive", help="Archive folder.", file_okay=True)]

@@ -31,6 +31,11 @@ _NO_LAYOUT = re.compile(rf"(?![\n\t]|\x1b\[[01]m){_UNSEEN}")
 """Those that are neither ends of lines nor tabs, nor begin or end what is bold."""
 
 
+def safe(text: str) -> str:
+    """Return a text in which no name of a file steers the terminal; its lines, tabs and what is bold stay."""
+    return _NO_LAYOUT.sub(_escaped, text)
+
+
 def say(text: str) -> None:
     """Put a message on stderr, no line wider than the terminal. No name of a file within it steers the terminal."""
     _put(text, on_stderr=True)
@@ -42,11 +47,10 @@ def print_result(text: str) -> None:
 
 
 def _put(text: str, *, on_stderr: bool) -> None:
-    safe = _NO_LAYOUT.sub(_escaped, text)
-    width = line_width(on_stderr=on_stderr)
+    lines, width = safe(text).split("\n"), line_width(on_stderr=on_stderr)
     if width is not None:
-        safe = "\n".join(part for line in safe.split("\n") for part in _wrapped(line, width))
-    typer.echo(safe, err=on_stderr)
+        lines = [part for line in lines for part in _wrapped(line, width)]
+    typer.echo("\n".join(lines), err=on_stderr)
 
 
 def line_width(*, on_stderr: bool | None = None) -> int | None:
@@ -107,9 +111,18 @@ def keep_stdout_for_json(asked: bool) -> bool:
     return asked
 
 
-def print_json(document: Any) -> None:
-    """Put one JSON document on stdout, in ASCII, which every console and pipe can carry."""
-    typer.echo(json.dumps(document, indent=2))
+def print_json(document: Any, *, indent: int | None = 2) -> None:
+    """Put one JSON document on stdout, in printable ASCII, which every console and pipe can carry."""
+    typer.echo(json.dumps(document, indent=indent).replace("\x7f", r"\u007f"))
+
+
+def print_file(content: bytes) -> None:
+    """Put the content of a text file on stdout: its very bytes, but on a terminal lines that can be seen."""
+    if not sys.stdout.isatty():
+        typer.echo(content, nl=False)
+        return
+    for line in content.decode(errors="backslashreplace").removesuffix("\r\n").split("\r\n"):
+        typer.echo(seen(line))
 
 
 def record_json(record: Any) -> Any:

@@ -1,6 +1,5 @@
 """The command that makes runs of what instruments drop into a folder: watch."""
 
-import json
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -9,7 +8,7 @@ import typer
 
 from tribopipe.cli.batch_options import Jobs, crew
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, RecipeFile, load_recipe
-from tribopipe.cli.output import FAILED, PARTLY_FAILED, keep_stdout_for_json, print_result, say
+from tribopipe.cli.output import FAILED, PARTLY_FAILED, keep_stdout_for_json, print_json, print_result, say
 
 if TYPE_CHECKING:
     from tribopipe.extras.watch.event import Event, Kind
@@ -94,7 +93,7 @@ def _tell(event: "Event", *, as_json: bool) -> None:
     for line in event.details:
         print_result(f"  {line}")
     if as_json:
-        typer.echo(json.dumps(event.as_json()))
+        print_json(event.as_json(), indent=None)
 
 
 COMMANDS = {"watch": watch}
