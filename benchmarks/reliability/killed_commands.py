@@ -265,7 +265,8 @@ def main() -> int:
         options,
         rows(found),
         f"`watch`, `import` and `process -j 2` of {RUNS} short runs, each in a new folder, killed at a moment drawn "
-        "from the time between its first write and its end: alone, or with its workers. Then it is given again.",
+        "from the time between its first write and its end: alone, or with its workers. Then it is given again."
+        + ("" if options.kept is None else " Counted in parts, between which tribopipe was changed elsewhere."),
     )
 
 

@@ -59,6 +59,8 @@ def tell(name: str, title: str, options: argparse.Namespace, rows: Iterable[Row]
 
 def _origin(name: str) -> str:
     words = [word for word in sys.argv[1:] if word != "--write"]
+    if "--kept" in words:  # which only says where a count was interrupted
+        del words[(at := words.index("--kept")) : at + 2]
     return "\n".join(
         [
             f"* Command: `{' '.join(['python', f'benchmarks/reliability/{name}.py', *words])}`",
