@@ -679,8 +679,8 @@ def test_more_nodes_change_nothing(monkeypatch, convention, both):
     # Alone, so that each has the nodes of its own span only.
     before = [_there_and_back(pair, one, k_1, k_2) for one in depth]
     assert before[-1][4] > 300 * float(pair.worn(0.0, k_1).half_width)
-    monkeypatch.setattr(disc_course, "_FEWEST_NODES", 3 * disc_course._FEWEST_NODES)
-    monkeypatch.setattr(disc_course, "_NODES_PER_E_FOLD", 3 * disc_course._NODES_PER_E_FOLD)
+    fewest, per_e_fold = disc_course.LAST_DIGITS
+    monkeypatch.setattr(disc_course, "LAST_DIGITS", disc_course.Rule(3 * fewest, 3 * per_e_fold))
     after = [_there_and_back(pair, one, k_1, k_2) for one in depth]
     np.testing.assert_allclose(before, after, rtol=1e-12)
 

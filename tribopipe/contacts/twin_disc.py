@@ -12,7 +12,7 @@ from tribopipe.base.arrays import Column, Values
 from tribopipe.base.errors import ContactError
 from tribopipe.base.units import show
 from tribopipe.contacts.inputs import Input, best_values, relative_input
-from tribopipe.contacts.wear import Noticed, Row, State, Steps
+from tribopipe.contacts.wear import Noticed, Reached, Row, State, Steps
 from tribopipe.documents.contact import TwinDisc
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
@@ -83,6 +83,10 @@ class TwinDiscWear:
     def worn(self, values: Values, progress: Column) -> State:
         """Return the discs after effective rotations. Raises ``ContactError`` past the crown."""
         return _state(self.pair(values).worn(progress, *_coefficients(values)))
+
+    def course(self, values: Values) -> "TwinDiscCourse":
+        """Return the course of wear, by how much more of the crown is cut off than at the start."""
+        return TwinDiscCourse(self.pair(values))
 
     def progress_to(self, values: Values, depth: float) -> Column:
         """Return the effective rotations after which the curved disc has worn by a depth, m; infinite if never.
@@ -230,6 +234,22 @@ class TwinDiscWear:
             )
         if abs(slip_of_worn - slipping) > _SLIP_LOST * abs(slipping):
             yield f"wear changes the slip from {slipping:.2%} to {slip_of_worn:.2%} at constant rotation rates"
+
+
+@dataclass(frozen=True)
+class TwinDiscCourse:
+    """What two discs go through, by the height by which more of the crown is cut off than at the start, m."""
+
+    discs: DiscPair
+
+    def growth(self, progress: Column, *coefficients: Column) -> Column:
+        """Return that height after effective rotations. Raises ``ContactError`` past the crown."""
+        return self.discs.growth(progress, *coefficients)
+
+    def at(self, growth: Column, *coefficients: Column) -> Reached:
+        """Return the discs at such a height, to nine digits."""
+        cut = self.discs.cut(growth, *coefficients)
+        return Reached(cut._asdict(), cut.rotations, cut.slope)
 
 
 def _coefficients(values: Values) -> tuple[Column, Column]:

@@ -139,3 +139,35 @@ class MeasuredWear(ContactWear, Protocol):
         self, values: Values, progress: Column, coefficients: Column
     ) -> Mapping[DistanceConvention, tuple[float, ...]]:
         """Return k_D of each body that other ways of counting the distance need to reach the same wear, m²/N."""
+
+
+class Reached(NamedTuple):
+    """The contact where something of it has grown by so much."""
+
+    state: State
+    """What ``slopes`` and ``measured`` take of it."""
+    progress: Column
+    """Effective progress at which it has."""
+    slope: Column
+    """d ln(growth)/d ln(progress)."""
+
+
+class Course(Protocol):
+    """What bodies go through, by the growth of something that wear makes larger."""
+
+    def growth(self, progress: Column, *coefficients: Column) -> Column:
+        """Return the growth at an effective progress, for k_D of each body, m²/N.
+
+        Raises ``ContactError`` where a body is worn away.
+        """
+
+    def at(self, growth: Column, *coefficients: Column) -> Reached:
+        """Return the contact at a growth, to nine digits; no number, or no true one, beyond where wear ends."""
+
+
+@runtime_checkable
+class ExplicitWear(MeasuredWear, Protocol):
+    """A contact whose state and progress are explicit in some growth, which is faster for thousands of draws."""
+
+    def course(self, values: Values) -> Course:
+        """Return the course of wear for values of the inputs. Raises ``ContactError`` where the bodies do not touch."""

@@ -116,5 +116,8 @@ class Discs:
 
     def with_axis(self) -> "Discs":
         """Return the same discs with an axis more, for the nodes of an integral."""
-        load, crown, curved, flat, modulus, slip = (value[..., None] for value in self.inputs)
-        return Discs(load, crown, curved, flat, modulus, slip, self.distance)
+        names = ("normal_load", "crown_radius", "curved_radius", "flat_radius", "modulus", "slip")
+        same = object.__new__(Discs)  # nothing is to be checked, nor the elastic contact to be found, once more
+        same.__dict__.update(zip(names, (value[..., None] for value in self.inputs), strict=True))
+        same.__dict__.update(distance=self.distance, start_height=self.start_height[..., None])
+        return same

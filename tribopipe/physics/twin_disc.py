@@ -32,6 +32,7 @@ dh, dV₁ = 2π(r₁ − h₁)·2a·dh₁, and likewise on the flat disc.
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -71,6 +72,22 @@ class DiscWear:
     """dh₂/dN, m."""
 
 
+class Cut(NamedTuple):
+    """Two discs where the crown is cut off at some height, SI; names are those of ``DiscWear``."""
+
+    rotations: Column
+    """N by which they are so."""
+    slope: Column
+    """d ln(growth)/d ln N."""
+    half_width: Column
+    curved_depth: Column
+    flat_depth: Column
+    curved_volume: Column
+    flat_volume: Column
+    curved_rate: Column
+    flat_rate: Column
+
+
 @dataclass(frozen=True)
 class DiscPair(Discs):
     """Two discs that wear. Raises ``ContactError`` where they do not touch, or touch over all of the crown."""
@@ -106,6 +123,39 @@ class DiscPair(Discs):
             curved_rate=rate * part,
             flat_rate=rate * (1 - part),
         )
+
+    def cut(self, growth: ArrayLike, curved_coefficient: ArrayLike, flat_coefficient: ArrayLike = 0.0) -> Cut:
+        """Return the discs where the crown is cut off by a height more than at the start, to nine digits.
+
+        Nothing is inverted, so that it costs a fraction of ``worn``. Growth, m, and k₁, k₂, m²/N, broadcast. Where the
+        crown is worn away, or slip ends before, there is no number, or no true one: growth is to lie within both.
+        """
+        total, course = self._course(curved_coefficient, flat_coefficient)
+        growth = np.asarray(growth, dtype=float)
+        contact = course.contact(growth)
+        part, rate = course.curved_part(contact), course.rate(contact)
+        turns, curved_volume, flat_volume = course.turns_and_volumes(growth)
+        # dh/d ln N = rate·N, and dh/d ln c is the recession.
+        slope = rate * turns / course.recession(contact, part) * contact.height / growth
+        return Cut(
+            rotations=turns / total,
+            slope=slope,
+            half_width=contact.half_width,
+            curved_depth=contact.curved_depth,
+            flat_depth=contact.flat_depth,
+            curved_volume=curved_volume,
+            flat_volume=flat_volume,
+            curved_rate=total * rate * part,
+            flat_rate=total * rate * (1 - part),
+        )
+
+    def growth(self, rotations: ArrayLike, curved_coefficient: ArrayLike, flat_coefficient: ArrayLike = 0.0) -> Column:
+        """Return by how much more the crown is cut off after rotations than at the start, m: the inverse of ``cut``.
+
+        Raises ``ContactError`` where the crown would be worn away before that.
+        """
+        total, course = self._course(curved_coefficient, flat_coefficient)
+        return course.growth_of_turns(np.asarray(rotations, dtype=float) * total * (np.asarray(self.slip) != 0))
 
     def rotations(
         self, curved_depth: ArrayLike, curved_coefficient: ArrayLike, flat_coefficient: ArrayLike = 0.0

@@ -17,13 +17,15 @@ from tribopipe.base.arrays import Column, Values
 from tribopipe.base.errors import FitError
 from tribopipe.contacts.inputs import Input, best_values
 from tribopipe.contacts.kinds import Terms, wear_of
-from tribopipe.contacts.wear import MeasuredWear, Noticed, Row, State
+from tribopipe.contacts.wear import ExplicitWear, MeasuredWear, Noticed, Row, State
 from tribopipe.documents.contact import Contact
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.slip import stated_slip
 from tribopipe.evaluation.measurements.twin_disc import DiscMeasurement, disc_measurements
+from tribopipe.evaluation.wear.explicit_draws import ExplicitDraws
 from tribopipe.evaluation.wear.given_parameters import law_as_given
 from tribopipe.evaluation.wear.inputs import contact_inputs, draw_values, friction_along, law_friction, law_inputs
+from tribopipe.evaluation.wear.least_squares import least_squares
 from tribopipe.evaluation.wear.scenario import effective_progress
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import WearLaw, law_named
@@ -205,30 +207,38 @@ class MeasurementProblem:
         return draw_values(self.inputs, self.friction_covariance, rng, count, shared)
 
     def solve_draws(self, values: Values, start: Column) -> Column:
-        """Return k_D of both bodies, m²/N, of each draw: (draws, 2)."""
-        count = len(np.asarray(values["normal_load"]))
-        solved = []
-        for first in range(0, count, _SLICE):
-            some = {name: np.asarray(column)[first : first + _SLICE] for name, column in values.items()}
-            solved.append(self.solve(some, start, _DRAWN))
-        return np.concatenate(solved)
+        """Return k_D of each body, m²/N, of each draw, (draws, bodies), from those at the best estimates.
+
+        Columns of ``values`` are (draws, 1). 0 where no wear fits best, NaN where no k_D is found.
+        """
+        columns = {name: np.asarray(column, dtype=float) for name, column in values.items()}
+        found = self._solve_explicitly(columns, start)
+        (left,) = np.nonzero(~np.all(np.isfinite(found), axis=1))
+        for first in range(0, len(left), _SLICE):
+            some = left[first : first + _SLICE]
+            found[some] = self.solve({name: column[some] for name, column in columns.items()}, start, _DRAWN)
+        return found
+
+    def _solve_explicitly(self, values: dict[str, Column], start: Column) -> Column:
+        """Return k_D of draws by the explicit course of wear; NaN where there is none, or a draw does not settle."""
+        wearing, measured, free = self.wearing, self.rows(values), self.unknowns
+        none = np.full((len(measured), len(start)), np.nan)
+        if not isinstance(wearing, ExplicitWear) or not np.all(start[:free] > 0):
+            return none
+        first = np.where(np.arange(len(start)) < free, start, 0.0)
+        growth = wearing.course(self.values).growth(self.effective(self.values, self.places), *first)
+        if not np.all(growth > 0):
+            return none
+        progress = np.broadcast_to(self.effective(values, self.places), (len(measured), len(self.places)))
+        draws = ExplicitDraws(wearing, self._placed, self.root_weights, free, values, measured, progress)
+        logarithms = np.log(np.concatenate([np.where(first > 0, first, 1.0), growth]))
+        return self._coefficients(draws.solved(logarithms, _DRAWN))
 
 
 def _flat(values: object) -> Column:
     """Drop the axis that a column of draws, (draws, 1), has for broadcasting against rotations."""
     column = np.asarray(values, dtype=float)
     return column[..., 0] if column.ndim else column
-
-
-def least_squares(design: Column, rows: Column) -> Column:
-    """Return the least-squares solution of each draw: (draws, rows, unknowns) and (draws, rows)."""
-    scale = np.sqrt(np.sum(design**2, axis=-2))
-    scaled = design / np.where(scale > 0, scale, 1.0)[..., None, :]
-    normal = np.einsum("...ri,...rj->...ij", scaled, scaled)
-    # A body that shows no wear at all has no slope; its unknown then stays.
-    normal = normal + 1e-12 * np.eye(normal.shape[-1])
-    pull = np.einsum("...ri,...r->...i", scaled, rows)
-    return np.linalg.solve(normal, pull[..., None])[..., 0] / np.where(scale > 0, scale, 1.0)
 
 
 def measurement_problem(
