@@ -112,6 +112,12 @@ def filled(runs, tmp_path_factory) -> Path:
     return fill(tmp_path_factory.mktemp("study") / "archive", runs).folder
 
 
+@pytest.fixture(autouse=True)
+def _one_core(monkeypatch) -> None:
+    """Have commands do all in this process, where tests see and change what they call, unless told otherwise."""
+    monkeypatch.setattr("tribopipe.cli.batch_options._cores", lambda: 1)
+
+
 @dataclass(frozen=True)
 class Finished:
     """What a command left behind."""

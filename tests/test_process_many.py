@@ -75,6 +75,7 @@ def test_crews_are_what_the_options_say(monkeypatch):
     monkeypatch.setattr("tribopipe.cli.batch_options._cores", lambda: 5)
     asked = {(None, None): 1, (3, None): 3, (0, None): 5, (None, "local"): 5, (2, "local"): 2}
     assert {given: crew(*given).jobs for given in asked} == asked
+    assert [crew(jobs, None, usual=0).jobs for jobs in (None, 0, 2)] == [5, 5, 2]
     assert crew(None, "tcp://10.0.0.1:8786").scheduler == "tcp://10.0.0.1:8786"
     with pytest.raises(typer.BadParameter, match="has workers of its own"):
         crew(2, "tcp://10.0.0.1:8786")
@@ -101,6 +102,23 @@ def test_an_archive_that_a_worker_does_not_see_is_not_begun_there(tmp_path, samp
     assert not folder.exists()
 
 
+@pytest.mark.parametrize(("runs", "words", "jobs"), [(2, (), 5), (1, (), 1), (1, ("-j", "3"), 3), (2, ("-j", "1"), 1)])
+def test_process_takes_all_cores_unless_told_otherwise_or_alone(
+    run_cli, short_runs, quick, tmp_path, monkeypatch, runs, words, jobs
+):
+    monkeypatch.setattr("tribopipe.cli.batch_options._cores", lambda: 5)
+    taken = []
+
+    def stopped(*_, crew: Crew, **__):
+        taken.append(crew.jobs)
+        return iter(())
+
+    monkeypatch.setattr("tribopipe.pipeline.stages.process", stopped)
+    folders = [short_runs / name for name in (LIGHT, HEAVY)[:runs]]
+    run_cli("process", *folders, "--recipe", quick, "--archive", tmp_path / "archive", *words)
+    assert taken == [jobs]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("how", [["-j", "2"], ["-j", "2", "--scheduler", "local"]], ids=["processes", "LocalCluster"])
 def test_several_at_once_are_the_same_bit_for_bit(run_cli, short_runs, quick, tmp_path, how):
@@ -109,8 +127,12 @@ def test_several_at_once_are_the_same_bit_for_bit(run_cli, short_runs, quick, tm
     set_key(again, "id", f'"{HEAVY}-again"')
     broken = shutil.copytree(runs / HEAVY, tmp_path / "runs" / "a-broken")
     (broken / "run.toml").write_text("nothing", encoding="utf-8")
+    for name in ("a", "b"):
+        runs_of = f'fit = ["{LIGHT}"]\npredict = ["{HEAVY}"]\nlaws = ["archard"]\n'
+        text = f'schema = "tribopipe.study/1"\nid = "{name}"\n{runs_of}'
+        (runs / f"{name}.study.toml").write_text(text, encoding="utf-8")
     words = ["process", runs, "--recipe", quick, "--json"]
-    one = run_cli(*words, "--archive", tmp_path / "one")
+    one = run_cli(*words, "--archive", tmp_path / "one", "-j", "1")
     two = run_cli(*words, "--archive", tmp_path / "two", *how)
     assert (one.exit_code, two.exit_code) == (3, 3)
     assert json.loads(two.stdout) == json.loads(one.stdout.replace(str(tmp_path / "one"), str(tmp_path / "two")))

@@ -19,6 +19,7 @@ from tribopipe.archive.steps import METHODS
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
 from tribopipe.base.errors import ArchiveError, FitError, TribopipeError
+from tribopipe.base.executor import Crew
 from tribopipe.documents.manifest import RunManifest, manifest_path, read_manifest
 from tribopipe.documents.mark import Mark
 from tribopipe.documents.recipe import DriftRecipe, Recipe, WearRecipe
@@ -450,6 +451,46 @@ def test_failed_study_does_not_stop_the_next(store):
         (HEAVY, "done"),
     ]
     assert store.study_ids() == ["air"]
+
+
+def test_studies_with_a_run_in_common_are_taken_by_one_worker_after_the_other(store, monkeypatch):
+    def named(identifier: str, *runs: str) -> Study:
+        return QUICK.model_copy(update={"id": identifier, "fit": runs[:1], "predict": runs[1:]})
+
+    studies = [named("a", "1", "2"), named("b", "3"), named("c", "4", "5"), named("d", "2", "4"), named("e", "6", "3")]
+    taken = []
+
+    def by_one(work, tasks, _):
+        for task in tasks:
+            taken.append([study.id for _, study in task])
+            yield task, work(task)
+
+    monkeypatch.setattr("tribopipe.pipeline.studies.as_done", by_one)
+    outcomes = list(process_studies(store, studies, Recipe(), crew=Crew(jobs=2)))
+    assert taken == [["a", "c", "d"], ["b", "e"]]
+    assert sorted((outcome.place, outcome.run_id, outcome.status) for outcome in outcomes) == [
+        (place, name, "failed") for place, name in enumerate("abcde")
+    ]
+
+
+def test_studies_by_a_crew_are_those_of_one_process(store, tmp_path):
+    alone = Archive(shutil.copytree(store.folder, tmp_path / "alone"))
+    other = QUICK.model_copy(update={"id": "other"})
+    one = list(process_studies(alone, [QUICK, other], Recipe()))
+    two = list(process_studies(store, [QUICK, other], Recipe(), crew=Crew(jobs=2)))
+    told = [[(one.place, one.run_id, one.stage, one.status) for one in outcomes] for outcomes in (one, two)]
+    assert told[0] == told[1]
+    assert store.study_ids() == ["air", "other"]
+
+
+def test_an_unchanged_study_reads_no_run(store, monkeypatch):
+    list(run_study(store, QUICK, Recipe()))
+
+    def read(*_):
+        raise AssertionError
+
+    monkeypatch.setattr("tribopipe.pipeline.studies.clean_run", read)
+    assert [outcome.status for outcome in run_study(store, QUICK, Recipe())] == ["unchanged", "unchanged"]
 
 
 def not_hdf5(path: Path) -> None:

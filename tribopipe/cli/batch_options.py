@@ -41,6 +41,10 @@ Jobs = Annotated[
     int | None,
     typer.Option("-j", "--jobs", min=0, help="Processes at once; 0 for as many as there are cores.", show_default="1"),
 ]
+JobsOnAllCores = Annotated[
+    int | None,
+    typer.Option("-j", "--jobs", min=0, help="Processes at once.", show_default="as many as there are cores"),
+]
 Scheduler = Annotated[
     str | None,
     typer.Option(
@@ -53,14 +57,17 @@ Shard = Annotated[
 ]
 
 
-def crew(jobs: int | None, scheduler: str | None) -> "Crew":
-    """Return who does a batch. Raises ``BadParameter`` for a number of jobs where a scheduler has its own workers."""
+def crew(jobs: int | None, scheduler: str | None, usual: int = 1) -> "Crew":
+    """Return who does a batch, so many processes at once where nothing else is said; 0 for as many as there are cores.
+
+    Raises ``BadParameter`` for a number of jobs where a scheduler has its own workers.
+    """
     from tribopipe.base.executor import Crew
 
     if jobs is not None and scheduler not in (None, _LOCAL):
         raise typer.BadParameter("found -j beside a scheduler, which has workers of its own; expected one of the two")
     if jobs is None:
-        jobs = 1 if scheduler is None else _cores()
+        jobs = usual if scheduler is None else _cores()
     return Crew(jobs or _cores(), scheduler, say)
 
 

@@ -86,7 +86,7 @@ def _process(runs: Path, archive: Path) -> None:
         for outcome in stages.process(folders, store, how, studied=studied, crew=who):
             advance(outcome.run_id, by=int(outcome.stage == "ingest"))
             outcomes.append(outcome)
-        outcomes += process_studies(store, studies, how)
+        outcomes += process_studies(store, studies, how, crew=who)
     finish(outcomes)
 
 

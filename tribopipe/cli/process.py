@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tribopipe.cli.batch_options import Jobs, Part, Scheduler, Shard, crew, seen_by
+from tribopipe.cli.batch_options import JobsOnAllCores, Part, Scheduler, Shard, crew, seen_by
 from tribopipe.cli.options import (
     DEFAULT_ARCHIVE,
     Amend,
@@ -39,7 +39,7 @@ def process(
     amend: Amend = False,
     as_json: AsJson = False,
     figures: Annotated[bool, typer.Option(help="Save figures beside the archive.")] = True,
-    jobs: Jobs = None,
+    jobs: JobsOnAllCores = None,
     scheduler: Scheduler = None,
     shard: Shard = None,
     verbose: Verbose = 0,
@@ -55,16 +55,17 @@ def process(
     from tribopipe.base.executor import at_work
     from tribopipe.pipeline.studies import find_studies, load_studies, process_studies
 
-    how = load_recipe(recipe)
-    with at_work(crew(jobs, scheduler)) as who:
+    how, asked = load_recipe(recipe), crew(jobs, scheduler, usual=0)
+    folders, outcomes = run_folders(paths, shard, asked)
+    # A run alone is done sooner than another process has begun.
+    with at_work(replace(asked, jobs=1) if jobs is None and len(folders) < 2 else asked) as who:
         store = load_archive(seen_by(who, archive), must_exist=False)
-        folders, outcomes = run_folders(paths, shard, who)
         studies = load_studies([document for path in paths for document in find_studies(path)]) if shard is None else []
         with progress("process", len(folders)) as advance:
             taken = _taken(folders, store, how, who, studies=studies, alone=shard is not None, force=force, amend=amend)
             in_full = bool(verbose) or as_json or line_width(on_stderr=True) is None
             outcomes += _followed(taken, advance, in_full=in_full)
-            outcomes += _followed(process_studies(store, studies, how, force=force), advance, in_full=in_full)
+            outcomes += _followed(process_studies(store, studies, how, force=force, crew=who), advance, in_full=in_full)
         drawn = _draw(store, outcomes, who) if figures and shard is None else []
     outcomes += [outcome for outcome in drawn if outcome.error is not None]
     outcomes += _unseen(store, outcomes) if who.scheduler else []

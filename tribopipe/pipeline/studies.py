@@ -2,10 +2,11 @@
 
 import os
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from functools import partial
+from functools import cached_property, partial
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
 from tribopipe.base.environment import environment
 from tribopipe.base.errors import ArchiveError, FitError, ManifestError, TribopipeError, did_you_mean
+from tribopipe.base.executor import ALONE, Crew, as_done
 from tribopipe.base.files import found_below
 from tribopipe.base.units import from_si
 from tribopipe.documents.manifest import RunManifest
@@ -74,25 +76,31 @@ def members(archive: Archive, run_ids: Sequence[str], recipe: Recipe) -> tuple[d
 
     Raises ``ArchiveError`` for a run that is not in the archive.
     """
-    found: dict[str, Member] = {}
-    left_out: list[LeftOut] = []
-    for run_id in run_ids:
-        mark = archive.bad(run_id)
-        if mark is not None:
-            left_out.append(LeftOut(id=run_id, reason=f"marked bad: {mark.reason}"))
-            continue
-        run = clean_run(archive.raw(run_id), recipe).run
-        found[run_id] = Member(correct_drift(run, recipe), fit_friction(run, recipe.friction, recipe.uncertainty))
-    return found, left_out
+    sound, left_out = _sound(archive, run_ids)
+    return {run_id: _member(archive, run_id, recipe) for run_id in sound}, left_out
+
+
+def _sound(archive: Archive, run_ids: Sequence[str]) -> tuple[list[str], list[LeftOut]]:
+    """Return the runs that are not marked bad, and those that are. Raises ``ArchiveError`` for one that is unknown."""
+    marks = {run_id: archive.bad(run_id) for run_id in run_ids}
+    left_out = [
+        LeftOut(id=run_id, reason=f"marked bad: {mark.reason}") for run_id, mark in marks.items() if mark is not None
+    ]
+    return [run_id for run_id, mark in marks.items() if mark is None], left_out
+
+
+def _member(archive: Archive, run_id: str, recipe: Recipe) -> Member:
+    run = clean_run(archive.raw(run_id), recipe).run
+    return Member(correct_drift(run, recipe), fit_friction(run, recipe.friction, recipe.uncertainty))
 
 
 @dataclass(frozen=True)
 class PlannedStudy:
     """A study of archived runs, ready to be evaluated."""
 
+    archive: Archive
     study: Study
     recipe: Recipe
-    runs: Mapping[str, Member]
     left_out: Sequence[LeftOut]
     stands_on: Mapping[str, str]
     """Its runs, each with the SHA-256 of what was ingested."""
@@ -108,6 +116,12 @@ class PlannedStudy:
     def inputs_sha256(self) -> str:
         """Fingerprint of all it is made from."""
         return digest(VERSION, self.study, self.options, *self.left_out, *self.stands_on.values())
+
+    @cached_property
+    def runs(self) -> dict[str, Member]:
+        """Its runs as it takes them, which only an evaluation needs."""
+        with _about(self.study):
+            return {run_id: _member(self.archive, run_id, self.recipe) for run_id in self.stands_on}
 
     def evaluate(self) -> Evaluation:
         """Evaluate it; runs of different tribometers are refused."""
@@ -131,11 +145,19 @@ class PlannedStudy:
 
 def planned_study(archive: Archive, study: Study, recipe: Recipe) -> PlannedStudy:
     """Plan a study on archived runs. Raises ``ArchiveError`` for a run that is not in the archive."""
+    with _about(study):
+        sound, left_out = _sound(archive, (*study.fit, *study.predict))
+        stands_on = {run_id: archive.raw_sha256(run_id) for run_id in sound}
+    return PlannedStudy(archive, study, recipe, left_out, stands_on)
+
+
+@contextmanager
+def _about(study: Study) -> Iterator[None]:
+    """Have errors name a study."""
     try:
-        runs, left_out = members(archive, (*study.fit, *study.predict), recipe)
+        yield
     except TribopipeError as error:
         raise type(error)(f"study {study.id}: {error}") from None
-    return PlannedStudy(study, recipe, runs, left_out, {run_id: archive.raw_sha256(run_id) for run_id in runs})
 
 
 def evaluate_archived(archive: Archive, study: Study, recipe: Recipe) -> Evaluation:
@@ -187,14 +209,53 @@ def _complete(archive: Archive, run_id: str, recipe: Recipe) -> Iterator[Outcome
 
 
 def process_studies(
-    archive: Archive, studies: Sequence[Study], recipe: Recipe, *, force: bool = False
+    archive: Archive, studies: Sequence[Study], recipe: Recipe, *, force: bool = False, crew: Crew = ALONE
 ) -> Iterator[Outcome]:
-    """Run studies one after the other; one that fails does not stop the others."""
-    for study in studies:
-        try:
-            yield from run_study(archive, study, recipe, force=force)
-        except Exception as error:  # noqa: BLE001 - as in ``attempted``
-            yield Outcome.failed(study.id, "study", error)
+    """Run studies; one that fails does not stop the others.
+
+    A crew takes several at once, but those that have a run in common one after the other; their outcomes come as
+    studies end, and have the place of their study.
+    """
+    take = partial(_studied, archive=archive, recipe=recipe, force=force)
+    if crew.is_alone:
+        for place, study in enumerate(studies):
+            yield from (replace(outcome, place=place) for outcome in take(study))
+        return
+    for together, answers in as_done(partial(_all_studied, take), _with_runs_in_common(studies), crew):
+        for number, (place, study) in enumerate(together):
+            outcomes = (
+                [Outcome.failed(study.id, "study", answers)] if isinstance(answers, TribopipeError) else answers[number]
+            )
+            yield from (replace(outcome, place=place) for outcome in outcomes)
+
+
+def _studied(study: Study, archive: Archive, recipe: Recipe, *, force: bool) -> Iterator[Outcome]:
+    try:
+        yield from run_study(archive, study, recipe, force=force)
+    except Exception as error:  # noqa: BLE001 - as in ``attempted``
+        yield Outcome.failed(study.id, "study", error)
+
+
+def _all_studied(
+    take: Callable[[Study], Iterator[Outcome]], together: Sequence[tuple[int, Study]]
+) -> list[list[Outcome]]:
+    return [list(take(study)) for _, study in together]
+
+
+def _with_runs_in_common(studies: Sequence[Study]) -> list[list[tuple[int, Study]]]:
+    """Put studies together, each with its place, that have a run in common, or have one in common with a third."""
+    groups: list[tuple[set[str], list[tuple[int, Study]]]] = []
+    for place, study in enumerate(studies):
+        runs = {*study.fit, *study.predict}
+        touched = [group for group in groups if group[0] & runs]
+        groups = [group for group in groups if not group[0] & runs]
+        members_of = [one for _, placed in touched for one in placed]
+        groups.append((runs.union(*(ids for ids, _ in touched)), sorted([*members_of, (place, study)], key=_place)))
+    return [placed for _, placed in groups]
+
+
+def _place(placed: tuple[int, Study]) -> int:
+    return placed[0]
 
 
 def _keep(archive: Archive, study: Study, recipe: Recipe, *, force: bool) -> Outcome:
