@@ -307,15 +307,15 @@ def archard(s):
 
 def test_function_finds_its_parameter_of_a_run_with_a_known_law():
     fit = tp.fit_wear(tp.read_run(SAMPLES / "si3n4-air-200mN"), my_function)  # simulated by Archard's law
-    assert abs(fit.params["power"].value - 1) < 3 * fit.params["power"].u < 0.03
+    assert abs(fit.params["power"].value - 1) < 3 * fit.params["power"].u < 0.05
     assert abs(fit.k_d.value - 13.5e-15) < 3 * fit.k_d.u < 3e-15
 
 
 def test_annotation_of_a_parameter_is_its_unit():
-    def running_in(s, excess=2.0, length: "m" = 10.0):  # noqa: F821 - a unit
+    def fresh(s, excess=2.0, length: "m" = 10.0):  # noqa: F821 - a unit
         return 1 + excess * np.exp(-s / length)
 
-    law = law_named(law_of_function(running_in))
+    law = law_named(law_of_function(fresh))
     units = {name: (KINDS[known.kind].si, known.low, known.high) for name, known in law.parameters().items()}
     assert units == {"excess": ("1", 0.02, 200.0), "length": ("m", 0.1, 1000.0)}
     assert law.effective_distance(100.0, None) == pytest.approx(100 + 2 * 10 * (1 - math.exp(-10)), rel=1e-6)

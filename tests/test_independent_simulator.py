@@ -1,14 +1,9 @@
 """The simulator behind benchmarks/misfit.py: its wear against closed forms, its noise, and the way into tribopipe."""
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
-
 from independent.bench_cases import CASES
 from independent.bench_files import manifest_text, write_recording
 from independent.ideal import ideal_spread

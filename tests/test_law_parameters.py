@@ -5,6 +5,10 @@ from typing import Annotated
 
 import numpy as np
 import pytest
+from independent.noise import Walk, White
+from independent.regimes import REGIMES, Regime
+from independent.runs import simulate
+from independent.score import raw_run
 from numpy.typing import ArrayLike
 from test_identify import CASES, quiet, record
 
@@ -12,6 +16,7 @@ from tribopipe.base.arrays import Column, Numbers
 from tribopipe.documents.recipe import Recipe, WearRecipe
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.evaluation.wear.inputs import FRICTION_INPUTS
 from tribopipe.evaluation.wear.law_parameters import with_fitted_law
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
@@ -83,3 +88,33 @@ def test_errors_of_independent_friction_parameters_add_up_in_squares(problem):
     ]
     whole = replace(found, friction_covariance=tuple(map(tuple, np.diag(MOVED**2).tolist())))
     np.testing.assert_allclose(whole.law_covariance(best) - without, sum(each), rtol=1e-9)
+
+
+# --- by the whole reading, on runs of a simulator that shares nothing with the package ---
+
+
+def growing(s, power=1.5):
+    return (1 + s / 10) ** (power - 1)
+
+
+def off(regime: Regime, seeds: range) -> Column:
+    """By how many stated standard uncertainties the power and k_D are off, of runs by Archard's law; (runs, 2)."""
+    found = []
+    for seed in seeds:
+        recorded = simulate(regime, np.random.default_rng([3107, seed]))
+        fit = fit_wear(raw_run(recorded), growing)
+        power, k_d = fit.params["power"], fit.k_d
+        found.append([(power.value - 1) / power.u, (k_d.value - recorded.truth.coefficient) / k_d.u])
+    return np.array(found)
+
+
+def test_parameter_is_as_uncertain_as_drift_and_end_value_leave_it():
+    apart = off(replace(REGIMES["Si3N4"], distance=50.0), range(4))
+    assert np.all(np.abs(apart) < 3)
+
+
+@pytest.mark.slow
+def test_parameter_and_coefficient_are_those_of_the_model_where_the_reading_walks():
+    walking = replace(REGIMES["Si3N4"], noise=(White(0.05e-6), Walk(0.3e-6)))
+    spread = np.sqrt(np.mean(off(walking, range(24)) ** 2, axis=0))
+    assert np.all((spread > 0.6) & (spread < 1.5))

@@ -11,12 +11,13 @@ that both share counted once, the reading is not trusted and the measurement alo
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Self
 
 import numpy as np
 from numpy.random import Generator
+from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column, Numbers, Values
 from tribopipe.base.errors import FitError
@@ -25,7 +26,7 @@ from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.depth_reading import MOST_DEVIATION, DepthRecord, depth_record, pin_reading
 from tribopipe.evaluation.wear.inputs import draw_values
 from tribopipe.evaluation.wear.joint import END_ANCHOR, joint_problem
-from tribopipe.evaluation.wear.problem import WearProblem
+from tribopipe.evaluation.wear.problem import Tangent, WearProblem
 from tribopipe.physics.depth_model.posterior import DepthPosterior, DepthReading, depth_posterior
 from tribopipe.physics.depth_model.samples import DepthSamples
 from tribopipe.results.run import CorrectedRun, RawRun
@@ -36,6 +37,9 @@ _COMPARED = 4_000
 _SEED = 1
 _LEAST_SHARE = 0.5
 """Of the standard uncertainty of a measurement that shows no wear: the wear that it is evaluated with."""
+_MOST_PASSES = 8
+_NEARLY = 0.02
+"""Change of a parameter of the law, in its standard uncertainty, after which it is not sought anew."""
 _QUANTILES = (np.arange(1000) + 0.5) / 1000
 
 
@@ -88,6 +92,34 @@ class DepthProblem(WearProblem):
     def posterior(self) -> DepthPosterior:
         """Of the reading with what was measured."""
         return depth_posterior(self.reading)
+
+    def with_law_of_the_reading(self) -> Self:
+        """Return the problem with the law's own parameters as the whole model has them.
+
+        What is fitted with noise taken for white follows wander and drift, and its error is not that of the model.
+        """
+        problem = self
+        for _ in range(_MOST_PASSES if self.fitted_parameters else 0):
+            change, spread = (terms[problem._law_places] for terms in problem.posterior.terms)
+            problem = problem._with_law_moved(change)
+            if np.all(np.abs(change) < _NEARLY * spread):
+                break
+        return problem
+
+    @property
+    def _law_places(self) -> NDArray[np.intp]:
+        """Which terms of the reading are parameters of the law."""
+        first = self.reading.offsets.shape[1]
+        return np.arange(first, first + len(self.fitted_parameters))
+
+    def _with_law_moved(self, change: Column) -> Self:
+        known, values = self.law.parameters(), self.law.values()
+        moved = dict(zip(self.fitted_parameters, change.tolist(), strict=True))
+        found = {
+            name: float(np.clip(values[name] + step, known[name].low, known[name].high)) for name, step in moved.items()
+        }
+        problem = replace(self, law=replace(self.law, **found))
+        return replace(problem, tangent=Tangent(self.fitted_parameters, problem.coefficient()))
 
     @cached_property
     def _together(self) -> tuple[float, float]:
@@ -165,19 +197,24 @@ class DepthProblem(WearProblem):
         """Return k_D, m²/N: of each draw of inputs, with its own score, the first column of ``noise``."""
         if np.ndim(noise) == 0:
             return np.asarray(np.exp(self._log_coefficient(values)))
-        scores = np.asarray(noise)[:, 0]
-        values = dict(values)
+        depth, parameters = self._drawn(values, np.asarray(noise))
+        return self._coefficients(depth, {**values, **parameters})
+
+    def _drawn(self, values: Values, noise: Column) -> tuple[Column, dict[str, Column]]:
+        """Return H, m, and the law's own parameters that belong to it, for draws of the inputs and scores of each."""
+        depth = self._drawn_depth(values, noise[:, 0])
+        return depth, self._drawn_parameters(depth, noise) if self.fitted_parameters else {}
+
+    def _drawn_depth(self, values: Values, scores: Column) -> Column:
         if self.basis == "measurement":
-            depth = self._by_measurement(values)
-        elif self.basis == "reading":
-            depth = self._by_reading(values, scores)
-        else:
-            stretched = _flat(values["depth_scale"]) / self.values["depth_scale"]
-            coupled = self._coupled(values, scores)
-            depth = stretched * self.posterior.end_depths(_probability(coupled), self._factor(values) / stretched)
-        if self.fitted_parameters:
-            values |= self._drawn_parameters(depth, np.asarray(noise))
-        return self._coefficients(depth, values)
+            return self._by_measurement(values)
+        if self.basis == "reading":
+            return self._by_reading(values, scores)
+        stretched = _flat(values["depth_scale"]) / self.values["depth_scale"]
+        coupled = self._coupled(values, scores)
+        return np.asarray(
+            stretched * self.posterior.end_depths(_probability(coupled), self._factor(values) / stretched)
+        )
 
     def _coupled(self, values: Values, scores: Column) -> Column:
         """Return scores of H that share with the error of the measurement what H takes from it.
@@ -203,8 +240,7 @@ class DepthProblem(WearProblem):
 
     def _drawn_parameters(self, depth: Column, noise: Column) -> dict[str, Column]:
         """Return draws of the law's own parameters that belong to depths at the end."""
-        posterior, first = self.posterior, self.reading.offsets.shape[1]
-        places = np.arange(first, first + len(self.fitted_parameters))
+        posterior, places = self.posterior, self._law_places
         slopes, spreads = posterior.terms_per_depth[places], posterior.terms[1][places]
         mean, deviation = posterior.together
         left = np.sqrt(np.maximum(spreads**2 - (slopes * deviation) ** 2, 0.0))
@@ -227,11 +263,8 @@ class DepthProblem(WearProblem):
             return None
         rng = np.random.Generator(np.random.PCG64(_SEED))
         values = draw_values(self.inputs, self.friction_covariance, rng, _COMPARED)
-        noise = self.draw_scores(rng, _COMPARED)
-        coefficients = self.solve(values, noise)
-        pin = self.pin(values)
-        depth = _flat(pin.worn(coefficients[:, None] * self.unit_volume(values, np.asarray([self.trace.slid]))).depth)
-        drawn = self._drawn_parameters(depth, noise)
+        depth, drawn = self._drawn(values, self.draw_scores(rng, _COMPARED))
+        coefficients = self._coefficients(depth, {**values, **drawn})
         return np.cov(np.stack([np.log(coefficients), *(_flat(column) for column in drawn.values())]))
 
     def draw_scores(self, rng: Generator, count: int) -> Column:
@@ -355,7 +388,7 @@ def depth_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe)
     run = corrected.run
     record = depth_record(run)
     samples = record.samples
-    # The law's own parameters are sought with noise taken for white, and are free from then on.
+    # The law's own parameters are sought with noise taken for white first: that is where the model starts from.
     joint = joint_problem(problem, corrected, recipe)
     mean = samples.blocks.mean
     measured_after = corrected.correction.anchor is not None
@@ -381,7 +414,7 @@ def depth_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe)
     )
     if not measured_after:
         _refuse_a_fall(posed)
-    return posed
+    return posed.with_law_of_the_reading()
 
 
 def _refuse_a_fall(problem: DepthProblem) -> None:
