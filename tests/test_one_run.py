@@ -9,8 +9,10 @@ import pytest
 from tribopipe.archive.single_run import OneRun
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
+from tribopipe.documents.annotation import Annotation
 from tribopipe.documents.recipe import Recipe
-from tribopipe.pipeline.stages import clean_archived
+from tribopipe.pipeline.stages import clean_archived, process
+from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.run import SourceFile, UnheldSource
 
 RUN = "si3n4-air-200mN"
@@ -48,7 +50,7 @@ def test_a_source_that_is_written_into_meanwhile_is_refused(store, written):
 
 
 def test_a_cleaned_run_is_read_once_while_it_is_that_of_the_file(store):
-    kept = OneRun(store)
+    kept = OneRun(store, RUN)
     first = kept.cleaned(RUN)
     assert kept.cleaned(RUN) is first
     assert all(np.array_equal(first.columns[name], values) for name, values in store.cleaned(RUN).columns.items())
@@ -59,3 +61,59 @@ def test_a_cleaned_run_is_read_once_while_it_is_that_of_the_file(store):
     assert second is not first
     shutil.copyfile(store.path(RUN), store.path("other"))
     assert kept.cleaned("other") is not second
+
+
+def test_steps_are_shown_at_once_and_stored_together(store):
+    there = store.path(RUN).read_bytes()
+    kept = OneRun(store, RUN)
+    fit = replace(store.step(RUN, "friction_fit"), result=FrictionFit(outcome="none"))
+    kept.put_step(RUN, fit)
+    assert kept.result(RUN, "friction_fit", FrictionFit) == fit.result
+    assert "wear_fit_sarkar" not in kept.step_names(RUN)  # it stood on the fit that was there
+    kept.put_step(RUN, store.step(RUN, "specific_wear"))
+    assert store.path(RUN).read_bytes() == there
+    store.annotate(RUN, Annotation(kind="note", text="seen meanwhile", date="2026-11-24T00:00:00+00:00"))
+    kept.store()
+    assert "wear_fit_sarkar" not in store.step_names(RUN)
+    assert store.result(RUN, "friction_fit", FrictionFit) == fit.result
+    assert [one.text for one in store.annotations(RUN)] == ["seen meanwhile"]
+    assert kept.steps(RUN).keys() == store.steps(RUN).keys()
+
+
+def test_steps_together_make_what_they_make_one_after_the_other(store):
+    steps = list(store.steps(RUN).values())
+    drift = replace(steps[1], result=steps[1].result.model_copy(update={"notes": ("another",)}))
+    together, apart = (Archive(store.folder.parent / name) for name in ("together", "apart"))
+    for archive in (together, apart):
+        archive.add(store.raw(RUN))
+    for put in (steps, [steps[0], drift]):
+        together.put_steps(RUN, put)
+        for step in put:
+            apart.put_step(RUN, step)
+        assert together.step_names(RUN) == apart.step_names(RUN) != []
+        assert [together.fingerprints(RUN, name) for name in together.step_names(RUN)] == [
+            apart.fingerprints(RUN, name) for name in apart.step_names(RUN)
+        ]
+
+
+def test_steps_made_from_what_another_process_has_changed_are_refused_and_nothing_is_stored(store):
+    kept = OneRun(store, RUN)
+    fit = store.step(RUN, "wear_fit_archard")
+    kept.put_step(RUN, fit)
+    drift = store.step(RUN, "drift_correction")
+    store.put_step(RUN, replace(drift, result=DriftCorrection(outcome="uncorrected", lacks=("a depth",))))
+    there = store.path(RUN).read_bytes()
+    with pytest.raises(ArchiveError, match="found another drift correction than"):
+        kept.store()
+    assert store.path(RUN).read_bytes() == there
+
+
+def test_run_whose_file_cannot_be_written_has_failed_once(short_runs, tmp_path, monkeypatch):
+    def full(*_: object) -> None:
+        raise ArchiveError("no room")
+
+    archive = Archive(tmp_path / "archive")
+    monkeypatch.setattr(Archive, "put_steps", full)
+    outcomes = list(process([short_runs / RUN], archive))
+    assert [(outcome.stage, outcome.status) for outcome in outcomes] == [("ingest", "done"), ("clean_up", "failed")]
+    assert archive.steps(RUN) == {}

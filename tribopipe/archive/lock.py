@@ -16,7 +16,7 @@ from tribopipe.base.errors import ArchiveError, printable
 LOCKS = ".locks"
 _HISTORY = "history"
 """Lock of the history, which is taken within that of a file and never the other way round."""
-_SHARES = 64
+_SHARES = 256
 """Files in the folder of locks: the archived files share them, so that there are not as many again."""
 _WAIT = 300.0
 """How long another may write, s: the longest runs take some seconds."""
@@ -35,7 +35,7 @@ def say_waiting(folder: Path, name: str, seconds: float) -> None:
 def share_of(name: str) -> str:
     """Return which of the locks a file of a name has: several files share one."""
     # Names that differ in case alone may be one file.
-    return f"{zlib.crc32(name.casefold().encode()) % _SHARES:02}"
+    return f"{zlib.crc32(name.casefold().encode()) % _SHARES:03}"
 
 
 def writers_lock(folder: Path, name: str, *, wait: bool = True) -> AbstractContextManager[None]:

@@ -42,7 +42,7 @@ from tribopipe.archive.digest import raw_digest
 from tribopipe.archive.formats import RUN_FORMAT
 from tribopipe.archive.long_recordings import read_recording, write_recorded
 from tribopipe.archive.opening import opened
-from tribopipe.archive.steps import STEPS, WEAR_FITS, Fingerprints, Step, StepName, Table, steps_among
+from tribopipe.archive.steps import STEPS, WEAR_FITS, Fingerprints, Step, StepName, Table, downstream, steps_among
 from tribopipe.archive.unpack import unpacked, unpacked_pieces
 from tribopipe.base.arrays import Column
 from tribopipe.base.environment import environment
@@ -448,11 +448,23 @@ def _is_drawn(name: StepName) -> bool:
     return name == "drift_correction" or WEAR_FITS.law_of(name) is not None
 
 
-def copy_except(source: h5py.File, target: h5py.File, dropped: set[str]) -> h5py.Group:
-    """Copy a run file but for some members of its entry, and the plot of them; what is copied keeps its bytes."""
+def dropped_by(step: Step, entry: h5py.Group) -> set[str]:
+    """Return what a step takes the place of: an earlier one of its name, and what stood on another result of that."""
+    before = read_fingerprints(entry, step.name)
+    changed = bool(step.curves) if before is None else before.result != step.result_sha256
+    return {step.name, *(downstream(step.name, steps_among(entry)) if changed else ())}
+
+
+def left_out_with(dropped: set[str]) -> set[str]:
+    """Return members of an entry that go, and with them the plot of what they are drawn from."""
     # Clean-up makes the axis of what is drawn.
     plotted = any(name == "clean_up" or _is_drawn(name) for name in dropped)
-    left_out = dropped | {"wear"} if plotted else dropped
+    return dropped | {"wear"} if plotted else dropped
+
+
+def copy_except(source: h5py.File, target: h5py.File, dropped: set[str]) -> h5py.Group:
+    """Copy a run file but for some members of its entry, and the plot of them; what is copied keeps its bytes."""
+    left_out = left_out_with(dropped)
     target.attrs.update(source.attrs)
     entry = nexus.group(target, "entry", "NXentry")
     entry.attrs.update(source["entry"].attrs)

@@ -25,6 +25,7 @@ from tribopipe.archive.runfile import (
     MANIFEST_TEXT,
     copy_additions,
     copy_except,
+    dropped_by,
     read_annotations,
     read_cleaned,
     read_environment,
@@ -42,7 +43,7 @@ from tribopipe.archive.runfile import (
     write_wear_plot,
 )
 from tribopipe.archive.seal import SEAL_SIZE, know, seal_file
-from tribopipe.archive.steps import STEPS, Fingerprints, Step, StepName, downstream, steps_among
+from tribopipe.archive.steps import STEPS, Fingerprints, Step, StepName, steps_among
 from tribopipe.archive.studyfile import (
     StoredStudy,
     StudyOutline,
@@ -309,14 +310,15 @@ class Archive:
 
         Raises ``ArchiveError`` where the step was made from a result that is another one by now.
         """
+        self.put_steps(run_id, [step])
+
+    def put_steps(self, run_id: str, steps: Sequence[Step]) -> None:
+        """Add or replace steps as ``put_step`` does, each after those that it stands on, and write the file once."""
         with self._rewriting(run_id) as (old, new):
-            self._refuse_stale(run_id, step, old["entry"])
-            before = read_fingerprints(old["entry"], step.name)
-            dropped: set[str] = {step.name}
-            if bool(step.curves) if before is None else before.result != step.result_sha256:
-                dropped |= downstream(step.name, steps_among(old["entry"]))
-            entry = copy_except(old, new, dropped)
-            write_step(entry, step)
+            entry = copy_except(old, new, {name for step in steps for name in dropped_by(step, old["entry"])})
+            for step in steps:
+                self._refuse_stale(run_id, step, entry)
+                write_step(entry, step)
             if "wear" not in entry:
                 write_wear_plot(entry)
 

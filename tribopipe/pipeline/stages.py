@@ -396,7 +396,7 @@ def _process_one(path: Path, archive: Archive, recipe: Recipe, *, force: bool, a
     yield ingested
     if ingested.error is not None:
         return
-    run_id, archive = ingested.run_id, OneRun(archive)
+    run_id, archive = ingested.run_id, OneRun(archive, ingested.run_id)
     stages: list[tuple[Stage, Callable[[], Outcome]]] = [
         ("clean_up", lambda: clean_archived(archive, run_id, recipe, force=force)),
         ("drift_correction", lambda: correct_archived_drift(archive, run_id, recipe, force=force)),
@@ -407,7 +407,19 @@ def _process_one(path: Path, archive: Archive, recipe: Recipe, *, force: bool, a
         ("wear_fit", partial(fit_archived_wear, archive, run_id, law, recipe, force=force))
         for law in recipe.wear.models
     ]
-    yield from compared(archive, run_id, (attempted(run_id, stage, advance) for stage, advance in stages))
+    taken = compared(archive, run_id, (attempted(run_id, stage, advance) for stage, advance in stages))
+    yield from stored(archive, list(taken))
+
+
+def stored(archive: OneRun, outcomes: list[Outcome]) -> list[Outcome]:
+    """Put steps of a run into its file; where that fails, none of them is done, and the first has failed by it."""
+    try:
+        archive.store()
+    except Exception as error:  # noqa: BLE001 - as in ``attempted``
+        kept = [outcome for outcome in outcomes if outcome.status != "done"]
+        stage = next((outcome.stage for outcome in outcomes if outcome.status == "done"), outcomes[-1].stage)
+        return [Outcome.failed(archive.run_id, stage, error), *kept]
+    return outcomes
 
 
 def predict_from_lightest(
@@ -455,8 +467,9 @@ def _predict_under_each(known: tuple[str, _Known], archive: Archive, recipe: Rec
     run_id, references = known
     if isinstance(references, TribopipeError):
         raise references
-    own = OneRun(archive)
-    return [
+    own = OneRun(archive, run_id)
+    outcomes = [
         attempted(run_id, "prediction", partial(predict_archived, own, run_id, reference, law, recipe, force=force))
         for law, reference in references.items()
     ]
+    return stored(own, outcomes)

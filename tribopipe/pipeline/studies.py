@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from tribopipe.archive.digest import digest
+from tribopipe.archive.single_run import OneRun
 from tribopipe.archive.steps import METHODS
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
@@ -42,6 +43,7 @@ from tribopipe.pipeline.stages import (
     correct_archived_drift,
     fit_archived_friction,
     predict_with,
+    stored,
 )
 from tribopipe.results.agreement import LawResult, LeftOut, StudyResult
 from tribopipe.results.run import RawRun
@@ -177,11 +179,17 @@ def run_study(archive: Archive, study: Study, recipe: Recipe, *, force: bool = F
     left_out = {one.id for one in outcome.result.left_out}
     for run_id in (run_id for run_id in (*study.fit, *study.predict) if run_id not in left_out):
         yield from _complete(archive, run_id, recipe)
-    for law in outcome.result.laws:
-        for run_id in (run_id for run_id in study.predict if run_id not in left_out):
-            reference = study_reference(study)
-            predict = partial(predict_with, archive, run_id, reference, law.model, known_by(law), recipe, force=force)
-            yield attempted(run_id, "prediction", predict)
+    predict = partial(predict_with, reference=study_reference(study), recipe=recipe, force=force)
+    for run_id in (run_id for run_id in study.predict if run_id not in left_out):
+        own = OneRun(archive, run_id)
+        known = [(law.model, known_by(law)) for law in outcome.result.laws]
+        yield from stored(
+            own,
+            [
+                attempted(run_id, "prediction", partial(predict, own, run_id, law=name, known=found))
+                for name, found in known
+            ],
+        )
 
 
 def study_reference(study: Study) -> str:
