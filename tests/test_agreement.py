@@ -155,4 +155,4 @@ def test_a_run_that_nobody_can_tell_from_one_of_twice_the_k_d_decides_nothing(re
     vague = {"scar_uncertainty": EndValue(value=150e-6, unit="m"), "depth_noise": EndValue(value=300e-6, unit="m")}
     found = told(reference, member(HEAVY, "heavy", seed=2, sensors=vague), Recipe())
     assert found.outcome == "not decidable"
-    assert found.sentence.startswith("Whether Archard's law holds at 400 mN cannot be decided")
+    assert found.sentence.startswith("Agreement with Archard's law at 400 mN is inconclusive")

@@ -123,6 +123,7 @@ def test_studies_and_verdicts_stand_with_the_runs(tmp_path, sample_archive):
     from tribopipe.documents.recipe import Recipe
     from tribopipe.documents.study import Study
     from tribopipe.pipeline.studies import run_study
+    from tribopipe.results.agreement import AGREEMENT
 
     archive = Archive(Path(shutil.copytree(sample_archive.folder, tmp_path / "archive")))
     catalogue = Catalogue(archive.folder)
@@ -135,7 +136,7 @@ def test_studies_and_verdicts_stand_with_the_runs(tmp_path, sample_archive):
     catalogue.refresh()
     runs = catalogue.runs("study=air")
     assert [run.id for run in runs] == ["si3n4-air-200mN", "si3n4-air-400mN"]
-    verdicts = {one.id: one.outcome for one in archive.study("air").result.laws[0].runs}
+    verdicts = {one.id: AGREEMENT[one.outcome] for one in archive.study("air").result.laws[0].runs}
     assert [run.text("verdicts") for run in runs] == [f"Archard in air: {verdicts[run.id]}" for run in runs]
     (archive.study_folder / "air.h5").unlink()
     catalogue.refresh()

@@ -400,7 +400,9 @@ def test_study_tells_discs_and_roles_apart_and_marks_where_the_law_is_called_off
     assert not any(drawn.get_marker() == "x" for drawn in figure.axes[1].lines)
 
 
-@pytest.mark.parametrize(("outcome", "words"), [("over-predicts", "law over-predicts"), ("not decidable",) * 2])
+@pytest.mark.parametrize(
+    ("outcome", "words"), [("over-predicts", "law over-predicts"), ("not decidable", "inconclusive")]
+)
 def test_every_outcome_but_support_has_a_mark(studied, outcome, words):
     stored = studied.study("discs")
     *others, last = stored.result.law("archard").runs

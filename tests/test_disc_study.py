@@ -99,7 +99,7 @@ def test_fatigue_at_high_rotations_is_called(factor, called):
     run = of(laboratory(7, ("4pct-500k", "4pct-1000k"), (LONG,), factor), LONG)
     assert run.outcome == called
     assert f"{called} the wear at 250 mN and 4.00 % slip" in run.sentence or called in run.sentence
-    assert "by itself this run has" in run.sentence
+    assert "fitted alone, this run gives" in run.sentence
     for disc in run.bodies.values():
         assert (disc.e_n > 1) == (called == "under-predicts")
         assert (disc.coefficient_ratio.value > 1) == (called == "under-predicts")

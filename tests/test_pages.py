@@ -516,19 +516,19 @@ def test_study_page_tells_verdicts_and_all_else():
     verdicts, shapes, engines = told.tables
     assert verdicts.rows[1] == (
         *("b", "predicted", "200.0 ± 2.0 mN", "20", "30", "29 to 31", "-9.00", "-8.00"),
-        *("0.500 ± 0.010", "over-predicts"),
+        *("0.500 ± 0.010", "over-predicted"),
     )
     assert shapes.rows == (("a", "0.500 ± 0.010", "0.502", "0.005 µm, p = 0.7", "300 m", "0.93, p = 0.2"),)
     assert len(engines.rows) == 1
-    assert told.sentences[0].startswith("scatter of k_D of the pin between the 2 runs 10.0%, within a run 2.0%; ")
-    assert told.sentences[1].startswith("b: outlier; `tribopipe mark-bad b ")
+    assert told.sentences[0].startswith("scatter of k_D of the pin between the 2 runs: 10.0%; within a run: 2.0%; ")
+    assert told.sentences[1].startswith("b: outlier; to exclude it: `tribopipe mark-bad b ")
     assert told.sentences[2] == "a: its pin reaches 40 µm at 1400 m (95 % interval 1300 m to open)"
     assert [(one.run_id, one.role, one.outcome, one.notes) for one in told.verdicts] == [
-        ("a", "fitted", "supported", ("far off",)),
-        ("b", "predicted", "over-predicts", ("far off",)),
+        ("a", "fitted", "consistent", ("far off",)),
+        ("b", "predicted", "over-predicted", ("far off",)),
     ]
     assert page.sentences == (
-        "a: its shape prefers Archard's law (AIC of Sarkar's minus Archard's +18.0)",
+        "a: AIC favors Archard's law (AIC of Sarkar's law minus that of Archard's: +18.0)",
         "left out: c (marked bad)",
         "note: one run only",
     )

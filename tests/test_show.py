@@ -140,9 +140,9 @@ def test_study_page_says_all(capsys):
         model="archard",
         heading="Archard's law",
         title="Archard's law: k_D = 1",
-        tables=(TextTable("verdict on each run", ("run", "verdict"), (("a", "supported"),)),),
+        tables=(TextTable("agreement of each run with the model", ("run", "agreement"), (("a", "consistent"),)),),
         sentences=("scatter of k_D",),
-        verdicts=(VerdictLine("a", "fitted", "supported", "It holds.", ("beware",)),),
+        verdicts=(VerdictLine("a", "fitted", "consistent", "It holds.", ("beware",)),),
     )
     show_study_page(StudyPage("air", "In air", ("a",), (), (law,), ("note: one run",), "0.1.0", DATE, ""))
     lines = capsys.readouterr().out.splitlines()

@@ -185,7 +185,7 @@ def test_sentences_hold_law_load_and_e_n(nitride, law):
     for one, load in zip(nitride.result.law(law).runs, ("200 mN", "400 mN", "800 mN"), strict=True):
         start, where = f"{law.capitalize()}'s law ", f"the wear at {load}: "
         if one.outcome == "not decidable":
-            start, where = f"Whether {start}holds", f"at {load} cannot be decided: "
+            start, where = f"Agreement with {start}", f"at {load} is inconclusive: "
         assert one.sentence.startswith(start)
         assert where in one.sentence
         assert f"E_n = {one.first.e_n:+.2f}" in one.sentence
@@ -194,10 +194,10 @@ def test_sentences_hold_law_load_and_e_n(nitride, law):
         assert f"{one.role} (95 %" in one.sentence
         assert one.sentence.endswith(".")
     fitted, middle, over = nitride.result.law(law).runs
-    assert " follows the wear" in fitted.sentence
+    assert " agrees with the wear" in fitted.sentence
     assert (" predicts the wear" in middle.sentence) == (middle.outcome == "supported")
     assert " over-predicts the wear" in over.sentence
-    assert f"by itself this run has {over.first.coefficient_ratio} times that k_D" in over.sentence
+    assert f"fitted alone, this run gives {over.first.coefficient_ratio} of the study's k_D" in over.sentence
 
 
 # --- bands ---
@@ -343,7 +343,7 @@ def test_a_run_is_decided_by_end_or_curve_and_where_both_say_nothing_not_at_all(
         told = verdict_on(evaluate(study(["light"], ["heavy"], laws=["archard"]), members), "heavy")
         assert told.outcome == outcome
         assert abs(told.first.e_n) < 1
-    assert told.sentence.startswith("Whether Archard's law holds at 400 mN cannot be decided")
+    assert told.sentence.startswith("Agreement with Archard's law at 400 mN is inconclusive")
 
 
 def test_a_run_worn_to_most_of_its_tip_gets_a_verdict_all_the_same():

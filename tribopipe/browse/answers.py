@@ -92,7 +92,7 @@ def _offer(plot: PlotOffer) -> dict[str, Any]:
 
 
 def study_line(page: StudyPage) -> dict[str, Any]:
-    """Answer a study in one line: its runs, and how often each verdict was given under each law."""
+    """Answer a study in one line: its runs, and how many agree with each law."""
     laws = (f"{law_label(law.model)}: {_counted(verdict.outcome for verdict in law.verdicts)}" for law in page.laws)
     return {
         "id": page.id,

@@ -139,8 +139,8 @@ def predict(
     """Predict wear at other loads, speeds, distances or slips.
 
     With a run (an id, or a folder and a k_D) and what to change, the prediction is shown. With --from and --onto, runs
-    are predicted from others, with bands and a verdict on the law. With none of these, every archived run is predicted
-    from the comparable run under the lightest load, and the prediction is archived.
+    are predicted from others, with bands and the agreement with the law. With none of these, every archived run is
+    predicted from the comparable run under the lightest load, and the prediction is archived.
     """
     how = load_recipe(recipe, engine)
     asked = _Asked(

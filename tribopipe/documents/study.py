@@ -30,7 +30,7 @@ SharedInput = Literal[
 
 
 class Study(Record):
-    """Some runs identify k_D, others are predicted with it; a verdict on the law is given for each."""
+    """Some runs identify k_D, others are predicted with it; the agreement with the law is given for each."""
 
     schema_version: Literal["tribopipe.study/1"] = Field(default="tribopipe.study/1", alias="schema")
     """Version of this document."""

@@ -337,14 +337,15 @@ _DRAWN = Method(
     references=(MONTE_CARLO,),
 )
 _VERDICTS = Method(
-    "Verdicts",
-    "A run is judged by measured minus predicted wear δ, over the half width U of its 95 % interval on the side "
-    "towards zero:",
+    "Agreement with the model",
+    "The agreement of a run with the model is rated by δ, measured minus predicted wear, over U, the half width of the "
+    "95 % interval of δ on the side towards zero:",
     (Equation(r"E_n = \frac{δ}{U}"),),
-    "Within ±1 measured and predicted wear agree. The interval is drawn, so that errors which both share cancel. A law "
-    "is called off beyond the 99 % limits only; between 95 % and 99 % nothing is decided, nor where a k_D off by a "
-    "factor of two would show neither at the end nor along the curve. What is measured along the way is held against "
-    "limits of its own, which 95 % of runs keep to everywhere.",
+    "For |E_n| ≤ 1, measured and predicted wear agree. The interval is found by Monte Carlo, so that errors common to "
+    "both cancel. The model over- or under-predicts only where δ exceeds its 99 % limits; between the 95 % and the "
+    "99 % limits the comparison is inconclusive, as it is where neither the end nor the curve would reveal a k_D wrong "
+    "by a factor of two. Measurements along the curve are compared with a simultaneous band, within which 95 % of runs "
+    "stay throughout.",
     (ISO_13528, MONTE_CARLO),
 )
 _SEVERAL = Method(

@@ -51,9 +51,9 @@ _DASHES = ((0, (5, 1.6)), (0, (5, 1.4, 1.2, 1.4)), (0, (2.2, 1.2)), (0, (7, 1.2,
 _DEPARTING: dict[Verdict | None, tuple[str, str]] = {
     "under-predicts": ("x", "law under-predicts"),
     "over-predicts": ("+", "law over-predicts"),
-    "not decidable": ("$?$", "not decidable"),
+    "not decidable": ("$?$", "inconclusive"),
 }
-"""Marks of measurements that do not support the law."""
+"""Marks of measurements that are not consistent with the law."""
 _KEY_ORDER = ("measured", "smoothing", "Archard", "Sarkar")
 """Of the legend of effective k_D."""
 _EVERY = 2

@@ -1,4 +1,4 @@
-"""One study on a page: k_D under each law, a verdict for each run, and what else is said of them."""
+"""Page of one study: k_D under each law, and the agreement of each run with it."""
 
 from collections.abc import Iterator
 from itertools import chain
@@ -7,7 +7,15 @@ from tribopipe.archive.store import Archive
 from tribopipe.base.units import WEAR_COEFFICIENT, pretty, signed
 from tribopipe.documents.quantity import Quantity
 from tribopipe.physics.laws import law_heading, law_title
-from tribopipe.results.agreement import BetweenRuns, BodyVerdict, LawResult, RunVerdict, StudiedBody, StudyResult
+from tribopipe.results.agreement import (
+    AGREEMENT,
+    BetweenRuns,
+    BodyVerdict,
+    LawResult,
+    RunVerdict,
+    StudiedBody,
+    StudyResult,
+)
 from tribopipe.results.wear_fit import by, spoken
 from tribopipe.version import VERSION
 from tribopipe.views.labeled_values import NOTHING, bare, interval, shown
@@ -15,7 +23,7 @@ from tribopipe.views.page import LawPage, StudyPage, TextTable, VerdictLine
 
 
 def study_page(archive: Archive, study_id: str) -> StudyPage:
-    """Return what the archive holds of a study, but its curves.
+    """Return the archived results of a study, without its curves.
 
     Raises ``ArchiveError`` where there is no such study, or its file is damaged.
     """
@@ -26,7 +34,7 @@ def study_page(archive: Archive, study_id: str) -> StudyPage:
 def study_page_of(
     result: StudyResult, program_version: str = VERSION, date: str = "", inputs_sha256: str = ""
 ) -> StudyPage:
-    """Return what a study has found; date and fingerprint are empty of one that is not archived."""
+    """Return the results of a study; date and fingerprint are empty where it is not archived."""
     runs = result.laws[0].runs if result.laws else ()
     return StudyPage(
         id=result.id,
@@ -43,9 +51,11 @@ def study_page_of(
 
 def _sentences(result: StudyResult) -> Iterator[str]:
     for run_id, comparison in result.comparisons.items():
-        better = law_title(comparison.preferred) if comparison.preferred else "neither law"
-        difference = signed(comparison.delta_aic, 1)
-        yield f"{run_id}: its shape prefers {better} (AIC of Sarkar's minus Archard's {difference})"
+        difference = f"AIC of Sarkar's law minus that of Archard's: {signed(comparison.delta_aic, 1)}"
+        if comparison.preferred:
+            yield f"{run_id}: AIC favors {law_title(comparison.preferred)} ({difference})"
+        else:
+            yield f"{run_id}: AIC does not discriminate between the laws ({difference})"
     for left_out in result.left_out:
         yield f"left out: {left_out.id} ({left_out.reason})"
     for note in result.notes:
@@ -75,18 +85,19 @@ def _with_interval(found: StudiedBody) -> str:
 
 def _verdict_line(verdict: RunVerdict) -> VerdictLine:
     warnings = (f"warning: {one}" for one in verdict.findings if one.severity == "warning")
-    return VerdictLine(verdict.id, verdict.role, verdict.outcome, verdict.sentence, (*warnings, *verdict.notes))
+    agreement, notes = AGREEMENT[verdict.outcome], (*warnings, *verdict.notes)
+    return VerdictLine(verdict.id, verdict.role, agreement, verdict.sentence, notes)
 
 
 def _scatter(what: str, between: BetweenRuns | None) -> Iterator[str]:
     if between is None:
         return
     yield (
-        f"scatter of {what} between the {between.runs} runs {between.scatter:.1%}, within a run {between.within:.1%}; "
-        f"probability of so much disagreement under one k_D {between.p_value:.2g}"
+        f"scatter of {what} between the {between.runs} runs: {between.scatter:.1%}; "
+        f"within a run: {between.within:.1%}; test for a common k_D: p = {between.p_value:.2g}"
     )
     for run_id in between.outliers:
-        yield f'{run_id}: outlier; `tribopipe mark-bad {run_id} --reason "…"` would leave it out'
+        yield f'{run_id}: outlier; to exclude it: `tribopipe mark-bad {run_id} --reason "…"`'
 
 
 def _lives(law: LawResult) -> Iterator[str]:
@@ -100,7 +111,7 @@ def _lives(law: LawResult) -> Iterator[str]:
 
 
 def _verdicts(law: LawResult) -> TextTable:
-    """Return a row for each body of each run; what belongs to the run stands in the first."""
+    """Return a row for each body of each run; the cells of the run itself are in its first row."""
     units = {_unit(body) for run in law.runs for body in run.bodies.values()}
     unit = units.pop() if len(units) == 1 else None
     rows = [
@@ -111,7 +122,7 @@ def _verdicts(law: LawResult) -> TextTable:
     ]
     columns = tuple(dict.fromkeys(name for row in rows for name in row))
     cells = tuple(tuple(row.get(name, "") for name in columns) for row in rows)
-    return TextTable("verdict on each run", columns, cells)
+    return TextTable("agreement of each run with the model", columns, cells)
 
 
 def _unit(body: BodyVerdict) -> str:
@@ -136,12 +147,12 @@ def _of_body(body: BodyVerdict, unit: str | None) -> Iterator[tuple[str, str]]:
         one.shown(shown_in) if unit is None else bare(one, unit) for one in (body.measured, body.predicted)
     )
     yield f"measured{end}", measured
-    yield f"by the law{end}", by_law
+    yield f"model{end}", by_law
     yield "95 % interval", _bare_interval(body.predicted_interval, shown_in)
     yield "E_n", signed(body.e_n, 2)
     yield "along", signed(body.e_n_all, 2)
     yield "k_D / study's", str(body.coefficient_ratio)
-    yield "verdict", body.outcome
+    yield "agreement", AGREEMENT[body.outcome]
 
 
 def _bare_interval(ends: tuple[Quantity, Quantity], unit: str) -> str:
@@ -153,9 +164,9 @@ def _shapes(law: LawResult) -> TextTable:
     columns = (
         "run",
         "exponent n of h ∝ sⁿ",
-        "by the law",
+        "n by the law",
         "residual trend",
-        "rate may change at",
+        "possible change of rate at",
         "k_D after / before",
     )
     return TextTable("shape of each wear curve", columns, tuple(row for run in law.runs for row in _shape_row(run)))
@@ -191,4 +202,6 @@ def _engines(law: LawResult) -> TextTable:
         for body in run.bodies.values()
         if body.engines is not None
     ]
-    return TextTable("k_D by even and by local pressure", ("run", "even (GIWM)", "local", "trusted"), tuple(rows))
+    return TextTable(
+        "k_D with uniform and with local pressure", ("run", "uniform (GIWM)", "local", "recommended"), tuple(rows)
+    )

@@ -163,7 +163,7 @@ _ALL = (
     _text("marked_bad", "why bad", "Why the run is marked bad."),
     _text("notes", "notes", "Notes written to the run.", joint="; "),
     _text("studies", "studies", "Studies that it is part of.", joint=", "),
-    _text("verdicts", "verdicts", "What these studies say of each law for the run.", joint="; "),
+    _text("verdicts", "agreement", "Agreement of the run with each law in these studies.", joint="; "),
 )
 
 COLUMNS: Mapping[str, ListedColumn] = {column.name: column for column in (*_ALL, *_of_other_laws())}
@@ -188,6 +188,7 @@ ALIASES: Mapping[str, str] = {
     "step": "steps",
     "study": "studies",
     "verdict": "verdicts",
+    "agreement": "verdicts",
 }
 """Other names by which people ask for a column."""
 

@@ -20,7 +20,7 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.record import Record
 from tribopipe.documents.slip import stated_slip
 from tribopipe.physics.laws import law_label
-from tribopipe.results.agreement import StudyResult
+from tribopipe.results.agreement import AGREEMENT, StudyResult
 from tribopipe.results.specific_wear import BodyWearRate, SpecificWear
 from tribopipe.results.wear_fit import WearFit
 
@@ -83,7 +83,7 @@ def read_cells(archive: Archive, run_id: str) -> dict[str, Cell]:
 
 
 def read_verdicts(archive: Archive, study_id: str) -> list[tuple[str, str | None]]:
-    """Return each run of a study with what the study says of it under each law; none where it says nothing."""
+    """Return each run of a study with its agreement with each law; none where the study has no result for it."""
     outline = archive.study_outline(study_id)
     verdicts = list(_verdicts(study_id, outline.result))
     silent = {*outline.study.fit, *outline.study.predict}.difference(run for run, _ in verdicts)
@@ -93,7 +93,7 @@ def read_verdicts(archive: Archive, study_id: str) -> list[tuple[str, str | None
 def _verdicts(study_id: str, result: StudyResult) -> Iterator[tuple[str, str]]:
     for law in result.laws:
         for run in law.runs:
-            yield run.id, f"{law_label(law.model)} in {study_id}: {run.outcome}"
+            yield run.id, f"{law_label(law.model)} in {study_id}: {AGREEMENT[run.outcome]}"
     for left_out in result.left_out:
         yield left_out.id, f"left out of {study_id}"
 

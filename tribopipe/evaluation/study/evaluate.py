@@ -1,4 +1,4 @@
-"""A study from beginning to end: k_D of the fitted runs, every run's prediction, and a verdict on each.
+"""A study from beginning to end: k_D of the fitted runs, every run's prediction, and the agreement of each.
 
 It is the same for every contact; what runs say of a law is asked of them as they are known: by the wear that a sensor
 recorded along them, or by what was measured on the bodies alone.

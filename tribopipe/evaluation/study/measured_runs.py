@@ -1,7 +1,7 @@
 """Runs of a study whose wear was measured on the bodies alone: what is known of each says of a law.
 
 The end is judged first, the volume before depth and width, and everything measured on that body together. The law is
-called off for a run where it is for either body; each body has half the probability of a false alarm that a pin has.
+rejected for a run where it is for either body; each body has half the probability of a false alarm that a pin has.
 """
 
 from collections.abc import Mapping, Sequence

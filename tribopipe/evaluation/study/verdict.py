@@ -1,12 +1,12 @@
-"""What a run says of a law: measured against predicted wear with both uncertainties, at the end and along the curve.
+"""Agreement of a run with a law: measured against predicted wear, at the end and along the curve.
 
     δ = measured − predicted,     E_n = δ / (half width of δ's 95 % interval on the side towards zero)
 
 which is the E_n number of ISO 13528 with the expanded uncertainty taken from draws, so that what both share (the
 tip radius) cancels and skewness counts. Along the curve the largest such number is held against what 95 % of drawn
-curves keep to anywhere: a simultaneous band. The law is called off only beyond the 99 % limits, half of that allowed to
-the end and half to the curve, so that a sound law is called off in about one of a hundred runs; between the 95 %
-and the 99 % limits nothing is decided, nor where a k_D off by a factor of two would go unnoticed at both.
+curves keep to anywhere: a simultaneous band. The law is rejected only beyond the 99 % limits, half of that allowed to
+the end and half to the curve, so that a valid law is rejected in about one of a hundred runs; between the 95 %
+and the 99 % limits the comparison is inconclusive, as it is where neither would reveal a k_D wrong by a factor of two.
 """
 
 import math
@@ -31,7 +31,7 @@ from tribopipe.results.study_curves import StudyCurve
 from tribopipe.results.wear_fit import spoken
 
 DECISIVE = 0.005
-"""Probability, at the end and along the curve each, of calling off a law that holds."""
+"""Probability, at the end and along the curve each, of rejecting a valid law."""
 _NOTABLE = 0.05
 _SURE = 0.01
 """Probability under the law below which a trend or a change is worth a word."""
@@ -124,7 +124,7 @@ def decide(comparison: Comparison, with_factor: Callable[[float], Column], decis
     """Say what a comparison means for the law.
 
     ``with_factor`` gives the law's depth at the places with k_D times a factor, ``decisive`` the probability, at the
-    end and along the curve each, of calling off a law that holds.
+    end and along the curve each, of rejecting a valid law.
     """
     end = comparison.deviation[-1] / comparison.limits(decisive)[-1]
     curve = comparison.along(decisive)
@@ -202,7 +202,7 @@ def worst_outcome(bodies: Collection[BodyVerdict]) -> Verdict:
 
 
 def sentence(law: LawName, verdict: RunVerdict) -> str:
-    """Say the outcome as a tribologist would."""
+    """Return the agreement of the run with the law in one sentence."""
     name, at = law_heading(law), f"at {show_force(verdict.normal_load.value)}"
     slip = verdict.slip
     each = {body: _against(found, verdict) for body, found in verdict.bodies.items()}
@@ -210,20 +210,20 @@ def sentence(law: LawName, verdict: RunVerdict) -> str:
     ratios = " and ".join(f"{found.coefficient_ratio}" for found in verdict.bodies.values())
     if slip is None:
         said = "; ".join(f"{words} at {verdict.end.value:.4g} m, {off[body]}" for body, words in each.items())
-        alone = f"by itself this run has {ratios} times that k_D"
+        alone = f"fitted alone, this run gives {ratios} of the study's k_D"
     else:
         at = f"{at} and {show(slip.value, None, '1', '%')} slip"
         parts = (f"{spoken(body)} {words}, {off[body]}" for body, words in each.items())
         said = f"after {verdict.end.value:,.0f} rotations {'; '.join(parts)}"
-        alone = f"by itself this run has {ratios} times those k_D"
+        alone = f"fitted alone, this run gives {ratios} of the study's k_D"
     if verdict.outcome == "supported":
-        way = "follows" if verdict.role == "fitted" else "predicts"
+        way = "agrees with" if verdict.role == "fitted" else "predicts"
         return f"{name} {way} the wear {at}: {said}{_left_over(verdict.first)}."
     doubts = [finding.message for finding in verdict.findings if finding.severity != "note"]
     if verdict.outcome == "not decidable" and doubts:
-        return f"Whether {name} holds {at} cannot be decided: {doubts[0]}; {said}; {alone}."
+        return f"Agreement with {name} {at} is inconclusive: {doubts[0]}; {said}; {alone}."
     if verdict.outcome == "not decidable":
-        return f"Whether {name} holds {at} cannot be decided with this uncertainty: {said}; {alone}."
+        return f"Agreement with {name} {at} is inconclusive at this uncertainty: {said}; {alone}."
     return f"{name} {verdict.outcome} the wear {at}: {said}; {alone}{_bend(verdict.first)}."
 
 
@@ -240,7 +240,7 @@ def _left_over(body: BodyVerdict) -> str:
     trend = body.trend
     if trend is None or trend.p_value > _SURE:
         return ""
-    return f"; its residuals keep a trend of {trend.amplitude.shown('um')} that the law does not explain"
+    return f"; the residuals have a trend of {trend.amplitude.shown('um')} that the law does not explain"
 
 
 def _bend(body: BodyVerdict) -> str:
@@ -249,8 +249,7 @@ def _bend(body: BodyVerdict) -> str:
         return ""
     where = show(float(f"{change.sliding_distance.value:.2g}"), None, "m")
     return (
-        f", and its wear rate leaves the law at about {where}, after which k_D is "
-        f"{change.rate_ratio:.2f} times that before"
+        f"; the wear rate changes at about {where}, where k_D becomes {change.rate_ratio:.2f} times its earlier value"
     )
 
 

@@ -92,7 +92,7 @@ def study_parts(archive: Archive, study_id: str) -> Iterator[Part]:
     """Give what an archived study holds, but for its HDF5 file and its report."""
     stored = archive.study(study_id)
     yield _record("study.json", stored.study, "what study.toml says, numbers in SI")
-    yield _record("results/study.json", stored.result, "k_D of the study, and a verdict on each run")
+    yield _record("results/study.json", stored.result, "k_D of the study, and the agreement of each run with it")
     for number, curve in enumerate(stored.curves):
         columns = {name: values for name, values in vars(curve).items() if isinstance(values, np.ndarray)}
         unit = {"rotations": "1"} if "rotations" in columns else {}

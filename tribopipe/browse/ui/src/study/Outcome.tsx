@@ -1,15 +1,15 @@
 import { Chip } from "../components/Chip";
 
 const KNOWN = {
-  supported: { sign: "✓", tone: "good" },
-  "over-predicts": { sign: "▲", tone: "bad" },
-  "under-predicts": { sign: "▼", tone: "bad" },
-  "not decidable": { sign: "?", tone: "warn" },
+  consistent: { sign: "✓", tone: "good" },
+  "over-predicted": { sign: "▲", tone: "bad" },
+  "under-predicted": { sign: "▼", tone: "bad" },
+  inconclusive: { sign: "?", tone: "warn" },
 } as const;
 
-/** A verdict in a word, with a sign of its own. */
+/** Agreement of a run with a law in one word, with its sign. */
 export function Outcome({ name }: { name: string }) {
-  const { sign, tone } = Object.hasOwn(KNOWN, name) ? KNOWN[name as keyof typeof KNOWN] : KNOWN["not decidable"];
+  const { sign, tone } = Object.hasOwn(KNOWN, name) ? KNOWN[name as keyof typeof KNOWN] : KNOWN.inconclusive;
   return (
     <Chip tone={tone}>
       <span aria-hidden="true">{sign}</span> {name}

@@ -38,7 +38,7 @@ function Listed({ studies }: { studies: StudyLine[] }) {
           <dl className="origin">
             <Runs said="Fitted" ids={study.fitted} />
             <Runs said="Predicted" ids={study.predicted} />
-            <dt>Verdicts</dt>
+            <dt>Agreement</dt>
             <dd>
               {study.verdicts.split("; ").map((law, place) => (
                 <div key={place}>{law}</div>
@@ -70,13 +70,13 @@ function Runs({ said, ids }: { said: string; ids: string[] }) {
 function NoStudies() {
   const { answer: archive } = useArchive();
   return (
-    <Empty title="This archive holds no study yet.">
-      <p>A study fits k_D on some runs, predicts others, and says where a wear law does not hold.</p>
+    <Empty title="No studies in this archive yet.">
+      <p>A study fits k_D to some runs, predicts others, and shows where a wear law does not agree with the measurements.</p>
       <p>
-        Draft one with <code>tribopipe study new --archive {archive?.folder ?? "…"}</code>
+        To draft one, run <code>tribopipe study new --archive {archive?.folder ?? "…"}</code>
       </p>
       <p>
-        and evaluate what it writes with <code>tribopipe study run study.toml</code>
+        then evaluate it with <code>tribopipe study run study.toml</code>
       </p>
     </Empty>
   );

@@ -52,7 +52,7 @@ function Said({ study }: { study: Study }) {
   const offers = ofAllLaws(study);
   if (study.sentences.length + offers.length === 0) return null;
   return (
-    <Card title="Laws beside each other" id="laws">
+    <Card title="Comparison of the laws" id="laws">
       <TextList texts={study.sentences} kind="sentences" />
       {offers.map((offer) => (
         <PlotSection key={offer.name} base={studyApi(study.id)} file={study.file} offer={offer} />
@@ -66,8 +66,8 @@ const ofAllLaws = ({ plots }: Study): PlotOffer[] => plots.filter(({ name }) => 
 function sections(study: Study): Section[] {
   const said = study.sentences.length + ofAllLaws(study).length > 0;
   return [
-    { id: "verdicts", title: "Verdicts" },
-    ...(said ? [{ id: "laws", title: "Laws beside each other" }] : []),
+    { id: "agreement", title: "Agreement with the models" },
+    ...(said ? [{ id: "laws", title: "Comparison of the laws" }] : []),
     ...study.laws.map(({ model, heading }) => ({ id: lawId(model), title: heading })),
     { id: "provenance", title: "Provenance" },
   ];

@@ -4,11 +4,11 @@ import { Link, runHref } from "../shell/router";
 import { lawId } from "./laws";
 import { Outcome } from "./Outcome";
 
-/** What each law was found to be worth on each run, and k_D under each. */
+/** Agreement of each run with each law, and k_D under each. */
 export function Verdicts({ study }: { study: Study }) {
   return (
-    <Card title="Verdicts" id="verdicts">
-      <div className="table-box" tabIndex={0} role="region" aria-label="Verdict on each run under each law">
+    <Card title="Agreement with the models" id="agreement">
+      <div className="table-box" tabIndex={0} role="region" aria-label="Agreement of each run with each law">
         <table className="texts verdicts">
           <thead>
             <tr>
