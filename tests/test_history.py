@@ -148,7 +148,7 @@ def attacked(run_cli, folder: Path, name: str, attack: Attack, another: Path, *,
     return [at_once, after_ls, seen(run_cli, folder, name)]
 
 
-@pytest.mark.parametrize("name", FILES[1:])
+@pytest.mark.parametrize("name", FILES)
 @pytest.mark.parametrize("attack", ATTACKS)
 @pytest.mark.parametrize("catalogue", [True, False])
 def test_loss_exchange_and_rollback_are_seen(run_cli, folder, tmp_path, name, attack, catalogue):
@@ -158,10 +158,42 @@ def test_loss_exchange_and_rollback_are_seen(run_cli, folder, tmp_path, name, at
     assert outcome == [True, True, True]
 
 
+@pytest.mark.parametrize("ls", [False, True])
+def test_two_runs_in_the_place_of_each_other_are_both_named(run_cli, folder, ls):
+    """Though no file of the archive is lost or older."""
+    if ls:
+        run_cli("ls", "--archive", folder)
+    one, other = (folder / name for name in FILES[:2])
+    kept = one.read_bytes()
+    shutil.copyfile(other, one)
+    other.write_bytes(kept)
+    for _ in range(2):
+        done = run_cli("verify", folder)
+        assert done.exit_code == 1
+        assert all(f"error: {name}: found" in done.output for name in FILES[:2])
+        run_cli("ls", "--archive", folder)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has other rights")
+def test_a_read_only_run_stays_and_no_alarm_follows(run_cli, folder):
+    """The history has announced the write by then."""
+    path = folder / FILES[0]
+    path.chmod(0o444)
+    before = path.read_bytes()
+    refused = run_cli("note", RUN, "dry", "--archive", folder)
+    assert (refused.exit_code, path.read_bytes(), path.stat().st_mode & 0o777) == (1, before, 0o444)
+    assert "read-only" in refused.stderr
+    assert "damaged" not in refused.stderr
+    assert run_cli("verify", folder).exit_code == 0
+    path.chmod(0o644)
+    assert run_cli("note", RUN, "dry", "--archive", folder).exit_code == 0
+    assert errors(folder) == []
+
+
 @pytest.mark.slow
+@pytest.mark.parametrize("catalogue", [True, False])
 @pytest.mark.parametrize("attack", ATTACKS)
-def test_of_every_file_they_are_seen(run_cli, sample_archive, tmp_path, attack):
-    """With the catalogue of every other file, since both were tried of each kind of file above."""
+def test_of_every_file_they_are_seen(run_cli, sample_archive, tmp_path, attack, catalogue):
     whole = Path(shutil.copytree(sample_archive.folder, tmp_path / "whole"))
     Archive(whole).put_study(study("first"))
     names = [path.relative_to(whole).as_posix() for path in sorted(whole.rglob("*.h5"))]
@@ -169,9 +201,9 @@ def test_of_every_file_they_are_seen(run_cli, sample_archive, tmp_path, attack):
     for name in names:
         rewrite(elsewhere, name, "of another")
     missed = []
-    for place, name in enumerate(names):
+    for name in names:
         folder = Path(shutil.copytree(whole, tmp_path / "archive"))
-        if not all(attacked(run_cli, folder, name, attack, elsewhere / name, catalogue=place % 2 == 0)):
+        if not all(attacked(run_cli, folder, name, attack, elsewhere / name, catalogue=catalogue)):
             missed.append(name)
         shutil.rmtree(folder)
     assert len(names) >= 4

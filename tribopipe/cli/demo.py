@@ -39,15 +39,15 @@ def demo(
 def _begin(folder: Path) -> None:
     """Make the folder, known by the plan in it. Raises ``OutputError`` where it is one of something else."""
     from tribopipe.base.errors import OutputError
-    from tribopipe.pipeline.output_paths import require_outside
+    from tribopipe.pipeline.output_paths import require_folder
     from tribopipe.shipped import shipped
 
+    require_folder(folder)
     if folder.exists() and not (folder / _PLAN).is_file() and any(folder.iterdir()):
         raise OutputError(
             f"{folder}: found a folder that holds something else; expected a new one, or that of an earlier demo; name "
             "another with --folder"
         )
-    require_outside(folder / "run")
     folder.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(shipped(f"sample_runs/{_PLAN}"), folder / _PLAN)
 

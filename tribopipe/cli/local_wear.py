@@ -113,11 +113,11 @@ def local_wear(
     folder needs --wear-coefficient, and is only shown.
     """
     from tribopipe.evaluation.wear.local import LocalOptions
-    from tribopipe.pipeline.output_paths import require_outside
+    from tribopipe.pipeline.output_paths import require_folder
     from tribopipe.pipeline.stages import find_runs
 
     if figures is not None:
-        require_outside(figures / "local-wear.png")
+        require_folder(figures)
     asked = _Asked(
         law,
         load_recipe(recipe),

@@ -78,11 +78,11 @@ def new(
     On a terminal it asks for what only the lab knows; elsewhere, and where nothing is answered, run.toml has a
     commented line for it. The files themselves stay as they are.
     """
-    from tribopipe.pipeline.output_paths import require_outside
+    from tribopipe.pipeline.output_paths import require_folder
     from tribopipe.readers.draft.export_folder import are_many, make_each
     from tribopipe.readers.draft.folder import Wanted, make_runs
 
-    require_outside(into / "run")
+    require_folder(into)
     wanted = Wanted(
         files,
         into,

@@ -25,9 +25,9 @@ def rescue(files: Files, into: Into, as_json: AsJson = False) -> None:
     """
     from tribopipe.archive.rescue import rescue as save
     from tribopipe.base.failures import in_a_sentence
-    from tribopipe.pipeline.output_paths import require_outside
+    from tribopipe.pipeline.output_paths import require_folder
 
-    require_outside(into / "run")
+    require_folder(into)
     saved: dict[Path, Rescued] = {}
     errors: dict[Path, TribopipeError] = {}
     with progress("rescue", len(files)) as advance:

@@ -156,9 +156,9 @@ def simulate(
     from tribopipe.documents.plan import Plan, Truth, TwinDiscTruth
     from tribopipe.documents.record import load_toml
     from tribopipe.extras.simulate import simulate_plan
-    from tribopipe.pipeline.output_paths import require_outside
+    from tribopipe.pipeline.output_paths import require_folder
 
-    require_outside(folder / "run")
+    require_folder(folder)
     truths = simulate_plan(load_toml(plan, Plan), folder)
     if as_json:
         print_json({"runs": [record_json(truth) for truth in truths]})

@@ -221,11 +221,11 @@ def figures(
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
 ) -> None:
     """Draw the figures of a study: wear under each law, friction, k_D."""
-    from tribopipe.pipeline.output_paths import require_outside
+    from tribopipe.pipeline.output_paths import require_folder
     from tribopipe.views.archived_study_figures import save_study_figures
 
     if into is not None:
-        require_outside(into / "study.svg")
+        require_folder(into)
     known = ("svg", "png", "pdf")
     for name in formats or ():
         if name not in known:

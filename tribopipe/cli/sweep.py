@@ -54,13 +54,12 @@ def sweep(
     from tribopipe.documents.record import load_toml
     from tribopipe.documents.sweep import Sweep
     from tribopipe.extras.sweep.sweeping import Table, ensemble
-    from tribopipe.pipeline.output_paths import made_here, require_free, require_outside
+    from tribopipe.pipeline.output_paths import made_here, require_free
 
     if figure is not None and figure.suffix not in _PICTURES:
         raise typer.BadParameter(f"--figure: found {figure.name}; expected a name that ends in {', '.join(_PICTURES)}")
     require_free([] if figure is None else [figure], force=force, own=made_here)
-    if out is not None:
-        require_outside(out)
+    require_free([] if out is None else [out], force=True)  # the rows that are there are taken over
     asked = load_toml(document, Sweep)
     if asked.needs_archive:
         require_archive(archive)

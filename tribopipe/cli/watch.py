@@ -55,7 +55,7 @@ def watch(
     from tribopipe.extras.watch.journal import alone
     from tribopipe.extras.watch.lab import Lab
     from tribopipe.extras.watch.watcher import look_once, watched
-    from tribopipe.pipeline.output_paths import require_outside
+    from tribopipe.pipeline.output_paths import require_folder
 
     lab = Lab(
         folder=_real(folder),
@@ -69,7 +69,7 @@ def watch(
         crew=crew(jobs, None),
     )
     lab.refuse_what_cannot_be()
-    require_outside(lab.runs / "run")
+    require_folder(lab.runs)
     kinds: list[Kind] = []
     with alone(lab.runs), undone_by(lambda: os.write(_STDERR, f"{counted(kinds)}{os.linesep}".encode())):
         if not once:

@@ -59,6 +59,19 @@ def require_free(
             raise OutputError(f"{path}: found it there already; expected no such file; {remedy}")
 
 
+def require_folder(folder: Path) -> None:
+    """Refuse to write into a folder that is something else, or that lies in an archive or a run folder.
+
+    Raises
+    ------
+    OutputError
+        Where a file is there, or a link to nowhere, and where ``require_outside`` refuses what is in the folder.
+    """
+    if os.path.lexists(folder) and not folder.is_dir():
+        raise OutputError(f"{folder}: found no folder; expected a folder to write into; name another one")
+    require_outside(folder / "any")
+
+
 def require_outside(path: Path, *, beside_run: bool = False) -> None:
     """Raise ``OutputError`` where a path leads into an archive, but for its figures, or a run folder, links followed.
 
