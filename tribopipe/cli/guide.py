@@ -9,6 +9,8 @@ from tribopipe.cli.output import print_result, table
 
 _NAMED = 4
 """As many pages are named of those that speak of something."""
+_ALSO = 2
+"""As many pages are named after the one that answers a question best."""
 
 
 def topics() -> list[str]:
@@ -23,32 +25,63 @@ def show_help(
     asked: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Page, command, or what an error or a finding names; none lists the pages.",
+            help="Page, command, what an error or a finding names, or a question in plain words; none lists the pages.",
             metavar="TOPIC",
             autocompletion=topics,
         ),
     ] = None,
 ) -> None:
-    """Open a page of the documentation, or explain a message."""
+    """Open a page of the documentation, explain a message, or find the page that answers a question."""
     if not asked:
         _list_pages()
         return
     together = _command_help(asked, context)  # "study run"
-    for text in [together] if together and len(asked) > 1 else [_text_of(topic, context) for topic in asked]:
+    texts = [together] if together and len(asked) > 1 else [_text_of(topic, context) for topic in asked]
+    known = [text for text in texts if text is not None]
+    if len(known) < len(texts):
+        _answer(" ".join(asked), context)
+        return
+    for text in known:
         _print(text)
 
 
-def _list_pages() -> None:
-    from tribopipe.cli.manual import page, pages
+def _answer(question: str, context: typer.Context) -> None:
+    """Show the pages that answer a question. Raises ``QueryError`` where none does."""
+    from tribopipe.base.errors import QueryError
+    from tribopipe.cli.manual import title
+    from tribopipe.cli.pages import paragraph
+    from tribopipe.cli.questions import entries, has_words_of, pages_for
 
-    rows = [[name, page(name).partition("\n")[0].lstrip("# ")] for name in pages()]
+    is_question = len(question.split()) > 1 or has_words_of(question)  # one that is not may be a misspelled name
+    found = pages_for(question) if is_question else []
+    if not found:
+        raise QueryError(
+            f"found {question!r}; expected a page, a command, an error, a finding or a question; "
+            f"{_near(question, context)}"
+        )
+    best, *others = found[: 1 + _ALSO]
+    entry = entries()[best]
+    print_result(typer.style(title(best), bold=True))
+    paragraph(entry.answer)
+    if entry.command:
+        print_result(f"\n    {typer.style(entry.command, bold=True)}")
+    print_result(f"\nRead docs/{best}.md: `tribopipe help {best}`")
+    if others:
+        print_result("\nSee also:")
+        for name in others:
+            print_result(f"  tribopipe help {name}: {title(name)}")
+
+
+def _list_pages() -> None:
+    from tribopipe.cli.manual import pages, title
+
+    rows = [[name, title(name)] for name in pages()]
     table("Pages, opened by `tribopipe help PAGE`", ["page", "about"], rows)
     print_result("`tribopipe --help` lists the commands, `tribopipe COMMAND --help` the options of one.")
 
 
-def _text_of(topic: str, context: typer.Context) -> str:
-    """Return the text on a topic, Markdown but for commands. Raises ``QueryError`` where there is none."""
-    from tribopipe.base.errors import QueryError
+def _text_of(topic: str, context: typer.Context) -> str | None:
+    """Return the text on a topic, Markdown but for commands; none where nothing has that name."""
     from tribopipe.cli.manual import page, pages, sections
 
     called = topic.lower().removeprefix("docs/").removesuffix(".md")
@@ -58,10 +91,7 @@ def _text_of(topic: str, context: typer.Context) -> str:
         return f"### {code}\n\n{sections()[code]}\n"
     if name := names.get(_plain(called)):
         return page(name)
-    text = _command_help([called], context)
-    if text is None:
-        raise QueryError(f"found {topic!r}; expected a page, a command, an error or a finding; {_near(topic, context)}")
-    return text
+    return _command_help([called], context)
 
 
 def _plain(name: str) -> str:

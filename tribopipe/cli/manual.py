@@ -34,6 +34,11 @@ def page(name: str) -> str:
     return _COMMENT.sub("", (_folder() / f"{name}.md").read_text(encoding="utf-8")).lstrip()
 
 
+def title(name: str) -> str:
+    """Return the title of a page."""
+    return page(name).partition("\n")[0].lstrip("# ")
+
+
 def pages_about(words: str) -> list[str]:
     """Return the names of the pages that say some words, those first that have them in a heading, or say them often."""
     sought = re.compile(rf"(?<!\w){re.escape(words)}(?!\w)", re.IGNORECASE)
