@@ -4,6 +4,7 @@ They were written before the index in docs/questions.toml, and not with its word
 """
 
 import pytest
+from folders import ROOT
 
 from tribopipe.cli.manual import page, pages, title
 from tribopipe.cli.questions import entries, pages_for, stem, weights
@@ -105,3 +106,13 @@ def test_names_of_pages_and_commands_go_before_questions(run_cli):
     assert run_cli("help", "cluster").stdout.rstrip() == page("cluster").rstrip()
     refused = run_cli("help", "xyzzy qwfpg")
     assert (refused.exit_code, refused.stdout) == (1, "")
+
+
+def test_the_site_has_a_heading_for_each_question(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "docs")
+    from site_parts.questions import questions_page
+
+    shown = questions_page()
+    for name, entry in entries().items():
+        assert all(f"\n## {question}\n" in shown.replace("\\", "") for question in entry.questions)
+        assert f"](../{name}.md)" in shown

@@ -5,11 +5,11 @@ import re
 import tomllib
 
 import pytest
+import yaml
 from folders import ROOT
 
 from tribopipe.version import VERSION
 
-yaml = pytest.importorskip("yaml")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 CONDA_NAMES = {"matplotlib": "matplotlib-base", "isal": "python-isal"}
 """Packages that conda has under another name."""

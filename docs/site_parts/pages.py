@@ -9,10 +9,12 @@ from site_parts.commands import commands_page
 from site_parts.documents import DOCUMENTS, document_page, results_page
 from site_parts.python_api import python_page, types_page
 from site_parts.quantities import quantities_page
+from site_parts.questions import questions_page
 
 PAGES: dict[str, Callable[[], str]] = {
     "commands": commands_page,
     "quantities": quantities_page,
+    "questions": questions_page,
     **{name: partial(document_page, name) for name in DOCUMENTS},
     "results": results_page,
     "archive": archive_page,

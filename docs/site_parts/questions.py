@@ -1,0 +1,20 @@
+"""The page of questions, by which the site's search finds pages that use other words."""
+
+from collections.abc import Iterator
+
+from site_parts.markdown import code, plain, titled
+from tribopipe.cli.manual import title
+from tribopipe.cli.questions import Entry, entries
+
+
+def questions_page() -> str:
+    """Return the page: each question a heading, under it the answer, the command, and the page to read."""
+    return titled(1, "Questions") + "".join(part for name, one in entries().items() for part in _answers(name, one))
+
+
+def _answers(name: str, one: Entry) -> Iterator[str]:
+    command = f" {code(one.command)}" if one.command else ""
+    for question in one.questions:
+        yield titled(2, plain(question))
+        yield f"{plain(one.answer)}{command}\n\nRead [{plain(title(name))}](../{name}.md).\n\n"
+    yield f"Also: {plain(one.words)}.\n\n"
