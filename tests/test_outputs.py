@@ -177,6 +177,13 @@ def test_same_commands_write_where_nothing_is(run_cli, place, option):
         assert (place / name).exists()
 
 
+@pytest.mark.parametrize("line", ["process other-run", "ingest other-run", f"note {RUN} dry", "ls", "verify", "fit"])
+def test_no_file_is_taken_for_an_archive(run_cli, place, line):
+    for at in (f"archive/{RUN}.h5", f"{RUN}.h5", "sample-run/run.toml", "sample-run/signals.csv", *LINKS):
+        if at != "linked":
+            refused(run_cli, place, f"{line} --archive {{}}", at, "")
+
+
 def test_file_that_is_there_is_replaced_by_force_alone(run_cli, place):
     (place / "runs.csv").write_text("mine", encoding="utf-8")
     line = ["export", "runs", "--output", "runs.csv", "--archive", "archive"]

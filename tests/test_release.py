@@ -44,3 +44,4 @@ def test_oldest_python_is_the_same_everywhere():
     assert f"Python {oldest} or later" in (ROOT / "README.md").read_text(encoding="utf-8")
     workflow = (ROOT / ".github" / "workflows" / "tests.yml").read_text(encoding="utf-8")
     assert f"python: {json.dumps(declared)}" in workflow
+    assert "os: [ubuntu-latest, macos-latest, windows-latest]" in workflow
