@@ -302,10 +302,13 @@ def test_wear_fit_tells_budget_draws_and_what_k_d_is_by_each_way():
     assert told["95 % interval"] == "1.3×10⁻⁸ to 1.4×10⁻⁸ mm³/(N·mm)"
     assert page.notes == ("beware",)
     assert table(page, "budget of k_D of the pin") == (
-        ("normal load", "200.0 ± 2.0 mN", "run.toml", "-1.00%"),
-        ("noise of the depth signal", "–", "fit", "+0.08%"),
-        ("disc modulus", "304 GPa", "default", "0.00%"),
+        ("normal load", "200.0 ± 2.0 mN", "run.toml", "normal", "−1.00", "1.00 %", "99.4 %"),
+        ("noise of the depth signal", "–", "fit", "normal", "–", "0.08 %", "0.6 %"),
+        ("disc modulus", "304 GPa", "default", "normal", "–", "0.00 %", "0.0 %"),
     )
+    narrow = next(one for one in page.tables if one.title == "budget of k_D of the pin").without_spare()
+    assert narrow.columns == ("input", "value", "stated by", "contribution", "share of variance")
+    assert narrow.rows[0] == ("normal load", "200.0 ± 2.0 mN", "run.toml", "1.00 %", "99.4 %")
     first, second = table(page, "k_D of the pin by draws and to first order")
     assert (first[0], first[3], second[3]) == ("Monte Carlo, 20,000 draws, not yet stable", "they do not agree", "")
     reading, measured, reported, apart = table(page, "k_D of the pin by reading and by measurement")

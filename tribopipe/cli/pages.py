@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from tribopipe.cli.output import line_width, print_result, seen, table, wrapped
+from tribopipe.cli.output import fits, line_width, print_result, seen, table, wrapped
 
 if TYPE_CHECKING:
     from tribopipe.views.page import Fact, Remark, RunPage, StagePage, StudyPage, TextTable
@@ -118,4 +118,6 @@ def _section(title: str, lines: Sequence[str], *, apart: bool = True) -> None:
 
 
 def _show_table(told: "TextTable") -> None:
-    table(f"  {told.title}", told.columns, told.rows)
+    width = line_width()
+    shown = told if width is None or fits(told.columns, told.rows, width) else told.without_spare()
+    table(f"  {shown.title}", shown.columns, shown.rows)

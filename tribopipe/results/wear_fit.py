@@ -26,6 +26,10 @@ if TYPE_CHECKING:
     from pandas import DataFrame, Series
 
 
+FRICTION_FIT = "friction fit"
+"""The line of a budget that stands for A, b and c of Eq. 7, which are fitted together."""
+
+
 class Contribution(Record):
     """One line of an uncertainty budget (JCGM 100:2008, 5.1.2)."""
 
@@ -39,6 +43,18 @@ class Contribution(Record):
     """Who stated the uncertainty: the lab in run.toml or a recipe, the recipe's default, or the data themselves."""
     relative: float
     """Standard uncertainty of k_D from this input alone, over k_D, with its sign."""
+
+    @property
+    def distribution(self) -> str:
+        """The distribution that the Monte Carlo draws this input from."""
+        return "joint, c log-normal" if self.name == FRICTION_FIT else "normal"
+
+    @property
+    def sensitivity(self) -> float | None:
+        """Relative change of k_D over that of the input, (∂k_D/k_D)/(∂x/x); none where the input has no size."""
+        if self.value is None or not self.value.value or not self.value.standard_uncertainty:
+            return None
+        return self.relative * self.value.value / self.value.standard_uncertainty
 
 
 class MonteCarlo(Record):

@@ -32,6 +32,14 @@ class TextTable:
     title: str
     columns: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
+    spare: tuple[str, ...] = ()
+    """Columns that a narrow terminal leaves out."""
+
+    def without_spare(self) -> "TextTable":
+        """Return the table without the columns that may be left out."""
+        kept = [place for place, name in enumerate(self.columns) if name not in self.spare]
+        columns, *rows = (tuple(row[place] for place in kept) for row in (self.columns, *self.rows))
+        return TextTable(self.title, columns, tuple(rows))
 
 
 @dataclass(frozen=True)

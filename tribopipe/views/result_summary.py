@@ -1,6 +1,7 @@
 """What is said of the result of a step."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import NamedTuple, TypeAlias
 
 from tribopipe.archive.outline import StepOutline
@@ -28,10 +29,11 @@ class Told(NamedTuple):
             tuple(Fact(words(fact.name), words(fact.value)) for fact in self.facts),
             tuple(map(words, self.notes)),
             tuple(
-                TextTable(
-                    words(table.title),
-                    tuple(map(words, table.columns)),
-                    tuple(tuple(map(words, row)) for row in table.rows),
+                replace(
+                    table,
+                    title=words(table.title),
+                    columns=tuple(map(words, table.columns)),
+                    rows=tuple(tuple(map(words, row)) for row in table.rows),
                 )
                 for table in self.tables
             ),

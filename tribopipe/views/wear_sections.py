@@ -7,7 +7,7 @@ from tribopipe.documents.recipe import Correction
 from tribopipe.physics.conventions import WearEngine
 from tribopipe.physics.laws import law_title
 from tribopipe.results.wear_fit import BodyWear, Contribution, WearFit, spoken
-from tribopipe.views.labeled_values import NOTHING, facts, interval, shown, signed_share
+from tribopipe.views.labeled_values import NOTHING, facts, interval, shown
 from tribopipe.views.page import TextTable
 from tribopipe.views.result_summary import Steps, Told, cells
 
@@ -73,19 +73,36 @@ def _of_blocks(fit: WearFit) -> str:
 
 
 def _budget(what: str, budget: Sequence[Contribution]) -> TextTable:
+    """Return an uncertainty budget (JCGM 100:2008, 5.1.2)."""
+    variance = sum(line.relative**2 for line in budget)
+    rows = [
+        (
+            line.name,
+            line.value.shown(line.shown_in) if line.value else NOTHING,
+            "run.toml" if line.source == "manifest" else line.source,
+            line.distribution,
+            NOTHING if line.sensitivity is None else _signed(line.sensitivity),
+            _percent(abs(line.relative), 2),
+            _percent(line.relative**2 / variance, 1) if variance else NOTHING,
+        )
+        for line in budget
+    ]
     return TextTable(
         f"budget of {what}",
-        ("input", "value", "stated by", "share of k_D"),
-        tuple(
-            (
-                line.name,
-                line.value.shown(line.shown_in) if line.value else NOTHING,
-                "run.toml" if line.source == "manifest" else line.source,
-                signed_share(line.relative),
-            )
-            for line in budget
-        ),
+        ("input", "value", "stated by", "distribution", "sensitivity", "contribution", "share of variance"),
+        tuple(rows),
+        spare=("distribution", "sensitivity"),
     )
+
+
+def _signed(sensitivity: float) -> str:
+    """Write a sensitivity with its sign, "−1.00"; one that rounds to nothing without."""
+    written = f"{sensitivity:+.2f}".replace("-", "−")
+    return "0.00" if written[1:] == "0.00" else written
+
+
+def _percent(share: float, decimals: int) -> str:
+    return f"{100 * share:.{decimals}f} %"
 
 
 def _drawn(what: str, body: BodyWear) -> TextTable:

@@ -9,7 +9,7 @@ from tribopipe.base.arrays import Column
 from tribopipe.contacts.inputs import Inputs
 from tribopipe.evaluation.wear.inputs import FRICTION_INPUTS, shown_unit
 from tribopipe.evaluation.wear.problem import WearProblem
-from tribopipe.results.wear_fit import Contribution
+from tribopipe.results.wear_fit import FRICTION_FIT, Contribution
 
 NOISE = "noise of the depth signal"
 FrictionCovariance = tuple[tuple[float, ...], ...] | None
@@ -31,7 +31,7 @@ def budget_lines(
     if friction is not None:
         slopes = np.array([sensitivities[name] for name in FRICTION_INPUTS])
         variance = float(slopes @ np.asarray(friction) @ slopes)
-        lines.append(Contribution(name="friction fit", source="fit", relative=math.sqrt(max(0.0, variance))))
+        lines.append(Contribution(name=FRICTION_FIT, source="fit", relative=math.sqrt(max(0.0, variance))))
     lines += [
         Contribution(
             name=name.replace("_", " "),
