@@ -32,7 +32,14 @@ def list_formats(as_json: AsJson = False) -> None:
     from tribopipe.readers.registry import readers
 
     found: list[dict[str, Any]] = [
-        {"name": name, "title": reader.title, "holds": reader.holds, "extra": _NEEDS.get(name), "ready": _ready(name)}
+        {
+            "name": name,
+            "title": reader.title,
+            "holds": reader.holds,
+            "suffixes": list(getattr(reader, "suffixes", ())),  # customary ones; files are known by their content
+            "extra": _NEEDS.get(name),
+            "ready": _ready(name),
+        }
         for name, reader in sorted(readers().items())
     ]
     if as_json:

@@ -60,6 +60,7 @@ class DelimitedReader:
     name = "delimited"
     title = "Delimited text (CSV, TSV, columns between blanks) with a row of names"
     holds: Holds = "signals"
+    suffixes = (".csv", ".tsv", ".txt")
 
     def match(self, source: SourceFile) -> Match:
         """Judge by the head whether there is a table; below the confidence of any specific format."""

@@ -50,6 +50,7 @@ class DektakReader:
     name = "dektak"
     title = "Bruker Dektak stylus scan (.csv)"
     holds: Holds = "profile"
+    suffixes = (".csv",)
 
     def match(self, source: SourceFile) -> Match:
         """Judge by the sections and by the row of names that starts with Lateral."""

@@ -48,6 +48,7 @@ class GwyddionReader:
     name = "gwyddion-text"
     title = "Gwyddion text export of a map (.txt)"
     holds: Holds = "profile"
+    suffixes = (".txt",)
 
     def match(self, source: SourceFile) -> Match:
         """Judge by the header of comments, whatever its language, and the row of numbers below it."""

@@ -116,6 +116,7 @@ class LvmReader:
     name = "labview-lvm"
     title = "LabVIEW measurement file (.lvm)"
     holds: Holds = "signals"
+    suffixes = (".lvm",)
 
     def match(self, source: SourceFile) -> Match:
         """Judge by the first line."""

@@ -43,6 +43,7 @@ class NexusReader:
     name = "tribopipe-hdf5"
     title = "Run archived by tribopipe (HDF5, NeXus)"
     holds: Holds = "signals"
+    suffixes = (".h5",)
 
     def match(self, source: SourceFile) -> Match:
         """Judge by the magic of HDF5 and the creator, which stands near the start."""

@@ -73,6 +73,7 @@ class PhoenixReader:
     name = "phoenix-compend"
     title = "Phoenix Tribology Compend (TE67, TE77; .tsv)"
     holds: Holds = "signals"
+    suffixes = (".tsv",)
 
     def match(self, source: SourceFile) -> Match:
         """Judge by the row of names."""

@@ -74,6 +74,7 @@ class TdmsReader:
     name = "ni-tdms"
     title = "National Instruments TDMS (.tdms)"
     holds: Holds = "signals"
+    suffixes = (".tdms",)
 
     def match(self, source: SourceFile) -> Match:
         """Judge by the first four bytes."""

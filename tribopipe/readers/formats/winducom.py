@@ -48,6 +48,7 @@ class WinducomReader:
     name = "ducom-winducom"
     title = "Ducom WINDUCOM 2010 (.dwf)"
     holds: Holds = "signals"
+    suffixes = (".dwf",)
 
     def match(self, source: SourceFile) -> Match:
         """Judge by the padded header that starts with TIME, and by the first row where there is one."""

@@ -61,6 +61,7 @@ class WorkbookReader:
     name = "workbook"
     title = "Spreadsheet (.xlsx, .xls, .ods)"
     holds: Holds = "signals"
+    suffixes = (".xlsx", ".xls", ".ods")
 
     def match(self, source: SourceFile) -> Match:
         """Judge by the first members of a zip file, or the streams of an OLE2 file."""
