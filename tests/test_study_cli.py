@@ -189,7 +189,7 @@ def test_run_says_k_d_verdicts_and_figures(run_cli, home):
         assert f"{verdict.id}: {verdict.sentence}" in result.output
         assert f" {verdict.id} {verdict.role} " in f" {plain(result.output)}"
     assert re.search(
-        r"scatter of k_D of the pin between the 2 runs \d+\.\d %; within a run: ", result.output.replace("%", " %")
+        r"scatter of k_D of the pin between the 2 runs: \d+\.\d %; within a run: ", result.output.replace("%", " %")
     )
     assert f"figures in {Path('archive') / 'figures'}" in result.output
     drawn = {f"air-{name}.{suffix}" for name in NAMES for suffix in ("svg", "png")}
@@ -251,7 +251,7 @@ def test_run_leaves_out_what_is_marked_bad_and_says_so(run_cli, evaluated):
     run_cli("mark-bad", AGAIN, "--undo", "--reason", "it did not", cwd=evaluated)
     again = run_cli("study", "run", "study.toml", "--no-figures", "-v", cwd=evaluated)
     assert "left out" not in again.output
-    assert f"{AGAIN}: Archard's law follows" in again.output
+    assert f"{AGAIN}: Archard's law agrees with" in again.output
 
 
 def test_run_tells_where_a_depth_is_reached(run_cli, home):

@@ -57,7 +57,8 @@ class Lab:
     def __init__(self, folder: Path) -> None:
         self.folder, self.said = folder, folder / "said"
         runs = short_runs(folder / "runs", RUNS)
-        self.words = ["process", *map(str, runs), "--recipe", str(quick_recipe(folder)), "--archive"]
+        # In this process alone: the layer that says the disk is full is in no worker.
+        self.words = ["process", *map(str, runs), "--jobs", "1", "--recipe", str(quick_recipe(folder)), "--archive"]
         undisturbed = folder / "undisturbed"
         _in_this_process(self.words, undisturbed)
         self.whole, self.figures = contents(undisturbed), figures(undisturbed)

@@ -262,7 +262,7 @@ class Course:
         """Return the contact where c = c* + growth."""
         crown, start = np.asarray(self.discs.crown_radius, dtype=float), self.discs.start_height
         height, widened = start + growth, self._widened(growth)
-        depth = change = growth - start * np.expm1(-widened / 4)
+        depth, change = growth - start * np.expm1(-widened / 4), np.zeros(())
         for _ in range(_MOST_ITERATIONS):  # r_eq falls with the depth, by so little that two rounds will do
             first, second = self._split(depth)
             sharpened = self._sharpened(first, second)
