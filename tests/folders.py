@@ -17,12 +17,12 @@ DISC_IDS = [run_id for run_id, kind in _KINDS.items() if kind == "twin-disc"]
 """Of the twin-disc runs."""
 
 
-_PASSED_OVER = {"catalogue.sqlite", ".locks"}
+_PASSED_OVER = {"catalogue.sqlite", "processed.json", ".locks"}
 """What looking and writing make beside the files of an archive."""
 
 
 def tree_bytes(folder: Path) -> dict[str, bytes]:
-    """Give the content of every file of a folder, by its path in it, but for a catalogue and locks."""
+    """Give the content of every file of a folder, by its path in it, but for what only saves time, and locks."""
     files = (path for path in sorted(folder.rglob("*")) if path.is_file() and not {*path.parts} & _PASSED_OVER)
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
 

@@ -52,6 +52,13 @@ def process(
     What needs other runs (predictions, studies) is left out with --shard, and so are figures: a last `process` of all
     runs without --shard finds all else unchanged, and does that.
     """
+    from tribopipe.pipeline.last_pass import keep_pass, state_before, steps_unchanged
+
+    plain = not (force or amend or as_json or verbose or scheduler or shard)
+    before = state_before(paths, archive, recipe, figures=figures) if plain else None
+    if before is not None and (steps := steps_unchanged(archive, before)) is not None:
+        say(_nothing_to_do(steps))
+        return
     from tribopipe.base.executor import at_work
     from tribopipe.pipeline.studies import find_studies, load_studies, process_studies
 
@@ -74,6 +81,8 @@ def process(
     _say_what_was_done(outcomes, archive, drawn=new_figures, doubtful=doubtful)
     if shard is not None:
         _say_what_is_left(shard)
+    if before is not None and all(outcome.status == "unchanged" for outcome in [*outcomes, *drawn]):
+        keep_pass(archive, before, len(outcomes))
     finish(outcomes, in_full=in_full)
 
 
@@ -209,7 +218,11 @@ def _say_what_was_done(outcomes: "list[Outcome]", archive: Path, *, drawn: bool,
         steps = f"{done} step{'' if done == 1 else 's'} done, {skipped} unchanged, in {archive}{where}."
         say(f"{steps} Next: {_next_command(outcomes, archive, doubtful)}")
     elif skipped:
-        say(f"Nothing to do: all {skipped} steps are unchanged; --force redoes them.")
+        say(_nothing_to_do(skipped))
+
+
+def _nothing_to_do(steps: int) -> str:
+    return f"Nothing to do: all {steps} steps are unchanged; --force redoes them."
 
 
 def _next_command(outcomes: "list[Outcome]", archive: Path, doubtful: str | None) -> str:

@@ -12,9 +12,10 @@ from tribopipe.archive.lock import writers_lock
 from tribopipe.archive.removal import REMOVED
 from tribopipe.base.errors import ArchiveError
 from tribopipe.base.files import is_old, leftovers
+from tribopipe.pipeline.last_pass import FILE_NAME as LAST_PASS
 from tribopipe.pipeline.verify.look import Look
 
-_OURS = {FILE_NAME, f"{FILE_NAME}-journal", HISTORY, REMOVED, STUDIES, FIGURES}
+_OURS = {FILE_NAME, f"{FILE_NAME}-journal", HISTORY, LAST_PASS, REMOVED, STUDIES, FIGURES}
 
 
 def look_around(archive: Path) -> list[Look]:
