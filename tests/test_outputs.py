@@ -47,6 +47,7 @@ READ = {
     *(("new", name) for name in ("files", "ends")),
     *(("live", name) for name in ("run", "drift_from", "wear_from")),
     *(("sweep", name) for name in ("document", "reuse")),
+    ("report", "details"),
     *(("rescue", "files"), ("import", "crate"), ("study run", "path"), ("simulate", "plan")),
     *(("export dataset", "dataset"), ("formats detect", "files"), ("predict", "run"), ("verify", "folder")),
     ("watch", "folder"),

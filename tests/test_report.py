@@ -32,7 +32,7 @@ from tribopipe.views.run_page import run_page
 from tribopipe.views.study_page import study_page
 
 pytestmark = pytest.mark.usefixtures("few_draws")
-VOID = {"meta", "br"}
+VOID = {"meta", "br", "img"}
 LOADING = {"script", "iframe", "object", "embed", "link", "base", "form", "img", "foreignobject", "animate", "set"}
 
 
@@ -410,8 +410,8 @@ def test_command_says_in_one_sentence_what_is_wrong(run_cli, studied, tmp_path, 
 def test_study_wins_over_a_run_of_its_id_unless_told(run_cli, studied, tmp_path, monkeypatch):
     folder = Path(shutil.copytree(studied.folder, tmp_path / "archive"))
     shutil.copy(folder / "studies" / "air.h5", folder / "studies" / f"{NO_END}.h5")
-    monkeypatch.setattr("tribopipe.views.html.document.study_report", lambda _, name: f"study {name}")
-    monkeypatch.setattr("tribopipe.views.html.document.run_report", lambda _, names: f"run {names[0]}")
+    monkeypatch.setattr("tribopipe.views.html.document.study_report", lambda _, name, **_how: f"study {name}")
+    monkeypatch.setattr("tribopipe.views.html.document.run_report", lambda _, names, **_how: f"run {names[0]}")
     for options, kind in (([], "study"), (["--run"], "run")):
         run_cli("report", NO_END, *options, "--archive", folder, "-o", tmp_path / "r.html", "--force")
         assert (tmp_path / "r.html").read_text(encoding="utf-8") == f"{kind} {NO_END}"

@@ -67,6 +67,11 @@ DOCUMENTS = {
         "What is said of runs that are published: title, people, licence. It lies beside the archive, and "
         "[tribopipe export dataset](commands.md#tribopipe-export-dataset) writes it into what it exports.",
     ),
+    "report": Document(
+        "report.toml",
+        "What a test report states besides the tests: laboratory, customer, samples, standard and signatories. "
+        "`tribopipe report --details report.toml` prints it: [Reports](../report.md).",
+    ),
 }
 RESULTS = [name for name in SCHEMAS if name not in DOCUMENTS]
 

@@ -1,7 +1,7 @@
 """The command that writes what can be sent to someone: report."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from tribopipe.archive.store import Archive
+    from tribopipe.documents.report_details import StandardName
+    from tribopipe.views.html.particulars import Addressed
 
 
 def _archived(context: typer.Context) -> list[str]:
@@ -26,28 +28,54 @@ def report(
         typer.Argument(help="Ids of archived runs, or of one study.", metavar="ID|STUDY", autocompletion=_archived),
     ],
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="File to write; ID.html, or report.html of several.")
+        Path | None,
+        typer.Option("--output", "-o", help="File to write: .html or .pdf; ID.html, or report.html of several."),
     ] = None,
+    details: Annotated[
+        list[Path] | None,
+        typer.Option("--details", help="TOML file with laboratory, customer, samples, signatories; may be repeated."),
+    ] = None,
+    standard: Annotated[
+        Literal["g99", "g133"] | None,
+        typer.Option("--standard", help="ASTM standard whose reporting items are listed."),
+    ] = None,
+    customer: Annotated[
+        bool, typer.Option("--customer", help="Leave out advice to the laboratory, its tags, notes and options.")
+    ] = False,
+    pdf: Annotated[bool, typer.Option("--pdf", help="Write PDF, by an installed Chromium, Chrome or Edge.")] = False,
     run: Annotated[bool, typer.Option("--run", help="Take the run where a study has the same id.")] = False,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there already.")] = False,
 ) -> None:
-    """Write a report of runs, or of a study, as one HTML file.
+    """Write a report of runs, or of a study, as one HTML or PDF file.
 
-    It holds figures, tables, methods with their equations, provenance, and the items customary under ASTM G99 with what
-    is missing of them. It loads nothing; a browser prints it, or makes a PDF of it.
+    It contains figures, tables, methods with their equations, provenance, and the items customary under ASTM G99 or
+    G133 with what is missing of them. A file given with --details adds letterhead, customer, samples and signatures.
     """
     from tribopipe.base.files import write_file
     from tribopipe.pipeline.output_paths import require_free
+    from tribopipe.views.pdf import printed
 
-    path = output or Path(f"{ids[0]}.html" if len(ids) == 1 else "report.html")
+    as_pdf = pdf or (output is not None and output.suffix.lower() == ".pdf")
+    path = output or Path(f"{ids[0] if len(ids) == 1 else 'report'}.{'pdf' if as_pdf else 'html'}")
     store = load_archive(archive)
     study = _is_study(store, ids, as_run=run)
     require_free([path], force=force)
-    document = _document(store, ids, study=study)
+    addressed = _addressed(details or [], standard, for_customer=customer)
+    document = _document(store, ids, addressed, study=study)
+    content = printed(document) if as_pdf else document.encode("utf-8")
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_file(path, document.encode("utf-8"))
+    write_file(path, content)
     say(f"{', '.join(ids)}: report written to {path}")
+
+
+def _addressed(details: "Sequence[Path]", standard: "StandardName | None", *, for_customer: bool) -> "Addressed":
+    from tribopipe.documents.report_details import read_details
+    from tribopipe.views.html.particulars import Addressed
+
+    if not details:
+        return Addressed(standard=standard, for_customer=for_customer)
+    return Addressed(*read_details(details), standard, for_customer)
 
 
 def _is_study(store: "Archive", ids: "Sequence[str]", *, as_run: bool) -> bool:
@@ -72,10 +100,12 @@ def _is_study(store: "Archive", ids: "Sequence[str]", *, as_run: bool) -> bool:
     return False
 
 
-def _document(store: "Archive", ids: "Sequence[str]", *, study: bool) -> str:
+def _document(store: "Archive", ids: "Sequence[str]", addressed: "Addressed", *, study: bool) -> str:
     from tribopipe.views.html.document import run_report, study_report
 
-    return study_report(store, ids[0]) if study else run_report(store, ids)
+    if study:
+        return study_report(store, ids[0], addressed=addressed)
+    return run_report(store, ids, addressed=addressed)
 
 
 COMMANDS = {"report": report}

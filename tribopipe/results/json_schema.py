@@ -12,6 +12,7 @@ from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.reader_profile import ReaderProfile
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.record import Record
+from tribopipe.documents.report_details import ReportDetails
 from tribopipe.documents.study import Study
 from tribopipe.documents.sweep import Sweep
 from tribopipe.documents.template import Template
@@ -33,6 +34,7 @@ SCHEMAS: dict[str, type[Record]] = {
     "study": Study,
     "sweep": Sweep,
     "dataset": Dataset,
+    "report": ReportDetails,
     "clean-up": CleanUp,
     "drift-correction": DriftCorrection,
     "friction-fit": FrictionFit,

@@ -29,7 +29,7 @@ _Entity = Mapping[str, Any]
 
 def run_text(archive: Archive, run_id: str, tested: str) -> Markup:
     """Return what a notebook shows of a run; ``tested`` says in a sentence what was tested."""
-    return Markup(rendered("run_record.html", tested=tested, run={"page": run_page(archive, run_id)}))  # noqa: S704
+    return Markup(rendered("run_record.html", tested=tested, internal=True, run={"page": run_page(archive, run_id)}))  # noqa: S704
 
 
 def study_text(archive: Archive, study_id: str) -> Markup:

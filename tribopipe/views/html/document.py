@@ -17,6 +17,7 @@ from tribopipe.views.astm_g99 import ReportingItem, reporting_items
 from tribopipe.views.html.captions import RUN_CAPTIONS, study_caption
 from tribopipe.views.html.merging import Merged, Stated, merged
 from tribopipe.views.html.options import options_used
+from tribopipe.views.html.particulars import NOBODY, Addressed
 from tribopipe.views.html.rendering import rendered
 from tribopipe.views.html.svg import inline_svg
 from tribopipe.views.html.tested import conditions, tested
@@ -73,22 +74,24 @@ GoOn: TypeAlias = Callable[[], object]
 def _go_on() -> None: ...
 
 
-def run_report(archive: Archive, ids: Sequence[str], go_on: GoOn = _go_on) -> str:
+def run_report(archive: Archive, ids: Sequence[str], go_on: GoOn = _go_on, addressed: Addressed = NOBODY) -> str:
     """Return a report of runs as one HTML document, the same for the same content of the archive.
 
-    ``go_on`` is called before each figure; whatever it raises ends the work.
+    ``addressed`` says from whom and for whom it is. ``go_on`` is called before each figure; whatever it raises ends
+    the work.
     Raises ``ArchiveError`` where a run is not in the archive, or its file is damaged.
     """
     numbers = count(1)
     runs = [_run_card(archive, run_id, numbers, go_on) for run_id in dict.fromkeys(ids)]
     title = runs[0].page.title if len(runs) == 1 else f"{len(runs)} runs"
-    return _report("runs.html", title, runs)
+    return _report("runs.html", title, runs, addressed)
 
 
-def study_report(archive: Archive, study_id: str, go_on: GoOn = _go_on) -> str:
+def study_report(archive: Archive, study_id: str, go_on: GoOn = _go_on, addressed: Addressed = NOBODY) -> str:
     """Return a report of a study as one HTML document, the same for the same content of the archive.
 
-    ``go_on`` is called before each figure; whatever it raises ends the work.
+    ``addressed`` says from whom and for whom it is. ``go_on`` is called before each figure; whatever it raises ends
+    the work.
     Raises ``ArchiveError`` where the study or one of its runs is not in the archive, or its file is damaged.
     """
     page, stored = study_page(archive, study_id), archive.study_outline(study_id)
@@ -100,6 +103,7 @@ def study_report(archive: Archive, study_id: str, go_on: GoOn = _go_on) -> str:
         "study.html",
         page.title,
         runs,
+        addressed,
         study=page,
         result=stored.result,
         options={"study": stored.options},
@@ -153,6 +157,7 @@ def _report(
     template: str,
     title: str,
     runs: Sequence[_RunCard],
+    addressed: Addressed,
     *,
     study: StudyPage | None = None,
     result: StudyResult | None = None,
@@ -162,12 +167,19 @@ def _report(
     """Fill a template with what both reports show, and what is shown besides."""
     results = [step.result for run in runs for step in run.outline.steps.values()]
     methods = methods_used(Evidence([run.outline.manifest for run in runs], results, result))
+    outlines, details = [run.outline for run in runs], addressed.details
     return rendered(
         template,
-        title=title,
+        title=(details and details.title) or title,
+        details=details,
+        logo=addressed.logo_address,
+        page_label=addressed.page_label,
+        internal=not addressed.for_customer,
+        particulars=addressed.particulars(outlines),
+        standard=addressed.standard_of([run.manifest for run in outlines]),
         study=study,
         runs=runs,
-        tested=tested([run.outline for run in runs]),
+        tested=tested(outlines),
         methods=methods,
         references=references_of(methods),
         paper=PAPER,

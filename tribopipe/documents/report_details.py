@@ -1,0 +1,154 @@
+"""report.toml: what a test report states besides the tests themselves, such as laboratory, customer and signatories."""
+
+from collections.abc import Mapping, Sequence
+from datetime import date
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from tribopipe.base.errors import ManifestError
+from tribopipe.base.files import read_file
+from tribopipe.documents.record import Record, read_document
+from tribopipe.documents.toml import parse_toml, read_bytes
+
+_Line = Annotated[str, Field(min_length=1, max_length=500)]
+_Text = Annotated[str, Field(min_length=1, max_length=5000)]
+_LOGO_TYPES = {".png": "image/png", ".svg": "image/svg+xml", ".jpg": "image/jpeg", ".jpeg": "image/jpeg"}
+_LARGEST_LOGO = 1 << 20
+StandardName = Literal["g99", "g133"]
+
+
+class Laboratory(Record):
+    """Who tested."""
+
+    name: _Line
+    """Name of the laboratory."""
+    address: _Text | None = None
+    """Postal address, in as many lines as it takes."""
+    location: _Text | None = None
+    """Where the tests were run, if elsewhere."""
+    contact: _Line | None = None
+    """Telephone, e-mail or web address."""
+    accreditation: _Line | None = None
+    """Accreditation and its number."""
+    logo: _Line | None = None
+    """Name of a PNG, JPEG or SVG file in the folder of this document."""
+
+
+class Customer(Record):
+    """For whom."""
+
+    name: _Line
+    """Name of the customer."""
+    address: _Text | None = None
+    """Address or other contact."""
+    order: _Line | None = None
+    """Number of the order."""
+
+
+class Samples(Record):
+    """What the customer sent."""
+
+    description: _Text | None = None
+    """Which specimens, and how each is identified."""
+    received: date | None = None
+    """When they arrived."""
+    condition: _Text | None = None
+    """State in which they arrived."""
+    sampling: _Text | None = None
+    """Sampling plan and method, where the laboratory sampled."""
+
+
+class Signatory(Record):
+    """Who authorizes the report."""
+
+    name: _Line
+    """Name of the person."""
+    role: _Line | None = None
+    """Function in the laboratory."""
+
+
+class ReportDetails(Record):
+    """What a report states besides the tests: the particulars of ISO/IEC 17025:2017, 7.8.2."""
+
+    schema_version: Literal["tribopipe.report/1"] = Field(alias="schema")
+    """Version of this document."""
+    title: _Line | None = None
+    """Title of the report."""
+    number: _Line | None = None
+    """Number of the report, printed on every page."""
+    issued: date | None = None
+    """Date of issue."""
+    standard: StandardName | None = None
+    """Standard test method; the one of the motion where it is left out."""
+    follows: Literal["all particulars", "procedure"] = "procedure"
+    """Whether the test had the standard's own parameters, or its procedure with others."""
+    deviations: _Text | None = None
+    """Additions to the standard, deviations from it, and what was left out."""
+    external: _Text | None = None
+    """Which results others have provided."""
+    lab: Laboratory | None = None
+    """Who tested."""
+    customer: Customer | None = None
+    """For whom."""
+    samples: Samples | None = None
+    """What was sent in."""
+    signatories: tuple[Signatory, ...] = Field(default=(), max_length=20)
+    """Who authorizes the report."""
+
+
+def read_details(paths: Sequence[Path]) -> tuple[ReportDetails, bytes | None, str]:
+    """Read the details of a report from one file, or several, of which later ones add to earlier ones.
+
+    Parameters
+    ----------
+    paths
+        TOML files, at least one, such as one of the laboratory and one of the order.
+
+    Returns
+    -------
+    details
+        All keys; where two files state one, the later file's.
+    logo
+        Content of the logo's file; none where none is named.
+    logo_type
+        Its media type.
+
+    Raises
+    ------
+    ManifestError
+        Where a file cannot be read, a key is unknown or wrong, or the logo is no picture of up to 1 MB.
+    """
+    together: dict[str, Any] = {}
+    beside = paths[0].parent
+    for path in paths:
+        document = parse_toml(path, read_bytes(path))
+        together = _added(together, document)
+        if isinstance(lab := document.get("lab"), Mapping) and "logo" in lab:
+            beside = path.parent
+    details = read_document(together, ReportDetails, where=", ".join(map(str, paths)))
+    logo = details.lab and details.lab.logo
+    return (details, None, "") if not logo else (details, *_picture(beside / logo))
+
+
+def _added(earlier: Mapping[str, Any], later: Mapping[str, Any]) -> dict[str, Any]:
+    both = {key: {**earlier[key], **later[key]} for key in earlier if _are_tables(earlier[key], later.get(key))}
+    return {**earlier, **later, **both}
+
+
+def _are_tables(*values: object) -> bool:
+    return all(isinstance(value, Mapping) for value in values)
+
+
+def _picture(path: Path) -> tuple[bytes, str]:
+    kind = _LOGO_TYPES.get(path.suffix.lower())
+    if kind is None:
+        raise ManifestError(f"{path}: found {path.suffix or 'no suffix'!r}; expected a logo as .png, .jpg or .svg")
+    try:
+        content = read_file(path)
+    except OSError as error:
+        raise ManifestError(f"{path}: cannot be read ({error.strerror}); expected the logo; check lab.logo") from None
+    if len(content) > _LARGEST_LOGO:
+        raise ManifestError(f"{path}: found a logo of {len(content):,} bytes; expected at most {_LARGEST_LOGO:,}")
+    return content, kind

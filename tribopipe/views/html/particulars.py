@@ -1,0 +1,144 @@
+"""Who a report comes from and goes to, and by which standard: the particulars of ISO/IEC 17025:2017, 7.8.2."""
+
+import base64
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from markupsafe import Markup
+
+from tribopipe.archive.outline import RunOutline
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.report_details import ReportDetails, Samples, StandardName
+
+
+@dataclass(frozen=True)
+class Standard:
+    """A standard test method."""
+
+    number: str
+    """Such as ASTM G99."""
+    title: str
+    """What it is called."""
+    own_parameters: str
+    """What its own parameters are compared by."""
+
+
+STANDARDS: dict[StandardName, Standard] = {
+    "g99": Standard(
+        "ASTM G99",
+        "Wear and Friction Testing with a Pin-on-Disk or Ball-on-Disk Apparatus",
+        "data of its interlaboratory study",
+    ),
+    "g133": Standard(
+        "ASTM G133", "Linearly Reciprocating Ball-on-Flat Sliding Wear", "results of its procedures A and B"
+    ),
+}
+"""Titles and the two ways of following G99 (section 5.2): the public pages of ASTM International."""
+
+
+@dataclass(frozen=True)
+class Particular:
+    """One line about the report."""
+
+    name: str
+    value: str | None
+    """None where it is missing."""
+    key: str
+    """Where report.toml has it."""
+
+
+@dataclass(frozen=True)
+class Addressed:
+    """What a report states besides the tests, and whether it goes to a customer."""
+
+    details: ReportDetails | None = None
+    logo: bytes | None = None
+    logo_type: str = ""
+    standard: StandardName | None = None
+    """Wins over that of the details."""
+    for_customer: bool = False
+    """Without advice to the laboratory, its tags, notes and options."""
+
+    @property
+    def logo_address(self) -> str | None:
+        """The logo as a data address."""
+        return None if self.logo is None else f"data:{self.logo_type};base64,{base64.b64encode(self.logo).decode()}"
+
+    @property
+    def page_label(self) -> Markup:
+        """The number of the report as CSS writes text: whatever is no letter, digit or hyphen by its code."""
+        number = (self.details and self.details.number) or ""
+        return Markup(re.sub(r"[^A-Za-z0-9-]", lambda found: f"\\{ord(found[0]):x} ", number))  # noqa: S704, escaped
+
+    def standard_of(self, manifests: Sequence[RunManifest]) -> Standard:
+        """Return the standard asked for; otherwise G133 where all runs reciprocate, G99 where not."""
+        asked = self.standard or (self.details and self.details.standard)
+        strokes = [manifest.conditions.stroke or manifest.conditions.frequency for manifest in manifests]
+        return STANDARDS[asked or ("g133" if all(strokes) else "g99")]
+
+    def particulars(self, runs: Sequence[RunOutline]) -> list[Particular]:
+        """Return what is stated of the report and, unless it goes to a customer, what is missing.
+
+        Nothing is stated, and nothing missed, without details.
+        """
+        if self.details is None:
+            return []
+        manifests = [run.manifest for run in runs]
+        lines = _lines(self.details, self.standard_of(manifests), manifests)
+        return [line for line in lines if line.value is not None or not self.for_customer]
+
+
+NOBODY = Addressed()
+"""A report of tests alone."""
+
+
+def _lines(details: ReportDetails, standard: Standard, manifests: Sequence[RunManifest]) -> Iterator[Particular]:
+    lab, customer, samples = details.lab, details.customer, details.samples or Samples()
+    if lab is None or lab.address is None:
+        yield Particular("laboratory", None, "lab.name" if lab is None else "lab.address")
+    yield Particular("report number", details.number, "number")
+    yield Particular("customer", _lines_of(customer.name, customer.address) if customer else None, "customer.name")
+    if customer and customer.order:
+        yield Particular("order", customer.order, "customer.order")
+    yield Particular("samples", samples.description, "samples.description")
+    yield Particular("samples received", _day(samples.received), "samples.received")
+    for name in ("condition", "sampling"):
+        if value := getattr(samples, name):
+            yield Particular(name, value, f"samples.{name}")
+    yield Particular("tests performed", _performed(manifests), "started")
+    if lab and lab.location:
+        yield Particular("location", lab.location, "lab.location")
+    yield Particular("method", f"{standard.number}, {standard.title}", "standard")
+    yield Particular("conformity", _followed(details, standard), "follows")
+    if details.external:
+        yield Particular("results of others", details.external, "external")
+    yield Particular("issued", _day(details.issued), "issued")
+
+
+def _followed(details: ReportDetails, standard: Standard) -> str:
+    """State how far a test followed the standard, in one of the two ways that G99 asks for."""
+    if details.follows == "all particulars":
+        said = f"The tests followed all particulars of {standard.number}"
+        return f"{said}, except: {details.deviations}" if details.deviations else f"{said}."
+    said = (
+        f"The tests followed the procedure of {standard.number} with the materials and parameters stated in this "
+        f"report; their results cannot be compared with the {standard.own_parameters}."
+    )
+    return f"{said} Deviations: {details.deviations}" if details.deviations else said
+
+
+def _performed(manifests: Sequence[RunManifest]) -> str | None:
+    """Write the day of the tests, or the first and the last; none where a run states no start."""
+    days = sorted(manifest.started.date().isoformat() for manifest in manifests if manifest.started is not None)
+    if len(days) < len(manifests):
+        return None
+    return days[0] if days[0] == days[-1] else f"{days[0]} to {days[-1]}"
+
+
+def _day(day: object) -> str | None:
+    return None if day is None else str(day)
+
+
+def _lines_of(*texts: str | None) -> str:
+    return "\n".join(text for text in texts if text)
