@@ -41,7 +41,7 @@ DOCUMENTS = {
     "reader": Document(
         "A reader",
         "Describes a text table as a lab's own instrument exports it. "
-        "[Describe your own export](../readers.md) goes through one line by line.",
+        "[Read an export in an unknown format](../readers.md) explains an example line by line.",
     ),
     "recipe": Document(
         "recipe.toml",
