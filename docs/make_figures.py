@@ -70,12 +70,12 @@ def processed(archive: Archive) -> list[Path]:
     for outcome in process(find_runs(SAMPLES), archive):
         if outcome.error is not None:
             raise outcome.error
-    written = save_run_figures(archive, "si3n4-air-200mN", ".svg")
+    written = save_run_figures(archive, "si3n4-air-200mN", ["svg"])
     for study in load_studies(sorted(SAMPLES.glob("*.study.toml"))):
         for outcome in run_study(archive, study, Recipe()):
             if outcome.error is not None:
                 raise outcome.error
-        written += save_study_figures(archive, study.id, suffixes=(".svg",))
+        written += save_study_figures(archive, study.id, formats=["svg"])
     return written
 
 

@@ -27,7 +27,9 @@ FLAGS = {
     | {"--sheet", "--each-sheet", "--split", "--accept", "--ends"},
     "check": {"--json"},
     "ingest": COMMON | MANY | {"--force", "--amend", "--shard"},
-    "process": STEP | MANY | {"--amend", "--figures", "--no-figures", "--shard", "--verbose"},
+    "process": STEP
+    | MANY
+    | {"--amend", "--figures", "--no-figures", "--figure-format", "--format", "--shard", "--verbose"},
     "simulate": {"--plan", "--json"},
     "correct-drift": STEP | MANY,
     "fit": STEP | MANY | {"--model", "--law", "--together", "--engine", "--verbose"},
@@ -46,7 +48,7 @@ FLAGS = {
     "study new": {"--into", "--archive", "--force"},
     "study run": STEP | {"--figures", "--no-figures", "--verbose"},
     "study show": COMMON | {"--verbose"},
-    "study figures": {"--into", "--format", "--archive"},
+    "study figures": {"--into", "--figure-format", "--format", "--archive"},
     "sweep": COMMON
     | {"--recipe", "--force", "--out", "--reuse", "--figure", "--jobs", "--scheduler", "--shard", "--dry-run"},
     "plan": COMMON | {"--interval", "--model", "--law", "--recipe"},
@@ -62,7 +64,7 @@ FLAGS = {
     "verify": COMMON | {"--run", "--recompute", "--against", "--accept"},
     "remove": COMMON | {"--study", "--force"},
     "restore": COMMON | {"--study"},
-    "report": {"--output", "--run", "--archive", "--force"},
+    "report": {"--output", "--details", "--standard", "--customer", "--pdf", "--run", "--archive", "--force"},
     "browse": {"--archive", "--port", "--no-browser"},
     "demo": {"--folder", "--port", "--no-browser"},
     "help": set(),

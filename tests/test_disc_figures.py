@@ -118,7 +118,7 @@ def test_every_archived_run_gets_its_four_figures(studied):
 
 @pytest.mark.slow
 def test_archived_figures_are_drawn_from_what_the_archive_holds(studied, run, tmp_path):
-    save_run_figures(studied, MIDDLE, ".svg")
+    save_run_figures(studied, MIDDLE, ["svg"])
     wear = (studied.folder / "figures" / f"{MIDDLE}-wear.svg").read_text(encoding="utf-8")
     assert "Archard, fitted" in wear
     assert f"Sarkar, predicted from {SHORT}" in wear
@@ -473,7 +473,7 @@ def test_study_is_drawn_in_one_call_and_has_no_effective_coefficient(studied, tm
 def test_same_figures_give_the_same_bytes(studied, run, tmp_path):
     (curves,) = curves_of(run)
     for name in ("first", "second"):
-        save_study_figures(studied, "discs", tmp_path / name, (".svg",))
+        save_study_figures(studied, "discs", tmp_path / name, ["svg"])
         save_figure(plot_wear(correct_drift(run), [curves]), tmp_path / name / "wear.svg")
         save_figure(plot_contact(correct_drift(run), curves), tmp_path / name / "contact.svg")
         save_figure(plot_disc_model({"exact": scenario("full-slip")}, 1e5, 100), tmp_path / name / "model.svg")

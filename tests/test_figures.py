@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from folders import SAMPLE_IDS
 from matplotlib import rc_context
+from PIL import Image
 
 from tribopipe.archive.store import Archive
 from tribopipe.documents.preprocessing import AUTOMATIC, Change, CleanUp, TurnOver
@@ -25,9 +26,10 @@ from tribopipe.evaluation.wear.curves import fitted_curves
 from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.pipeline.archived_results import archived_correction, archived_friction
 from tribopipe.pipeline.stages import clean_archived, correct_archived_drift
-from tribopipe.views.archived_figures import save_run_figures
+from tribopipe.views.archived_figures import run_is_drawn, save_run_figures
 from tribopipe.views.clean_up_figures import plot_clean_up
 from tribopipe.views.decimation import thinned
+from tribopipe.views.html.captions import RUN_CAPTIONS
 from tribopipe.views.run_figures import plot_depth, plot_friction, plot_wear, save_figure
 from tribopipe.views.run_plots import WANDER_NAME
 
@@ -265,3 +267,48 @@ def test_thinning_keeps_the_extremes():
 def test_figure_shows_itself_in_a_notebook(sample_archive):
     corrected = archived_correction(sample_archive, SAMPLE_IDS[0])
     assert plot_depth(corrected)._repr_png_().startswith(b"\x89PNG")
+
+
+# --- for print ---
+
+
+@pytest.fixture(scope="module")
+def printed(sample_archive, tmp_path_factory) -> Path:
+    """Figures of a run as PDF, SVG and PNG for print, with their captions."""
+    folder = tmp_path_factory.mktemp("printed")
+    shutil.copy(sample_archive.path(SAMPLE_IDS[0]), folder)
+    save_run_figures(Archive(folder), SAMPLE_IDS[0], ["pdf", "svg", "png"])
+    return folder / "figures"
+
+
+def test_figures_for_print_have_their_captions_as_text(printed):
+    names = {path.name.removeprefix(f"{SAMPLE_IDS[0]}-") for path in printed.iterdir()}
+    assert names == {
+        f"{what}.{kind}" for what in ("depth", "friction", "wear") for kind in ("pdf", "svg", "png", "txt")
+    }
+    for what in ("depth", "friction", "wear"):
+        text = (printed / f"{SAMPLE_IDS[0]}-{what}.txt").read_text(encoding="utf-8")
+        assert text == f"{RUN_CAPTIONS[what]}\n"
+
+
+def test_png_for_print_has_600_dots_per_inch(printed):
+    for path in printed.glob("*.png"):
+        with Image.open(path) as picture:
+            assert picture.info["dpi"] == pytest.approx((600, 600), abs=0.1)
+    for path in printed.glob("*.pdf"):
+        assert path.read_bytes().startswith(b"%PDF")
+        assert b"/Type3" not in path.read_bytes()
+
+
+def test_what_is_missing_of_the_formats_named_is_seen(printed):
+    store = Archive(printed.parent)
+    assert run_is_drawn(store, SAMPLE_IDS[0], ["pdf", "svg"])
+    (printed / f"{SAMPLE_IDS[0]}-depth.svg").unlink()
+    assert not run_is_drawn(store, SAMPLE_IDS[0], ["pdf", "svg"])
+    assert run_is_drawn(store, SAMPLE_IDS[0], ["pdf"])
+
+
+def test_an_unknown_format_is_wrong_usage(run_cli, tmp_path):
+    asked = run_cli("process", tmp_path, "--figure-format", "gif")
+    assert asked.exit_code == 2
+    assert "gif" in asked.stderr

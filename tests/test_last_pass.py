@@ -90,11 +90,11 @@ CHANGES = {
 @pytest.mark.parametrize("change", CHANGES)
 def test_any_change_has_the_next_pass_look_again(lab, change):
     asked = [lab / "runs"], lab / "archive", lab / "recipe.toml"
-    before = last_pass.state_before(*asked, figures=True)
+    before = last_pass.state_before(*asked, figures=["screen"])
     last_pass.keep_pass(lab / "archive", before, 3)
-    assert last_pass.steps_unchanged(lab / "archive", last_pass.state_before(*asked, figures=True)) == 3
+    assert last_pass.steps_unchanged(lab / "archive", last_pass.state_before(*asked, figures=["screen"])) == 3
     CHANGES[change](lab)
-    assert last_pass.steps_unchanged(lab / "archive", last_pass.state_before(*asked, figures=True)) is None
+    assert last_pass.steps_unchanged(lab / "archive", last_pass.state_before(*asked, figures=["screen"])) is None
 
 
 @pytest.mark.parametrize("words", [["--force"], ["--amend"], ["--json"], ["-v"], ["--no-figures"]])
@@ -125,20 +125,20 @@ def test_a_file_that_was_changed_just_now_is_read_each_time(lab, process, monkey
 def test_folders_that_links_lead_to_are_read_each_time(lab):
     shutil.move(lab / "runs" / LIGHT, lab / "elsewhere")
     (lab / "runs" / LIGHT).symlink_to(lab / "elsewhere", target_is_directory=True)
-    before = last_pass.state_before([lab / "runs"], lab / "archive", None, figures=True)
+    before = last_pass.state_before([lab / "runs"], lab / "archive", None, figures=["screen"])
     assert not before.settled
 
 
 def test_an_archive_among_the_runs_is_no_input_of_its_own(lab):
-    before = last_pass.state_before([lab], lab / "archive", None, figures=False)
+    before = last_pass.state_before([lab], lab / "archive", None, figures=[])
     (lab / "archive" / "catalogue.sqlite").write_bytes(b"anything")
-    assert last_pass.state_before([lab], lab / "archive", None, figures=False) == before
+    assert last_pass.state_before([lab], lab / "archive", None, figures=[]) == before
 
 
 def test_with_packages_that_add_to_tribopipe_every_pass_looks(lab, monkeypatch):
     theirs = EntryPoint("drum", "elsewhere:DRUM", "tribopipe.contacts")
     monkeypatch.setattr("tribopipe.base.plugins.declared", lambda _: (theirs,))
-    before = last_pass.state_before([lab / "runs"], lab / "archive", None, figures=True)
+    before = last_pass.state_before([lab / "runs"], lab / "archive", None, figures=["screen"])
     last_pass.keep_pass(lab / "archive", before, 3)
     assert last_pass.steps_unchanged(lab / "archive", before) is None
 
@@ -152,7 +152,7 @@ def test_what_is_kept_may_be_anything(lab, process, content):
 
 def test_so_many_passes_are_kept(lab):
     for number in range(25):
-        one = last_pass.state_before([lab / f"runs{number}"], lab / "archive", None, figures=True)
+        one = last_pass.state_before([lab / f"runs{number}"], lab / "archive", None, figures=["screen"])
         last_pass.keep_pass(lab / "archive", one._replace(settled=True), number)
     assert len(json.loads((lab / "archive" / last_pass.FILE_NAME).read_text())) == 20
 

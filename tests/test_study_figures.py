@@ -112,14 +112,14 @@ def test_one_call_draws_every_figure_of_a_study_as_vector_and_picture(drawn):
 
 @pytest.mark.slow
 def test_same_study_gives_the_same_bytes(studied, drawn, tmp_path):
-    again = save_study_figures(studied, "si3n4", tmp_path, (".svg",))
+    again = save_study_figures(studied, "si3n4", tmp_path, ["svg"])
     once = [path for path in drawn if path.suffix == ".svg"]
     assert [path.read_bytes() for path in once] == [path.read_bytes() for path in again]
 
 
 @pytest.mark.slow
 def test_pdf_carries_fonts_that_journals_take(studied, tmp_path):
-    written = save_study_figures(studied, "si3n4", tmp_path, (".pdf",))
+    written = save_study_figures(studied, "si3n4", tmp_path, ["pdf"])
     assert all(b"/Type3" not in path.read_bytes() for path in written)
 
 
@@ -318,7 +318,7 @@ def test_runs_left_out_are_not_drawn_and_archard_alone_needs_no_coefficient(stud
     archive.mark("si3n4-air-800mN", Mark(kind="bad", reason="specimen lost", date="2026-11-21T13:00:00Z"))
     study = SI3N4.model_copy(update={"id": "alone", "laws": ("archard",)})
     assert [one for one in run_study(archive, study, Recipe()) if one.status == "failed"] == []
-    written = save_study_figures(archive, "alone", suffixes=(".svg",))
+    written = save_study_figures(archive, "alone", formats=["svg"])
     assert [path.name for path in written] == ["alone-wear-archard.svg", "alone-friction.svg"]
     assert {path.parent for path in written} == {archive.folder / "figures"}
     assert all("400 mN" in (text := path.read_text(encoding="utf-8")) and "800 mN" not in text for path in written)
@@ -331,7 +331,7 @@ def test_study_that_finds_drift_itself_is_not_drawn_with_drift_found_otherwise(s
     recipe = Recipe(wear=WearRecipe(correction="model"))
     study = SI3N4.model_copy(update={"id": "joint", "laws": ("sarkar",)})
     assert [one for one in run_study(archive, study, recipe) if one.status == "failed"] == []
-    wear, _, coefficient = save_study_figures(archive, "joint", suffixes=(".svg",))
+    wear, _, coefficient = save_study_figures(archive, "joint", formats=["svg"])
     text = wear.read_text(encoding="utf-8")
     assert ">measured, averaged<" in text
     assert ">measured<" not in text

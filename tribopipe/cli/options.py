@@ -42,6 +42,25 @@ Amend = Annotated[
         help="Take in a run.toml that has changed since the run was archived; the earlier one is kept with it.",
     ),
 ]
+FIGURE_FORMATS = ("pdf", "svg", "png")
+
+
+def _figure_format(text: str) -> str:
+    if text not in FIGURE_FORMATS:
+        raise typer.BadParameter(f"found {text!r}; expected one of {', '.join(FIGURE_FORMATS)}")
+    return text
+
+
+FigureFormats = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--figure-format",
+        "--format",
+        parser=_figure_format,
+        metavar="FORMAT",
+        help="Figures for print, with captions as text: pdf, svg, or png with 600 dpi; may be repeated.",
+    ),
+]
 RecipeFile = Annotated[Path | None, typer.Option("--recipe", help="TOML file that says how to process.")]
 RunIds = Annotated[
     list[str] | None,

@@ -1,6 +1,6 @@
 """The command that takes run folders through the whole line: process."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -13,6 +13,7 @@ from tribopipe.cli.options import (
     Amend,
     ArchiveFolder,
     AsJson,
+    FigureFormats,
     Force,
     RecipeFile,
     Verbose,
@@ -39,6 +40,7 @@ def process(
     amend: Amend = False,
     as_json: AsJson = False,
     figures: Annotated[bool, typer.Option(help="Save figures beside the archive.")] = True,
+    figure_formats: FigureFormats = None,
     jobs: JobsOnAllCores = None,
     scheduler: Scheduler = None,
     shard: Shard = None,
@@ -54,8 +56,9 @@ def process(
     """
     from tribopipe.pipeline.last_pass import keep_pass, state_before, steps_unchanged
 
+    drawn_as: list[str] = [*(figure_formats or ("screen",))] if figures else []
     plain = not (force or amend or as_json or verbose or scheduler or shard)
-    before = state_before(paths, archive, recipe, figures=figures) if plain else None
+    before = state_before(paths, archive, recipe, figures=drawn_as) if plain else None
     if before is not None and (steps := steps_unchanged(archive, before)) is not None:
         say(_nothing_to_do(steps))
         return
@@ -73,7 +76,7 @@ def process(
             in_full = bool(verbose) or as_json or line_width(on_stderr=True) is None
             outcomes += _followed(taken, advance, in_full=in_full)
             outcomes += _followed(process_studies(store, studies, how, force=force, crew=who), advance, in_full=in_full)
-        drawn = _draw(store, outcomes, who) if figures and shard is None else []
+        drawn = _draw(store, outcomes, who, figure_formats or ()) if figures and shard is None else []
     outcomes += [outcome for outcome in drawn if outcome.error is not None]
     outcomes += _unseen(store, outcomes) if who.scheduler else []
     new_figures = any(outcome.status == "done" for outcome in drawn)
@@ -135,11 +138,11 @@ def _less_repeated(outcome: "Outcome", warned: "set[tuple[str, str, str]]") -> "
     return replace(outcome, findings=fresh)
 
 
-def _draw(store: "Archive", outcomes: "list[Outcome]", who: "Crew") -> "list[Outcome]":
+def _draw(store: "Archive", outcomes: "list[Outcome]", who: "Crew", formats: "Sequence[str]") -> "list[Outcome]":
     """Save figures that are not up to date."""
     from tribopipe.views.figure_updates import drawn, figure_steps
 
-    steps = figure_steps(store, outcomes)
+    steps = figure_steps(store, outcomes, formats)
     found = []
     with progress("figures", len(steps)) as advance:
         for outcome in drawn(steps, who):

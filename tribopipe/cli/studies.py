@@ -10,6 +10,7 @@ from tribopipe.cli.options import (
     DEFAULT_ARCHIVE,
     ArchiveFolder,
     AsJson,
+    FigureFormats,
     Force,
     Law,
     RecipeFile,
@@ -217,7 +218,7 @@ def figures(
         typer.Argument(help="Ids of studies; none for all.", metavar="ID", autocompletion=archived_studies),
     ] = None,
     into: Annotated[Path | None, typer.Option("--into", help="Folder; by default figures/ in the archive.")] = None,
-    formats: Annotated[list[str] | None, typer.Option("--format", help="svg, png or pdf; may be repeated.")] = None,
+    formats: FigureFormats = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
 ) -> None:
     """Draw the figures of a study: wear under each law, friction, k_D."""
@@ -226,13 +227,9 @@ def figures(
 
     if into is not None:
         require_folder(into)
-    known = ("svg", "png", "pdf")
-    for name in formats or ():
-        if name not in known:
-            raise typer.BadParameter(f"--format: found {name!r}; expected one of {', '.join(known)}")
     store = load_archive(archive)
     for study_id in ids or store.study_ids():
-        for path in save_study_figures(store, study_id, into, tuple(f".{name}" for name in formats or ("svg", "png"))):
+        for path in save_study_figures(store, study_id, into, formats or ()):
             print_result(str(path))
 
 

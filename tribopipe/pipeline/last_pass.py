@@ -37,14 +37,17 @@ class Pass(NamedTuple):
     """Whether any later change of a run folder would change the state."""
 
 
-def state_before(paths: Sequence[Path], archive: Path, recipe: Path | None, *, figures: bool) -> Pass:
-    """Return what a pass over run folders at or below ``paths`` is asked to do, and the state it begins with."""
+def state_before(paths: Sequence[Path], archive: Path, recipe: Path | None, *, figures: Sequence[str]) -> Pass:
+    """Return what a pass over run folders at or below ``paths`` is asked to do, and the state it begins with.
+
+    ``figures`` says in which formats they are drawn.
+    """
     now = time.time_ns()
     read = [*paths, *([recipe] if recipe else [])]
     inputs = [seen for path in read for seen in _below(path.absolute(), archive.resolve())]
     stored = [*stamps(archive).items(), *(_below(archive / FIGURES) if figures else ())]
     files = [sorted(one, key=str) for one in (inputs, stored, _program())]
-    asked = [[str(path.absolute()) for path in paths], recipe and str(recipe.absolute()), figures]
+    asked = [[str(path.absolute()) for path in paths], recipe and str(recipe.absolute()), *figures]
     settled = all(stamp is not None and stamp.settled(now) for _, stamp in inputs)
     return Pass(json.dumps(asked), hashlib.sha256(repr(files).encode("utf-8", "replace")).hexdigest(), settled)
 

@@ -1,6 +1,6 @@
 """Figures of archived runs, drawn, and saved beside the archive."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING
 from tribopipe.archive.archived_run import archived_curves
 from tribopipe.archive.file_signature import FIGURES
 from tribopipe.archive.local_wear_tables import archived_local_wear
+from tribopipe.archive.outline import RunOutline
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, Step, StepName
 from tribopipe.archive.store import Archive
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.pipeline.archived_results import archived_correction, archived_friction
 from tribopipe.results.run import CorrectedRun, RawRun
 from tribopipe.views.clean_up_figures import changed_signals, plot_clean_up
+from tribopipe.views.html.captions import RUN_CAPTIONS
 from tribopipe.views.local_wear_figures import local_wear_figures
 from tribopipe.views.run_figures import plot_contact, plot_depth, plot_friction, plot_wear, save_beside
 
@@ -43,37 +45,43 @@ def run_figures(archive: Archive, run_id: str) -> "dict[str, Figure]":
     return {what: figures[what] for what in _DRAWN if what in figures}
 
 
-def save_run_figures(archive: Archive, run_id: str, suffix: str = ".png") -> list[Path]:
+def save_run_figures(archive: Archive, run_id: str, formats: Sequence[str] = ()) -> list[Path]:
     """Draw what a run has. Return the files written, <archive>/figures/<id>-<what>.png.
 
-    A figure that was drawn before of what the run no longer has is deleted. Raises ``ArchiveError`` where the run is
-    not in the archive, or figures cannot be written.
+    In ``formats`` that are named, figures are for print, with their captions as text. A figure that was drawn before of
+    what the run no longer has is deleted. Raises ``ArchiveError`` where the run is not in the archive, or figures
+    cannot be written.
     """
     figures = run_figures(archive, run_id)
-    paths = _paths(archive, run_id, suffix)
-    save_beside(archive, run_id, {paths[what].name: figure for what, figure in figures.items()})
-    for what in paths.keys() - figures.keys():
-        paths[what].unlink(missing_ok=True)
-    return [paths[what] for what in figures]
+    folder, endings = archive.folder / FIGURES, [f".{name}" for name in formats or ("png",)]
+    named = {f"{run_id}-{what}{ending}": figure for what, figure in figures.items() for ending in endings}
+    captions = {f"{run_id}-{what}.txt": RUN_CAPTIONS[what] for what in figures} if formats else None
+    save_beside(archive, run_id, named, captions)
+    for what in set(_DRAWN) - figures.keys():
+        for ending in (*endings, ".txt"):
+            (folder / f"{run_id}-{what}{ending}").unlink(missing_ok=True)
+    return [folder / name for name in named]
 
 
-def run_is_drawn(archive: Archive, run_id: str) -> bool:
+def run_is_drawn(archive: Archive, run_id: str, formats: Sequence[str] = ()) -> bool:
     """Tell whether all figures of a run were saved after its last step, whichever command was interrupted since."""
     run = archive.outline(run_id)
     if "drift_correction" not in run.steps:
         return True
-    saved = [path for path in _paths(archive, run_id, ".png").values() if path.exists()]
+    last = max(step.date for step in run.steps.values())
+    return all(_is_drawn_as(archive, run, f".{name}", last) for name in formats or ("png",))
+
+
+def _is_drawn_as(archive: Archive, run: RunOutline, ending: str, last: str) -> bool:
+    names = (archive.folder / FIGURES / f"{run.manifest.id}-{what}{ending}" for what in _DRAWN)
+    saved = [path for path in names if path.exists()]
     complete = saved and ("depth" not in run.origins or saved[0].stem.endswith("-depth"))  # the first is written last
-    return bool(complete) and is_since(saved[0], max(step.date for step in run.steps.values()))
+    return bool(complete) and is_since(saved[0], last)
 
 
 def is_since(path: Path, date: str) -> bool:
     """Tell whether a file was written at a date, ISO 8601, or later."""
     return path.stat().st_mtime >= datetime.fromisoformat(date).timestamp()
-
-
-def _paths(archive: Archive, run_id: str, suffix: str) -> dict[str, Path]:
-    return {what: archive.folder / FIGURES / f"{run_id}-{what}{suffix}" for what in _DRAWN}
 
 
 def _clean_up_figures(archive: Archive, cleaned: RawRun, clean_up: CleanUp) -> "dict[str, Figure]":

@@ -14,11 +14,14 @@ from tribopipe.evaluation.study.member import Member
 from tribopipe.pipeline.archived_results import archived_correction, archived_friction
 from tribopipe.pipeline.step_definitions import recipe_of
 from tribopipe.views.archived_figures import is_since
+from tribopipe.views.html.captions import study_caption
 from tribopipe.views.run_figures import save_beside, save_figures
 from tribopipe.views.study_figures import plot_study_coefficient, plot_study_friction, plot_study_wear
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+_USUAL = ("svg", "png")
 
 
 def study_figures(archive: Archive, study_id: str) -> "dict[str, Figure]":
@@ -37,27 +40,32 @@ def study_figures(archive: Archive, study_id: str) -> "dict[str, Figure]":
 
 
 def save_study_figures(
-    archive: Archive, study_id: str, into: Path | None = None, suffixes: Sequence[str] = (".svg", ".png")
+    archive: Archive, study_id: str, into: Path | None = None, formats: Sequence[str] = ()
 ) -> list[Path]:
-    """Draw a study. Return the files, <into>/<study>-<what>.
+    """Draw a study. Return the files, <into>/<study>-<what>; SVG and PNG unless ``formats`` are named.
 
-    ``into`` is the archive's own figures/ unless named. Raises as ``study_figures`` does.
+    In these, figures are for print, with their captions as text. ``into`` is the archive's own figures/ unless named.
+    Raises as ``study_figures`` does.
     """
     figures = study_figures(archive, study_id)
-    named = {f"{study_id}-{what}{suffix}": figure for what, figure in figures.items() for suffix in suffixes}
+    named = {f"{study_id}-{what}.{kind}": figure for what, figure in figures.items() for kind in formats or _USUAL}
+    laws = archive.study_outline(study_id).result.laws
+    discs = any(law.distance_per_rotation is not None for law in laws)
+    captions = {f"{study_id}-{what}.txt": study_caption(what, discs=discs) for what in figures} if formats else None
     folder = into or archive.folder / FIGURES
     if into is None:
-        save_beside(archive, study_id, named)
+        save_beside(archive, study_id, named, captions)
     else:
-        save_figures(folder, named)
+        save_figures(folder, named, captions)
     return [folder / name for name in named]
 
 
-def study_is_drawn(archive: Archive, study_id: str) -> bool:
+def study_is_drawn(archive: Archive, study_id: str, formats: Sequence[str] = ()) -> bool:
     """Tell whether all figures of a study were saved after it was evaluated."""
     study = archive.study_outline(study_id)
-    first = archive.folder / FIGURES / f"{study_id}-wear-{study.result.laws[0].model}.svg"  # which is written last
-    return first.exists() and is_since(first, study.date)
+    name = f"{study_id}-wear-{study.result.laws[0].model}"  # which is written last
+    first = [archive.folder / FIGURES / f"{name}.{kind}" for kind in formats or _USUAL]
+    return all(path.exists() and is_since(path, study.date) for path in first)
 
 
 def _figures(stored: StoredStudy, runs: Sequence[Member], recipe: Recipe) -> "dict[str, Figure]":

@@ -68,6 +68,8 @@ def law_look(law: LawName) -> LawLook:
 
 _ON_BASIS = ("reading_contradicts_measurement", "no_post_test_measurement")
 """Codes of findings by which a fitted curve is not what the reading or a measurement would have one expect."""
+_PRINT_DPI = 600.0
+"""Of PNG as journals take line art."""
 MOST_LETTERS = 84
 """That fit above a figure in one line."""
 STYLE: Any = {
@@ -397,19 +399,24 @@ def save_figure(figure: "Figure", path: Path) -> None:
     save_figures(path.parent, {path.name: figure})
 
 
-def save_figures(folder: Path, figures: "Mapping[str, Figure]") -> None:
+def save_figures(folder: Path, figures: "Mapping[str, Figure]", captions: Mapping[str, str] | None = None) -> None:
     """Write figures under these names as ``save_figure`` does.
 
-    None takes its place before all are written, and the first takes it last. Raises ``OutputError`` where something
-    else than a figure of ours is there.
+    With captions, which are written as text files of these names, figures are for print: PNG has 600 dpi. None takes
+    its place before all are written, and the first takes it last. Raises ``OutputError`` where something else than a
+    figure of ours is there.
     """
+    dpi: float | Literal["figure"] = "figure" if captions is None else _PRINT_DPI
+    texts = captions or {}
     try:
-        require_free((folder / name for name in figures), own=made_here, beside_run=True)
+        require_free((folder / name for name in (*figures, *texts)), own=made_here, beside_run=True)
         folder.mkdir(parents=True, exist_ok=True)
         with ExitStack() as written:
             for name, figure in figures.items():
                 path = folder / name
-                written.enter_context(replacing(path)).write_bytes(_picture(figure, path.suffix))
+                written.enter_context(replacing(path)).write_bytes(_picture(figure, path.suffix, dpi))
+            for name, text in texts.items():
+                written.enter_context(replacing(folder / name)).write_text(f"{text}\n", encoding="utf-8")
     except OSError as error:
         raise ArchiveError(
             f"{folder}: figures cannot be written ({error.strerror or error}); expected a folder with room and write "
@@ -417,19 +424,21 @@ def save_figures(folder: Path, figures: "Mapping[str, Figure]") -> None:
         ) from None
 
 
-def save_beside(archive: Archive, identifier: str, figures: "Mapping[str, Figure]") -> None:
+def save_beside(
+    archive: Archive, identifier: str, figures: "Mapping[str, Figure]", captions: Mapping[str, str] | None = None
+) -> None:
     """Write figures of a run or study beside its archive, as ``save_figures`` does, alone among those who draw it.
 
     What somebody left of them who was killed goes. Raises ``ArchiveError`` and ``OutputError``.
     """
     folder = archive.folder / FIGURES
     with archive.alone_with(identifier):
-        for name in figures:
+        for name in (*figures, *(captions or {})):
             clear_leftovers_of(folder / name)
-        save_figures(folder, figures)
+        save_figures(folder, figures, captions)
 
 
-def _picture(figure: "Figure", suffix: str) -> bytes:
+def _picture(figure: "Figure", suffix: str, dpi: "float | Literal['figure']") -> bytes:
     picture = BytesIO()
     told = {
         ".svg": {"Creator": MADE_BY, "Date": None},
@@ -437,5 +446,5 @@ def _picture(figure: "Figure", suffix: str) -> bytes:
         ".png": {"Software": MADE_BY},
     }.get(suffix, {})
     with own_style():
-        figure.savefig(picture, format=suffix.removeprefix("."), metadata=told)
+        figure.savefig(picture, format=suffix.removeprefix("."), metadata=told, dpi=dpi)
     return picture.getvalue()
