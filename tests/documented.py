@@ -94,8 +94,8 @@ def _prompted(lines: list[str]) -> Iterator[Command]:
 
 def pages() -> list[str]:
     """Name the pages whose blocks are run, by their paths in the repository."""
-    named = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "sample_runs" / "README.md"]
-    found = [*(path for path in named if path.exists()), *sorted((ROOT / "docs").glob("*.md"))]
+    named = ("README.md", "CONTRIBUTING.md", "SECURITY.md", "paper.md", "sample_runs/README.md")
+    found = [*(path for name in named if (path := ROOT / name).exists()), *sorted((ROOT / "docs").glob("*.md"))]
     return [path.relative_to(ROOT).as_posix() for path in found]
 
 
