@@ -157,7 +157,7 @@ SPOILED = {
         ["signals.csv, line 10", "found 5 fields, expected 4", "mend that line"],
     ),
     "one sample": (rows(lambda lines: lines[:2]), ["signals", "1 sample", "at least 2", "export"]),
-    "channel without a number": (whole_column(1, "NaN"), ["depth", "no number", "leave the signal out"]),
+    "channel without a number": (whole_column(1, "NaN"), ["depth", "no number", "remove the signal"]),
     "hole in time": (field(12, 0, ""), ["time", "1 missing", "sample 11", "delete those rows"]),
     "time runs backwards": (
         field(12, 0, "0.2"),

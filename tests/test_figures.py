@@ -69,8 +69,8 @@ def test_figures_of_a_run_without_end_value_and_friction_say_what_is_missing(sam
         columns={name: raw.columns[name] for name in ("time", "sliding_distance", "depth")},
     )
     in_two_steps = Recipe(wear=WearRecipe(correction="two-step"))
-    assert "lacks an end value" in plot_depth(correct_drift(bare, in_two_steps)).axes[0].texts[0].get_text()
-    assert "lacks a friction signal" in plot_friction(bare, fit_friction(bare)).axes[0].texts[0].get_text()
+    assert "missing a post-test measurement" in plot_depth(correct_drift(bare, in_two_steps)).axes[0].texts[0].get_text()
+    assert "has no friction signal" in plot_friction(bare, fit_friction(bare)).axes[0].texts[0].get_text()
 
 
 def test_depth_figure_draws_wander_where_there_is_some(sample_archive, tmp_path):

@@ -332,7 +332,7 @@ def wrong_unit(s, length: "furlong" = 1.0):  # noqa: F821 - a unit
 @pytest.mark.parametrize(
     ("function", "said"),
     [
-        (lambda s, a: a * s, "found the argument 'a' without a number to start from.*write a=1.0"),
+        (lambda s, a: a * s, "found the argument 'a' without a start value.*write a=1.0"),
         (lambda s, a=-1.0: a * s, "found a = -1 to start from"),
         (lambda s: math.exp(-s), "cannot be computed of arrays.*use np.exp"),
         (lambda s: 1 / s, "expected one finite factor at each distance"),

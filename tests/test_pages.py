@@ -319,7 +319,7 @@ def test_wear_fit_tells_budget_draws_and_what_k_d_is_by_each_way():
 
 def test_run_that_could_not_be_fitted_says_why():
     page = stage(WearFit(model="sarkar", outcome="not fitted", lacks=("depth", "friction")), "wear_fit_sarkar")
-    assert page.sentence.endswith("the run lacks depth and friction")
+    assert page.sentence.endswith("missing depth and friction")
     assert page.tables == ()
     assert not any(name.startswith("k_D") for name in facts_of(page, ""))
 

@@ -128,7 +128,7 @@ def test_a_reading_that_falls_is_refused_where_nothing_else_gives_k_d(tmp_path):
         wear_fit(tmp_path, phoenix(Polymer()), None, turned=False)
     said = str(caught.value)
     assert said.startswith("TEST_2: depth: found a reading that by itself means a wear of -403.96 ± 0.25 µm; ")
-    assert 'if it counts down, list the clean-up step "turn-over" with signals = ["depth"]' in said
+    assert 'if it counts down, list the step "turn-over" with signals = ["depth"]' in said
 
 
 def test_of_two_friction_forces_that_of_the_coefficient_is_taken():

@@ -121,7 +121,7 @@ def test_new_takes_the_runs_of_the_archive_but_for_bad_ones(run_cli, home):
     study = load_toml(home / "study.toml", Study)
     assert (study.fit, study.predict) == ((LIGHT,), (HEAVY,))
     assert f"{AGAIN}: left out: marked bad: slipped" in result.stderr
-    assert f"{NO_END}: left out: lacks an end value of the pin" in result.stderr
+    assert f"{NO_END}: left out: missing: a post-test measurement of the pin" in result.stderr
 
 
 def test_new_leaves_out_an_aborted_run_and_one_that_cannot_be_read(run_cli, runs, tmp_path):
@@ -469,8 +469,8 @@ INTERVALS = {
     "5 mm": ["--interval", "'mm'"],
     "0,5 %": ["--interval", "'0,5 %'", "point"],
     "nan %": ["--interval", "'nan %'"],
-    "0 %": ["found a wanted interval of 0", "above zero", "'10 %'"],
-    "-5 %": ["found a wanted interval of -0.05", "above zero"],
+    "0 %": ["found an interval of 0", "above zero", "'10 %'"],
+    "-5 %": ["found an interval of -0.05", "above zero"],
 }
 
 
@@ -593,7 +593,7 @@ DOCUMENTS = {
         {"fit": [LIGHT, "si3n4-air-20mN"]},
         ["study air", "archive", "found no run 'si3n4-air-20mN'", f"did you mean '{LIGHT}'?"],
     ),
-    "no end value": ({"predict": [NO_END]}, [NO_END, "lacks an end value", "take it out of the study"]),
+    "no end value": ({"predict": [NO_END]}, [NO_END, "without a post-test measurement", "remove it from the study"]),
     "circular": (
         {"predict": [HEAVY, LIGHT]},
         ["study.toml", f"predict: found '{LIGHT}', which is also in fit", "take it out of one of the two"],
@@ -625,7 +625,7 @@ def test_study_that_is_not_there_is_named(run_cli, home):
 CALLS = {
     "other material": (["fit", LIGHT, "other-material", "--together"], ["pin material SiC", "Si3N4"]),
     "other radius": (["fit", "other-radius", LIGHT, "--together"], ["pin radius in m", "0.000794", "0.001"]),
-    "all runs": (["fit", "--together"], ["expected the same bodies"]),
+    "all runs": (["fit", "--together"], ["expected the same materials"]),
     "onto another radius": (["predict", "--from", LIGHT, "--onto", "other-radius"], ["pin radius in m 0.001"]),
     "not archived": (["fit", LIGHT, "si3n4-air-20mN", "--together"], ["'si3n4-air-20mN'", f"did you mean '{LIGHT}'?"]),
     "from what is not archived": (["predict", "--from", "si3n4", "--onto", LIGHT], ["found no run 'si3n4'"]),
@@ -640,7 +640,7 @@ CALLS = {
     "from twice": (["predict", "--from", LIGHT, "--from", LIGHT, "--onto", HEAVY], [f"found '{LIGHT}' twice"]),
     "together with itself": (["fit", LIGHT, LIGHT, "--together"], [f"found '{LIGHT}' twice"]),
     "no id": (["predict", "--from", "a/b", "--onto", HEAVY], ["'a/b'", "letters"]),
-    "no end value": (["fit", LIGHT, NO_END, "--together"], [NO_END, "lacks an end value"]),
+    "no end value": (["fit", LIGHT, NO_END, "--together"], [NO_END, "without a post-test measurement"]),
 }
 
 

@@ -388,7 +388,7 @@ class Archive:
         if not path.is_file():
             _refuse_odd(path)
             raise ArchiveError(
-                f"{self.folder}: found no study {study_id!r}; expected one of the archive's; "
+                f"{self.folder}: found no study {study_id!r}; expected one in the archive; "
                 f"{did_you_mean(study_id, self.study_ids())}"
             )
         with opened(path) as file:
@@ -469,7 +469,7 @@ class Archive:
         if not path.is_file():
             _refuse_odd(path)
             raise ArchiveError(
-                f"{self.folder}: found no run {run_id!r}; expected one of the archive's; "
+                f"{self.folder}: found no run {run_id!r}; expected one in the archive; "
                 f"{did_you_mean(run_id, self.ids())}"
             )
         with opened(path, parts) as file:

@@ -26,7 +26,7 @@ _MENDED_BY = {
     errno.ENOENT: "see whether it was moved, or its drive is gone",
     errno.ENOTDIR: "see whether it was moved, or its drive is gone",
     errno.EIO: "see whether its drive or share is sound",
-    errno.ESTALE: "connect its share anew",
+    errno.ESTALE: "reconnect its network share",
     errno.EMFILE: "close files, or raise the limit of open ones",
     errno.ENFILE: "close other programs",
     errno.ENOMEM: "close other programs",

@@ -170,7 +170,7 @@ def _course(run: RunFile, step: StepName, axis_path: str, _: str) -> tuple[Panel
 
 def _recorded(run: RunFile) -> Iterator[PlotOffer]:
     if changed(run):
-        yield _sampled(run, "clean-up", "What clean-up changed", "clean_up", "/entry/clean_up/data", draw_clean_up)
+        yield _sampled(run, "clean-up", "Changes by preprocessing", "clean_up", "/entry/clean_up/data", draw_clean_up)
     if recorded(run):
         yield _sampled(run, "signals", "Recorded signals", RAW, "/entry/raw", draw_signals)
     for number, (name, path) in enumerate(run.keep("extras", lambda: extras(run)).items()):

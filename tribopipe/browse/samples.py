@@ -159,8 +159,8 @@ class RunFile(ArchivedFile):
         values, samples = self.column(path), self.outline.samples
         if len(values) != samples:
             raise ArchiveError(
-                f"{self.path}: found {len(values):,} values in {path}; expected {samples:,}, one a sample; restore the "
-                "file from a copy"
+                f"{self.path}: found {len(values):,} values in {path}; expected {samples:,}, one per sample; restore "
+                "the file from a copy"
             )
         return values
 

@@ -23,7 +23,7 @@ _BEFORE_A_FIT = {"ingested", "cleaned", "corrected", "friction", "wear rate"}
 _DEPTH = "a depth signal"
 _SIGNALS = {_DEPTH, "a friction signal"}
 """What a run may lack that no run.toml can add."""
-_END_VALUE = "an end value of the pin"
+_END_VALUE = "a post-test measurement of the pin"
 _MEASURED = ("end_depth", "wear_rate")
 """Columns that hold what was measured after a test."""
 

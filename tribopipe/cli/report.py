@@ -58,7 +58,7 @@ def _is_study(store: "Archive", ids: "Sequence[str]", *, as_run: bool) -> bool:
     unknown = next((one for one in ids if one not in runs | studies), None)
     if unknown is not None:
         raise ArchiveError(
-            f"{store.folder}: found neither a run nor a study {unknown!r}; expected one of the archive's; "
+            f"{store.folder}: found neither a run nor a study {unknown!r}; expected one in the archive; "
             f"{did_you_mean(unknown, runs | studies)}"
         )
     if len(ids) == 1:

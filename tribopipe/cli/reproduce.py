@@ -66,7 +66,7 @@ def _chosen(store: "Archive", ids: "Sequence[str]") -> "list[tuple[str, Callable
     for name in ids:
         if name not in (*runs, *studies):
             raise ArchiveError(
-                f"{store.folder}: found no run and no study {name!r}; expected one of the archive's; "
+                f"{store.folder}: found no run and no study {name!r}; expected one in the archive; "
                 f"{did_you_mean(name, [*runs, *studies])}"
             )
     wanted = set(ids or (*runs, *studies))

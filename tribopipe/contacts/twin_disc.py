@@ -219,7 +219,7 @@ class TwinDiscWear:
             softer = Quantity(value=min(hardness) * HARDNESS_UNIT, unit="Pa")
             yield (
                 f"extrapolation: Hertz's pressure of {start.peak_pressure.shown('GPa')} at the start exceeds the "
-                f"hardness of the softer disc, {softer.shown('GPa')}: it yields before it wears"
+                f"hardness of the softer disc, {softer.shown('GPa')}: the material yields before it wears"
             )
         if half_width > _FLAT_CROWN * crown.value:
             yield (

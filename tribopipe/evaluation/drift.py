@@ -235,11 +235,11 @@ def _contradictions(run: RawRun, found: DepthModel, measured: Quantity, recipe: 
             code="reading_contradicts_measurement",
             where="depth",
             message=(
-                f"found both discs worn by {read.shown('um')} by the depth reading alone and by "
+                f"found both discs worn by {read.shown('um')} according to the depth reading and by "
                 f"{measured.shown('um')} as measured after the test, {abs(deviation):.1f} standard uncertainties "
-                "apart: the reading is not trusted, and k_D of both is that of the measurements"
+                "apart: the reading is not used, and k_D of both is from the measurements"
             ),
-            remedy="look for thermal drift, a disc that was not measured, and wrong units of either",
+            remedy="check for thermal drift, an unmeasured disc, and wrong units",
         )
 
 

@@ -84,7 +84,7 @@ def fit_friction(
 def _fitted(run: RawRun, recipe: FrictionRecipe, defaults: DefaultUncertainty) -> FrictionFit:
     shares = _load_share(run, defaults), _distance_share(run, defaults)
     if "friction_coefficient" not in run.columns:
-        return FrictionFit(outcome="none", notes=("the run lacks a friction signal",))
+        return FrictionFit(outcome="none", notes=("the run has no friction signal",))
     distance, mu = run.sliding_distance, run.columns["friction_coefficient"]
     if run.origins["sliding_distance"] == "unknown":
         return _with_inputs(_without_distance(run, mu[np.isfinite(mu)]), *shares)
@@ -93,7 +93,7 @@ def _fitted(run: RawRun, recipe: FrictionRecipe, defaults: DefaultUncertainty) -
     last = np.inf if recipe.end is None else recipe.end.value
     inside = seen & (distance >= first) & (distance <= last)
     fit = _fit_window(distance[inside], mu[inside])
-    trimmed = (f"loading ramp of {first:.3g} m left out",) if recipe.start is None and first > 0 else ()
+    trimmed = (f"loading ramp of {first:.3g} m excluded",) if recipe.start is None and first > 0 else ()
     mean, deviation = _vendor_statistics(mu[seen])
     found = {"notes": trimmed + fit.notes, "load": _load(run), "mean": mean, "standard_deviation": deviation}
     return _with_inputs(fit.model_copy(update=found), *shares)
@@ -194,9 +194,9 @@ def _fit_window(distance: Column, mu: Column) -> FrictionFit:
     if np.median(mu) < 0:
         return _steady_only(mu, ("friction is negative: check the sign of the friction force",), window)
     if window[0].value == window[1].value:
-        return _steady_only(mu, ("the sliding distance never grows: check speed or clock",), window)
+        return _steady_only(mu, ("the sliding distance does not increase: check speed or clock",), window)
     if np.ptp(mu) == 0:
-        return _steady_only(mu, ("friction never changes: check whether the channel was on",), window)
+        return _steady_only(mu, ("friction is constant: check whether the channel was on",), window)
     fit = _fit_exponential(distance, mu)
     reasons = _reasons_against(fit, distance, mu)
     if reasons:
@@ -222,7 +222,7 @@ def _steady_only(mu: Column, reasons: tuple[str, ...], window: tuple[Quantity, Q
     variance = float(parameter_covariance(np.ones((1, len(later))), later - mean, independent)[0, 0])
     return FrictionFit(
         outcome="steady-only",
-        notes=(*reasons, "steady value is the mean of the later half"),
+        notes=(*reasons, "the steady value is the mean of the second half"),
         steady_state=_ratio(mean, math.sqrt(variance)),
         window=window,
         residual_deviation=_ratio(deviation),
@@ -365,10 +365,10 @@ def _reasons_against(fit: _Exponential, distance: Column, mu: Column) -> tuple[s
     constant, straight = float(level @ level), float(np.sum((level - slope * place) ** 2))
     c, spread = fit.running_in, math.sqrt(fit.covariance[2, 2])
     if _evidence(power, constant, fit.independent, 2) < _DECISIVE:
-        return ("no running-in to be told from a constant",)
+        return ("running-in cannot be distinguished from a constant",)
     if _evidence(power, straight, fit.independent, 1) < _DECISIVE or c > 0.99 * fit.longest:
         change = slope * float(distance[-1] - distance[0])
-        return (f"friction changes in a straight line, by {change:+.3f} over the fitted distance, not exponentially",)
+        return (f"friction changes linearly, by {change:+.3f} over the fitted distance, not exponentially",)
     if fit.parameters[0] + fit.parameters[1] < -_CLEARLY * math.sqrt(fit.covariance[:2, :2].sum()):
         return ("the exponential would start at a negative friction",)
     if c - _SURELY * spread < fit.shortest:

@@ -184,8 +184,8 @@ def law_named(name: str) -> WearLaw:
         return _OF_SESSION[name]
     if name not in LAWS and name in names(LAW_GROUP):
         raise FitError(
-            f"found the wear law {name!r}, which cannot be loaded; expected one that can; a warning says why: mend its "
-            "package, or install it again"
+            f"found the wear law {name!r}, which cannot be loaded; expected one that can; see the warning for the "
+            "reason, and repair or reinstall its package"
         )
     if name not in LAWS:
         raise FitError(not_installed(LAW_GROUP, "wear law", name))

@@ -56,7 +56,7 @@ def require_free(
         ours = own is not None and (_in_own_figures(path) or (path.is_file() and own(path)))
         if os.path.lexists(path) and not (ours or force):
             remedy = "--force replaces it" if own is None else "name another one"
-            raise OutputError(f"{path}: found it there already; expected no such file; {remedy}")
+            raise OutputError(f"{path}: the file already exists; expected no such file; {remedy}")
 
 
 def require_folder(folder: Path) -> None:
@@ -83,8 +83,8 @@ def require_outside(path: Path, *, beside_run: bool = False) -> None:
         kind = _kind(folder)
         if kind == _ARCHIVE or (kind == _RUN and not beside_run):
             raise OutputError(
-                f"{path}: found a place inside {kind}, {folder}; expected one outside, since nothing else is written "
-                "there; name another folder"
+                f"{path}: found a path inside {kind}, {folder}; expected one outside, where only tribopipe writes; "
+                "name another folder"
             )
 
 

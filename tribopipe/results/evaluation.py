@@ -88,7 +88,7 @@ class DriftCorrection(Record):
 
     def __str__(self) -> str:
         if self.outcome == "uncorrected":
-            return f"no drift correction: the run lacks {' and '.join(self.lacks)}"
+            return f"no drift correction: missing {' and '.join(self.lacks)}"
         if self.anchor is None:
             return f"drift {_in(self.drift_rate, 'nm/min')}, by the sensor alone: no wear was measured after the test"
         both = "" if self.model is None else f" (two-step {_in(self.two_step_rate, 'nm/min')})"

@@ -248,7 +248,7 @@ class WearFit(FitRecord):
         counted = "" if self.distance_per_rotation is None else f", {self.distance_per_rotation}"
         head = f"{self.model}{by(self.engine)}{counted}"
         if not self.bodies:
-            return f"{head}: no wear coefficient: the run lacks {' and '.join(self.lacks)}"
+            return f"{head}: no wear coefficient: missing {' and '.join(self.lacks)}"
         each = (
             f"{spoken(name)} {body}{_parameters(self.parameters)}{_depths(body)}" for name, body in self.bodies.items()
         )

@@ -240,7 +240,7 @@ def plot_friction(run: RawRun, fit: FrictionFit, clean_up: CleanUp | None = None
 
 def _friction_words(fit: FrictionFit) -> str:
     if fit.steady_state is not None and fit.window is None:
-        return f"b = {fit.steady_state}, the mean of the later half; the sliding distance is not known"
+        return f"b = {fit.steady_state}, the mean of the second half; the sliding distance is not known"
     if fit.outcome != "exponential":
         return f"b = {fit.steady_state}: {fit.notes[-2]}" if fit.steady_state else "; ".join(fit.notes)
     return f"A = {fit.amplitude}, b = {fit.steady_state}, c = {fit.running_in_distance}"

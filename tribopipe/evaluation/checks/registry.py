@@ -56,7 +56,7 @@ def check_cleaned(severity: Severity) -> Callable[[CleanedCheck], CleanedCheck]:
 def _register(severity: Severity, function: Callable[..., object], taken: CleanedCheck) -> None:
     name = function.__name__
     if name in CHECKS:
-        raise ValueError(f"a check {name!r} is there already")
+        raise ValueError(f"a check {name!r} already exists")
     CHECKS[name] = (severity, taken if _is_own(function) else _guarded(name, taken))
 
 
@@ -71,7 +71,7 @@ def _guarded(name: str, function: CleanedCheck) -> CleanedCheck:
         try:
             yield from function(run, cleaned)
         except Exception as error:  # noqa: BLE001 - somebody else's code may raise anything
-            yield Trouble("plugin", f"found that the check {name} fails itself ({error!r})", "tell who wrote it")
+            yield Trouble("plugin", f"the check {name} failed ({error!r})", "report it to its author")
 
     return guarded
 

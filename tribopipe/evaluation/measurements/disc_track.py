@@ -140,13 +140,13 @@ def disc_notes(run: RawRun, end: EndValues, ways: Sequence[BodyWear]) -> Iterato
         yield (
             "track_radius, or stroke, is missing: no volume of the disc"
             if lacking
-            else "depth or width of the track alone tell no volume of the disc"
+            else "depth or width of the track alone does not give the volume of the disc"
         )
     if best is not None and "volume" in best.assumed and best.pair is not None:
         yield from _assumed(best.pair)
     for way in ways:
         if way.name in WIDTHS and way.depth is None and run.manifest.sliding_pin.pin.shape != "flat":
-            yield f"{way.name} is no more than the scar on the pin: it tells no depth of the track"
+            yield f"{way.name} is no larger than the scar on the pin: it does not give the depth of the track"
     if 0 < len(end.disc_profile) < FEWEST_PLACES:
         yield (
             f"the track was measured at {len(end.disc_profile)} of at least {FEWEST_PLACES} places: how it varies is "

@@ -137,7 +137,7 @@ def _profiled(run: RawRun, key: str, profiles: Mapping[str, Profile]) -> EndValu
     tip = PinTip.of(run.manifest.sliding_pin.equivalent_pin)
     if tip.shape == "flat":
         raise FitError(
-            f"{run.id}: {key}: found a profile of a flat pin, on which nothing unworn is left to level it on; expected "
+            f"{run.id}: {key}: found a profile of a flat pin, which has no unworn surface to level it on; expected "
             "one of a spherical tip; give pin_wear_depth or pin_mass_loss instead"
         )
     through = _through_the_middle(run, profiles, tip.radius)

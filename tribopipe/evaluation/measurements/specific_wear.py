@@ -38,7 +38,7 @@ def specific_wear(run: RawRun, recipe: Recipe | None = None) -> SpecificWear:
     worn, notes = measurements_of(contact).worn(run, defaults, None)
     distance = _distance(run, defaults)
     if distance is None:
-        return SpecificWear(outcome="not evaluated", notes=(*notes, "nothing slid"))
+        return SpecificWear(outcome="not evaluated", notes=(*notes, "no sliding distance"))
     load = _load(run, recipe)
     rates = {name: _rate(ways, load, distance) for name, ways in worn.items()}
     rates = {name: rate.model_copy(update=interval_wear(run, recipe, name)) for name, rate in rates.items()}

@@ -19,7 +19,7 @@ def mask_spikes(bench: Bench, step: Despike) -> None:
     for name in step.signals:
         values = bench.measured(name)
         if values is not None:
-            what = f"further than {step.threshold:g} standard deviations off the median of {step.window} samples"
+            what = f"more than {step.threshold:g} standard deviations from the median of {step.window} samples"
             bench.mask(name, spikes(values, step.window, step.threshold), what, "a spike")
 
 

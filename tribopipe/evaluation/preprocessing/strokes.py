@@ -60,7 +60,7 @@ def average_strokes(bench: Bench, step: StrokeWiseFriction) -> None:
     averaged[~np.isfinite(mu)] = np.nan
     if not np.array_equal(averaged, mu, equal_nan=True):
         what = f"one value for each of {len(whole)} strokes, by {step.method} over {step.middle:.0%} of it"
-        bench.put("friction_coefficient", averaged, what, "friction goes there and back", parts=len(whole))
+        bench.put("friction_coefficient", averaged, what, "friction is reciprocating", parts=len(whole))
 
 
 def whole_strokes(signed: Column, *, any_offset: bool = False) -> list[Stroke]:

@@ -41,8 +41,8 @@ def zero_forces(bench: Bench, step: Zero) -> None:
     why = "in the windows stated" if step.windows else "without contact"
     zeroed = [name for name in step.signals if _zeroed(bench, name, where, why)]
     if zeroed and bench.measured("friction_force") is not None and bench.measured("friction_coefficient") is not None:
-        what = "the recorded one gives way to that derived from the zeroed forces"
-        bench.leave_out("friction_coefficient", what, "an instrument divides forces that are not zeroed")
+        what = "the recorded coefficient is replaced by that from the zeroed forces"
+        bench.leave_out("friction_coefficient", what, "the instrument divides forces that are not zeroed")
 
 
 def _zeroed(bench: Bench, name: SignalName, where: Selection, why: str) -> bool:
@@ -52,14 +52,14 @@ def _zeroed(bench: Bench, name: SignalName, where: Selection, why: str) -> bool:
         return False
     seen = force[where & np.isfinite(force)]
     if len(seen) < _FEWEST_SEEN:
-        bench.leave(name, f"not zeroed: {len(seen)} samples {why}; expected at least {_FEWEST_SEEN}", "too few to tell")
+        bench.leave(name, f"not zeroed: {len(seen)} samples {why}; expected at least {_FEWEST_SEEN}", "too few")
         return False
     zero, spread = float(np.mean(seen)), float(np.std(seen, ddof=1))
     uncertainty = spread / math.sqrt(effective_samples(seen))
     if abs(zero) <= max(_TOLD * uncertainty, 1e-9 * float(np.nanmax(np.abs(force)))):
         return False
     offset = Quantity(value=zero, unit="N", standard_uncertainty=uncertainty)
-    what = f"zero of {offset.shown('mN')} taken off"
+    what = f"zero of {offset.shown('mN')} subtracted"
     bench.put(name, force - zero, what, f"mean of {len(seen)} samples {why}", offset=offset)
     return True
 

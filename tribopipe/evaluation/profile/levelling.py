@@ -114,7 +114,7 @@ class Unworn:
         moved = Unworn(self.crown_radius, self.offset + float(steps[0]), self.sideways + float(steps[1]), bend)
         if self.crown_radius is not None and abs(moved.sideways) + x[-1] >= self.crown_radius:
             raise FitError(
-                "profile: found shoulders that fit no crown of radius "
+                "profile: found shoulders that do not fit a crown of radius "
                 f"{show(self.crown_radius, None, 'm', 'mm')}; expected the unworn crown on both sides of the track; "
                 "check the units of position and height, and crown_radius"
             )
@@ -318,7 +318,7 @@ def _groove(smooth: Column, spread: float, rounding: float) -> slice:
     deepest = int(np.argmax(smooth))
     if smooth[deepest] <= _STANDS_OUT * spread + rounding:
         deep = show(float(smooth[deepest]), None, "m", "um")
-        raise no_track(f"no place that stands out of the noise beside it, the deepest {deep} below the unworn surface")
+        raise no_track(f"no place that stands out of the noise, the deepest {deep} below the unworn surface")
     at_level = np.flatnonzero(smooth <= max(_IN_NOISE * spread, _IN_FORM * smooth[deepest]) + rounding)
     before, after = at_level[at_level < deepest], at_level[at_level > deepest]
     least = _least(len(smooth))
@@ -398,6 +398,6 @@ def no_track(found: str) -> FitError:
 
 def _at_the_edge() -> FitError:
     return FitError(
-        "profile: found a track that reaches the edge of the profile; expected unworn surface on both sides, by "
-        "which it is levelled; measure a longer profile, and check the radius if it leads across a ball or a crown"
+        "profile: found a track that reaches the edge of the profile; expected unworn surface on both sides, to level "
+        "it on; measure a longer profile, and check the radius if it leads across a ball or a crown"
     )

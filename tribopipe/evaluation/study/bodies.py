@@ -16,7 +16,7 @@ def check_bodies(study_id: str, manifests: Sequence[RunManifest]) -> None:
             if mine != theirs:
                 raise FitError(
                     f"{study_id}: found {what} {theirs} in {other.id} and {mine} in {first.id}; expected the same "
-                    "bodies in the same medium for one k_D; take one of them out of the study"
+                    "materials and environment for one k_D; remove one of them from the study"
                 )
 
 

@@ -188,8 +188,8 @@ def _refuse_mixture(study_id: str, fitted: Sequence[PosedRun | MeasuredRun], bod
         silent = [run.member.id for run in fitted if body not in run.bodies]
         if silent:
             raise FitError(
-                f"{study_id}: found nothing measured on the {spoken(body)} of {silent[0]}, but on that of other runs; "
-                "expected the same on all runs that identify k_D; take it out of fit, or measure it"
+                f"{study_id}: found no measurement of the {spoken(body)} in {silent[0]}, although other runs have "
+                "one; expected the same for all runs that identify k_D; remove the run from fit, or measure it"
             )
 
 
@@ -198,6 +198,6 @@ def _refuse_no_wear(study_id: str, fitted: Sequence[PosedRun | MeasuredRun], bod
     for place, body in enumerate(bodies[1:], 1):
         if not any(run.coefficients[place] > 0 for run in fitted):
             raise FitError(
-                f"{study_id}: found no wear of the {spoken(body)} in any run that identifies k_D; expected some; leave "
-                "its end values out of run.toml, so that it counts as unworn"
+                f"{study_id}: found no wear of the {spoken(body)} in any run that identifies k_D; expected some; "
+                "remove its measurements from run.toml, so that it is taken as unworn"
             )

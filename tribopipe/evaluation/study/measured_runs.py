@@ -113,8 +113,8 @@ def posed_measurements(member: Member, law: LawName, recipe: Recipe) -> Measured
     problem = measurement_problem(member.corrected.run, law, member.friction, recipe)
     if not isinstance(problem, MeasurementProblem):
         raise FitError(
-            f"{member.id}: found a run that lacks {' and '.join(problem)}; expected end values and, for Sarkar's law, "
-            "friction; take it out of the study"
+            f"{member.id}: found a run without {' and '.join(problem)}; expected post-test measurements and, for "
+            "Sarkar's law, friction; remove it from the study"
         )
     return MeasuredRun(member, problem)
 

@@ -45,11 +45,11 @@ class Member:
         law_as_given(law, recipe)
         problem = wear_problem(self.corrected, law, self.friction, recipe)
         if isinstance(problem, WearProblem) and self.corrected.correction.anchor is None:
-            problem = ("an end value of the pin (its depth, scar, volume, mass or profile)",)
+            problem = ("a post-test measurement of the pin (depth, scar, volume, mass or profile)",)
         if not isinstance(problem, WearProblem):
             raise FitError(
-                f"{self.id}: found a run that lacks {' and '.join(problem)}; expected depth, end value and, "
-                "for Sarkar's law, friction; take it out of the study"
+                f"{self.id}: found a run without {' and '.join(problem)}; expected depth, a post-test measurement "
+                "and, for Sarkar's law, friction; remove it from the study"
             )
         joint = joint_problem(problem, self.corrected, recipe)
         by_model = recipe.wear.correction == "model"
@@ -68,8 +68,8 @@ def chosen(
     fit, predict = ([members[i] for i in ids if i not in out] for ids in (study.fit, study.predict))
     if not fit:
         raise FitError(
-            f"{study.id}: found no run left to identify k_D; expected at least one; name another in fit, or take the "
-            "mark off one with `tribopipe mark-bad --undo`"
+            f"{study.id}: found no run left to identify k_D; expected at least one; name another in fit, or remove a "
+            "mark with `tribopipe mark-bad --undo`"
         )
     check_bodies(study.id, [member.corrected.run.manifest for member in (*fit, *predict)])
     return fit, predict

@@ -269,6 +269,6 @@ def single_run_note(fit: Sequence[str]) -> tuple[str, ...]:
     if len(fit) > 1:
         return ()
     return (
-        f"one run, {fit[0]}, identifies k_D: the bands hold what is uncertain within it, not the scatter from run to "
-        "run; replicates would tell",
+        f"k_D is identified from one run, {fit[0]}: the bands include its own uncertainty, not the scatter between "
+        "runs; replicate tests are needed to quantify this",
     )

@@ -65,6 +65,7 @@ def require_all(law: WearLaw, values: Mapping[str, float], place: str | None = N
 def indistinct(law: WearLaw, names: Sequence[str]) -> str:
     """Say that a run does not tell k_D and the parameters of its law apart."""
     return (
-        f"wear fit: found a depth that does not tell k_D from {' and '.join(names)} of {law.title}; expected one that "
-        f"shows them; give some under [wear.parameters.{law.name}] in a recipe, or fit another law"
+        f"wear fit: found a depth signal from which k_D and {' and '.join(names)} of {law.title} cannot be separated; "
+        f"expected one that identifies them; give some under [wear.parameters.{law.name}] in a recipe, or fit another "
+        "law"
     )

@@ -61,8 +61,8 @@ def held_notes(problem: WearProblem) -> tuple[str, ...]:
 def _held(law: WearLaw, name: str) -> str:
     called = name.replace("_", " ")
     if _end(law, name) == 0:
-        return f"{called} was found at 0 and is held there: k_D and its uncertainty are those without it"
-    return f"{called} has no effect on the wear of this run: its value says nothing"
+        return f"{called} was fitted at 0 and is fixed there: k_D and its uncertainty are those without it"
+    return f"{called} has no effect on the wear of this run: its value has no meaning"
 
 
 class _Search:

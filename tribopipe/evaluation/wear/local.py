@@ -275,14 +275,14 @@ def _coarseness(course: LocalWear, along: Column, places: Indices) -> Iterator[s
     if coarse:
         points = course.half_length[min(coarse)] / spacing
         yield (
-            f"the contact's radius is only {points:.1f} points at {along[min(coarse)]:g}, and below {_FEWEST_POINTS} "
+            f"the contact radius is only {points:.1f} points at {along[min(coarse)]:g}, and below {_FEWEST_POINTS} "
             f"up to {along[max(coarse)]:g}: depths there may be a few per cent off"
         )
 
 
 def _exactness(coefficient: Quantity) -> Iterator[str]:
     if coefficient.standard_uncertainty is None:
-        yield "k_D is taken as exact, since no standard uncertainty of it is known"
+        yield "k_D is taken as exact, since its standard uncertainty is not known"
 
 
 def _quantity(value: float, unit: str, share: float | None = None) -> Quantity:

@@ -163,13 +163,13 @@ def _one_sided(problem: MeasurementProblem) -> tuple[str, ...]:
     if not problem.one_sided:
         return ()
     unmeasured = spoken(problem.contact.fitted_bodies[-1])
-    return (f"nothing was measured on the {unmeasured}: it counts as unworn, as in the one-sided model",)
+    return (f"nothing was measured on the {unmeasured}: it is taken as unworn, as in the one-sided model",)
 
 
 def _disagreement(p_value: float | None) -> tuple[str, ...]:
     if p_value is None or p_value > _SURE:
         return ()
     return (
-        f"what was measured disagrees with the law by more than its uncertainties (probability {p_value:.1g}): the "
-        "uncertainties are too small, or the law does not hold",
+        f"the measurements disagree with the law by more than their uncertainties (probability {p_value:.1g}): the "
+        "uncertainties are too small, or the law does not apply",
     )

@@ -164,13 +164,13 @@ class MeasurementProblem:
         found, first = self.solve(self.values, self.scale), spoken(self.contact.fitted_bodies[0])
         if not np.all(np.isfinite(found)):
             raise FitError(
-                f"wear fit: found no k_D in {_MOST_ITERATIONS} iterations; expected end values that belong together, "
-                "and discs that still slip at the end; check end values, rotations and slip"
+                f"wear fit: found no k_D in {_MOST_ITERATIONS} iterations; expected consistent post-test "
+                "measurements, and discs that still slip at the end; check end_values, rotations and slip"
             )
         if not found[0] > 0:
             raise FitError(
-                f"wear fit: found no wear of the {first}; expected end values above zero; a longer or heavier test "
-                "may show some"
+                f"wear fit: found no wear of the {first}; expected post-test measurements above zero; test longer or "
+                "at a higher load"
             )
         return found
 
@@ -253,11 +253,11 @@ def measurement_problem(
     if recipe.wear.engine not in (None, "giwm") or not isinstance(wearing, MeasuredWear):
         raise FitError(
             f"{run.id}: found {contact.title} to fit by --engine {recipe.wear.engine}; expected the GIWM, since the "
-            "depth signal does not tell their wear; take --engine giwm"
+            "depth signal does not give their wear; use --engine giwm"
         )
     measurements, first = disc_measurements(run, recipe.uncertainty), contact.fitted_bodies[0]
     if not any(one.disc == first for one in measurements):
-        return (f"an end value of the {spoken(first)} (depth, track width or volume)",)
+        return (f"a post-test measurement of the {spoken(first)} (depth, track width or volume)",)
     known = law_friction(run, law, friction, recipe.wear.friction)
     if known is None:
         return ("a friction signal",)

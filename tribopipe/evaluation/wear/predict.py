@@ -139,7 +139,7 @@ def _law_values(scenario: Scenario) -> tuple[LawValue, ...] | None:
 
 def _notes(scenario: Scenario, places: Column) -> Iterator[str]:
     if scenario.known.first.standard_uncertainty is None:
-        yield "k_D is taken as exact, since no standard uncertainty of it is known"
+        yield "k_D is taken as exact, since its standard uncertainty is not known"
     yield from scenario.notes(places)
     yield from default_notes(scenario.inputs)
 
@@ -150,5 +150,5 @@ def _step_notes(scenario: Scenario, places: Column, error: float | None, steps: 
     side, step = "too deep" if error > 0 else "too shallow", float(places.max()) / steps
     yield (
         f"{steps:,} Euler steps of {step:.3g} {scenario.contact.progress.unit} end {abs(error):.2%} {side}; the exact "
-        "scheme has no such error"
+        "scheme does not have this error"
     )

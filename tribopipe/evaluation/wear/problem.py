@@ -266,16 +266,16 @@ class WearProblem:
         """Return k_D, m²/N, at the best estimates. Raises ``FitError`` where the pin shows no wear."""
         if not float(self.end_depth(self.values)) > 0:
             raise FitError(
-                "wear fit: found an end value without wear of the pin; expected wear to fit; a longer or "
-                "heavier test may show some"
+                "wear fit: found a post-test measurement without wear of the pin; expected wear to fit; test longer "
+                "or at a higher load"
             )
         found = float(self.solve(self.values))
         if not found > 0:
             if self.fitted_parameters:
                 raise FitError(indistinct(self.law, self.fitted_parameters))
             raise FitError(
-                f"wear fit: found no k_D in {_MOST_ITERATIONS} iterations; expected the depth to grow with distance; "
-                "look at the raw depth signal"
+                f"wear fit: found no k_D in {_MOST_ITERATIONS} iterations; expected the depth to increase with "
+                "distance; inspect the raw depth signal"
             )
         return found
 

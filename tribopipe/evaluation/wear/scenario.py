@@ -103,8 +103,8 @@ class Scenario:
         """
         if not 1 <= steps <= MOST_STEPS:
             raise FitError(
-                f"published scheme: found {steps:,} steps; expected 1 to {MOST_STEPS:,}; say how many with --steps, or "
-                "use the exact scheme, which costs nothing"
+                f"published scheme: found {steps:,} steps; expected 1 to {MOST_STEPS:,}; give another number with "
+                "--steps, or use the exact scheme"
             )
         ends = np.linspace(0.0, float(np.max(places)), steps + 1)
         factor = self.law.rate_factor(ends * self.wear.slid, self.friction)
@@ -270,5 +270,6 @@ def _beyond(excess: Callable[[float], float], start: float) -> float:
         if excess(place := start * 2.0**doublings) >= 0:
             return place
     raise FitError(
-        "wear law: found that it wears less and less and never so deep; expected a depth that it reaches; ask for less"
+        "wear law: found a wear rate that decreases so that this depth is never reached; expected a depth that is "
+        "reached; give a smaller one"
     )

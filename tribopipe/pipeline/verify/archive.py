@@ -127,7 +127,7 @@ def files_of(archive: Path, run_ids: Collection[str] = ()) -> dict[str, Stamp]:
     for name in chosen:
         if name not in there:
             known = did_you_mean(_called(name), map(_called, there))
-            raise ArchiveError(f"{archive}: found no run {_called(name)!r}; expected one of the archive's; {known}")
+            raise ArchiveError(f"{archive}: found no run {_called(name)!r}; expected one in the archive; {known}")
     return {name: there[name] for name in sorted(chosen, key=lambda name: (_is_study(name), natural_order(name)))}
 
 

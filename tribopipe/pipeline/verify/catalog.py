@@ -20,7 +20,7 @@ _SAID = (
     "SELECT * FROM runs WHERE file = ?",
     "SELECT study, run, verdict FROM members WHERE file = ? ORDER BY study, run, verdict",
 )
-_LS = "`tribopipe ls` makes it anew"
+_LS = "`tribopipe ls` creates it again"
 
 
 def look_into_catalogue(archive: Path, sound: Set[str], recorded: Set[str] = frozenset()) -> list[Look]:
@@ -46,7 +46,7 @@ def look_into_catalogue(archive: Path, sound: Set[str], recorded: Set[str] = fro
 def _gone(archive: Path, kept: sqlite3.Connection, recorded: Set[str]) -> Iterator[Look]:
     for name in sorted(noted(kept).keys() - stamps(archive).keys() - recorded):
         look = Look(name)
-        message = "found no such file, which the catalogue knows; expected it"
+        message = "found no such file, although the catalog lists it; expected it"
         look.warning("catalogue", message, "restore it from a copy; if it was removed on purpose, run `tribopipe ls`")
         yield look
 
@@ -63,7 +63,7 @@ def _different(archive: Path, sound: Set[str], kept: sqlite3.Connection, rebuilt
         keep(rebuilt, [note])
         if any(_said(kept, question, name) != _said(rebuilt, question, name) for question in _SAID):
             look = Look(name)
-            message = "found other content than the catalogue noted, and no change since; expected the same"
+            message = "found content that differs from the catalog, without a recorded change; expected the same"
             look.warning("catalogue", message, f"restore it from a copy if it is damaged; else remove {FILE_NAME}")
             yield look
 

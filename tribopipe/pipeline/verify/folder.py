@@ -53,7 +53,7 @@ def _others(archive: Path) -> Iterator[Look]:
         if path.is_symlink() and not path.exists():
             look.error("folder", "found a link that leads nowhere; expected the file", "restore what it leads to")
         else:
-            look.note("folder", "found what is none of tribopipe's; expected runs and studies", "move it elsewhere")
+            look.note("folder", "found a file not written by tribopipe; expected runs and studies", "move it elsewhere")
         yield look
 
 
@@ -75,6 +75,6 @@ def _colliding(archive: Path) -> Iterator[Look]:
         alike[name.casefold()].append(name)
     for names in (sorted(names) for names in alike.values() if len(names) > 1):
         look = Look(names[0])
-        message = f"found {', '.join(names[1:])} beside it, which differs in capitals alone; expected other ids"
+        message = f"found {', '.join(names[1:])} , which differs only in upper and lower case; expected different ids"
         look.warning("folder", message, "keep one of them elsewhere: on Windows and macOS one would replace the other")
         yield look

@@ -19,7 +19,7 @@ from tribopipe.pipeline.verify.tree import Field, Group, Link, Member
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _NUMBER = "fiu"
 """Kinds of types: floating, signed, unsigned."""
-_REDO = "`tribopipe process --force` writes it anew; where that does not help, restore the file from a copy"
+_REDO = "`tribopipe process --force` writes it again; if that does not help, restore the file from a copy"
 _DEFINITION = "/entry/definition"
 _ROOT_ATTRIBUTES = ("default", "creator", "creator_version")
 _ANY_ATTRIBUTE = ("NXcollection", "NXdata")
@@ -122,7 +122,7 @@ def _uncertainty_faults(path: str, group: Group) -> Iterator[Fault]:
             continue
         told = (of, member)
         if not all(isinstance(one, Field) and one.kind in _NUMBER for one in told) or _unit(of) != _unit(member):
-            yield Fault(f"{path}/{name}", "found an uncertainty without a number of its unit; expected one beside it")
+            yield Fault(f"{path}/{name}", "found an uncertainty without a value in the same unit; expected one with it")
 
 
 def _is_text(member: Field) -> bool:
