@@ -200,7 +200,8 @@ def test_strokes_without_a_stated_stroke_are_flagged(tmp_path):
     found = found_in(run_of(tmp_path, "a.txt", umt(TRUTH), normal_load="1.9613 N", sliding_speed="10 mm/s"))
     (told,) = found["strokes_are_used"]
     assert told.startswith(
-        "friction_force: found 160 reciprocating strokes, but no stroke in run.toml, so that no coefficient per stroke is computed"
+        "friction_force: found 160 reciprocating strokes, but no stroke in run.toml, so that no coefficient per "
+        "stroke is computed"
     )
 
 

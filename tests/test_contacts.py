@@ -224,7 +224,7 @@ class Taken(SlidingPin):
         ("no-class = broken_contact:Specimen", "expected a subclass of SlidingPin"),
         ("other-kind = broken_contact:OtherKind", "expected Literal\\['other-kind'\\]"),
         ("no-body = broken_contact:NoBody", "expected the pin and the field of a specimen"),
-        ("pin-on-disc = broken_contact:Taken", "the name is one of tribopipe's own"),
+        ("pin-on-disc = broken_contact:Taken", "the name is used by tribopipe itself"),
     ],
 )
 def test_contact_that_cannot_be_loaded_is_left_out_with_a_warning(monkeypatch, tmp_path, entry, words):

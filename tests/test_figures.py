@@ -69,7 +69,7 @@ def test_figures_of_a_run_without_end_value_and_friction_say_what_is_missing(sam
         columns={name: raw.columns[name] for name in ("time", "sliding_distance", "depth")},
     )
     in_two_steps = Recipe(wear=WearRecipe(correction="two-step"))
-    assert "missing a post-test measurement" in plot_depth(correct_drift(bare, in_two_steps)).axes[0].texts[0].get_text()
+    assert "missing a post-test" in plot_depth(correct_drift(bare, in_two_steps)).axes[0].texts[0].get_text()
     assert "has no friction signal" in plot_friction(bare, fit_friction(bare)).axes[0].texts[0].get_text()
 
 
@@ -144,7 +144,7 @@ def test_clean_up_figure_shows_each_changed_signal_raw_and_cleaned(sample_archiv
     raw = spoilt(sample_archive.raw(SAMPLE_IDS[0]))
     cleaned = clean_run(raw, MENDED)
     figure = plot_clean_up(raw, cleaned.run, cleaned.record)
-    assert labels(figure) == {"as recorded", "cleaned up"}
+    assert labels(figure) == {"as recorded", "preprocessed"}
     depth, humidity = figure.axes
     assert (depth.get_ylabel(), humidity.get_ylabel()) == ("depth / µm", "humidity / %")
     assert depth.texts[0].get_text().startswith("depth: 2 samples masked: ")
@@ -161,7 +161,7 @@ def test_raw_signal_that_would_flatten_the_cleaned_one_is_off_the_scale(sample_a
     raw = replace(truth, columns={**truth.columns, "time": truth.columns["time"] + 1.6e9})
     cleaned = clean_run(raw)
     figure = plot_clean_up(raw, cleaned.run, cleaned.record)
-    assert labels(figure) == {"cleaned up"}
+    assert labels(figure) == {"preprocessed"}
     assert "as recorded: off the scale" in [text.get_text() for text in figure.axes[0].texts]
 
 

@@ -228,17 +228,17 @@ def test_a_unit_behind_a_megabyte_of_blanks():
 
 
 def test_what_a_sentence_quotes_is_cut_and_written_out():
-    said = str(ManifestError("found " + "x" * 1_000_000 + "\n\x1b[31m; expected less; mend it"))
+    said = str(ManifestError("found " + "x" * 1_000_000 + "\n\x1b[31m; expected less; correct it"))
     assert len(said) < 1500
     assert said.startswith("found xxx")
-    assert said.endswith("\\n\\x1b[31m; expected less; mend it")
+    assert said.endswith("\\n\\x1b[31m; expected less; correct it")
 
 
 def test_plans_without_end_are_refused(short_plan, tmp_path):
     plan = tmp_path / "plan.toml"
     plan.write_bytes(short_plan.read_bytes())
     replace_in(plan, "(?m)^sliding_distance = .*$", 'sliding_distance = "1e12 m"')
-    with pytest.raises(ManifestError, match=r"sensors.sampling_rate: found 2.5e\+13 samples a run; expected at most"):
+    with pytest.raises(ManifestError, match=r"sensors.sampling_rate: found 2.5e\+13 samples per run; expected at most"):
         load_toml(plan, Plan)
 
 

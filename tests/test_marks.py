@@ -306,7 +306,7 @@ def test_show_tells_every_mark(run_cli, archive):
         ([RUN, "--reason", " \n"], [RUN, "reason: found", "expected why"]),
         ([RUN, "--undo", "--reason", " "], ["reason: found ' '"]),
         ([RUN, "--reason", "slipped", "--by", ""], ["operator: found ''; expected who"]),
-        ([RUN, "--undo", "--reason", "good"], [RUN, "found no bad mark to take back; expected", "`tribopipe ls`"]),
+        ([RUN, "--undo", "--reason", "good"], [RUN, "found no bad mark to remove; expected", "`tribopipe ls`"]),
         (["si3n4-air-200mm", "--reason", "slipped"], ["found no run 'si3n4-air-200mm'", f"did you mean '{RUN}'?"]),
     ],
 )

@@ -148,7 +148,7 @@ def test_units_that_an_identity_contradicts_are_left_open():
     table = read(lines)
     assert next(one.unit for one in table.columns if one.name == "Mass") is None
     assert next(one.unit for one in table.columns if one.name == "Load") == "N"
-    assert "m·g = F_N does not hold in g, N: left over right is 0.001" in table.notes
+    assert "m·g = F_N does not hold in g, N: the ratio of left to right is 0.001" in table.notes
     assert "the units of 'Mass' are left open; the header holds none" in table.notes
 
 

@@ -100,7 +100,7 @@ def test_findings_and_remarks_are_told(archive, capsys):
     show_run_page(type(page)(**(vars(page) | {"findings": (finding,), "studies": ("air",)})))
     told = capsys.readouterr().out
     for line in (
-        *("marked bad: slipped", "tags: run-in", "warning: depth: found x; expected y; mend it"),
+        *("marked bad: slipped", "tags: run-in", "warning: depth: found x; expected y; correct it"),
         *(f"marked bad by anna, {DATE}: slipped", f"tagged, {DATE}: run-in", f"note, {DATE}: odd", "air"),
     ):
         assert f"\n  {line}\n" in told

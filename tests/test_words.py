@@ -17,7 +17,8 @@ from folders import ROOT
 
 RULES = tomllib.loads((ROOT / "tests" / "banned_phrases.toml").read_text(encoding="utf-8"))
 PHRASES = [
-    (re.compile(rule["pattern"], re.IGNORECASE), rule["write"], tuple(rule.get("not_in", ()))) for rule in RULES["phrases"]
+    (re.compile(rule["pattern"], re.IGNORECASE), rule["write"], tuple(rule.get("not_in", ())))
+    for rule in RULES["phrases"]
 ]
 PACKAGE, CLIENT = ROOT / "tribopipe", ROOT / "tribopipe" / "browse" / "ui" / "src"
 _CODE = re.compile(r"``.*?``|`[^`\n]*`|\{[^{}]*\}")
@@ -93,8 +94,8 @@ def spoken(tree: ast.Module, path: str) -> Iterator[Text]:
             within = node.args[:1]
         elif isinstance(node, ast.Assign) and "__all__" in map(ast.unparse, node.targets):
             within = [node.value]
-        elif isinstance(node, ast.AnnAssign | ast.arg) and isinstance(node.annotation, ast.Constant):
-            within = [node.annotation]
+        elif annotation := getattr(node, "annotation", None) or getattr(node, "returns", None):
+            within = [annotation]
         elif isinstance(node, ast.JoinedStr):
             within = list(node.values)
         silent |= {id(part) for one in within for part in ast.walk(one) if isinstance(part, ast.Constant)}
@@ -134,7 +135,9 @@ def client_texts() -> Iterator[Text]:
 
 def template_texts() -> Iterator[Text]:
     for path in sorted((PACKAGE / "views").rglob("*.html")):
-        plain = re.sub(r"\{[%#{].*?[%#}]\}|<(style|script)\b.*?</\1>|<[^>]*>", _blank, path.read_text("utf-8"), flags=re.DOTALL)
+        plain = re.sub(
+            r"\{[%#{].*?[%#}]\}|<(style|script)\b.*?</\1>|<[^>]*>", _blank, path.read_text("utf-8"), flags=re.DOTALL
+        )
         yield from (Text(relative(path), number, line) for number, line in enumerate(plain.splitlines(), 1))
 
 
@@ -167,10 +170,14 @@ def test_docstrings_get_no_more_of_these_phrases():
     found = hits(python_texts(docstrings=True))
     for part in sorted({hit.path.split("/")[1] for hit in found}):
         of_part = [hit for hit in found if hit.path.split("/")[1] == part]
-        assert len(of_part) <= most.get(part, 0), f"{len(of_part)} in {part}, at most {most.get(part, 0)}:\n{listed(of_part)}"
+        assert len(of_part) <= most.get(part, 0), (
+            f"{len(of_part)} in {part}, at most {most.get(part, 0)}:\n{listed(of_part)}"
+        )
 
 
-@pytest.mark.parametrize("page", sorted(path.relative_to(ROOT / "docs").as_posix() for path in ROOT.glob("docs/**/*.md")))
+@pytest.mark.parametrize(
+    "page", sorted(path.relative_to(ROOT / "docs").as_posix() for path in ROOT.glob("docs/**/*.md"))
+)
 def test_pages_get_no_more_of_these_phrases(page):
     found, most = hits(prose(ROOT / "docs" / page)), RULES.get("pages", {}).get(page, 0)
     assert len(found) <= most, f"{len(found)} hits, at most {most}:\n{listed(found)}"
@@ -180,7 +187,7 @@ def test_pages_get_no_more_of_these_phrases(page):
     ("text", "found"),
     [
         ("The file says so.", ["says"]),
-        ("`says` is code, \"said\" a quotation, end_values a key", []),
+        ('`says` is code, "said" a quotation, end_values a key', []),
         ("End values are measured", ["End values"]),
         ("once a run", ["once a run"]),
     ],
@@ -190,7 +197,9 @@ def test_a_phrase_is_found_but_not_in_code_keys_and_quotations(text, found):
 
 
 def test_the_texts_of_python_are_those_that_users_read():
-    tree = ast.parse('"""Said."""\nimport re\nre.compile("was told")\n__all__ = ["Verdict"]\nraise ValueError(f"found {x} worn off")\n')
+    tree = ast.parse(
+        '"""Said."""\nimport re\nre.compile("was told")\n__all__ = ["Verdict"]\nraise ValueError(f"found {x} worn off")\n'
+    )
     assert [text.words for text in spoken(tree, "")] == ["found {} worn off"]
 
 

@@ -46,7 +46,7 @@ def check_format(file: h5py.File, path: object, expected: Format) -> None:
         remedy = (
             "save the files that it was ingested from with `tribopipe rescue`, and ingest them into another archive"
             if expected == RUN_FORMAT
-            else "run the study anew in another archive, once its runs are there"
+            else "run the study again in another archive that contains its runs"
         )
         raise ArchiveError(
             f"{path}: found the format '{found}', of a tribopipe before the first release; expected '{expected}'; "

@@ -180,7 +180,7 @@ class _Look:
         except ValueError as error:
             self._refuse(path, f"texts that cannot be found ({error})")
         if (lengths > MOST_TEXT).any() or len(lengths) != prod(dataset.shape):
-            self._refuse(path, f"texts of more than {MOST_TEXT:,} bytes, or other than are said")
+            self._refuse(path, f"texts of more than {MOST_TEXT:,} bytes, or other lengths than declared")
         return int(lengths.sum(dtype=np.uint64)) + _TEXT_OBJECT * len(lengths)
 
     def _values(self, path: str, dataset: h5d.DatasetID, made: h5p.PropDCID, kind: h5t.TypeID) -> int:

@@ -75,7 +75,7 @@ def long_fields(
 def _short(pieces: Iterable[NDArray[Any]], rows: int, dtype: DTypeLike) -> NDArray[Any]:
     whole = np.concatenate([np.empty(0, dtype), *pieces], dtype=dtype)
     if len(whole) != rows:
-        raise ValueError(f"{len(whole):,} rows where {rows:,} were said to come")
+        raise ValueError(f"{len(whole):,} rows where {rows:,} were announced")
     return whole
 
 

@@ -74,6 +74,6 @@ def _refuse_unsealed(file: h5py.File, path: Path) -> NoReturn:
     found = format_of(file)
     check_format(file, path, STUDY_FORMAT if found is not None and found.kind == STUDY_FORMAT.kind else RUN_FORMAT)
     raise ArchiveError(
-        f"{path}: found no seal in front of it, as if another program had written it anew; expected the file as "
+        f"{path}: found no seal at its start, as if another program had rewritten it; expected the file as "
         "tribopipe wrote it; restore it from a copy, or save what is whole in it with `tribopipe rescue`"
     )

@@ -102,7 +102,7 @@ def _unknown(archive: Archive, name: str, *, study: bool, removed: bool = False)
         )
     else:
         known = archive.study_ids() if study else archive.ids()
-        where, one = f"{archive.folder}: ", f"one of the archive's{'' if study else ', or --study for a study'}"
+        where, one = f"{archive.folder}: ", f"one in the archive{'' if study else ', or --study for a study'}"
     return ArchiveError(f"{where}found no {kind} {name!r}; expected {one}; {did_you_mean(name, known)}")
 
 

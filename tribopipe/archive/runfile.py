@@ -252,7 +252,7 @@ def _read_signals(raw: h5py.Group) -> dict[SignalName, Column]:
 
 
 def read_cleaned(file: h5py.File) -> RawRun:
-    """Read a run with its signals as they were cleaned up; as ingested where they were not."""
+    """Read a run with its preprocessed signals; as ingested where they were not."""
     run, step = read_raw(file), read_step(file["entry"], "clean_up")
     if step is None or not isinstance(step.result, CleanUp):
         return run

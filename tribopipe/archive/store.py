@@ -234,7 +234,7 @@ class Archive:
             return read_raw(file)
 
     def cleaned(self, run_id: str) -> RawRun:
-        """Return a run with its signals as they were cleaned up; as ingested where they were not."""
+        """Return a run with its preprocessed signals; as ingested where they were not."""
         with self.open(run_id) as file:
             return read_cleaned(file)
 
@@ -426,7 +426,7 @@ class Archive:
             marks = read_marks(old["entry"])
             if mark.kind == "good" and (not marks or marks[-1].kind != "bad"):
                 raise ArchiveError(
-                    f"{self.path(run_id)}: found no bad mark to take back; expected a run that is marked bad; "
+                    f"{self.path(run_id)}: found no bad mark to remove; expected a run that is marked bad; "
                     "`tribopipe ls` shows which are"
                 )
             write_marks(copy_except(old, new, {"marks"}), [*marks, mark])
@@ -455,8 +455,8 @@ class Archive:
     def _refuse_to_take_back(self, run_id: str, annotation: Annotation, tags: Sequence[str]) -> None:
         if annotation.kind == "untag" and annotation.text not in tags:
             raise ArchiveError(
-                f"{self.path(run_id)}: found no tag {annotation.text!r} to take back; expected one that the run "
-                f"has; {did_you_mean(annotation.text, tags)}"
+                f"{self.path(run_id)}: found no tag {annotation.text!r} to remove; expected one that the run has; "
+                f"{did_you_mean(annotation.text, tags)}"
             )
 
     @contextmanager

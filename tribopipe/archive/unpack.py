@@ -107,6 +107,6 @@ def _unshuffled(content: bytes, kind: np.dtype[Any]) -> NDArray[Any]:
 
 def _damaged(dataset: h5py.Dataset, found: str) -> ArchiveError:
     return ArchiveError(
-        f"{dataset.file.filename}: found {found} at {dataset.name}; expected as many values as the file says, "
+        f"{dataset.file.filename}: found {found} at {dataset.name}; expected as many values as declared in the file, "
         f"{dataset.shape}; restore it from a copy"
     )

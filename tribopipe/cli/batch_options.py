@@ -65,7 +65,7 @@ def crew(jobs: int | None, scheduler: str | None, usual: int = 1) -> "Crew":
     from tribopipe.base.executor import Crew
 
     if jobs is not None and scheduler not in (None, _LOCAL):
-        raise typer.BadParameter("found -j beside a scheduler, which has workers of its own; expected one of the two")
+        raise typer.BadParameter("found -j with a scheduler, which has its own workers; expected one of the two")
     if jobs is None:
         jobs = usual if scheduler is None else _cores()
     return Crew(jobs or _cores(), scheduler, say)

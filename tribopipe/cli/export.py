@@ -71,7 +71,7 @@ def umeshmotion(
     element_size: Annotated[
         str | None,
         typer.Option(
-            help='Size of the mesh in the contact, "1 um"; a tenth of the unworn contact\'s radius unless said.'
+            help='Size of the mesh in the contact, "1 um"; by default a tenth of the radius of the unworn contact.'
         ),
     ] = None,
     jtyp: Annotated[
@@ -82,7 +82,7 @@ def umeshmotion(
         ),
     ] = "0",
     output: Annotated[
-        Path | None, typer.Option("--output", help="Folder to write into; umeshmotion-ID unless said.")
+        Path | None, typer.Option("--output", help="Folder to write into; by default umeshmotion-ID.")
     ] = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     force: Annotated[bool, typer.Option("--force", help="Replace files that are there already.")] = False,
@@ -222,7 +222,7 @@ def _end(manifest: "RunManifest", given: str | None, own: float | None) -> float
     if given is not None:
         return float(quantity("--until", given, manifest.progress.kind).value)
     if own is None:
-        raise typer.BadParameter(f'say how far to wear: --until "{manifest.progress.example}"')
+        raise typer.BadParameter(f'state the end of the wear: --until "{manifest.progress.example}"')
     return own
 
 

@@ -22,8 +22,8 @@ def export_csv(
     what: Annotated[
         str | None,
         typer.Option(
-            help="raw, cleaned, other-columns, corrected, friction, wear, fit, prediction or local-wear; several with "
-            "commas between; everything a run has unless said."
+            help="raw, cleaned, other-columns, corrected, friction, wear, fit, prediction or local-wear; several "
+            "separated by commas; by default everything the run has."
         ),
     ] = None,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder to write into.")] = Path("csv"),

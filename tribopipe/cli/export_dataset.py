@@ -59,7 +59,7 @@ def export_dataset(
     dataset: Annotated[
         Path | None,
         typer.Option(
-            "--dataset", help="TOML file with title, people, licence; dataset.toml beside the archive unless said."
+            "--dataset", help="TOML file with title, people, license; by default dataset.toml next to the archive."
         ),
     ] = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Whether to draw a report of each run.")] = True,
@@ -100,7 +100,7 @@ def export_dataset(
 def _path(ro_crate: Path | None, eln: Path | None) -> Path:
     """Return what is to be written."""
     if (ro_crate is None) == (eln is None):
-        raise typer.BadParameter("say what to write: --ro-crate OUT, or --eln OUT.eln")
+        raise typer.BadParameter("state the file to write: --ro-crate OUT, or --eln OUT.eln")
     if eln is not None and eln.suffix.lower() != ".eln":
         raise typer.BadParameter(f"--eln: found {str(eln)!r}; expected a name that ends in .eln")
     return ro_crate or eln or Path()
@@ -125,7 +125,7 @@ def _tell(exported: "Exported") -> None:
     beside = f" and {len(studies)} {'study' if len(studies) == 1 else 'studies'}" if studies else ""
     say(f"{len(runs)} run{'' if len(runs) == 1 else 's'}{beside} written to {exported.path}")
     if exported.lacking:
-        say(f"note: repositories ask for {', '.join(exported.lacking)}; say it in dataset.toml beside the archive")
+        say(f"note: repositories require {', '.join(exported.lacking)}; add it to dataset.toml next to the archive")
 
 
 def _document(exported: "Exported") -> dict[str, Any]:

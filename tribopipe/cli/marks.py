@@ -24,7 +24,7 @@ ArchivedIds = Annotated[
 def mark_bad(
     run_id: Annotated[str, typer.Argument(help="Id of an archived run.", metavar="ID", autocompletion=archived_ids)],
     reason: Annotated[str, typer.Option("--reason", help="Why; kept with the run.")],
-    undo: Annotated[bool, typer.Option("--undo", help="Take the mark back.")] = False,
+    undo: Annotated[bool, typer.Option("--undo", help="Remove the mark.")] = False,
     by: By = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     as_json: AsJson = False,
@@ -51,8 +51,8 @@ def _mark(run_id: str, reason: str, *, undo: bool, by: str | None) -> "Mark":
 
 def tag(
     run_ids: ArchivedIds,
-    add: Annotated[list[str] | None, typer.Option("--add", help="Tag to give; may be said again.")] = None,
-    remove: Annotated[list[str] | None, typer.Option("--remove", help="Tag to take back; may be said again.")] = None,
+    add: Annotated[list[str] | None, typer.Option("--add", help="Tag to add; may be repeated.")] = None,
+    remove: Annotated[list[str] | None, typer.Option("--remove", help="Tag to remove; may be repeated.")] = None,
     by: By = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     as_json: AsJson = False,
@@ -90,7 +90,7 @@ def _refuse_what_none_has(taken: "Iterable[str]", there: "Mapping[str, Sequence[
     for text in taken:
         if text not in known:
             raise ArchiveError(
-                f"{', '.join(there)}: found no tag {text!r} to take back; expected one that is there; "
+                f"{', '.join(there)}: found no tag {text!r} to remove; expected an existing one; "
                 f"{did_you_mean(text, known)}"
             )
 

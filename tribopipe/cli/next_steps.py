@@ -124,7 +124,7 @@ def _of_folders(new: Sequence[Path], amended: Sequence[Path], found: Whereabouts
     if new:
         places = _places(new, within=found.runs)
         commands = (f"tribopipe check {places}", f"tribopipe process {places}")
-        yield NextStep(f"{_are(new, 'run folder')} not archived yet: look over, then evaluate", commands)
+        yield NextStep(f"{_are(new, 'run folder')} not archived yet: check, then evaluate", commands)
     if amended:
         why = f"{RUN_TOML} of {_counted(len(amended), 'run')} has changed since it was archived: take in what was added"
         # With the runs beside it, since predictions and studies of them may stand on it.
@@ -153,7 +153,7 @@ def _lacking(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextSt
     runs = [run for run in _fitted(runs) if run.value("k_d") is None and _to_be_added(run)]
     if runs:
         lacks = " and ".join(_to_be_added(runs[0]))
-        why = f"{_are(runs, 'run')} without a wear coefficient ({_named(runs)}), for lack of {lacks}"
+        why = f"{_are(runs, 'run')} without a wear coefficient ({_named(runs)}); missing: {lacks}"
         yield _amending(runs[0], f"{why}: write what was measured to", found)
 
 

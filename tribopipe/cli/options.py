@@ -42,11 +42,11 @@ Amend = Annotated[
         help="Take in a run.toml that has changed since the run was archived; the earlier one is kept with it.",
     ),
 ]
-RecipeFile = Annotated[Path | None, typer.Option("--recipe", help="TOML file that says how to process.")]
+RecipeFile = Annotated[Path | None, typer.Option("--recipe", help="TOML file with processing options.")]
 RunIds = Annotated[
     list[str] | None,
     typer.Argument(
-        help="Ids of archived runs; none for every run that lacks the step.",
+        help="Ids of archived runs; by default every run without this step.",
         metavar="ID",
         autocompletion=archived_ids,
     ),
@@ -85,7 +85,7 @@ Pressure = Annotated[
     WearEngine | None,
     typer.Option(
         "--engine",
-        help="Depth of a pin by the Global Incremental Wear Model, its volume, or local wear; wins over a recipe.",
+        help="Depth of a pin by the Global Incremental Wear Model, its volume, or local wear; overrides a recipe.",
     ),
 ]
 

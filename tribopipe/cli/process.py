@@ -38,7 +38,7 @@ def process(
     force: Force = False,
     amend: Amend = False,
     as_json: AsJson = False,
-    figures: Annotated[bool, typer.Option(help="Save figures beside the archive.")] = True,
+    figures: Annotated[bool, typer.Option(help="Save figures next to the archive.")] = True,
     jobs: JobsOnAllCores = None,
     scheduler: Scheduler = None,
     shard: Shard = None,
@@ -148,8 +148,8 @@ def _unseen(store: "Archive", outcomes: "list[Outcome]") -> "Iterator[Outcome]":
         path = store.path(run_id)
         if not path.exists():
             error = ArchiveError(
-                f"{path}: found no file where a worker says to have archived it; expected a folder that all machines "
-                "share; name it with --archive"
+                f"{path}: found no file where a worker reported to have archived it; expected a folder that all "
+                "machines share; name it with --archive"
             )
             yield Outcome.failed(run_id, "ingest", error)
 

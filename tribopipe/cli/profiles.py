@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from tribopipe.evaluation.profile.track import Level, Track
     from tribopipe.results.run import Profile
 
-Plot = Annotated[bool, typer.Option("--plot", help="Save figures, and say where.")]
+Plot = Annotated[bool, typer.Option("--plot", help="Save figures and show their paths.")]
 Radius = Annotated[
     str | None,
     typer.Option(help="Radius of the ball or crown a file's profile leads across, such as '3 mm'; none if flat."),
 ]
-PositionUnit = Annotated[str | None, typer.Option(help="Unit of a file's positions, such as mm, where it says none.")]
-HeightUnit = Annotated[str | None, typer.Option(help="Unit of a file's heights, such as um, where it says none.")]
+PositionUnit = Annotated[str | None, typer.Option(help="Unit of a file's positions, such as mm, if it states none.")]
+HeightUnit = Annotated[str | None, typer.Option(help="Unit of a file's heights, such as um, if it states none.")]
 _FIGURES = Path("figures")
 """Where figures of a file are saved, in the current folder."""
 _MOST_REASONS = 4
@@ -71,9 +71,9 @@ class _Shown:
     def _tell_levelled(self, why: Mapping[str, str]) -> None:
         """Say which profiles have no track: why of each, or of the first where there are many, as of a map."""
         if len(why) > _MOST_REASONS:
-            say(f"{len(why)} of {len(self.found)} profiles have no track and are only levelled, the first of them is:")
+            say(f"{len(why)} of {len(self.found)} profiles have no track and are only leveled, the first of them is:")
         for key in list(why)[: 1 if len(why) > _MOST_REASONS else None]:
-            say(f"{key}: no track, only levelled: {why[key]}")
+            say(f"{key}: no track, only leveled: {why[key]}")
 
 
 def show_profile_file(path: Path, asked: ProfileOptions, *, as_json: bool) -> None:

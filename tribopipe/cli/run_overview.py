@@ -55,9 +55,9 @@ def _tested(page: RunPage, outline: "RunOutline") -> Iterator[Fact]:
         facts = {fact.name: fact.value for fact in groups.get(spoken(name).capitalize(), ())}
         words = [facts[one] if one in _OF_BODIES[:2] else f"{one} {facts[one]}" for one in _OF_BODIES if one in facts]
         yield Fact(spoken(name), ", ".join(words[:3]))
-    for group, said in (("Conditions", "conditions"), ("Recorded", "recorded"), ("End values", "measured afterwards")):
+    for group in ("Conditions", "Recorded", "Post-test measurements"):
         if groups.get(group):
-            yield Fact(said, "; ".join(f"{fact.name} {fact.value}" for fact in groups[group]))
+            yield Fact(group.lower(), "; ".join(f"{fact.name} {fact.value}" for fact in groups[group]))
     cleaned = next((step.result for name, step in outline.steps.items() if name == "clean_up"), None)
     if isinstance(cleaned, CleanUp) and cleaned.changes:
         yield Fact("preprocessing", ", ".join(dict.fromkeys(change.step for change in cleaned.changes)))

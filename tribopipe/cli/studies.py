@@ -126,7 +126,7 @@ def run(
     recipe: RecipeFile = None,
     force: Force = False,
     as_json: AsJson = False,
-    figures: Annotated[bool, typer.Option(help="Save figures beside the archive.")] = True,
+    figures: Annotated[bool, typer.Option(help="Save figures next to the archive.")] = True,
     verbose: Verbose = 0,
 ) -> None:
     """Evaluate a study on archived runs, and archive it."""

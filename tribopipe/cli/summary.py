@@ -55,11 +55,11 @@ def show_summaries(archive: Archive, ids: list[str]) -> None:
         columns = _columns(("run", "drift, nm/min", "A", "b", "c, m"), "end depth, µm")
         table(title, columns, pins)
     if discs:
-        title = "Two discs: k_D in mm³/(N·mm) and volume worn off in mm³, of the curved and the flat disc"
+        title = "Two discs: k_D in mm³/(N·mm) and wear volume in mm³, of the curved and the flat disc"
         columns = _columns(("run", "slip", "rotations", "drift, nm/min", "b", "disc"), "measured")
         table(title, columns, discs)
     if worn:
-        table("Specific wear rate, by the end values", _WEAR_COLUMNS, worn)
+        table("Specific wear rate, from post-test measurements", _WEAR_COLUMNS, worn)
 
 
 _WEAR_COLUMNS = ("run", "body", "depth, µm", "volume, mm³", "by", "load", "distance, m", "rate, mm³/(N·m)")

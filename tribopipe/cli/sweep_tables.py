@@ -91,7 +91,7 @@ def show_summaries(labels: "Sequence[Head]", summaries: "Sequence[Summary]") -> 
         _show(title, labels, mine, cells)  # type: ignore[arg-type]
 
 
-_SPREADS = "k_D in mm³/(N·mm) over all choices; half its range beside the stated uncertainty; what each choice moves"
+_SPREADS = "k_D in mm³/(N·mm) over all choices; half its range and the stated uncertainty; effect of each choice"
 _SCATTERS = "What the draws make of it; ± is their standard deviation"
 _COVERAGES = "k_D of virtual tests against the true one; ranges are exact binomial 95 % intervals"
 

@@ -478,8 +478,8 @@ class TwinDisc(Contact):
             )
         if slip is not None and flat is not None:
             raise ValueError(
-                "conditions.slip: found it beside flat_disc_speed, which says the same; expected one of the two; take "
-                "the other out"
+                "conditions.slip: found it together with flat_disc_speed, which is equivalent; expected one of the "
+                "two; remove the other"
             )
         equal = slip is None and curved is not None and flat is not None and curved.value == flat.value
         if equal or (slip is not None and slip.value == 0):
@@ -544,7 +544,7 @@ def _load(entry: EntryPoint) -> type[Contact]:
     if kinds != (entry.name,):
         raise TypeError(f"found the kind {contact.model_fields['kind'].annotation}; expected Literal['{entry.name}']")
     if entry.name in SHIPPED:
-        raise ValueError("the name is one of tribopipe's own")
+        raise ValueError("the name is used by tribopipe itself")
     bodies = [
         contact.model_fields[name].annotation if name in contact.model_fields else None for name in contact.body_names
     ]

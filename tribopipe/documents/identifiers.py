@@ -63,7 +63,7 @@ def spdx_licence(text: str) -> str:
         return str(canonicalize_license_expression(matched[1] if matched else ""))
     except InvalidLicenseExpression:
         raise ValueError(
-            f"found {text!r}; expected one licence of spdx.org/licenses, such as 'CC-BY-4.0', 'CC0-1.0' or 'ODbL-1.0'"
+            f"found {text!r}; expected a license of spdx.org/licenses, such as 'CC-BY-4.0', 'CC0-1.0' or 'ODbL-1.0'"
         ) from None
 
 

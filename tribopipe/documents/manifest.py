@@ -171,8 +171,8 @@ class Conditions(Record):
         for one, other in (("stroke", "track_radius"), ("rotational_speed", "frequency")):
             if getattr(self, one) is not None and getattr(self, other) is not None:
                 raise ValueError(
-                    f"{one}: found it beside {other}; expected a pin that slides in a circle (track_radius, "
-                    "rotational_speed) or there and back (stroke, frequency); take out what does not hold"
+                    f"{one}: found it together with {other}; expected either circular sliding (track_radius, "
+                    "rotational_speed) or reciprocating sliding (stroke, frequency); remove what does not apply"
                 )
         return self
 
@@ -195,8 +195,8 @@ def _inside_run_folder(name: str) -> str:
     path = PureWindowsPath(name)
     if not name.isprintable() or path.anchor or ".." in path.parts:
         raise ValueError(
-            f"found {name!r}; expected the name of a file in the run folder, since a run carries all its files; "
-            "copy the file beside run.toml"
+            f"found {name!r}; expected the name of a file in the run folder, since a run contains all its files; copy "
+            "the file next to run.toml"
         )
     return name
 
@@ -342,8 +342,8 @@ class EndValues(Record):
         for body in ("pin", "disc", "curved_disc", "flat_disc"):
             if getattr(self, f"{body}_profile") and getattr(self, f"{body}_wear_volume") is not None:
                 raise ValueError(
-                    f"{body}_wear_volume: found one beside {body}_profile, from which it would be taken; expected one "
-                    "of the two; take the other out"
+                    f"{body}_wear_volume: found one together with {body}_profile, which gives the same; expected one "
+                    "of the two; remove the other"
                 )
         return self
 
@@ -387,7 +387,7 @@ def _above_zero(scale: Quantity) -> Quantity:
 
 
 class Sensors(Record):
-    """How far the sensors can be trusted beside their noise."""
+    """Uncertainties of the sensors other than noise."""
 
     depth_scale: Annotated[Ratio, AfterValidator(_above_zero)] = Quantity(value=1.0, unit="1")
     """True displacement over displacement read: the depth signal is multiplied by it."""
@@ -427,7 +427,7 @@ class RunManifest(Record):
     interruptions: tuple[Interruption, ...] = ()
     """What was measured on the specimens in between, in the order of the test."""
     sensors: Sensors = Sensors()
-    """How far the sensors can be trusted beside their noise."""
+    """Uncertainties of the sensors other than noise."""
 
     @model_validator(mode="before")
     @classmethod
@@ -627,7 +627,8 @@ def read_manifest(path: Path) -> tuple[RunManifest, bytes]:
     """
     if leads_out(path, path.parent):
         raise ManifestError(
-            f"{path}: found a link out of the run folder; expected run.toml itself, since a run carries all its files; "
+            f"{path}: found a link out of the run folder; expected run.toml itself, since a run contains all its "
+            "files; "
             "copy it in the place of the link"
         )
     content = read_bytes(path)

@@ -40,8 +40,8 @@ def _refuse_endless(seconds: float, sensors: "RecordingSensors") -> None:
     samples = seconds * sensors.sampling_rate.value
     if samples > _MOST_SAMPLES:
         raise ValueError(
-            f"sensors.sampling_rate: found {samples:.3g} samples a run; expected at most {_MOST_SAMPLES}; lower "
-            "the rate, or let runs be shorter"
+            f"sensors.sampling_rate: found {samples:.3g} samples per run; expected at most {_MOST_SAMPLES}; lower the "
+            "rate, or shorten the runs"
         )
 
 
@@ -110,7 +110,7 @@ class Series(Record):
     contact: AnySlidingPin
     """The two bodies."""
     medium: str
-    """What surrounds the contact."""
+    """Environment or lubricant."""
     depth_scale: Ratio = Field(default_factory=lambda: _of(1.0, "1"))
     """True displacement over displacement read."""
     systematic_errors: bool = False
@@ -232,7 +232,7 @@ class TwinDiscSeries(Record):
     contact: TwinDisc
     """The two discs."""
     medium: str
-    """What surrounds the contact."""
+    """Environment or lubricant."""
     depth_scale: Ratio = Field(default_factory=lambda: _of(1.0, "1"))
     """True displacement over displacement read."""
     systematic_errors: bool = False

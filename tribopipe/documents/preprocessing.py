@@ -246,5 +246,5 @@ class CleanUp(Record):
 
     def __str__(self) -> str:
         if not self.changes:
-            return "clean-up: nothing to do"
-        return f"clean-up: {'; '.join(str(change) for change in self.changes)}"
+            return "preprocessing: nothing to do"
+        return f"preprocessing: {'; '.join(str(change) for change in self.changes)}"

@@ -303,7 +303,7 @@ def _read_readings(written: Mapping[str, Any], kind: str) -> dict[str, Any]:
     """Turn a table with several values of one quantity into their mean; what is stated is common to all of them."""
     readings, example = written["values"], units.KINDS[kind].example
     if "value" in written or "unit" in written:
-        raise UnitError("found 'values' beside a single value; expected one of the two; take the other out")
+        raise UnitError("found 'values' together with a single value; expected one of the two; remove the other")
     if not isinstance(readings, list | tuple) or len(readings) < _FEWEST_READINGS:
         raise UnitError(
             f"found values = {readings!r}; expected at least {_FEWEST_READINGS} readings, such as [{example!r}, …]; "
@@ -321,7 +321,7 @@ def _of_kind(quantity: Quantity, *, kind: str, positive: bool) -> Quantity:
     si = units.KINDS[kind].si
     if quantity.unit != si:
         raise ValueError(
-            f"found the unit {quantity.unit!r} beside a bare number; expected SI ({si!r}), or "
+            f"found the unit {quantity.unit!r} with a bare number; expected SI ({si!r}), or "
             f"a text such as {units.KINDS[kind].example!r}"
         )
     readings = quantity.readings if isinstance(quantity, EndValue) and quantity.readings else ()
@@ -348,7 +348,7 @@ def _written_schema(kind: str, *, method: bool = False) -> dict[str, Any]:
         value.append({"type": "number"})
     table: dict[str, Any] = {
         "value": {"anyOf": value},
-        "unit": {"type": "string", "description": "Only beside a bare number in SI."},
+        "unit": {"type": "string", "description": "Only with a bare number in SI."},
         "standard_uncertainty": {
             "anyOf": [text, {"type": "number"}, {"type": "null"}],
             "description": "Of the same unit, or a share of the value such as '1 %'.",

@@ -88,10 +88,8 @@ class Calibration(Record):
                 "reading and value"
             )
         if bool(self.polynomial) != (self.range is not None):
-            found = "a polynomial without one" if self.polynomial else "it beside points, which say it themselves"
-            raise ValueError(
-                f"range: found {found}; expected the range of readings beside a polynomial, such as [0, 10]"
-            )
+            found = "a polynomial without one" if self.polynomial else "it together with points, which define it"
+            raise ValueError(f"range: found {found}; expected the range of readings with a polynomial, such as [0, 10]")
         return self
 
     @model_validator(mode="after")
@@ -179,15 +177,15 @@ class ReaderProfile(Record):
     @model_validator(mode="after")
     def _place_is_told_once_and_fully(self) -> Self:
         if self.starts_at is not None and self.header_lines is not None:
-            raise ValueError("header_lines: found it beside starts_at; expected one of the two; take the other out")
+            raise ValueError("header_lines: found it with starts_at; expected one of the two; remove the other")
         if self.tells_place and self.separator is None:
             raise ValueError(
-                'separator: missing; expected one where the place of the table is told, such as ";"; add it'
+                'separator: missing; expected one when the place of the table is given, such as ";"; add it'
             )
         if self.units_row is not None and (self.names or not self.tells_place):
             raise ValueError(
-                "units_row: found it without a row of names whose place is told; expected it beside starts_at or "
-                "header_lines alone; give units under columns instead"
+                "units_row: found it without the place of the row of names; expected it only with starts_at or "
+                "header_lines; give units under columns instead"
             )
         return self
 

@@ -106,7 +106,7 @@ def _read_drawn(path: str, written: Mapping[str, Any]) -> Drawn:
     if set(written) != known:
         raise ValueError(
             f"{path}: found a table of {', '.join(map(written_key, written))}; expected {{ uniform = [least, greatest] "
-            "} or { normal = mean, standard_uncertainty = deviation }; mend it"
+            "} or { normal = mean, standard_uncertainty = deviation }; correct it"
         )
     if "normal" in written:
         return Normal.model_validate(written)
@@ -169,7 +169,7 @@ class Sweep(Record):
         if len(found) != 1:
             raise ValueError(
                 f"found {' and '.join(found) or 'none'} of {', '.join(kinds)}; expected one of these tables, which "
-                "says what is done; " + ("take the others out" if found else "add one")
+                "defines the task; " + ("take the others out" if found else "add one")
             )
         return self
 

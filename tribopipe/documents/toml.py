@@ -47,14 +47,14 @@ def parse_toml(path: Path, content: bytes) -> dict[str, Any]:
         ) from None
     if (long := _LONG_KEY.search(text)) is not None:
         line = text.count("\n", 0, long.start()) + 1
-        raise ManifestError(f"{path}, line {line}: found a key of more than {_MOST_LEVELS} parts; mend that line")
+        raise ManifestError(f"{path}, line {line}: found a key of more than {_MOST_LEVELS} parts; correct that line")
     try:
         document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise ManifestError(f"{path}: no valid TOML: {error}; mend that line (texts need quotes)") from None
+        raise ManifestError(f"{path}: no valid TOML: {error}; correct that line (texts need quotes)") from None
     except (ValueError, RecursionError):
         raise ManifestError(
-            f"{path}: no valid TOML: nested too deeply, or with a number of thousands of digits; mend that line"
+            f"{path}: no valid TOML: nested too deeply, or with a number of thousands of digits; correct that line"
         ) from None
     _refuse_absurd(path, document)
     return document
@@ -65,7 +65,7 @@ def _refuse_absurd(path: Path, document: dict[str, Any]) -> None:
         if count > _MOST_VALUES:
             raise ManifestError(f"{path}: found more than {_MOST_VALUES} values; expected fewer; take some out")
         if level > _MOST_LEVELS:
-            raise ManifestError(f"{path}: {key}: found more than {_MOST_LEVELS} levels; expected fewer; mend that key")
+            raise ManifestError(f"{path}: {key}: found over {_MOST_LEVELS} levels; expected fewer; correct that key")
         if isinstance(value, int) and value.bit_length() > _MOST_BITS:
             raise ManifestError(f"{path}: {key}: found a whole number of more than 64 bits; expected less; correct it")
         if isinstance(value, str) and "\0" in value:

@@ -67,7 +67,7 @@ def _two_signs(table: Table) -> str | None:
         return None
     (line, number), (other_line, other) = sorted(first.values())
     return (
-        f"line {other_line}: found {other!r}, while line {line} writes {number!r}; expected one decimal sign; mend "
+        f"line {other_line}: found {other!r}, while line {line} writes {number!r}; expected one decimal sign; correct "
         "the lines that differ, or name decimal in run.toml"
     )
 

@@ -42,8 +42,8 @@ def meanings_in(table: ReadTable, signals: SignalFile, file: str) -> Meanings:
     if not meanings:
         names = ", ".join(repr(column.name) for column in table.columns[:8])
         raise ReaderError(
-            f"{file}: found the columns {names}, none with a known meaning; expected to be told; "
-            "map signals to columns under [signals.columns] in run.toml"
+            f"{file}: found the columns {names}, none with a known meaning; map signals to columns under "
+            "[signals.columns] in run.toml"
         )
     return meanings
 

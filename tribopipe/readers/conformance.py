@@ -286,7 +286,7 @@ def _column_problems(column: ReadColumn) -> Iterator[str]:
     if is_text and not all(isinstance(value, str) for value in values):
         yield "values are objects other than texts"
     if is_text != (column.first_bad is not None):
-        yield "first_bad does not say whether there is a text among the values"
+        yield "first_bad does not show whether there is a text among the values"
     if column.unit is not None and not is_unit(column.unit):
         yield f"unit {column.unit!r} is none"
     if column.axis not in (None, *get_args(Axis)):

@@ -398,13 +398,13 @@ def _too_wide(text: Text, layout: Layout) -> ReaderError:
         if len(row.cells) > layout.width or any(row.cells[len(layout.names) :]):
             return ReaderError(
                 f"{text.name}, line {line}: found {_fields(row)}, expected {layout.least} as in the "
-                "header; mend that line; where commas are decimal signs, export with another separator"
+                "header; correct that line; where commas are decimal signs, export with another separator"
             )
     return _unclosed(text, line)
 
 
 def _unclosed(text: Text, line: int) -> ReaderError:
     return ReaderError(
-        f"{text.name}, line {line}: found a quotation mark without its partner, here or in the next line; expected "
-        "quoted fields to end in one; mend that line"
+        f"{text.name}, line {line}: found an unmatched quotation mark, here or in the next line; expected "
+        "quoted fields to end in one; correct that line"
     )

@@ -199,8 +199,8 @@ def _columns(table: ReadTable, named: ProfileSource, key: str) -> _Columns:
     if not along or not heights:
         names = ", ".join(repr(column.name) for column in table.columns[:8])
         raise ReaderError(
-            f"{named.file}: found the columns {names}, of which position and height cannot be told; expected to be "
-            f'told; name them in run.toml under {key}: position = "…", height = "…"'
+            f"{named.file}: found the columns {names}, in which position and height cannot be identified; "
+            f'expected clear names; name them in run.toml under {key}: position = "…", height = "…"'
         )
     others = [column for column in (*axes["x"], *axes["y"]) if column.name not in (along[0].name, heights[0].name)]
     return _Columns(along[0], heights, others[0] if axes["y"] and others else None)
@@ -260,7 +260,7 @@ def _spread_evenly(position: Column, notes: list[str]) -> Column:
     rounded = float(np.min(steps[steps > 0]))
     if np.max(np.abs(position - even)) > rounded:
         return position
-    notes.append("positions are rounded so that some repeat; they were spread evenly from the first to the last")
+    notes.append("positions are rounded so that some repeat; they were spaced uniformly from the first to the last")
     return even
 
 

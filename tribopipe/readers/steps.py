@@ -93,7 +93,7 @@ def _numbers(columns: Mapping[str, NDArray[Any]], name: str, file: str, line_of:
         row = int(np.flatnonzero(~whole)[0])
         raise ReaderError(
             f"{file}, {_place(row, line_of)}, column {name!r}: found {str(values[row]) or 'nothing'!r}; expected the "
-            "number of a step; mend that line, or name another column"
+            "number of a step; correct that line, or name another column"
         )
     return np.asarray(values, dtype=float)
 

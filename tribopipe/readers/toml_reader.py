@@ -105,8 +105,8 @@ def _units(profile: ReaderProfile, text: Text, lines: list[str], top: int) -> tu
     number = next((cell for cell in units if is_number(cell, ".,") and cell != "1"), None)
     if number is not None:
         raise ReaderError(
-            f"{text.name}, line {at + 1}: found the number {number!r}; expected the row of units, as the profile "
-            f"{profile.name!r} says; correct units_row, or where the table begins"
+            f"{text.name}, line {at + 1}: found the number {number!r}; expected the row of units, as given by the "
+            f"profile {profile.name!r}; correct units_row, or where the table begins"
         )
     return units
 
@@ -118,15 +118,15 @@ def _first_line(profile: ReaderProfile, text: Text, lines: list[str]) -> int:
         if top < len(lines):
             return top
         raise ReaderError(
-            f"{text.name}: found {len(lines)} lines; expected a table below the first {top}, as the profile "
-            f"{profile.name!r} says; correct header_lines, or export the file again with its data"
+            f"{text.name}: found {len(lines)} lines; expected a table below the first {top}, as given by the profile "
+            f"{profile.name!r}; correct header_lines, or export the file again with its data"
         )
     found = search(profile.starts_at, list(map(_bare_line, lines)), text.name)
     if found is not None:
         return found[0]
     raise ReaderError(
         f"{text.name}: found no line that matches {profile.starts_at!r} among the first {len(lines)}; expected the "
-        f"table to begin there, as the profile {profile.name!r} says; correct starts_at, or name another reader"
+        f"table to begin there, as given by the profile {profile.name!r}; correct starts_at, or name another reader"
     )
 
 
@@ -195,7 +195,8 @@ def _scaled(column: ReadColumn, told: DescribedColumn, file: str) -> ReadColumn:
     if column.first_bad is not None:
         line, found = column.first_bad
         raise ReaderError(
-            f"{file}, line {line}, column {column.name!r}: found {found!r}; expected a number to scale; mend that line"
+            f"{file}, line {line}, column {column.name!r}: found {found!r}; expected a number to scale; correct that "
+            "line"
         )
     with np.errstate(over="ignore"):
         values = column.values * told.scale + told.offset
@@ -263,5 +264,5 @@ def _date(value: str, written: str, where: str) -> str:
         return datetime.strptime(value, written).isoformat()  # noqa: DTZ007 - a rig's clock knows no time zone
     except (ValueError, re.error):
         raise ReaderError(
-            f"{where}: found {value!r}; expected a date as {written!r} says it is written; correct date or pattern"
+            f"{where}: found {value!r}; expected a date in the form {written!r}; correct date or pattern"
         ) from None

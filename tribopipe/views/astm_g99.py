@@ -136,7 +136,7 @@ def _surroundings(run: RawRun) -> Iterator[ReportingItem]:
     conditions = run.manifest.conditions
     temperature = shown(conditions.temperature, "degC") or _mean(run, "temperature")
     humidity = shown(conditions.relative_humidity, "%") or _mean(run, "relative_humidity")
-    yield ReportingItem("test", "medium, or lubricant", conditions.medium, "conditions.medium")
+    yield ReportingItem("test", "environment, or lubricant", conditions.medium, "conditions.medium")
     yield ReportingItem("test", "temperature", temperature, "conditions.temperature")
     yield ReportingItem("test", "relative humidity", humidity, "conditions.relative_humidity")
 
@@ -181,7 +181,7 @@ def _start(fit: FrictionFit | None) -> str | None:
     if fit is None or fit.steady_state is None:
         return None
     if fit.amplitude is None or fit.covariance is None:
-        return "no running-in could be told from the data"
+        return "no running-in could be identified from the data"
     variance = fit.covariance[0][0] + 2 * fit.covariance[0][1] + fit.covariance[1][1]
     return show(fit.amplitude.value + fit.steady_state.value, max(variance, 0.0) ** 0.5, "1")
 

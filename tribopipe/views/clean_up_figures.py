@@ -60,7 +60,7 @@ def plot_clean_up(raw: RawRun, cleaned: RawRun, record: CleanUp) -> "Figure":
         ax.set_title(_words(name, record), loc="left", fontsize=8)
         ax.margins(x=0.01)
     some = f", {len(names)} of {len(changed)} signals" if len(changed) > len(names) else ""
-    finish(panels[0], f"{raw.id}: clean-up{some}", _words(names[0], record) if names else str(record))
+    finish(panels[0], f"{raw.id}: preprocessing{some}", _words(names[0], record) if names else str(record))
     panels[-1].set_xlabel(axis("time", "s"))
     lines = {line.get_label(): line for ax in panels for line in ax.lines}
     figure.legend(lines.values(), lines.keys(), loc="outside lower center", ncols=2)
@@ -71,7 +71,7 @@ def _draw_signal(ax: "Axes", name: str, panel: Panel) -> None:
     """Draw a signal as recorded and as cleaned up; of one that was left out the former alone."""
     time, unit = panel.curves[0].x, panel.unit
     shown = {curve.name: from_si(curve.y, unit.si, unit.shown) for curve in panel.curves}
-    before, after = shown["as recorded"], shown.get("cleaned up", np.full_like(time, np.nan))
+    before, after = shown["as recorded"], shown.get("preprocessed", np.full_like(time, np.nan))
     ax.set_ylabel(axis(name, unit.shown))
     ax.ticklabel_format(axis="y", style="plain", useOffset=False)
     if _is_far_off(before, after):
@@ -79,7 +79,7 @@ def _draw_signal(ax: "Axes", name: str, panel: Panel) -> None:
     else:
         ax.plot(*thinned(time, before), color=GREY, lw=0.8, label="as recorded")
     if np.any(np.isfinite(after)):
-        ax.plot(*_broken(time, after), color=_BLUE, lw=0.9, label="cleaned up")
+        ax.plot(*_broken(time, after), color=_BLUE, lw=0.9, label="preprocessed")
         ax.set_ylim(*_scale(before, after))
 
 

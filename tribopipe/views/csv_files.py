@@ -184,12 +184,12 @@ def head_of(name: str, unit: str) -> str:
 
 
 _KINDS: dict[str, _Kind] = {
-    "raw": _Kind("signals as they were ingested", "raw", _raw),
-    "cleaned": _Kind("signals as they were cleaned up", "clean_up", _cleaned),
-    "other-columns": _Kind("columns of the files that no signal was made of", "extra_columns", _other_columns),
-    "corrected": _Kind("wear with drift taken off", "drift_correction/data", _over_samples("drift_correction/data")),
-    "friction": _Kind("friction coefficient beside its fit", "friction_fit/data", _friction),
-    "wear": _Kind("corrected wear beside the laws, µm", "wear", _over_samples("wear")),
+    "raw": _Kind("signals as ingested", "raw", _raw),
+    "cleaned": _Kind("preprocessed signals", "clean_up", _cleaned),
+    "other-columns": _Kind("columns of the files that are not signals", "extra_columns", _other_columns),
+    "corrected": _Kind("wear corrected for drift", "drift_correction/data", _over_samples("drift_correction/data")),
+    "friction": _Kind("friction coefficient with its fit", "friction_fit/data", _friction),
+    "wear": _Kind("corrected wear with the fitted laws, µm", "wear", _over_samples("wear")),
     **{
         f"{name}-{law}": _Kind(f"{meaning} by {law_title(law)}", path, _over_samples(path))
         for name, step, meaning in (("fit", "wear_fit", "fitted wear"), ("prediction", "prediction", "predicted wear"))

@@ -87,7 +87,7 @@ def local_wear_told(result: LocalWearResult, _: Steps) -> Told:
             ("wear steps per decade", f"{result.steps_per_decade}"),
             ("points of the grid", " × ".join(f"{number:,}" for number in result.grid)),
             ("least distance between points", shown(result.finest)),
-            ("elasticity anew every", f"{result.update_mesh_every} steps" if result.update_mesh_every else "never"),
+            ("elasticity updated every", f"{result.update_mesh_every} steps" if result.update_mesh_every else "never"),
         ),
         result.notes,
         (_local_pin(pin), _local_discs(discs)),

@@ -40,7 +40,7 @@ def signal_panels(x: Column, run: RawRun, names: Iterable[SignalName] | None = N
 
 def clean_up_panels(x: Column, raw: RawRun, cleaned: RawRun, names: Iterable[SignalName]) -> tuple[Panel, ...]:
     """Draw signals that clean-up changed, before and after; of one that was left out the former alone."""
-    runs = {"as recorded": (raw, RAW), "cleaned up": (cleaned, CLEANED)}
+    runs = {"as recorded": (raw, RAW), "preprocessed": (cleaned, CLEANED)}
     return tuple(_signal_panel(x, name, runs) for name in names)
 
 
@@ -79,7 +79,7 @@ def _cleaned(clean_up: CleanUp | None, signal: SignalName) -> str:
     if clean_up is None or not clean_up.changed(signal):
         return ""
     strokes = any((change.step, change.signal) == ("stroke-wise-friction", signal) for change in clean_up.changes)
-    return ", cleaned up: one value a stroke" if strokes else ", cleaned up"
+    return ", preprocessed: one value per stroke" if strokes else ", preprocessed"
 
 
 def friction_panels(

@@ -66,7 +66,7 @@ def _clean_up_told(result: CleanUp, _: Steps) -> Told:
     return Told(
         "; ".join(f"{one.signal}: {one.what}" for one in result.changes) or "nothing to do",
         (
-            *facts(*((f"{spoken(name)}, derived anew", origin) for name, origin in result.derived.items())),
+            *facts(*((f"{spoken(name)}, derived again", origin) for name, origin in result.derived.items())),
             *facts(("left out", listed(map(spoken, result.left_out)))),
         ),
         tables=(TextTable("what was changed", ("signal", "step", "samples", "what", "why"), tuple(rows)),),
@@ -156,7 +156,7 @@ def _specific_wear_told(result: SpecificWear, _: Steps) -> Told:
             ("under a normal load of", None if load is None else f"{shown(load)}, {result.load}"),
         ),
         result.notes,
-        (TextTable("wear by each end value", ("body", "by", "depth", "volume"), tuple(rows)), *_intervals(bodies)),
+        (TextTable("wear by measurement", ("body", "by", "depth", "volume"), tuple(rows)), *_intervals(bodies)),
     )
 
 

@@ -12,7 +12,7 @@ from tribopipe.views.page import TextTable
 from tribopipe.views.result_summary import Steps, Told, cells
 
 _CORRECTIONS: dict[Correction, str] = {"two-step": "two-step", "model": "one model with k_D"}
-_ENGINES: dict[WearEngine, str] = {"giwm": "GIWM, even pressure", "volume": "by shape", "local": "local pressure"}
+_ENGINES: dict[WearEngine, str] = {"giwm": "GIWM, uniform pressure", "volume": "by shape", "local": "local pressure"}
 
 
 def wear_fit_told(result: WearFit, _: Steps) -> Told:
@@ -126,7 +126,7 @@ def _drawn(what: str, body: BodyWear) -> TextTable:
                 "",
             ),
         ]
-    return TextTable(f"{what} by draws and to first order", ("by", what, "95 % interval", ""), tuple(rows))
+    return TextTable(f"{what} by Monte Carlo and first-order", ("by", what, "95 % interval", ""), tuple(rows))
 
 
 def _ways(what: str, fit: WearFit, body: BodyWear) -> TextTable:

@@ -167,7 +167,7 @@ def _of_itself(one: Entry) -> Iterator[str]:
         )
     elif one.event == "begun" and one.files:
         count = f"{one.files} runs and studies" if one.files > 1 else "one run or study"
-        yield f"found that it begins on {one.date} with {count} there already; expected it to tell where they come from"
+        yield f"found that it begins on {one.date}, after {count} were archived; expected their origin in the history"
 
 
 def _is_hex(text: str) -> bool:

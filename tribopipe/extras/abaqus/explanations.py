@@ -11,8 +11,8 @@ from tribopipe.version import VERSION
 
 SUBROUTINE, STEP = "umeshmotion.f", "umeshmotion.inp"
 HONEST = (
-    "NOT RUN IN ABAQUS. Subroutines of this text have been compiled with gfortran and driven by the harness beside "
-    "this one, which held their increments against those of tribopipe's own contact solver; nothing more."
+    "NOT RUN IN ABAQUS. Subroutines of this text have been compiled with gfortran and driven by the harness next to "
+    "this one, which compared their increments with those of tribopipe's own contact solver; nothing more."
 )
 _K_D = "mm^3/(N mm)"
 
@@ -31,8 +31,8 @@ def law_told(case: WearCase) -> Iterator[str]:
     if case.friction is not None:
         yield (
             f"mu(s) = A exp(-s/c) + b with A = {case.friction.amplitude:.6g}, b = {case.friction.steady_state:.6g} and "
-            f"c = {in_mm(float(case.friction.running_in_distance), 'm'):.6g} mm, at the distance slid by the middle of "
-            "the increment: TIME(1) is taken for the time of the step at the end of the increment."
+            f"c = {in_mm(float(case.friction.running_in_distance), 'm'):.6g} mm, at the sliding distance in the "
+            "middle of the increment: TIME(1) is taken for the time of the step at the end of the increment."
         )
     if case.motion.words:
         yield case.motion.words
@@ -84,7 +84,7 @@ def step_told(case: WearCase) -> Iterator[str]:
         "time of this step is that of the test."
     )
     yield (
-        f"Where the other body is rigid in your model, give the one that wears E = {modulus:.6g} MPa, which is E_c (1 "
+        f"Where the counterbody is rigid in your model, give the wearing body E = {modulus:.6g} MPa, which is E_c (1 "
         f"- nu^2) with its Poisson's ratio nu = {body.poisson_ratio.value:g}, so that the contact is as stiff as that "
         "of both bodies."
     )
@@ -98,7 +98,7 @@ def files_told() -> Iterator[str]:
     """Say what the files are."""
     yield f"{SUBROUTINE}: the subroutine; Windows wants it named umeshmotion.for."
     yield f"{STEP}: the step to put into an input file."
-    yield "harness: drives the subroutine without ABAQUS; never copy its ABA_PARAM.INC beside a job."
+    yield "harness: drives the subroutine without ABAQUS; never copy its ABA_PARAM.INC next to a job."
 
 
 def drive_told(case: WearCase, first_wear: float) -> Iterator[str]:
@@ -109,17 +109,17 @@ def drive_told(case: WearCase, first_wear: float) -> Iterator[str]:
     yield "  gfortran -Wall -Wextra -Wno-unused-dummy-argument harness.f"
     yield "  ./a.out < pressures.txt"
     yield (
-        "That says PNEWDT and the wear of each node in mm, a line for each increment, under the pressure of the unworn "
+        "That prints PNEWDT and the wear of each node in mm, one line per increment, under the pressure of the unworn "
         f"contact: {in_mm(first_wear, 'm'):.6g} mm of the first node in the first increment. The warning that is "
         "turned off is for arguments of UMESHMOTION that are not used: their list is ABAQUS's."
     )
     yield (
         "If nothing wears, see that the surface is the slave one and its nodes are in the mesh domain: the utility "
-        "routine does not tell a pressure of zero from one that cannot be had."
+        "routine does not distinguish a pressure of zero from an unavailable one."
     )
     yield (
-        "ABAQUS does not solve the contact anew after it has moved the mesh. With twin discs that made 11 % less wear "
-        "than solving it anew, growing with it; moving the nodes of the mesh by the wear so far and going on in "
+        "ABAQUS does not solve the contact again after moving the mesh. With twin discs this gave 11 % less wear than "
+        "solving it again, growing with it; moving the nodes of the mesh by the wear so far and going on in "
         "another step brings it back (Figs. 10 and 11 of the paper)."
     )
     if case.motion.data:

@@ -84,14 +84,14 @@ class Rolling(Sliding):
     factors: ClassVar[tuple[str, ...]] = ("CLEN", "TURNS")
     use: ClassVar[str] = (
         "Run with cpus=1: streamlines and their integrals are kept in COMMON. streamlines.dat has to be in the "
-        f"folder of the job; {README} says what is in it. Its node numbers are those of an input file without "
+        f"folder of the job; {README} describes it. Its node numbers are those of an input file without "
         "parts and assemblies."
     )
     arguments: ClassVar[str] = " cpus=1"
     data: ClassVar[str] = (
         "streamlines.dat: the number of rows, then in each row a node, its streamline (1, 2, ...) and the length "
         "dl in mm that the node stands for along the direction of rolling: half the distance between its "
-        "neighbours, twice that where a plane of symmetry mirrors it. Nodes on no streamline do not wear. The one "
+        "neighbors, twice that where a plane of symmetry mirrors it. Nodes on no streamline do not wear. The one "
         "of the harness is an example."
     )
 

@@ -80,7 +80,7 @@ class Packed:
         if member is None:
             raise self.refused(f"no file {name!r}, which its metadata describes", "every file that it describes")
         if member.size != size:
-            raise self.refused(f"{name!r} of {member.size:,} bytes", f"the {size:,} that its metadata says")
+            raise self.refused(f"{name!r} of {member.size:,} bytes", f"the {size:,} that its metadata states")
         found, left = hashlib.sha256(), size
         with self._read(name) as file:
             while piece := file.read(min(_PIECE, left + 1)):

@@ -18,7 +18,7 @@ _ROWS = (
     ("Published", "datePublished"),
     ("Version", "version"),
     ("DOI", "identifier"),
-    ("Licence", "license"),
+    ("License", "license"),
     ("Funding", "funding"),
     ("Belongs to", "citation"),
     ("Keywords", "keywords"),

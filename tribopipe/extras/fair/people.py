@@ -5,7 +5,7 @@ from urllib.parse import quote
 from tribopipe.documents.dataset import Dataset, Funding, Organisation, Person, Publication
 from tribopipe.extras.fair.graph import Graph, Ref, local
 
-_NOT_SAID = "No licence is given: whoever wants to use the data has to ask those who made them."
+_NOT_SAID = "No license is given: to use the data, ask their creators."
 
 
 def person(graph: Graph, one: Person) -> Ref:
@@ -44,9 +44,9 @@ def organisation(graph: Graph, one: Organisation) -> Ref:
 def licence(graph: Graph, dataset: Dataset) -> Ref:
     """Describe the licence, or say that there is none."""
     if dataset.licence is None:
-        return graph.thing("#no-licence", "CreativeWork", name="No licence given", description=_NOT_SAID)
+        return graph.thing("#no-licence", "CreativeWork", name="No license given", description=_NOT_SAID)
     iri = f"https://spdx.org/licenses/{dataset.licence}"
-    description = f"The licence that SPDX lists as {dataset.licence}."
+    description = f"The license that SPDX lists as {dataset.licence}."
     return graph.thing(
         iri, "CreativeWork", name=dataset.licence, description=description, identifier=dataset.licence, url=iri
     )

@@ -127,5 +127,5 @@ def _about(graph: Graph, summary: _Summary, dataset: Dataset, document: bytes | 
     fields = orjson.dumps(datacite(dataset, **summary._asdict()), option=orjson.OPT_INDENT_2)
     yield graph.file("about/datacite.json", [fields, b"\n"], description="fields of DataCite", encodingFormat=JSON)
     if document is not None:
-        said = "what the lab says of it"
+        said = "description by the laboratory"
         yield graph.file(DATASET, [document], description=said, encodingFormat="application/toml")

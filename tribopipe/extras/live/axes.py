@@ -56,6 +56,6 @@ class Axes:
     def _refuse_unknown(self, origins: dict[SignalName, Origin]) -> None:
         if origins["sliding_distance"] == "unknown":
             raise ReaderError(
-                f"{self._manifest.id}: found nothing that tells how far the pin has slid; expected a sliding distance, "
+                f"{self._manifest.id}: found neither distance nor speed of the pin; expected a sliding distance, "
                 'or a speed; add conditions.sliding_speed = "400 mm/s" or the like to run.toml'
             )

@@ -50,8 +50,8 @@ class Departure:
         return alarm_at(
             "law",
             self.noticed,
-            f"the reading has left the wear law since about {self.since:.4g} m, {where} than foretold by what was "
-            "before: wear has changed, or the sensor drifts otherwise than steadily",
+            f"the reading has deviated from the wear law since about {self.since:.4g} m, {where} than predicted from "
+            "the reading before: wear has changed, or the drift is not steady",
         )
 
 

@@ -128,11 +128,11 @@ def posterior(problem: LiveProblem, how: MonteCarloRecipe) -> Posterior:
     """Find k_D by the samples so far. Raises ``FitError`` where nothing tells wear from drift."""
     if not problem.tells_drift:
         raise FitError(
-            "found a flat pin, whose wear grows as steadily as a sensor drifts; expected something that tells them "
-            'apart; give what is known of the drift, as in --drift "0 +- 5 nm/min"'
+            "found a flat pin, whose wear is as linear as sensor drift; expected information to separate them; "
+            'state the drift, as in --drift "0 +- 5 nm/min"'
         )
     if problem.freedom < _FEWEST_FREE:
-        raise FitError("found too few samples that are independent of each other; expected more; wait")
+        raise FitError("found too few independent samples; expected more; wait")
     depth, log_k, squares = _searched(problem)
     density = _density(squares, problem.freedom)
     if any(belief.name == "ln k_D" for belief in problem.beliefs):

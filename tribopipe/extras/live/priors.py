@@ -89,7 +89,7 @@ def _next(values: Sequence[float], what: str) -> tuple[float, float]:
     count = len(values)
     if count < _FEWEST:
         raise FitError(
-            f"found {count} archived runs with a {what}; expected at least {_FEWEST} to say what the next one is like; "
-            "archive more of them, or leave the option out"
+            f"found {count} archived runs with a {what}; expected at least {_FEWEST} to predict the next one; archive "
+            "more of them, or omit the option"
         )
     return fmean(values), stdev(values) * math.sqrt((1 + 1 / count) * (count - 1) / (count - 3))

@@ -45,7 +45,7 @@ class Session:
         contact = asked.run.manifest.contact
         if contact is not None and not contact.sensor_tells:
             raise ContactError(
-                f"{asked.run.id}: found a {contact.kind} run, whose depth signal does not tell the wear of a running "
+                f"{asked.run.id}: found a {contact.kind} run, whose depth signal does not give the wear of a running "
                 "test; expected a pin on a disc; process the run when it has ended"
             )
         self.asked = asked
@@ -92,7 +92,7 @@ class Session:
             )
         if appended.anew:
             self.state, self._sensor = State(), StuckSensor()
-            message = "the file was cut, or another took its place: all begins anew with what it holds"
+            message = "the file was truncated or replaced: starting again with its content"
             yield Alarm(kind="anew", message=message)
         turned = any(isinstance(step, TurnOver) and "depth" in step.signals for step in self.asked.recipe.clean_up)
         columns = dict(appended.columns) | ({"depth": -appended.columns["depth"]} if turned else {})

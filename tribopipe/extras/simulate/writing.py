@@ -36,8 +36,8 @@ def require_simulated(folder: Path) -> None:
     there = [name for name in (MANIFEST_NAME, SIGNALS_NAME) if (folder / name).exists()]
     if there and not (folder / TRUTH_NAME).is_file():
         raise OutputError(
-            f"{folder}: found {there[0]}, and no {TRUTH_NAME} beside it; expected a new folder, or a run that was "
-            "simulated; name another folder"
+            f"{folder}: found {there[0]}, and no {TRUTH_NAME} next to it; expected a new folder, or a simulated run; "
+            "name another folder"
         )
 
 
@@ -69,7 +69,7 @@ def manifest_head(run_id: str, started: datetime, title: str, instrument: str) -
     """Return what every manifest begins with."""
     return [
         "#:schema ../../schemas/run.schema.json",
-        "# Synthetic: written by `tribopipe simulate`; truth.json beside it says what it was made from.",
+        "# Synthetic: written by `tribopipe simulate`; truth.json next to it holds the true values.",
         'schema = "tribopipe.run/1"',
         f"id = {quoted(run_id)}",
         f"started = {started.isoformat()}",

@@ -148,7 +148,7 @@ def _columns(file: str, head: Row) -> tuple[list[_Column], list[str]]:
         if plain(bare) in _OF_TWO:
             raise ManifestError(
                 f"{file}, line {head.line}: found the column {written!r}, which may be of the pin or the disc; "
-                "expected to be told; call it pin_wear_volume, disc_wear_volume, pin_mass_loss or disc_mass_loss"
+                "expected a clear name; call it pin_wear_volume, disc_wear_volume, pin_mass_loss or disc_mass_loss"
             )
         key = _key(bare)
         if key is None:

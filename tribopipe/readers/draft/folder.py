@@ -234,8 +234,8 @@ def _new_run(plan: RunPlan, problem: str | None, accepted: Sequence[str]) -> New
 
 def _one_test(group: Group) -> str:
     return (
-        f"{len(group.exports)} files are taken as one test, one after the other, though the clock begins anew in each; "
-        "of tests of their own make a run each, or let `tribopipe watch FOLDER` do so"
+        f"{len(group.exports)} files are taken as one test, one after the other, although the clock restarts in each; "
+        "for separate tests make one run each, or use `tribopipe watch FOLDER`"
     )
 
 
@@ -255,7 +255,7 @@ def _drafted(wanted: Wanted, defaults: _Defaults, exports: Sequence[Export], mea
     if not groups:
         raise ReaderError(
             f"{exports[0].name}: found a profile ({exports[0].reader.title}); expected at least one file of signals "
-            "beside it, since a run is what was recorded during a test; name it too"
+            "with it, since a run is the recording of a test; name it too"
         )
     in_order = [export for group in groups for export in group.exports]
     known = gather(defaults.template, defaults.name, wanted.settings, in_order, wanted.measured)

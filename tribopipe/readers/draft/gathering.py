@@ -58,7 +58,7 @@ def take_radius(known: Known) -> None:
     if before is not None:
         if not before.origin or alike(_RADIUS, before.value, half, _ROUNDED):
             return
-        origin += f"; {before.origin.removeprefix('from ')} says {before.value}"
+        origin += f"; {before.origin.removeprefix('from ')} gives {before.value}"
     stated = half if whole.standard_uncertainty is None else {"value": half, "standard_uncertainty": unsure}
     known.take(_RADIUS, stated, origin)
 
@@ -94,7 +94,7 @@ def _facts(exports: Iterable[Export]) -> dict[str, Said]:
 def _take_fact(known: Known, key: str, said: Said) -> None:
     if len(said) > 1 and key != "started":
         for text, files in islice(said.items(), _MOST_DOUBTS):
-            known.doubt(key, text, f"says {_few(files)}; not all files say the same")
+            known.doubt(key, text, f"given by {_few(files)}; the files do not agree")
         return
     text, files = next(iter(said.items()))  # a test starts with its first file
     before, origin = known.given.get(key), f"from {_few(files)}"
@@ -103,10 +103,10 @@ def _take_fact(known: Known, key: str, said: Said) -> None:
             known.object(key, f"{text} {origin}")
         return
     if before is not None and not before.origin:
-        known.given[key] = before if text == before.value else Given(before.value, f"{_few(files)} says {text}")
+        known.given[key] = before if text == before.value else Given(before.value, f"{_few(files)} gives {text}")
         return
     if before is not None and text != before.value:
-        origin += f"; {before.origin.removeprefix('from ')} says {before.value}"
+        origin += f"; {before.origin.removeprefix('from ')} gives {before.value}"
     problem = known.take_text(key, text, origin)
     if problem is None:
         known.of_headers.add(key)

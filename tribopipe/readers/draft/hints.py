@@ -62,7 +62,7 @@ def doubt_names(known: Known, names: Iterable[str]) -> None:
             if stated is not None and not (len(fitting) == 1 and alike(key, stated.value, value)):
                 known.object(key, f"{values[value]!r} in the name of the file")
             elif stated is None and len(fitting) == 1:
-                known.offer(key, value, f"the name of the file seems to say so, {values[value]!r}")
+                known.offer(key, value, f"probable from the name of the file, {values[value]!r}")
             elif stated is None:
                 known.doubt(key, value, f"the name of the file has {values[value]!r}, and another value as well")
 

@@ -153,14 +153,14 @@ def _refuse_torn_row(text: Text, end: int, line: str, layout: Layout) -> None:
     if fields is None:
         raise ReaderError(
             f"{text.name}, line {_filled_line_at(text, end)}: found a field of more than {LONGEST_LINE} "
-            "characters; expected a row of numbers or the next step; mend or delete that line"
+            "characters; expected a row of numbers or the next step; correct or delete that line"
         )
     first, *others = fields
     numbers = [cell for cell in others if cell]
     if len(fields) >= layout.least > 1 and numbers and all(is_number(cell, ".,") for cell in numbers):
         raise ReaderError(
             f"{text.name}, line {_filled_line_at(text, end)}: found {first!r} at the beginning of a row; expected a "
-            "number; mend or delete that line"
+            "number; correct or delete that line"
         )
 
 
@@ -286,7 +286,7 @@ def _broken_claims(segments: Sequence[Segment], counts: Sequence[int]) -> list[s
         for number, (segment, count) in enumerate(zip(segments, held, strict=True), 1)
         if segment.claimed is not None and segment.claimed != count
     ]
-    return [f"other numbers of rows than the header says: {listed(broken)}"] if broken else []
+    return [f"numbers of rows differ from the header: {listed(broken)}"] if broken else []
 
 
 def _repeated(columns: Sequence[ReadColumn], counts: Sequence[int]) -> list[str]:

@@ -70,15 +70,16 @@ class GwyddionReader:
             if column.first_bad is not None:
                 line, found = column.first_bad
                 raise ReaderError(
-                    f"{text.name}, line {line}: found {found!r} in the matrix; expected numbers alone; mend that line, "
+                    f"{text.name}, line {line}: found {found!r} in the matrix; expected numbers alone; correct that "
+                    "line, "
                     "or export the map again"
                 )
         heights = np.column_stack([column.values for column in table.columns])
         rows, columns = heights.shape
         if rows < 2:
             raise ReaderError(
-                f"{text.name}: found a matrix of a single row; expected those of a map, whose number nothing but the "
-                "matrix tells; copy the file again, or export a profile as columns x z"
+                f"{text.name}: found a matrix of a single row; expected those of a map; copy the file again, or "
+                "export a profile as columns x z"
             )
         x = np.tile((np.arange(columns) + 0.5) * extents.wide[0] / columns, rows)
         y = np.repeat((np.arange(rows) + 0.5) * extents.high[0] / rows, columns)
@@ -157,7 +158,7 @@ def _layout(text: Text, extents: _Extents, hints: Hints) -> Layout:
     cells = extents.first.split()
     signs = "".join(sign for sign in ".," if any(sign in cell for cell in cells))
     width, header, line = len(cells), "".join(extents.lines), len(extents.lines) + 1
-    both = f"{text.name}, line {line}: found both . and , in one row; expected one decimal sign; mend that line"
+    both = f"{text.name}, line {line}: found both . and , in one row; expected one decimal sign; correct that line"
     return Layout(
         hints.separator or BLANKS,
         hints.decimal or ("," if signs == "," else "."),

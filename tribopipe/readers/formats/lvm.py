@@ -169,7 +169,7 @@ def _segments(text: Text, blocks: Sequence[Block], hints: Hints) -> tuple[list[S
         if len(names) < 2 or names[0] != _X:
             raise ReaderError(
                 f"{text.name}, line {line_at(text, block.start)}: found numbers without names above; expected a line "
-                f"that begins with {_X}; mend that line, or record the test with headers"
+                f"that begins with {_X}; correct that line, or record the test with headers"
             )
         own = first if block is blocks[0] else block.head
         heading = _Heading(settings, _tags(own, separator), trimmed(names))
@@ -301,7 +301,7 @@ def _grid(heading: _Heading) -> tuple[float, float] | None:
 def _remarks(headings: Sequence[_Heading]) -> list[str]:
     """Give what was noted in the headers of segments."""
     notes = [" ".join(trimmed(heading.own.get("Notes", []))[1:]) for heading in headings]
-    return [f"the header says: {note}" for note in dict.fromkeys(notes) if note]
+    return [f"the header states: {note}" for note in dict.fromkeys(notes) if note]
 
 
 def _facts(heading: _Heading) -> dict[str, str]:

@@ -183,7 +183,7 @@ def _last_step(head: Sequence[str]) -> str | None:
 def _refuse_nameless(text: Text, block: Block) -> NoReturn:
     raise ReaderError(
         f"{text.name}, line {line_at(text, block.start)}: found numbers without names above; expected names such as "
-        "'Step Time (s)' in the line before; mend that line, or export the test again"
+        "'Step Time (s)' in the line before; correct that line, or export the test again"
     )
 
 
@@ -201,7 +201,7 @@ def _unfinished(lines: Sequence[str]) -> list[str]:
     """Say where the line that closes a test is missing."""
     if any(map(_CLOSING.fullmatch, lines)):
         return []
-    return ["no line says that all steps were completed or the test was stopped, so the file may have lost its end"]
+    return ["no line states that all steps were completed or the test was stopped, so the file may be truncated"]
 
 
 def _facts(lines: Sequence[str]) -> tuple[dict[str, str], list[str]]:
@@ -224,7 +224,7 @@ def _track_radius(of_test: str, lines: Sequence[str]) -> tuple[dict[str, str], l
     """Give the radius of the track on the disc, by the test's own line or by those of its steps."""
     key = "conditions.track_radius"
     if re.fullmatch(r"\d+(\.\d+)?", of_test):
-        note = f"the track radius of the disc, {of_test}, is taken to be in mm: the file does not say so"
+        note = f"the track radius of the disc, {of_test}, is assumed to be in mm: the file does not state it"
         return {key: f"{of_test} mm"}, [note]
     radii = [*dict.fromkeys(found["radius"] for line in lines if (found := _STEP_RADIUS.fullmatch(line)))]
     if len(radii) > 1:

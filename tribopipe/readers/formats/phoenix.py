@@ -196,7 +196,7 @@ def _contradicted(roles: Mapping[Role, ReadColumn]) -> tuple[set[str], list[str]
     broken = {one: ratio for one, ratio in held.items() if abs(ratio - 1) > NEAR}
     names = {roles[role].name for one in broken for role in one.roles if role not in good and role != "time"}
     notes = [
-        f"{one.formula} does not hold in {_units_of(one, roles)}: left over right is {ratio:.3g}"
+        f"{one.formula} does not hold in {_units_of(one, roles)}: the ratio of left to right is {ratio:.3g}"
         for one, ratio in broken.items()
     ]
     listed = ", ".join(map(repr, sorted(names)))

@@ -225,4 +225,4 @@ def _count_note(found: _Points, columns: tuple[ReadColumn, ...]) -> list[str]:
     rows = len(columns[0].values)
     if found.count is None or found.count == rows:
         return []
-    return [f"the file says that it holds {found.count} points, and holds {rows}"]
+    return [f"the file states {found.count} points, but holds {rows}"]

@@ -115,7 +115,7 @@ def _refuse_words_below_names(text: Text, blocks: Sequence[Block]) -> None:
         if block.start < block.end and any(map(_names, block.head)) and not _names(block.head[-1]):
             raise ReaderError(
                 f"{text.name}, line {line_at(text, block.start) - 1}: found {block.head[-1][:60]!r} between the row of "
-                "names and the numbers; expected a row of numbers; mend or delete that line"
+                "names and the numbers; expected a row of numbers; correct or delete that line"
             )
 
 
@@ -145,11 +145,11 @@ def _closing_notes(text: Text, rows: Block) -> list[str]:
     if _CLOSING.fullmatch(closing):
         return []
     if "TotalTime".startswith(closing) or _CUT_CLOSING.fullmatch(closing):
-        return ["TotalTime is missing below the rows, so the file may have lost its end"]
+        return ["TotalTime is missing below the rows, so the file may be truncated"]
     first = len(text.content) - len(below.lstrip().encode())
     raise ReaderError(
         f"{text.name}, line {line_at(text, first)}: found {closing[:60]!r} below the rows; expected TotalTime and a "
-        "duration alone; mend or delete these lines"
+        "duration alone; correct or delete these lines"
     )
 
 

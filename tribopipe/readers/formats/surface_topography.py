@@ -72,8 +72,8 @@ class SurfaceTopographyReader:
         """Parse the file; ``ReaderError`` where the package is missing or cannot read it."""
         if find_spec(_PACKAGE) is None:
             raise ReaderError(
-                f"{source.name}: found a file that the package SurfaceTopography reads, which is not installed; "
-                'expected it beside tribopipe; run `pip install "tribopipe[surface]"`, or export the profile as text'
+                f"{source.name}: found a file that the package SurfaceTopography reads; expected it to be "
+                'installed; run `pip install "tribopipe[surface]"`, or export the profile as text'
             )
         try:
             with warnings.catch_warnings(action="ignore"):
@@ -125,4 +125,4 @@ def _channel_note(channels: Any, taken: Any) -> list[str]:
     if len(channels) < 2:
         return []
     others = ", ".join(repr(str(one.name)) for one in channels if one.name != taken.name)
-    return [f"read the channel {str(taken.name)!r}; the file holds {others} besides"]
+    return [f"read the channel {str(taken.name)!r}; the file also holds {others}"]

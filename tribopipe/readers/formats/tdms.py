@@ -131,11 +131,11 @@ def _follow(source: SourceFile) -> _Chain:
         order = ">" if contents & _BIG_ENDIAN else "<"
         length, metadata = struct.unpack_from(f"{order}QQ", source.content, position + 12)
         if length == _UNFINISHED:
-            return _Chain(data, "the program that wrote the file stopped before its end; rows are read while whole")
+            return _Chain(data, "the program that wrote the file stopped before its end; complete rows are read")
         position += _LEAD_IN + length
         data += length - metadata
     lacking = position - size if position >= size else position + _LEAD_IN - size
-    note = f"the file lacks at least {lacking} bytes at its end; rows are read while whole"
+    note = f"at least {lacking} bytes are missing at the end of the file; complete rows are read"
     return _Chain(data, note if lacking else None)
 
 

@@ -149,7 +149,7 @@ def _segments(text: Text, blocks: Sequence[Block], hints: Hints) -> list[Segment
         elif segments:
             raise ReaderError(
                 f"{text.name}, line {line_at(text, block.start)}: found numbers without names above; expected a step "
-                "to begin with its names, such as 'Fx,Fz,Z,T'; mend that line, or export the test again"
+                "to begin with its names, such as 'Fx,Fz,Z,T'; correct that line, or export the test again"
             )
     if not segments:
         raise ReaderError(
@@ -176,7 +176,7 @@ def _layout(text: Text, block: Block, head: Sequence[str], hints: Hints) -> Layo
     if len(below) > 1:
         raise ReaderError(
             f"{text.name}, line {line_at(text, block.start)}: found {below[-1][:40]!r} above the numbers; expected one "
-            "row of units below the names; mend that line"
+            "row of units below the names; correct that line"
         )
     units = _cells(below[0], separator) if below else []
     rows = sample_rows(text, block, separator)
