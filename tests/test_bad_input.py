@@ -145,7 +145,7 @@ SPOILED = {
     # rows
     "text among numbers": (
         field(7, 1, "8.0.1"),
-        ["sample-run", "signals.csv, line 7", "Depth [um]", "'8.0.1'", "expected a number", "mend"],
+        ["sample-run", "signals.csv, line 7", "Depth [um]", "'8.0.1'", "expected a number", "correct"],
     ),
     "row cut in the middle of the file": (
         rows(lambda lines: [*lines[:500], lines[500].rpartition(",")[0], *lines[501:]]),
@@ -154,7 +154,7 @@ SPOILED = {
     "row cut at the end of the file": (cut_last_row, ["signals.csv, line 1252", "3 fields", "copy it again"]),
     "row too long": (
         rows(lambda lines: [*lines[:9], lines[9] + ",1.0", *lines[10:]]),
-        ["signals.csv, line 10", "found 5 fields, expected 4", "mend that line"],
+        ["signals.csv, line 10", "found 5 fields, expected 4", "correct that line"],
     ),
     "one sample": (rows(lambda lines: lines[:2]), ["signals", "1 sample", "at least 2", "export"]),
     "channel without a number": (whole_column(1, "NaN"), ["depth", "no number", "remove the signal"]),

@@ -162,7 +162,7 @@ def test_run_toml_names_the_drum_and_goes_there_and_back():
         ({"end_values": {"flat_disc_wear_depth": "1 um"}}, "found one in a pin-on-drum run, which has no such thing"),
         (
             {"conditions": {**MANIFEST["conditions"], "track_radius": "1 mm"}},
-            "track_radius: found one beside c",
+            "track_radius: found one with c",
         ),
         ({"conditions": {**MANIFEST["conditions"], "slip": "4 %"}}, "conditions.slip: found one in a pin-on-drum run"),
     ],

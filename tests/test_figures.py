@@ -124,7 +124,7 @@ def test_figures_say_what_was_cleaned_up(sample_archive):
     raw = reciprocating(sample_archive.raw(SAMPLE_IDS[0]))
     cleaned = clean_run(raw, Recipe(clean_up=(*AUTOMATIC, TurnOver(signals=("depth",)))))
     fit = fit_friction(cleaned.run)
-    assert "measured, cleaned up: one value a stroke" in labels(plot_friction(cleaned.run, fit, cleaned.record))
+    assert "measured, preprocessed: one value per stroke" in labels(plot_friction(cleaned.run, fit, cleaned.record))
     assert "measured" in labels(plot_friction(cleaned.run, fit))
     assert "sensor reading, cleaned up" in labels(plot_depth(correct_drift(cleaned.run), cleaned.record))
 

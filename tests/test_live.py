@@ -278,7 +278,7 @@ def test_wear_that_doubles_is_noticed_soon_and_sound_wear_never():
     assert 250 < noticed.noticed < 290
     assert 235 < noticed.since < 265
     assert noticed.deeper
-    assert "has left the wear law since about" in str(noticed.alarm)
+    assert "has deviated from the wear law since about" in str(noticed.alarm)
 
 
 def test_a_sensor_that_stands_still_is_stuck_and_one_that_is_coarse_is_not():

@@ -202,7 +202,7 @@ def test_special_blocks_are_left_out_and_kept_in_the_header():
 
 def test_remarks_are_shown():
     table = read(SMALL.replace(b"Channels", b"Notes\tX values guaranteed valid only for Ff\t\r\nChannels", 1))
-    assert "the header says: X values guaranteed valid only for Ff" in table.notes
+    assert "the header states: X values guaranteed valid only for Ff" in table.notes
 
 
 def test_a_channel_that_comes_later_has_no_values_before():

@@ -126,7 +126,7 @@ def test_what_was_not_marked_bad_cannot_be_taken_back(archive, history):
     for mark in history:
         store.mark(RUN, mark)
     before = store.path(RUN).read_bytes()
-    with pytest.raises(ArchiveError, match="found no bad mark to take back"):
+    with pytest.raises(ArchiveError, match="found no bad mark to remove"):
         store.mark(RUN, GOOD)
     assert store.path(RUN).read_bytes() == before
 

@@ -173,7 +173,7 @@ def test_cut_anywhere():
         width = found.shape[1]
         assert width in (len(NAMED), len(NAMED) + 1)
         assert np.array_equal(found, TRUTH[: len(found)], equal_nan=True), size
-        assert any("no line says" in note for note in table.notes)
+        assert any("no line states" in note for note in table.notes)
 
 
 @settings(max_examples=60, deadline=None)

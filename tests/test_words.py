@@ -126,7 +126,7 @@ def client_texts() -> Iterator[Text]:
         if path.name.endswith(".test.ts"):
             continue
         code = re.sub(r"/\*.*?\*/|(?<!:)//[^\n]*", _blank, path.read_text(encoding="utf-8"), flags=re.DOTALL)
-        code = re.sub(r"(?m)^(import|export .* from)\b.*$|\b(className|id|key|href|to)=\"[^\"]*\"", _blank, code)
+        code = re.sub(r"(?m)^(import|export .* from)\b.*$|\b(className|id|key|href|to|colourBy)=\"[^\"]*\"", _blank, code)
         for match in re.finditer(r"\"([^\"\n]*)\"|`([^`]*)`|>([^<>{}=;()]+)(?=[<{])", code):
             words = next(group for group in match.groups() if group is not None)
             if _WORDS.search(words.strip()):
