@@ -90,7 +90,7 @@ class Archive:
     def __setstate__(self, state: tuple[Path, bool]) -> None:
         """Be the archive as another process has it, or another machine, where its drive has another number.
 
-        One that was there and is not there counts as gone, so that it is not begun anew where the folder is not shared.
+        One that was there and is not there counts as gone, so that it is not made again where the folder is not shared.
         """
         self.folder, was_there = state
         there = drive_of(self.folder)
@@ -129,7 +129,7 @@ class Archive:
         return (ArchivedRun(self, run_id) for run_id in self.ids())
 
     def items(self) -> Iterator[tuple[str, ArchivedRun]]:
-        """Give each run beside its id, in natural order."""
+        """Give each run with its id, in natural order."""
         return ((run.id, run) for run in self.values())
 
     def _ipython_key_completions_(self) -> list[str]:
@@ -145,7 +145,7 @@ class Archive:
         sort
             Columns to sort by, such as ``"material,-k_d"``.
         columns
-            Columns, such as ``"id,load,k_d"``; all unless said.
+            Columns, such as ``"id,load,k_d"``; all by default.
 
         Returns
         -------
@@ -174,8 +174,8 @@ class Archive:
     ) -> Literal["added", "unchanged", "rewritten", "amended"]:
         """Archive a run as ingested.
 
-        A run that is there already with the same content is left alone, or with ``force`` written anew beside its
-        steps and marks. With ``amend`` one with another run.toml takes its place beside its marks, and the earlier
+        A run that is there already with the same content is left alone, or with ``force`` written again with its
+        steps and marks. With ``amend`` one with another run.toml takes its place with its marks, and the earlier
         run.toml is kept. Raises ``ArchiveError`` where the id is taken by other content: what the instrument wrote is
         never replaced.
         """
@@ -195,7 +195,7 @@ class Archive:
         return "amended" if amended else "rewritten" if there else "added"
 
     def _is_other(self, run: RawRun, *, amend: bool) -> bool:
-        """Tell whether a run has another run.toml than archived; ``ArchiveError`` where that or more must not be."""
+        """Return whether a run has another run.toml than archived; ``ArchiveError`` where that or more must not be."""
         with self.open(run.id) as file:
             if text(file, "entry/archived/raw_sha256") == raw_digest(run):
                 return False
@@ -224,7 +224,7 @@ class Archive:
             return text(file, "entry/archived/raw_sha256")
 
     def environment(self, run_id: str) -> dict[str, str]:
-        """Return what a run was ingested with; empty where its file does not say."""
+        """Return what a run was ingested with; empty where its file does not state."""
         with self.open(run_id) as file:
             return read_environment(file["entry"])
 
@@ -420,7 +420,7 @@ class Archive:
     def mark(self, run_id: str, mark: Mark) -> None:
         """Add a mark to a run's history; all else that the run holds stays as it is.
 
-        Raises ``ArchiveError`` for a mark that takes back what was not said: good, on a run not marked bad.
+        Raises ``ArchiveError`` for a mark that takes back what was not stated: good, on a run not marked bad.
         """
         with self._rewriting(run_id) as (old, new):
             marks = read_marks(old["entry"])
@@ -541,7 +541,7 @@ class Archive:
                 part.unlink(missing_ok=True)
 
     def _make_folder(self, folder: Path) -> None:
-        """Make a folder where there is none; one that has gone meanwhile is not begun anew on another drive."""
+        """Make a folder where there is none; one that has gone meanwhile is not created again on another drive."""
         if self._drive is not None and drive_of(self.folder) != self._drive:
             raise ArchiveError(
                 f"{self.folder}: found the archive gone, which was there before; expected it to stay while it is "

@@ -41,14 +41,14 @@ class PlotOffer:
     name: str
     title: str
     stage: str
-    """The step beside which it is shown, or "raw"."""
+    """The step with which it is shown, or "raw"."""
     path: str
     """What a viewer of HDF5 opens for it."""
     axes: tuple[str, ...]
     """Names of the axes it can be drawn against, the usual one first."""
     draw: Draw = field(repr=False)
     words: str = ""
-    """What a reader has to be told of it, which its page does not say anyway."""
+    """What a reader has to be given of it, which its page does not state anyway."""
 
     def drawing(self, against: str | None = None) -> Plot:
         """Draw it against an axis, or the usual one."""

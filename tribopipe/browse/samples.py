@@ -141,7 +141,7 @@ class RunFile(ArchivedFile):
         return step.result if step is not None and isinstance(step.result, record) else None
 
     def signal_path(self, name: SignalName) -> str | None:
-        """Return where a signal stands as it was cleaned up, or else as recorded; none where it has none."""
+        """Return where a signal stands as it was preprocessed, or else as recorded; none where it has none."""
         paths = (f"/entry/clean_up/data/{name}", f"/entry/raw/{name}")
         return next((path for path in paths if path in self.datasets), None)
 

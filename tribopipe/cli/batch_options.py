@@ -58,7 +58,7 @@ Shard = Annotated[
 
 
 def crew(jobs: int | None, scheduler: str | None, usual: int = 1) -> "Crew":
-    """Return who does a batch, so many processes at once where nothing else is said; 0 for as many as there are cores.
+    """Return who does a batch, with so many processes at once by default; 0 for as many as there are cores.
 
     Raises ``BadParameter`` for a number of jobs where a scheduler has its own workers.
     """
@@ -77,5 +77,5 @@ def seen_by(who: "Crew", path: Path) -> Path:
 
 
 def _cores() -> int:
-    """Return how many cores this process may use, as a queueing system has said."""
+    """Return how many cores this process may use, as a queueing system has set it."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

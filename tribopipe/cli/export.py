@@ -37,7 +37,7 @@ export_app.command("dataset")(export_dataset)
 
 @dataclass(frozen=True)
 class _Subject:
-    """What a run, and what is said on the command line, tell of wear."""
+    """Wear as known from a run and from the command line."""
 
     manifest: "RunManifest"
     known: "KnownWear"
@@ -90,8 +90,8 @@ def umeshmotion(
 ) -> None:
     """Write a user subroutine of an identified wear law for ABAQUS.
 
-    Beside it: the step for an input file, a harness that drives the subroutine without ABAQUS, and what to know. It has
-    been compiled and driven by the harness; it has not been run in ABAQUS.
+    Next to it: the step for an input file, a harness that drives the subroutine without ABAQUS, and what to know. It
+    has been compiled and driven by the harness; it has not been run in ABAQUS.
     """
     from tribopipe.extras.abaqus.texts import texts
 
@@ -110,7 +110,7 @@ def umeshmotion(
 
 
 def _of_folder(folder: Path, law: Law, coefficient: str | None, friction: str | None) -> _Subject:
-    """Take what run.toml says, and k_D from the command line."""
+    """Take what run.toml states, and k_D from the command line."""
     from tribopipe.documents.manifest import manifest_path, read_manifest
     from tribopipe.evaluation.friction_paths import stated_path
 

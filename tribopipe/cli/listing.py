@@ -98,7 +98,7 @@ def _quantity(run: "ListedRun", column: "ListedColumn") -> dict[str, Any] | None
 
 
 def up_to_date(archive: "Path") -> "Catalogue":
-    """Return the catalogue of an archive as it is now. Raises ``ArchiveError`` where there is no archive."""
+    """Return the catalog of an archive as it is now. Raises ``ArchiveError`` where there is no archive."""
     from tribopipe.archive.catalog.catalog import Catalogue
 
     require_archive(archive)
@@ -111,7 +111,7 @@ def up_to_date(archive: "Path") -> "Catalogue":
 
 
 def tell_unreadable(catalogue: "Catalogue", *, some_done: bool) -> None:
-    """Tell each file of an archive that cannot be read, and exit accordingly."""
+    """Report each file of an archive that cannot be read, and exit accordingly."""
     from tribopipe.base.errors import ArchiveError
 
     exit_with([ArchiveError(sentence) for _, sentence in catalogue.unreadable], some_done=some_done)

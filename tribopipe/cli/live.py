@@ -144,7 +144,7 @@ def _wait(seconds: float, goes_on: Callable[[], bool]) -> None:
 
 @contextmanager
 def _until_interrupted() -> Iterator[Callable[[], bool]]:
-    """Give what tells whether to go on: Ctrl-C ends what follows after the look that it is in, a second one at once."""
+    """Give a function that shows whether to go on: Ctrl-C ends after the present update, a second one at once."""
     interrupts: list[int] = []
     before = signal.getsignal(signal.SIGINT)
 
@@ -162,7 +162,7 @@ def _until_interrupted() -> Iterator[Callable[[], bool]]:
 
 @contextmanager
 def _display(session: "Session", *, as_json: bool) -> Iterator[Tell]:
-    """Give what tells an update: lines, or on a terminal one display that is refreshed."""
+    """Give a function that shows an update: lines, or on a terminal one display that is refreshed."""
     if as_json or not sys.stderr.isatty():
         yield lambda update: _tell_lines(session, update, as_json=as_json)
         return
@@ -186,7 +186,7 @@ def _show_cursor() -> None:
 
 
 def _tell_lines(session: "Session", update: "LiveUpdate", *, as_json: bool) -> None:
-    """Tell an update that says something new."""
+    """Report an update that states something new."""
     if as_json and (session.grew or update.alarms):
         print_json(record_json(update), indent=None)
     elif session.grew:

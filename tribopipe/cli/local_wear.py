@@ -52,7 +52,7 @@ class _Asked:
     force: bool
 
     def places(self, manifest: "RunManifest") -> list[float]:
-        """Return where to wear to, m or rotations; nothing where that was not said."""
+        """Return where to wear to, m or rotations; nothing where that was not stated."""
         return [place("--at", text, manifest.progress) for text in self.at]
 
 
@@ -144,7 +144,7 @@ def local_wear(
 
 
 def _is_folder(run: str, archive: Path) -> bool:
-    """Tell a run folder from the id of an archived run, which wins."""
+    """Distinguish a run folder from the id of an archived run, which has priority."""
     return Path(run).exists() and not (archive / f"{run}.h5").exists()
 
 

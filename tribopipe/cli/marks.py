@@ -119,7 +119,7 @@ def note(
 
 
 def _each(run_ids: "Iterable[str]", change: "Callable[[str], str]") -> "list[TribopipeError]":
-    """Change runs and say what each has then; return what stood in the way of some."""
+    """Change runs and report what each has then; return the errors of some."""
     from tribopipe.base.failures import in_a_sentence
 
     errors = []

@@ -67,7 +67,7 @@ class _Asked:
 
     @property
     def anything(self) -> bool:
-        """Whether anything is asked for beside the law."""
+        """Whether anything is asked for with the law."""
         changed = (self.load, self.speed, self.radius, self.slip, self.crown_radius, self.friction)
         how = (self.steps, self.distance, self.scheme == "published")
         return any((*changed, *how, self.coefficients, self.at, self.depth))
@@ -350,7 +350,7 @@ def _known(subject: _Subject, asked: _Asked) -> "KnownWear":
 
 
 def _places(subject: _Subject, asked: _Asked) -> tuple[list[float], list[float]]:
-    """Return where to predict, and the depths, m, whose place is wanted; the run's own end where neither is said."""
+    """Return where to predict, and the depths, m, whose place is wanted; the run's own end where neither is stated."""
     progress = subject.manifest.progress
     at = [place("--at", text, progress) for text in asked.at]
     depths = [_depth(text) for text in asked.depth]

@@ -46,9 +46,9 @@ def process(
 ) -> None:
     """Process run folders: all steps from raw data to figures.
 
-    The steps are ingest, clean-up, drift, friction, wear under each law, prediction, studies and figures.
+    The steps are ingest, preprocessing, drift, friction, wear under each law, prediction, studies and figures.
 
-    Studies beside the runs, study.toml or *.study.toml, say which runs are fitted together and which are predicted.
+    Studies with the runs, study.toml or *.study.toml, state which runs are fitted together and which are predicted.
     What needs other runs (predictions, studies) is left out with --shard, and so are figures: a last `process` of all
     runs without --shard finds all else unchanged, and does that.
     """
@@ -98,9 +98,9 @@ def _taken(
 
 
 def _followed(coming: "Iterable[Outcome]", advance: "Advance", *, in_full: bool) -> "list[Outcome]":
-    """Tell what becomes of steps as it comes; return it in the order of the runs, without results but those of studies.
+    """Report steps as they end; return them in the order of the runs, without results but those of studies.
 
-    ``in_full`` tells every finding as a sentence; otherwise they are told in short at the end. Results of thousands of
+    ``in_full`` shows every finding as a sentence; otherwise they are given in short at the end. Results of thousands of
     runs would fill the memory, and are in the archive.
     """
     kept: list[Outcome] = []
@@ -140,7 +140,7 @@ def _draw(store: "Archive", outcomes: "list[Outcome]", who: "Crew") -> "list[Out
 
 
 def _unseen(store: "Archive", outcomes: "list[Outcome]") -> "Iterator[Outcome]":
-    """Return failures of the runs that workers say to have archived where this process sees none."""
+    """Return failures of the runs that workers state to have archived where this process sees none."""
     from tribopipe.base.errors import ArchiveError
     from tribopipe.pipeline.stages import Outcome
 
@@ -191,7 +191,7 @@ def _show(store: "Archive", outcomes: "list[Outcome]", *, as_json: bool, verbose
 
 
 def _say_doubts(outcome: "Outcome") -> None:
-    """Say where the depth contradicts the end value, and what a run lacks for a correction."""
+    """Report where the depth contradicts the post-test measurement, and what is missing for a correction."""
     from tribopipe.results.evaluation import DriftCorrection
 
     correction = outcome.result

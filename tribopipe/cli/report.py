@@ -51,7 +51,7 @@ def report(
 
 
 def _is_study(store: "Archive", ids: "Sequence[str]", *, as_run: bool) -> bool:
-    """Tell whether one study is meant. Raises ``ArchiveError`` where an id is not known, or a study is not alone."""
+    """Return whether one study is meant. Raises ``ArchiveError`` where an id is not known, or a study is not alone."""
     from tribopipe.base.errors import ArchiveError, did_you_mean
 
     runs, studies = set(store.ids()), set(store.study_ids())

@@ -131,7 +131,7 @@ def ingest(
 
 
 def say_amended(outcome: "Outcome") -> None:
-    """Say which steps stood on the run.toml before it was amended."""
+    """Report which steps stood on the run.toml before it was amended."""
     if outcome.dropped is None:
         return
     names = ", ".join(name.replace("_", " ") for name in outcome.dropped)
@@ -140,7 +140,7 @@ def say_amended(outcome: "Outcome") -> None:
 
 
 def say_warnings(outcome: "Outcome") -> None:
-    """Say what the checks warn of, and which inputs nothing in the run can be compared with."""
+    """Report what the checks warn of, and which inputs nothing in the run can be compared with."""
     for finding in outcome.findings:
         if finding.severity == "warning" or finding.code in _UNCOMPARED:
             say(f"{outcome.run_id}: {finding.severity}: {finding}")

@@ -53,7 +53,7 @@ def new(
 
     The lightest load is fitted, the others are predicted.
 
-    Runs that are marked bad, were aborted or lack what k_D needs are left out, and named. Writes study.toml, or
+    Runs that are marked bad, were aborted or do not have what k_D needs are left out, and named. Writes study.toml, or
     <id>.study.toml for each of several; read it and change it before you run it.
     """
     from tribopipe.base.files import write_file

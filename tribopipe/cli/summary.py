@@ -1,4 +1,4 @@
-"""What is said of an archived run in one line of a table, and in one document of JSON."""
+"""What is stated about an archived run in one line of a table, and in one document of JSON."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -87,7 +87,7 @@ def _wear_rows(run: RunOutline) -> list[list[str]]:
 
 
 def _columns(about: Sequence[str], measured: str) -> list[str]:
-    """Return the heads of a table: what it says of runs, then k_D and predictions under each law."""
+    """Return the heads of a table: what it states about runs, then k_D and predictions under each law."""
     first, *others = map(law_label, WEAR_FITS)
     k_d = [f"k_D by {law}" for law in (first, *others)]
     return [*about, *k_d, measured, f"predicted, {first}", *others, "from"]

@@ -48,7 +48,7 @@ def sweep(
 ) -> None:
     """Evaluate, predict or simulate in every combination of values.
 
-    The document says which: how much k_D depends on choices of evaluation, wear and life under other conditions, or
+    The document states which: how much k_D depends on choices of evaluation, wear and life under other conditions, or
     how well virtual tests find k_D.
     """
     from tribopipe.documents.record import load_toml

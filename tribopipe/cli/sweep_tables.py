@@ -28,7 +28,7 @@ _UNITS = {
 
 
 def show_rows(asked: "Sweep", ensemble: "Ensemble", found: "Found") -> None:
-    """Show the rows, unless they are of draws, which only their summary tells of, or too many."""
+    """Show the rows, unless they are of draws, which only their summary shows, or too many."""
     from tribopipe.extras.sweep.rows import answers
 
     told = list(answers(ensemble, found))
@@ -69,7 +69,7 @@ def _shown(quantity: "Quantity | None", name: str) -> str:
 
 
 def _interval(row: "Row") -> str:
-    """Write an interval of k_D, whose unit stands beside it."""
+    """Write an interval of k_D, whose unit stands next to it."""
     ends = [row.found[name] for name in _ENDS if name in row.found]
     return " to ".join(show(float(from_si(end.value, end.unit, WEAR_COEFFICIENT)), None, "1") for end in ends) or "–"
 

@@ -1,4 +1,4 @@
-"""The command that looks an archive over: verify."""
+"""The command that verifies an archive: verify."""
 
 import re
 from pathlib import Path

@@ -86,7 +86,7 @@ def _real(path: Path) -> Path:
 
 
 def _tell(event: "Event", *, as_json: bool) -> None:
-    """Tell people on stderr, and programs on stdout if they ask."""
+    """Inform people on stderr, and programs on stdout if they ask."""
     print_result(event.text)
     for line in event.details:
         print_result(f"  {line}")

@@ -208,7 +208,7 @@ class TwinDiscWear:
         )
 
     def notes(self, values: Values, last: State | None) -> tuple[str, ...]:
-        """Say where the discs leave what the model describes."""
+        """Report where the discs leave what the model describes."""
         return () if last is None else tuple(self._notes(values, float(last["half_width"]), float(last["slip"])))
 
     def _notes(self, values: Values, half_width: float, slip_of_worn: float) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""run.toml: what a lab writes beside the instrument's own files about one run."""
+"""run.toml: what a lab writes with the instrument's own files about one run."""
 
 import math
 import re
@@ -78,7 +78,7 @@ RunId = Annotated[str, AfterValidator(_usable_as_file_name), Field(json_schema_e
 
 
 _MOST_ROTATIONS = 1e15
-"""A year at a million rotations a second is a thirtieth of it, and float64 still tells each rotation from the next."""
+"""A year at a million rotations a second is a thirtieth of it, and float64 still resolves each rotation."""
 
 
 def _a_count(written: Any) -> Any:
@@ -183,7 +183,7 @@ class ColumnSource(Record):
     column: str = Field(min_length=1)
     """Name of the column as the file's header writes it."""
     unit: str | None = None
-    """Unit of the column; wins over what the file says, needed where the file says none."""
+    """Unit of the column; wins over what the file states, needed where the file states none."""
 
 
 def _column_by_name(written: Any) -> Any:
@@ -210,7 +210,7 @@ def _named_or_described(reader: str) -> str:
 
 
 def is_described(reader: str) -> bool:
-    """Tell whether a reader is named by the file that describes it."""
+    """Return whether a reader is named by the file that describes it."""
     return reader.lower().endswith(".toml")
 
 
@@ -271,9 +271,9 @@ class ProfileSource(Record):
     """Format, where it should not be detected: "dektak", "points"…, or a reader described in a file of the run folder:
     "our-rig.toml"."""
     position: Annotated[ColumnSource, BeforeValidator(_column_by_name)] | None = None
-    """Column of the position across the track, where the format does not say."""
+    """Column of the position across the track, where the format does not state."""
     height: Annotated[ColumnSource, BeforeValidator(_column_by_name)] | None = None
-    """Column of the height, upwards out of the specimen, where the format does not say."""
+    """Column of the height, upwards out of the specimen, where the format does not state."""
 
 
 def _one_or_several(written: Any) -> Any:
@@ -285,10 +285,10 @@ Profiles = Annotated[tuple[ProfileSource, ...], BeforeValidator(_one_or_several)
 
 
 class EndValues(Record):
-    """What the profilometer or microscope said after the test."""
+    """What the profilometer or microscope stated after the test."""
 
     pin_wear_depth: MeasuredDepth | None = None
-    """Height worn off the pin."""
+    """Wear height of the pin."""
     pin_scar_diameter: MeasuredLength | None = None
     """Diameter of the scar on a spherical pin; where the disc has worn, the mean of length and width."""
     pin_scar_length: MeasuredLength | None = None
@@ -296,7 +296,7 @@ class EndValues(Record):
     pin_scar_width: MeasuredLength | None = None
     """Width of the scar on a spherical pin, across the sliding direction."""
     pin_wear_volume: MeasuredVolume | None = None
-    """Volume worn off the pin."""
+    """Wear volume of the pin."""
     pin_mass_loss: MeasuredMass | None = None
     """Mass that the pin has lost; needs its density."""
     pin_profile: Profiles = ()
@@ -306,17 +306,17 @@ class EndValues(Record):
     disc_track_width: MeasuredLength | None = None
     """Width of the wear track on the disc a pin rubs on."""
     disc_wear_volume: MeasuredVolume | None = None
-    """Volume worn off the disc a pin rubs on."""
+    """Wear volume of the disc under a pin."""
     disc_mass_loss: MeasuredMass | None = None
     """Mass that the disc a pin rubs on has lost; needs its density."""
     disc_profile: Profiles = ()
     """Profiles across the track of the disc a pin rubs on, at several places, from which depth and volume are taken."""
     curved_disc_wear_depth: MeasuredDepth | None = None
-    """Height worn off the crown of a curved disc."""
+    """Wear height of the crown of a curved disc."""
     curved_disc_track_width: MeasuredLength | None = None
     """Width of the flat worn on a curved disc."""
     curved_disc_wear_volume: MeasuredVolume | None = None
-    """Volume worn off a curved disc."""
+    """Wear volume of a curved disc."""
     curved_disc_profile: Profiles = ()
     """Profiles across the track of a curved disc, from which its volume is taken."""
     flat_disc_wear_depth: MeasuredDepth | None = None
@@ -324,7 +324,7 @@ class EndValues(Record):
     flat_disc_track_width: MeasuredLength | None = None
     """Width of the track on a flat disc."""
     flat_disc_wear_volume: MeasuredVolume | None = None
-    """Volume worn off a flat disc."""
+    """Wear volume of a flat disc."""
     flat_disc_profile: Profiles = ()
     """Profiles across the track of a flat disc, from which its volume is taken."""
 
@@ -368,7 +368,7 @@ class Interruption(EndValues):
     )
 
     sliding_distance: Distance | None = None
-    """Distance that a pin had slid until then."""
+    """Distance that a pin had covered until then."""
     rotations: Rotations | None = None
     """Rotations that a curved disc had done until then."""
     remounted: bool = False
@@ -400,7 +400,7 @@ def _date_and_time(written: Any) -> Any:
 
 
 class RunManifest(Record):
-    """One run: specimens, conditions, signal files and end values."""
+    """One run: specimens, conditions, signal files and post-test measurements."""
 
     schema_version: Literal["tribopipe.run/1"] = Field(alias="schema")
     """Version of this document."""
@@ -578,11 +578,11 @@ _ALONG: Mapping[str, tuple[str, ...]] = {
         *_PIN_END_VALUES,
     ),
 }
-"""Keys of conditions and end values that make sense along one progress alone."""
+"""Keys of conditions and post-test measurements that make sense along one progress alone."""
 
 
 def foreign_keys(contact: type[Contact]) -> tuple[str, ...]:
-    """Return the keys of conditions and end values that make no sense on a contact."""
+    """Return the keys of conditions and post-test measurements that make no sense on a contact."""
     return _ALONG[(SLIDING if contact.progress is ROTATIONS else ROTATIONS).signal]
 
 
@@ -591,7 +591,7 @@ def _own_keys(part: Conditions | EndValues, contact: Contact) -> set[str]:
 
 
 def _contact_of(document: Any) -> type[Contact] | None:
-    """Return the class of the contact that a run.toml describes, as far as it can be told."""
+    """Return the class of the contact that a run.toml describes, as far as it can be determined."""
     contact = document.get("contact") if isinstance(document, Mapping) else None
     kind = contact.get("kind") if isinstance(contact, Mapping) else getattr(contact, "kind", None)
     return contact_named(kind)

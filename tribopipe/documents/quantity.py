@@ -240,7 +240,7 @@ def of_readings(readings: Sequence[float], common: float | None = None) -> tuple
     s is the standard deviation of the n readings, u what is uncertain of all of them together, and q accounts for s
     being an estimate itself: from 4 readings on it is that of Student's t, q² = (n − 1)/(n − 3) (JCGM 101:2008,
     6.4.9.4). For 2 and 3 that variance does not exist; there q = t₀.₉₇₅(n − 1)/1.96, 6.48 and 2.20, which makes ±1.96
-    standard uncertainties the 95 % interval of Student's t (JCGM 100:2008, G.3). Readings that are all the same tell no
+    standard uncertainties the 95 % interval of Student's t (JCGM 100:2008, G.3). Readings that are all the same show no
     scatter: then only u is left.
     """
     count = len(readings)

@@ -112,7 +112,7 @@ class DescribedColumn(Record):
     axis: Literal["x", "y", "z"] | None = None
     """Of a profile: x along the scan, y across scans, z the height, upwards out of the specimen."""
     unit: Unit | None = None
-    """Unit after scale and offset; wins over what the file says, needed where the file says none."""
+    """Unit after scale and offset; wins over what the file states, needed where the file states none."""
     scale: float = 1.0
     """The column is multiplied by it…"""
     offset: float = 0.0
@@ -122,7 +122,7 @@ class DescribedColumn(Record):
 
 
 class Fact(Record):
-    """Something the lines above the table say of the run."""
+    """Something the lines above the table states about the run."""
 
     pattern: Pattern
     """Regular expression; what its first group matches is the value, or else the whole match."""
@@ -151,7 +151,7 @@ class ReaderProfile(Record):
     encoding: str | None = None
     """Text encoding, where it should not be detected: "cp1252", "shift_jis"…"""
     separator: Annotated[str, AfterValidator(_a_separator)] | None = None
-    """Column separator: ";", "\\t", or " " for runs of blanks; needed wherever the place of the table is told."""
+    """Column separator: ";", "\\t", or " " for runs of blanks; needed wherever the place of the table is given."""
     decimal: Literal[".", ","] | None = None
     """Decimal sign, where it should not be detected."""
     starts_at: Pattern | None = None
@@ -161,7 +161,7 @@ class ReaderProfile(Record):
     names: tuple[Annotated[str, Field(min_length=1)], ...] = ()
     """Names of the columns, where the file has none."""
     units_row: Literal["above", "below"] | None = None
-    """Where a row of units stands beside the row of names."""
+    """Where a row of units stands next to the row of names."""
     columns: dict[str, DescribedColumn] = Field(min_length=1, max_length=1000)
     """Name of a column, as the file writes it with or without its unit → what it means."""
     calibrations: dict[str, Calibration] = Field(default_factory=dict, max_length=100)
@@ -171,7 +171,7 @@ class ReaderProfile(Record):
 
     @property
     def tells_place(self) -> bool:
-        """Whether the profile says where the table begins."""
+        """Whether the profile states where the table begins."""
         return self.starts_at is not None or self.header_lines is not None or bool(self.names)
 
     @model_validator(mode="after")

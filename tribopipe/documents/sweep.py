@@ -28,11 +28,11 @@ class Predictions(Record):
     run: RunId | None = None
     """Archived run to predict."""
     folder: str | None = None
-    """Run folder to predict in its place, beside this document."""
+    """Run folder to predict in its place, next to this document."""
     wear_coefficient: WearCoefficient | None = None
     """k_D of the pin, or of the curved disc; left out, what the archived fit found under the law."""
     flat_wear_coefficient: WearCoefficient | None = None
-    """k_D of the flat disc beside it; left out, it does not wear."""
+    """k_D of the flat disc next to it; left out, it does not wear."""
     at: tuple[str, ...] = ()
     """Sliding distances to predict at, "500 m", or rotations of discs, "1e6"; left out, the run's own end."""
     depth: tuple[Length, ...] = ()
@@ -54,11 +54,11 @@ class Predictions(Record):
 class VirtualTests(Record):
     """Tests recorded on the virtual tribometer and evaluated; varied are ``series``, ``run``, ``recipe``, ``law``.
 
-    What the plan states as uncertain is off by an error drawn anew in each test.
+    What the plan states as uncertain is off by an error drawn again in each test.
     """
 
     plan: str
-    """Plan file, beside this document."""
+    """Plan file, next to this document."""
     runs: tuple[RunId, ...] = ()
     """Runs of the plan that are repeated; left out, all of them."""
     within: Percentage | None = None
@@ -148,7 +148,7 @@ class Sweep(Record):
     vary: Vary = Field(default_factory=dict)
     """Documents as they are written, with a list of values, or a distribution, in the place of a value."""
     repeats: int | None = Field(default=None, ge=1)
-    """How often each combination is done: with values drawn anew, or as another virtual test."""
+    """How often each combination is done: with values drawn again, or as another virtual test."""
     seed: int = Field(default=1, ge=0)
     """Seed of all that is drawn."""
 

@@ -32,7 +32,7 @@ def _part_of(record: type[Record], without: Container[str] = (), **others: Any) 
 
 
 def _contact(kind: str, **bodies: type[Record]) -> type[Record]:
-    """Make the record of two bodies of which only the type of tribometer needs to be said."""
+    """Make the record of two bodies of which only the type of tribometer needs to be stated."""
     keys = {name: _optional(body, body.__doc__) for name, body in bodies.items()}
     keys["kind"] = (Literal[kind], Field(description="Type of tribometer."))
     return create_model(f"{kind.title().replace('-', '')}Template", __base__=Record, **keys)

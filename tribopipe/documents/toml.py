@@ -14,7 +14,7 @@ _MOST_BYTES = 1 << 20
 _MOST_VALUES = 100_000
 _MOST_LEVELS = 20
 _MOST_BITS = 63
-"""Of a whole number beside its sign, as TOML 1.0 wants it."""
+"""Of a whole number with its sign, as TOML 1.0 wants it."""
 _PART_OF_KEY = r"""(?:[A-Za-z0-9_-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')"""
 _LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_\\-])(?:{_PART_OF_KEY}[ \t]*\.[ \t]*){{{_MOST_LEVELS}}}")
 """tomllib takes time and memory by the square of the parts of a dotted key: 10 000 of them need gigabytes."""

@@ -1,7 +1,7 @@
 """Friction over the sliding distance: μ(s) = A·exp(−s/c) + b (paper, Eq. 7), or as much of it as the data hold.
 
 On real data Eq. 7 degenerates where there is no exponential running-in: c runs off to millions of metres and b to −A.
-So the fit is bounded, the loading ramp is left out, and the exponential is reported only where the data tell it
+So the fit is bounded, the loading ramp is left out, and the exponential is reported only where the data show it
 from a constant and from a straight line, by the Bayesian information criterion (G. Schwarz, Annals of Statistics 6
 (1978) 461) with the number of independent samples in the place of the number of samples. Otherwise the steady value
 alone is reported, and why.
@@ -71,12 +71,12 @@ def fit_friction(
     """Fit Eq. 7 to a run's friction coefficient against sliding distance.
 
     Amplitude A and steady state b are ratios, the running-in distance c is in m. A run without friction passes
-    through, and the result says so; of one without a distance the steady value is reported.
+    through, and the result states it; of one without a distance the steady value is reported.
 
     Where μ was derived from the friction force, A and b are uncertain by the load as well: were the load higher, both
     would be lower by the same share. Its uncertainty is what run.toml states, else ``defaults``. A μ that the
-    instrument recorded was divided by a load that run.toml says nothing of: there A and b are uncertain by noise alone.
-    Where the sliding distance was derived from a speed or a radius, c is as uncertain as these in the same way.
+    instrument recorded was divided by a load that run.toml does not state: there A and b are uncertain by noise
+    alone. Where the sliding distance was derived from a speed or a radius, c is as uncertain as these in the same way.
     """
     return _fitted(run, recipe or FrictionRecipe(), defaults or DefaultUncertainty()).fitted_to(run)
 
@@ -100,7 +100,7 @@ def _fitted(run: RawRun, recipe: FrictionRecipe, defaults: DefaultUncertainty) -
 
 
 def _without_distance(run: RawRun, mu: Column) -> FrictionFit:
-    """Return the steady value of a run of which nothing tells how far it slid."""
+    """Return the steady value of a run whose sliding distance is unknown."""
     if len(mu) < _FEWEST_SAMPLES:
         return FrictionFit(outcome="none", notes=(f"{len(mu)} samples of friction are too few to fit",))
     mean, deviation = _vendor_statistics(mu)
@@ -160,7 +160,7 @@ def _vendor_statistics(mu: Column) -> tuple[Quantity | None, Quantity | None]:
 def _loading_ramp_end(run: RawRun, mu: Column) -> float:
     """Return the sliding distance, m, at which the load is on; 0 where there is no ramp.
 
-    Where the load was measured, that is where it first reaches 95 % of its median. Otherwise friction tells: a
+    Where the load was measured, that is where it first reaches 95 % of its median. Otherwise friction shows: a
     ramp starts below half of the later level and crosses that within 5 % of the run; it ends at the highest friction
     within three times the distance of the crossing. A true rise of friction loses only its first metres by this, which
     an exponential does not miss.
@@ -327,9 +327,9 @@ def _running_in_bounds(distance: Column) -> tuple[float, float]:
 
 
 def _best_start(distance: Column, mu: Column, bounds: Column) -> Column:
-    """Try a ladder of c, and finer ones between the neighbours of the best; for each, A and b follow in closed form.
+    """Try a ladder of c, and finer ones between the neighbors of the best; for each, A and b follow in closed form.
 
-    On means over stretches of samples, each short beside its distance from the first: where a decay is as short as
+    On means over stretches of samples, short compared with their distance from the first: where a decay is as short as
     that, nothing is left of it.
     """
     first = np.unique(np.geomspace(1, len(mu), _STRETCHES).astype(int)) - 1
@@ -358,7 +358,7 @@ def _linear_fits(decays: Column, mu: Column, weights: Column) -> tuple[Column, C
 
 
 def _reasons_against(fit: _Exponential, distance: Column, mu: Column) -> tuple[str, ...]:
-    """Say why the exponential cannot be told from the data; nothing where it can."""
+    """Report why the exponential cannot be distinguished from the data; nothing where it can."""
     power = float(fit.residuals @ fit.residuals)
     place, level = distance - np.mean(distance), mu - np.mean(mu)
     slope = float(place @ level) / float(place @ place)

@@ -5,8 +5,8 @@
 
 The first argument is the sliding distance, m. One called ``friction`` is the friction coefficient there. Every other
 one is a parameter that is fitted with k_D; the search starts at its default. Its annotation is its SI unit, "1" unless
-said, or a ``LawParameter``, which also says between which bounds it is sought; else that is a hundredth to a hundred
-times the default.
+stated, or a ``LawParameter``, which also states between which bounds it is sought; else that is a hundredth to a
+hundred times the default.
 
 Such a law is known in this process alone: no archive and no command takes it.
 """
@@ -44,7 +44,7 @@ def law_of_function(function: Callable[..., Any]) -> str:
     Parameters
     ----------
     function
-        f of the sliding distance, m, and of parameters with defaults, as the first lines of this module say.
+        f of the sliding distance, m, and of parameters with defaults, as the first lines of this module state.
 
     Returns
     -------

@@ -30,7 +30,7 @@ from tribopipe.physics.path_integrals import integral
 
 
 class LawParameter(NamedTuple):
-    """A parameter of a law beside k_D."""
+    """A parameter of a law with k_D."""
 
     meaning: str
     kind: str
@@ -42,7 +42,7 @@ class LawParameter(NamedTuple):
 
 @dataclass(frozen=True)
 class WearLaw(ABC):
-    """One wear law. Its fields are its parameters beside k_D: numbers, or columns of as many draws.
+    """One wear law. Its fields are its parameters with k_D: numbers, or columns of as many draws.
 
     Each is annotated with a ``LawParameter``, and a fit of it starts at its default.
     """
@@ -68,7 +68,7 @@ class WearLaw(ABC):
 
     @classmethod
     def parameters(cls) -> dict[str, LawParameter]:
-        """Return the parameters beside k_D by name."""
+        """Return the parameters with k_D by name."""
         return _parameters(cls)
 
     def scale_of(self, parameter: str, value: float) -> float:
@@ -193,7 +193,7 @@ def law_named(name: str) -> WearLaw:
 
 
 def law_package(name: str) -> str | None:
-    """Return the package that adds a law, with its version; none of tribopipe's own or of one not installed here."""
+    """Return the package that adds a law, with its version; not one of tribopipe own or of one not installed here."""
     package = next((entry.dist for entry in added(LAW_GROUP) if entry.name == name), None)
     return None if package is None else f"{package.name} {package.version}"
 

@@ -1,4 +1,4 @@
-"""Studies on archived runs: found beside run folders, evaluated, archived, and their predictions put into the runs."""
+"""Studies on archived runs: found next to run folders, evaluated, archived, and their predictions put into the runs."""
 
 import os
 import re
@@ -109,7 +109,7 @@ class PlannedStudy:
 
     @property
     def options(self) -> dict[str, Any]:
-        """What it is told, as JSON types, by which methods it is evaluated, and which packages its laws are of."""
+        """What it is given, as JSON types, by which methods it is evaluated, and which packages its laws are of."""
         packages = [package for law in self.study.laws if (package := law_package(law)) is not None]
         told = self.recipe.model_dump(mode="json", by_alias=True)
         return told | {"methods": METHODS} | ({"law_packages": packages} if packages else {})
@@ -208,7 +208,7 @@ def known_by(law: LawResult) -> KnownWear:
 
 
 def _complete(archive: Archive, run_id: str, recipe: Recipe) -> Iterator[Outcome]:
-    """Take the steps that a run of a study lacks for its figures and its prediction; those it has stay as they are."""
+    """Take the steps that a run of a study still needs for its figures and its prediction; existing ones stay."""
     done = archive.step_names(run_id)
     if "drift_correction" not in done:
         yield correct_archived_drift(archive, run_id, recipe)
@@ -325,7 +325,7 @@ def unfit_for_study(run: RawRun, recipe: Recipe) -> str | None:
 
 
 def _lacks(run: RawRun, recipe: Recipe) -> tuple[str, ...]:
-    """Return what a run lacks for a k_D under Archard's law. Raises ``TribopipeError`` where its wear tells none."""
+    """Return what is missing for a k_D under Archard's law. Raises ``TribopipeError`` where its wear gives none."""
     if run.manifest.rolls:
         discs = measurement_problem(run, "archard", None, recipe)
         return discs if isinstance(discs, tuple) else ()
@@ -359,7 +359,7 @@ def draft_studies(manifests: Sequence[RunManifest], without_friction: Collection
     if not drafts:
         raise FitError(
             f"study: found {len(manifests)} runs, no two of which have the same bodies and environment; expected at "
-            "least one to fit and one to predict; check material, radius and medium in run.toml"
+            "least one to fit and one to predict; check materials, radii and environment in run.toml"
         )
     return drafts
 

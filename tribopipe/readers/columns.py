@@ -65,7 +65,7 @@ def find_column(table: ReadTable, wanted: str, meaning: str, file: str) -> ReadC
 
 
 def needs_unit(kind: str) -> bool:
-    """Tell whether numbers of a kind say nothing without a unit; a percentage may as well be a share of 1."""
+    """Return whether numbers of a kind have no meaning without a unit; a percentage may as well be a share of 1."""
     return KINDS[kind].si != "1" or kind == "percentage"
 
 
@@ -75,7 +75,7 @@ def unit_of(column: ReadColumn, source: ColumnSource | None) -> str | None:
 
 
 def is_a_weight(column: ReadColumn, source: ColumnSource | None, kind: str) -> bool:
-    """Tell whether a force is given as a mass, which as a force can only be the weight of it."""
+    """Return whether a force is given as a mass, which as a force can only be the weight of it."""
     unit = unit_of(column, source)
     return kind == "force" and unit is not None and is_unit_of(unit, "mass")
 

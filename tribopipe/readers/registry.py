@@ -18,7 +18,7 @@ from tribopipe.results.run import SourceFile
 GROUP = "tribopipe.readers"
 _CONFIDENT = 0.5
 _PLAIN = "delimited"
-"""Reader that takes what is a table at all, so that it knows best what a file lacks."""
+"""Reader that takes what is a table at all, so that it knows best what is missing in a file."""
 _KNOWN = (
     "; expected one of the formats listed by `tribopipe formats list`; name it as reader, describe it in a reader "
     "profile, or export the file as a plain table"
@@ -61,7 +61,7 @@ def candidates(source: SourceFile, holds: Holds | None = None) -> list[Judged]:
 
 
 def is_sure(match: Match) -> bool:
-    """Tell whether a reader claims a file."""
+    """Return whether a reader claims a file."""
     return match.confidence >= _CONFIDENT
 
 

@@ -85,7 +85,7 @@ def _bare_line(line: str) -> str:
 
 
 def _told_layout(profile: ReaderProfile, text: Text, decimal: Decimal | None) -> Layout:
-    """Lay out the table whose place the profile tells."""
+    """Lay out the table whose place the profile gives."""
     lines, separator = sample_lines(text), profile.separator or ""
     top = _first_line(profile, text, lines)
     if profile.names:
@@ -97,7 +97,7 @@ def _told_layout(profile: ReaderProfile, text: Text, decimal: Decimal | None) ->
 
 
 def _units(profile: ReaderProfile, text: Text, lines: list[str], top: int) -> tuple[str, ...]:
-    """Give the row of units beside the row of names. Raises ``ReaderError`` where numbers stand there."""
+    """Give the row of units with the row of names. Raises ``ReaderError`` where numbers stand there."""
     at = top + {"above": -1, "below": 1}.get(profile.units_row or "", 0)
     if at == top or not 0 <= at < len(lines):
         return ()
@@ -168,7 +168,7 @@ class _Made(NamedTuple):
 
 
 def _made_of(profile: ReaderProfile, column: ReadColumn, told: DescribedColumn | None, file: str) -> _Made:
-    """Give a column its meaning; one that is scaled or calibrated is kept as it was beside."""
+    """Give a column its meaning; one that is scaled or calibrated is kept as it was next to it."""
     if told is None:
         return _Made((column,))
     scaled = (told.scale, told.offset) != (1.0, 0.0)
@@ -204,7 +204,7 @@ def _scaled(column: ReadColumn, told: DescribedColumn, file: str) -> ReadColumn:
 
 
 def _calibrated(column: ReadColumn, name: str, calibration: Calibration, file: str) -> tuple[ReadColumn, str]:
-    """Turn readings into what they stand for, and say so."""
+    """Turn readings into what they stand for, and report it."""
     if column.unit not in (None, calibration.reading):
         raise ReaderError(
             f"{file}: found {column.name!r} from readings in {column.unit}; expected {calibration.reading}, as "
@@ -241,7 +241,7 @@ def _value(calibration: Calibration, readings: Column) -> Column:
 
 
 def _facts(profile: ReaderProfile, layout: Layout, file: str) -> dict[str, str]:
-    """Give what the lines above the table say of the run; what they do not say is left out."""
+    """Give what the lines above the table state about the run; what they do not state is left out."""
     found = {key: _fact(fact, layout, f"{file}: {key}") for key, fact in profile.facts.items()}
     return {key: value for key, value in found.items() if value is not None}
 

@@ -1,4 +1,4 @@
-"""Figures of archived studies, drawn, and saved beside the archive."""
+"""Figures of archived studies, drawn, and saved next to the archive."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -54,7 +54,7 @@ def save_study_figures(
 
 
 def study_is_drawn(archive: Archive, study_id: str) -> bool:
-    """Tell whether all figures of a study were saved after it was evaluated."""
+    """Return whether all figures of a study were saved after it was evaluated."""
     study = archive.study_outline(study_id)
     first = archive.folder / FIGURES / f"{study_id}-wear-{study.result.laws[0].model}.svg"  # which is written last
     return first.exists() and is_since(first, study.date)

@@ -67,7 +67,7 @@ def csv_columns(archive: Archive, run_id: str, what: str) -> Columns:
 
 
 def lacking(run_id: str, what: str, there: Sequence[str]) -> ArchiveError:
-    """Return what is said where a run has no such table, but others."""
+    """Return what is stated where a run has no such table, but others."""
     return ArchiveError(f"{run_id}: found no table {what!r}; expected one that it has: {', '.join(there)}")
 
 
@@ -82,7 +82,7 @@ def csv_of(columns: Columns) -> Iterator[bytes]:
 
 
 def _numbers(block: NDArray[np.float64]) -> bytes:
-    """Write rows of numbers in the fewest digits that tell each from all others.
+    """Write rows of numbers in the fewest digits that distinguish each from all others.
 
     By JSON's writer, which is forty times faster than Python's own.
     """
@@ -145,7 +145,7 @@ def _unused(head: str, columns: Mapping[str, object]) -> str:
 
 
 def _friction(file: h5py.File) -> Columns:
-    """Return friction as cleaned up beside the fit."""
+    """Return friction as preprocessed with the fit."""
     run, fit = read_cleaned(file), file["entry/friction_fit/data"]
     names: list[SignalName] = ["time", "rotations", "sliding_distance", "friction_coefficient"]
     columns = {head_of(name, SIGNALS[name].unit): run.columns[name] for name in names if name in run.columns}

@@ -75,7 +75,7 @@ class Evidence:
     study: StudyResult | None = None
 
     def any(self, kind: type[Record], holds: Callable[[object], object] = lambda _: True) -> bool:
-        """Tell whether there is a result of a kind of which something holds."""
+        """Return whether a result of a kind fulfills a condition."""
         return any(isinstance(result, kind) and holds(result) for result in self.results)
 
     @cached_property
@@ -109,7 +109,7 @@ class Evidence:
 
     @cached_property
     def shapes(self) -> set[str]:
-        """Shapes of the pins whose wear was computed under even pressure."""
+        """Shapes of the pins whose wear was computed under uniform pressure."""
         if all(one.engine != "giwm" for one in self.pins):
             return set()
         return {one.pin.shape for one in self.manifests if one.pin is not None}
@@ -370,7 +370,7 @@ def _between_runs(evidence: Evidence) -> bool:
 
 
 def _of_law(law: WearLaw) -> Method:
-    """Return what a law of another package says of itself."""
+    """Return what a law of another package states about itself."""
     title = law.title[:1].upper() + law.title[1:]
     meant = "; ".join(f"{name.replace('_', ' ')}: {known.meaning}" for name, known in law.parameters().items())
     return Method(f"Wear law: {title}", f"dh/ds = {law.rate}. {meant}", references=(law.citation,))

@@ -16,7 +16,7 @@ _UNITS = {"m": "mm", "1": "%"}
 
 
 def prediction_told(result: WearPrediction, _: Steps) -> Told:
-    """Tell wear of each body at the wanted places."""
+    """Report wear of each body at the wanted places."""
     start = result.start
     return Told(
         str(result).splitlines()[0],
@@ -49,7 +49,7 @@ def _points(title: str, points: Sequence[PredictedPoint]) -> TextTable:
 
 
 def _cells(one: PredictedPoint) -> Iterator[tuple[str, str]]:
-    """Yield what is said of a place, each with its head."""
+    """Yield what is stated about a place, each with its head."""
     if one.rotations is None:
         yield "sliding distance", one.sliding_distance.shown("m")
     else:
@@ -72,7 +72,7 @@ def _twice(half: Quantity) -> Quantity:
 
 
 def local_wear_told(result: LocalWearResult, _: Steps) -> Told:
-    """Tell local wear at the wanted places, beside the GIWM."""
+    """Report local wear at the wanted places, with the GIWM."""
     pin = [one for one in result.points if isinstance(one, LocalPinPoint)]
     discs = [one for one in result.points if isinstance(one, LocalDiscPoint)]
     return Told(

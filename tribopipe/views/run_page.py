@@ -69,7 +69,7 @@ def _measured(manifest: RunManifest, ends: EndValues) -> tuple[Fact, ...]:
 
 
 def _followed(manifest: RunManifest) -> tuple[Fact, ...]:
-    """Return speed and slip where other conditions tell them."""
+    """Return speed and slip where other conditions show them."""
     conditions: Conditions = manifest.conditions
     speed = conditions.nominal_speed if conditions.sliding_speed is None else None
     slipped = stated_slip(manifest) if conditions.slip is None else None

@@ -95,7 +95,7 @@ def _by_two_steps(result: DriftCorrection) -> str | None:
 
 
 def _besides_wear(model: DepthModel) -> Iterator[tuple[str, str | None]]:
-    """Yield what the model finds in a depth reading besides wear and a line."""
+    """Yield what the model finds in a depth reading in addition to wear and a line."""
     yield "probability of settling", f"{model.settling_probability:.2f}"
     yield "amplitude of the settling", shown(model.settling)
     yield "time constant of the settling", duration(model.settling_time)
@@ -197,4 +197,4 @@ _TOLD: Mapping[type[Record], Callable[[Any, Steps], Told]] = {
     WearPrediction: prediction_told,
     LocalWearResult: local_wear_told,
 }
-"""How each kind of result is told."""
+"""How each kind of result is given."""

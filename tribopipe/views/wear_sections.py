@@ -16,7 +16,7 @@ _ENGINES: dict[WearEngine, str] = {"giwm": "GIWM, uniform pressure", "volume": "
 
 
 def wear_fit_told(result: WearFit, _: Steps) -> Told:
-    """Tell k_D of each body with its budget and draws, by reading and by measurement alone, and what was fitted."""
+    """Report k_D of each body with its budget and draws, by reading and by measurement alone, and what was fitted."""
     return Told(
         str(result),
         facts(
@@ -58,7 +58,7 @@ def _of_fit(fit: WearFit) -> Iterator[tuple[str, str | None]]:
 
 
 def _tables(fit: WearFit) -> Iterator[TextTable]:
-    """Yield what was fitted, how each k_D is known, and k_D under other ways of counting the distance slid."""
+    """Yield what was fitted, how each k_D is known, and k_D under other ways of counting the sliding distance."""
     yield _fitted_values(fit)
     for name, body in fit.bodies.items():
         what = f"k_D of the {spoken(name)}"
@@ -106,7 +106,7 @@ def _percent(share: float, decimals: int) -> str:
 
 
 def _drawn(what: str, body: BodyWear) -> TextTable:
-    """Return the interval that was drawn beside that to first order."""
+    """Return the interval that was drawn with that by first-order propagation."""
     rows: list[tuple[str, ...]] = []
     if (draws := body.monte_carlo) is not None:
         stable = "" if draws.stable else ", not yet stable"

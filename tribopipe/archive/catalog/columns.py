@@ -8,7 +8,7 @@ from tribopipe.base.errors import QueryError, did_you_mean
 from tribopipe.base.plugins import added
 
 ITEM = "\n"
-"""What stands between several texts of one run in the catalogue."""
+"""Separator between several texts of one run in the catalog."""
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class ListedColumn:
     label: str
     """Heading, without the unit."""
     help: str
-    """What it says."""
+    """Meaning of the column."""
     kind: Literal["number", "text", "date"] = "text"
     unit: str = ""
     """In which numbers are shown, as people read it; empty for texts and plain numbers."""
@@ -54,7 +54,7 @@ def _number(name: str, label: str, about: str, measures: str, unit: str = "", *,
 
 
 def _of_other_laws() -> Iterator[ListedColumn]:
-    """Give the columns of each wear law that another package adds; its name tells them, so that it is not loaded."""
+    """Give the columns of each wear law that another package adds; its name gives them, so that it is not loaded."""
     for entry in added("tribopipe.laws"):
         if entry.name.isidentifier():
             law, by = entry.name, entry.name.replace("_", " ")
@@ -210,7 +210,7 @@ def of_law(law: str) -> str:
 def column_named(name: str, where: str = "") -> ListedColumn:
     """Return a column by its name or alias, in any case, with - for _.
 
-    Raises ``QueryError``, which says ``where`` the name was found and which one is nearest.
+    Raises ``QueryError``, which states ``where`` the name was found and which one is nearest.
     """
     plain = name.strip().replace("-", "_")
     known = plain if plain in ALIASES else plain.lower()

@@ -88,7 +88,7 @@ def levels_of(values: Column) -> Levels | None:
 
 
 def _apart(parts: Sequence[Column]) -> bool:
-    """Tell whether what follows each other are levels, and not the ups and downs of one."""
+    """Return whether what follows each other are levels, and not the ups and downs of one."""
     medians = [float(np.median(part)) for part in parts]
     spread = max(float(np.subtract(*np.percentile(part, [75, 25]))) for part in parts)
     nearest = min(abs(other - one) for one, other in pairwise(medians))
@@ -97,7 +97,7 @@ def _apart(parts: Sequence[Column]) -> bool:
 
 
 def _drifts(values: Column, parts: Sequence[Column]) -> bool:
-    """Tell whether a straight line is as near to the values as levels are."""
+    """Return whether a straight line is as near to the values as levels are."""
     place = np.arange(len(values))
     from_line = values - np.polyval(np.polyfit(place, values, 1), place)
     from_levels = np.concatenate([part - np.median(part) for part in parts])
@@ -318,7 +318,7 @@ def _averaged(cleaned: CleanedRun) -> bool:
 
 @check_cleaned("note")
 def friction_is_taken_by_stroke(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
-    """Say where a stroke is stated and no friction coefficient per stroke can be taken."""
+    """Report where a stroke is stated and no friction coefficient per stroke can be taken."""
     conditions = run.manifest.conditions
     if conditions.stroke is None or _averaged(cleaned) or "friction_coefficient" not in run.columns:
         return

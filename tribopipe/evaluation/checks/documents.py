@@ -1,4 +1,4 @@
-"""Checks of what run.toml says: magnitudes that cannot be right, statements that contradict each other."""
+"""Checks of what run.toml states: magnitudes that cannot be right, statements that contradict each other."""
 
 from collections.abc import Iterator
 from datetime import UTC, datetime
@@ -95,7 +95,7 @@ def _slip_share(manifest: RunManifest) -> Quantity | None:
 
 
 def _odd_slip(manifest: RunManifest) -> Iterator[Trouble]:
-    """Say a word on slip that may be meant but is seldom run: 4 for 4 %, or 0.0004."""
+    """Note a slip that may be meant but is seldom run: 4 for 4 %, or 0.0004."""
     share = _slip_share(manifest)
     if share is not None and (1e-5 <= share.value < 1e-3 or 1 < share.value <= 10):
         yield Trouble(
@@ -122,7 +122,7 @@ def start_is_in_the_past(run: RawRun) -> Iterator[Trouble]:
 
 @check("note")
 def needed_for_a_wear_coefficient(run: RawRun) -> Iterator[Trouble]:
-    """Say early what a run lacks for a wear coefficient."""
+    """Report early what is missing for a wear coefficient."""
     if run.manifest.contact is None:
         yield Trouble(
             "contact",

@@ -1,4 +1,4 @@
-"""Checks of what was measured on the specimens: what cannot be, what contradicts itself, what tells no wear."""
+"""Checks of what was measured on the specimens: what cannot be, what contradicts itself, what gives no wear."""
 
 import math
 from collections.abc import Iterator
@@ -116,7 +116,7 @@ def profiles_show_wear(run: RawRun) -> Iterator[Trouble]:
 
 @check("warning")
 def end_values_agree(run: RawRun) -> Iterator[Trouble]:
-    """Compare what several end values say of one wear depth or volume."""
+    """Compare what several post-test measurements state about one wear depth or volume."""
     if run.manifest.contact is not None:
         yield from _disc_end_values_agree(run) if run.manifest.rolls else _pin_end_values_agree(run)
 
@@ -135,7 +135,7 @@ def _pin_end_values_agree(run: RawRun) -> Iterator[Trouble]:
 def _contradicting(
     body: Literal["pin", "disc"], ways: tuple[BodyWear, ...], what: Literal["depth", "volume"], unit: str
 ) -> Iterator[Trouble]:
-    """Name end values that contradict each other, and the one that is used."""
+    """Name post-test measurements that contradict each other, and the one that is used."""
     used = surest(ways, what)
     for found in contradictions(body, ways, what):
         first, second = (getattr(way, what).shown(unit) for way in (found.one, found.other))
@@ -166,7 +166,7 @@ def _spread(quantity: Quantity) -> float:
 
 
 def _disc_depths(run: RawRun) -> dict[str, Quantity]:
-    """Return h₁ + h₂, m, by each kind of end value; a disc on which nothing was measured counts as unworn."""
+    """Return h₁ + h₂, m, by each kind of post-test measurement; a disc without any counts as unworn."""
     try:
         return {" and ".join(f"the {name}" for name in one.names): one.total for one in disc_totals(run, Recipe())}
     except (ContactError, FitError):

@@ -81,7 +81,7 @@ class Expected(NamedTuple):
 
 
 def expected_of(material: str) -> Expected | None:
-    """Return the ranges for a material as a lab calls it, such as "Si₃N₄"; none for a name that says nothing."""
+    """Return the ranges for a material as a lab calls it, such as "Si₃N₄"; none for an unknown name."""
     name = material.translate(_SUBSCRIPTS).lower()
     found = [one for one in CLASSES if re.search(one.names, name)]
     if not found:

@@ -95,7 +95,7 @@ def _is_ball(diameter: float) -> bool:
 
 
 def _diameter_unless_radius(pin: Pin) -> Trouble | None:
-    """Say where the radius of a spherical tip is the stated diameter, or that of no ball but for being a diameter."""
+    """Report a spherical tip whose radius is its stated diameter, or a radius usual only as the diameter of a ball."""
     radius, twice = pin.radius.value, 2 * pin.radius.value
     stated = None if pin.diameter is None else pin.diameter.value
     if stated is not None and abs(radius / stated - 1) < _SAME:
@@ -135,7 +135,7 @@ def _flat_wider_than_the_pin(pin: Pin) -> Trouble | None:
 
 @check("note")
 def radius_can_be_compared(run: RawRun) -> Iterator[Trouble]:
-    """Say which ball a radius stands for, where no diameter is stated to compare it with."""
+    """Report which ball a radius stands for, where no diameter is stated to compare it with."""
     pin = run.manifest.pin
     if pin is None or pin.diameter is not None:
         return

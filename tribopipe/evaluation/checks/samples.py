@@ -46,7 +46,7 @@ _JOINED = Recipe(clean_up=(ContinuousAxes(carried_over="never"),))
 
 
 def _joined(run: RawRun, name: SignalName) -> Column:
-    """Return an axis as clean-up joins it where it restarts."""
+    """Return an axis as preprocessing joins it where it restarts."""
     return clean_run(run, _JOINED).run.columns[name]
 
 
@@ -102,7 +102,7 @@ def axis_is_complete(run: RawRun) -> Iterator[Trouble]:
 
 @check("error")
 def axis_runs_forward(run: RawRun) -> Iterator[Trouble]:
-    """Refuse time or sliding distance that goes back, unless it begins anew, and rotations that are no count."""
+    """Refuse time or sliding distance that goes back, unless it restarts, and rotations that are no count."""
     for name, values in _measured(run):
         if name not in _AXES:
             continue
@@ -150,7 +150,7 @@ def counter_has_no_glitches(run: RawRun) -> Iterator[Trouble]:
 
 @check("error")
 def axis_advances(run: RawRun) -> Iterator[Trouble]:
-    """Refuse a run in which no time passes or no distance is slid."""
+    """Refuse a run in which no time passes or nothing moves."""
     for name in _axes(run):
         values = _joined(run, name)
         if len(values) >= _FEWEST and np.all(np.isfinite(values)) and not values[-1] > values[0]:
@@ -163,7 +163,7 @@ def axis_advances(run: RawRun) -> Iterator[Trouble]:
 
 @check("warning")
 def distance_is_known(run: RawRun) -> Iterator[Trouble]:
-    """Say that nothing tells how far a pin slid."""
+    """Report that the sliding distance of a pin is unknown."""
     if run.origins["sliding_distance"] == "unknown":
         yield Trouble(
             "conditions",
@@ -175,7 +175,7 @@ def distance_is_known(run: RawRun) -> Iterator[Trouble]:
 
 @check("note")
 def every_sample_counts_by_itself(run: RawRun) -> Iterator[Trouble]:
-    """Say that means stand for samples where there are more than memory should hold."""
+    """Report that means stand for samples where there are more than memory should hold."""
     if run.recording is not None:
         yield Trouble(
             "signals",
@@ -187,7 +187,7 @@ def every_sample_counts_by_itself(run: RawRun) -> Iterator[Trouble]:
 
 @check_cleaned("note")
 def signals_need_no_clean_up(_: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
-    """Say what clean-up will do to the signals, unless a recipe says otherwise."""
+    """Report what preprocessing will do to the signals, unless a recipe states otherwise."""
     for change in cleaned.record.changes:
         yield Trouble(
             change.signal,
@@ -245,7 +245,7 @@ def load_is_the_nominal_one(run: RawRun, cleaned: CleanedRun) -> Iterator[Troubl
 
 
 def _in_another_unit(run: RawRun, cleaned: CleanedRun) -> bool:
-    """Say whether the load that counts is many times the nominal one or a fraction of it."""
+    """Return whether the load that counts is many times the nominal one or a fraction of it."""
     load = _load_where_it_is_on(run, cleaned.run)
     if "normal_force" not in cleaned.run.columns or not len(load):
         return False
@@ -254,7 +254,7 @@ def _in_another_unit(run: RawRun, cleaned: CleanedRun) -> bool:
 
 
 def _load_where_it_is_on(run: RawRun, mended: RawRun) -> Column:
-    """Return the load after clean-up, or a channel that clean-up leaves out as it is, by the samples under load."""
+    """Return the load after preprocessing, or a channel that it leaves out as it is, by the samples under load."""
     cleaned, recorded = mended.columns.get("normal_force"), run.columns.get("normal_force")
     load = recorded if cleaned is None else cleaned
     if load is None or not np.any(np.isfinite(load)):
@@ -322,7 +322,7 @@ def signal_is_alive(run: RawRun) -> Iterator[Trouble]:
 
 @check_cleaned("warning")
 def friction_has_one_sign(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
-    """Find friction there and back that is not told stroke by stroke, so that its mean says nothing."""
+    """Find reciprocating friction that is not given stroke by stroke, so that its mean has no meaning."""
     mu = cleaned.run.columns.get("friction_coefficient", np.empty(0))
     rubbing = mu[np.isfinite(mu) & (mu != 0)]
     strokes = any(change.step == "stroke-wise-friction" for change in cleaned.record.changes)
@@ -356,7 +356,7 @@ def friction_is_plausible(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]
 
 
 def _friction(run: RawRun, mended: RawRun) -> Column | None:
-    """Return the friction coefficient as recorded in one direction; else after clean-up, on which signs depend."""
+    """Return the friction coefficient as recorded in one direction; else after preprocessing, on which signs depend."""
     one_way = run.manifest.conditions.stroke is None and mended.origins.get("friction_coefficient") == "measured"
     return (run if one_way else mended).columns.get("friction_coefficient")
 
@@ -380,7 +380,7 @@ def interruptions_lie_within_the_run(run: RawRun) -> Iterator[Trouble]:
 
 @check("warning")
 def depth_is_plausible(run: RawRun) -> Iterator[Trouble]:
-    """Compare the rise of the depth reading with the end value: sign, unit or a broken sensor."""
+    """Compare the rise of the depth reading with the post-test measurement: sign, unit or a broken sensor."""
     depth = run.columns.get("depth")
     if depth is None or np.count_nonzero(np.isfinite(depth)) < _FEWEST:
         return
@@ -467,7 +467,7 @@ def _lost(run: RawRun) -> Quantity | None:
 
 
 def broken_off(run: RawRun) -> str | None:
-    """Say how far a test went that ended before its planned end; none where it did not."""
+    """Report how far a test went that ended before its planned end; none where it did not."""
     progress, planned = run.manifest.progress, run.manifest.planned
     axis = _joined(run, progress.signal)
     reached = float(axis[-1]) if len(axis) else 0.0

@@ -17,7 +17,7 @@ class Measurements(NamedTuple):
     worn: Callable[[RawRun, DefaultUncertainty, int | None], WornBodies]
     """Depth and volume of each body at an interruption, or at the end."""
     at_end: Callable[[RawRun, Recipe], EndWear | DiscEndWear | None]
-    """The wear at the end as a displacement sensor has seen it; none where nothing tells it."""
+    """The wear at the end as a displacement sensor has seen it; none where it is unknown."""
     needed: str
     """What is to be measured for that."""
 

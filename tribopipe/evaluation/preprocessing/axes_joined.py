@@ -1,4 +1,4 @@
-"""Axes made continuous: restarts joined, starts carried over from the test before taken off."""
+"""Axes made continuous: restarts joined, starts carried over from the test before subtracted."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Signs: a load presses, friction of a test in one direction is positive, and what a lab says counts the other way."""
+"""Signs: compressive loads and friction in one direction are positive, and signals stated as reversed are inverted."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ _FRICTIONS: tuple[SignalName, ...] = ("friction_force", "friction_coefficient")
 
 
 def pulls(load: Column, nominal: float) -> bool:
-    """Tell whether a load reads negative where it is on, by at least a twentieth of the nominal load."""
+    """Return whether a load reads negative where it is on, by at least a twentieth of the nominal load."""
     some = fewer(load)
     if not len(some) or np.min(some) >= 0:
         return False

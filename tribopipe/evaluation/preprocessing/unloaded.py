@@ -1,4 +1,4 @@
-"""Friction coefficients without a load to speak of: a quotient of two noises, which says nothing of friction."""
+"""Friction coefficients without a load to speak of: a quotient of two noises, without information on friction."""
 
 import numpy as np
 

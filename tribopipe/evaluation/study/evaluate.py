@@ -1,7 +1,7 @@
 """A study from beginning to end: k_D of the fitted runs, every run's prediction, and the agreement of each.
 
-It is the same for every contact; what runs say of a law is asked of them as they are known: by the wear that a sensor
-recorded along them, or by what was measured on the bodies alone.
+It is the same for every contact; runs are compared with a law as they are known: by the wear that a
+sensor recorded along them, or by what was measured on the bodies alone.
 """
 
 from collections.abc import Mapping, Sequence
@@ -35,8 +35,8 @@ def evaluate(
 ) -> Evaluation:
     """Evaluate a study on its runs, ``members`` by id; runs left out are only named.
 
-    Raises ``FitError`` where no run is left to fit, where runs differ in bodies or medium, or where a run lacks
-    something that the law needs.
+    Raises ``FitError`` where no run is left to fit, where runs differ in bodies or environment, or where a run does
+    not have something that the law needs.
     """
     recipe = recipe or Recipe()
     fit, predict = chosen(study, members, left_out)
@@ -62,12 +62,12 @@ def evaluate(
 
 
 def is_recorded(manifest: RunManifest) -> bool:
-    """Say whether the wear of a run is known by what a sensor recorded along it."""
+    """Return whether the wear of a run is known by what a sensor recorded along it."""
     return manifest.contact is None or manifest.contact.sensor_tells
 
 
 def posed(member: Member, law: LawName, recipe: Recipe) -> PosedRun | MeasuredRun:
-    """Pose the fit of a law to a run. Raises ``FitError`` where the run lacks something for it."""
+    """Pose the fit of a law to a run. Raises ``FitError`` where the run is missing something for it."""
     if is_recorded(member.corrected.run.manifest):
         return member.pose(law, recipe)
     return posed_measurements(member, law, recipe)
@@ -183,7 +183,7 @@ class _Law:
 
 
 def _refuse_mixture(study_id: str, fitted: Sequence[PosedRun | MeasuredRun], bodies: Sequence[str]) -> None:
-    """Refuse to take k_D of a body from runs of which some say nothing of it."""
+    """Refuse to take k_D of a body from runs some of which do not have it."""
     for body in bodies:
         silent = [run.member.id for run in fitted if body not in run.bodies]
         if silent:

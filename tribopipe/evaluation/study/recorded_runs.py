@@ -1,4 +1,4 @@
-"""Runs of a study along which a sensor recorded the wear: what the curve and the measurement after it say of a law."""
+"""Runs of a study along which a sensor recorded the wear: curve and post-test measurement compared with a law."""
 
 from collections.abc import Sequence
 
@@ -122,7 +122,7 @@ def _curve(asked: Question, run: PosedRun, comparison: Comparison) -> StudyCurve
 
 
 def _extrapolations(run: PosedRun, comparison: Comparison) -> list[str]:
-    """Say where the contact leaves what the wear model describes."""
+    """Report where the contact leaves what the wear model describes."""
     contact, values = run.problem.contact, run.problem.values
     notes: list[str] = []
     if contact.pin.shape != "spherical":

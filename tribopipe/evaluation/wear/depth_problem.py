@@ -39,7 +39,7 @@ _LEAST_SHARE = 0.5
 """Of the standard uncertainty of a measurement that shows no wear: the wear that it is evaluated with."""
 _MOST_PASSES = 8
 _NEARLY = 0.02
-"""Change of a parameter of the law, in its standard uncertainty, after which it is not sought anew."""
+"""Change of a parameter of the law, in its standard uncertainty, after which it is found again."""
 _QUANTILES = (np.arange(1000) + 0.5) / 1000
 
 
@@ -51,7 +51,7 @@ class DepthProblem(WearProblem):
     run: RawRun = field(kw_only=True)
     recipe: Recipe = field(kw_only=True)
     measured_after: bool = True
-    """Whether wear was measured after the test; otherwise ``end`` is what the reading itself says."""
+    """Whether wear was measured after the test; otherwise ``end`` is what the reading itself gives."""
     missed: float = 1.0
     """Share of the wander that counts as noise of the curve."""
 

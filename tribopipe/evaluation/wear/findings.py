@@ -59,7 +59,7 @@ def prior_findings(problem: DepthProblem, coefficient: Quantity) -> Iterator[Fin
 
 
 def _priors(problem: DepthProblem) -> dict[Prior, tuple[str, str, str]]:
-    """Return by what code each prior that a run has is told, what it is, and how to depend less on it."""
+    """Return by what code each prior of a run is reported, what it is, and how to depend less on it."""
     shares = ", ".join(f"{100 * share:g}" for share in AMPLITUDES)
     found: dict[Prior, tuple[str, str, str]] = {
         "settling": (
@@ -109,7 +109,7 @@ def _events(problem: DepthProblem) -> Iterator[Finding]:
 
 
 def shape_is_rejected(posterior: DepthPosterior) -> bool:
-    """Say whether a reading is more than wear by its law, a line and noise."""
+    """Return whether a reading is more than wear by its law, a line and noise."""
     return posterior.log_odds > DECISIVE
 
 

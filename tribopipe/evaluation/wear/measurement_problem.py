@@ -102,7 +102,7 @@ class MeasurementProblem:
         return np.stack([_flat(values[one.name]) for one in self.measurements], axis=-1)
 
     def modelled(self, coefficients: Column, values: Values) -> Column:
-        """Return what the law says each row is, SI."""
+        """Return each row as the law gives it, SI."""
         return self.wearing.measured(self.wear(coefficients, values, self.places), self._placed)
 
     @cached_property
@@ -198,7 +198,7 @@ class MeasurementProblem:
         return least_squares(jacobian, change * self.root_weights) / (2 * spread)
 
     def limits(self, coefficients: Column) -> tuple[str, ...]:
-        """Say where the bodies leave what the model describes at the end."""
+        """Report where the bodies leave what the model describes at the end."""
         last = self.wear(coefficients, self.values, np.asarray(self.places[-1]))
         return self.wearing.notes(self.values, last)
 
@@ -244,9 +244,9 @@ def _flat(values: object) -> Column:
 def measurement_problem(
     run: RawRun, law: LawName, friction: FrictionFit | None, recipe: Recipe
 ) -> MeasurementProblem | tuple[str, ...]:
-    """Pose the fit of k_D to what was measured on the bodies of a run, or say what the run lacks for it.
+    """Pose the fit of k_D to what was measured on the bodies of a run, or report what is missing for it.
 
-    Raises ``FitError`` where another engine than the GIWM is asked for, which needs a depth signal that tells the wear.
+    Raises ``FitError`` where another engine than the GIWM is asked for, which needs a depth signal that gives the wear.
     """
     contact = run.manifest.described
     wearing = wear_of(contact, Terms(stated_slip(run.manifest), "giwm", recipe.wear.distance_per_rotation))

@@ -39,7 +39,7 @@ def predict_wear(
     scheme
         The limit of small steps, or the paper's explicit Euler steps, equal ones up to the largest place.
     steps
-        Number of these steps; 50 000 for a pin, one a rotation for discs, unless said.
+        Number of these steps; 50 000 for a pin, one per rotation for discs, by default.
     reference
         Run that k_D was identified from.
 
@@ -98,7 +98,7 @@ def _timed(scenario: Scenario, places: Column, points: Iterator[PredictedPoint])
 
 
 def _reached(scenario: Scenario, depth: float) -> PredictedPoint:
-    """Say where a depth is reached; its uncertainty is that of the depth there over the wear rate."""
+    """Report where a depth is reached; its uncertainty is that of the depth there over the wear rate."""
     place = scenario.place_at(depth)
     first = scenario.contact.fitted_bodies[0]
     if np.isinf(place):

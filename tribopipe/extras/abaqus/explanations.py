@@ -1,4 +1,4 @@
-"""What the files say in words: the law, k_D and where it came from, how long increments may be, and how to use them."""
+"""The texts in the files: the law, k_D and its source, the longest increments, and how to use them."""
 
 import math
 from collections.abc import Iterator
@@ -12,18 +12,18 @@ from tribopipe.version import VERSION
 SUBROUTINE, STEP = "umeshmotion.f", "umeshmotion.inp"
 HONEST = (
     "NOT RUN IN ABAQUS. Subroutines of this text have been compiled with gfortran and driven by the harness next to "
-    "this one, which compared their increments with those of tribopipe's own contact solver; nothing more."
+    "this one, which compared their increments with those of the contact solver of tribopipe; nothing more."
 )
 _K_D = "mm^3/(N mm)"
 
 
 def title(case: WearCase, what: str) -> str:
-    """Say what a file is, of which run, and who wrote it."""
+    """Report what a file is, of which run, and who wrote it."""
     return f"{what} of run {case.known.run_id}, written by tribopipe {VERSION}. Units: mm, N, MPa, s."
 
 
 def law_told(case: WearCase) -> Iterator[str]:
-    """Say by which law and with which k_D nodes recede."""
+    """State by which law and with which k_D nodes recede."""
     factor = "" if case.friction is None else " sqrt(1 + 3 mu^2)"
     yield f"{case.law.title()}'s law: a node recedes at {case.motion.rate}{factor}."
     yield f"k_D = {_stated(case.known.coefficient)}. {case.known.origin}"
@@ -46,7 +46,7 @@ def _stated(coefficient: Quantity) -> str:
 
 
 def increments_told(case: WearCase) -> Iterator[str]:
-    """Say how long increments may be, by formula and in numbers."""
+    """Report how long increments may be, by formula and in numbers."""
     factors = ["WK", "EC", *case.motion.factors, *(["FMAX"] if case.friction else [])]
     numbers = [f"HEL = {in_mm(case.element, 'm'):.4g} mm", f"EC = {in_mm(case.modulus, 'Pa'):.6g} MPa"]
     numbers += case.motion.numbers
@@ -60,7 +60,7 @@ def increments_told(case: WearCase) -> Iterator[str]:
 
 
 def use_told(case: WearCase) -> Iterator[str]:
-    """Say what the model around the subroutine has to be like."""
+    """Report what the model around the subroutine has to be like."""
     yield (
         "Use: *ADAPTIVE MESH CONSTRAINT, TYPE=VELOCITY, USER on the nodes of the surface that wears, which has to be "
         "the slave (secondary) surface of the contact, since CSTRESS is had there. UREF is not used, since a step may "
@@ -75,7 +75,7 @@ def use_told(case: WearCase) -> Iterator[str]:
 
 
 def step_told(case: WearCase) -> Iterator[str]:
-    """Say what the step needs of the model."""
+    """Report what the step needs of the model."""
     body = _wearing(case)
     modulus = in_mm(case.modulus * (1 - body.poisson_ratio.value**2), "Pa")
     yield (
@@ -95,14 +95,14 @@ def _wearing(case: WearCase) -> Specimen:
 
 
 def files_told() -> Iterator[str]:
-    """Say what the files are."""
+    """Report what the files are."""
     yield f"{SUBROUTINE}: the subroutine; Windows wants it named umeshmotion.for."
     yield f"{STEP}: the step to put into an input file."
     yield "harness: drives the subroutine without ABAQUS; never copy its ABA_PARAM.INC next to a job."
 
 
 def drive_told(case: WearCase, first_wear: float) -> Iterator[str]:
-    """Say how to run job and harness, and what the harness should say."""
+    """Report how to run job and harness, and what the harness should print."""
     yield "In ABAQUS:"
     yield f"  abaqus job=NAME user={SUBROUTINE}{case.motion.arguments}"
     yield "Without it, in the folder harness:"

@@ -27,14 +27,14 @@ class Sliding:
     speed_template: ClassVar[str | None] = None
     """Of the speed, where the law needs it and the template does not have it."""
     drives: ClassVar[int] = 2
-    """Number of dimensions that the harness is told."""
+    """Number of dimensions of the harness."""
     on_lines: ClassVar[bool] = False
     """Whether nodes wear by streamlines."""
     rate: ClassVar[str] = "k_D p v"
     factors: ClassVar[tuple[str, ...]] = ("V",)
-    """What stands beside k_D·E_c in the longest increment."""
+    """Factors next to k_D·E_c in the longest increment."""
     use: ClassVar[str] = ""
-    """What the model has to be like besides."""
+    """What the model has to be like in addition."""
     arguments: ClassVar[str] = ""
     """Of the job."""
     data: ClassVar[str] = ""
@@ -47,7 +47,7 @@ class Sliding:
 
     @property
     def words(self) -> str:
-        """What is to be told of the law besides."""
+        """Additional notes on the law."""
         return ""
 
     @property

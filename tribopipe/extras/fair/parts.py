@@ -28,7 +28,7 @@ _TOML = "application/toml"
 
 @dataclass(frozen=True)
 class Part:
-    """One file of a crate, beside what is said of every file."""
+    """One file of a crate, with what is stated about every file."""
 
     path: str
     """In the folder of its run or study."""

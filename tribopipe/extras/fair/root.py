@@ -24,7 +24,7 @@ _KEYWORDS = ("tribology", "wear", "friction", "tribometer")
 
 
 class _Summary(NamedTuple):
-    """What is said of the crate in every form: as dataset.toml has it, or else made of what is in it."""
+    """What is stated about the crate in every form: as dataset.toml has it, or else made of what is in it."""
 
     title: str
     description: str
@@ -36,7 +36,7 @@ class _Summary(NamedTuple):
 def describe_root(
     graph: Graph, described: Sequence[Described], dataset: Dataset, document: bytes | None, *, one_author: bool
 ) -> None:
-    """Say what the crate is, who made it and what is in it; put in the files about it.
+    """Report what the crate is, who made it and what is in it; put in the files about it.
 
     ``document`` is the dataset.toml that ``dataset`` was read from; ``one_author`` names the first creator alone as
     author, as notebooks ask for.

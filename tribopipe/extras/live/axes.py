@@ -26,7 +26,7 @@ class Axes:
     def completed(self, columns: dict[SignalName, Column]) -> tuple[dict[SignalName, Column], dict[SignalName, Origin]]:
         """Return samples with the axes that were not recorded, and the origins of all; those not placed are left out.
 
-        Raises ``ReaderError`` where an axis begins anew, or nothing tells how far the pin has slid.
+        Raises ``ReaderError`` where an axis restarts, or nothing shows the sliding distance of the pin.
         """
         placed = np.logical_and.reduce([np.isfinite(columns[name]) for name in _NEEDED if name in columns])
         joined = {

@@ -1,4 +1,4 @@
-"""What a lab's archive says beforehand of a run: the drift of its instrument, and k_D of its bodies.
+"""What the archive of a lab gives for a run beforehand: the drift of its instrument, and k_D of its bodies.
 
 Of n archived values the next one is expected at their mean, with the standard deviation s·√(1 + 1/n)·√((n − 1)/(n − 3))
 of Student's t (JCGM 101:2008, 6.4.9.4): it exists from four values on.

@@ -1,4 +1,4 @@
-"""What lies in an archive's folder beside its runs and studies."""
+"""What lies in an archive's folder next to its runs and studies."""
 
 from collections import defaultdict
 from collections.abc import Iterator, Set
@@ -34,7 +34,7 @@ def _left_over(archive: Path) -> Iterator[Look]:
 
 
 def _is_abandoned(archive: Path, part: Path) -> bool:
-    """Tell whether nobody writes a temporary file any more: whoever writes a run or a study holds its lock."""
+    """Return whether nobody writes a temporary file any more: whoever writes a run or a study holds its lock."""
     with suppress(OSError):  # where nobody can write, nobody does
         if part.parent.name == FIGURES:
             return is_old(part)
@@ -58,7 +58,7 @@ def _others(archive: Path) -> Iterator[Look]:
 
 
 def _entries(archive: Path, known: Set[str]) -> list[Path]:
-    """Return what is there beside what is known, but for what is hidden."""
+    """Return what is there with what is known, but for what is hidden."""
     folders = [folder for folder in (archive, archive / STUDIES) if folder.is_dir()]
     there = sorted(path for folder in folders for path in folder.iterdir())
     return [path for path in there if not path.name.startswith(".") and _inside(archive, path) not in known]
@@ -69,7 +69,7 @@ def _inside(archive: Path, path: Path) -> str:
 
 
 def _colliding(archive: Path) -> Iterator[Look]:
-    """Find names that are one and the same where a file system does not tell capitals."""
+    """Find names that are one and the same where a file system does not distinguish capitals."""
     alike = defaultdict(list)
     for name in stamps(archive):
         alike[name.casefold()].append(name)

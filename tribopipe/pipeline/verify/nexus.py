@@ -1,6 +1,6 @@
-"""Whether a file is what its NeXus application definition says, and what viewers can plot.
+"""Whether a file is what its NeXus application definition states, and what viewers can plot.
 
-What a file may hold, and has to, is declared in ``tribopipe.archive.definitions``. What NXdata has to say for itself
+What a file may hold, and has to, is declared in ``tribopipe.archive.definitions``. What NXdata has to state for itself
 follows the chapter "Associating plottable data using attributes applied to the NXdata group" of the NeXus manual.
 """
 
@@ -51,7 +51,7 @@ def _definition_faults(root: Group) -> Iterator[Fault]:
 
 
 def _faults(path: str, group: Group, declared: GroupPart, root: Group) -> Iterator[Fault]:
-    """Find what a group is, holds or lacks otherwise than declared."""
+    """Find what a group is, holds or does not have otherwise than declared."""
     nx_class = _text(group, "NX_class") or ""
     if nx_class != declared.nx_class:
         yield Fault(path, f"found a group of the class {nx_class!r}; expected {declared.nx_class}")

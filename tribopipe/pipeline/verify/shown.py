@@ -1,4 +1,4 @@
-"""Whether what viewers show of a run is what its records say, from which everything else is computed."""
+"""Whether what viewers show of a run is what its records state, from which everything else is computed."""
 
 from collections.abc import Mapping
 

@@ -46,7 +46,7 @@ _SEPARATORS = "\t;|,"
 
 
 class EndsRow(NamedTuple):
-    """What a table says of one run."""
+    """What a table states about one run."""
 
     run: str
     """Its id, or the name of its file."""
@@ -133,7 +133,7 @@ def _rows(path: Path) -> list[Row]:
 
 
 def _columns(file: str, head: Row) -> tuple[list[_Column], list[str]]:
-    """Say what the columns behind the first are. Raises ``ManifestError`` where that cannot be told."""
+    """Report what the columns behind the first are. Raises ``ManifestError`` where that is unclear."""
     if plain(head.cells[0]) not in _RUN:
         raise ManifestError(
             f"{file}, line {head.line}: found {head.cells[0]!r} above the first column; expected 'run', with the id "

@@ -1,4 +1,4 @@
-"""What a template, a person and the headers of files say of a run, and whose word goes before whose."""
+"""What a template, a person and the headers of files state about a run, and which has priority."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import islice
@@ -23,10 +23,10 @@ def gather(
     exports: Sequence[Export],
     measured: Mapping[str, Given] | None = None,
 ) -> Known:
-    """Gather what a template, a person, a table of ``measured`` values and the headers of files say of a run.
+    """Gather what a template, a person, a table of ``measured`` values and the headers of files state about a run.
 
     A person's word goes before the table's, that before a header's, that before a template's. Raises ``ManifestError``
-    where the template, the table or the person says what cannot be; what headers say so is doubted.
+    where the template, the table or the person state what cannot be; what headers state is doubted.
     """
     known = Known()
     told = {key: value for key, value in flat(template).items() if key not in ("schema", "signals")}
@@ -78,7 +78,7 @@ def _set(known: Known, setting: str) -> None:
 
 
 Said = dict[str, list[str]]
-"""What headers say of one key → the files that say so, with the line where it is a free one."""
+"""What headers state about one key → the files that state it, with the line where it is a free one."""
 
 
 def _facts(exports: Iterable[Export]) -> dict[str, Said]:

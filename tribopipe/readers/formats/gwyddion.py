@@ -11,8 +11,9 @@ r"""Gwyddion's text export of a map (.txt): a matrix of heights below a header o
   title, the extent along the rows, the extent across them, the unit of the values.
 * One line of the matrix is one scan line; values are separated by tabs or blanks, with a decimal point or comma.
 * Values are those of pixels, whose middles lie half a pixel inside the extents. The first row is y = 0 here.
-* Without its header a matrix says nothing of its size, and is not read. The header does not say how many rows there
-  are: where pixels are not square, a note says that some may have been lost.
+* Without its header a matrix does not give its size, and is not read. The header does not state how many rows
+there
+  are: where pixels are not square, a note states that some may have been lost.
 
 The matrix is given as a list of points: columns x and y in the units of the extents, z in that of the values.
 """
@@ -92,7 +93,7 @@ class GwyddionReader:
 
 
 class _Extents(NamedTuple):
-    """What the header says."""
+    """What the header states."""
 
     wide: tuple[float, str]
     """Along the rows, with its unit."""
@@ -134,13 +135,13 @@ def _find_extents(text: Text) -> _Extents:
 
 
 def _is_comment(line: str) -> bool:
-    """Tell whether a line belongs to the header; "#ERR 1.5e-09" is a row."""
+    """Return whether a line belongs to the header; "#ERR 1.5e-09" is a row."""
     first, *_ = line.split() or [""]
     return line.startswith("#") and (first == "#" or not is_gap(first))
 
 
 def _oblong(extents: _Extents, rows: int, columns: int) -> Iterator[str]:
-    """Say where pixels are not square: the header does not tell how many rows there are, of which some may be lost."""
+    """Report where pixels are not square: the header does not give the number of rows, some of which may be lost."""
     wide, high = extents.wide[0] / columns, extents.high[0] / rows
     across = to_si(high, extents.high[1], "length") / to_si(wide, extents.wide[1], "length")
     if not math.isclose(across, 1.0, rel_tol=_SQUARE):

@@ -14,13 +14,13 @@ Shift-JIS (UTF-8 is taken as well), commas, decimal point, every text in quotati
     "Time(sec)","CH1","CH2"
     0.00,1.25,-0.50
 
-* About fifteen labelled lines of unequal length, in Japanese or English; the last is the row of units (単位, Unit),
+* About fifteen labeled lines of unequal length, in Japanese or English; the last is the row of units (単位, Unit),
   which has a label where the rows below have the time.
 * Then a row of names; where it is left out, the names are those of "CH名称" or, where these are empty, "CH No".
 * Rows of numbers: the time in s, then one number a channel.
 
 g and kg are gram-force and kilogram-force: load cells are calibrated so. What a channel measures is not in the file;
-time alone has a meaning. Date and time of the start are written year first. The file says how many samples it should
+time alone has a meaning. Date and time of the start are written year first. The file states how many samples it should
 hold; one that holds another number is read with a note.
 """
 

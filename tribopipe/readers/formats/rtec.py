@@ -139,7 +139,7 @@ def _rows(text: Text, block: Block, hints: Hints) -> Segment:
 
 
 def _closing_notes(text: Text, rows: Block) -> list[str]:
-    """Refuse anything below the rows but TotalTime and a duration; say where that is missing."""
+    """Refuse anything below the rows but TotalTime and a duration; state where that is missing."""
     below = text.content[rows.end :].decode()
     closing = " ".join(re.split(r"[\s,;]+", below)).strip()
     if _CLOSING.fullmatch(closing):
@@ -171,7 +171,7 @@ def _with_meanings(columns: Sequence[ReadColumn]) -> tuple[ReadColumn, ...]:
 
 
 def _facts(text: Text, block: Block) -> tuple[dict[str, str], list[str]]:
-    """Take what the first line, or two, say of the test: names there, values below."""
+    """Take what the first line, or two, states about the test: names there, values below."""
     lines = re.split(r"\r\n?|\n", text.content[text.start : block.start].decode())
     filled = [line for line in lines if line.strip()][:-1]
     if len(filled) != 2:

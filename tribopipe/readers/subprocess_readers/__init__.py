@@ -24,7 +24,7 @@ _MEMORY_A_BYTE = 100
 
 
 def answer_of(program: str, source: SourceFile, *arguments: str, remedy: str) -> bytes:
-    """Let a program beside this file read a file; the time and memory it may take grow with the file.
+    """Let a program next to this file read a file; the time and memory it may take grow with the file.
 
     Raises ``ReaderError`` with the remedy where the program ends without an answer, or takes too much of either.
     """
@@ -32,7 +32,7 @@ def answer_of(program: str, source: SourceFile, *arguments: str, remedy: str) ->
 
 
 def answer_about(program: str, path: Path, size: int, *, remedy: str) -> bytes:
-    """Let a program beside this file read what it wants of a file, whose bytes in use are counted. As ``answer_of``."""
+    """Let a program next to this file read parts of a file, whose bytes in use are counted. As ``answer_of``."""
     return _answer(program, str(path), size, [str(path)], remedy)
 
 

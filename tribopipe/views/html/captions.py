@@ -1,4 +1,4 @@
-"""What figures show, in words: their captions, and what a screen reader says of them."""
+"""What figures show, in words: their captions, and their text for screen readers."""
 
 from tribopipe.physics.laws import law_title
 

@@ -64,7 +64,7 @@ class _Check(NamedTuple):
 
     merged: Merged
     item: ReportingItem
-    """One of the runs', one that lacks it if any does."""
+    """One of the runs', one without it if there is any."""
 
 
 GoOn: TypeAlias = Callable[[], object]
@@ -127,7 +127,7 @@ def _study_run(archive: Archive, run_id: str, result: StudyResult) -> _RunCard:
 
 
 def _replicates(result: StudyResult) -> str | None:
-    """Say how many runs identify k_D and how they scatter; nothing where it is one."""
+    """Report how many runs identify k_D and how they scatter; nothing where it is one."""
     law = result.laws[0]
     found = [body.between_runs for body in law.bodies.values()]
     scatter = [f"{100 * one.scatter:.2g} %" for one in found if one is not None]
@@ -159,7 +159,7 @@ def _report(
     options: Mapping[str, Mapping[str, Any]] | None = None,
     **shown: Any,
 ) -> str:
-    """Fill a template with what both reports show, and what is shown besides."""
+    """Fill a template with what both reports show, and what is shown in addition."""
     results = [step.result for run in runs for step in run.outline.steps.values()]
     methods = methods_used(Evidence([run.outline.manifest for run in runs], results, result))
     return rendered(
@@ -178,7 +178,7 @@ def _report(
 
 
 def _told(runs: Sequence[_RunCard]) -> dict[str, Mapping[str, Any]]:
-    """Return what each step of each run was told, by run and step."""
+    """Return what each step of each run was given, by run and step."""
     return {f"{run.page.id}, {stage.title}": stage.options for run in runs for stage in run.page.stages}
 
 
