@@ -72,7 +72,7 @@ class SpecificWear(Record):
     notes: tuple[str, ...] = ()
     """What is missing, and what is taken for granted."""
     sliding_distance: Metres | None = None
-    """Distance covered at the end; of two discs, the distance they slipped on each other."""
+    """Sliding distance at the end; of two discs, the distance they slipped on each other."""
     normal_load: Newtons | None = None
     """Mean normal load over that distance."""
     load: Literal["measured", "nominal"] | None = None
