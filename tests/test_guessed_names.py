@@ -222,7 +222,7 @@ def test_archive_is_true_though_empty(tmp_path):
 def test_csv_replaces_nothing_unless_forced(known, tmp_path):
     path = tmp_path / "run.csv"
     known["run"].to_csv(path)
-    with pytest.raises(OutputError, match="found it there already"):
+    with pytest.raises(OutputError, match="found an existing file"):
         known["run"].to_csv(path)
     known["run"].to_csv(path, force=True)
     read = pandas.read_csv(path)

@@ -731,7 +731,7 @@ def test_of_runs_removed_several_times_the_last_comes_back(folder, bare_run):
         rewrite(folder, FILES[1], text)
         kept.append(remove(archive, OTHER, force=True))
         archive.add(called(bare_run, OTHER))
-    with pytest.raises(ArchiveError, match="found it there already"):
+    with pytest.raises(ArchiveError, match="found an existing file"):
         restore(archive, OTHER)
     remove(archive, OTHER, force=True)
     restore(archive, OTHER)

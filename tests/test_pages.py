@@ -382,10 +382,10 @@ def test_disc_fit_tells_both_discs():
         == "(1.350 ± 0.030)×10⁻⁸ mm³/(N·mm)"
     )
     assert (told["correlation of both k_D"], told["peak pressure of the unworn contact"]) == ("0.25", "500 MPa")
-    volume, width = table(page, "what was measured, and what the law makes of it")
+    volume, width = table(page, "measured values and the fitted law")
     assert volume == ("curved disc wear volume", "1,000,000", "0.001 mm³", "0.001 mm³")
     assert width[2:] == ("100 µm", "110 µm")
-    assert table(page, "k_D that would wear as much, were distance counted otherwise")[0][0] == "line-load"
+    assert table(page, "k_D with other conventions of sliding distance")[0][0] == "line-load"
 
 
 def test_predictions_tell_every_place():
@@ -401,7 +401,7 @@ def test_predictions_tell_every_place():
     page = stage(pin, "prediction_archard")
     assert "\n" not in page.sentence
     assert table(page, "predicted") == (("50 m", "125 s", "5 µm", "180 µm", "8 MPa"),)
-    assert table(page, "predicted") == table(page, "where wanted depths are reached")
+    assert table(page, "predicted") == table(page, "places where depths are reached")
     assert facts_of(page, "")["relative error by its steps"] == "+1.20%"
 
 

@@ -32,7 +32,7 @@ def test_track_with_pile_up_and_dust():
     named = " ".join(legend(figure))
     for word in (
         "as measured",
-        "taken for unworn",
+        "taken as unworn",
         "unworn surface, a parabola",
         "dust",
         "groove, lost: ",

@@ -155,7 +155,7 @@ def test_new_refuses_to_overwrite_unless_forced(run_cli, runs, tmp_path):
     path = tmp_path / "study.toml"
     path.write_bytes(b"# mine\n")
     command = ["study", "new", runs / LIGHT, runs / HEAVY, "--into", tmp_path]
-    assert_refused(run_cli(*command), str(path), "found it there already", "--force")
+    assert_refused(run_cli(*command), str(path), "found an existing file", "--force")
     assert path.read_bytes() == b"# mine\n"
     assert run_cli(*command, "--force").exit_code == 0
     assert load_toml(path, Study).predict == (HEAVY,)
@@ -598,7 +598,7 @@ DOCUMENTS = {
         {"predict": [HEAVY, LIGHT]},
         ["study.toml", f"predict: found '{LIGHT}', which is also in fit", "take it out of one of the two"],
     ),
-    "twice": ({"fit": [LIGHT, LIGHT]}, ["study.toml", f"fit: found '{LIGHT}' twice", "take one out"]),
+    "twice": ({"fit": [LIGHT, LIGHT]}, ["study.toml", f"fit: found '{LIGHT}' twice", "remove one"]),
     "nothing to fit": ({"fit": []}, ["study.toml", "fit"]),
     "unknown law": ({"laws": ["archad"]}, ["study.toml", "laws[0]", "'archad'", "archard"]),
     "unknown key": ({"fits": [LIGHT]}, ["study.toml", "fits: unknown key", "did you mean 'fit'?"]),

@@ -55,7 +55,7 @@ def restore(archive: Archive, name: str, *, study: bool = False, by: str | None 
                 raise _unknown(archive, name, study=study, removed=True)
             if path.exists():
                 raise ArchiveError(
-                    f"{path}: found it there already; expected none of that id, since nothing is replaced; remove it "
+                    f"{path}: found an existing file; expected none of that id, since nothing is replaced; remove it "
                     "first"
                 )
             check_adopted(kept, path, STUDY_FORMAT if study else RUN_FORMAT)

@@ -43,8 +43,7 @@ def rescue(path: Path, into: Path) -> Rescued:
     folder = into / path.stem
     if folder.exists():
         raise ArchiveError(
-            f"{folder}: found it there already; expected no such folder, since nothing is replaced; name another "
-            "with --to"
+            f"{folder}: found an existing folder; expected none, since nothing is replaced; name another with --to"
         )
     whole, damaged, listed = _sources(path)
     if not whole:

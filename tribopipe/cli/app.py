@@ -91,7 +91,7 @@ _PANELS = {
     "Workflow": "new check ingest process correct-drift fit predict watch live formats",
     "Results": "ls show report export browse",
     "Studies": "study plan sweep",
-    "Archive care": "mark-bad tag note remove restore verify reproduce rescue import",
+    "Archive maintenance": "mark-bad tag note remove restore verify reproduce rescue import",
     "Simulation": "demo simulate local-wear",
     "Help": "help schema",
 }

@@ -39,7 +39,7 @@ def _part(text: str) -> Part:
 
 Jobs = Annotated[
     int | None,
-    typer.Option("-j", "--jobs", min=0, help="Processes at once; 0 for as many as there are cores.", show_default="1"),
+    typer.Option("-j", "--jobs", min=0, help="Number of parallel processes; 0 for all cores.", show_default="1"),
 ]
 JobsOnAllCores = Annotated[
     int | None,
@@ -53,7 +53,7 @@ Scheduler = Annotated[
 ]
 Shard = Annotated[
     Part | None,
-    typer.Option("--shard", parser=_part, metavar="I/N", help="Take every n-th run alone, from the i-th."),
+    typer.Option("--shard", parser=_part, metavar="I/N", help="Process only every n-th run, starting with the i-th."),
 ]
 
 

@@ -85,7 +85,7 @@ def umeshmotion(
         Path | None, typer.Option("--output", help="Folder to write into; by default umeshmotion-ID.")
     ] = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
-    force: Annotated[bool, typer.Option("--force", help="Replace files that are there already.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace existing files.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Write a user subroutine of an identified wear law for ABAQUS.

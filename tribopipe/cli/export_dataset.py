@@ -62,9 +62,9 @@ def export_dataset(
             "--dataset", help="TOML file with title, people, license; by default dataset.toml next to the archive."
         ),
     ] = None,
-    report: Annotated[bool, typer.Option("--report/--no-report", help="Whether to draw a report of each run.")] = True,
+    report: Annotated[bool, typer.Option("--report/--no-report", help="Include a report of each run.")] = True,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
-    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there already.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Pack runs and studies for a repository or a lab notebook.

@@ -32,7 +32,7 @@ def export_runs(
         ),
     ] = False,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
-    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there already.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
 ) -> None:
     """Write the list of runs for spreadsheets, scripts and papers.
 

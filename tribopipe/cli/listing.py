@@ -21,8 +21,8 @@ Where = Annotated[
     str,
     typer.Option(
         "--where",
-        help='Which runs: "material=Si3N4 load>300mN tag=run-in k_d<1e-8 started>=2006-03 title~wear"; '
-        "all of it has to hold, none means nothing known.",
+        help='Filter, such as "material=Si3N4 load>300mN tag=run-in k_d<1e-8 started>=2006-03 title~wear"; '
+        "all conditions must hold; none means no value.",
     ),
 ]
 Sort = Annotated[
@@ -39,7 +39,7 @@ def ls(
     columns: Columns = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     everything: Annotated[
-        bool, typer.Option("--all", help="All rows on a terminal too; a file or a pipe gets them anyway.")
+        bool, typer.Option("--all", help="Show all rows on a terminal; files and pipes always get all.")
     ] = False,
     as_json: AsJson = False,
 ) -> None:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from tribopipe.documents.annotation import Annotation
     from tribopipe.documents.mark import Mark
 
-By = Annotated[str | None, typer.Option("--by", help="Who it is by; by default the user logged in.")]
+By = Annotated[str | None, typer.Option("--by", help="Author; by default the user logged in.")]
 ArchivedIds = Annotated[
     list[str], typer.Argument(help="Ids of archived runs.", metavar="ID", autocompletion=archived_ids)
 ]
@@ -23,7 +23,7 @@ ArchivedIds = Annotated[
 
 def mark_bad(
     run_id: Annotated[str, typer.Argument(help="Id of an archived run.", metavar="ID", autocompletion=archived_ids)],
-    reason: Annotated[str, typer.Option("--reason", help="Why; kept with the run.")],
+    reason: Annotated[str, typer.Option("--reason", help="Reason; kept with the run.")],
     undo: Annotated[bool, typer.Option("--undo", help="Remove the mark.")] = False,
     by: By = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
@@ -97,7 +97,7 @@ def _refuse_what_none_has(taken: "Iterable[str]", there: "Mapping[str, Sequence[
 
 def note(
     run_ids: ArchivedIds,
-    text: Annotated[str, typer.Argument(help="What to note.", metavar="TEXT")],
+    text: Annotated[str, typer.Argument(help="Text of the note.", metavar="TEXT")],
     by: By = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     as_json: AsJson = False,

@@ -59,7 +59,7 @@ def next_steps(found: Whereabouts) -> Iterator[NextStep]:
     if not left:
         yield from _onwards(counting, found)
     if found.archived:
-        yield NextStep("Look at what is there in the web browser", ("tribopipe browse",))
+        yield NextStep("Browse the archive in a web browser", ("tribopipe browse",))
 
 
 def _left_over(found: Whereabouts) -> Iterator[NextStep]:
@@ -93,13 +93,13 @@ def _standing(found: Whereabouts) -> str:
 
 
 def _beginnings(found: Whereabouts) -> Iterator[NextStep]:
-    yield NextStep("See what tribopipe does, on sample runs", ("tribopipe demo",))
+    yield NextStep("Try tribopipe on sample runs", ("tribopipe demo",))
     export = _quoted(found.exports[0]) if found.exports else "EXPORT"
-    yield NextStep("Make a run folder of what your tribometer exported in a test", (f"tribopipe new {export}",))
+    yield NextStep("Make a run folder from the export of a test", (f"tribopipe new {export}",))
     if len(found.exports) > 1:
         why = f"Or a run of each of {len(found.exports)} files, by a template of what is the same in all"
         yield NextStep(why, ("tribopipe help watch",))
-    yield NextStep("Read how it is done, in ten minutes", ("tribopipe help tutorial",))
+    yield NextStep("Read the ten-minute tutorial", ("tribopipe help tutorial",))
 
 
 def _not_as_archived(found: Whereabouts) -> tuple[list[Path], list[Path]]:
@@ -126,7 +126,7 @@ def _of_folders(new: Sequence[Path], amended: Sequence[Path], found: Whereabouts
         commands = (f"tribopipe check {places}", f"tribopipe process {places}")
         yield NextStep(f"{_are(new, 'run folder')} not archived yet: check, then evaluate", commands)
     if amended:
-        why = f"{RUN_TOML} of {_counted(len(amended), 'run')} has changed since it was archived: take in what was added"
+        why = f"{RUN_TOML} of {_counted(len(amended), 'run')} has changed since it was archived: archive the changes"
         # With the runs beside it, since predictions and studies of them may stand on it.
         yield NextStep(why, (f"tribopipe process {_all_in(amended)} --amend",))
 
@@ -210,7 +210,7 @@ def _onwards(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextSt
 def _of_wear_coefficients(known: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextStep]:
     alike = Counter(_bodies(run) for run in known if not run.text("studies"))
     if not found.studies and max(alike.values(), default=0) > 1:
-        why = "Judge the wear law: fit the run under the lightest load, predict the others of the same bodies"
+        why = "Test the wear law: fit the run under the lightest load, predict the others of the same bodies"
         yield NextStep(why, ("tribopipe study new",))
     twice = f"{2 * (known[0].number('load') or 0):g} mN"
     yield NextStep("Predict wear under another load", (f'tribopipe predict {known[0].id} --load "{twice}"',))

@@ -39,7 +39,7 @@ Amend = Annotated[
     bool,
     typer.Option(
         "--amend",
-        help="Take in a run.toml that has changed since the run was archived; the earlier one is kept with it.",
+        help="Accept a run.toml that has changed since the run was archived; the earlier one is kept.",
     ),
 ]
 RecipeFile = Annotated[Path | None, typer.Option("--recipe", help="TOML file with processing options.")]

@@ -97,7 +97,7 @@ def predict(
         ),
     ] = None,
     law: Law = "archard",
-    scheme: Annotated[Scheme, typer.Option(help="The limit of small steps, or the paper's Euler steps.")] = "exact",
+    scheme: Annotated[Scheme, typer.Option(help="Exact solution, or the Euler steps of the paper.")] = "exact",
     steps: Annotated[
         int | None,
         typer.Option(min=1, help="Euler steps of the published scheme; by default 50000, or one per rotation."),

@@ -30,7 +30,7 @@ def report(
     ] = None,
     run: Annotated[bool, typer.Option("--run", help="Take the run where a study has the same id.")] = False,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
-    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there already.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
 ) -> None:
     """Write a report of runs, or of a study, as one HTML file.
 

@@ -47,7 +47,7 @@ def new(
     paths: Annotated[list[Path] | None, typer.Argument(help="Run folders; none for the runs of the archive.")] = None,
     into: Annotated[Path, typer.Option("--into", help="Folder to write into.")] = Path(),
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
-    force: Annotated[bool, typer.Option("--force", help="Replace a document that is there already.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing document.")] = False,
 ) -> None:
     """Draft a study for each set of runs of the same bodies.
 
@@ -267,7 +267,7 @@ def plan(
     name: Annotated[
         str, typer.Argument(help="Id of an archived run or study.", metavar="ID", autocompletion=archived_ids)
     ],
-    interval: Annotated[str, typer.Option("--interval", help='Wanted 95 % interval of k_D, "10 %" for ±10 %.')],
+    interval: Annotated[str, typer.Option("--interval", help='Target 95 % interval of k_D, "10 %" for ±10 %.')],
     model: Law = "archard",
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     recipe: RecipeFile = None,

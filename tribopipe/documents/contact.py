@@ -365,7 +365,7 @@ class SlidingPin(Contact):
         names = {key: name if _OF_A_DISC[0].fullmatch(str(name)) else key for key, name in names.items()}
         twice = next((key for key, name in names.items() if key != name and name in ends), None)
         if twice is not None:
-            raise ValueError(f"{where}.{twice}: found it twice, once by the name that it has on a disc; take one out")
+            raise ValueError(f"{where}.{twice}: found it twice, once by the name that it has on a disc; remove one")
         return {names[key]: value for key, value in ends.items()}
 
     @classmethod

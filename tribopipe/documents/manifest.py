@@ -183,7 +183,7 @@ class ColumnSource(Record):
     column: str = Field(min_length=1)
     """Name of the column as the file's header writes it."""
     unit: str | None = None
-    """Unit of the column; wins over what the file states, needed where the file states none."""
+    """Unit of the column; overrides the unit in the file; needed if the file states none."""
 
 
 def _column_by_name(written: Any) -> Any:
@@ -243,7 +243,7 @@ class SignalFile(Record):
     def _each_step_is_chosen_once(self) -> Self:
         twice = next((step for step, count in Counter(self.steps).items() if count > 1), None)
         if twice is not None:
-            raise ValueError(f"steps: found step {twice} twice; expected each once; take one out")
+            raise ValueError(f"steps: found step {twice} twice; expected each once; remove one")
         return self
 
     @model_validator(mode="after")
@@ -355,7 +355,7 @@ class EndValues(Record):
             if twice is not None:
                 raise ValueError(
                     f"{body}_profile: found the same profile of {twice!r} twice; expected each once, or it would count "
-                    "as a second measurement; take one out"
+                    "as a second measurement; remove one"
                 )
         return self
 
@@ -460,7 +460,7 @@ class RunManifest(Record):
             if foreign is not None:
                 raise ValueError(
                     f"{where}.{foreign}: found one in a {self.contact.kind} run, which has no such thing; expected "
-                    f"one of {', '.join(sorted(_own_keys(part, self.contact)))}; take it out, or correct "
+                    f"one of {', '.join(sorted(_own_keys(part, self.contact)))}; remove it, or correct "
                     "contact.kind"
                 )
         self.contact.refuse_conditions(self.conditions)
@@ -471,7 +471,7 @@ class RunManifest(Record):
         named = Counter(name for part in self.signals for name in part.names)
         twice = next((name for name, count in named.items() if count > 1), None)
         if twice is not None:
-            raise ValueError(f"signals: found the file {twice!r} twice; expected each once; take one out")
+            raise ValueError(f"signals: found the file {twice!r} twice; expected each once; remove one")
         return self
 
     @model_validator(mode="after")

@@ -213,7 +213,7 @@ class TwinDiscVirtualRun(Record):
         if self.fatigue is not None and self.fatigue.from_rotations >= self.rotations:
             raise ValueError(
                 f"fatigue.from_rotations: found {self.fatigue.from_rotations:.0f} in a run of {self.rotations:.0f} "
-                "rotations; expected fewer, or it never sets in; correct it, or take fatigue out"
+                "rotations; expected fewer, or it never sets in; correct it, or remove fatigue"
             )
         return self
 

@@ -328,7 +328,7 @@ def _of_kind(quantity: Quantity, *, kind: str, positive: bool) -> Quantity:
     for number in (quantity.value, quantity.standard_uncertainty or 0.0, *readings):
         if number and not _LEAST < abs(number) < _MOST:
             raise ValueError(
-                f"found {number:g} {si}, which nobody can have measured; expected a {kind} such as "
+                f"found {number:g} {si}, which is not physically possible; expected a {kind} such as "
                 f"{units.KINDS[kind].example!r}; check number and unit"
             )
     if positive and any(not value > 0 for value in (quantity.value, *readings)):

@@ -112,7 +112,7 @@ class DescribedColumn(Record):
     axis: Literal["x", "y", "z"] | None = None
     """Of a profile: x along the scan, y across scans, z the height, upwards out of the specimen."""
     unit: Unit | None = None
-    """Unit after scale and offset; wins over what the file states, needed where the file states none."""
+    """Unit after scale and offset; overrides the unit in the file; needed if the file states none."""
     scale: float = 1.0
     """The column is multiplied by it…"""
     offset: float = 0.0
@@ -214,7 +214,7 @@ class ReaderProfile(Record):
             if column.signal is not None and taken.setdefault(column.signal, name) != name:
                 raise ValueError(
                     f"columns.{name}.signal: found {column.signal!r}, as for {taken[column.signal]!r}; expected each "
-                    "signal once; take one out"
+                    "signal once; remove one"
                 )
             if self.names and name not in self.names:
                 raise ValueError(

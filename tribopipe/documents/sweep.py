@@ -124,7 +124,7 @@ def _read_listed(path: str, written: Any) -> tuple[Any, ...]:
         )
     twice = [one for one, count in Counter(map(repr, written)).items() if count > 1]
     if twice:
-        raise ValueError(f"{path}: found {shortened(twice[0])} twice; expected each value once; take one out")
+        raise ValueError(f"{path}: found {shortened(twice[0])} twice; expected each value once; remove one")
     return tuple(written)
 
 
@@ -169,7 +169,7 @@ class Sweep(Record):
         if len(found) != 1:
             raise ValueError(
                 f"found {' and '.join(found) or 'none'} of {', '.join(kinds)}; expected one of these tables, which "
-                "defines the task; " + ("take the others out" if found else "add one")
+                "defines the task; " + ("remove the others" if found else "add one")
             )
         return self
 
@@ -182,7 +182,7 @@ class Sweep(Record):
             )
         if not self.draws and self.repeats is not None:
             raise ValueError(
-                f"repeats: found {self.repeats}, where nothing is drawn and all would be the same; expected none; take "
-                "it out, or draw a value"
+                f"repeats: found {self.repeats}, where nothing is drawn and all would be the same; expected none; "
+                "remove it, or draw a value"
             )
         return self

@@ -27,7 +27,8 @@ def read_bytes(path: Path) -> bytes:
             raise ManifestError(f"{path}: found a folder; expected a TOML file; name the file itself")
         if (size := path.stat().st_size) > _MOST_BYTES:
             raise ManifestError(
-                f"{path}: found {size} bytes; expected at most {_MOST_BYTES}, since nobody writes more by hand; name a "
+                f"{path}: found {size} bytes; expected at most {_MOST_BYTES}, since documents are written by hand; "
+                "name a "
                 "TOML file, and keep signals in files of their own"
             )
         return read_file(path)
@@ -63,13 +64,13 @@ def parse_toml(path: Path, content: bytes) -> dict[str, Any]:
 def _refuse_absurd(path: Path, document: dict[str, Any]) -> None:
     for count, (level, key, value) in enumerate(_values(document)):
         if count > _MOST_VALUES:
-            raise ManifestError(f"{path}: found more than {_MOST_VALUES} values; expected fewer; take some out")
+            raise ManifestError(f"{path}: found more than {_MOST_VALUES} values; expected fewer; remove some")
         if level > _MOST_LEVELS:
             raise ManifestError(f"{path}: {key}: found over {_MOST_LEVELS} levels; expected fewer; correct that key")
         if isinstance(value, int) and value.bit_length() > _MOST_BITS:
             raise ManifestError(f"{path}: {key}: found a whole number of more than 64 bits; expected less; correct it")
         if isinstance(value, str) and "\0" in value:
-            raise ManifestError(f"{path}: {key}: found a zero byte (\\u0000) in a text; expected none; take it out")
+            raise ManifestError(f"{path}: {key}: found a zero byte (\\u0000) in a text; expected none; remove it")
 
 
 def _values(document: dict[str, Any]) -> Iterator[tuple[int, str, Any]]:

@@ -56,7 +56,7 @@ def require_free(
         ours = own is not None and (_in_own_figures(path) or (path.is_file() and own(path)))
         if os.path.lexists(path) and not (ours or force):
             remedy = "--force replaces it" if own is None else "name another one"
-            raise OutputError(f"{path}: the file already exists; expected no such file; {remedy}")
+            raise OutputError(f"{path}: found an existing file; expected none; {remedy}")
 
 
 def require_folder(folder: Path) -> None:

@@ -11,7 +11,7 @@ from tribopipe.readers.text import LONGEST_LINE, Text, sampled_rows, trimmed
 
 _MAYBE_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}", re.ASCII)
 _ASK_FOR_SEPARATOR = (
-    "expected to see whether commas separate columns or are decimal signs; name separator and decimal in run.toml"
+    "expected to know whether commas separate columns or are decimal signs; name separator and decimal in run.toml"
 )
 
 
@@ -86,7 +86,7 @@ def _maybe_thousands(table: Table) -> str | None:
     for line, column, number in signed:
         if column in plain or table.separator == ",":
             return (
-                f"line {line}: found {number!r} among integers; expected to see whether it is a decimal number or "
+                f"line {line}: found {number!r} among integers; expected to know whether it is a decimal number or "
                 "thousands; name decimal in run.toml, and leave out signs between thousands"
             )
     return None

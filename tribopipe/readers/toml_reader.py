@@ -155,7 +155,7 @@ def _told_columns(profile: ReaderProfile, table: ReadTable, file: str) -> dict[s
         if told.setdefault(found, column) is not column:
             raise ReaderError(
                 f"{file}: found {found!r} twice in the profile {profile.name!r}, with its unit and without; expected "
-                "each column once; take one out"
+                "each column once; remove one"
             )
     return told
 

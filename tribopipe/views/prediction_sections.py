@@ -37,7 +37,7 @@ def prediction_told(result: WearPrediction, _: Steps) -> Told:
             ("relative error by its steps", None if result.step_error is None else signed_share(result.step_error)),
         ),
         result.notes,
-        (_points("predicted", result.prediction), _points("where wanted depths are reached", result.reached)),
+        (_points("predicted", result.prediction), _points("places where depths are reached", result.reached)),
     )
 
 

@@ -113,7 +113,7 @@ def _unit(values: ArrayLike) -> str:
 def _draw_raw(ax: "Axes", drawn: _Drawn, found: Track | Level) -> None:
     ax.plot(*thinned(drawn.x, drawn.z), color=GREY, lw=0.8, label="as measured")
     form = "an arc" if found.form == "arc" else f"a {found.form}"
-    ax.plot(drawn.x, np.where(found.reference, drawn.z, np.nan), color=_BLUE, lw=1.6, label="taken for unworn")
+    ax.plot(drawn.x, np.where(found.reference, drawn.z, np.nan), color=_BLUE, lw=1.6, label="taken as unworn")
     ax.plot(*thinned(drawn.x, drawn.unworn), color=BLACK, ls=(0, (5, 1.6)), lw=0.9, label=f"unworn surface, {form}")
     if isinstance(found, Track) and np.any(found.dust):
         ax.plot(drawn.x[found.dust], drawn.z[found.dust], ".", ms=3, color=ORANGE, label="dust, bridged")

@@ -48,7 +48,7 @@ def make_each(
     if wanted.id is not None:
         raise ManifestError(
             f"--id {wanted.id}: found one id for several runs; expected none, since each run is named after its file; "
-            "take --id out"
+            "remove --id"
         )
     measured = None if ends is None else read_ends(ends)
     files = [path for path in _files(wanted.files) if ends is None or path.resolve() != ends.resolve()]

@@ -292,7 +292,7 @@ def _refuse_names(run_id: str, sources: Sequence[SourceFile]) -> None:
 def _refuse_taken(target: Path) -> None:
     if target.exists() or target.is_symlink():
         raise ManifestError(
-            f"{target}: there already; expected a place where nothing is, since no run is ever overwritten; choose "
+            f"{target}: found an existing folder; expected none, since runs are never overwritten; choose "
             "another id with --id, or another folder with --into"
         )
 

@@ -39,7 +39,7 @@ def sheets_of(files: Sequence[Path], reader: str | None) -> list[str]:
     if not isinstance(found, WorkbookReader):
         raise ReaderError(
             f"{source.name}: found a file of the format {found.name}; expected a workbook, whose sheets --each-sheet "
-            "takes; take --each-sheet out"
+            "takes; remove --each-sheet"
         )
     return found.sheets(source, Hints())
 

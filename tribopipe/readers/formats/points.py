@@ -184,8 +184,8 @@ def _integers_between_commas(text: Text, table: Table, hints: Hints) -> str | No
         return None
     row = table.rows[table.body]
     return (
-        f"{text.name}, line {row.line}: found {','.join(row.cells)!r}; expected to see whether commas separate columns "
-        "or are decimal signs; export the profile with another separator"
+        f"{text.name}, line {row.line}: found {','.join(row.cells)!r}; expected to know whether commas separate "
+        "columns or are decimal signs; export the profile with another separator"
     )
 
 

@@ -52,11 +52,11 @@ def _answer(program: str, name: str, size: int, arguments: Sequence[str], remedy
         try:
             answer, errors = reader.communicate(content, timeout=seconds)
         except subprocess.TimeoutExpired:
-            raise _damaged(name, f"reading it takes more than {seconds:.0f} s", remedy) from None
+            raise _damaged(name, f"reading takes more than {seconds:.0f} s", remedy) from None
     if reader.returncode:
         said = errors.decode(errors="replace").strip().splitlines()
         known = reader.returncode == 1 and said
-        raise _damaged(name, said[-1] if known else "reading it takes too much time or memory, or fails", remedy)
+        raise _damaged(name, said[-1] if known else "reading takes too much time or memory, or fails", remedy)
     return answer
 
 
