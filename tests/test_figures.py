@@ -126,7 +126,7 @@ def test_figures_say_what_was_cleaned_up(sample_archive):
     fit = fit_friction(cleaned.run)
     assert "measured, preprocessed: one value per stroke" in labels(plot_friction(cleaned.run, fit, cleaned.record))
     assert "measured" in labels(plot_friction(cleaned.run, fit))
-    assert "sensor reading, cleaned up" in labels(plot_depth(correct_drift(cleaned.run), cleaned.record))
+    assert "sensor reading, preprocessed" in labels(plot_depth(correct_drift(cleaned.run), cleaned.record))
 
 
 def spoilt(raw):
@@ -173,7 +173,7 @@ def test_clean_up_figure_has_at_most_six_panels(sample_archive):
     record = CleanUp(changes=[Change(step="mask", signal=name, samples=1, what=99 * "so ", why="") for name in names])
     figure = plot_clean_up(raw, after, record)
     assert len(figure.axes) == 6
-    assert figure.axes[0].get_title(loc="left") == f"{run.id}: clean-up, 6 of {len(names)} signals"
+    assert figure.axes[0].get_title(loc="left") == f"{run.id}: preprocessing, 6 of {len(names)} signals"
     assert figure.axes[1].get_title(loc="left").endswith(" …")
 
 

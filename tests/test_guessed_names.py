@@ -336,8 +336,8 @@ def wrong_unit(s, length: "furlong" = 1.0):  # noqa: F821 - a unit
         (lambda s, a=-1.0: a * s, "found a = -1 to start from"),
         (lambda s: math.exp(-s), "cannot be computed of arrays.*use np.exp"),
         (lambda s: 1 / s, "expected one finite factor at each distance"),
-        (lambda *s: s[0], "arguments cannot be told"),
-        (3, "arguments cannot be told"),
+        (lambda *s: s[0], "arguments cannot be determined"),
+        (3, "arguments cannot be determined"),
         (wrong_unit, "found 'furlong' as the unit of length; expected one of SI: m, "),
     ],
 )

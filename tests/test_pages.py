@@ -94,7 +94,7 @@ def table(page: StagePage, title: str) -> tuple[tuple[str, ...], ...]:
 def test_page_has_what_was_tested_and_how(archive):
     page = run_page(Archive(archive), RUN)
     assert [group.title for group in page.facts] == [
-        *("Pin", "Disc", "Conditions", "Instrument", "Recorded", "Signals", "End values", "Computed with")
+        *("Pin", "Disc", "Conditions", "Instrument", "Recorded", "Signals", "Post-test measurements", "Computed with")
     ]
     assert facts_of(page, "Pin")["radius"] == "0.7940 ± 0.0016 mm"
     assert facts_of(page, "Pin")["Young's modulus"] == "304.0 ± 6.1 GPa"
@@ -102,7 +102,7 @@ def test_page_has_what_was_tested_and_how(archive):
     assert facts_of(page, "Conditions")["normal load"] == "200.0 ± 2.0 mN"
     assert facts_of(page, "Recorded") == {"samples": "1,251", "duration": "125 s", "sliding distance": "50 m"}
     assert facts_of(page, "Signals")["sliding distance"] == "derived from nominal speed"
-    assert facts_of(page, "End values")["pin scar diameter"].endswith("µm, white-light")
+    assert facts_of(page, "Post-test measurements")["pin scar diameter"].endswith("µm, white-light")
     assert (page.id, page.tribometer, page.bad, page.tags, page.studies) == (RUN, "pin-on-disc", None, (), ())
 
 

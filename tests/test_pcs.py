@@ -227,7 +227,7 @@ def test_steps_without_names_in_their_first_line():
     assert np.array_equal(values(table), TRUTH, equal_nan=True)
     assert "segments are the tables of step 2 'Curve 0', step 4 'Curve 1'" in table.notes
     assert table.facts["conditions.track_radius"] == "21.232 mm"
-    assert not any("is taken to be in mm" in note for note in table.notes)
+    assert not any("is assumed to be in mm" in note for note in table.notes)
 
 
 def test_track_radii_that_differ_from_step_to_step_are_told():

@@ -108,7 +108,7 @@ def test_broken_plugin_is_left_out_with_a_warning(installed):
 
 def test_plugin_that_is_no_reader_is_left_out_with_a_warning(installed):
     installed(nothing=here(NoReader))
-    with pytest.warns(UserWarning, match="'nothing' left out.*lacks name, title, holds, match or read"):
+    with pytest.warns(UserWarning, match="'nothing' left out.*has no name, title, holds, match or read"):
         assert "nothing" not in registry.readers()
 
 

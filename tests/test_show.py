@@ -56,7 +56,7 @@ def test_page_has_headings_facts_and_tables(show, archive):
     assert shown.exit_code == 0
     lines = shown.stdout.splitlines()
     assert lines[0] == RUN
-    for heading in ("Pin", "Disc", "Conditions", "Recorded", "Signals", "End values", "Files as they came"):
+    for heading in ("Pin", "Disc", "Conditions", "Recorded", "Signals", "Post-test measurements", "Files as they came"):
         assert lines[lines.index(heading) - 1] == ""
     assert re.search(r"(?m)^  normal load +200\.0 ± 2\.0 mN$", shown.output)
     assert re.search(r"(?m)^  k_D of the pin by Archard's law +\(", shown.output)

@@ -247,7 +247,7 @@ def test_run_leaves_out_what_is_marked_bad_and_says_so(run_cli, evaluated):
     told = json.loads(result.stdout)
     assert told["left_out"] == [{"id": AGAIN, "reason": "marked bad: the pin slipped"}]
     assert [run["id"] for run in told["laws"][0]["runs"]] == [LIGHT, HEAVY]
-    assert f"note: one run, {LIGHT}, identifies k_D" in result.output
+    assert f"note: k_D is identified from one run, {LIGHT}" in result.output
     run_cli("mark-bad", AGAIN, "--undo", "--reason", "it did not", cwd=evaluated)
     again = run_cli("study", "run", "study.toml", "--no-figures", "-v", cwd=evaluated)
     assert "left out" not in again.output
@@ -596,7 +596,7 @@ DOCUMENTS = {
     "no end value": ({"predict": [NO_END]}, [NO_END, "without a post-test measurement", "remove it from the study"]),
     "circular": (
         {"predict": [HEAVY, LIGHT]},
-        ["study.toml", f"predict: found '{LIGHT}', which is also in fit", "take it out of one of the two"],
+        ["study.toml", f"predict: found '{LIGHT}', which is also in fit", "remove it from one of the two"],
     ),
     "twice": ({"fit": [LIGHT, LIGHT]}, ["study.toml", f"fit: found '{LIGHT}' twice", "remove one"]),
     "nothing to fit": ({"fit": []}, ["study.toml", "fit"]),
@@ -635,7 +635,7 @@ CALLS = {
     ),
     "onto itself": (
         ["predict", "--from", LIGHT, "--onto", HEAVY, "--onto", LIGHT],
-        [f"found '{LIGHT}', which is also in fit", "take it out of one of the two"],
+        [f"found '{LIGHT}', which is also in fit", "remove it from one of the two"],
     ),
     "from twice": (["predict", "--from", LIGHT, "--from", LIGHT, "--onto", HEAVY], [f"found '{LIGHT}' twice"]),
     "together with itself": (["fit", LIGHT, LIGHT, "--together"], [f"found '{LIGHT}' twice"]),

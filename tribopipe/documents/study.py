@@ -60,6 +60,6 @@ class Study(Record):
         if both:
             raise ValueError(
                 f"predict: found {both[0]!r}, which is also in fit; expected runs that do not identify k_D themselves, "
-                "or the prediction would be of what it was made from; remove it of one of the two"
+                "or the prediction would be of what it was made from; remove it from one of the two"
             )
         return self

@@ -156,7 +156,7 @@ def axis_advances(run: RawRun) -> Iterator[Trouble]:
         if len(values) >= _FEWEST and np.all(np.isfinite(values)) and not values[-1] > values[0]:
             yield Trouble(
                 name,
-                f"found {_shown(name, values[-1])} at the end as at the start; expected an increase",
+                f"found {_shown(name, values[-1])} at the end as at the start; expected increasing values",
                 "check the column, and the speeds in run.toml",
             )
 
