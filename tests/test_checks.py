@@ -586,7 +586,7 @@ def test_scar_given_by_its_radius_is_named_beside_the_depth(sound):
     ("changes", "deep", "words"),
     [
         ({"end_values__pin_scar_diameter": "200 um"}, 200e-6**2 / (2 * 0.794e-3), "pin_scar_diameter is not a radius"),
-        ({"end_values__pin_scar_diameter": "400 um"}, 400e-6**2 / (4 * 0.794e-3), "pin.radius is not a diameter"),
+        ({"end_values__pin_scar_diameter": "400 um"}, 4e-8 / 0.794e-3, "contact.pin.radius is not a diameter"),
     ],
 )
 def test_size_that_would_fit_is_named_with_a_disc_that_wore_besides(sound, changes, deep, words):

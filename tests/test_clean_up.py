@@ -631,7 +631,7 @@ def test_commands_say_what_was_cleaned_up(spoilt_run, run_cli, tmp_path):
     recipe.write_text("[monte_carlo]\nsignificant_digits = 0\n", encoding="utf-8")
     done = run_cli("process", folder, "--archive", "archive", "--recipe", recipe, "--no-figures", cwd=tmp_path)
     assert done.exit_code == 0, done.output
-    (line,) = [line for line in done.output.splitlines() if line.startswith(f"{truth.id}: clean-up: ")]
+    (line,) = [line for line in done.output.splitlines() if line.startswith(f"{truth.id}: preprocessing: ")]
     assert "time: joined at its one restart" in line
     assert "normal_force: sign reversed" in line
     shown = run_cli("show", truth.id, "-v", cwd=tmp_path)
@@ -641,7 +641,7 @@ def test_commands_say_what_was_cleaned_up(spoilt_run, run_cli, tmp_path):
     assert document["steps"][0] == "clean_up"
     recipe.write_text('clean_up = [{ step = "continuous-axes" }]\n', encoding="utf-8")
     again = run_cli("correct-drift", "--archive", "archive", "--recipe", recipe, cwd=tmp_path)
-    assert "clean-up: time: joined" in again.output
+    assert "preprocessing: time: joined" in again.output
 
 
 # --- axes from what the manifest says ---

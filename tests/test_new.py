@@ -107,7 +107,7 @@ def test_one_file_and_one_answer_end_in_a_run_that_process_takes(run_cli, lab, e
     monkeypatch.setattr("tribopipe.cli.new._somebody_to_ask", lambda: ask)
     made = run_cli("new", export, "--json")
     assert made.exit_code == 0, made.stderr
-    assert ask.asked[0].startswith("conditions.normal_load, nominal normal load; needed (50 N: the name of the file")
+    assert ask.asked[0].startswith("conditions.normal_load, nominal normal load; needed (50 N: probable from the name of the file")
     told = json.loads(made.stdout)
     assert told["id"] == "7-Al10Cu-50N-140m-328rpm"
     assert told["files"] == [{"format": "ducom-winducom", "names": [export.name]}]
@@ -344,7 +344,7 @@ def test_nothing_is_ever_overwritten(run_cli, lab, export):
     (lab / export.stem).mkdir()
     refused = run_cli("new", export)
     assert refused.exit_code == 1
-    assert "there already" in refused.stderr
+    assert "found an existing folder" in refused.stderr
     assert run_cli("new", export, "--id", "another", "--into", lab / "deep" / "er").exit_code == 0
     before = tree_bytes(lab / "deep")
     assert run_cli("new", export, "--id", "another", "--into", lab / "deep" / "er").exit_code == 1
@@ -503,8 +503,8 @@ def test_headers_go_before_the_template_and_a_person_before_both():
     told = tomllib.loads(text)
     assert told["conditions"] == {"normal_load": "10 N", "medium": "air", "temperature": "30 degC"}
     assert told["started"].isoformat() == facts["started"]
-    assert "# from a.txt; lab.toml says 5 N" in text
-    assert "# a.txt says 23 degC" in text
+    assert "# from a.txt; lab.toml gives 5 N" in text
+    assert "# a.txt gives 23 degC" in text
 
 
 def test_headers_that_differ_are_commented_with_both_names():
@@ -514,7 +514,7 @@ def test_headers_that_differ_are_commented_with_both_names():
     assert known.lacks == ["conditions.normal_load"]
     assert "conditions.normal_load" not in known.given
     assert re.search('(?m)^# normal_load = "1 N" +# given by 1.txt; the files do not agree$', text)
-    assert re.search('(?m)^# normal_load = "2 N" +# says 2.txt', text)
+    assert re.search('(?m)^# normal_load = "2 N" +# given by 2.txt', text)
     assert str(tomllib.loads(text)["started"]) == "2022-05-11"
 
 

@@ -231,7 +231,7 @@ def test_half_the_diameter_of_a_header_goes_before_the_template_s_radius(lab):
     )
     (lab / "a.csv").write_text(table("Normalkraft;5 N\nKugel 100Cr6 D=6 mm\n\n"), encoding="utf-8")
     _, text, _ = drafted(lab / "a.csv", template=lab / "lab.toml")
-    assert "half of the diameter; lab.toml says 5 mm" in text
+    assert "half of the diameter; lab.toml gives 5 mm" in text
 
 
 # --- what contradicts ---

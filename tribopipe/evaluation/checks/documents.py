@@ -174,7 +174,7 @@ def files_were_read_as_they_stand(run: RawRun) -> Iterator[Trouble]:
     for note in run.notes:
         yield Trouble(
             "signals",
-            f"read with an assumption: {note}; expected an unambiguous file",
+            f"found an assumption in reading: {note}; expected an unambiguous file",
             "check the assumption; run.toml can specify how to read the file",
         )
 
