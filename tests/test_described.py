@@ -262,7 +262,7 @@ def test_facts_of_the_header(made):
 
 def test_a_date_that_is_written_otherwise(made):
     reader = made(LEAST + '[facts]\nstarted = { pattern = "On (.*)", date = "%d.%m.%Y" }\n')
-    with pytest.raises(ReaderError, match=r"started: found '2024-05-03'; expected a date as '%d\.%m\.%Y'"):
+    with pytest.raises(ReaderError, match=r"started: found '2024-05-03'; expected a date in the form '%d\.%m\.%Y'"):
         read(reader, b"On 2024-05-03\nt;Ft\n0.5;1\n1;2\n")
 
 

@@ -298,7 +298,7 @@ ASKED = {
         ("fitted with full-slip", "expected contact-width"),
     ),
     "too many steps": ((RUN, "--at", "1e8", "--scheme", "published"), 1, ("steps", "--steps")),
-    "onto a pin": (("--from", RUN, "--onto", PIN), 1, ("twin-disc", "pin-on-disc", "same bodies")),
+    "onto a pin": (("--from", RUN, "--onto", PIN), 1, ("twin-disc", "pin-on-disc", "same materials")),
 }
 
 

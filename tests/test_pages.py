@@ -309,7 +309,7 @@ def test_wear_fit_tells_budget_draws_and_what_k_d_is_by_each_way():
     narrow = next(one for one in page.tables if one.title == "budget of k_D of the pin").without_spare()
     assert narrow.columns == ("input", "value", "stated by", "contribution", "share of variance")
     assert narrow.rows[0] == ("normal load", "200.0 ± 2.0 mN", "run.toml", "1.00 %", "99.4 %")
-    first, second = table(page, "k_D of the pin by Monte Carlo and first-order propagation")
+    first, second = table(page, "k_D of the pin by Monte Carlo and first-order")
     assert (first[0], first[3], second[3]) == ("Monte Carlo, 20,000 draws, not yet stable", "they do not agree", "")
     reading, measured, reported, apart = table(page, "k_D of the pin by reading and by measurement")
     assert reading == ("depth reading alone", "(1.600 ± 0.050)×10⁻⁸ mm³/(N·mm)", "not trusted")

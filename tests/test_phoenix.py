@@ -127,7 +127,7 @@ def test_a_reading_that_falls_is_refused_where_nothing_else_gives_k_d(tmp_path):
     with pytest.raises(FitError) as caught:
         wear_fit(tmp_path, phoenix(Polymer()), None, turned=False)
     said = str(caught.value)
-    assert said.startswith("TEST_2: depth: found a reading that by itself means a wear of -403.96 ± 0.25 µm; ")
+    assert said.startswith("TEST_2: depth: found a reading that, taken alone, gives a wear of -403.96 ± 0.25 µm; ")
     assert 'if it counts down, list the step "turn-over" with signals = ["depth"]' in said
 
 

@@ -127,7 +127,7 @@ def test_a_check_that_fails_itself_says_so(tmp_path):
     checks.check("note")(stumbles)
     (found,) = (one for one in checks.check_run(run) if one.code == "stumbles")
     assert "the check stumbles failed (ZeroDivisionError" in str(found)
-    with pytest.raises(ValueError, match="'stumbles' is there already"):
+    with pytest.raises(ValueError, match="'stumbles' already exists"):
         checks.check("note")(stumbles)
 
 
