@@ -208,7 +208,7 @@ def test_track_no_wider_than_the_flat_on_the_pin_tells_nothing():
     worn = pin_on_disc_wear(run_of(manifest), DEFAULTS)
     assert worn.bodies["disc"][0].depth is None
     assert worn.bodies["disc"][0].volume is None
-    assert any("disc_track_width is no more than the scar on the pin" in note for note in worn.notes)
+    assert any("disc_track_width is no larger than the scar on the pin" in note for note in worn.notes)
     assert end_wear(run_of(manifest), DEFAULTS).anchor == "pin_scar_diameter"
 
 

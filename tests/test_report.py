@@ -255,7 +255,7 @@ def test_run_without_a_fit_says_what_it_lacks(studied):
     fit_archived_wear(studied, NO_END, "archard", in_two_steps)
     page = Page(run_report(studied, [NO_END]))
     assert_readable(page)
-    assert "no wear coefficient: missing an end value of the pin" in page.text
+    assert "no wear coefficient: missing a post-test measurement of the pin" in page.text
     assert "missing: add end_values.pin_scar_diameter to run.toml" in page.text
     assert "Drift of the depth sensor" not in page.text
     assert "(Eq. 3)" not in page.text
