@@ -54,7 +54,7 @@ class StepOutline:
     date: str
     """When it was done, ISO 8601."""
     environment: Mapping[str, str] = field(default_factory=dict)
-    """What it was computed with; nothing where the file does not state."""
+    """What it was computed with; nothing where the file does not state it."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class RunOutline:
     sources: tuple[SourceOutline, ...]
     raw_sha256: str
     environment: Mapping[str, str]
-    """What it was ingested with; nothing where the file does not state."""
+    """What it was ingested with; nothing where the file does not state it."""
     findings: tuple[Finding, ...]
     marks: tuple[Mark, ...]
     """Oldest first; the last one counts."""

@@ -383,7 +383,7 @@ def read_step(entry: h5py.Group, name: StepName) -> Step | None:
 
 
 def read_environment(entry: h5py.Group) -> dict[str, str]:
-    """Read what the run was ingested with; empty where the file does not state."""
+    """Read what the run was ingested with; empty where the file does not state it."""
     return nexus.told(entry["archived"], "environment")
 
 

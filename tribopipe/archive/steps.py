@@ -175,9 +175,9 @@ class Step:
     """Arrays over other axes."""
     stands_on: Mapping[str, str] = field(default_factory=dict)
     """What it was made from, each with its SHA-256: "raw", the steps before it, empty where the run did not have one,
-    and what was given in addition, such as "wear_coefficient". Nothing where the file does not state."""
+    and what was given in addition, such as "wear_coefficient". Nothing where the file does not state it."""
     environment: Mapping[str, str] = field(default_factory=dict)
-    """What it was computed with, as ``tribopipe.base.environment`` gives it. Nothing where the file does not state."""
+    """What it was computed with, as ``tribopipe.base.environment`` gives it. Nothing where the file does not state it."""
 
     @property
     def result_sha256(self) -> str:

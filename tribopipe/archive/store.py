@@ -224,7 +224,7 @@ class Archive:
             return text(file, "entry/archived/raw_sha256")
 
     def environment(self, run_id: str) -> dict[str, str]:
-        """Return what a run was ingested with; empty where its file does not state."""
+        """Return what a run was ingested with; empty where its file does not state it."""
         with self.open(run_id) as file:
             return read_environment(file["entry"])
 

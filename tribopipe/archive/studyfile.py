@@ -52,9 +52,9 @@ class StudyOutline:
     program_version: str
     date: str
     stands_on: Mapping[str, str] = field(default_factory=dict, kw_only=True)
-    """Its runs, each with the SHA-256 of what was ingested. Nothing where the file does not state."""
+    """Its runs, each with the SHA-256 of what was ingested. Nothing where the file does not state it."""
     environment: Mapping[str, str] = field(default_factory=dict, kw_only=True)
-    """What it was computed with, as ``tribopipe.base.environment`` gives it. Nothing where the file does not state."""
+    """What it was computed with, as ``tribopipe.base.environment`` gives it. Nothing where the file does not state it."""
 
 
 @dataclass(frozen=True)

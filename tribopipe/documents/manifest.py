@@ -271,9 +271,9 @@ class ProfileSource(Record):
     """Format, where it should not be detected: "dektak", "points"…, or a reader described in a file of the run folder:
     "our-rig.toml"."""
     position: Annotated[ColumnSource, BeforeValidator(_column_by_name)] | None = None
-    """Column of the position across the track, where the format does not state."""
+    """Column of the position across the track, where the format does not state it."""
     height: Annotated[ColumnSource, BeforeValidator(_column_by_name)] | None = None
-    """Column of the height, upwards out of the specimen, where the format does not state."""
+    """Column of the height, upwards out of the specimen, where the format does not state it."""
 
 
 def _one_or_several(written: Any) -> Any:

@@ -106,7 +106,7 @@ class Series(Record):
     law: LawName = "archard"
     """Wear law of the truth."""
     law_parameters: dict[str, GivenParameter] = Field(default_factory=dict)
-    """Its true parameters with k_D."""
+    """Its true parameters in addition to k_D."""
     contact: AnySlidingPin
     """The two bodies."""
     medium: str
@@ -226,7 +226,7 @@ class TwinDiscSeries(Record):
     law: LawName = "archard"
     """Wear law of the truth."""
     law_parameters: dict[str, GivenParameter] = Field(default_factory=dict)
-    """Its true parameters with k_D."""
+    """Its true parameters in addition to k_D."""
     distance_per_rotation: DistanceConvention = "full-slip"
     """What the truth counts as the distance that a point of a disc slides in one rotation."""
     contact: TwinDisc
@@ -304,7 +304,7 @@ class Truth(Record):
     law: LawName
     """Wear law."""
     law_parameters: dict[str, Quantity] | None = None
-    """Its parameters with k_D; none where it has none."""
+    """Its parameters in addition to k_D; none where it has none."""
     wear_coefficient: WearCoefficient
     """k_D."""
     friction: StatedFriction
@@ -331,7 +331,7 @@ class TwinDiscTruth(Record):
     law: LawName
     """Wear law."""
     law_parameters: dict[str, Quantity] | None = None
-    """Its parameters with k_D; none where it has none."""
+    """Its parameters in addition to k_D; none where it has none."""
     distance_per_rotation: DistanceConvention
     """What counts as the distance that a point of a disc slides in one rotation."""
     curved_wear_coefficient: WearCoefficient

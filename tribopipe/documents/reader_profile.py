@@ -122,7 +122,7 @@ class DescribedColumn(Record):
 
 
 class Fact(Record):
-    """Something the lines above the table states about the run."""
+    """Something the lines above the table state about the run."""
 
     pattern: Pattern
     """Regular expression; what its first group matches is the value, or else the whole match."""

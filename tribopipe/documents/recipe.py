@@ -47,7 +47,7 @@ class WearRecipe(Record):
     models: tuple[LawName, ...] = ("archard", "sarkar")
     """Wear laws that `process` fits."""
     parameters: dict[LawName, dict[str, GivenParameter]] = Field(default_factory=dict)
-    """Parameters of a wear law with k_D that are known; those left out are fitted with k_D of a pin."""
+    """Parameters of a wear law in addition to k_D that are known; those left out are fitted with k_D of a pin."""
     engine: WearEngine | None = None
     """Depth against volume of a pin: by the Global Incremental Wear Model, by its volume, or by local
     wear.

@@ -30,7 +30,7 @@ from tribopipe.physics.path_integrals import integral
 
 
 class LawParameter(NamedTuple):
-    """A parameter of a law with k_D."""
+    """A parameter of a law in addition to k_D."""
 
     meaning: str
     kind: str
@@ -42,7 +42,7 @@ class LawParameter(NamedTuple):
 
 @dataclass(frozen=True)
 class WearLaw(ABC):
-    """One wear law. Its fields are its parameters with k_D: numbers, or columns of as many draws.
+    """One wear law. Its fields are its parameters in addition to k_D: numbers, or columns of as many draws.
 
     Each is annotated with a ``LawParameter``, and a fit of it starts at its default.
     """
@@ -68,7 +68,7 @@ class WearLaw(ABC):
 
     @classmethod
     def parameters(cls) -> dict[str, LawParameter]:
-        """Return the parameters with k_D by name."""
+        """Return the parameters in addition to k_D by name."""
         return _parameters(cls)
 
     def scale_of(self, parameter: str, value: float) -> float:

@@ -79,7 +79,7 @@ Basis = Literal["reading and measurement", "measurement", "reading"]
 
 
 class LawValue(Record):
-    """A parameter of a wear law with k_D."""
+    """A parameter of a wear law in addition to k_D."""
 
     name: str
     """Parameter."""
@@ -173,7 +173,7 @@ class WearFit(FitRecord):
     correlation: float | None = None
     """Of both k_D."""
     parameters: tuple[LawValue, ...] | None = None
-    """Parameters of the law with k_D; none where it has none."""
+    """Parameters of the law in addition to k_D; none where it has none."""
     parameter_covariance: tuple[tuple[float, ...], ...] | None = None
     """Of ln k_D and the parameters that were fitted, in SI, by first-order propagation."""
     friction: FrictionSource | None = None

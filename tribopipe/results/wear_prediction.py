@@ -114,7 +114,7 @@ class WearPrediction(Record):
     reached: tuple[PredictedPoint, ...] = ()
     """Where wanted depths of the first body are reached, in the order asked for."""
     parameters: tuple[LawValue, ...] | None = None
-    """Parameters of the law with k_D; none where it has none."""
+    """Parameters of the law in addition to k_D; none where it has none."""
 
     @property
     def first(self) -> UsedCoefficient:

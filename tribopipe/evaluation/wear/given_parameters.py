@@ -1,4 +1,4 @@
-"""Parameters of a wear law with k_D as a recipe, or a plan, gives them: an input like any other."""
+"""Parameters of a wear law in addition to k_D as a recipe, or a plan, gives them: an input like any other."""
 
 from collections.abc import Mapping, Sequence
 

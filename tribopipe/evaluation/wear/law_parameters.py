@@ -1,4 +1,4 @@
-"""Parameters of a wear law with k_D that nobody gave, found with it.
+"""Parameters of a wear law in addition to k_D that nobody gave, found with it.
 
 They are found by least squares over the parameters alone, k_D being solved for at each try (variable projection). From
 then on they are free by first-order propagation: what they can explain of rows is projected out of them, as zero
