@@ -107,7 +107,7 @@ def test_one_file_and_one_answer_end_in_a_run_that_process_takes(run_cli, lab, e
     monkeypatch.setattr("tribopipe.cli.new._somebody_to_ask", lambda: ask)
     made = run_cli("new", export, "--json")
     assert made.exit_code == 0, made.stderr
-    assert ask.asked[0].startswith("conditions.normal_load, nominal normal load; needed (50 N: probable from the name of the file")
+    assert ask.asked[0].startswith("conditions.normal_load, nominal normal load; needed (50 N: probable from the name")
     told = json.loads(made.stdout)
     assert told["id"] == "7-Al10Cu-50N-140m-328rpm"
     assert told["files"] == [{"format": "ducom-winducom", "names": [export.name]}]

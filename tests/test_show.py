@@ -95,7 +95,7 @@ def test_findings_and_remarks_are_told(archive, capsys):
     store.annotate(
         RUN, Annotation(kind="tag", text="run-in", date=DATE), Annotation(kind="note", text="odd", date=DATE)
     )
-    finding = Finding(severity="warning", code="c", where="depth", message="found x; expected y", remedy="mend it")
+    finding = Finding(severity="warning", code="c", where="depth", message="found x; expected y", remedy="correct it")
     page = run_page(store, RUN)
     show_run_page(type(page)(**(vars(page) | {"findings": (finding,), "studies": ("air",)})))
     told = capsys.readouterr().out

@@ -1,4 +1,4 @@
-"""What reports of sliding wear tests customarily state, as under ASTM G99, and what of it a run does not state it.
+"""What reports of sliding wear tests customarily state, as under ASTM G99, and what of it a run does not state.
 
 The list is tribopipe's own wording of what the practice for pin-on-disc tests asks a report to hold; for two discs it
 is the same where it applies. Each item that is missing comes with the key that would report it.
