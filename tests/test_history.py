@@ -412,7 +412,7 @@ def test_an_archive_without_a_history_that_is_written_to_says_what_was_there(fol
     rewrite(folder, FILES[0], "second")
     (finding,) = errors(folder)
     assert "begins on" in finding.message
-    assert "with 3 runs and studies there already" in finding.message
+    assert "after 3 runs and studies were archived" in finding.message
 
 
 def test_a_cut_history_is_seen_after_the_next_write(run_cli, folder):

@@ -167,7 +167,7 @@ DOCUMENTS = {
     "key of 400 000 parts": ("a" + ".a" * 400_000 + " = 1", "more than 20 parts"),
     "key of quoted parts": ('a."b"' + ".'c'" * 10_000 + " = 1", "line 1: found a key of more than 20 parts"),
     "key of parts with blanks": ("\n[a" + " . a" * 1000 + "]", "line 2: found a key of more than 20 parts"),
-    "tables 50 deep": ("a = " + "{ a = " * 50 + "1" + " }" * 50, "a: found more than 20 levels"),
+    "tables 50 deep": ("a = " + "{ a = " * 50 + "1" + " }" * 50, "a: found over 20 levels"),
     "lists 10 000 deep": ("a = " + "[" * 10_000 + "]" * 10_000, "nested too deeply"),
     "more values than any record has": ("interruptions = [" + "0," * 110_000 + "]", "more than 100000 values"),
     "hexadecimal number of a megabyte": ("schema = 0x" + "F" * 1_000_000, "schema: found a whole number"),
@@ -271,7 +271,7 @@ def test_a_date_written_twice_is_refused():
     fact = {"pattern": "Date: (.*)", "date": "%Y %Y"}
     described = {**RIG, "separator": ";", "starts_at": "^t;", "facts": {"started": fact}}
     profile = read_document(described, ReaderProfile, where="rig")
-    with pytest.raises(ReaderError, match="expected a date as '%Y %Y' says"):
+    with pytest.raises(ReaderError, match="expected a date in the form '%Y %Y'"):
         read(described_reader(profile), b"Date: 2024 2024\nt;w\n1;2\n2;3\n")
 
 

@@ -234,7 +234,7 @@ def test_prediction_from_one_run_refers_to_that_run(store):
     predicted = store.result(HEAVY, "prediction_archard", WearPrediction)
     assert predicted.reference == AGAIN
     assert predicted.first.wear_coefficient == result_of(outcomes).law("archard").first.wear_coefficient
-    assert any(AGAIN in note and "replicates" in note for note in result_of(outcomes).notes)
+    assert any(AGAIN in note and "replicate tests" in note for note in result_of(outcomes).notes)
 
 
 def test_study_of_runs_as_ingested_corrects_them_on_the_way(ran_quick, raw, tmp_path):
