@@ -164,7 +164,9 @@ def test_new_refuses_to_overwrite_unless_forced(run_cli, runs, tmp_path):
 def test_new_writes_all_drafts_or_none(run_cli, tmp_path):
     taken = tmp_path / "wc-co-water.study.toml"
     taken.write_bytes(b"# mine\n")
-    assert_refused(run_cli("study", "new", SAMPLES, "--into", tmp_path), taken.name, "there already", "--force")
+    assert_refused(
+        run_cli("study", "new", SAMPLES, "--into", tmp_path), taken.name, "found an existing file", "--force"
+    )
     assert tree_bytes(tmp_path) == {taken.name: b"# mine\n"}
 
 
