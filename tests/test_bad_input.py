@@ -145,7 +145,7 @@ SPOILED = {
     # rows
     "text among numbers": (
         field(7, 1, "8.0.1"),
-        ["sample-run", "signals.csv, line 7", "Depth [um]", "'8.0.1'", "expected a number", "mend"],
+        ["sample-run", "signals.csv, line 7", "Depth [um]", "'8.0.1'", "expected a number", "correct"],
     ),
     "row cut in the middle of the file": (
         rows(lambda lines: [*lines[:500], lines[500].rpartition(",")[0], *lines[501:]]),
@@ -154,16 +154,16 @@ SPOILED = {
     "row cut at the end of the file": (cut_last_row, ["signals.csv, line 1252", "3 fields", "copy it again"]),
     "row too long": (
         rows(lambda lines: [*lines[:9], lines[9] + ",1.0", *lines[10:]]),
-        ["signals.csv, line 10", "found 5 fields, expected 4", "mend that line"],
+        ["signals.csv, line 10", "found 5 fields, expected 4", "correct that line"],
     ),
     "one sample": (rows(lambda lines: lines[:2]), ["signals", "1 sample", "at least 2", "export"]),
-    "channel without a number": (whole_column(1, "NaN"), ["depth", "no number", "leave the signal out"]),
+    "channel without a number": (whole_column(1, "NaN"), ["depth", "no number", "remove the signal"]),
     "hole in time": (field(12, 0, ""), ["time", "1 missing", "sample 11", "delete those rows"]),
     "time runs backwards": (
         field(12, 0, "0.2"),
-        ["time", "sample 11", "0.2 s", "0.9 s", "expected it to grow", "delete"],
+        ["time", "sample 11", "0.2 s", "0.9 s", "expected increasing values", "delete"],
     ),
-    "time stands still": (whole_column(0, "1.0"), ["time", "expected it to grow", "check"]),
+    "time stands still": (whole_column(0, "1.0"), ["time", "expected increasing values", "check"]),
     # run.toml as a document
     "no TOML": (manifest("(?m)^medium = .*$", "medium = air"), ["run.toml", "no valid TOML", "line 38", "quotes"]),
     "run.toml in another encoding": (

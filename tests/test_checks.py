@@ -542,22 +542,22 @@ def drifting(amount, temperature=None):
     [
         (
             None,
-            "thermal drift is likely: let the tribometer settle before the test, and record a temperature; or check",
+            "thermal drift is likely: let the tribometer warm up before the test, and record the temperature; or check",
         ),
-        (0.1, "thermal drift is likely: let the tribometer settle before the test; or check"),
-        (3.0, "thermal drift is likely, since the temperature moved by 3 K"),
+        (0.1, "thermal drift is likely: let the tribometer warm up before the test; or check"),
+        (3.0, "thermal drift is likely, since the temperature changed by 3 K"),
     ],
 )
 def test_thermal_drift_is_named_before_sign_and_unit(sound, temperature, words):
     (finding,) = found_by("depth_is_plausible", drifting(20e-6, temperature)(sound))
     assert finding.remedy.startswith(words)
-    assert "check sign and unit" in finding.remedy
+    assert "check the sign and unit" in finding.remedy
 
 
 def test_thermal_drift_comes_last_where_it_cannot_be_so_large(sound):
     spoil = both(drifting(300e-6), manifest(end_values__pin_wear_depth="3 um"))
     (finding,) = found_by("depth_is_plausible", spoil(sound))
-    assert finding.remedy.endswith("thermal drift is seldom that large")
+    assert finding.remedy.endswith("thermal drift is rarely that large")
 
 
 @pytest.mark.parametrize(("dead", "warns"), [(0.6, True), (0.4, False)])
@@ -579,14 +579,14 @@ def test_scar_given_by_its_radius_is_named_beside_the_depth(sound):
     )
     assert scar is not None
     (finding,) = found_by("depth_is_plausible", deep(sound))
-    assert "pin_scar_diameter is no radius" in finding.remedy
+    assert "pin_scar_diameter is not a radius" in finding.remedy
 
 
 @pytest.mark.parametrize(
     ("changes", "deep", "words"),
     [
-        ({"end_values__pin_scar_diameter": "200 um"}, 200e-6**2 / (2 * 0.794e-3), "pin_scar_diameter is no radius"),
-        ({"end_values__pin_scar_diameter": "400 um"}, 400e-6**2 / (4 * 0.794e-3), "contact.pin.radius is no diameter"),
+        ({"end_values__pin_scar_diameter": "200 um"}, 200e-6**2 / (2 * 0.794e-3), "pin_scar_diameter is not a radius"),
+        ({"end_values__pin_scar_diameter": "400 um"}, 4e-8 / 0.794e-3, "contact.pin.radius is not a diameter"),
     ],
 )
 def test_size_that_would_fit_is_named_with_a_disc_that_wore_besides(sound, changes, deep, words):

@@ -381,7 +381,7 @@ def test_only_what_was_measured_is_turned_over(bare_run):
     run = run_of(bare_run, **{name: values for name, values in TRUTH.items() if name != "depth"})
     cleaned = clean_run(run, only(TurnOver(signals=("depth", "friction_coefficient"))))
     (change,) = cleaned.record.changes
-    assert (change.what, change.samples) == ("not turned over, since it was not measured", 0)
+    assert (change.what, change.samples) == ("sign not reversed, since it was not measured", 0)
     assert cleaned.run is run
     twice = clean_run(run, only(TurnOver(signals=("friction_force", "friction_force")))).run
     np.testing.assert_array_equal(twice.columns["friction_force"], -TRUTH["friction_force"])
@@ -631,17 +631,17 @@ def test_commands_say_what_was_cleaned_up(spoilt_run, run_cli, tmp_path):
     recipe.write_text("[monte_carlo]\nsignificant_digits = 0\n", encoding="utf-8")
     done = run_cli("process", folder, "--archive", "archive", "--recipe", recipe, "--no-figures", cwd=tmp_path)
     assert done.exit_code == 0, done.output
-    (line,) = [line for line in done.output.splitlines() if line.startswith(f"{truth.id}: clean-up: ")]
+    (line,) = [line for line in done.output.splitlines() if line.startswith(f"{truth.id}: preprocessing: ")]
     assert "time: joined at its one restart" in line
-    assert "normal_force: turned over" in line
+    assert "normal_force: sign reversed" in line
     shown = run_cli("show", truth.id, "-v", cwd=tmp_path)
-    assert "normal_force: turned over" in shown.output
+    assert "normal_force: sign reversed" in shown.output
     document = json.loads(run_cli("show", truth.id, "--json", cwd=tmp_path).stdout)
     assert [change["step"] for change in document["clean_up"]["changes"]] == ["continuous-axes", "pressing-load"]
     assert document["steps"][0] == "clean_up"
     recipe.write_text('clean_up = [{ step = "continuous-axes" }]\n', encoding="utf-8")
     again = run_cli("correct-drift", "--archive", "archive", "--recipe", recipe, cwd=tmp_path)
-    assert "clean-up: time: joined" in again.output
+    assert "preprocessing: time: joined" in again.output
 
 
 # --- axes from what the manifest says ---

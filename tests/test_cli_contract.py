@@ -415,7 +415,7 @@ def test_commands_lead_from_an_empty_folder_to_a_prediction(run_cli, short_plan,
     shutil.copy(short_plan, tmp_path)
     for command, told in (
         ("simulate runs --plan plan.toml", "Simulated into runs"),
-        ("check runs", "si3n4-air-400mN: nothing to complain about"),
+        ("check runs", "si3n4-air-400mN: no problems found"),
         ("ingest runs", "si3n4-air-400mN: archived"),
         ("correct-drift", "si3n4-air-400mN: drift "),
         ("fit --model sarkar", "si3n4-air-400mN: sarkar: pin k_D = "),

@@ -46,7 +46,7 @@ def test_a_ladder_in_one_run_is_flagged(tmp_path):
     (told,) = found["conditions_are_steady"]
     assert told.startswith(
         "Rotary.Velocity (rpm): found 119 rpm, 143 rpm, 168 rpm and 191 rpm one after the other, the first change at "
-        "sample 1801; expected one value in a run, as run.toml states one; make a run of each step with"
+        "sample 1801; expected one value per run, as stated in run.toml; make one run per step with"
     )
 
 
@@ -200,7 +200,8 @@ def test_strokes_without_a_stated_stroke_are_flagged(tmp_path):
     found = found_in(run_of(tmp_path, "a.txt", umt(TRUTH), normal_load="1.9613 N", sliding_speed="10 mm/s"))
     (told,) = found["strokes_are_used"]
     assert told.startswith(
-        "friction_force: found 160 strokes there and back, of which no coefficient per stroke is taken"
+        "friction_force: found 160 reciprocating strokes, but no stroke in run.toml, so that no coefficient per "
+        "stroke is computed"
     )
 
 
@@ -225,7 +226,7 @@ def test_an_unsigned_channel_beside_a_signed_one_is_flagged(tmp_path):
     run = read_run(tmp_path / "a")
     found = found_in(run)
     assert found["strokes_are_used"][0].startswith(
-        "friction_force: found a friction without sign where the column 'Fx' changes its sign with the stroke"
+        "friction_force: found friction without sign, although the column 'Fx' changes sign with the stroke"
     )
     (told,) = found["friction_is_taken_by_stroke"]
     assert told.startswith(

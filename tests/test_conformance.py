@@ -278,7 +278,7 @@ FAULTY = {
     "columns differ in length": first_column(values=np.zeros(3)),
     "values are int64, neither float64 nor": first_column(values=np.arange(20)),
     "values are objects other than texts": first_column(values=np.array([1] * 20, dtype=object)),
-    "first_bad does not say": first_column(first_bad=(3, "x")),
+    "first_bad does not show": first_column(first_bad=(3, "x")),
     "unit 'furlongs!' is none": first_column(unit="furlongs!"),
     "axis 'w' is unknown": first_column(axis="w"),
     "only a profile has an axis z": first_column(axis="z"),

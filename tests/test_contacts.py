@@ -162,7 +162,7 @@ def test_run_toml_names_the_drum_and_goes_there_and_back():
         ({"end_values": {"flat_disc_wear_depth": "1 um"}}, "found one in a pin-on-drum run, which has no such thing"),
         (
             {"conditions": {**MANIFEST["conditions"], "track_radius": "1 mm"}},
-            "track_radius: found one beside c",
+            "track_radius: found one with c",
         ),
         ({"conditions": {**MANIFEST["conditions"], "slip": "4 %"}}, "conditions.slip: found one in a pin-on-drum run"),
     ],
@@ -224,7 +224,7 @@ class Taken(SlidingPin):
         ("no-class = broken_contact:Specimen", "expected a subclass of SlidingPin"),
         ("other-kind = broken_contact:OtherKind", "expected Literal\\['other-kind'\\]"),
         ("no-body = broken_contact:NoBody", "expected the pin and the field of a specimen"),
-        ("pin-on-disc = broken_contact:Taken", "the name is one of tribopipe's own"),
+        ("pin-on-disc = broken_contact:Taken", "the name is used by tribopipe itself"),
     ],
 )
 def test_contact_that_cannot_be_loaded_is_left_out_with_a_warning(monkeypatch, tmp_path, entry, words):

@@ -188,7 +188,7 @@ def test_command_replaces_nothing_unless_forced(run_cli, archive, tmp_path):
     command = ["export", "csv", RUN, "--archive", archive, "-o", out, "--what", "raw, wear"]
     refused = run_cli(*command)
     assert refused.exit_code == 1
-    assert "found it there already" in refused.stderr
+    assert "found an existing file" in refused.stderr
     assert [path.name for path in out.iterdir()] == [f"{RUN}-wear.csv"]
     assert run_cli(*command, "--force").exit_code == 0
     assert (out / f"{RUN}-wear.csv").read_bytes() == csv_bytes(Archive(archive), RUN, "wear")

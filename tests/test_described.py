@@ -262,7 +262,7 @@ def test_facts_of_the_header(made):
 
 def test_a_date_that_is_written_otherwise(made):
     reader = made(LEAST + '[facts]\nstarted = { pattern = "On (.*)", date = "%d.%m.%Y" }\n')
-    with pytest.raises(ReaderError, match=r"started: found '2024-05-03'; expected a date as '%d\.%m\.%Y'"):
+    with pytest.raises(ReaderError, match=r"started: found '2024-05-03'; expected a date in the form '%d\.%m\.%Y'"):
         read(reader, b"On 2024-05-03\nt;Ft\n0.5;1\n1;2\n")
 
 
@@ -286,8 +286,8 @@ def with_calibration(held: str, column: str = "") -> str:
         ('detect = "("\n' + LEAST, "detect: found '(', which is no regular expression"),
         ('separator = ";;"\n' + LEAST, "separator: found ';;'; expected one character"),
         ("header_lines = 3\n" + LEAST, "separator: missing"),
-        ('header_lines = 3\nstarts_at = "^t"\nseparator = ";"\n' + LEAST, "header_lines: found it beside starts_at"),
-        ('units_row = "below"\n' + LEAST, "units_row: found it without a row of names"),
+        ('header_lines = 3\nstarts_at = "^t"\nseparator = ";"\n' + LEAST, "header_lines: found it with starts_at"),
+        ('units_row = "below"\n' + LEAST, "units_row: found it without the place of the row of names"),
         ('names = ["x", "F"]\nseparator = ";"\n' + LEAST, "columns.t: found no such column among the names"),
         ("colums = 3\n" + LEAST, "colums: unknown key; did you mean 'columns'"),
         (LEAST + 'F = { calibration = "c" }', "columns.F.calibration: found 'c', which is not among"),

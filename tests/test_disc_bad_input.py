@@ -77,7 +77,7 @@ CASES = {
     "equal speeds": (sub(NO_SLIP, 'flat_disc_speed = "800 mm/s"\n'), ("conditions.slip", "both discs at the same")),
     "slip beside the speed": (
         conditions('flat_disc_speed = "832 mm/s"'),
-        ("conditions.slip", "beside flat_disc_speed", "take the other out"),
+        ("conditions.slip", "together with flat_disc_speed", "remove the other"),
     ),
     "load of zero": (key("normal_load", '"0 mN"'), ("conditions.normal_load", "found")),
     "load below zero": (key("normal_load", '"-250 mN"'), ("conditions.normal_load", "-0.25 N", "check sign")),
@@ -114,7 +114,7 @@ CASES = {
             'curved_disc_profile = { file = "a.csv", position = { column = "x", unit = "mm" }, '
             'height = { column = "z", unit = "um" } }'
         ),
-        ("curved_disc_wear_volume", "beside curved_disc_profile", "take the other out"),
+        ("curved_disc_wear_volume", "together with curved_disc_profile", "remove the other"),
     ),
     "profile that is not there": (
         lambda run: (
@@ -298,7 +298,7 @@ ASKED = {
         ("fitted with full-slip", "expected contact-width"),
     ),
     "too many steps": ((RUN, "--at", "1e8", "--scheme", "published"), 1, ("steps", "--steps")),
-    "onto a pin": (("--from", RUN, "--onto", PIN), 1, ("twin-disc", "pin-on-disc", "same bodies")),
+    "onto a pin": (("--from", RUN, "--onto", PIN), 1, ("twin-disc", "pin-on-disc", "same materials")),
 }
 
 

@@ -84,7 +84,7 @@ def test_show_says_everything_in_json(run_cli, home):
 
 def test_show_has_the_other_ways_of_counting(run_cli, home):
     said = run_cli("show", RUN, "-v", cwd=home).stdout
-    assert "k_D that would wear as much, were distance counted otherwise" in said
+    assert "k_D with other conventions of sliding distance" in said
     assert re.search(r"contact-width +│? *\S+×10⁻", said) or "contact-width" in said
     assert "volume-conserving" in said
 

@@ -319,7 +319,7 @@ def test_inconsistent_values_are_called_so(factor):
     off = ends.curved_disc_wear_depth.model_copy(update={"value": ends.curved_disc_wear_depth.value * factor})
     fit = fit_discs(with_ends(run, curved_disc_wear_depth=off), recipe=recipe())
     assert fit.p_value < 1e-4
-    assert any("disagrees with the law" in note for note in fit.notes)
+    assert any("disagree with the law" in note for note in fit.notes)
 
 
 @pytest.mark.slow
@@ -347,7 +347,7 @@ def test_run_without_an_end_value_of_the_curved_disc_passes_through(ends):
     fit = fit_discs(exact_run(ends), recipe=recipe())
     assert fit.outcome == "not fitted"
     assert fit.bodies == {}
-    assert fit.lacks == ("an end value of the curved disc (depth, track width or volume)",)
+    assert fit.lacks == ("a post-test measurement of the curved disc (depth, track width or volume)",)
 
 
 def test_run_without_friction_passes_through_under_sarkar():

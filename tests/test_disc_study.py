@@ -201,14 +201,14 @@ def test_study_of_flat_discs_on_which_no_wear_was_found_is_refused_in_one_senten
 
 def test_flat_disc_measured_in_some_fitted_runs_only_is_refused():
     members = {"a": exact_member("a"), "b": exact_member("b", wanted={"curved_disc_wear_volume": 0.05})}
-    with pytest.raises(FitError, match="s: found nothing measured on the flat disc of b, but on that of other runs"):
+    with pytest.raises(FitError, match="s: found no measurement of the flat disc in b, although other runs have one"):
         evaluate(Study(id="s", fit=("a", "b"), laws=("archard",)), members)
 
 
 def test_run_without_end_values_is_refused_by_name():
     members = {"a": exact_member("a"), "b": exact_member("b", wanted={})}
     for study in (Study(id="s", fit=("a",), predict=("b",)), Study(id="s", fit=("b",))):
-        with pytest.raises(FitError, match="b: found a run that lacks an end value of the curved disc"):
+        with pytest.raises(FitError, match="b: found a run without a post-test measurement of the curved disc"):
             evaluate(study.model_copy(update={"laws": ("archard",)}), members)
 
 
@@ -239,7 +239,7 @@ def test_runs_of_other_discs_are_refused(where, key, value, words):
     manifest = other.manifest.model_copy(update={"contact": contact})
     raw = type(other)(manifest, other.columns, other.origins, {}, {}, ())
     members = {"a": one, "b": Member(correct_drift(raw), None)}
-    with pytest.raises(FitError, match=f"s: found {words} 0.005 in b and 0.004 in a; expected the same bodies"):
+    with pytest.raises(FitError, match=f"s: found {words} 0.005 in b and 0.004 in a; expected the same materials"):
         evaluate(Study(id="s", fit=("a",), predict=("b",), laws=("archard",)), members)
 
 

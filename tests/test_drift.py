@@ -147,7 +147,8 @@ def test_stated_uncertainties_are_those_of_repeated_runs(bare_run, memory, slid)
 
 
 @pytest.mark.parametrize(
-    ("end", "lacks"), [(EndValues(), "end value"), (EndValues(disc_wear_depth=metres(1e-7)), "end value")]
+    ("end", "lacks"),
+    [(EndValues(), "post-test measurement"), (EndValues(disc_wear_depth=metres(1e-7)), "post-test measurement")],
 )
 def test_run_without_an_end_value_of_the_pin_passes_through(bare_run, end, lacks):
     corrected = correct_drift(with_depth(bare_run, np.linspace(0, 1e-5, 100), end), TWO_STEP)

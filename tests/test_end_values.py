@@ -208,7 +208,7 @@ def test_track_no_wider_than_the_flat_on_the_pin_tells_nothing():
     worn = pin_on_disc_wear(run_of(manifest), DEFAULTS)
     assert worn.bodies["disc"][0].depth is None
     assert worn.bodies["disc"][0].volume is None
-    assert any("disc_track_width is no more than the scar on the pin" in note for note in worn.notes)
+    assert any("disc_track_width is no larger than the scar on the pin" in note for note in worn.notes)
     assert end_wear(run_of(manifest), DEFAULTS).anchor == "pin_scar_diameter"
 
 
@@ -216,7 +216,7 @@ def test_track_no_wider_than_the_flat_on_the_pin_tells_nothing():
     ("shape", "end", "conditions", "note"),
     [
         ("spherical", {"disc_wear_depth": "2 um"}, {}, "track_radius, or stroke, is missing"),
-        ("flat", {"disc_track_width": "2 mm"}, CIRCLE, "tell no volume of the disc"),
+        ("flat", {"disc_track_width": "2 mm"}, CIRCLE, "does not give the volume of the disc"),
         ("flat", {"disc_wear_depth": "2 um"}, CIRCLE, "the wear of the pin is unknown"),
         ("spherical", {"disc_wear_depth": "2 um"}, CIRCLE, "the wear of the pin is unknown"),
         ("spherical", {"disc_wear_depth": "2 um", "pin_wear_depth": "1 um"}, CIRCLE, "by disc_wear_depth and pin_wear"),
@@ -308,7 +308,7 @@ def test_a_load_is_stated_once():
     [
         ("spherical", {"pin_mass_loss": "1 mg"}, "end_values.pin_mass_loss", "without density"),
         ("flat", {"disc_mass_loss": "1 mg"}, "end_values.disc_mass_loss", "without density"),
-        ("spherical", {"pin_wear_volume": "2 mm^3"}, "end_values.pin_wear_volume", "tip that holds 1.048 mm³"),
+        ("spherical", {"pin_wear_volume": "2 mm^3"}, "end_values.pin_wear_volume", "tip with a volume of 1.048 mm³"),
         ("truncated-sphere", {"pin_scar_diameter": "100 um"}, "end_values.pin_scar_diameter", "flat of 120 µm"),
         ("flat", {"pin_profile": {"file": "a.csv"}}, "end_values.pin_profile", "flat pin"),
         ("spherical", {"disc_track_width": "1.6 mm"}, "end_values.disc_track_width", "diameter of the pin"),
@@ -353,7 +353,7 @@ def test_end_values_that_contradict_each_other_are_named(way):
 
     assert found(agreeing) == []
     (finding,) = found(wrong)
-    assert f"by {way}" in finding.message
+    assert f"from {way}" in finding.message
 
 
 def test_volume_and_mass_of_the_disc_are_compared():

@@ -264,8 +264,8 @@ def test_without_dataset_toml_it_is_told_what_is_lacking(tmp_path, run_cli):
     done = run_cli("export", "--ro-crate", "out.zip", RUN, "--no-report", "--force", cwd=tmp_path)
     assert done.exit_code == 0
     assert done.stderr == (
-        "1 run written to out.zip\nnote: repositories ask for title, description, licence, creators; say it in "
-        "dataset.toml beside the archive\n"
+        "1 run written to out.zip\nnote: repositories require title, description, licence, creators; add it to "
+        "dataset.toml next to the archive\n"
     )
     graph = graph_of(tmp_path / "out.zip")
     assert graph["./"]["license"] == {"@id": "#no-licence"}
@@ -430,7 +430,7 @@ def test_another_run_of_the_same_id_stays(exported, tmp_path, run_cli):
     [
         (["--ro-crate", "out", "nobody"], "found neither a run nor a study 'nobody'"),
         (["--eln", "out.zip"], "expected a name that ends in .eln"),
-        (["--ro-crate", "a", "--eln", "b.eln"], "say what to write"),
+        (["--ro-crate", "a", "--eln", "b.eln"], "state the file to write"),
         (["--ro-crate", "archive"], "archive: found a folder; expected a file to write"),
         (["--ro-crate", "out", "--dataset", "none.toml"], "none.toml"),
         (["--ro-crate", "out", "--archive", "elsewhere"], "found no archive there"),

@@ -71,8 +71,8 @@ def test_figures_of_a_run_without_end_value_and_friction_say_what_is_missing(sam
         columns={name: raw.columns[name] for name in ("time", "sliding_distance", "depth")},
     )
     in_two_steps = Recipe(wear=WearRecipe(correction="two-step"))
-    assert "lacks an end value" in plot_depth(correct_drift(bare, in_two_steps)).axes[0].texts[0].get_text()
-    assert "lacks a friction signal" in plot_friction(bare, fit_friction(bare)).axes[0].texts[0].get_text()
+    assert "missing a post-test" in plot_depth(correct_drift(bare, in_two_steps)).axes[0].texts[0].get_text()
+    assert "has no friction signal" in plot_friction(bare, fit_friction(bare)).axes[0].texts[0].get_text()
 
 
 def test_depth_figure_draws_wander_where_there_is_some(sample_archive, tmp_path):
@@ -126,9 +126,9 @@ def test_figures_say_what_was_cleaned_up(sample_archive):
     raw = reciprocating(sample_archive.raw(SAMPLE_IDS[0]))
     cleaned = clean_run(raw, Recipe(clean_up=(*AUTOMATIC, TurnOver(signals=("depth",)))))
     fit = fit_friction(cleaned.run)
-    assert "measured, cleaned up: one value a stroke" in labels(plot_friction(cleaned.run, fit, cleaned.record))
+    assert "measured, preprocessed: one value per stroke" in labels(plot_friction(cleaned.run, fit, cleaned.record))
     assert "measured" in labels(plot_friction(cleaned.run, fit))
-    assert "sensor reading, cleaned up" in labels(plot_depth(correct_drift(cleaned.run), cleaned.record))
+    assert "sensor reading, preprocessed" in labels(plot_depth(correct_drift(cleaned.run), cleaned.record))
 
 
 def spoilt(raw):
@@ -146,7 +146,7 @@ def test_clean_up_figure_shows_each_changed_signal_raw_and_cleaned(sample_archiv
     raw = spoilt(sample_archive.raw(SAMPLE_IDS[0]))
     cleaned = clean_run(raw, MENDED)
     figure = plot_clean_up(raw, cleaned.run, cleaned.record)
-    assert labels(figure) == {"as recorded", "cleaned up"}
+    assert labels(figure) == {"as recorded", "preprocessed"}
     depth, humidity = figure.axes
     assert (depth.get_ylabel(), humidity.get_ylabel()) == ("depth / µm", "humidity / %")
     assert depth.texts[0].get_text().startswith("depth: 2 samples masked: ")
@@ -163,7 +163,7 @@ def test_raw_signal_that_would_flatten_the_cleaned_one_is_off_the_scale(sample_a
     raw = replace(truth, columns={**truth.columns, "time": truth.columns["time"] + 1.6e9})
     cleaned = clean_run(raw)
     figure = plot_clean_up(raw, cleaned.run, cleaned.record)
-    assert labels(figure) == {"cleaned up"}
+    assert labels(figure) == {"preprocessed"}
     assert "as recorded: off the scale" in [text.get_text() for text in figure.axes[0].texts]
 
 
@@ -175,7 +175,7 @@ def test_clean_up_figure_has_at_most_six_panels(sample_archive):
     record = CleanUp(changes=[Change(step="mask", signal=name, samples=1, what=99 * "so ", why="") for name in names])
     figure = plot_clean_up(raw, after, record)
     assert len(figure.axes) == 6
-    assert figure.axes[0].get_title(loc="left") == f"{run.id}: clean-up, 6 of {len(names)} signals"
+    assert figure.axes[0].get_title(loc="left") == f"{run.id}: preprocessing, 6 of {len(names)} signals"
     assert figure.axes[1].get_title(loc="left").endswith(" …")
 
 

@@ -76,8 +76,8 @@ def test_running_in_longer_than_the_run_is_flagged(bare_run):
     ("shape", "reason"),
     [
         (lambda s: np.full_like(s, 0.4), "constant"),
-        (lambda s: 0.6 - 0.2 * s / 500, "straight line"),
-        (lambda s: 0.3 + 0.1 * s / 500, "straight line"),
+        (lambda s: 0.6 - 0.2 * s / 500, "changes linearly"),
+        (lambda s: 0.3 + 0.1 * s / 500, "changes linearly"),
         (lambda s: 0.4 + 0.05 * np.sin(s / 40), None),
     ],
 )
@@ -156,14 +156,14 @@ def test_run_without_friction_says_so(bare_run):
     run = replace(bare_run, columns={"time": distance, "sliding_distance": distance}, origins={})
     fit = fit_friction(run)
     assert fit.outcome == "none"
-    assert "lacks a friction signal" in str(fit)
+    assert "has no friction signal" in str(fit)
 
 
 @pytest.mark.parametrize(
     ("mu", "reason"),
     [
-        (np.zeros(500), "never changes"),
-        (np.full(500, 0.4), "never changes"),
+        (np.zeros(500), "is constant"),
+        (np.full(500, 0.4), "is constant"),
         (-0.4 - 0.2 * np.exp(-np.linspace(0, 10, 500)), "negative"),
         (np.concatenate([np.full(3, 500.0), np.full(2000, 0.4) + 1e-3 * np.sin(np.arange(2000))]), "shorter than 5"),
     ],

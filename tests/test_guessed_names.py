@@ -222,7 +222,7 @@ def test_archive_is_true_though_empty(tmp_path):
 def test_csv_replaces_nothing_unless_forced(known, tmp_path):
     path = tmp_path / "run.csv"
     known["run"].to_csv(path)
-    with pytest.raises(OutputError, match="found it there already"):
+    with pytest.raises(OutputError, match="found an existing file"):
         known["run"].to_csv(path)
     known["run"].to_csv(path, force=True)
     read = pandas.read_csv(path)
@@ -332,12 +332,12 @@ def wrong_unit(s, length: "furlong" = 1.0):  # noqa: F821 - a unit
 @pytest.mark.parametrize(
     ("function", "said"),
     [
-        (lambda s, a: a * s, "found the argument 'a' without a number to start from.*write a=1.0"),
+        (lambda s, a: a * s, "found the argument 'a' without a start value.*write a=1.0"),
         (lambda s, a=-1.0: a * s, "found a = -1 to start from"),
         (lambda s: math.exp(-s), "cannot be computed of arrays.*use np.exp"),
         (lambda s: 1 / s, "expected one finite factor at each distance"),
-        (lambda *s: s[0], "arguments cannot be told"),
-        (3, "arguments cannot be told"),
+        (lambda *s: s[0], "arguments cannot be determined"),
+        (3, "arguments cannot be determined"),
         (wrong_unit, "found 'furlong' as the unit of length; expected one of SI: m, "),
     ],
 )

@@ -412,7 +412,7 @@ def test_an_archive_without_a_history_that_is_written_to_says_what_was_there(fol
     rewrite(folder, FILES[0], "second")
     (finding,) = errors(folder)
     assert "begins on" in finding.message
-    assert "with 3 runs and studies there already" in finding.message
+    assert "after 3 runs and studies were archived" in finding.message
 
 
 def test_a_cut_history_is_seen_after_the_next_write(run_cli, folder):
@@ -731,7 +731,7 @@ def test_of_runs_removed_several_times_the_last_comes_back(folder, bare_run):
         rewrite(folder, FILES[1], text)
         kept.append(remove(archive, OTHER, force=True))
         archive.add(called(bare_run, OTHER))
-    with pytest.raises(ArchiveError, match="found it there already"):
+    with pytest.raises(ArchiveError, match="found an existing file"):
         restore(archive, OTHER)
     remove(archive, OTHER, force=True)
     restore(archive, OTHER)

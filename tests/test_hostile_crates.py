@@ -68,7 +68,7 @@ def test_sound_crate_is_taken(content, tmp_path):
     ("other", "said"),
     [
         ({"sha256": "0" * 64}, "with other bytes than when it was packed"),
-        ({"contentSize": "7"}, "expected the 7 that its metadata says"),
+        ({"contentSize": "7"}, "expected the 7 that its metadata states"),
         ({"sha256": "abc"}, "found no archived run in it"),
         ({"contentSize": "-1"}, "found no archived run in it"),
         ({"contentSize": "9" * 40}, "found no archived run in it"),

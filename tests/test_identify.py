@@ -126,7 +126,7 @@ def test_friction_without_an_exponential_enters_sarkar_s_law_as_measured():
     as_measured = fit_wear(correct_drift(raw), "sarkar", friction, Recipe(wear=WearRecipe(friction="measured")))
     assert fit.first.wear_coefficient == as_measured.first.wear_coefficient
     assert fit.friction == "measured"
-    assert any("straight line" in note for note in fit.notes)
+    assert any("changes linearly" in note for note in fit.notes)
 
 
 def test_friction_enters_the_budget_with_its_covariance():

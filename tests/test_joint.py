@@ -256,7 +256,7 @@ def test_model_knows_new_starts_that_two_steps_do_not(run_id, step):
     spread = 4 * max(zero.standard_uncertainty for zero in fit.sensor.zero_offsets)
     assert second - first == pytest.approx(step, abs=spread)
     assert abs(coefficient_error(fit.first.wear_coefficient, truth)) < 3.5 * relative(fit.first.wear_coefficient)
-    assert not any("started anew" in note for note in fit.notes)
+    assert not any("was restarted" in note for note in fit.notes)
 
 
 def test_two_steps_that_know_no_new_start_end_in_a_fit_or_say_that_there_is_none():
@@ -269,7 +269,7 @@ def test_two_steps_that_know_no_new_start_end_in_a_fit_or_say_that_there_is_none
 def test_correction_in_two_steps_says_that_it_does_not_know_of_a_new_start():
     runs = [started_anew("si3n4-air-400mN", 3e-6, remounted=remounted) for remounted in (True, False)]
     fits = [fit_wear(correct_drift(raw, GIWM), recipe=FIRST_ORDER) for _, raw in runs]
-    assert [any("started anew at 200 m" in note for note in fit.notes) for fit in fits] == [True, False]
+    assert [any("was restarted at 200 m" in note for note in fit.notes) for fit in fits] == [True, False]
     truth, _ = runs[0]
     assert abs(coefficient_error(joint_fit(runs[0][1]).wear_coefficient, truth)) < 0.01
     assert abs(coefficient_error(fits[0].first.wear_coefficient, truth)) > 0.02
@@ -354,7 +354,7 @@ def test_uncertain_end_value_gives_an_interval_that_no_first_order_one_comes_nea
     assert symmetric[0] + 0.2 < low < 0.8 * lognormal[0]
     assert symmetric[1] + 0.2 < high < 0.9 * lognormal[1]
     assert not fit.first.monte_carlo.agrees_with_first_order
-    assert any("first order and Monte Carlo disagree" in note for note in fit.notes)
+    assert any("first-order propagation and Monte Carlo disagree" in note for note in fit.notes)
 
     # All else is as good as certain, and k_D grows with the end value: its ends are those of the end value.
     pin = pin_contact(raw.manifest.contact, problems(raw)[0].values)
@@ -558,5 +558,5 @@ def test_what_the_depth_signal_does_not_tell_is_no_joint_fit(monkeypatch):
     problem = wear_problem(corrected, "archard", None, Recipe())
     assert isinstance(problem, WearProblem)
     monkeypatch.setattr("tribopipe.evaluation.wear.joint._systematic_covariance", lambda _: np.full((3, 3), np.nan))
-    with pytest.raises(FitError, match="does not tell offset, drift and wear apart"):
+    with pytest.raises(FitError, match="offset, drift and wear cannot be separated"):
         fit_joint(joint_problem(problem, corrected, Recipe()))

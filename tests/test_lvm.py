@@ -111,7 +111,7 @@ def test_decimal_commas(tag):
 
 def test_claims_that_rows_do_not_keep_are_noted():
     table = read(SMALL.replace(b"Samples\t3\t3", b"Samples\t2000\t2000"))
-    assert table.notes == ("other numbers of rows than the header says: segment 1 claims 2000 and holds 3",)
+    assert table.notes == ("numbers of rows differ from the header: segment 1 claims 2000 and holds 3",)
 
 
 def test_packets_below_one_header():
@@ -120,7 +120,7 @@ def test_packets_below_one_header():
     assert np.array_equal(values(table), TRUTH[:, :3])
     assert table.notes == ()
     short = read(text([*lines, "\t".join(ROWS[0][0])]))
-    assert short.notes == ("other numbers of rows than the header says: segment 1 claims 2 and holds 1",)
+    assert short.notes == ("numbers of rows differ from the header: segment 1 claims 2 and holds 1",)
 
 
 def without_x(samples: int, step: str = "0.25\t0.25", several: str = "Yes") -> ReadTable:
@@ -202,7 +202,7 @@ def test_special_blocks_are_left_out_and_kept_in_the_header():
 
 def test_remarks_are_shown():
     table = read(SMALL.replace(b"Channels", b"Notes\tX values guaranteed valid only for Ff\t\r\nChannels", 1))
-    assert "the header says: X values guaranteed valid only for Ff" in table.notes
+    assert "the header states: X values guaranteed valid only for Ff" in table.notes
 
 
 def test_a_channel_that_comes_later_has_no_values_before():
@@ -321,6 +321,6 @@ def test_real_file_of_three_segments(name):
     assert column(table, "fz_N").values[:3].tolist() == [13.157429, 13.158075, 13.156782]
     assert table.facts == {"started": "2017-09-25T13:45:59", "operator": "ladmin"}
     assert [note.split(":")[0] for note in table.notes] == [
-        "other numbers of rows than the header says",
+        "numbers of rows differ from the header",
         "segments that repeat the one before, number for number",
     ]

@@ -126,7 +126,7 @@ def test_what_was_not_marked_bad_cannot_be_taken_back(archive, history):
     for mark in history:
         store.mark(RUN, mark)
     before = store.path(RUN).read_bytes()
-    with pytest.raises(ArchiveError, match="found no bad mark to take back"):
+    with pytest.raises(ArchiveError, match="found no bad mark to remove"):
         store.mark(RUN, GOOD)
     assert store.path(RUN).read_bytes() == before
 
@@ -306,7 +306,7 @@ def test_show_tells_every_mark(run_cli, archive):
         ([RUN, "--reason", " \n"], [RUN, "reason: found", "expected why"]),
         ([RUN, "--undo", "--reason", " "], ["reason: found ' '"]),
         ([RUN, "--reason", "slipped", "--by", ""], ["operator: found ''; expected who"]),
-        ([RUN, "--undo", "--reason", "good"], [RUN, "found no bad mark to take back; expected", "`tribopipe ls`"]),
+        ([RUN, "--undo", "--reason", "good"], [RUN, "found no bad mark to remove; expected", "`tribopipe ls`"]),
         (["si3n4-air-200mm", "--reason", "slipped"], ["found no run 'si3n4-air-200mm'", f"did you mean '{RUN}'?"]),
     ],
 )

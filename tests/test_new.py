@@ -107,7 +107,7 @@ def test_one_file_and_one_answer_end_in_a_run_that_process_takes(run_cli, lab, e
     monkeypatch.setattr("tribopipe.cli.new._somebody_to_ask", lambda: ask)
     made = run_cli("new", export, "--json")
     assert made.exit_code == 0, made.stderr
-    assert ask.asked[0].startswith("conditions.normal_load, nominal normal load; needed (50 N: the name of the file")
+    assert ask.asked[0].startswith("conditions.normal_load, nominal normal load; needed (50 N: probable from the name")
     told = json.loads(made.stdout)
     assert told["id"] == "7-Al10Cu-50N-140m-328rpm"
     assert told["files"] == [{"format": "ducom-winducom", "names": [export.name]}]
@@ -185,7 +185,7 @@ def test_nobody_is_asked_without_a_terminal_and_what_is_missing_is_said(run_cli,
     text = (lab / export.stem / "run.toml").read_text(encoding="utf-8")
     assert '# normal_load = "50 N"' in text
     assert '# rotational_speed = "328 rpm"' in text
-    assert "the name of the file seems to say so" in text
+    assert "probable from the name of the file" in text
     with pytest.raises(ManifestError, match=r"conditions\.normal_load: missing"):
         read_manifest(lab / export.stem / "run.toml")
 
@@ -276,7 +276,7 @@ def test_files_that_continue_each_other_are_put_in_natural_order(lab):
     assert signals["files"] == ["stroke 1.csv", "stroke 2.csv", "stroke 10.csv"]
     assert signals["columns"] == {"time": "Time [s]", "friction_force": "Ff [N]"}
     assert made.groups[0].rows == 6
-    assert made.notes[-1].startswith("3 files are taken as one test, one after the other, though the clock begins anew")
+    assert made.notes[-1].startswith("3 files are taken as one test, one after the other, although the clock restarts")
 
 
 def test_files_whose_clock_goes_on_need_no_word_about_it(lab):
@@ -344,7 +344,7 @@ def test_nothing_is_ever_overwritten(run_cli, lab, export):
     (lab / export.stem).mkdir()
     refused = run_cli("new", export)
     assert refused.exit_code == 1
-    assert "there already" in refused.stderr
+    assert "found an existing folder" in refused.stderr
     assert run_cli("new", export, "--id", "another", "--into", lab / "deep" / "er").exit_code == 0
     before = tree_bytes(lab / "deep")
     assert run_cli("new", export, "--id", "another", "--into", lab / "deep" / "er").exit_code == 1
@@ -447,7 +447,7 @@ def test_a_template_gives_what_stays_the_same(lab):
         ('[conditions]\nnormal_load = "5 mm"', r"lab\.toml: conditions\.normal_load: found the unit 'mm'"),
         ("[signals]\ncolumns.tme = 'x'", r"signals\.columns\.tme: unknown key; did you mean 'time'"),
         ("id = 'x'", "id: unknown key"),
-        ("[conditions]\nstroke = '1 mm'\ntrack_radius = '3 mm'", "stroke: found it beside track_radius"),
+        ("[conditions]\nstroke = '1 mm'\ntrack_radius = '3 mm'", "stroke: found it together with track_radius"),
         ("[conditions", "no valid TOML"),
     ],
 )
@@ -503,8 +503,8 @@ def test_headers_go_before_the_template_and_a_person_before_both():
     told = tomllib.loads(text)
     assert told["conditions"] == {"normal_load": "10 N", "medium": "air", "temperature": "30 degC"}
     assert told["started"].isoformat() == facts["started"]
-    assert "# from a.txt; lab.toml says 5 N" in text
-    assert "# a.txt says 23 degC" in text
+    assert "# from a.txt; lab.toml gives 5 N" in text
+    assert "# a.txt gives 23 degC" in text
 
 
 def test_headers_that_differ_are_commented_with_both_names():
@@ -513,8 +513,8 @@ def test_headers_that_differ_are_commented_with_both_names():
     known, text = drafted(*exports)
     assert known.lacks == ["conditions.normal_load"]
     assert "conditions.normal_load" not in known.given
-    assert re.search('(?m)^# normal_load = "1 N" +# says 1.txt; not all files say the same$', text)
-    assert re.search('(?m)^# normal_load = "2 N" +# says 2.txt', text)
+    assert re.search('(?m)^# normal_load = "1 N" +# given by 1.txt; the files do not agree$', text)
+    assert re.search('(?m)^# normal_load = "2 N" +# given by 2.txt', text)
     assert str(tomllib.loads(text)["started"]) == "2022-05-11"
 
 
@@ -529,7 +529,7 @@ def test_facts_that_cannot_be_are_commented():
     assert tomllib.loads(text)["conditions"] == {"stroke": "1 mm"}
     assert '# normal_load = "0 N"' in text
     assert "more than zero" in text
-    assert "found it beside track_radius" in text
+    assert "found it together with track_radius" in text
     assert '# odd.x = "1"' in text
 
 

@@ -190,7 +190,7 @@ def test_file_that_is_there_is_replaced_by_force_alone(run_cli, place):
     line = ["export", "runs", "--output", "runs.csv", "--archive", "archive"]
     told = run_cli(*line)
     assert (told.exit_code, (place / "runs.csv").read_text(encoding="utf-8")) == (1, "mine")
-    assert "runs.csv: found it there already; expected no such file; --force replaces it" in told.stderr
+    assert "runs.csv: found an existing file; expected none; --force replaces it" in told.stderr
     assert run_cli(*line, "--force").exit_code == 0
     assert RUN in (place / "runs.csv").read_text(encoding="utf-8")
 
@@ -211,13 +211,13 @@ def test_own_pictures_and_schemas_are_known_again(run_cli, place):
 def test_picture_of_somebody_else_stays(place):
     theirs = place / "live.svg"
     theirs.write_text("<svg>theirs</svg>", encoding="utf-8")
-    with pytest.raises(OutputError, match="found it there already"):
+    with pytest.raises(OutputError, match="found an existing file"):
         require_free([theirs], own=made_here)
 
 
 def test_link_to_nowhere_is_something_that_is_there(tmp_path):
     (tmp_path / "link").symlink_to(tmp_path / "nowhere")
-    with pytest.raises(OutputError, match="found it there already"):
+    with pytest.raises(OutputError, match="found an existing file"):
         require_free([tmp_path / "link"])
 
 

@@ -231,7 +231,7 @@ def test_half_the_diameter_of_a_header_goes_before_the_template_s_radius(lab):
     )
     (lab / "a.csv").write_text(table("Normalkraft;5 N\nKugel 100Cr6 D=6 mm\n\n"), encoding="utf-8")
     _, text, _ = drafted(lab / "a.csv", template=lab / "lab.toml")
-    assert "half of the diameter; lab.toml says 5 mm" in text
+    assert "half of the diameter; lab.toml gives 5 mm" in text
 
 
 # --- what contradicts ---
@@ -303,10 +303,10 @@ def test_nothing_is_taken_without_accept_and_what_is_has_its_source(lab):
     (lab / "a_5N.csv").write_text(table(), encoding="utf-8")
     made, text, _ = drafted(lab / "a_5N.csv")
     assert (made.lacks, made.accepted) == ((LOAD,), ())
-    assert "# the name of the file seems to say so, '5N'" in text
+    assert "# probable from the name of the file, '5N'" in text
     made, text, document = drafted(lab / "a_5N.csv", accept=True, id="b")
     assert document["conditions"]["normal_load"] == "5 N"
-    assert "# the name of the file seems to say so, '5N', accepted" in text
+    assert "# probable from the name of the file, '5N', accepted" in text
 
 
 def test_a_channel_that_is_not_steady_is_not_offered(lab):

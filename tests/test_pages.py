@@ -94,7 +94,7 @@ def table(page: StagePage, title: str) -> tuple[tuple[str, ...], ...]:
 def test_page_has_what_was_tested_and_how(archive):
     page = run_page(Archive(archive), RUN)
     assert [group.title for group in page.facts] == [
-        *("Pin", "Disc", "Conditions", "Instrument", "Recorded", "Signals", "End values", "Computed with")
+        *("Pin", "Disc", "Conditions", "Instrument", "Recorded", "Signals", "Post-test measurements", "Computed with")
     ]
     assert facts_of(page, "Pin")["radius"] == "0.7940 ± 0.0016 mm"
     assert facts_of(page, "Pin")["Young's modulus"] == "304.0 ± 6.1 GPa"
@@ -102,7 +102,7 @@ def test_page_has_what_was_tested_and_how(archive):
     assert facts_of(page, "Conditions")["normal load"] == "200.0 ± 2.0 mN"
     assert facts_of(page, "Recorded") == {"samples": "1,251", "duration": "125 s", "sliding distance": "50 m"}
     assert facts_of(page, "Signals")["sliding distance"] == "derived from nominal speed"
-    assert facts_of(page, "End values")["pin scar diameter"].endswith("µm, white-light")
+    assert facts_of(page, "Post-test measurements")["pin scar diameter"].endswith("µm, white-light")
     assert (page.id, page.tribometer, page.bad, page.tags, page.studies) == (RUN, "pin-on-disc", None, (), ())
 
 
@@ -309,7 +309,7 @@ def test_wear_fit_tells_budget_draws_and_what_k_d_is_by_each_way():
     narrow = next(one for one in page.tables if one.title == "budget of k_D of the pin").without_spare()
     assert narrow.columns == ("input", "value", "stated by", "contribution", "share of variance")
     assert narrow.rows[0] == ("normal load", "200.0 ± 2.0 mN", "run.toml", "1.00 %", "99.4 %")
-    first, second = table(page, "k_D of the pin by draws and to first order")
+    first, second = table(page, "k_D of the pin by Monte Carlo and first-order")
     assert (first[0], first[3], second[3]) == ("Monte Carlo, 20,000 draws, not yet stable", "they do not agree", "")
     reading, measured, reported, apart = table(page, "k_D of the pin by reading and by measurement")
     assert reading == ("depth reading alone", "(1.600 ± 0.050)×10⁻⁸ mm³/(N·mm)", "not trusted")
@@ -319,7 +319,7 @@ def test_wear_fit_tells_budget_draws_and_what_k_d_is_by_each_way():
 
 def test_run_that_could_not_be_fitted_says_why():
     page = stage(WearFit(model="sarkar", outcome="not fitted", lacks=("depth", "friction")), "wear_fit_sarkar")
-    assert page.sentence.endswith("the run lacks depth and friction")
+    assert page.sentence.endswith("missing depth and friction")
     assert page.tables == ()
     assert not any(name.startswith("k_D") for name in facts_of(page, ""))
 
@@ -382,10 +382,10 @@ def test_disc_fit_tells_both_discs():
         == "(1.350 ± 0.030)×10⁻⁸ mm³/(N·mm)"
     )
     assert (told["correlation of both k_D"], told["peak pressure of the unworn contact"]) == ("0.25", "500 MPa")
-    volume, width = table(page, "what was measured, and what the law makes of it")
+    volume, width = table(page, "measured values and the fitted law")
     assert volume == ("curved disc wear volume", "1,000,000", "0.001 mm³", "0.001 mm³")
     assert width[2:] == ("100 µm", "110 µm")
-    assert table(page, "k_D that would wear as much, were distance counted otherwise")[0][0] == "line-load"
+    assert table(page, "k_D with other conventions of sliding distance")[0][0] == "line-load"
 
 
 def test_predictions_tell_every_place():
@@ -401,7 +401,7 @@ def test_predictions_tell_every_place():
     page = stage(pin, "prediction_archard")
     assert "\n" not in page.sentence
     assert table(page, "predicted") == (("50 m", "125 s", "5 µm", "180 µm", "8 MPa"),)
-    assert table(page, "predicted") == table(page, "where wanted depths are reached")
+    assert table(page, "predicted") == table(page, "places where depths are reached")
     assert facts_of(page, "")["relative error by its steps"] == "+1.20%"
 
 

@@ -173,7 +173,7 @@ def test_cut_anywhere():
         width = found.shape[1]
         assert width in (len(NAMED), len(NAMED) + 1)
         assert np.array_equal(found, TRUTH[: len(found)], equal_nan=True), size
-        assert any("no line says" in note for note in table.notes)
+        assert any("no line states" in note for note in table.notes)
 
 
 @settings(max_examples=60, deadline=None)
@@ -227,7 +227,7 @@ def test_steps_without_names_in_their_first_line():
     assert np.array_equal(values(table), TRUTH, equal_nan=True)
     assert "segments are the tables of step 2 'Curve 0', step 4 'Curve 1'" in table.notes
     assert table.facts["conditions.track_radius"] == "21.232 mm"
-    assert not any("is taken to be in mm" in note for note in table.notes)
+    assert not any("is assumed to be in mm" in note for note in table.notes)
 
 
 def test_track_radii_that_differ_from_step_to_step_are_told():

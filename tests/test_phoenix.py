@@ -127,8 +127,8 @@ def test_a_reading_that_falls_is_refused_where_nothing_else_gives_k_d(tmp_path):
     with pytest.raises(FitError) as caught:
         wear_fit(tmp_path, phoenix(Polymer()), None, turned=False)
     said = str(caught.value)
-    assert said.startswith("TEST_2: depth: found a reading that by itself means a wear of -403.96 ± 0.25 µm; ")
-    assert 'if it counts down, list the clean-up step "turn-over" with signals = ["depth"]' in said
+    assert said.startswith("TEST_2: depth: found a reading that, taken alone, gives a wear of -403.96 ± 0.25 µm; ")
+    assert 'if it counts down, list the step "turn-over" with signals = ["depth"]' in said
 
 
 def test_of_two_friction_forces_that_of_the_coefficient_is_taken():
@@ -148,7 +148,7 @@ def test_units_that_an_identity_contradicts_are_left_open():
     table = read(lines)
     assert next(one.unit for one in table.columns if one.name == "Mass") is None
     assert next(one.unit for one in table.columns if one.name == "Load") == "N"
-    assert "m·g = F_N does not hold in g, N: left over right is 0.001" in table.notes
+    assert "m·g = F_N does not hold in g, N: the ratio of left to right is 0.001" in table.notes
     assert "the units of 'Mass' are left open; the header holds none" in table.notes
 
 

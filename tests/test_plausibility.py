@@ -99,7 +99,7 @@ def test_radius_that_only_a_diameter_could_tell_from_a_diameter_is_noted():
         ("AISI 52100", "steel", 210, 7.81),
         ("X5CrNi18-10", "steel", 200, 7.9),
         ("CuSn8", "copper alloy", 115, 8.8),
-        ("EN AW-6082", "aluminium alloy", 70, 2.7),
+        ("EN AW-6082", "aluminum alloy", 70, 2.7),
         ("Ti6Al4V", "titanium alloy", 114, 4.43),
         ("PTFE", "PTFE", 0.5, 2.2),
         ("PEEK CF30", "PEEK", 24, 1.4),

@@ -126,8 +126,8 @@ def test_a_check_that_fails_itself_says_so(tmp_path):
 
     checks.check("note")(stumbles)
     (found,) = (one for one in checks.check_run(run) if one.code == "stumbles")
-    assert "found that the check stumbles fails itself (ZeroDivisionError" in str(found)
-    with pytest.raises(ValueError, match="'stumbles' is there already"):
+    assert "the check stumbles failed (ZeroDivisionError" in str(found)
+    with pytest.raises(ValueError, match="'stumbles' already exists"):
         checks.check("note")(stumbles)
 
 
@@ -349,7 +349,7 @@ def test_parameter_that_is_found_at_nothing_is_held_there_and_leaves_k_d_to_arch
     run_in, archard = (virtual(series, 1, law, recipe)[1] for law in ("running_in", "archard"))
     assert run_in.first.wear_coefficient.value == pytest.approx(archard.first.wear_coefficient.value, rel=1e-9)
     assert str(run_in.parameters[0].value) == "0"
-    assert "excess was found at 0 and is held there: k_D and its uncertainty are those without it" in run_in.notes
+    assert "excess was fitted at 0 and is fixed there: k_D and its uncertainty are those without it" in run_in.notes
 
 
 @pytest.mark.slow

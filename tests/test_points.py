@@ -77,7 +77,7 @@ def test_lines_of_units_and_of_the_number_of_points(head, units):
 
 
 def test_another_number_of_points_than_said_is_noted():
-    assert read(written(PROFILE, head="23\n")).notes == ("the file says that it holds 23 points, and holds 4",)
+    assert read(written(PROFILE, head="23\n")).notes == ("the file states 23 points, but holds 4",)
 
 
 def test_blanks_behind_and_blank_lines_at_the_end():

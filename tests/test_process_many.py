@@ -77,7 +77,7 @@ def test_crews_are_what_the_options_say(monkeypatch):
     assert {given: crew(*given).jobs for given in asked} == asked
     assert [crew(jobs, None, usual=0).jobs for jobs in (None, 0, 2)] == [5, 5, 2]
     assert crew(None, "tcp://10.0.0.1:8786").scheduler == "tcp://10.0.0.1:8786"
-    with pytest.raises(typer.BadParameter, match="has workers of its own"):
+    with pytest.raises(typer.BadParameter, match="has its own workers"):
         crew(2, "tcp://10.0.0.1:8786")
 
 

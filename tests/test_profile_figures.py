@@ -32,7 +32,7 @@ def test_track_with_pile_up_and_dust():
     named = " ".join(legend(figure))
     for word in (
         "as measured",
-        "taken for unworn",
+        "taken as unworn",
         "unworn surface, a parabola",
         "dust",
         "groove, lost: ",
@@ -117,7 +117,7 @@ def test_of_many_profiles_without_a_track_the_first_says_why(run_cli, track):
     flat = "".join(f"{x / 100} {y / 100} {(x * 7 + y) % 5}\n" for y in range(6) for x in range(40))
     (track / "map.txt").write_text("mm mm nm\n" + flat, encoding="utf-8")
     told = run_cli("show", "map.txt", cwd=track)
-    assert "6 of 6 profiles have no track and are only levelled" in told.stderr
+    assert "6 of 6 profiles have no track and are only leveled" in told.stderr
     assert told.stderr.count("expected a wear track") == 1
 
 

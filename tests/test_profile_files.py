@@ -63,7 +63,7 @@ def test_tables_with_names(header):
 def test_columns_that_cannot_be_told_have_to_be_said():
     text = rows(X * 1e3, grooved(X) * 1e6)
     for header in ("position [mm],time [s]", "a,b"):
-        with pytest.raises(ReaderError, match=r"of which position and height cannot be told.*under end_values"):
+        with pytest.raises(ReaderError, match=r"in which position and height cannot be identified.*under end_values"):
             profiles(text.replace("x,z", header))
     keys = {"position": {"column": "a", "unit": "mm"}, "height": {"column": "b", "unit": "um"}}
     assert profiles(text.replace("x,z", "a,b"), **keys)[1]

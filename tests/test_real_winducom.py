@@ -106,4 +106,4 @@ def test_runs_without_depth_are_fitted_as_far_as_they_go(archive):
     for run_id in archive.ids():
         fit = archive.step(run_id, "wear_fit_archard").result
         assert (fit.outcome, fit.lacks) == ("not fitted", ("a depth signal",))
-        assert str(fit) == "archard: no wear coefficient: the run lacks a depth signal"
+        assert str(fit) == "archard: no wear coefficient: missing a depth signal"

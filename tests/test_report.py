@@ -255,7 +255,7 @@ def test_run_without_a_fit_says_what_it_lacks(studied):
     fit_archived_wear(studied, NO_END, "archard", in_two_steps)
     page = Page(run_report(studied, [NO_END]))
     assert_readable(page)
-    assert "no wear coefficient: the run lacks an end value of the pin" in page.text
+    assert "no wear coefficient: missing a post-test measurement of the pin" in page.text
     assert "missing: add end_values.pin_scar_diameter to run.toml" in page.text
     assert "Drift of the depth sensor" not in page.text
     assert "(Eq. 3)" not in page.text
@@ -383,7 +383,7 @@ def test_command_writes_one_file_and_replaces_none_unless_told(run_cli, studied,
     (tmp_path / name).write_bytes(b"mine")
     again = run_cli("report", NO_END, "--archive", studied.folder, cwd=tmp_path)
     assert again.exit_code == 1
-    assert again.stderr == f"error: {name}: found it there already; expected no such file; --force replaces it\n"
+    assert again.stderr == f"error: {name}: found an existing file; expected none; --force replaces it\n"
     assert (tmp_path / name).read_bytes() == b"mine"
     forced = run_cli("report", NO_END, "--archive", studied.folder, "--force", cwd=tmp_path)
     assert forced.exit_code == 0
@@ -393,8 +393,8 @@ def test_command_writes_one_file_and_replaces_none_unless_told(run_cli, studied,
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["ari"], "found neither a run nor a study 'ari'; expected one of the archive's; did you mean 'air'?"),
-        (["../air"], "found neither a run nor a study '../air'; expected one of the archive's"),
+        (["ari"], "found neither a run nor a study 'ari'; expected one in the archive; did you mean 'air'?"),
+        (["../air"], "found neither a run nor a study '../air'; expected one in the archive"),
         (["air", LIGHT], "found the study 'air' among several ids; expected runs, or one study by itself"),
         ([LIGHT, "-o", "."], "found a folder; expected a file to write"),
     ],

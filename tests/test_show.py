@@ -56,7 +56,7 @@ def test_page_has_headings_facts_and_tables(show, archive):
     assert shown.exit_code == 0
     lines = shown.stdout.splitlines()
     assert lines[0] == RUN
-    for heading in ("Pin", "Disc", "Conditions", "Recorded", "Signals", "End values", "Files as they came"):
+    for heading in ("Pin", "Disc", "Conditions", "Recorded", "Signals", "Post-test measurements", "Files as they came"):
         assert lines[lines.index(heading) - 1] == ""
     assert re.search(r"(?m)^  normal load +200\.0 ± 2\.0 mN$", shown.output)
     assert re.search(r"(?m)^  k_D of the pin by Archard's law +\(", shown.output)
@@ -95,12 +95,12 @@ def test_findings_and_remarks_are_told(archive, capsys):
     store.annotate(
         RUN, Annotation(kind="tag", text="run-in", date=DATE), Annotation(kind="note", text="odd", date=DATE)
     )
-    finding = Finding(severity="warning", code="c", where="depth", message="found x; expected y", remedy="mend it")
+    finding = Finding(severity="warning", code="c", where="depth", message="found x; expected y", remedy="correct it")
     page = run_page(store, RUN)
     show_run_page(type(page)(**(vars(page) | {"findings": (finding,), "studies": ("air",)})))
     told = capsys.readouterr().out
     for line in (
-        *("marked bad: slipped", "tags: run-in", "warning: depth: found x; expected y; mend it"),
+        *("marked bad: slipped", "tags: run-in", "warning: depth: found x; expected y; correct it"),
         *(f"marked bad by anna, {DATE}: slipped", f"tagged, {DATE}: run-in", f"note, {DATE}: odd", "air"),
     ):
         assert f"\n  {line}\n" in told

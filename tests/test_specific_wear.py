@@ -112,7 +112,7 @@ def test_run_without_bodies_passes_through():
     assert str(found) == "no specific wear rate; the bodies are not described in run.toml"
     still = run_with(**BOTH)
     still.columns["sliding_distance"][:] = 0
-    assert "nothing slid" in specific_wear(still).notes
+    assert "no sliding distance" in specific_wear(still).notes
 
 
 def test_disc_takes_what_measures_it_before_what_follows_from_the_pin():

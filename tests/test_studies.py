@@ -234,7 +234,7 @@ def test_prediction_from_one_run_refers_to_that_run(store):
     predicted = store.result(HEAVY, "prediction_archard", WearPrediction)
     assert predicted.reference == AGAIN
     assert predicted.first.wear_coefficient == result_of(outcomes).law("archard").first.wear_coefficient
-    assert any(AGAIN in note and "replicates" in note for note in result_of(outcomes).notes)
+    assert any(AGAIN in note and "replicate tests" in note for note in result_of(outcomes).notes)
 
 
 def test_study_of_runs_as_ingested_corrects_them_on_the_way(ran_quick, raw, tmp_path):
@@ -396,7 +396,7 @@ def test_run_of_other_bodies_is_refused(store, other, words, place):
     before = tree_bytes(store.folder)
     study = QUICK.model_copy(update={place: (*getattr(QUICK, place), other)})
     said = refusal(list(run_study(store, study, Recipe())))
-    assert_says(said, "air: found ", f"in {other}", LIGHT, *words, "expected the same bodies", "take one of them out")
+    assert_says(said, "air: found ", f"in {other}", LIGHT, *words, "expected the same materials", "remove one of them")
     assert tree_bytes(store.folder) == before
 
 
@@ -405,7 +405,7 @@ def test_run_without_an_end_value_is_refused(store, place):
     before = tree_bytes(store.folder)
     study = QUICK.model_copy(update={place: (*getattr(QUICK, place), NO_END)})
     said = refusal(list(run_study(store, study, Recipe())))
-    assert_says(said, f"{NO_END}: found a run that lacks an end value", "expected", "take it out of the study")
+    assert_says(said, f"{NO_END}: found a run without a post-test measurement", "expected", "remove it from the study")
     assert tree_bytes(store.folder) == before
 
 
@@ -606,7 +606,7 @@ def test_plan_from_nothing_but_bad_runs_is_refused(done, name):
 
 
 def test_plan_of_a_run_without_end_value_is_refused(done):
-    with pytest.raises(FitError, match=f"{NO_END}: found a run that lacks an end value"):
+    with pytest.raises(FitError, match=f"{NO_END}: found a run without a post-test measurement"):
         plan_archived(done, NO_END, "archard", 0.05, Recipe())
 
 
@@ -631,7 +631,7 @@ def test_two_documents_of_one_id_are_refused(tmp_path):
         load_studies(paths)
     said = str(refused.value)
     assert "\n" not in said
-    assert_says(said, *map(str, paths), "id: found 'air'", "expected each study under an id of its own", "change one")
+    assert_says(said, *map(str, paths), "id: found 'air'", "expected a unique id for each study", "change one")
     assert load_studies(paths[:1]) == [STUDY]
 
 
@@ -707,7 +707,7 @@ def test_replicates_under_the_lightest_load_are_fitted_together():
 
 @pytest.mark.parametrize("kept", [[], [LIGHT], [LIGHT, "wc-co-water-400mN"]], ids=len)
 def test_runs_that_do_not_belong_together_make_no_draft(kept):
-    with pytest.raises(FitError, match=rf"found {len(kept)} runs, of which no two are of the same bodies"):
+    with pytest.raises(FitError, match=rf"found {len(kept)} runs, no two of which have the same bodies"):
         draft_studies([manifest(run_id) for run_id in kept])
 
 

@@ -121,7 +121,7 @@ def test_new_takes_the_runs_of_the_archive_but_for_bad_ones(run_cli, home):
     study = load_toml(home / "study.toml", Study)
     assert (study.fit, study.predict) == ((LIGHT,), (HEAVY,))
     assert f"{AGAIN}: left out: marked bad: slipped" in result.stderr
-    assert f"{NO_END}: left out: lacks an end value of the pin" in result.stderr
+    assert f"{NO_END}: left out: missing: a post-test measurement of the pin" in result.stderr
 
 
 def test_new_leaves_out_an_aborted_run_and_one_that_cannot_be_read(run_cli, runs, tmp_path):
@@ -155,7 +155,7 @@ def test_new_refuses_to_overwrite_unless_forced(run_cli, runs, tmp_path):
     path = tmp_path / "study.toml"
     path.write_bytes(b"# mine\n")
     command = ["study", "new", runs / LIGHT, runs / HEAVY, "--into", tmp_path]
-    assert_refused(run_cli(*command), str(path), "found it there already", "--force")
+    assert_refused(run_cli(*command), str(path), "found an existing file", "--force")
     assert path.read_bytes() == b"# mine\n"
     assert run_cli(*command, "--force").exit_code == 0
     assert load_toml(path, Study).predict == (HEAVY,)
@@ -164,7 +164,9 @@ def test_new_refuses_to_overwrite_unless_forced(run_cli, runs, tmp_path):
 def test_new_writes_all_drafts_or_none(run_cli, tmp_path):
     taken = tmp_path / "wc-co-water.study.toml"
     taken.write_bytes(b"# mine\n")
-    assert_refused(run_cli("study", "new", SAMPLES, "--into", tmp_path), taken.name, "there already", "--force")
+    assert_refused(
+        run_cli("study", "new", SAMPLES, "--into", tmp_path), taken.name, "found an existing file", "--force"
+    )
     assert tree_bytes(tmp_path) == {taken.name: b"# mine\n"}
 
 
@@ -247,7 +249,7 @@ def test_run_leaves_out_what_is_marked_bad_and_says_so(run_cli, evaluated):
     told = json.loads(result.stdout)
     assert told["left_out"] == [{"id": AGAIN, "reason": "marked bad: the pin slipped"}]
     assert [run["id"] for run in told["laws"][0]["runs"]] == [LIGHT, HEAVY]
-    assert f"note: one run, {LIGHT}, identifies k_D" in result.output
+    assert f"note: k_D is identified from one run, {LIGHT}" in result.output
     run_cli("mark-bad", AGAIN, "--undo", "--reason", "it did not", cwd=evaluated)
     again = run_cli("study", "run", "study.toml", "--no-figures", "-v", cwd=evaluated)
     assert "left out" not in again.output
@@ -469,8 +471,8 @@ INTERVALS = {
     "5 mm": ["--interval", "'mm'"],
     "0,5 %": ["--interval", "'0,5 %'", "point"],
     "nan %": ["--interval", "'nan %'"],
-    "0 %": ["found a wanted interval of 0", "above zero", "'10 %'"],
-    "-5 %": ["found a wanted interval of -0.05", "above zero"],
+    "0 %": ["found an interval of 0", "above zero", "'10 %'"],
+    "-5 %": ["found an interval of -0.05", "above zero"],
 }
 
 
@@ -593,12 +595,12 @@ DOCUMENTS = {
         {"fit": [LIGHT, "si3n4-air-20mN"]},
         ["study air", "archive", "found no run 'si3n4-air-20mN'", f"did you mean '{LIGHT}'?"],
     ),
-    "no end value": ({"predict": [NO_END]}, [NO_END, "lacks an end value", "take it out of the study"]),
+    "no end value": ({"predict": [NO_END]}, [NO_END, "without a post-test measurement", "remove it from the study"]),
     "circular": (
         {"predict": [HEAVY, LIGHT]},
-        ["study.toml", f"predict: found '{LIGHT}', which is also in fit", "take it out of one of the two"],
+        ["study.toml", f"predict: found '{LIGHT}', which is also in fit", "remove it from one of the two"],
     ),
-    "twice": ({"fit": [LIGHT, LIGHT]}, ["study.toml", f"fit: found '{LIGHT}' twice", "take one out"]),
+    "twice": ({"fit": [LIGHT, LIGHT]}, ["study.toml", f"fit: found '{LIGHT}' twice", "remove one"]),
     "nothing to fit": ({"fit": []}, ["study.toml", "fit"]),
     "unknown law": ({"laws": ["archad"]}, ["study.toml", "laws[0]", "'archad'", "archard"]),
     "unknown key": ({"fits": [LIGHT]}, ["study.toml", "fits: unknown key", "did you mean 'fit'?"]),
@@ -625,7 +627,7 @@ def test_study_that_is_not_there_is_named(run_cli, home):
 CALLS = {
     "other material": (["fit", LIGHT, "other-material", "--together"], ["pin material SiC", "Si3N4"]),
     "other radius": (["fit", "other-radius", LIGHT, "--together"], ["pin radius in m", "0.000794", "0.001"]),
-    "all runs": (["fit", "--together"], ["expected the same bodies"]),
+    "all runs": (["fit", "--together"], ["expected the same materials"]),
     "onto another radius": (["predict", "--from", LIGHT, "--onto", "other-radius"], ["pin radius in m 0.001"]),
     "not archived": (["fit", LIGHT, "si3n4-air-20mN", "--together"], ["'si3n4-air-20mN'", f"did you mean '{LIGHT}'?"]),
     "from what is not archived": (["predict", "--from", "si3n4", "--onto", LIGHT], ["found no run 'si3n4'"]),
@@ -635,12 +637,12 @@ CALLS = {
     ),
     "onto itself": (
         ["predict", "--from", LIGHT, "--onto", HEAVY, "--onto", LIGHT],
-        [f"found '{LIGHT}', which is also in fit", "take it out of one of the two"],
+        [f"found '{LIGHT}', which is also in fit", "remove it from one of the two"],
     ),
     "from twice": (["predict", "--from", LIGHT, "--from", LIGHT, "--onto", HEAVY], [f"found '{LIGHT}' twice"]),
     "together with itself": (["fit", LIGHT, LIGHT, "--together"], [f"found '{LIGHT}' twice"]),
     "no id": (["predict", "--from", "a/b", "--onto", HEAVY], ["'a/b'", "letters"]),
-    "no end value": (["fit", LIGHT, NO_END, "--together"], [NO_END, "lacks an end value"]),
+    "no end value": (["fit", LIGHT, NO_END, "--together"], [NO_END, "without a post-test measurement"]),
 }
 
 

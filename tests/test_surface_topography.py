@@ -66,7 +66,7 @@ def test_other_files_are_left_alone(content):
 
 def test_without_the_package_it_says_how_to_get_it(monkeypatch):
     monkeypatch.setattr(surface_topography, "find_spec", lambda _: None)
-    with pytest.raises(ReaderError, match=r'a\.sdf: .*not installed.*pip install "tribopipe\[surface\]"'):
+    with pytest.raises(ReaderError, match=r'a\.sdf: .*to be installed.*pip install "tribopipe\[surface\]"'):
         READER.read(SourceFile("a.sdf", SDF), Hints())
 
 

@@ -102,7 +102,7 @@ def test_tag_that_is_not_there_cannot_be_taken_back(two):
     archive = Archive(two)
     archive.annotate(RUN, annotation("tag", "run-in"))
     before = (two / f"{RUN}.h5").read_bytes()
-    with pytest.raises(ArchiveError, match=r"no tag 'runin' to take back.*did you mean 'run-in'"):
+    with pytest.raises(ArchiveError, match=r"no tag 'runin' to remove.*did you mean 'run-in'"):
         archive.annotate(RUN, annotation("untag", "runin"))
     assert (two / f"{RUN}.h5").read_bytes() == before
 
@@ -136,7 +136,7 @@ def test_tag_given_twice_changes_nothing(tribopipe, two):
     [
         (["tag", RUN, "si3n4-air-oter", "--add", "x"], ["no run 'si3n4-air-oter'", "did you mean 'si3n4-air-other'?"]),
         (["tag", RUN, "--add", "run in"], ["the tag", "'run in'", "without a space"]),
-        (["tag", RUN, "--remove", "x"], ["no tag 'x' to take back"]),
+        (["tag", RUN, "--remove", "x"], ["no tag 'x' to remove"]),
         (["note", RUN, "si3n4-air-oter", "text"], ["no run 'si3n4-air-oter'"]),
         (["note", RUN, " "], ["the note", "expected a word"]),
     ],

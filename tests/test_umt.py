@@ -201,7 +201,7 @@ def test_not_a_number_is_no_word():
 
 def test_counts_that_rows_do_not_keep_are_noted():
     table = read(SMALL.replace(b"Data Count   = 3", b"Data Count   = 110").replace(b"steps = 2", b"steps = 4"))
-    assert "other numbers of rows than the header says: segment 1 claims 110 and holds 3" in table.notes
+    assert "numbers of rows differ from the header: segment 1 claims 110 and holds 3" in table.notes
     assert "the header counts 4 steps, of which 2 have rows" in table.notes
 
 

@@ -566,7 +566,7 @@ def test_other_bodies_or_media_are_refused_by_name(pair, change, named, role):
     said = str(refused.value)
     assert said.startswith("a-study: found ")
     assert [word for word in (*named, "light", "heavy") if word not in said] == []
-    assert "expected the same bodies in the same medium" in said
+    assert "expected the same materials and environment" in said
 
 
 def test_other_loads_and_their_uncertainties_are_not_other_bodies(pair):
@@ -583,7 +583,7 @@ def test_a_run_without_an_end_value_is_refused_by_name(pair, role):
     )
     runs = {"light": light, "heavy": Member(correct_drift(raw), heavy.friction)}
     asked = study(["heavy"], ["light"]) if role == "fit" else study(["light"], ["heavy"])
-    with pytest.raises(FitError, match=r"heavy: found a run that lacks an end value of the pin .*; expected"):
+    with pytest.raises(FitError, match=r"heavy: found a run without a post-test measurement of the pin .*; expected"):
         evaluate(asked, runs)
 
 
@@ -592,7 +592,7 @@ def test_a_run_without_friction_is_refused_for_sarkar_s_law_alone(pair):
     raw = heavy.corrected.run
     raw = replace(raw, columns={name: raw.columns[name] for name in ("time", "sliding_distance", "depth")})
     runs = {"light": light, "heavy": Member(correct_drift(raw), None)}
-    with pytest.raises(FitError, match="heavy: found a run that lacks a friction signal"):
+    with pytest.raises(FitError, match="heavy: found a run without a friction signal"):
         evaluate(study(["light"], ["heavy"]), runs)
     assert evaluate(study(["light"], ["heavy"], laws=["archard"]), runs)
 

@@ -395,7 +395,7 @@ def _field(draw: Draw, lines: list[str]) -> list[str]:
 
 
 def _column(draw: Draw, lines: list[str]) -> list[str]:
-    """Give a whole column another value, take it out, or exchange it with another."""
+    """Give a whole column another value, remove it, or exchange it with another."""
     separator, how = _separator(lines), draw.randrange(4)
     one, other, field = draw.randrange(8), draw.randrange(8), draw.choice(FIELDS)
     return [separator.join(_changed_row(line.split(separator), how, one, other, field)) for line in lines]

@@ -69,7 +69,7 @@ DOCUMENTS = {
     ),
     "report": Document(
         "report.toml",
-        "What a test report states besides the tests: laboratory, customer, samples, standard and signatories. "
+        "Particulars of a test report: laboratory, customer, samples, standard and signatories. "
         "`tribopipe report --details report.toml` prints it: [Reports](../report.md).",
     ),
 }

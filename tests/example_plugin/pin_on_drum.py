@@ -97,8 +97,8 @@ class PinOnDrum(SlidingPin):
             return named
         if "track_radius" in conditions:
             raise ValueError(
-                "conditions.track_radius: found one beside contact.drum.radius, which is that of the track; expected "
-                "it stated once; take track_radius out"
+                "conditions.track_radius: found one with contact.drum.radius, which is that of the track; expected "
+                "it stated once; remove track_radius"
             )
         return named | {"conditions": {**conditions, "track_radius": drum["radius"]}}
 

@@ -1,4 +1,4 @@
-"""What run.toml said before it was amended: each earlier one as it came, beside the one that counts.
+"""What run.toml stated before it was amended: each earlier one as it came, with the one that counts.
 
 /entry/earlier_manifests            NXcollection, in a run that was amended
   /entry/earlier_manifests/amended  when that was last done, ISO 8601
@@ -19,7 +19,7 @@ from tribopipe.documents.toml import parse_toml, written_key
 from tribopipe.results.run import RawRun, SourceFile
 
 AMENDED = f"entry/{EARLIER}/amended"
-"""Where a run says when it was amended last; not there in one that never was."""
+"""Where a run states when it was amended last; missing in one that never was."""
 _MOST_NAMED = 12
 
 
@@ -36,7 +36,7 @@ class EarlierManifest:
     date: str
     """When another one took its place, ISO 8601."""
     changes: str
-    """What the other one says otherwise: "end_values added"."""
+    """Differences of the other one: "end_values added"."""
 
 
 def changed_file(entry: h5py.Group, run: RawRun) -> str | None:
@@ -48,7 +48,7 @@ def changed_file(entry: h5py.Group, run: RawRun) -> str | None:
 
 
 def changes(old: Mapping[str, Any], new: Mapping[str, Any], within: str = "") -> Iterator[str]:
-    """Say of each key whether it was added, removed or changed: "end_values.pin_scar_diameter added"."""
+    """Report for each key whether it was added, removed or changed: "end_values.pin_scar_diameter added"."""
     for key in {**old, **new}:
         name = f"{within}{written_key(key)}"
         if key not in old or key not in new:
@@ -78,7 +78,7 @@ def add_earlier(old: h5py.Group, entry: h5py.Group, date: str) -> None:
 
 
 def _told(old: h5py.Group, new: h5py.Group) -> str:
-    """Say what has changed between the run.toml of two entries, the first keys of it by name."""
+    """Report what has changed between the run.toml of two entries, the first keys of it by name."""
     was, now = (parse_toml(Path("run.toml"), _bytes(entry["source_files/file_0"])) for entry in (old, new))
     found = list(changes(was, now))
     more = [f"and {len(found) - _MOST_NAMED} more"] if len(found) > _MOST_NAMED else []

@@ -24,7 +24,7 @@ class Stamp(NamedTuple):
         return " ".join(map(str, self))
 
     def settled(self, now: int) -> bool:
-        """Tell whether a file read at a time, ns, would bear another stamp after any later change."""
+        """Return whether a file read at a time, ns, would bear another stamp after any later change."""
         return max(self.modified, self.changed) < now - _SETTLED_AFTER
 
 
@@ -57,5 +57,5 @@ def _stamp(entry: "os.DirEntry[str]") -> Stamp | None:
 
 
 def stamp_of(seen: os.stat_result) -> Stamp:
-    """Return the stamp of a file by what the platform tells of it."""
+    """Return the stamp of a file by what the platform shows of it."""
     return Stamp(seen.st_size, seen.st_mtime_ns, seen.st_ctime_ns, seen.st_ino)

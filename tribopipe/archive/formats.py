@@ -1,4 +1,4 @@
-"""The formats of archived files: the present ones, and what is said of files of another."""
+"""The formats of archived files: the present ones, and what is stated about files of another."""
 
 import re
 from typing import NamedTuple
@@ -9,7 +9,7 @@ from tribopipe.archive import nexus
 from tribopipe.base.errors import ArchiveError
 
 FORMAT_TEXT = "entry/archived/format"
-"""Where a file says of which format it is."""
+"""Where a file states about which format it is."""
 _FORMAT = re.compile(r"(tribopipe\.(?:run|study|archive(?:\.study)?))/(\d{1,6})")
 _EARLIER = ("tribopipe.archive", "tribopipe.archive.study")
 """What runs and studies were called before the first release."""
@@ -30,7 +30,7 @@ STUDY_FORMAT = Format("tribopipe.study", 1)
 
 
 def format_of(file: h5py.File) -> Format | None:
-    """Return the format that a file says it has; none where it is not one of ours."""
+    """Return the format that a file states it has; none where it is not one of tribopipe."""
     if FORMAT_TEXT not in file:
         return None
     said = _FORMAT.fullmatch(nexus.text(file, FORMAT_TEXT))
@@ -46,7 +46,7 @@ def check_format(file: h5py.File, path: object, expected: Format) -> None:
         remedy = (
             "save the files that it was ingested from with `tribopipe rescue`, and ingest them into another archive"
             if expected == RUN_FORMAT
-            else "run the study anew in another archive, once its runs are there"
+            else "run the study again in another archive that contains its runs"
         )
         raise ArchiveError(
             f"{path}: found the format '{found}', of a tribopipe before the first release; expected '{expected}'; "

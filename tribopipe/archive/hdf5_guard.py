@@ -1,7 +1,8 @@
 """Whether an HDF5 file holds nothing but what tribopipe writes, so that all of it can be read within bounds.
 
 A file may come from anybody, and its seal too. HDF5 can show what other files hold, lead in circles, nest without end,
-and say in a few bytes that it holds more than any memory does. tribopipe writes none of these. A file is looked through
+and state in a few bytes that it holds more than any memory does. tribopipe writes none of these. A file is looked
+through
 once before anything else is read of it; what passes can be read by ordinary means, but for compressed arrays, for which
 see ``unpack``.
 """
@@ -31,7 +32,7 @@ _ROOM, _ROOM_A_BYTE = 64 << 20, 40
 """Bytes of values in a file, however small it is, and those more for each of its bytes. The sample runs have two for
 each of their bytes; one number over and over packs into a thousandth."""
 _TEXT_OBJECT = 64
-"""Bytes that a text takes in memory besides its own."""
+"""Bytes that a text takes in memory in addition to its own."""
 _LONGEST_NUMBER = 8
 _FILTERS = [h5z.FILTER_SHUFFLE, h5z.FILTER_DEFLATE, h5z.FILTER_FLETCHER32]
 _MOST_KNOWN = 1000
@@ -55,7 +56,7 @@ def own_datasets(file: h5py.File) -> Shapes:
 
 
 def was_looked_through(file: h5py.File) -> bool:
-    """Tell whether a file is one that was looked through, and has not changed since."""
+    """Return whether a file is one that was looked through, and has not changed since."""
     known = _known.get(file.filename)
     return known is not None and known[0] == RawFile(file).stamp()
 
@@ -74,7 +75,7 @@ def check_attributes(part: h5py.Group | h5py.Dataset | h5py.Datatype) -> None:
 def check_parts(file: h5py.File, paths: Iterable[str]) -> None:
     """Look at some datasets alone, which takes a tenth of the time; those that are not there are passed over.
 
-    What is said of them in attributes is not looked at. Raises ``ArchiveError`` as ``own_datasets`` does.
+    What is stated about them in attributes is not looked at. Raises ``ArchiveError`` as ``own_datasets`` does.
     """
     look = _Look(file)
     for path in paths:
@@ -96,7 +97,7 @@ class _Look:
             self._refuse("/", "addresses that are not of eight bytes")
 
     def through(self) -> Shapes:
-        """Return the shapes of all datasets. Raises ``ArchiveError`` at the first thing that is none of ours."""
+        """Return the shapes of all datasets. Raises ``ArchiveError`` at the first foreign one."""
         self.attributes("/", h5o.get_info(self._root).addr)
         self._waiting.append(("", self._root))
         while self._waiting:
@@ -180,7 +181,7 @@ class _Look:
         except ValueError as error:
             self._refuse(path, f"texts that cannot be found ({error})")
         if (lengths > MOST_TEXT).any() or len(lengths) != prod(dataset.shape):
-            self._refuse(path, f"texts of more than {MOST_TEXT:,} bytes, or other than are said")
+            self._refuse(path, f"texts of more than {MOST_TEXT:,} bytes, or other lengths than declared")
         return int(lengths.sum(dtype=np.uint64)) + _TEXT_OBJECT * len(lengths)
 
     def _values(self, path: str, dataset: h5d.DatasetID, made: h5p.PropDCID, kind: h5t.TypeID) -> int:
@@ -214,7 +215,7 @@ class _Look:
 
 
 def storage_elsewhere(dataset: h5d.DatasetID) -> str | None:
-    """Say what makes the values of a dataset come from another file; none where they are in its own."""
+    """Report what makes the values of a dataset come from another file; none where they are in its own."""
     return _elsewhere(dataset.get_create_plist())
 
 

@@ -1,7 +1,7 @@
 """Lengths of the texts in an HDF5 file, from its bytes, before the library reads them.
 
 A text of any length is kept apart; in its place stands a reference of 16 bytes. HDF5 takes the memory that such a
-reference says the text needs, up to 4 GB, before it finds that there is no such text. The references of a field stand
+reference states the text needs, up to 4 GB, before it finds that there is no such text. The references of a field stand
 in a row; those of an attribute in the header of what has it (HDF5 File Format Specification, "Data Object Headers").
 """
 
@@ -63,14 +63,14 @@ class RawFile:
         return stamp_of(os.fstat(self._handle) if hasattr(os, "pread") else self._path.stat())
 
     def text_lengths(self, dataset: h5py.h5d.DatasetID) -> Lengths:
-        """Return how long the texts of a field say they are, bytes. Raises ``ValueError`` where it is packed."""
+        """Return how long the texts of a field state they are, bytes. Raises ``ValueError`` where it is packed."""
         size, place = dataset.get_storage_size(), dataset.get_offset()
         if size and place is None:
             raise ValueError("texts that are packed")
         return self.lengths(self.read(place - self._base, size) if size else b"")
 
     def lengths(self, references: bytes) -> Lengths:
-        """Return what references to texts say of their lengths. Raises ``ValueError`` where HDF5 could not read on."""
+        """Return what references to texts state about their lengths. Raises ``ValueError`` where HDF5 would fail."""
         found = np.frombuffer(references[: len(references) // _REFERENCE.itemsize * _REFERENCE.itemsize], _REFERENCE)
         for heap in set(found["heap"][found["length"] > 0].tolist()) - self._whole_heaps:
             self._check_heap(heap)
@@ -79,7 +79,7 @@ class RawFile:
         return lengths
 
     def _check_heap(self, place: int) -> None:
-        """Go through the texts at a place as HDF5 does, which never ends where one of them says it has no size."""
+        """Go through the texts at a place as HDF5 does, which never ends where one of them states it has no size."""
         name, size = struct.unpack("<4s4xQ", self.read(place, 16))
         content, at = self.read(place, size), 16
         while name == b"GCOL" and at + 16 <= size:
@@ -95,7 +95,7 @@ class Attribute(NamedTuple):
     is_plain: bool
     """Whether it holds nothing but numbers and texts."""
     length: int
-    """How long its texts say they are together, bytes."""
+    """How long its texts state they are together, bytes."""
 
 
 def attributes(file: RawFile, address: int) -> list[Attribute]:
@@ -107,7 +107,7 @@ def attributes(file: RawFile, address: int) -> list[Attribute]:
 
 
 def _messages(file: RawFile, address: int) -> Iterator[tuple[int, bytes]]:
-    """Return what a header says, by kinds, in however many pieces it is."""
+    """Return what a header states, by kinds, in however many pieces it is."""
     is_old = file.read(address, 4) != b"OHDR"
     head = struct.Struct("<HHB3x" if is_old else "<BHB")
     is_numbered = not is_old and file.read(address + 5, 1)[0] & 4

@@ -1,4 +1,4 @@
-"""Local wear as tables of a step: its course over sliding distance or rotations, and the fields over places besides."""
+"""Local wear as tables of a step: its course over sliding distance or rotations, and the fields over places."""
 
 from collections.abc import Iterator
 
@@ -15,7 +15,7 @@ _COURSE = {
     "half_length": "m",
     "approach": "m",
 }
-"""What is said of local wear at each place of its course, as ``LocalWear`` names it."""
+"""What is stated about local wear at each place of its course, as ``LocalWear`` names it."""
 _SUMS = {False: {"amount": "m^3/N", "volume": "m^3"}, True: {"amount": "m^2/N", "volume": "m^2"}}
 """The same of what has another unit under discs: there the volume is the cross-section of the track."""
 _GLOBAL = {"depth": "m", "pressure": "Pa", "half_width": "m", "half_length": "m"}
@@ -26,7 +26,7 @@ PLACES = {1: ("radius",), 2: ("across", "along")}
 
 
 def local_wear_tables(curves: LocalCurves) -> dict[str, Table]:
-    """Return what the archive keeps of local wear beside its result."""
+    """Return what the archive keeps of local wear with its result."""
     course = curves.course
     along = {"rotations": (curves.along, "1")} if curves.discs else {"sliding_distance": (curves.along, "m")}
     arrays = {name: (getattr(course, name), unit) for name, unit in (_COURSE | _SUMS[curves.discs]).items()}

@@ -27,7 +27,7 @@ _log = logging.getLogger(__name__)
 
 
 def say_waiting(folder: Path, name: str, seconds: float) -> None:
-    """Tell people what is waited for, as a warning of the log, which goes to stderr unless somebody catches it."""
+    """Inform people what is waited for, as a warning of the log, which goes to stderr unless somebody catches it."""
     where = printable(str(folder))
     _log.warning("%s: another tribopipe is writing %s: waiting for it, up to %.0f s", where, name, seconds)
 

@@ -1,4 +1,4 @@
-"""What was recorded in a run that is too long to be held, sample by sample, beside the means that it is evaluated by.
+"""What was recorded in a run that is too long to be held, sample by sample, with the means that it is evaluated by.
 
 /entry/recorded          NXdata: the measured signals in SI, every sample, written and read in pieces
   /entry/recorded/@mean_of       samples of which a mean was taken
@@ -51,7 +51,7 @@ def write_recorded(entry: h5py.Group, run: RawRun) -> None:
 
 
 def recorded_samples(entry: h5py.Group) -> int | None:
-    """Return how many samples a run holds means of; none where it holds every one."""
+    """Return how many samples per run holds means of; none where it holds every one."""
     return len(entry[RECORDED][_names(entry)[0]]) if RECORDED in entry else None
 
 

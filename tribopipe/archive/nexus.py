@@ -75,7 +75,7 @@ def long_fields(
 def _short(pieces: Iterable[NDArray[Any]], rows: int, dtype: DTypeLike) -> NDArray[Any]:
     whole = np.concatenate([np.empty(0, dtype), *pieces], dtype=dtype)
     if len(whole) != rows:
-        raise ValueError(f"{len(whole):,} rows where {rows:,} were said to come")
+        raise ValueError(f"{len(whole):,} rows where {rows:,} were announced")
     return whole
 
 
@@ -88,7 +88,7 @@ def _packed(
 
 
 def _told_of(made: h5py.Dataset, unit: str | None, attributes: Mapping[str, Any]) -> h5py.Dataset:
-    """Give a field its unit and what else is said of it."""
+    """Give a field its unit and what else is stated about it."""
     if unit is not None:
         made.attrs["units"] = unit
     made.attrs.update(attributes)

@@ -17,7 +17,7 @@ from tribopipe.base.failures import number_of, unreadable
 _DAMAGED = (ArithmeticError, AttributeError, LookupError, MemoryError, OSError, RuntimeError, TypeError, ValueError)
 """What reading raises where a file holds something else than tribopipe writes."""
 _LONGEST = 300
-"""Characters of what is said of it."""
+"""Characters of what is stated about it."""
 
 
 @contextmanager
@@ -53,7 +53,7 @@ def opened(path: Path, parts: Sequence[str] | None = None) -> Iterator[h5py.File
 
 
 def _why(error: Exception) -> str:
-    """Say in a line what could not be read, and of a record which of its fields."""
+    """State in a line what could not be read, and of a record which of its fields."""
     if isinstance(error, ValidationError):
         first = error.errors(include_url=False)[0]
         return f"{'.'.join(map(str, first['loc']))}: {first['msg']}".removeprefix(": ")[:_LONGEST]
@@ -70,10 +70,10 @@ def _why_not_opened(error: OSError) -> str:
 
 
 def _refuse_unsealed(file: h5py.File, path: Path) -> NoReturn:
-    """Say what a file without a seal is: one of an earlier format, one that lost it, or none of ours."""
+    """Report what a file without a seal is: one of an earlier format, one that lost it, or a foreign one."""
     found = format_of(file)
     check_format(file, path, STUDY_FORMAT if found is not None and found.kind == STUDY_FORMAT.kind else RUN_FORMAT)
     raise ArchiveError(
-        f"{path}: found no seal in front of it, as if another program had written it anew; expected the file as "
+        f"{path}: found no seal at its start, as if another program had rewritten it; expected the file as "
         "tribopipe wrote it; restore it from a copy, or save what is whole in it with `tribopipe rescue`"
     )

@@ -1,4 +1,4 @@
-"""A run as its file tells it without its arrays: as fast for two million samples as for a hundred."""
+"""A run as its file gives it without its arrays: as fast for two million samples as for a hundred."""
 
 import json
 from collections.abc import Mapping
@@ -49,12 +49,12 @@ class StepOutline:
     inputs_sha256: str
     result_sha256: str
     options: Mapping[str, object]
-    """What the step was told, as JSON types."""
+    """What the step was given, as JSON types."""
     program_version: str
     date: str
     """When it was done, ISO 8601."""
     environment: Mapping[str, str] = field(default_factory=dict)
-    """What it was computed with; nothing where the file does not say."""
+    """What it was computed with; nothing where the file does not state it."""
 
 
 @dataclass(frozen=True)
@@ -69,13 +69,13 @@ class RunOutline:
     origins: Mapping[SignalName, Origin]
     """The signals it has, and whether each was measured or derived."""
     ends: Mapping[SignalName, float]
-    """Last known time, sliding distance and rotations, SI, as cleaned up."""
+    """Last known time, sliding distance and rotations, SI, as preprocessed."""
     extras: tuple[str, ...]
     """Names of columns that no signal was made of."""
     sources: tuple[SourceOutline, ...]
     raw_sha256: str
     environment: Mapping[str, str]
-    """What it was ingested with; nothing where the file does not say."""
+    """What it was ingested with; nothing where the file does not state it."""
     findings: tuple[Finding, ...]
     marks: tuple[Mark, ...]
     """Oldest first; the last one counts."""
@@ -131,7 +131,7 @@ def _ends(entry: h5py.Group, names: list[SignalName]) -> dict[SignalName, float]
 
 
 def _last(entry: h5py.Group, name: SignalName) -> float | None:
-    """Return the last known value of an axis, cleaned up or else raw; none where its end is missing."""
+    """Return the last known value of an axis, preprocessed or else raw; none where its end is missing."""
     cleaned = isinstance(entry.get(f"clean_up/data/{name}", getlink=True), h5py.HardLink)
     tail = unpacked(entry["clean_up/data" if cleaned else "raw"][name], last=_TAIL).astype(np.float64)
     known = tail[np.isfinite(tail)]

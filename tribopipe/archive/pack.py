@@ -18,7 +18,7 @@ from tribopipe.archive.thread_pool import in_turn
 Name = TypeVar("Name", bound=str)
 CHUNK_BYTES = 1 << 19
 FILTERS: dict[str, Any] = {"compression": "gzip", "compression_opts": 4, "shuffle": True, "fletcher32": True}
-"""What a dataset says of its chunks. The level is that of zlib for who writes more of them; readers need none."""
+"""What a dataset states about its chunks. The level is that of zlib for who writes more of them; readers need none."""
 _LEVEL_OF_TEXT, _LEVEL_OF_NUMBERS = 3, 2
 """Of ISA-L; shuffled numbers come out no smaller at 3, in twice the time."""
 _COUNTS = np.arange(1 << 16, 0, -1, dtype=np.float64)

@@ -27,7 +27,7 @@ class NoPart(NamedTuple):
 def find_part(file: h5py.File, path: str) -> h5py.Group | h5py.Dataset:
     """Return a group or dataset.
 
-    Raises ``ArchiveError`` where there is no such part, it lies in another file, or it unpacks to more than it says.
+    Raises ``ArchiveError`` where there is no such part, it lies in another file, or it unpacks to more than it states.
     """
     part = part_at(file, path)
     if isinstance(part, NoPart) and part.beyond:

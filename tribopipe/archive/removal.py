@@ -55,7 +55,7 @@ def restore(archive: Archive, name: str, *, study: bool = False, by: str | None 
                 raise _unknown(archive, name, study=study, removed=True)
             if path.exists():
                 raise ArchiveError(
-                    f"{path}: found it there already; expected none of that id, since nothing is replaced; remove it "
+                    f"{path}: found an existing file; expected none of that id, since nothing is replaced; remove it "
                     "first"
                 )
             check_adopted(kept, path, STUDY_FORMAT if study else RUN_FORMAT)
@@ -102,7 +102,7 @@ def _unknown(archive: Archive, name: str, *, study: bool, removed: bool = False)
         )
     else:
         known = archive.study_ids() if study else archive.ids()
-        where, one = f"{archive.folder}: ", f"one of the archive's{'' if study else ', or --study for a study'}"
+        where, one = f"{archive.folder}: ", f"one in the archive{'' if study else ', or --study for a study'}"
     return ArchiveError(f"{where}found no {kind} {name!r}; expected {one}; {did_you_mean(name, known)}")
 
 

@@ -1,4 +1,4 @@
-"""Source files saved from a damaged archived run: each has its SHA-256 beside it, by which what is whole is known."""
+"""Source files saved from a damaged archived run: each has its SHA-256 next to it, by which what is whole is known."""
 
 import json
 from collections.abc import Sequence
@@ -43,8 +43,7 @@ def rescue(path: Path, into: Path) -> Rescued:
     folder = into / path.stem
     if folder.exists():
         raise ArchiveError(
-            f"{folder}: found it there already; expected no such folder, since nothing is replaced; name another "
-            "with --to"
+            f"{folder}: found an existing folder; expected none, since nothing is replaced; name another with --to"
         )
     whole, damaged, listed = _sources(path)
     if not whole:
@@ -98,7 +97,7 @@ def _sources(path: Path) -> tuple[list[SourceFile], tuple[str, ...], bool]:
 
 
 def _stays_inside(name: str) -> bool:
-    """Tell whether a file of a name lies in the folder that it is written into."""
+    """Return whether a file of a name lies in the folder that it is written into."""
     try:
         _FILE_NAME.validate_python(name)
     except ValidationError:

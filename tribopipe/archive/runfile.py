@@ -8,20 +8,20 @@
   instrument             NXinstrument with an NXsensor for each recorded signal
   source_files           NXcollection of NXnote: the bytes as they came, with their SHA-256
   manifest, findings     NXnote: JSON
-  raw                    NXdata: the signals in SI; each says whether it was measured or derived
+  raw                    NXdata: the signals in SI; each states whether it was measured or derived
   recorded               NXdata: every sample of the measured signals, where those in raw are means; see ``recorded``
-  extra_columns          NXcollection: what the files held besides
+  extra_columns          NXcollection: what the files held in addition
   profiles               NXcollection of NXdata: height against position across wear tracks
   clean_up               NXprocess as those below; data are the columns that differ from the raw ones
   drift_correction, friction_fit, specific_wear, wear_fit_<law>, prediction_<law>
                          NXprocess: program, version, date, parameters and data; result, options, what the step
                          stands on and the environment it was computed in (JSON)
   local_wear_<law>       NXprocess as those above; course and fields are NXdata over sliding distance or rotations,
-                         fields over the places of the surface besides
-  wear                   NXdata: the corrected wear of the pin beside the fitted laws, for viewers
+                         fields over the places of the surface in addition
+  wear                   NXdata: the corrected wear of the pin with the fitted laws, for viewers
   marks                  NXnote: JSON; who marked the run bad, or took that back, when and why
   annotations            NXnote: JSON; tags and notes, each with who and when
-  earlier_manifests      NXcollection of NXnote: what run.toml said before it was amended; see ``earlier``
+  earlier_manifests      NXcollection of NXnote: what run.toml stated before it was amended; see ``earlier``
 """
 
 import json
@@ -252,7 +252,7 @@ def _read_signals(raw: h5py.Group) -> dict[SignalName, Column]:
 
 
 def read_cleaned(file: h5py.File) -> RawRun:
-    """Read a run with its signals as they were cleaned up; as ingested where they were not."""
+    """Read a run with its preprocessed signals; as ingested where they were not."""
     run, step = read_raw(file), read_step(file["entry"], "clean_up")
     if step is None or not isinstance(step.result, CleanUp):
         return run
@@ -333,7 +333,7 @@ def _read_arrays(data: h5py.Group, names: Iterable[str]) -> dict[str, tuple[Colu
 
 
 def _against_axis(parent: h5py.Group, name: str, signal: str, own: Collection[str] = ()) -> h5py.Group:
-    """Add a group for a plot against sliding distance or rotations, cleaned up or else raw.
+    """Add a group for a plot against sliding distance or rotations, preprocessed or else raw.
 
     A group that has the axis among its ``own`` members is plotted against the number of the sample.
     """
@@ -383,7 +383,7 @@ def read_step(entry: h5py.Group, name: StepName) -> Step | None:
 
 
 def read_environment(entry: h5py.Group) -> dict[str, str]:
-    """Read what the run was ingested with; empty where the file does not say."""
+    """Read what the run was ingested with; empty where the file does not state it."""
     return nexus.told(entry["archived"], "environment")
 
 

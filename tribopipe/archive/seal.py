@@ -2,7 +2,7 @@
 
 HDF5 keeps checksums of large columns only. A flipped bit elsewhere may change a number without a word, or lead the HDF5
 library in circles. So each file begins with a user block, which HDF5 passes over, that holds the SHA-256 of all bytes
-after it. The seal tells accidents; it is no signature, since anybody can compute it.
+after it. The seal shows accidents; it is no signature, since anybody can compute it.
 """
 
 import hashlib
@@ -21,7 +21,7 @@ _FIRST = b"tribopipe archive file, sealed. HDF5 begins at byte 512; SHA-256 of a
 _DIGEST = re.compile(re.escape(_FIRST) + rb"([0-9a-f]{64})\s")
 _SIGNATURE, _SUPERBLOCK = b"\x89HDF\r\n\x1a\n", 48
 _PLACES_OF_LENGTH = {0: 40, 2: 28, 3: 28}
-"""Where HDF5 says how long the file is, by the version that follows its signature."""
+"""Where HDF5 states how long the file is, by the version that follows its signature."""
 _MOST_KNOWN = 10_000
 _whole: dict[Path, Stamp] = {}
 """Files that were found whole by this process, as they looked then."""
@@ -33,7 +33,7 @@ def seal(image: memoryview) -> None:
 
 
 def seal_file(path: Path) -> None:
-    """Seal a file on the disk anew."""
+    """Seal a file on the disk again."""
     with path.open("rb+") as file:
         file.seek(SEAL_SIZE)
         written = _seal_of(hashlib.file_digest(file, "sha256").hexdigest())
@@ -42,7 +42,7 @@ def seal_file(path: Path) -> None:
 
 
 def is_sealed(path: Path) -> bool:
-    """Tell whether a file has a seal, whole or broken. Raises ``OSError`` where it cannot be read."""
+    """Return whether a file has a seal, whole or broken. Raises ``OSError`` where it cannot be read."""
     with path.open("rb") as file:
         return file.read(len(_FIRST)) == _FIRST
 
@@ -50,7 +50,7 @@ def is_sealed(path: Path) -> bool:
 def state_of(path: Path) -> str | None:
     """Return the checksum that a file is sealed with, or of all its bytes where it has no seal; none without a file.
 
-    Nothing says that a sealed file is whole. Raises ``OSError`` where it cannot be read.
+    Nothing states that a sealed file is whole. Raises ``OSError`` where it cannot be read.
     """
     if not path.is_file():
         return None

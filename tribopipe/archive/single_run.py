@@ -75,7 +75,7 @@ class OneRun(Archive):
         return copy
 
     def cleaned(self, run_id: str) -> RawRun:
-        """Return a run with its signals as they were cleaned up, which cannot be written into."""
+        """Return a run with its preprocessed signals, which cannot be written into."""
         with self.open(run_id) as file:
             entry = file["entry"]
             made_of = run_id, nexus.text(entry, "archived/raw_sha256"), read_fingerprints(entry, "clean_up")

@@ -165,7 +165,7 @@ class Step:
     inputs_sha256: str
     """Fingerprint of version, options, and all this one stands on: see ``inputs_digest``."""
     options: Mapping[str, object]
-    """What the step was told, as JSON types."""
+    """What the step was given, as JSON types."""
     program_version: str
     date: str
     """When it was done, ISO 8601."""
@@ -174,10 +174,10 @@ class Step:
     tables: Mapping[str, Table] = field(default_factory=dict)
     """Arrays over other axes."""
     stands_on: Mapping[str, str] = field(default_factory=dict)
-    """What it was made from, each with its SHA-256: "raw", the steps before it, empty where the run lacked one, and
-    what was told besides, such as "wear_coefficient". Nothing where the file does not say."""
+    """What it was made from, each with its SHA-256: "raw", the steps before it, empty where the run did not have one,
+    and what was given in addition, such as "wear_coefficient". Nothing where the file does not state it."""
     environment: Mapping[str, str] = field(default_factory=dict)
-    """What it was computed with, as ``tribopipe.base.environment`` tells it. Nothing where the file does not say."""
+    """What it was computed with, as ``tribopipe.base.environment`` gives it. Empty if not stated."""
 
     @property
     def result_sha256(self) -> str:
@@ -186,7 +186,7 @@ class Step:
 
     @property
     def arrays(self) -> list[Part]:
-        """What a fingerprint of the step tells beside its result: curves and tables by name, with unit and values."""
+        """What a fingerprint of the step shows with its result: curves and tables by name, with unit and values."""
         kept = [self.curves, *(arrays for table in self.tables.values() for arrays in table)]
         return [part for arrays in kept for name, (values, unit) in arrays.items() for part in (name, unit, values)]
 

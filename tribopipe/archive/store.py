@@ -90,7 +90,7 @@ class Archive:
     def __setstate__(self, state: tuple[Path, bool]) -> None:
         """Be the archive as another process has it, or another machine, where its drive has another number.
 
-        One that was there and is not there counts as gone, so that it is not begun anew where the folder is not shared.
+        One that was there and is not there counts as gone, so that it is not made again where the folder is not shared.
         """
         self.folder, was_there = state
         there = drive_of(self.folder)
@@ -129,7 +129,7 @@ class Archive:
         return (ArchivedRun(self, run_id) for run_id in self.ids())
 
     def items(self) -> Iterator[tuple[str, ArchivedRun]]:
-        """Give each run beside its id, in natural order."""
+        """Give each run with its id, in natural order."""
         return ((run.id, run) for run in self.values())
 
     def _ipython_key_completions_(self) -> list[str]:
@@ -145,7 +145,7 @@ class Archive:
         sort
             Columns to sort by, such as ``"material,-k_d"``.
         columns
-            Columns, such as ``"id,load,k_d"``; all unless said.
+            Columns, such as ``"id,load,k_d"``; all by default.
 
         Returns
         -------
@@ -174,8 +174,8 @@ class Archive:
     ) -> Literal["added", "unchanged", "rewritten", "amended"]:
         """Archive a run as ingested.
 
-        A run that is there already with the same content is left alone, or with ``force`` written anew beside its
-        steps and marks. With ``amend`` one with another run.toml takes its place beside its marks, and the earlier
+        A run that is there already with the same content is left alone, or with ``force`` written again with its
+        steps and marks. With ``amend`` one with another run.toml takes its place with its marks, and the earlier
         run.toml is kept. Raises ``ArchiveError`` where the id is taken by other content: what the instrument wrote is
         never replaced.
         """
@@ -195,7 +195,7 @@ class Archive:
         return "amended" if amended else "rewritten" if there else "added"
 
     def _is_other(self, run: RawRun, *, amend: bool) -> bool:
-        """Tell whether a run has another run.toml than archived; ``ArchiveError`` where that or more must not be."""
+        """Return whether a run has another run.toml than archived; ``ArchiveError`` where that or more must not be."""
         with self.open(run.id) as file:
             if text(file, "entry/archived/raw_sha256") == raw_digest(run):
                 return False
@@ -224,7 +224,7 @@ class Archive:
             return text(file, "entry/archived/raw_sha256")
 
     def environment(self, run_id: str) -> dict[str, str]:
-        """Return what a run was ingested with; empty where its file does not say."""
+        """Return what a run was ingested with; empty where its file does not state it."""
         with self.open(run_id) as file:
             return read_environment(file["entry"])
 
@@ -234,7 +234,7 @@ class Archive:
             return read_raw(file)
 
     def cleaned(self, run_id: str) -> RawRun:
-        """Return a run with its signals as they were cleaned up; as ingested where they were not."""
+        """Return a run with its preprocessed signals; as ingested where they were not."""
         with self.open(run_id) as file:
             return read_cleaned(file)
 
@@ -388,7 +388,7 @@ class Archive:
         if not path.is_file():
             _refuse_odd(path)
             raise ArchiveError(
-                f"{self.folder}: found no study {study_id!r}; expected one of the archive's; "
+                f"{self.folder}: found no study {study_id!r}; expected one in the archive; "
                 f"{did_you_mean(study_id, self.study_ids())}"
             )
         with opened(path) as file:
@@ -420,13 +420,13 @@ class Archive:
     def mark(self, run_id: str, mark: Mark) -> None:
         """Add a mark to a run's history; all else that the run holds stays as it is.
 
-        Raises ``ArchiveError`` for a mark that takes back what was not said: good, on a run not marked bad.
+        Raises ``ArchiveError`` for a mark that takes back what was not stated: good, on a run not marked bad.
         """
         with self._rewriting(run_id) as (old, new):
             marks = read_marks(old["entry"])
             if mark.kind == "good" and (not marks or marks[-1].kind != "bad"):
                 raise ArchiveError(
-                    f"{self.path(run_id)}: found no bad mark to take back; expected a run that is marked bad; "
+                    f"{self.path(run_id)}: found no bad mark to remove; expected a run that is marked bad; "
                     "`tribopipe ls` shows which are"
                 )
             write_marks(copy_except(old, new, {"marks"}), [*marks, mark])
@@ -455,8 +455,8 @@ class Archive:
     def _refuse_to_take_back(self, run_id: str, annotation: Annotation, tags: Sequence[str]) -> None:
         if annotation.kind == "untag" and annotation.text not in tags:
             raise ArchiveError(
-                f"{self.path(run_id)}: found no tag {annotation.text!r} to take back; expected one that the run "
-                f"has; {did_you_mean(annotation.text, tags)}"
+                f"{self.path(run_id)}: found no tag {annotation.text!r} to remove; expected one that the run has; "
+                f"{did_you_mean(annotation.text, tags)}"
             )
 
     @contextmanager
@@ -469,7 +469,7 @@ class Archive:
         if not path.is_file():
             _refuse_odd(path)
             raise ArchiveError(
-                f"{self.folder}: found no run {run_id!r}; expected one of the archive's; "
+                f"{self.folder}: found no run {run_id!r}; expected one in the archive; "
                 f"{did_you_mean(run_id, self.ids())}"
             )
         with opened(path, parts) as file:
@@ -541,7 +541,7 @@ class Archive:
                 part.unlink(missing_ok=True)
 
     def _make_folder(self, folder: Path) -> None:
-        """Make a folder where there is none; one that has gone meanwhile is not begun anew on another drive."""
+        """Make a folder where there is none; one that has gone meanwhile is not created again on another drive."""
         if self._drive is not None and drive_of(self.folder) != self._drive:
             raise ArchiveError(
                 f"{self.folder}: found the archive gone, which was there before; expected it to stay while it is "

@@ -7,7 +7,7 @@
   study, result       NXnote: JSON, from which the records come back to the last digit
   options             NXnote: JSON of the recipe that was used
   stands_on           NXnote: JSON of the fingerprint of each run, as ingested
-  curve_000 …         NXdata: one body of a run under one law, with its 95 % band; measured wear beside it, if recorded
+  curve_000 …         NXdata: one body of a run under one law, with its 95 % band; measured wear next to it, if recorded
 """
 
 import json
@@ -52,9 +52,9 @@ class StudyOutline:
     program_version: str
     date: str
     stands_on: Mapping[str, str] = field(default_factory=dict, kw_only=True)
-    """Its runs, each with the SHA-256 of what was ingested. Nothing where the file does not say."""
+    """Its runs, each with the SHA-256 of what was ingested. Nothing where the file does not state it."""
     environment: Mapping[str, str] = field(default_factory=dict, kw_only=True)
-    """What it was computed with, as ``tribopipe.base.environment`` tells it. Nothing where the file does not say."""
+    """What it was computed with, as ``tribopipe.base.environment`` gives it. Empty if not stated."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Arrays of archived files, unpacked without ever taking more memory than they say they need.
+"""Arrays of archived files, unpacked without ever taking more memory than they state they need.
 
 HDF5 unpacks a chunk however long it turns out: half a megabyte may become half a gigabyte.
 """
@@ -21,7 +21,7 @@ from tribopipe.base.errors import ArchiveError
 def unpacked(dataset: h5py.Dataset, last: int | None = None) -> NDArray[Any]:
     """Return all values, or those of so many rows at the end.
 
-    Raises ``ArchiveError`` where there are other ones than the dataset says it has.
+    Raises ``ArchiveError`` where there are other ones than the dataset states it has.
     """
     first = 0 if last is None else max(len(dataset) - last, 0)
     if not _is_packed(dataset):
@@ -59,7 +59,7 @@ def _put(found: NDArray[Any], offset: tuple[int, ...], values: NDArray[Any]) -> 
 
 
 def check_packed(dataset: h5py.Dataset) -> None:
-    """Raise ``ArchiveError`` where an array unpacks to other sizes than it says, for who reads it by other ways."""
+    """Raise ``ArchiveError`` where an array unpacks to other sizes than it states, for who reads it by other ways."""
     if _is_packed(dataset):
         size = prod(dataset.chunks) * dataset.dtype.itemsize
         for offset in _offsets(dataset):
@@ -107,6 +107,6 @@ def _unshuffled(content: bytes, kind: np.dtype[Any]) -> NDArray[Any]:
 
 def _damaged(dataset: h5py.Dataset, found: str) -> ArchiveError:
     return ArchiveError(
-        f"{dataset.file.filename}: found {found} at {dataset.name}; expected as many values as the file says, "
+        f"{dataset.file.filename}: found {found} at {dataset.name}; expected as many values as declared in the file, "
         f"{dataset.shape}; restore it from a copy"
     )

@@ -1,6 +1,6 @@
 """An HDF5 file written to a disk that may be full.
 
-HDF5 2.0 ends the process with a segmentation fault where a write fails. So it is told that all is well, and the error
+HDF5 2.0 ends the process with a segmentation fault where a write fails. So it is made to see no error, and the error
 is raised once it has closed the file.
 """
 

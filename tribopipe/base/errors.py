@@ -1,6 +1,6 @@
 """What can go wrong, each as one sentence a lab can act on.
 
-Every message names where (file, key or line), what was found, what was expected and how to mend it.
+Every message names where (file, key or line), what was found, what was expected and how to correct it.
 Nothing outside this module derives from ``Exception``.
 """
 

@@ -26,7 +26,7 @@ _MENDED_BY = {
     errno.ENOENT: "see whether it was moved, or its drive is gone",
     errno.ENOTDIR: "see whether it was moved, or its drive is gone",
     errno.EIO: "see whether its drive or share is sound",
-    errno.ESTALE: "connect its share anew",
+    errno.ESTALE: "reconnect its network share",
     errno.EMFILE: "close files, or raise the limit of open ones",
     errno.ENFILE: "close other programs",
     errno.ENOMEM: "close other programs",
@@ -52,17 +52,17 @@ def number_of(error: BaseException) -> int:
 
 
 def unreadable(number: int) -> str:
-    """Say of a file that the system does not give it: nothing is known of what it holds."""
+    """Report for a file that the system does not read: nothing is known of what it holds."""
     return f"cannot be read ({os.strerror(number)}); expected a file that can be; {mended_by(number)}"
 
 
 def mended_by(number: int) -> str:
-    """Say what to do about an error of the system, told by its number."""
+    """Report what to do about an error of the system, given by its number."""
     return _MENDED_BY.get(number, "check it")
 
 
 def in_a_sentence(error: Exception, where: str = "") -> TribopipeError:
-    """Return an error as it is told to people; ``where`` names what was being done, as far as the error does not."""
+    """Return an error as people read it; ``where`` names what was being done, unless the error does."""
     if isinstance(error, TribopipeError):
         return error
     if isinstance(error, OSError):
@@ -90,7 +90,7 @@ def _first_line(error: Exception) -> str:
 
 
 def _kept(error: Exception) -> str:
-    """Add a traceback to those of this process, and say where they are."""
+    """Add a traceback to those of this process, and report where they are."""
     try:
         path = _file()
         with path.open("a", encoding="utf-8", errors="backslashreplace") as file:
@@ -102,7 +102,7 @@ def _kept(error: Exception) -> str:
 
 @cache
 def _file() -> Path:
-    """Begin the file of this process; it tells what was run."""
+    """Begin the file of this process; it shows what was run."""
     with tempfile.NamedTemporaryFile(
         "w", prefix="tribopipe-fault-", suffix=".txt", delete=False, encoding="utf-8", errors="backslashreplace"
     ) as file:

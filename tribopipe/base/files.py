@@ -112,7 +112,7 @@ def found_below(folder: Path, *patterns: str) -> list[Path]:
 
 
 def leads_out(path: Path, folder: Path) -> bool:
-    """Tell whether a path ends outside a folder once links are followed."""
+    """Return whether a path ends outside a folder once links are followed."""
     return not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
 
 
@@ -122,10 +122,10 @@ Placing = Callable[[Path], AbstractContextManager[object]]
 
 @contextmanager
 def replacing(path: Path, placing: Placing = nullcontext) -> Iterator[Path]:
-    """Give the name of a temporary file beside ``path`` that takes its place on success and vanishes on failure.
+    """Give the name of a temporary file next to ``path`` that takes its place on success and vanishes on failure.
 
     The content is on the disk before it is given its name, and the name before this returns, so that a crash leaves
-    the old file or the new one, and what was said to be written is. A file that was there keeps its mode, group and
+    the old file or the new one, and what was reported as written is. A file that was there keeps its mode, group and
     access list; raises ``PermissionError`` where its owner has taken away the right to write. ``placing`` is given the
     temporary file once it is whole, and entered before it takes its name.
     """
@@ -156,7 +156,7 @@ def _writable(path: Path) -> os.stat_result | None:
 
 
 def _give_rights(part: Path, path: Path, there: os.stat_result | None) -> None:
-    """Let those read and write a new file who may the old one, as far as the system lets us say so."""
+    """Let those read and write a new file who may the old one, as far as the system allows."""
     if there is None:
         part.chmod(0o666 & ~_umask())
         return
@@ -239,7 +239,7 @@ def clear_leftovers_of(path: Path) -> None:
 
 
 def is_old(part: Path) -> bool:
-    """Tell whether a temporary file was written to so long ago that its writer has ended. Raises ``OSError``."""
+    """Return whether a temporary file was written to so long ago that its writer has ended. Raises ``OSError``."""
     return time.time() - part.stat().st_mtime > _LONGEST_WRITE
 
 
@@ -255,7 +255,7 @@ def natural_order(name: str) -> list[tuple[str, int]]:
 
 
 def _umask() -> int:
-    """Return the process's umask; a file made by mkstemp is private, one of ours is as any other."""
+    """Return the process's umask; a file made by mkstemp is private, one of this process is as any other."""
     mask = os.umask(0)
     os.umask(mask)
     return mask

@@ -1,4 +1,4 @@
-"""What is undone where the process is told to end: the command line then ends at once, without unwinding.
+"""What is undone where the process is asked to end: the command line then ends at once, without unwinding.
 
 No exception is raised at an interrupt, for much of what runs below Python code swallows one or reports it itself: the
 start of extension modules, SQLite's functions, callbacks of HDF5.
@@ -12,7 +12,7 @@ _unfinished: list[Callable[[], object]] = []
 
 @contextmanager
 def undone_by(undo: Callable[[], object]) -> Iterator[None]:
-    """Have something undone where what follows fails, or the process is told to end meanwhile."""
+    """Have something undone where what follows fails, or the process is asked to end meanwhile."""
     _unfinished.append(undo)
     try:
         yield

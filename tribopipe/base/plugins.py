@@ -39,7 +39,7 @@ def own_first(entries: Iterable[EntryPoint]) -> tuple[EntryPoint, ...]:
 
 
 def is_own(entry: EntryPoint) -> bool:
-    """Tell whether an entry point is tribopipe's."""
+    """Return whether an entry point is tribopipe's."""
     return entry.module.startswith("tribopipe.")
 
 

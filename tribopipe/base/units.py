@@ -139,7 +139,7 @@ def _unit(text: str) -> _Unit:
 
 
 def is_unit(text: str) -> bool:
-    """Tell whether the text can be read as a unit."""
+    """Return whether the text can be read as a unit."""
     try:
         _unit(text)
     except ValueError:
@@ -148,12 +148,12 @@ def is_unit(text: str) -> bool:
 
 
 def is_unit_of(text: str, kind: str) -> bool:
-    """Tell whether the text is a unit of a kind of number."""
+    """Return whether the text is a unit of a kind of number."""
     return is_unit(text) and _unit(text).dimension == _unit(KINDS[kind].si).dimension
 
 
 def is_rotational(text: str) -> bool:
-    """Tell whether the text is a unit of rotational speed alone; Hz and 1/s may as well be those of a frequency."""
+    """Return whether the text is a unit of rotational speed alone; Hz and 1/s may as well be those of a frequency."""
     return is_unit_of(text, "rotational speed") and text.casefold() not in ("hz", "khz", "1/s", "s^-1")
 
 

@@ -18,7 +18,7 @@ from tribopipe.browse.routes import api_router
 
 
 def create_app(archive_folder: Path, key: Key) -> FastAPI:
-    """Return the application for whoever shows a key; it reads the archive and writes nothing but its catalogue."""
+    """Return the application for whoever shows a key; it reads the archive and writes nothing but its catalog."""
     app = FastAPI(openapi_url=None, docs_url=None, redoc_url=None, redirect_slashes=False)
     app.state.library = Library(archive_folder)
     app.include_router(api_router(app.state.library))

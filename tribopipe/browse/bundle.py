@@ -24,7 +24,7 @@ _TYPES = {
     ".woff": "font/woff",
     ".woff2": "font/woff2",
 }
-"""Said here, as a registry of Windows may call a script a text."""
+"""Set here, since a registry of Windows may call a script a text."""
 NOT_BUILT = (
     "found no web pages in this installation; expected those that are built with the package; run `pip install "
     "--force-reinstall tribopipe` where the npm registry can be reached, or `npm ci && npm run build` in "
@@ -33,7 +33,7 @@ NOT_BUILT = (
 
 
 def is_built() -> bool:
-    """Tell whether the client is there."""
+    """Return whether the client is there."""
     return (BUNDLE / _PAGE).is_file()
 
 

@@ -86,6 +86,6 @@ def shown(x: Column, span: tuple[float, float], width: int) -> Shown:
 
 
 def _starts(seen: Column, before: int, after: int, width: int) -> Places:
-    """Return the first sample of each column; those beside the window have their own, lest one of them stand for it."""
+    """Return the first sample of each column; those with the window have their own, lest one of them stand for it."""
     inside = first_of_columns(seen[before : len(seen) - after], width) + before
     return np.concatenate([np.arange(before), inside, np.arange(len(seen) - after, len(seen))])

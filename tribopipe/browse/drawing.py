@@ -11,7 +11,7 @@ from tribopipe.browse.decimate import Points, Shown, Window, shown
 from tribopipe.views.plot import Curve, Panel, Plot, Unit
 
 _COLOURED = ("archard", "sarkar")
-"""Laws that have a colour of their own; others take the next that is free."""
+"""Laws with their own color; others take the next that is free."""
 
 
 def plot_answer(name: str, plot: Plot, window: Window) -> dict[str, Any]:

@@ -122,7 +122,7 @@ def _own_names(scope: Scope) -> list[str]:
 
 
 def _from_elsewhere(headers: Headers, names: Iterable[str]) -> bool:
-    """Tell whether another page asks, other than by a link that was followed to here."""
+    """Return whether another page asks, other than by a link that was followed to here."""
     origin, site = headers.get("origin"), headers.get("sec-fetch-site", "none")
     if origin is not None and origin not in {f"http://{name}" for name in names}:
         return True

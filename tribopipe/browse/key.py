@@ -15,7 +15,7 @@ _BYTES = 16
 
 
 class Key:
-    """What one server wants to see, anew for each."""
+    """What one server wants to see, new for each."""
 
     def __init__(self) -> None:
         self._secret = secrets.token_urlsafe(_BYTES)
@@ -31,11 +31,11 @@ class Key:
         return _with_key(base, once)
 
     def cookie(self, port: int) -> str:
-        """Return the cookie that holds the key, whose name tells the port: browsers share cookies between ports."""
+        """Return the cookie that holds the key, whose name gives the port: browsers share cookies between ports."""
         return f"{_cookie_name(port)}={self._secret}"
 
     def is_told(self, query: QueryParams) -> bool:
-        """Tell whether the key stands in an address, or one that was made for once and has not been used."""
+        """Return whether the key stands in an address, or one that was made for once and has not been used."""
         told = query.get(_IN_ADDRESS, "")
         if told in self._once:
             self._once.remove(told)
@@ -43,7 +43,7 @@ class Key:
         return self._is_mine(told)
 
     def is_kept(self, cookies: Mapping[str, str], port: int) -> bool:
-        """Tell whether a cookie holds the key."""
+        """Return whether a cookie holds the key."""
         return self._is_mine(cookies.get(_cookie_name(port), ""))
 
     def _is_mine(self, told: str) -> bool:

@@ -29,7 +29,7 @@ class Library:
         """For what will be asked for next."""
 
     def revision(self) -> str:
-        """Return the revision of the archive, with the catalogue brought up to it."""
+        """Return the revision of the archive, with the catalog brought up to it."""
         with self._lock:
             revision = self.catalogue.revision
             if revision != self._seen:

@@ -22,7 +22,7 @@ def course_axis(run: RunFile, step: StepName) -> str | None:
 
 
 def draw_course(run: RunFile, x: Column, step: StepName) -> tuple[Panel, ...]:
-    """Draw the course of local wear beside the model with uniform pressure."""
+    """Draw the course of local wear with the model with uniform pressure."""
     folder = f"/entry/{step}/course/"
     names = [path.removeprefix(folder) for path in run.datasets if path.startswith(folder)]
     return local_wear_panels(x, ReadOnDemand(names, lambda name: run.column(folder + name)), run.id, folder)
@@ -41,7 +41,7 @@ def _effective(run: RunFile, recipe: Recipe) -> EffectiveCoefficient | None:
 
 
 def draw_coefficient(run: RunFile) -> tuple[Panel, ...]:
-    """Draw effective k_D against the friction coefficient, beside what the fitted laws say of it (paper, Fig. 5)."""
+    """Draw effective k_D against the friction coefficient, with the values of the fitted laws (paper, Fig. 5)."""
     found = effective(run)
     fits = (run.result(name, WearFit) for name in WEAR_FITS.values())
     laws = [

@@ -1,4 +1,4 @@
-"""How long the server waits for a client, and for how many: one that says nothing, or takes nothing, keeps no place.
+"""Limits for clients: how long the server waits for one, and how many it serves; an idle client keeps no place.
 
 uvicorn bounds none of these. Times are by the clock of the event loop.
 """
@@ -11,7 +11,7 @@ from operator import attrgetter
 from uvicorn.protocols.http.h11_impl import H11Protocol, RequestResponseCycle
 
 _REQUEST_WITHIN = 10.0
-"""How long a client may take to say what it wants, s."""
+"""How long a client may take to state what it wants, s."""
 _TAKEN_WITHIN = 30.0
 """How long it may take nothing of an answer, s."""
 _MOST = 600

@@ -41,14 +41,14 @@ class PlotOffer:
     name: str
     title: str
     stage: str
-    """The step beside which it is shown, or "raw"."""
+    """The step with which it is shown, or "raw"."""
     path: str
     """What a viewer of HDF5 opens for it."""
     axes: tuple[str, ...]
     """Names of the axes it can be drawn against, the usual one first."""
     draw: Draw = field(repr=False)
     words: str = ""
-    """What a reader has to be told of it, which its page does not say anyway."""
+    """What a reader has to be given of it, which its page does not state anyway."""
 
     def drawing(self, against: str | None = None) -> Plot:
         """Draw it against an axis, or the usual one."""
@@ -170,7 +170,7 @@ def _course(run: RunFile, step: StepName, axis_path: str, _: str) -> tuple[Panel
 
 def _recorded(run: RunFile) -> Iterator[PlotOffer]:
     if changed(run):
-        yield _sampled(run, "clean-up", "What clean-up changed", "clean_up", "/entry/clean_up/data", draw_clean_up)
+        yield _sampled(run, "clean-up", "Changes by preprocessing", "clean_up", "/entry/clean_up/data", draw_clean_up)
     if recorded(run):
         yield _sampled(run, "signals", "Recorded signals", RAW, "/entry/raw", draw_signals)
     for number, (name, path) in enumerate(run.keep("extras", lambda: extras(run)).items()):

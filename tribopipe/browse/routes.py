@@ -125,7 +125,7 @@ def _drawing(offers: list[PlotOffer], name: str, against: str | None) -> Plot:
 
 
 def _read_ahead(plots: list[PlotOffer]) -> None:
-    """Read what the first plot is drawn from; what stands in its way is told when it is asked for."""
+    """Read what the first plot is drawn from; what stands in its way is given when it is asked for."""
     for first in plots[:1]:
         first.drawing()
 

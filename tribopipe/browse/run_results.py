@@ -38,7 +38,7 @@ class ReadOnDemand(Mapping[K, V], Generic[K, V]):
 
 
 def raw_run(run: RunFile, *, recorded: bool = False) -> RawRun:
-    """Return a run, by the name of its file, with its signals as they were cleaned up, or as recorded."""
+    """Return a run, by the name of its file, with its preprocessed signals, or as recorded."""
     found = {name: RAW + name if recorded else run.signal_path(name) for name in SIGNALS}
     paths = {name: path for name, path in found.items() if path and path in run.datasets}
     columns = ReadOnDemand(paths, lambda name: run.sampled(paths[name]))

@@ -141,7 +141,7 @@ class RunFile(ArchivedFile):
         return step.result if step is not None and isinstance(step.result, record) else None
 
     def signal_path(self, name: SignalName) -> str | None:
-        """Return where a signal stands as it was cleaned up, or else as recorded; none where it has none."""
+        """Return where a signal stands as it was preprocessed, or else as recorded; none where it has none."""
         paths = (f"/entry/clean_up/data/{name}", f"/entry/raw/{name}")
         return next((path for path in paths if path in self.datasets), None)
 
@@ -159,8 +159,8 @@ class RunFile(ArchivedFile):
         values, samples = self.column(path), self.outline.samples
         if len(values) != samples:
             raise ArchiveError(
-                f"{self.path}: found {len(values):,} values in {path}; expected {samples:,}, one a sample; restore the "
-                "file from a copy"
+                f"{self.path}: found {len(values):,} values in {path}; expected {samples:,}, one per sample; restore "
+                "the file from a copy"
             )
         return values
 

@@ -43,7 +43,7 @@ class Site:
 
 
 def serve(archive: Path, port: int, tell: Callable[[str], None], *, open_browser: bool) -> None:
-    """Serve an archive until Ctrl-C, at a free port where ``port`` is 0; tell the address, and show it in the browser.
+    """Serve an archive until Ctrl-C, at a free port where ``port`` is 0; give the address, and show it in the browser.
 
     Raises ``ArchiveError`` where the port is taken.
     """

@@ -1,4 +1,4 @@
-"""Plots of what was recorded: signals, columns without a meaning, and what clean-up changed."""
+"""Plots of what was recorded: signals, columns without a meaning, and what preprocessing changed."""
 
 from tribopipe.base.arrays import Column
 from tribopipe.browse.run_results import raw_run
@@ -21,12 +21,12 @@ def draw_signals(run: RunFile, x: Column) -> tuple[Panel, ...]:
 
 
 def changed(run: RunFile) -> list[SignalName]:
-    """Return the signals that clean-up changed, but for axes."""
+    """Return the signals that preprocessing changed, but for axes."""
     return [name for name in run.outline.origins if name not in AXES and CLEANED + name in run.datasets]
 
 
 def draw_clean_up(run: RunFile, x: Column) -> tuple[Panel, ...]:
-    """Draw each signal that clean-up changed, before and after."""
+    """Draw each signal that preprocessing changed, before and after."""
     return clean_up_panels(x, raw_run(run, recorded=True), raw_run(run), changed(run))
 
 

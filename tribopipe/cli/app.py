@@ -51,7 +51,7 @@ def _safe_usage_errors() -> Iterator[None]:
 
 
 class _Commands(HelpPanels):
-    """All commands, told of safely where the command line is not understood."""
+    """All commands, with safe messages where the command line is not understood."""
 
     def make_context(self, *args: Any, **others: Any) -> Any:
         with _safe_usage_errors():
@@ -91,7 +91,7 @@ _PANELS = {
     "Workflow": "new check ingest process correct-drift fit predict watch live formats",
     "Results": "ls show report export browse",
     "Studies": "study plan sweep",
-    "Archive care": "mark-bad tag note remove restore verify reproduce rescue import",
+    "Archive maintenance": "mark-bad tag note remove restore verify reproduce rescue import",
     "Simulation": "demo simulate local-wear",
     "Help": "help schema",
 }
@@ -122,7 +122,7 @@ _PLAIN = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−–μ·…─", "-01234
 
 
 def _plainly(error: UnicodeError) -> tuple[str, int]:
-    """Write powers as ^-8 and Greek in Latin letters where the console's encoding lacks them."""
+    """Write powers as ^-8 and Greek in Latin letters where the console's encoding does not have them."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     text = error.object[error.start : error.end]

@@ -39,7 +39,7 @@ def _part(text: str) -> Part:
 
 Jobs = Annotated[
     int | None,
-    typer.Option("-j", "--jobs", min=0, help="Processes at once; 0 for as many as there are cores.", show_default="1"),
+    typer.Option("-j", "--jobs", min=0, help="Number of parallel processes; 0 for all cores.", show_default="1"),
 ]
 JobsOnAllCores = Annotated[
     int | None,
@@ -53,19 +53,19 @@ Scheduler = Annotated[
 ]
 Shard = Annotated[
     Part | None,
-    typer.Option("--shard", parser=_part, metavar="I/N", help="Take every n-th run alone, from the i-th."),
+    typer.Option("--shard", parser=_part, metavar="I/N", help="Process only every n-th run, starting with the i-th."),
 ]
 
 
 def crew(jobs: int | None, scheduler: str | None, usual: int = 1) -> "Crew":
-    """Return who does a batch, so many processes at once where nothing else is said; 0 for as many as there are cores.
+    """Return who does a batch, with so many processes at once by default; 0 for as many as there are cores.
 
     Raises ``BadParameter`` for a number of jobs where a scheduler has its own workers.
     """
     from tribopipe.base.executor import Crew
 
     if jobs is not None and scheduler not in (None, _LOCAL):
-        raise typer.BadParameter("found -j beside a scheduler, which has workers of its own; expected one of the two")
+        raise typer.BadParameter("found -j with a scheduler, which has its own workers; expected one of the two")
     if jobs is None:
         jobs = usual if scheduler is None else _cores()
     return Crew(jobs or _cores(), scheduler, say)
@@ -77,5 +77,5 @@ def seen_by(who: "Crew", path: Path) -> Path:
 
 
 def _cores() -> int:
-    """Return how many cores this process may use, as a queueing system has said."""
+    """Return how many cores this process may use, as a queueing system has set it."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

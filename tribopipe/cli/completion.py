@@ -57,7 +57,7 @@ def answer(told: Mapping[str, str]) -> None:
 
 
 def complete(root: Any, shell: str, told: Mapping[str, str]) -> tuple[str, int]:
-    """Return what to print for a shell, and the exit code, by what its script tells in variables."""
+    """Return what to print for a shell, and the exit code, by what its script shows in variables."""
     found = choices(root, line_of(shell, told))
     if told.get("_TYPER_COMPLETE_FISH_ACTION") == "is-args":
         return "", int(not found)
@@ -65,7 +65,7 @@ def complete(root: Any, shell: str, told: Mapping[str, str]) -> tuple[str, int]:
 
 
 def line_of(shell: str, told: Mapping[str, str]) -> Line:
-    """Return the command line so far as the script of a shell tells it."""
+    """Return the command line so far as the script of a shell gives it."""
     if shell == "bash":
         words, place = _split(told.get("COMP_WORDS", "")), int(told.get("COMP_CWORD", "0"))
         return Line([word for word in words[1:place] if word != "="], "".join(words[place : place + 1]).lstrip("="))

@@ -14,7 +14,7 @@ _PLAN, _RUNS, _ARCHIVE = "plan.toml", "runs", "archive"
 
 
 def demo(
-    folder: Annotated[Path, typer.Option("--folder", help="Folder to put everything into.")] = Path("tribopipe-demo"),
+    folder: Annotated[Path, typer.Option("--folder", help="Output folder.")] = Path("tribopipe-demo"),
     port: Port = 0,
     no_browser: NoBrowser = False,
 ) -> None:

@@ -1,7 +1,7 @@
 """Where the `tribopipe` command begins: it looks after Ctrl-C before it loads anything else.
 
 An archive outlives a process that is killed at any moment, so an interrupted command simply ends: what it was writing
-is taken away, one sentence is said, and nothing more of it runs.
+is taken away, one sentence is printed, and nothing more of it runs.
 """
 
 import os
@@ -14,7 +14,7 @@ from types import FrameType
 from tribopipe.base.interrupts import undo_all
 
 _ENDINGS = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "ended with its terminal"}
-"""Signals that ask a process to end, as far as the system has them, and what is said then."""
+"""Signals that ask a process to end, as far as the system has them, and what is printed then."""
 _STDERR = 2
 _BY_PYTHON = warnings.formatwarning
 _Handler = Callable[[int, FrameType | None], object] | signal.Handlers
@@ -40,7 +40,7 @@ def main() -> None:
 
 
 def _told(message: Warning | str, category: type[Warning], filename: str, lineno: int, line: str | None = None) -> str:
-    """Write a warning of tribopipe's own as a sentence, and any other with its place in the code."""
+    """Write a warning of tribopipe itself as a sentence, and any other with its place in the code."""
     if category is not UserWarning:
         return _BY_PYTHON(message, category, filename, lineno, line)
     from tribopipe.cli.output import seen
@@ -57,7 +57,7 @@ def _look_after(handler: _Handler) -> None:
 
 
 def _end(number: int, _: FrameType | None) -> None:
-    """End the process, with the exit code by which shells tell a signal."""
+    """End the process, with the exit code by which shells give a signal."""
     signal.signal(number, signal.SIG_IGN)
     undo_all()
     said = (

@@ -37,7 +37,7 @@ export_app.command("dataset")(export_dataset)
 
 @dataclass(frozen=True)
 class _Subject:
-    """What a run, and what is said on the command line, tell of wear."""
+    """Wear as known from a run and from the command line."""
 
     manifest: "RunManifest"
     known: "KnownWear"
@@ -71,7 +71,7 @@ def umeshmotion(
     element_size: Annotated[
         str | None,
         typer.Option(
-            help='Size of the mesh in the contact, "1 um"; a tenth of the unworn contact\'s radius unless said.'
+            help='Size of the mesh in the contact, "1 um"; by default a tenth of the radius of the unworn contact.'
         ),
     ] = None,
     jtyp: Annotated[
@@ -82,16 +82,16 @@ def umeshmotion(
         ),
     ] = "0",
     output: Annotated[
-        Path | None, typer.Option("--output", help="Folder to write into; umeshmotion-ID unless said.")
+        Path | None, typer.Option("--output", help="Folder to write into; by default umeshmotion-ID.")
     ] = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
-    force: Annotated[bool, typer.Option("--force", help="Replace files that are there already.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace existing files.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Write a user subroutine of an identified wear law for ABAQUS.
 
-    Beside it: the step for an input file, a harness that drives the subroutine without ABAQUS, and what to know. It has
-    been compiled and driven by the harness; it has not been run in ABAQUS.
+    Next to it: the step for an input file, a harness that drives the subroutine without ABAQUS, and what to know. It
+    has been compiled and driven by the harness; it has not been run in ABAQUS.
     """
     from tribopipe.extras.abaqus.texts import texts
 
@@ -110,7 +110,7 @@ def umeshmotion(
 
 
 def _of_folder(folder: Path, law: Law, coefficient: str | None, friction: str | None) -> _Subject:
-    """Take what run.toml says, and k_D from the command line."""
+    """Take what run.toml states, and k_D from the command line."""
     from tribopipe.documents.manifest import manifest_path, read_manifest
     from tribopipe.evaluation.friction_paths import stated_path
 
@@ -222,7 +222,7 @@ def _end(manifest: "RunManifest", given: str | None, own: float | None) -> float
     if given is not None:
         return float(quantity("--until", given, manifest.progress.kind).value)
     if own is None:
-        raise typer.BadParameter(f'say how far to wear: --until "{manifest.progress.example}"')
+        raise typer.BadParameter(f'state the end of the wear: --until "{manifest.progress.example}"')
     return own
 
 

@@ -22,13 +22,13 @@ def export_csv(
     what: Annotated[
         str | None,
         typer.Option(
-            help="raw, cleaned, other-columns, corrected, friction, wear, fit, prediction or local-wear; several with "
-            "commas between; everything a run has unless said."
+            help="raw, cleaned, other-columns, corrected, friction, wear, fit, prediction or local-wear; several "
+            "separated by commas; by default everything the run has."
         ),
     ] = None,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder to write into.")] = Path("csv"),
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
-    force: Annotated[bool, typer.Option("--force", help="Replace files that are there already.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace existing files.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Write columns of runs as CSV.
@@ -90,7 +90,7 @@ def _chosen(text: str) -> list[tuple[str, ...]]:
 def _jobs(
     store: "Archive", run_id: str, wanted: "Sequence[tuple[str, ...]] | None", folder: Path
 ) -> "tuple[list[_Job], list[TribopipeError]]":
-    """Return what is to be written of a run, and what stands in the way: of each word, one kind has to be there."""
+    """Return what is to be written of a run, and what prevents: of each word, one kind has to be there."""
     from tribopipe.base.errors import TribopipeError
     from tribopipe.views.csv_files import csv_kinds, lacking
 

@@ -59,12 +59,12 @@ def export_dataset(
     dataset: Annotated[
         Path | None,
         typer.Option(
-            "--dataset", help="TOML file with title, people, licence; dataset.toml beside the archive unless said."
+            "--dataset", help="TOML file with title, people, license; by default dataset.toml next to the archive."
         ),
     ] = None,
-    report: Annotated[bool, typer.Option("--report/--no-report", help="Whether to draw a report of each run.")] = True,
+    report: Annotated[bool, typer.Option("--report/--no-report", help="Include a report of each run.")] = True,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
-    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there already.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Pack runs and studies for a repository or a lab notebook.
@@ -100,14 +100,14 @@ def export_dataset(
 def _path(ro_crate: Path | None, eln: Path | None) -> Path:
     """Return what is to be written."""
     if (ro_crate is None) == (eln is None):
-        raise typer.BadParameter("say what to write: --ro-crate OUT, or --eln OUT.eln")
+        raise typer.BadParameter("state the file to write: --ro-crate OUT, or --eln OUT.eln")
     if eln is not None and eln.suffix.lower() != ".eln":
         raise typer.BadParameter(f"--eln: found {str(eln)!r}; expected a name that ends in .eln")
     return ro_crate or eln or Path()
 
 
 def _said(path: Path | None, archive: Path) -> "tuple[Dataset, bytes | None]":
-    """Return what dataset.toml says, and its bytes; nothing where none is named and none lies beside the archive."""
+    """Return what dataset.toml states, and its bytes; nothing where none is named and none lies next to the archive."""
     from tribopipe.documents.dataset import DATASET_NAME, NOTHING_SAID, Dataset
     from tribopipe.documents.record import read_document
     from tribopipe.documents.toml import parse_toml, read_bytes
@@ -125,7 +125,7 @@ def _tell(exported: "Exported") -> None:
     beside = f" and {len(studies)} {'study' if len(studies) == 1 else 'studies'}" if studies else ""
     say(f"{len(runs)} run{'' if len(runs) == 1 else 's'}{beside} written to {exported.path}")
     if exported.lacking:
-        say(f"note: repositories ask for {', '.join(exported.lacking)}; say it in dataset.toml beside the archive")
+        say(f"note: repositories require {', '.join(exported.lacking)}; add it to dataset.toml next to the archive")
 
 
 def _document(exported: "Exported") -> dict[str, Any]:

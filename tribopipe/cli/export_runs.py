@@ -20,7 +20,7 @@ def export_runs(
             "--output",
             "-o",
             help="File to write: .csv, .xlsx (Excel, Origin), .tex (LaTeX with booktabs and siunitx) or .md "
-            "(Markdown); CSV on stdout unless said.",
+            "(Markdown); by default CSV on stdout.",
         ),
     ] = None,
     decimal_comma: Annotated[
@@ -32,7 +32,7 @@ def export_runs(
         ),
     ] = False,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
-    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there already.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
 ) -> None:
     """Write the list of runs for spreadsheets, scripts and papers.
 
@@ -49,7 +49,7 @@ def export_runs(
         raise typer.BadParameter(f"--output: found a name that ends in {suffix}; expected one in {', '.join(FORMS)}")
     if decimal_comma and suffix not in WITH_COMMAS:
         raise typer.BadParameter(
-            f"--decimal-comma: found it beside a {suffix} file; expected {' or '.join(WITH_COMMAS)}; a workbook has "
+            f"--decimal-comma: found it with a {suffix} file; expected {' or '.join(WITH_COMMAS)}; a workbook has "
             "the decimal sign of the program that opens it"
         )
     require_free([] if output is None else [output], force=force)

@@ -100,7 +100,7 @@ def _plain(name: str) -> str:
 
 
 def _near(topic: str, context: typer.Context) -> str:
-    """Say what was probably meant, which pages speak of it, or how all are listed."""
+    """Report what was probably meant, which pages speak of it, or how all are listed."""
     from tribopipe.base.errors import did_you_mean
     from tribopipe.cli.manual import pages, pages_about, sections
 
@@ -112,7 +112,7 @@ def _near(topic: str, context: typer.Context) -> str:
 
 
 def _command_help(words: list[str], context: typer.Context) -> str | None:
-    """Return what --help says of a command, such as "fit" or "study run"; none where there is no such command."""
+    """Return what --help states about a command, such as "fit" or "study run"; none where there is no such command."""
     place: Any = context.find_root()
     for word in words:
         command = getattr(place.command, "commands", {}).get(word)

@@ -20,7 +20,7 @@ _DEPTH = 2
 _LONGEST = 60
 """Characters of a text that are shown in a tree."""
 _BESIDE = ("NX_class", "units")
-"""Attributes that stand beside the name of what has them."""
+"""Attributes that stand next to the name of what has them."""
 
 
 def show_part(store: "Archive", run_id: str, path: str, rows: int) -> None:
@@ -58,7 +58,7 @@ def part_json(store: "Archive", run_id: str, path: str) -> dict[str, Any]:
 
 
 def _document(part: "Part", depth: int) -> dict[str, Any]:
-    """Return what is said of a part but columns of values, and of the members of a group."""
+    """Return what is stated about a part but columns of values, and of the members of a group."""
     import h5py
 
     told: dict[str, Any] = {"attributes": {name: _json(value) for name, value in part.attrs.items()}}
@@ -115,7 +115,7 @@ def _tree(group: "h5py.Group", depth: int) -> Iterator[str]:
 
 
 def _link(group: "h5py.Group", name: str) -> str | None:
-    """Say where a link leads; nothing of a member of the group's own."""
+    """Report where a link leads; nothing of a member of the group's own."""
     import h5py
 
     link = group.get(name, getlink=True)
@@ -123,7 +123,7 @@ def _link(group: "h5py.Group", name: str) -> str | None:
 
 
 def _described(part: "Part") -> str:
-    """Say what a part is: the class of a group; shape, type and unit of a dataset, or its value where it has one."""
+    """Report what a part is: the class of a group; shape, type and unit of a dataset, or its value where it has one."""
     import h5py
 
     if isinstance(part, h5py.Group):
@@ -158,7 +158,7 @@ def _plotted(group: "h5py.Group") -> "dict[str, h5py.Dataset]":
 
 
 def _beside(group: "h5py.Group") -> "dict[str, h5py.Dataset]":
-    """Return those of a plot that make a table beside its signal; nothing where that is no column."""
+    """Return those of a plot that make a table with its signal; nothing where that is no column."""
     plotted = _plotted(group)
     signal = next((plotted[name] for name in _names(group, "signal") if name in plotted), None)
     if signal is None or signal.ndim != 1:
@@ -194,7 +194,7 @@ def _laid_out(text: str) -> str:
 
 
 def _cells(columns: "Sequence[h5py.Dataset]", rows: int) -> list[list[str]]:
-    """Return the first and last values of columns beside each other, with their numbers before them."""
+    """Return the first and last values of columns next to each other, with their numbers before them."""
     return [
         ["…"] * (len(columns) + 1) if number is None else [f"{number:,}", *(_text(_read(c, number)) for c in columns)]
         for number in _ends(len(columns[0]) if columns else 0, rows)

@@ -24,9 +24,9 @@ def import_crate(
 ) -> None:
     """Import the runs and studies of an exported dataset.
 
-    Every file is held against the SHA-256 that the crate tells, and against the seal in it. One that is in the archive
+    Every file is held against the SHA-256 that the crate shows, and against the seal in it. One that is in the archive
     already and the same stays; one of the same id and other content is refused. A dataset.toml of the crate is written
-    beside the archive where there is none.
+    next to the archive where there is none.
     """
     from tribopipe.extras.fair.restore import restore
 

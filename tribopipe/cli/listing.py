@@ -21,8 +21,8 @@ Where = Annotated[
     str,
     typer.Option(
         "--where",
-        help='Which runs: "material=Si3N4 load>300mN tag=run-in k_d<1e-8 started>=2006-03 title~wear"; '
-        "all of it has to hold, none means nothing known.",
+        help='Filter, such as "material=Si3N4 load>300mN tag=run-in k_d<1e-8 started>=2006-03 title~wear"; '
+        "all conditions must hold; none means no value.",
     ),
 ]
 Sort = Annotated[
@@ -39,7 +39,7 @@ def ls(
     columns: Columns = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     everything: Annotated[
-        bool, typer.Option("--all", help="All rows on a terminal too; a file or a pipe gets them anyway.")
+        bool, typer.Option("--all", help="Show all rows on a terminal; files and pipes always get all.")
     ] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -98,7 +98,7 @@ def _quantity(run: "ListedRun", column: "ListedColumn") -> dict[str, Any] | None
 
 
 def up_to_date(archive: "Path") -> "Catalogue":
-    """Return the catalogue of an archive as it is now. Raises ``ArchiveError`` where there is no archive."""
+    """Return the catalog of an archive as it is now. Raises ``ArchiveError`` where there is no archive."""
     from tribopipe.archive.catalog.catalog import Catalogue
 
     require_archive(archive)
@@ -111,7 +111,7 @@ def up_to_date(archive: "Path") -> "Catalogue":
 
 
 def tell_unreadable(catalogue: "Catalogue", *, some_done: bool) -> None:
-    """Tell each file of an archive that cannot be read, and exit accordingly."""
+    """Report each file of an archive that cannot be read, and exit accordingly."""
     from tribopipe.base.errors import ArchiveError
 
     exit_with([ArchiveError(sentence) for _, sentence in catalogue.unreadable], some_done=some_done)

@@ -29,36 +29,32 @@ Tell = Callable[["LiveUpdate"], None]
 
 
 def live(
-    run: Annotated[Path, typer.Argument(help="Run folder, whose run.toml is written and whose signals still grow.")],
+    run: Annotated[Path, typer.Argument(help="Run folder with a run.toml and signals that are still recorded.")],
     law: Law = "archard",
     recipe: RecipeFile = None,
     to: Annotated[
-        str | None, typer.Option("--to", help="Planned end, as in '500 m'; wins over conditions.sliding_distance.")
+        str | None, typer.Option("--to", help="Planned end, such as '500 m'; overrides conditions.sliding_distance.")
     ] = None,
-    drift: Annotated[
-        str | None, typer.Option("--drift", help="What is known of the sensor's drift: '0 +- 5 nm/min'.")
-    ] = None,
+    drift: Annotated[str | None, typer.Option("--drift", help="Drift of the sensor if known: '0 +- 5 nm/min'.")] = None,
     disc_wear: Annotated[
         str | None,
         typer.Option("--disc-wear", help="Wear of the disc expected at the planned end: '0.15 +- 0.1 um'."),
     ] = None,
     drift_from: Annotated[
-        Path | None, typer.Option("--drift-from", help="Archive whose runs on this instrument tell its drift.")
+        Path | None, typer.Option("--drift-from", help="Archive to take the drift of this instrument from.")
     ] = None,
     wear_from: Annotated[
-        Path | None, typer.Option("--wear-from", help="Archive whose runs of the same bodies tell k_D beforehand.")
+        Path | None, typer.Option("--wear-from", help="Archive to take k_D of the same bodies from.")
     ] = None,
-    every: Annotated[float, typer.Option("--every", help="Time between looks, s.", min=0.1)] = 5.0,
+    every: Annotated[float, typer.Option("--every", help="Time between updates, s.", min=0.1)] = 5.0,
     until_still: Annotated[
-        float | None, typer.Option("--until-still", help="End when nothing was appended for so long, s.", min=0.0)
+        float | None, typer.Option("--until-still", help="Stop after this idle time, s.", min=0.0)
     ] = None,
-    once: Annotated[bool, typer.Option("--once", help="Say what is there, and end.")] = False,
-    figure: Annotated[
-        Path | None, typer.Option("--figure", help="Picture to keep up to date, such as live.svg.")
-    ] = None,
+    once: Annotated[bool, typer.Option("--once", help="Show the current state and exit.")] = False,
+    figure: Annotated[Path | None, typer.Option("--figure", help="Figure to update, such as live.svg.")] = None,
     as_json: Annotated[
         bool,
-        typer.Option("--json", callback=keep_stdout_for_json, help="Print one JSON document a line for each update."),
+        typer.Option("--json", callback=keep_stdout_for_json, help="Print one JSON document per line for each update."),
     ] = False,
 ) -> None:
     """Follow a test while it runs: k_D so far, and warnings.
@@ -89,7 +85,7 @@ def live(
             tell(update)
             if figure is not None and session.grew:
                 _draw(session, update, figure)
-    say(f"`tribopipe process {run}` evaluates the run; write the wear at its end into run.toml once it is measured")
+    say(f"`tribopipe process {run}` evaluates the run; add any post-test measurement to run.toml first")
     if session.alarmed:
         raise typer.Exit(FAILED)
 
@@ -148,7 +144,7 @@ def _wait(seconds: float, goes_on: Callable[[], bool]) -> None:
 
 @contextmanager
 def _until_interrupted() -> Iterator[Callable[[], bool]]:
-    """Give what tells whether to go on: Ctrl-C ends what follows after the look that it is in, a second one at once."""
+    """Give a function that shows whether to go on: Ctrl-C ends after the present update, a second one at once."""
     interrupts: list[int] = []
     before = signal.getsignal(signal.SIGINT)
 
@@ -166,7 +162,7 @@ def _until_interrupted() -> Iterator[Callable[[], bool]]:
 
 @contextmanager
 def _display(session: "Session", *, as_json: bool) -> Iterator[Tell]:
-    """Give what tells an update: lines, or on a terminal one display that is refreshed."""
+    """Give a function that shows an update: lines, or on a terminal one display that is refreshed."""
     if as_json or not sys.stderr.isatty():
         yield lambda update: _tell_lines(session, update, as_json=as_json)
         return
@@ -190,7 +186,7 @@ def _show_cursor() -> None:
 
 
 def _tell_lines(session: "Session", update: "LiveUpdate", *, as_json: bool) -> None:
-    """Tell an update that says something new."""
+    """Report an update that states something new."""
     if as_json and (session.grew or update.alarms):
         print_json(record_json(update), indent=None)
     elif session.grew:

@@ -52,7 +52,7 @@ class _Asked:
     force: bool
 
     def places(self, manifest: "RunManifest") -> list[float]:
-        """Return where to wear to, m or rotations; nothing where that was not said."""
+        """Return where to wear to, m or rotations; nothing where that was not stated."""
         return [place("--at", text, manifest.progress) for text in self.at]
 
 
@@ -75,13 +75,13 @@ def local_wear(
     ] = None,
     engine: Annotated[
         Engine | None,
-        typer.Option(help="How the contact is solved: rings under a pin, a half space under discs, unless said."),
+        typer.Option(help="Contact solver; by default rings for a pin and a half space for discs."),
     ] = None,
     scheme: Annotated[
         Scheme,
         typer.Option(
-            help="Wear by the pressure at the end of each step, or the paper's before it; or UMESHMOTION's economy, "
-            "which mends the contact instead of solving it anew."
+            help="Wear with the pressure at the end of each step, or at its start as in the paper; or UMESHMOTION's "
+            "economy, which corrects the contact instead of solving it again."
         ),
     ] = "implicit",
     at: Annotated[
@@ -144,7 +144,7 @@ def local_wear(
 
 
 def _is_folder(run: str, archive: Path) -> bool:
-    """Tell a run folder from the id of an archived run, which wins."""
+    """Distinguish a run folder from the id of an archived run, which has priority."""
     return Path(run).exists() and not (archive / f"{run}.h5").exists()
 
 
@@ -176,7 +176,7 @@ def _wear_folder(folder: Path, asked: _Asked) -> "Outcome":
     places = asked.places(manifest) or (default_places(end) if end else [])
     if not places:
         raise FitError(
-            f"{folder}: found no end of the run in run.toml; expected one, or a place to wear to; say "
+            f"{folder}: found no end of the run in run.toml; expected one, or an end of the wear; add "
             f'--at "{manifest.progress.example}"'
         )
     path = folder_friction(folder, conditions, asked.law, asked.recipe)

@@ -1,4 +1,4 @@
-"""The documentation as it comes with the package: pages by name, and what is said of each error and finding by code."""
+"""The documentation as it comes with the package: pages by name, and the text on each error and finding by code."""
 
 import re
 from functools import cache
@@ -16,7 +16,7 @@ _NEXT_PART = re.compile(r"^## ", re.MULTILINE)
 
 @cache
 def sections() -> dict[str, str]:
-    """Return what is said of each error and finding by its code, as Markdown.
+    """Return what is stated about each error and finding by its code, as Markdown.
 
     Raises ``InternalError`` where the pages were not installed.
     """
@@ -30,7 +30,7 @@ def pages() -> list[str]:
 
 
 def page(name: str) -> str:
-    """Return a page as Markdown, without what it says to tests alone."""
+    """Return a page as Markdown, without its notes for tests."""
     return _COMMENT.sub("", (_folder() / f"{name}.md").read_text(encoding="utf-8")).lstrip()
 
 
@@ -40,7 +40,7 @@ def title(name: str) -> str:
 
 
 def pages_about(words: str) -> list[str]:
-    """Return the names of the pages that say some words, those first that have them in a heading, or say them often."""
+    """Return the names of the pages with some words: first those with them in a heading, then those with them often."""
     sought = re.compile(rf"(?<!\w){re.escape(words)}(?!\w)", re.IGNORECASE)
     found = {}
     for name in pages():

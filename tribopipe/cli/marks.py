@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from tribopipe.documents.annotation import Annotation
     from tribopipe.documents.mark import Mark
 
-By = Annotated[str | None, typer.Option("--by", help="Who it is by; by default the user logged in.")]
+By = Annotated[str | None, typer.Option("--by", help="Author; by default the user logged in.")]
 ArchivedIds = Annotated[
     list[str], typer.Argument(help="Ids of archived runs.", metavar="ID", autocompletion=archived_ids)
 ]
@@ -23,8 +23,8 @@ ArchivedIds = Annotated[
 
 def mark_bad(
     run_id: Annotated[str, typer.Argument(help="Id of an archived run.", metavar="ID", autocompletion=archived_ids)],
-    reason: Annotated[str, typer.Option("--reason", help="Why; kept with the run.")],
-    undo: Annotated[bool, typer.Option("--undo", help="Take the mark back.")] = False,
+    reason: Annotated[str, typer.Option("--reason", help="Reason; kept with the run.")],
+    undo: Annotated[bool, typer.Option("--undo", help="Remove the mark.")] = False,
     by: By = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     as_json: AsJson = False,
@@ -51,8 +51,8 @@ def _mark(run_id: str, reason: str, *, undo: bool, by: str | None) -> "Mark":
 
 def tag(
     run_ids: ArchivedIds,
-    add: Annotated[list[str] | None, typer.Option("--add", help="Tag to give; may be said again.")] = None,
-    remove: Annotated[list[str] | None, typer.Option("--remove", help="Tag to take back; may be said again.")] = None,
+    add: Annotated[list[str] | None, typer.Option("--add", help="Tag to add; may be repeated.")] = None,
+    remove: Annotated[list[str] | None, typer.Option("--remove", help="Tag to remove; may be repeated.")] = None,
     by: By = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     as_json: AsJson = False,
@@ -90,14 +90,14 @@ def _refuse_what_none_has(taken: "Iterable[str]", there: "Mapping[str, Sequence[
     for text in taken:
         if text not in known:
             raise ArchiveError(
-                f"{', '.join(there)}: found no tag {text!r} to take back; expected one that is there; "
+                f"{', '.join(there)}: found no tag {text!r} to remove; expected an existing one; "
                 f"{did_you_mean(text, known)}"
             )
 
 
 def note(
     run_ids: ArchivedIds,
-    text: Annotated[str, typer.Argument(help="What to note.", metavar="TEXT")],
+    text: Annotated[str, typer.Argument(help="Text of the note.", metavar="TEXT")],
     by: By = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     as_json: AsJson = False,
@@ -119,7 +119,7 @@ def note(
 
 
 def _each(run_ids: "Iterable[str]", change: "Callable[[str], str]") -> "list[TribopipeError]":
-    """Change runs and say what each has then; return what stood in the way of some."""
+    """Change runs and report what each has then; return the errors of some."""
     from tribopipe.base.failures import in_a_sentence
 
     errors = []

@@ -19,8 +19,8 @@ def new(
     files: Annotated[
         list[Path],
         typer.Argument(
-            help="Files that an instrument wrote during one test: one, several that continue each other, or one a "
-            "channel; or a folder of exports, each a run.",
+            help="Files that an instrument wrote during one test: one, several that continue each other, or one per "
+            "channel; or a folder of exports, one per run.",
             metavar="FILE",
         ),
     ],
@@ -148,7 +148,7 @@ def _tell(made: "NewRun") -> None:
     if made.lacks:
         say(f"still to be filled in: {', '.join(made.lacks)}")
     if made.problem:
-        say(f"still to be mended: {made.problem}")
+        say(f"still to be corrected: {made.problem}")
     if made.bodies_lack:
         say(f"friction alone is evaluated until run.toml describes the bodies: {', '.join(made.bodies_lack)}")
     first = f"see to that in {made.folder / 'run.toml'}, then " if made.lacks or made.problem else ""

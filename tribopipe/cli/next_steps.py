@@ -1,4 +1,4 @@
-"""What to do next from where somebody stands: said by `tribopipe` alone."""
+"""What to do next: shown by `tribopipe` without a command."""
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 _NAMED = 3
 """As many are named one by one."""
 _BEFORE_A_FIT = {"ingested", "cleaned", "corrected", "friction", "wear rate"}
-"""How far runs are, as the catalogue calls it, that were not fitted."""
+"""How far runs are, as the catalog calls it, that were not fitted."""
 
 _DEPTH = "a depth signal"
 _SIGNALS = {_DEPTH, "a friction signal"}
-"""What a run may lack that no run.toml can add."""
-_END_VALUE = "an end value of the pin"
+"""What may be missing and no run.toml can add."""
+_END_VALUE = "a post-test measurement of the pin"
 _MEASURED = ("end_depth", "wear_rate")
 """Columns that hold what was measured after a test."""
 
@@ -36,7 +36,7 @@ class NextStep(NamedTuple):
 
 
 def say_next_steps() -> None:
-    """Say what there is in the current folder, and what to do next with it."""
+    """Report what there is in the current folder, and what to do next with it."""
     found = look_around(Path(), DEFAULT_ARCHIVE)
     print_result(_standing(found))
     for step in next_steps(found):
@@ -59,7 +59,7 @@ def next_steps(found: Whereabouts) -> Iterator[NextStep]:
     if not left:
         yield from _onwards(counting, found)
     if found.archived:
-        yield NextStep("Look at what is there in the web browser", ("tribopipe browse",))
+        yield NextStep("Browse the archive in a web browser", ("tribopipe browse",))
 
 
 def _left_over(found: Whereabouts) -> Iterator[NextStep]:
@@ -93,13 +93,13 @@ def _standing(found: Whereabouts) -> str:
 
 
 def _beginnings(found: Whereabouts) -> Iterator[NextStep]:
-    yield NextStep("See what tribopipe does, on sample runs", ("tribopipe demo",))
+    yield NextStep("Try tribopipe on sample runs", ("tribopipe demo",))
     export = _quoted(found.exports[0]) if found.exports else "EXPORT"
-    yield NextStep("Make a run folder of what your tribometer exported in a test", (f"tribopipe new {export}",))
+    yield NextStep("Make a run folder from the export of a test", (f"tribopipe new {export}",))
     if len(found.exports) > 1:
         why = f"Or a run of each of {len(found.exports)} files, by a template of what is the same in all"
         yield NextStep(why, ("tribopipe help watch",))
-    yield NextStep("Read how it is done, in ten minutes", ("tribopipe help tutorial",))
+    yield NextStep("Read the ten-minute tutorial", ("tribopipe help tutorial",))
 
 
 def _not_as_archived(found: Whereabouts) -> tuple[list[Path], list[Path]]:
@@ -113,20 +113,20 @@ def _not_as_archived(found: Whereabouts) -> tuple[list[Path], list[Path]]:
 
 
 def _of_unreadable(found: Whereabouts) -> Iterator[NextStep]:
-    """Say what to do with files of the archive that cannot be read."""
+    """Report what to do with files of the archive that cannot be read."""
     if found.unreadable:
         why = f"{_counted(len(found.unreadable), 'file')} of the archive cannot be read: see why"
         yield NextStep(why, ("tribopipe verify",))
 
 
 def _of_folders(new: Sequence[Path], amended: Sequence[Path], found: Whereabouts) -> Iterator[NextStep]:
-    """Say what to do with run folders that are not in the archive as they are."""
+    """Report what to do with run folders that are not in the archive as they are."""
     if new:
         places = _places(new, within=found.runs)
         commands = (f"tribopipe check {places}", f"tribopipe process {places}")
-        yield NextStep(f"{_are(new, 'run folder')} not archived yet: look over, then evaluate", commands)
+        yield NextStep(f"{_are(new, 'run folder')} not archived yet: check, then evaluate", commands)
     if amended:
-        why = f"{RUN_TOML} of {_counted(len(amended), 'run')} has changed since it was archived: take in what was added"
+        why = f"{RUN_TOML} of {_counted(len(amended), 'run')} has changed since it was archived: archive the changes"
         # With the runs beside it, since predictions and studies of them may stand on it.
         yield NextStep(why, (f"tribopipe process {_all_in(amended)} --amend",))
 
@@ -149,16 +149,16 @@ def _of_warnings(runs: "Sequence[ListedRun]") -> Iterator[NextStep]:
 
 
 def _lacking(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextStep]:
-    """Say which runs with a [contact] have no wear coefficient, and what has to be written to their run.toml first."""
+    """Report which runs with a [contact] have no wear coefficient, and what has to be added to their run.toml."""
     runs = [run for run in _fitted(runs) if run.value("k_d") is None and _to_be_added(run)]
     if runs:
         lacks = " and ".join(_to_be_added(runs[0]))
-        why = f"{_are(runs, 'run')} without a wear coefficient ({_named(runs)}), for lack of {lacks}"
+        why = f"{_are(runs, 'run')} without a wear coefficient ({_named(runs)}); missing: {lacks}"
         yield _amending(runs[0], f"{why}: write what was measured to", found)
 
 
 def _by_sensor_alone(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextStep]:
-    """Say which wear coefficients rest on the depth sensor alone, and how to give them a post-test measurement."""
+    """Report which wear coefficients rest on the depth sensor alone, and how to give them a post-test measurement."""
     runs = [run for run in _fitted(runs) if run.value("k_d") is not None and not _was_measured(run)]
     if runs:
         why = f"{_are(runs, 'run')} without {_END_VALUE} ({_named(runs)}), k_D by the depth sensor alone"
@@ -170,7 +170,7 @@ def _fitted(runs: "Sequence[ListedRun]") -> "list[ListedRun]":
 
 
 def _was_measured(run: "ListedRun") -> bool:
-    """Tell whether wear was measured after a test, as it always was of two discs that are fitted."""
+    """Return whether wear was measured after a test, as it always was of two discs that are fitted."""
     return run.text("tribometer") == "twin-disc" or any(run.value(name) is not None for name in _MEASURED)
 
 
@@ -194,7 +194,7 @@ def _of_studies(found: Whereabouts) -> Iterator[NextStep]:
 
 
 def _onwards(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextStep]:
-    """Say what can be made of wear coefficients and wear rates once all is evaluated."""
+    """Report what can be made of wear coefficients and wear rates once all is evaluated."""
     known = [run for run in runs if run.value("k_d") is not None]
     rated = [run for run in runs if run.value("k_d") is None and run.value("wear_rate") is not None]
     if known:
@@ -210,7 +210,7 @@ def _onwards(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextSt
 def _of_wear_coefficients(known: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextStep]:
     alike = Counter(_bodies(run) for run in known if not run.text("studies"))
     if not found.studies and max(alike.values(), default=0) > 1:
-        why = "Judge the wear law: fit the run under the lightest load, predict the others of the same bodies"
+        why = "Test the wear law: fit the run under the lightest load, predict the others of the same bodies"
         yield NextStep(why, ("tribopipe study new",))
     twice = f"{2 * (known[0].number('load') or 0):g} mN"
     yield NextStep("Predict wear under another load", (f'tribopipe predict {known[0].id} --load "{twice}"',))

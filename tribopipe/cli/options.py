@@ -39,7 +39,7 @@ Amend = Annotated[
     bool,
     typer.Option(
         "--amend",
-        help="Take in a run.toml that has changed since the run was archived; the earlier one is kept with it.",
+        help="Accept a run.toml that has changed since the run was archived; the earlier one is kept.",
     ),
 ]
 FIGURE_FORMATS = ("pdf", "svg", "png")
@@ -61,11 +61,11 @@ FigureFormats = Annotated[
         help="Figures for print, with captions as text: pdf, svg, or png with 600 dpi; may be repeated.",
     ),
 ]
-RecipeFile = Annotated[Path | None, typer.Option("--recipe", help="TOML file that says how to process.")]
+RecipeFile = Annotated[Path | None, typer.Option("--recipe", help="TOML file with processing options.")]
 RunIds = Annotated[
     list[str] | None,
     typer.Argument(
-        help="Ids of archived runs; none for every run that lacks the step.",
+        help="Ids of archived runs; by default every run without this step.",
         metavar="ID",
         autocompletion=archived_ids,
     ),
@@ -104,7 +104,7 @@ Pressure = Annotated[
     WearEngine | None,
     typer.Option(
         "--engine",
-        help="Depth of a pin by the Global Incremental Wear Model, its volume, or local wear; wins over a recipe.",
+        help="Depth of a pin by the Global Incremental Wear Model, its volume, or local wear; overrides a recipe.",
     ),
 ]
 

@@ -26,7 +26,7 @@ _JSON_ASKED = ContextVar("json_asked", default=False)
 
 
 _UNSEEN = "[\x00-\x1f\x7f-\x9f\u061c\u200b-\u200f\u2028-\u202e\u2060-\u206f\ufeff\ud800-\udfff]"
-"""Characters that would steer a terminal, or turn and hide what stands beside them."""
+"""Characters that would steer a terminal, or turn and hide what stands next to them."""
 _NO_LAYOUT = re.compile(rf"(?![\n\t]|\x1b\[[01]m){_UNSEEN}")
 """Those that are neither ends of lines nor tabs, nor begin or end what is bold."""
 
@@ -54,7 +54,7 @@ def _put(text: str, *, on_stderr: bool) -> None:
 
 
 def line_width(*, on_stderr: bool | None = None) -> int | None:
-    """Return how wide lines may be, as COLUMNS says or the terminal itself; none where they go to a file or a pipe.
+    """Return how wide lines may be, as COLUMNS states or the terminal itself; none where they go to a file or a pipe.
 
     By default that of results.
     """
@@ -180,7 +180,7 @@ def laid_out(shown: Sequence[Sequence[str]], width: int | None) -> Iterator[str]
 
 
 def fits(heads: Sequence[str], rows: Sequence[Sequence[str]], width: int) -> bool:
-    """Tell whether a table fits into a width with no cell broken but heads."""
+    """Return whether a table fits into a width with no cell broken but heads."""
     bodies = (max([_least(head), *map(_width, cells)]) for head, cells in _columns_of(heads, rows))
     return _total(list(bodies), _NARROW_GAP) <= width
 
@@ -251,7 +251,7 @@ def _broken(cell: str, width: int) -> list[str]:
 
 
 def _beneath(cells: Sequence[Sequence[str]], widths: Sequence[int], gap: str) -> Iterator[str]:
-    """Write the cells of a row beside each other, each on as many lines as it takes."""
+    """Write the cells of a row side by side, each on as many lines as it takes."""
     for parts in itertools.zip_longest(*cells, fillvalue=""):
         padded = (part + " " * (width - _width(part)) for part, width in zip(parts, widths, strict=True))
         yield f" {gap.join(padded)}".rstrip()
@@ -328,7 +328,7 @@ def _clear_line() -> None:
 
 
 def say_where_to_read(codes: Iterable[str]) -> None:
-    """Name the sections that say more of errors and findings, on a terminal; nothing where they were not installed."""
+    """Name the sections with more on errors and findings, on a terminal; nothing where they were not installed."""
     asked = dict.fromkeys(codes)
     if not asked or not sys.stderr.isatty():
         return
@@ -342,7 +342,7 @@ def say_where_to_read(codes: Iterable[str]) -> None:
 
 
 def located(path: Path, error: "TribopipeError") -> "TribopipeError":
-    """Say in which folder the file is that an error names."""
+    """State in which folder the file is that an error names."""
     inside = str(error).startswith(path.name) and path.parent != Path()
     return type(error)(f"{path.parent}: {error}") if inside else error
 
@@ -353,9 +353,9 @@ def in_order(outcomes: "Iterable[Outcome]") -> "list[Outcome]":
 
 
 def finish(outcomes: "Sequence[Outcome]", *, in_full: bool = True) -> None:
-    """Tell every failure, and exit accordingly; a run of which one step failed counts as failed.
+    """Report every failure, and exit accordingly; a run of which one step failed counts as failed.
 
-    ``in_full`` says that warnings were told as sentences, which the documentation explains.
+    ``in_full`` is set where warnings were given as sentences, which the documentation explains.
     """
     failed_runs = {outcome.run_id for outcome in outcomes if outcome.error is not None}
     some_done = any(outcome.run_id not in failed_runs for outcome in outcomes)
@@ -365,7 +365,7 @@ def finish(outcomes: "Sequence[Outcome]", *, in_full: bool = True) -> None:
 
 
 def exit_with(errors: "Sequence[TribopipeError]", *, some_done: bool, warned: Sequence[str] = ()) -> None:
-    """Tell every error once, and exit with 0, 1 (nothing done) or 3 (part of the batch failed).
+    """Report every error once, and exit with 0, 1 (nothing done) or 3 (part of the batch failed).
 
     ``warned`` names the checks that have warned of something meanwhile.
     """

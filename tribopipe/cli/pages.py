@@ -60,12 +60,12 @@ def _show_stage(stage: "StagePage", *, apart: bool) -> None:
 
 
 def _noted(note: str) -> str:
-    """Say that something is a note, unless it is a finding, which says itself how grave it is."""
+    """Report that something is a note, unless it is a finding, which has its own severity."""
     return note if note.startswith(("warning: ", "note: ")) else f"note: {note}"
 
 
 def show_study_page(page: "StudyPage", *, in_full: bool = True) -> None:
-    """Show a study to people: its tables, and in full what is said of each run as well."""
+    """Show a study to people: its tables, and in full what is stated about each run as well."""
     heading(page.id, f"(tribopipe {page.program_version}, {page.date})" if page.date else "", apart=False)
     paragraph("" if page.title == page.id else page.title)
     for law in page.laws:
@@ -83,18 +83,18 @@ def show_study_page(page: "StudyPage", *, in_full: bool = True) -> None:
 
 
 def heading(text: str, more: str = "", *, apart: bool = True) -> None:
-    """Say what follows, in bold where that can be shown, apart from what stands above."""
+    """Report what follows, in bold where that can be shown, apart from what stands above."""
     print_result(("\n" if apart else "") + f"{typer.style(seen(text), bold=True)} {seen(more)}".rstrip())
 
 
 def paragraph(text: str, indent: str = "  ") -> None:
-    """Say something in as many lines as it takes on a terminal, in one elsewhere; nothing where there is nothing."""
+    """Report something in as many lines as it takes on a terminal, in one elsewhere; nothing where it is empty."""
     if text:
         print_result(_wrapped(text, indent, f"{indent}  "))
 
 
 def show_facts(facts: "Sequence[Fact]", width: int) -> None:
-    """Say what is known, values beneath each other after names of some width."""
+    """Report what is known, values beneath each other after names of some width."""
     for fact in facts:
         print_result(_wrapped(fact.value, f"  {seen(fact.name):<{width}}  ", " " * (width + 4)))
 

@@ -67,7 +67,7 @@ class _Asked:
 
     @property
     def anything(self) -> bool:
-        """Whether anything is asked for beside the law."""
+        """Whether anything is asked for with the law."""
         changed = (self.load, self.speed, self.radius, self.slip, self.crown_radius, self.friction)
         how = (self.steps, self.distance, self.scheme == "published")
         return any((*changed, *how, self.coefficients, self.at, self.depth))
@@ -97,10 +97,10 @@ def predict(
         ),
     ] = None,
     law: Law = "archard",
-    scheme: Annotated[Scheme, typer.Option(help="The limit of small steps, or the paper's Euler steps.")] = "exact",
+    scheme: Annotated[Scheme, typer.Option(help="Exact solution, or the Euler steps of the paper.")] = "exact",
     steps: Annotated[
         int | None,
-        typer.Option(min=1, help="Euler steps of the published scheme: 50000, or one a rotation, unless said."),
+        typer.Option(min=1, help="Euler steps of the published scheme; by default 50000, or one per rotation."),
     ] = None,
     friction: Annotated[
         str | None, typer.Option(help='μ(s) for Sarkar\'s law, such as "A=0.226 b=0.496 c=32.877 m".')
@@ -127,7 +127,7 @@ def predict(
     crown_radius: Annotated[str | None, typer.Option(help='Another crown radius of the curved disc, "8 mm".')] = None,
     distance: Annotated[
         Convention | None,
-        typer.Option("--distance-per-rotation", help="What counts as slid in a rotation of discs; wins over a recipe."),
+        typer.Option("--distance-per-rotation", help="Sliding distance per rotation of discs; overrides a recipe."),
     ] = None,
     engine: Pressure = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
@@ -274,7 +274,7 @@ def _archived(store: "Archive", run_id: str, asked: _Asked) -> _Subject:
         fit = archived_fit(store, run_id, asked.law)
         if fit.outcome == "not fitted":
             raise FitError(
-                f"{run_id}: found no k_D; the run lacks {' and '.join(fit.lacks)}; give one with --wear-coefficient"
+                f"{run_id}: found no k_D (missing: {' and '.join(fit.lacks)}); give one with --wear-coefficient"
             )
     if law_named(asked.law).needs_friction:
         found = run_path(run, archived_friction(store, run_id), asked.recipe.wear.friction)
@@ -344,19 +344,19 @@ def _known(subject: _Subject, asked: _Asked) -> "KnownWear":
     if asked.distance not in (None, fitted.distance):
         raise FitError(
             f"{manifest.id}: found a k_D that was fitted with {fitted.distance}; expected {asked.distance}, "
-            "since k_D means nothing under another way of counting; fit again with a recipe that says so"
+            "since k_D means nothing under another way of counting; fit again with a recipe that sets it"
         )
     return fitted
 
 
 def _places(subject: _Subject, asked: _Asked) -> tuple[list[float], list[float]]:
-    """Return where to predict, and the depths, m, whose place is wanted; the run's own end where neither is said."""
+    """Return where to predict, and the depths, m, whose place is wanted; the run's own end where neither is stated."""
     progress = subject.manifest.progress
     at = [place("--at", text, progress) for text in asked.at]
     depths = [_depth(text) for text in asked.depth]
     if not at and not depths:
         if subject.end is None:
-            raise typer.BadParameter(f'say where to predict: --at "{progress.example}"')
+            raise typer.BadParameter(f'state where to predict: --at "{progress.example}"')
         at = [subject.end]
     return at, depths
 

@@ -39,7 +39,7 @@ def process(
     force: Force = False,
     amend: Amend = False,
     as_json: AsJson = False,
-    figures: Annotated[bool, typer.Option(help="Save figures beside the archive.")] = True,
+    figures: Annotated[bool, typer.Option(help="Save figures next to the archive.")] = True,
     figure_formats: FigureFormats = None,
     jobs: JobsOnAllCores = None,
     scheduler: Scheduler = None,
@@ -48,9 +48,9 @@ def process(
 ) -> None:
     """Process run folders: all steps from raw data to figures.
 
-    The steps are ingest, clean-up, drift, friction, wear under each law, prediction, studies and figures.
+    The steps are ingest, preprocessing, drift, friction, wear under each law, prediction, studies and figures.
 
-    Studies beside the runs, study.toml or *.study.toml, say which runs are fitted together and which are predicted.
+    Studies with the runs, study.toml or *.study.toml, state which runs are fitted together and which are predicted.
     What needs other runs (predictions, studies) is left out with --shard, and so are figures: a last `process` of all
     runs without --shard finds all else unchanged, and does that.
     """
@@ -110,9 +110,9 @@ def _taken(
 
 
 def _followed(coming: "Iterable[Outcome]", advance: "Advance", *, in_full: bool) -> "list[Outcome]":
-    """Tell what becomes of steps as it comes; return it in the order of the runs, without results but those of studies.
+    """Report steps as they end; return them in the order of the runs, without results but those of studies.
 
-    ``in_full`` tells every finding as a sentence; otherwise they are told in short at the end. Results of thousands of
+    ``in_full`` shows every finding as a sentence; otherwise they are given in short at the end. Results of thousands of
     runs would fill the memory, and are in the archive.
     """
     kept: list[Outcome] = []
@@ -152,7 +152,7 @@ def _draw(store: "Archive", outcomes: "list[Outcome]", who: "Crew", formats: "Se
 
 
 def _unseen(store: "Archive", outcomes: "list[Outcome]") -> "Iterator[Outcome]":
-    """Return failures of the runs that workers say to have archived where this process sees none."""
+    """Return failures of the runs that workers state to have archived where this process sees none."""
     from tribopipe.base.errors import ArchiveError
     from tribopipe.pipeline.stages import Outcome
 
@@ -160,8 +160,8 @@ def _unseen(store: "Archive", outcomes: "list[Outcome]") -> "Iterator[Outcome]":
         path = store.path(run_id)
         if not path.exists():
             error = ArchiveError(
-                f"{path}: found no file where a worker says to have archived it; expected a folder that all machines "
-                "share; name it with --archive"
+                f"{path}: found no file where a worker reported to have archived it; expected a folder that all "
+                "machines share; name it with --archive"
             )
             yield Outcome.failed(run_id, "ingest", error)
 
@@ -203,7 +203,7 @@ def _show(store: "Archive", outcomes: "list[Outcome]", *, as_json: bool, verbose
 
 
 def _say_doubts(outcome: "Outcome") -> None:
-    """Say where the depth contradicts the end value, and what a run lacks for a correction."""
+    """Report where the depth contradicts the post-test measurement, and what is missing for a correction."""
     from tribopipe.results.evaluation import DriftCorrection
 
     correction = outcome.result

@@ -32,7 +32,7 @@ _UNCOMPARED = {"radius_can_be_compared"}
 
 
 class RunRow(NamedTuple):
-    """What is said of one run in one line."""
+    """One run in one line."""
 
     id: str
     load: "Quantity | None"
@@ -49,7 +49,7 @@ class RunRow(NamedTuple):
 
 
 def run_row(outline: "RunOutline", studies: "Sequence[StudyResult]", failed: Iterable[str] = ()) -> RunRow:
-    """Return what is said of a run in one line."""
+    """Return a run in one line."""
     results = {name: step.result for name, step in outline.steps.items()}
     fit = next((one for one in fits_of(results.values()) if one.bodies), None)
     friction, cleaned = results.get("friction_fit"), results.get("clean_up")
@@ -98,7 +98,7 @@ def _agreement(run_id: str, law: str, studies: "Sequence[StudyResult]") -> str:
 def show_processed(
     archive: "Archive", ids: Sequence[str], studies: "Sequence[StudyResult]", failed: Iterable[str] = ()
 ) -> list[RunRow]:
-    """Show runs and studies, and return what was said of each run."""
+    """Show runs and studies, and return the line of each run."""
     rows = [run_row(archive.outline(run_id), studies, failed) for run_id in ids]
     families: dict[tuple[str, ...], list[RunRow]] = {}
     for row in rows:
@@ -232,6 +232,6 @@ def _problems(rows: Sequence[RunRow]) -> Problems:
 
 
 def say_problems(rows: Sequence[RunRow]) -> None:
-    """Say the problems of runs in short, a line for each: what it is, and which runs have it."""
+    """Give the problems of runs in short, a line for each: what it is, and which runs have it."""
     for line in short_lines(_problems(rows), line_width(on_stderr=True), _PROBLEMS):
         say(line)

@@ -1,4 +1,4 @@
-"""What `tribopipe show` says and draws of profiles: those in a file, and those of an archived run."""
+"""What `tribopipe show` states and draws of profiles: those in a file, and those of an archived run."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,17 +16,17 @@ if TYPE_CHECKING:
     from tribopipe.evaluation.profile.track import Level, Track
     from tribopipe.results.run import Profile
 
-Plot = Annotated[bool, typer.Option("--plot", help="Save figures, and say where.")]
+Plot = Annotated[bool, typer.Option("--plot", help="Save figures and show their paths.")]
 Radius = Annotated[
     str | None,
     typer.Option(help="Radius of the ball or crown a file's profile leads across, such as '3 mm'; none if flat."),
 ]
-PositionUnit = Annotated[str | None, typer.Option(help="Unit of a file's positions, such as mm, where it says none.")]
-HeightUnit = Annotated[str | None, typer.Option(help="Unit of a file's heights, such as um, where it says none.")]
+PositionUnit = Annotated[str | None, typer.Option(help="Unit of a file's positions, such as mm, if it states none.")]
+HeightUnit = Annotated[str | None, typer.Option(help="Unit of a file's heights, such as um, if it states none.")]
 _FIGURES = Path("figures")
 """Where figures of a file are saved, in the current folder."""
 _MOST_REASONS = 4
-"""Why profiles have no track is said of so many."""
+"""Why profiles have no track is stated about so many."""
 
 
 @dataclass(frozen=True)
@@ -69,11 +69,11 @@ class _Shown:
             print_result(str(path))
 
     def _tell_levelled(self, why: Mapping[str, str]) -> None:
-        """Say which profiles have no track: why of each, or of the first where there are many, as of a map."""
+        """Report which profiles have no track: why of each, or of the first where there are many, as of a map."""
         if len(why) > _MOST_REASONS:
-            say(f"{len(why)} of {len(self.found)} profiles have no track and are only levelled, the first of them is:")
+            say(f"{len(why)} of {len(self.found)} profiles have no track and are only leveled, the first of them is:")
         for key in list(why)[: 1 if len(why) > _MOST_REASONS else None]:
-            say(f"{key}: no track, only levelled: {why[key]}")
+            say(f"{key}: no track, only leveled: {why[key]}")
 
 
 def show_profile_file(path: Path, asked: ProfileOptions, *, as_json: bool) -> None:
@@ -108,7 +108,7 @@ def show_profile_file(path: Path, asked: ProfileOptions, *, as_json: bool) -> No
 
 
 def show_run_profiles(store: "Archive", run_id: str) -> list[dict[str, Any]]:
-    """Tell of the profiles of an archived run, save their figures and its others, and return it all for programs."""
+    """Report for the profiles of an archived run, save their figures and its others, and return it all for programs."""
     from tribopipe.archive.file_signature import FIGURES
     from tribopipe.evaluation.profile.track import examined, reference_radius
     from tribopipe.views.archived_figures import save_run_figures

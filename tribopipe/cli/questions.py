@@ -18,7 +18,7 @@ _FILE = "docs/questions.toml"
 _WORD = re.compile(r"±|[^\W_]+(?:_[^\W_]+)*")
 _ENDINGS = ("ing", "ed", "es", "s", "e")
 _SHORTEST = 3
-"""As many letters of a word are left when its ending is taken off."""
+"""As many letters of a word are left when its ending is removed."""
 _PASSED_OVER = frozenset(
     [
         "a",
@@ -127,7 +127,7 @@ def pages_for(question: str) -> list[str]:
 
 
 def has_words_of(topic: str) -> bool:
-    """Tell whether each word of a topic is in some entry as it stands."""
+    """Return whether each word of a topic is in some entry as it stands."""
     asked = stems(topic)
     return bool(asked) and all(one in weights() for one in asked)
 

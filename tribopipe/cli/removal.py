@@ -60,7 +60,7 @@ def restore(
 
 
 def _each(ids: "Iterable[str]", move: "Callable[[str], Path]", told: str, *, as_json: bool) -> None:
-    """Move the file of each and say where it is; what stands in the way of one does not stop the others."""
+    """Move the file of each and report where it is; an error with one does not stop the others."""
     from tribopipe.base.failures import in_a_sentence
 
     moved, errors = {}, {}

@@ -45,7 +45,7 @@ def report(
     pdf: Annotated[bool, typer.Option("--pdf", help="Write PDF, by an installed Chromium, Chrome or Edge.")] = False,
     run: Annotated[bool, typer.Option("--run", help="Take the run where a study has the same id.")] = False,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
-    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there already.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
 ) -> None:
     """Write a report of runs, or of a study, as one HTML or PDF file.
 
@@ -79,14 +79,14 @@ def _addressed(details: "Sequence[Path]", standard: "StandardName | None", *, fo
 
 
 def _is_study(store: "Archive", ids: "Sequence[str]", *, as_run: bool) -> bool:
-    """Tell whether one study is meant. Raises ``ArchiveError`` where an id is not known, or a study is not alone."""
+    """Return whether one study is meant. Raises ``ArchiveError`` where an id is not known, or a study is not alone."""
     from tribopipe.base.errors import ArchiveError, did_you_mean
 
     runs, studies = set(store.ids()), set(store.study_ids())
     unknown = next((one for one in ids if one not in runs | studies), None)
     if unknown is not None:
         raise ArchiveError(
-            f"{store.folder}: found neither a run nor a study {unknown!r}; expected one of the archive's; "
+            f"{store.folder}: found neither a run nor a study {unknown!r}; expected one in the archive; "
             f"{did_you_mean(unknown, runs | studies)}"
         )
     if len(ids) == 1:

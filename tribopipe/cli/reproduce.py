@@ -66,7 +66,7 @@ def _chosen(store: "Archive", ids: "Sequence[str]") -> "list[tuple[str, Callable
     for name in ids:
         if name not in (*runs, *studies):
             raise ArchiveError(
-                f"{store.folder}: found no run and no study {name!r}; expected one of the archive's; "
+                f"{store.folder}: found no run and no study {name!r}; expected one in the archive; "
                 f"{did_you_mean(name, [*runs, *studies])}"
             )
     wanted = set(ids or (*runs, *studies))
@@ -103,7 +103,7 @@ def _row(name: str, steps: "Sequence[Redone]") -> list[str]:
 
 
 def _told(step: "Redone") -> Iterator[str]:
-    """Say of a step that is not the same what is different, the most different first."""
+    """Report for a step that is not the same what is different, the most different first."""
     if step.why is not None:
         yield f"not compared: {step.why}"
     if step.outcome != "different":
@@ -120,7 +120,7 @@ def _short(value: object) -> str:
 
 
 def _say_environments(found: "Sequence[Reproduction]") -> None:
-    """Say once with what else the steps were computed when they were archived."""
+    """State once with which other versions the steps were computed when they were archived."""
     changed = {(name, *both): None for one in found for step in one.steps for name, both in step.environment.items()}
     for name, then, now in changed:
         print_result(f"archived with {name} {then}, computed now with {now}")

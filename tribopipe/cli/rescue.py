@@ -53,10 +53,10 @@ def _lacking(path: Path, found: "Rescued") -> "TribopipeError":
 
     if not found.listed:
         lacking = "the list of its source files damaged"
-        mend = f"compare the files in {found.folder} with those that its run.toml names, and copy what is lacking there"
+        mend = f"compare the files in {found.folder} with those named in its run.toml, and copy the missing ones"
     else:
         lacking = f"{', '.join(map(seen, found.damaged))} damaged in it"
-        mend = f"copy what is lacking into {found.folder}"
+        mend = f"copy the missing ones into {found.folder}"
     return ArchiveError(f"{path}: found {lacking}; expected every source file whole; {mend} from the instrument")
 
 

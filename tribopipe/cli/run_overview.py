@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 from tribopipe.documents.quantity import Quantity
 
 _OF_BODIES = ("material", "shape", "radius", "radius of the flat", "crown radius", "diameter")
-"""What is said of a body; of its radius and diameter the first one."""
+"""What is stated about a body; of its radius and diameter the first one."""
 _WARNINGS, _REMARKS = 4, 2
 """As many findings and remarks are named."""
 
@@ -55,9 +55,9 @@ def _tested(page: RunPage, outline: "RunOutline") -> Iterator[Fact]:
         facts = {fact.name: fact.value for fact in groups.get(spoken(name).capitalize(), ())}
         words = [facts[one] if one in _OF_BODIES[:2] else f"{one} {facts[one]}" for one in _OF_BODIES if one in facts]
         yield Fact(spoken(name), ", ".join(words[:3]))
-    for group, said in (("Conditions", "conditions"), ("Recorded", "recorded"), ("End values", "measured afterwards")):
+    for group in ("Conditions", "Recorded", "Post-test measurements"):
         if groups.get(group):
-            yield Fact(said, "; ".join(f"{fact.name} {fact.value}" for fact in groups[group]))
+            yield Fact(group.lower(), "; ".join(f"{fact.name} {fact.value}" for fact in groups[group]))
     cleaned = next((step.result for name, step in outline.steps.items() if name == "clean_up"), None)
     if isinstance(cleaned, CleanUp) and cleaned.changes:
         yield Fact("preprocessing", ", ".join(dict.fromkeys(change.step for change in cleaned.changes)))
@@ -121,6 +121,9 @@ def _of_fit(fit: WearFit, outline: "RunOutline") -> Iterator[Fact]:
         yield Fact("k_D", f"not found {law}: {' and '.join(fit.lacks)} missing")
 
 
+"""State once with what else the steps were computed when they were archived."""
+
+
 def _of_prediction(predicted: WearPrediction, outline: "RunOutline") -> Iterator[Fact]:
     end = predicted.prediction[0]
     bodies = "; ".join(f"{outline.manifest.worded(spoken(name))} {body}" for name, body in end.bodies.items())
@@ -129,7 +132,7 @@ def _of_prediction(predicted: WearPrediction, outline: "RunOutline") -> Iterator
 
 
 def _of_studies(store: "Archive", outline: "RunOutline") -> Iterator[Fact]:
-    """Give how the run agrees with each law of each study; a damaged study says nothing here."""
+    """Give how the run agrees with each law of each study; a damaged study is passed over."""
     run_id = outline.manifest.id
     for study_id in store.studies_of(run_id):
         with suppress(ArchiveError):
@@ -145,7 +148,7 @@ def _of_studies(store: "Archive", outline: "RunOutline") -> Iterator[Fact]:
 
 
 def _show_warnings(page: RunPage) -> None:
-    """Name what speaks against the run; each is told in full with -v."""
+    """Name what speaks against the run; each is given in full with -v."""
     named = [f"{one.severity}: {one.where}: {title(one.code)}" for one in page.findings if one.severity != "note"]
     notes = len(page.findings) - len(named)
     if notes:

@@ -78,7 +78,7 @@ def check(paths: RunPaths, as_json: AsJson = False) -> None:
         for finding in findings:
             print_result(f"{looked.run_id}: {finding.severity}: {finding}")
         if not findings:
-            print_result(f"{looked.run_id}: nothing to complain about")
+            print_result(f"{looked.run_id}: no problems found")
     for failure in failures:
         say(f"error: {failure.error}")
     say_where_to_read([*(failure.error.code for failure in failures if failure.error is not None), *codes])
@@ -131,7 +131,7 @@ def ingest(
 
 
 def say_amended(outcome: "Outcome") -> None:
-    """Say which steps stood on the run.toml before it was amended."""
+    """Report which steps stood on the run.toml before it was amended."""
     if outcome.dropped is None:
         return
     names = ", ".join(name.replace("_", " ") for name in outcome.dropped)
@@ -140,7 +140,7 @@ def say_amended(outcome: "Outcome") -> None:
 
 
 def say_warnings(outcome: "Outcome") -> None:
-    """Say what the checks warn of, and which inputs nothing in the run can be compared with."""
+    """Report what the checks warn of, and which inputs nothing in the run can be compared with."""
     for finding in outcome.findings:
         if finding.severity == "warning" or finding.code in _UNCOMPARED:
             say(f"{outcome.run_id}: {finding.severity}: {finding}")
@@ -148,7 +148,7 @@ def say_warnings(outcome: "Outcome") -> None:
 
 def simulate(
     folder: Annotated[Path, typer.Argument(help="Folder to write run folders into.")],
-    plan: Annotated[Path, typer.Option("--plan", help="TOML file that says what to simulate.")],
+    plan: Annotated[Path, typer.Option("--plan", help="TOML file with the plan to simulate.")],
     as_json: AsJson = False,
 ) -> None:
     """Record runs with known wear on a virtual tribometer."""

@@ -122,7 +122,7 @@ _Steps = Callable[[str], "Iterator[Outcome]"]
 
 
 def _each(ids: list[str], stage: _Stage, steps: _Steps, who: "Crew") -> "list[Outcome]":
-    """Take each run further, and tell how; one that fails does not stop the others. Clean-ups are told alone."""
+    """Take each run further, and show how; one that fails does not stop the others. Clean-ups are given alone."""
     from tribopipe.base.errors import TribopipeError
     from tribopipe.base.executor import as_done
     from tribopipe.pipeline.stages import Outcome
@@ -151,7 +151,7 @@ def _taken(run_id: str, stage: _Stage, steps: _Steps) -> "list[Outcome]":
 
 
 def say_clean_up(outcome: "Outcome") -> None:
-    """Say what a clean-up has changed just now, if anything."""
+    """Report what a preprocessing has changed just now, if anything."""
     from tribopipe.documents.preprocessing import CleanUp
 
     if outcome.status == "done" and isinstance(outcome.result, CleanUp) and outcome.result.changes:
@@ -159,7 +159,7 @@ def say_clean_up(outcome: "Outcome") -> None:
 
 
 def say_change(outcome: "Outcome") -> None:
-    """Say which main values of an earlier result have changed, unless the digits shown are the same."""
+    """Report which main values of an earlier result have changed, unless the digits shown are the same."""
     if outcome.previous is None:
         return
     from tribopipe.results.main_values import changes
@@ -169,7 +169,7 @@ def say_change(outcome: "Outcome") -> None:
 
 
 def tell(outcome: "Outcome") -> None:
-    """Say what became of a step."""
+    """Report what became of a step."""
     say_change(outcome)
     if outcome.stage == "clean_up":
         say_clean_up(outcome)

@@ -48,13 +48,13 @@ def new(
     paths: Annotated[list[Path] | None, typer.Argument(help="Run folders; none for the runs of the archive.")] = None,
     into: Annotated[Path, typer.Option("--into", help="Folder to write into.")] = Path(),
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
-    force: Annotated[bool, typer.Option("--force", help="Replace a document that is there already.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing document.")] = False,
 ) -> None:
     """Draft a study for each set of runs of the same bodies.
 
     The lightest load is fitted, the others are predicted.
 
-    Runs that are marked bad, were aborted or lack what k_D needs are left out, and named. Writes study.toml, or
+    Runs that are marked bad, were aborted or do not have what k_D needs are left out, and named. Writes study.toml, or
     <id>.study.toml for each of several; read it and change it before you run it.
     """
     from tribopipe.base.files import write_file
@@ -127,7 +127,7 @@ def run(
     recipe: RecipeFile = None,
     force: Force = False,
     as_json: AsJson = False,
-    figures: Annotated[bool, typer.Option(help="Save figures beside the archive.")] = True,
+    figures: Annotated[bool, typer.Option(help="Save figures next to the archive.")] = True,
     verbose: Verbose = 0,
 ) -> None:
     """Evaluate a study on archived runs, and archive it."""
@@ -264,7 +264,7 @@ def plan(
     name: Annotated[
         str, typer.Argument(help="Id of an archived run or study.", metavar="ID", autocompletion=archived_ids)
     ],
-    interval: Annotated[str, typer.Option("--interval", help='Wanted 95 % interval of k_D, "10 %" for ±10 %.')],
+    interval: Annotated[str, typer.Option("--interval", help='Target 95 % interval of k_D, "10 %" for ±10 %.')],
     model: Law = "archard",
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     recipe: RecipeFile = None,

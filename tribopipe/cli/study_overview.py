@@ -28,7 +28,7 @@ class _Row(NamedTuple):
 
 
 def show_study_overview(result: StudyResult, archived: bool = True) -> None:
-    """Show a study to people in short; ``archived`` says that `study show` has more of it."""
+    """Show a study to people in short; ``archived`` states that `study show` has more of it."""
     heading(result.id, apart=False)
     paragraph("" if result.title in (None, result.id) else str(result.title))
     for law in result.laws:
@@ -99,7 +99,7 @@ def _columns(rows: Sequence[_Row]) -> Iterator[Cells]:
 
 
 def _compared(rows: Sequence[_Row]) -> Iterator[Cells]:
-    """Give what was measured and what the law says, in one unit, or each with its own where not all are alike."""
+    """Give what was measured and what the law gives, in one unit, or each with its own where not all are alike."""
     pairs = [(row.body.measured, row.body.predicted) for row in rows]
     units = {_UNITS.get(row.body.measured.unit, row.body.measured.unit) for row in rows}
     for at, head in enumerate(("measured", "by the law")):

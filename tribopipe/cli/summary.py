@@ -1,4 +1,4 @@
-"""What is said of an archived run in one line of a table, and in one document of JSON."""
+"""What is stated about an archived run in one line of a table, and in one document of JSON."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -55,11 +55,11 @@ def show_summaries(archive: Archive, ids: list[str]) -> None:
         columns = _columns(("run", "drift, nm/min", "A", "b", "c, m"), "end depth, µm")
         table(title, columns, pins)
     if discs:
-        title = "Two discs: k_D in mm³/(N·mm) and volume worn off in mm³, of the curved and the flat disc"
+        title = "Two discs: k_D in mm³/(N·mm) and wear volume in mm³, of the curved and the flat disc"
         columns = _columns(("run", "slip", "rotations", "drift, nm/min", "b", "disc"), "measured")
         table(title, columns, discs)
     if worn:
-        table("Specific wear rate, by the end values", _WEAR_COLUMNS, worn)
+        table("Specific wear rate, from post-test measurements", _WEAR_COLUMNS, worn)
 
 
 _WEAR_COLUMNS = ("run", "body", "depth, µm", "volume, mm³", "by", "load", "distance, m", "rate, mm³/(N·m)")
@@ -87,7 +87,7 @@ def _wear_rows(run: RunOutline) -> list[list[str]]:
 
 
 def _columns(about: Sequence[str], measured: str) -> list[str]:
-    """Return the heads of a table: what it says of runs, then k_D and predictions under each law."""
+    """Return the heads of a table: what it states about runs, then k_D and predictions under each law."""
     first, *others = map(law_label, WEAR_FITS)
     k_d = [f"k_D by {law}" for law in (first, *others)]
     return [*about, *k_d, measured, f"predicted, {first}", *others, "from"]

@@ -23,7 +23,7 @@ _PICTURES = (".svg", ".png", ".pdf")
 
 
 def sweep(
-    document: Annotated[Path, typer.Argument(help="TOML file that says what is varied.", metavar="SWEEP.toml")],
+    document: Annotated[Path, typer.Argument(help="TOML file with the values to vary.", metavar="SWEEP.toml")],
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     recipe: RecipeFile = None,
     out: Annotated[
@@ -34,7 +34,7 @@ def sweep(
     ] = None,
     reuse: Annotated[
         list[Path] | None,
-        typer.Option("--reuse", help="CSV file of the same sweep, of a shard say; may be repeated.", metavar="FILE"),
+        typer.Option("--reuse", help="CSV file of the same sweep, such as a shard; may be repeated.", metavar="FILE"),
     ] = None,
     figure: Annotated[
         Path | None, typer.Option("--figure", help="SVG, PNG or PDF of what was found.", metavar="FILE")
@@ -42,13 +42,13 @@ def sweep(
     jobs: Jobs = None,
     scheduler: Scheduler = None,
     shard: Shard = None,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Tell how many cases there are, and do none.")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Show the number of cases without running them.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Do all cases again.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Evaluate, predict or simulate in every combination of values.
 
-    The document says which: how much k_D depends on choices of evaluation, wear and life under other conditions, or
+    The document states which: how much k_D depends on choices of evaluation, wear and life under other conditions, or
     how well virtual tests find k_D.
     """
     from tribopipe.documents.record import load_toml

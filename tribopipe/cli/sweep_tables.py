@@ -28,7 +28,7 @@ _UNITS = {
 
 
 def show_rows(asked: "Sweep", ensemble: "Ensemble", found: "Found") -> None:
-    """Show the rows, unless they are of draws, which only their summary tells of, or too many."""
+    """Show the rows, unless they are of draws, which only their summary shows, or too many."""
     from tribopipe.extras.sweep.rows import answers
 
     told = list(answers(ensemble, found))
@@ -69,7 +69,7 @@ def _shown(quantity: "Quantity | None", name: str) -> str:
 
 
 def _interval(row: "Row") -> str:
-    """Write an interval of k_D, whose unit stands beside it."""
+    """Write an interval of k_D, whose unit stands next to it."""
     ends = [row.found[name] for name in _ENDS if name in row.found]
     return " to ".join(show(float(from_si(end.value, end.unit, WEAR_COEFFICIENT)), None, "1") for end in ends) or "–"
 
@@ -91,7 +91,7 @@ def show_summaries(labels: "Sequence[Head]", summaries: "Sequence[Summary]") -> 
         _show(title, labels, mine, cells)  # type: ignore[arg-type]
 
 
-_SPREADS = "k_D in mm³/(N·mm) over all choices; half its range beside the stated uncertainty; what each choice moves"
+_SPREADS = "k_D in mm³/(N·mm) over all choices; half its range and the stated uncertainty; effect of each choice"
 _SCATTERS = "What the draws make of it; ± is their standard deviation"
 _COVERAGES = "k_D of virtual tests against the true one; ranges are exact binomial 95 % intervals"
 

@@ -1,4 +1,4 @@
-"""The command that looks an archive over: verify."""
+"""The command that verifies an archive: verify."""
 
 import re
 from pathlib import Path
@@ -34,7 +34,7 @@ def verify(
     ] = None,
     run_ids: Annotated[
         list[str] | None,
-        typer.Option("--run", help="Id of a run to look at alone; may be said again.", autocompletion=archived_ids),
+        typer.Option("--run", help="Id of a run to verify alone; may be repeated.", autocompletion=archived_ids),
     ] = None,
     recompute: Annotated[
         bool, typer.Option("--recompute", help="Compute every step again from what was ingested, and compare.")
@@ -52,7 +52,7 @@ def verify(
         list[str] | None,
         typer.Option(
             "--accept",
-            help="Run or study that is gone or replaced, or history.jsonl, to be reported no more; may be said again.",
+            help="Run or study that is gone or replaced, or history.jsonl, to accept as it is; may be repeated.",
             metavar="ID",
         ),
     ] = None,

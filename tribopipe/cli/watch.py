@@ -22,12 +22,12 @@ def watch(
         Path | None, typer.Option("--template", help="TOML file of what is the same in all runs of the lab.")
     ] = None,
     runs: Annotated[
-        Path | None, typer.Option("--runs", help="Folder to make run folders in; by default runs, beside the archive.")
+        Path | None, typer.Option("--runs", help="Folder for run folders; by default runs, next to the archive.")
     ] = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     recipe: RecipeFile = None,
     settle: Annotated[
-        float, typer.Option("--settle", help="How long nobody has written to a complete export, s.", min=0.0)
+        float, typer.Option("--settle", help="Idle time after which an export is complete, s.", min=0.0)
     ] = 10.0,
     together: Annotated[
         bool, typer.Option("--together", help="The files of a folder within are one test; else each file is one.")
@@ -35,14 +35,12 @@ def watch(
     poll: Annotated[
         bool, typer.Option("--poll", help="List the folder again and again, as network shares need it.")
     ] = False,
-    once: Annotated[bool, typer.Option("--once", help="Deal with what is there, and end.")] = False,
+    once: Annotated[bool, typer.Option("--once", help="Process the present files and exit.")] = False,
     jobs: Jobs = None,
-    figures: Annotated[bool, typer.Option(help="Save figures beside the archive.")] = True,
+    figures: Annotated[bool, typer.Option(help="Save figures next to the archive.")] = True,
     as_json: Annotated[
         bool,
-        typer.Option(
-            "--json", callback=keep_stdout_for_json, help="Print one JSON document a line for all that happens."
-        ),
+        typer.Option("--json", callback=keep_stdout_for_json, help="Print one JSON document per line for each event."),
     ] = False,
 ) -> None:
     """Process new exports in a folder as they arrive, until Ctrl-C.
@@ -88,7 +86,7 @@ def _real(path: Path) -> Path:
 
 
 def _tell(event: "Event", *, as_json: bool) -> None:
-    """Tell people on stderr, and programs on stdout if they ask."""
+    """Inform people on stderr, and programs on stdout if they ask."""
     print_result(event.text)
     for line in event.details:
         print_result(f"  {line}")

@@ -1,4 +1,4 @@
-"""What lies in and below a folder: run folders, studies, exports, and how far the archive beside them has got."""
+"""What lies in and below a folder: run folders, studies, exports, and how far the archive next to them has got."""
 
 import os
 from collections import deque
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from tribopipe.archive.catalog.listed import ListedRun
 
 _OF_INSTRUMENTS = {".asc", ".csv", ".dat", ".dwf", ".lvm", ".tdms", ".tsv", ".txt", ".xls", ".xlsx"}
-"""How names of exports end; what is in one is told by who reads it."""
+"""How names of exports end; their readers identify the content."""
 _LEVELS, _MOST_ENTRIES = 2, 20_000
 """How deep is looked, and at how much: nobody waits for a home folder to be walked through."""
 
@@ -32,7 +32,7 @@ class Whereabouts:
     studied: set[str] = field(default_factory=set)
     """Ids of the studies in the archive."""
     unreadable: dict[str, str] = field(default_factory=dict)
-    """Why files of the archive cannot be read, and what to do, by the ids that their names tell."""
+    """Why files of the archive cannot be read, and what to do, by the ids in their names."""
 
     def folder_of(self, run: "ListedRun") -> Path | None:
         """Return the folder of an archived run: the one with its run.toml, or that is called as the run is."""
@@ -42,7 +42,7 @@ class Whereabouts:
 
 
 def look_around(folder: Path, archive: Path) -> Whereabouts:
-    """Look at a folder, and at the catalogue of an archive if there is one."""
+    """Look at a folder, and at the catalog of an archive if there is one."""
     from tribopipe.base.files import sha256_of
 
     found = Whereabouts()

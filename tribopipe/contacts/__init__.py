@@ -1,4 +1,4 @@
 """Each kind of contact: from what run.toml states of it to the physics of its wear.
 
-Imports ``documents``, ``physics`` and, of ``results``, what is told of a contact.
+Imports ``documents``, ``physics`` and, of ``results``, what concerns a contact.
 """

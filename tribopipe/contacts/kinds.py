@@ -21,7 +21,7 @@ class Terms(NamedTuple):
     engine: WearEngine = "giwm"
     """Pressure that k_D is found by."""
     distance: DistanceConvention = "full-slip"
-    """What counts as slid in one rotation of bodies that roll."""
+    """What counts as sliding distance in one rotation of bodies that roll."""
 
 
 def wear_of(contact: Contact, terms: Terms = Terms()) -> ContactWear:  # noqa: B008 - it is immutable

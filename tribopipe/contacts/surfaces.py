@@ -1,8 +1,8 @@
-"""The surface that wears, from what run.toml says of the bodies: which engine solves its contact, on what points.
+"""The surface that wears, from what run.toml states about the bodies: which engine solves its contact, on what points.
 
 The contact of a pin grows by orders of magnitude while it wears. So rings and finite elements are a 20th of Hertz's
 radius wide at first, and from there on 2.5 % of their own radius, out to beyond the contact of the most worn pin, whose
-radius the Global Incremental Wear Model says. A regular grid is as fine everywhere, and so it is coarse for the first
+radius the Global Incremental Wear Model states. A regular grid is as fine everywhere, and so it is coarse for the first
 contact of a pin that wears far.
 """
 
@@ -33,7 +33,7 @@ def surface_of(contact: Contact, values: Values, amount: float, engine: Engine |
     """Build the surface that wears for an amount of wear, m³/N of a pin, m²/N of discs, by an engine or the usual one.
 
     Raises ``ContactError`` where a body would be worn away before that, where they do not touch, or where the engine
-    lacks its package or is none for such bodies.
+    does not have its package or is none for such bodies.
     """
     engines = _engines(contact)
     return _fit(engine or engines.usual, engines)(contact, values, amount)
@@ -89,7 +89,7 @@ def _pin_edges(contact: SlidingPin, values: Values, amount: float) -> Column:
 
 
 def _tip(contact: SlidingPin, values: Values) -> Callable[[Column], Column]:
-    """Return how far the tip lies behind its end at radii from its axis, m; beside a flat pin there is none."""
+    """Return how far the tip lies behind its end at radii from its axis, m; with a flat pin there is none."""
     radius = float(values["pin_radius"])
     if contact.pin.shape == "flat":
         return lambda r: np.where(r <= radius, 0.0, np.inf)

@@ -208,7 +208,7 @@ class TwinDiscWear:
         )
 
     def notes(self, values: Values, last: State | None) -> tuple[str, ...]:
-        """Say where the discs leave what the model describes."""
+        """Report where the discs leave what the model describes."""
         return () if last is None else tuple(self._notes(values, float(last["half_width"]), float(last["slip"])))
 
     def _notes(self, values: Values, half_width: float, slip_of_worn: float) -> Iterator[str]:
@@ -219,7 +219,7 @@ class TwinDiscWear:
             softer = Quantity(value=min(hardness) * HARDNESS_UNIT, unit="Pa")
             yield (
                 f"extrapolation: Hertz's pressure of {start.peak_pressure.shown('GPa')} at the start exceeds the "
-                f"hardness of the softer disc, {softer.shown('GPa')}: it yields before it wears"
+                f"hardness of the softer disc, {softer.shown('GPa')}: the material yields before it wears"
             )
         if half_width > _FLAT_CROWN * crown.value:
             yield (

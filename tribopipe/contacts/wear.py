@@ -1,6 +1,6 @@
 """What a prediction and a fit ask of a contact: how it wears for given wear coefficients.
 
-Each kind answers in a module of its own. Wear is told at effective progress: the progress along the contact's axis
+Each kind answers in a module of its own. Wear is given at effective progress: the progress along the contact's axis
 after which Archard's law would have worn as much as the law at hand.
 """
 
@@ -68,7 +68,7 @@ class ContactWear(Protocol):
 
     @property
     def conditions(self) -> dict[str, Quantity]:
-        """What besides the load is predicted for and may be another than the run's own."""
+        """What a prediction may change in addition to the load."""
 
     def inputs(self, normal_load: Quantity, recipe: Recipe) -> dict[str, Input]:
         """Return load, geometry and moduli with the uncertainties stated, or else the recipe's defaults."""

@@ -72,7 +72,7 @@ class Specimen(Record):
     poisson_ratio: Annotated[Ratio, AfterValidator(_physical_poisson_ratio)]
     """ν of Eq. 3."""
     density: Density | None = None
-    """Needed for end values given as a mass."""
+    """Needed for post-test measurements given as a mass."""
     surface_roughness: Length | None = None
     """Arithmetic mean roughness Ra before the test."""
     vickers_hardness: float | None = Field(default=None, gt=0)
@@ -123,7 +123,7 @@ class Contact(Record):
     fitted_bodies: ClassVar[tuple[str, ...]]
     """Those whose k_D is found, the one that every fit finds first."""
     shown: ClassVar[tuple[str, ...]]
-    """What tables say of predicted wear."""
+    """What tables state about predicted wear."""
     rolls: ClassVar[bool] = False
     """Whether the bodies roll on each other and slip, so that rotations count."""
     both: ClassVar[str]
@@ -131,7 +131,7 @@ class Contact(Record):
     slid: ClassVar[str] = "sliding distance"
     """What the distance is called that the bodies slide on each other."""
     sensor_tells: ClassVar[bool] = False
-    """Whether the depth reading of a test tells the wear without a measurement after it."""
+    """Whether the depth reading of a test gives the wear without a measurement after it."""
     title: ClassVar[str]
     """What the test is called in a sentence: "a pin on a disc"."""
 
@@ -187,7 +187,7 @@ class Contact(Record):
 
     @property
     def limits(self) -> tuple[str, ...]:
-        """What is assumed of the contact that results have to say, and where it does not hold well."""
+        """Assumptions on the contact that results have to state, and where they do not hold well."""
         return ()
 
     def refuse_conditions(self, conditions: Any, /) -> None:
@@ -365,7 +365,7 @@ class SlidingPin(Contact):
         names = {key: name if _OF_A_DISC[0].fullmatch(str(name)) else key for key, name in names.items()}
         twice = next((key for key, name in names.items() if key != name and name in ends), None)
         if twice is not None:
-            raise ValueError(f"{where}.{twice}: found it twice, once by the name that it has on a disc; take one out")
+            raise ValueError(f"{where}.{twice}: found it twice, once by the name that it has on a disc; remove one")
         return {names[key]: value for key, value in ends.items()}
 
     @classmethod
@@ -478,8 +478,8 @@ class TwinDisc(Contact):
             )
         if slip is not None and flat is not None:
             raise ValueError(
-                "conditions.slip: found it beside flat_disc_speed, which says the same; expected one of the two; take "
-                "the other out"
+                "conditions.slip: found it together with flat_disc_speed, which is equivalent; expected one of the "
+                "two; remove the other"
             )
         equal = slip is None and curved is not None and flat is not None and curved.value == flat.value
         if equal or (slip is not None and slip.value == 0):
@@ -544,7 +544,7 @@ def _load(entry: EntryPoint) -> type[Contact]:
     if kinds != (entry.name,):
         raise TypeError(f"found the kind {contact.model_fields['kind'].annotation}; expected Literal['{entry.name}']")
     if entry.name in SHIPPED:
-        raise ValueError("the name is one of tribopipe's own")
+        raise ValueError("the name is used by tribopipe itself")
     bodies = [
         contact.model_fields[name].annotation if name in contact.model_fields else None for name in contact.body_names
     ]
@@ -580,7 +580,7 @@ class _OfItsKind:
         self._shipped = shipped
 
     def __get_pydantic_core_schema__(self, source: type[Contact], handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Return the schema of tribopipe's own kinds, which says of a document without a kind what it lacks."""
+        """Return the schema of tribopipe's kinds, which reports what is missing in a document without a kind."""
         union: Any = self._shipped[0]
         for kind in self._shipped[1:]:
             union |= kind

@@ -1,4 +1,4 @@
-"""dataset.toml: what a lab says of runs it publishes, as repositories and DataCite ask for it."""
+"""dataset.toml: what a lab states about runs it publishes, as repositories and DataCite ask for it."""
 
 from collections.abc import Mapping
 from datetime import date
@@ -50,7 +50,7 @@ class Person(Record):
 
 
 class Apparatus(Record):
-    """A tribometer, as far as run.toml does not tell it."""
+    """A tribometer, as far as run.toml does not determine it."""
 
     name: _Line
     """Its name, as run.toml has it as instrument."""
@@ -98,11 +98,11 @@ class Dataset(Record):
     licence: Licence | None = None
     """Under which others may use it, as spdx.org/licenses writes it: "CC-BY-4.0"."""
     keywords: tuple[_Line, ...] = ()
-    """Beside those that the runs give."""
+    """Next to those that the runs give."""
     version: _Line | None = None
     """Version of the data set."""
     published: date | None = None
-    """Day of publication; that of the export unless said."""
+    """Day of publication; that of the export by default."""
     publisher: Institution | None = None
     """Repository or institution that publishes it."""
     doi: Doi | None = None
@@ -117,7 +117,7 @@ class Dataset(Record):
     """Papers that the data belong to."""
 
     def lacking(self) -> list[str]:
-        """Name what repositories ask for and the document does not say, as its keys."""
+        """Name what repositories ask for and the document does not state, as its keys."""
         wanted: Mapping[str, object] = {
             "title": self.title,
             "description": self.description,
@@ -133,7 +133,7 @@ class Dataset(Record):
         return known.get((operator or "").casefold())
 
     def apparatus(self, name: str | None) -> Apparatus | None:
-        """Return what is said of an instrument of run.toml; none where nothing is."""
+        """Return what is stated about an instrument of run.toml; none where nothing is."""
         return next((one for one in self.instruments if one.name == name), None)
 
 

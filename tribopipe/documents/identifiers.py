@@ -1,4 +1,4 @@
-"""Persistent identifiers of people, institutions, publications and licences, checked before they are published."""
+"""Persistent identifiers of people, institutions, publications and licenses, checked before they are published."""
 
 import re
 from typing import Annotated, Any
@@ -23,7 +23,7 @@ def orcid_check_digit(digits: str) -> str:
 def orcid(text: str) -> str:
     """Return an ORCID as "0000-0002-1825-0097"; it may be written as a link.
 
-    Raises ``ValueError`` where the text is none, or its check digit tells of a mistyped one.
+    Raises ``ValueError`` where the text is none, or its check digit shows a mistyped one.
     """
     matched = _ORCID.fullmatch(text.strip())
     if matched is None:
@@ -55,7 +55,7 @@ def doi(text: str) -> str:
 
 
 def spdx_licence(text: str) -> str:
-    """Return the identifier of a licence as SPDX writes it. Raises ``ValueError`` where SPDX does not list it."""
+    """Return the identifier of a license as SPDX writes it. Raises ``ValueError`` where SPDX does not list it."""
     from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
 
     matched = _SPDX.fullmatch(text.strip())
@@ -63,7 +63,7 @@ def spdx_licence(text: str) -> str:
         return str(canonicalize_license_expression(matched[1] if matched else ""))
     except InvalidLicenseExpression:
         raise ValueError(
-            f"found {text!r}; expected one licence of spdx.org/licenses, such as 'CC-BY-4.0', 'CC0-1.0' or 'ODbL-1.0'"
+            f"found {text!r}; expected a license of spdx.org/licenses, such as 'CC-BY-4.0', 'CC0-1.0' or 'ODbL-1.0'"
         ) from None
 
 

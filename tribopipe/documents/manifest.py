@@ -1,4 +1,4 @@
-"""run.toml: what a lab writes beside the instrument's own files about one run."""
+"""run.toml: what a lab writes with the instrument's own files about one run."""
 
 import math
 import re
@@ -78,7 +78,7 @@ RunId = Annotated[str, AfterValidator(_usable_as_file_name), Field(json_schema_e
 
 
 _MOST_ROTATIONS = 1e15
-"""A year at a million rotations a second is a thirtieth of it, and float64 still tells each rotation from the next."""
+"""A year at a million rotations a second is a thirtieth of it, and float64 still resolves each rotation."""
 
 
 def _a_count(written: Any) -> Any:
@@ -171,8 +171,8 @@ class Conditions(Record):
         for one, other in (("stroke", "track_radius"), ("rotational_speed", "frequency")):
             if getattr(self, one) is not None and getattr(self, other) is not None:
                 raise ValueError(
-                    f"{one}: found it beside {other}; expected a pin that slides in a circle (track_radius, "
-                    "rotational_speed) or there and back (stroke, frequency); take out what does not hold"
+                    f"{one}: found it together with {other}; expected either circular sliding (track_radius, "
+                    "rotational_speed) or reciprocating sliding (stroke, frequency); remove what does not apply"
                 )
         return self
 
@@ -183,7 +183,7 @@ class ColumnSource(Record):
     column: str = Field(min_length=1)
     """Name of the column as the file's header writes it."""
     unit: str | None = None
-    """Unit of the column; wins over what the file says, needed where the file says none."""
+    """Unit of the column; overrides the unit in the file; needed if the file states none."""
 
 
 def _column_by_name(written: Any) -> Any:
@@ -195,8 +195,8 @@ def _inside_run_folder(name: str) -> str:
     path = PureWindowsPath(name)
     if not name.isprintable() or path.anchor or ".." in path.parts:
         raise ValueError(
-            f"found {name!r}; expected the name of a file in the run folder, since a run carries all its files; "
-            "copy the file beside run.toml"
+            f"found {name!r}; expected the name of a file in the run folder, since a run contains all its files; copy "
+            "the file next to run.toml"
         )
     return name
 
@@ -210,7 +210,7 @@ def _named_or_described(reader: str) -> str:
 
 
 def is_described(reader: str) -> bool:
-    """Tell whether a reader is named by the file that describes it."""
+    """Return whether a reader is named by the file that describes it."""
     return reader.lower().endswith(".toml")
 
 
@@ -243,7 +243,7 @@ class SignalFile(Record):
     def _each_step_is_chosen_once(self) -> Self:
         twice = next((step for step, count in Counter(self.steps).items() if count > 1), None)
         if twice is not None:
-            raise ValueError(f"steps: found step {twice} twice; expected each once; take one out")
+            raise ValueError(f"steps: found step {twice} twice; expected each once; remove one")
         return self
 
     @model_validator(mode="after")
@@ -271,9 +271,9 @@ class ProfileSource(Record):
     """Format, where it should not be detected: "dektak", "points"…, or a reader described in a file of the run folder:
     "our-rig.toml"."""
     position: Annotated[ColumnSource, BeforeValidator(_column_by_name)] | None = None
-    """Column of the position across the track, where the format does not say."""
+    """Column of the position across the track, where the format does not state it."""
     height: Annotated[ColumnSource, BeforeValidator(_column_by_name)] | None = None
-    """Column of the height, upwards out of the specimen, where the format does not say."""
+    """Column of the height, upwards out of the specimen, where the format does not state it."""
 
 
 def _one_or_several(written: Any) -> Any:
@@ -285,10 +285,10 @@ Profiles = Annotated[tuple[ProfileSource, ...], BeforeValidator(_one_or_several)
 
 
 class EndValues(Record):
-    """What the profilometer or microscope said after the test."""
+    """What the profilometer or microscope stated after the test."""
 
     pin_wear_depth: MeasuredDepth | None = None
-    """Height worn off the pin."""
+    """Wear height of the pin."""
     pin_scar_diameter: MeasuredLength | None = None
     """Diameter of the scar on a spherical pin; where the disc has worn, the mean of length and width."""
     pin_scar_length: MeasuredLength | None = None
@@ -296,7 +296,7 @@ class EndValues(Record):
     pin_scar_width: MeasuredLength | None = None
     """Width of the scar on a spherical pin, across the sliding direction."""
     pin_wear_volume: MeasuredVolume | None = None
-    """Volume worn off the pin."""
+    """Wear volume of the pin."""
     pin_mass_loss: MeasuredMass | None = None
     """Mass that the pin has lost; needs its density."""
     pin_profile: Profiles = ()
@@ -306,17 +306,17 @@ class EndValues(Record):
     disc_track_width: MeasuredLength | None = None
     """Width of the wear track on the disc a pin rubs on."""
     disc_wear_volume: MeasuredVolume | None = None
-    """Volume worn off the disc a pin rubs on."""
+    """Wear volume of the disc under a pin."""
     disc_mass_loss: MeasuredMass | None = None
     """Mass that the disc a pin rubs on has lost; needs its density."""
     disc_profile: Profiles = ()
     """Profiles across the track of the disc a pin rubs on, at several places, from which depth and volume are taken."""
     curved_disc_wear_depth: MeasuredDepth | None = None
-    """Height worn off the crown of a curved disc."""
+    """Wear height of the crown of a curved disc."""
     curved_disc_track_width: MeasuredLength | None = None
     """Width of the flat worn on a curved disc."""
     curved_disc_wear_volume: MeasuredVolume | None = None
-    """Volume worn off a curved disc."""
+    """Wear volume of a curved disc."""
     curved_disc_profile: Profiles = ()
     """Profiles across the track of a curved disc, from which its volume is taken."""
     flat_disc_wear_depth: MeasuredDepth | None = None
@@ -324,7 +324,7 @@ class EndValues(Record):
     flat_disc_track_width: MeasuredLength | None = None
     """Width of the track on a flat disc."""
     flat_disc_wear_volume: MeasuredVolume | None = None
-    """Volume worn off a flat disc."""
+    """Wear volume of a flat disc."""
     flat_disc_profile: Profiles = ()
     """Profiles across the track of a flat disc, from which its volume is taken."""
 
@@ -342,8 +342,8 @@ class EndValues(Record):
         for body in ("pin", "disc", "curved_disc", "flat_disc"):
             if getattr(self, f"{body}_profile") and getattr(self, f"{body}_wear_volume") is not None:
                 raise ValueError(
-                    f"{body}_wear_volume: found one beside {body}_profile, from which it would be taken; expected one "
-                    "of the two; take the other out"
+                    f"{body}_wear_volume: found one together with {body}_profile, which gives the same; expected one "
+                    "of the two; remove the other"
                 )
         return self
 
@@ -355,7 +355,7 @@ class EndValues(Record):
             if twice is not None:
                 raise ValueError(
                     f"{body}_profile: found the same profile of {twice!r} twice; expected each once, or it would count "
-                    "as a second measurement; take one out"
+                    "as a second measurement; remove one"
                 )
         return self
 
@@ -368,7 +368,7 @@ class Interruption(EndValues):
     )
 
     sliding_distance: Distance | None = None
-    """Distance that a pin had slid until then."""
+    """Distance that a pin had covered until then."""
     rotations: Rotations | None = None
     """Rotations that a curved disc had done until then."""
     remounted: bool = False
@@ -387,7 +387,7 @@ def _above_zero(scale: Quantity) -> Quantity:
 
 
 class Sensors(Record):
-    """How far the sensors can be trusted beside their noise."""
+    """Uncertainties of the sensors other than noise."""
 
     depth_scale: Annotated[Ratio, AfterValidator(_above_zero)] = Quantity(value=1.0, unit="1")
     """True displacement over displacement read: the depth signal is multiplied by it."""
@@ -400,7 +400,7 @@ def _date_and_time(written: Any) -> Any:
 
 
 class RunManifest(Record):
-    """One run: specimens, conditions, signal files and end values."""
+    """One run: specimens, conditions, signal files and post-test measurements."""
 
     schema_version: Literal["tribopipe.run/1"] = Field(alias="schema")
     """Version of this document."""
@@ -427,7 +427,7 @@ class RunManifest(Record):
     interruptions: tuple[Interruption, ...] = ()
     """What was measured on the specimens in between, in the order of the test."""
     sensors: Sensors = Sensors()
-    """How far the sensors can be trusted beside their noise."""
+    """Uncertainties of the sensors other than noise."""
 
     @model_validator(mode="before")
     @classmethod
@@ -460,7 +460,7 @@ class RunManifest(Record):
             if foreign is not None:
                 raise ValueError(
                     f"{where}.{foreign}: found one in a {self.contact.kind} run, which has no such thing; expected "
-                    f"one of {', '.join(sorted(_own_keys(part, self.contact)))}; take it out, or correct "
+                    f"one of {', '.join(sorted(_own_keys(part, self.contact)))}; remove it, or correct "
                     "contact.kind"
                 )
         self.contact.refuse_conditions(self.conditions)
@@ -471,7 +471,7 @@ class RunManifest(Record):
         named = Counter(name for part in self.signals for name in part.names)
         twice = next((name for name, count in named.items() if count > 1), None)
         if twice is not None:
-            raise ValueError(f"signals: found the file {twice!r} twice; expected each once; take one out")
+            raise ValueError(f"signals: found the file {twice!r} twice; expected each once; remove one")
         return self
 
     @model_validator(mode="after")
@@ -578,11 +578,11 @@ _ALONG: Mapping[str, tuple[str, ...]] = {
         *_PIN_END_VALUES,
     ),
 }
-"""Keys of conditions and end values that make sense along one progress alone."""
+"""Keys of conditions and post-test measurements that make sense along one progress alone."""
 
 
 def foreign_keys(contact: type[Contact]) -> tuple[str, ...]:
-    """Return the keys of conditions and end values that make no sense on a contact."""
+    """Return the keys of conditions and post-test measurements that make no sense on a contact."""
     return _ALONG[(SLIDING if contact.progress is ROTATIONS else ROTATIONS).signal]
 
 
@@ -591,7 +591,7 @@ def _own_keys(part: Conditions | EndValues, contact: Contact) -> set[str]:
 
 
 def _contact_of(document: Any) -> type[Contact] | None:
-    """Return the class of the contact that a run.toml describes, as far as it can be told."""
+    """Return the class of the contact that a run.toml describes, as far as it can be determined."""
     contact = document.get("contact") if isinstance(document, Mapping) else None
     kind = contact.get("kind") if isinstance(contact, Mapping) else getattr(contact, "kind", None)
     return contact_named(kind)
@@ -627,7 +627,8 @@ def read_manifest(path: Path) -> tuple[RunManifest, bytes]:
     """
     if leads_out(path, path.parent):
         raise ManifestError(
-            f"{path}: found a link out of the run folder; expected run.toml itself, since a run carries all its files; "
+            f"{path}: found a link out of the run folder; expected run.toml itself, since a run contains all its "
+            "files; "
             "copy it in the place of the link"
         )
     content = read_bytes(path)

@@ -1,4 +1,4 @@
-"""What people say of an archived run as a whole: that it is bad, or good after all, and why."""
+"""What people state about an archived run as a whole: that it is bad, or good after all, and why."""
 
 from typing import Annotated, Literal
 
@@ -8,7 +8,7 @@ from tribopipe.documents.record import Record
 
 
 def _worded(meaning: str) -> AfterValidator:
-    """Strip a text, and refuse one that says nothing."""
+    """Strip a text, and refuse one without a word."""
 
     def strip(text: str) -> str:
         stripped = text.strip()

@@ -40,8 +40,8 @@ def _refuse_endless(seconds: float, sensors: "RecordingSensors") -> None:
     samples = seconds * sensors.sampling_rate.value
     if samples > _MOST_SAMPLES:
         raise ValueError(
-            f"sensors.sampling_rate: found {samples:.3g} samples a run; expected at most {_MOST_SAMPLES}; lower "
-            "the rate, or let runs be shorter"
+            f"sensors.sampling_rate: found {samples:.3g} samples per run; expected at most {_MOST_SAMPLES}; lower the "
+            "rate, or shorten the runs"
         )
 
 
@@ -68,11 +68,11 @@ class Sensors(RecordingSensors):
     """How the virtual pin-on-disc tribometer records, and how its pins are measured."""
 
     scar_uncertainty: Length = Field(default_factory=lambda: _of(2e-6, "m"))
-    """Standard uncertainty of the scar diameter of a spherical pin, drawn once a run."""
+    """Standard uncertainty of the scar diameter of a spherical pin, drawn once per run."""
     pin_end_value: Literal["pin_scar_diameter", "pin_wear_depth"] = "pin_scar_diameter"
     """What is measured on a spherical pin after the test; on a flat one it is always the depth."""
     height_loss_uncertainty: Length = Field(default_factory=lambda: _of(2.5e-7, "m"))
-    """Standard uncertainty of the height lost by a pin, drawn once a run where that is measured."""
+    """Standard uncertainty of the height lost by a pin, drawn once per run where that is measured."""
 
 
 class VirtualRun(Record):
@@ -106,16 +106,16 @@ class Series(Record):
     law: LawName = "archard"
     """Wear law of the truth."""
     law_parameters: dict[str, GivenParameter] = Field(default_factory=dict)
-    """Its true parameters beside k_D."""
+    """Its true parameters in addition to k_D."""
     contact: AnySlidingPin
     """The two bodies."""
     medium: str
-    """What surrounds the contact."""
+    """Environment or lubricant."""
     depth_scale: Ratio = Field(default_factory=lambda: _of(1.0, "1"))
     """True displacement over displacement read."""
     systematic_errors: bool = False
-    """Whether load, tip radius, moduli, speed and sensor scale are off by errors drawn once a run within their stated
-    uncertainty, or are just what the manifest says."""
+    """Whether load, tip radius, moduli, speed and sensor scale are off by errors drawn once per run within their stated
+    uncertainty, or are just what the manifest states."""
     sliding_speed: Speed
     """Nominal sliding speed."""
     sliding_distance: Distance
@@ -153,11 +153,11 @@ class TwinDiscSensors(RecordingSensors):
     end_values: tuple[DiscEndValue, ...] = ("wear_volume",)
     """What is measured on either disc after the test."""
     volume_uncertainty: Ratio = Field(default_factory=lambda: _of(0.08, "1"))
-    """Standard uncertainty of a disc's worn volume over that volume, drawn once a run and disc."""
+    """Standard uncertainty of a disc's worn volume over that volume, drawn once per run and disc."""
     wear_depth_uncertainty: Length = Field(default_factory=lambda: _of(5e-8, "m"))
-    """Standard uncertainty of a disc's wear depth, drawn once a run and disc."""
+    """Standard uncertainty of a disc's wear depth, drawn once per run and disc."""
     track_width_uncertainty: Length = Field(default_factory=lambda: _of(4e-6, "m"))
-    """Standard uncertainty of the width of a disc's track, drawn once a run and disc."""
+    """Standard uncertainty of the width of a disc's track, drawn once per run and disc."""
 
 
 class Fatigue(Record):
@@ -213,7 +213,7 @@ class TwinDiscVirtualRun(Record):
         if self.fatigue is not None and self.fatigue.from_rotations >= self.rotations:
             raise ValueError(
                 f"fatigue.from_rotations: found {self.fatigue.from_rotations:.0f} in a run of {self.rotations:.0f} "
-                "rotations; expected fewer, or it never sets in; correct it, or take fatigue out"
+                "rotations; expected fewer, or it never sets in; correct it, or remove fatigue"
             )
         return self
 
@@ -226,18 +226,18 @@ class TwinDiscSeries(Record):
     law: LawName = "archard"
     """Wear law of the truth."""
     law_parameters: dict[str, GivenParameter] = Field(default_factory=dict)
-    """Its true parameters beside k_D."""
+    """Its true parameters in addition to k_D."""
     distance_per_rotation: DistanceConvention = "full-slip"
     """What the truth counts as the distance that a point of a disc slides in one rotation."""
     contact: TwinDisc
     """The two discs."""
     medium: str
-    """What surrounds the contact."""
+    """Environment or lubricant."""
     depth_scale: Ratio = Field(default_factory=lambda: _of(1.0, "1"))
     """True displacement over displacement read."""
     systematic_errors: bool = False
-    """Whether load, radii, moduli, slip and sensor scale are off by errors drawn once a run within their stated
-    uncertainty, or are just what the manifest says. The counter of rotations counts right."""
+    """Whether load, radii, moduli, slip and sensor scale are off by errors drawn once per run within their stated
+    uncertainty, or are just what the manifest states. The counter of rotations counts right."""
     curved_disc_speed: Speed
     """Nominal tangential speed v₁ of the curved disc."""
     normal_load: Force | None = None
@@ -295,7 +295,7 @@ class Plan(Record):
 
 
 class Truth(Record):
-    """What a virtual run was made from; lies beside it as truth.json."""
+    """What a virtual run was made from; lies next to it as truth.json."""
 
     schema_version: Literal["tribopipe.truth/1"] = Field(default="tribopipe.truth/1", alias="schema")
     """Version of this document."""
@@ -304,7 +304,7 @@ class Truth(Record):
     law: LawName
     """Wear law."""
     law_parameters: dict[str, Quantity] | None = None
-    """Its parameters beside k_D; none where it has none."""
+    """Its parameters in addition to k_D; none where it has none."""
     wear_coefficient: WearCoefficient
     """k_D."""
     friction: StatedFriction
@@ -320,7 +320,7 @@ class Truth(Record):
 
 
 class TwinDiscTruth(Record):
-    """What a virtual run of two discs was made from; lies beside it as truth.json."""
+    """What a virtual run of two discs was made from; lies next to it as truth.json."""
 
     schema_version: Literal["tribopipe.twin-disc-truth/1"] = Field(
         default="tribopipe.twin-disc-truth/1", alias="schema"
@@ -331,7 +331,7 @@ class TwinDiscTruth(Record):
     law: LawName
     """Wear law."""
     law_parameters: dict[str, Quantity] | None = None
-    """Its parameters beside k_D; none where it has none."""
+    """Its parameters in addition to k_D; none where it has none."""
     distance_per_rotation: DistanceConvention
     """What counts as the distance that a point of a disc slides in one rotation."""
     curved_wear_coefficient: WearCoefficient

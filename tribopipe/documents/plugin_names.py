@@ -15,7 +15,7 @@ WRITTEN_BY_PEOPLE = {"written_by_people": True}
 
 @dataclass(frozen=True)
 class InstalledName:
-    """Says of a text that it names something of a group of entry points.
+    """Declare that a text names something of a group of entry points.
 
     An archive may come from a machine where more is installed, so that results are read whatever they name.
     """

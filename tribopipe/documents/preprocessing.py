@@ -1,4 +1,4 @@
-"""Clean-up of a run's signals before anything is computed: the steps a recipe lists, and what they did."""
+"""Preprocessing of a run's signals before anything is computed: the steps a recipe lists, and what they did."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
@@ -26,7 +26,7 @@ class ContinuousAxes(Record):
     step: Literal["continuous-axes"] = "continuous-axes"
     """Name of the step."""
     carried_over: Literal["told", "always", "never"] = "told"
-    """When a start above zero, carried over from the test before, is taken off: where another axis tells so, whenever
+    """When a start above zero, carried over from the test before, is subtracted: where another axis shows so, whenever
     the first value is not zero, or never."""
 
 
@@ -90,25 +90,25 @@ class TimeWindow(Record):
 
 
 class Zero(Record):
-    """What force sensors read while nothing touches is taken off their signals."""
+    """What force sensors read while nothing touches is subtracted from their signals."""
 
     step: Literal["zero"] = "zero"
     """Name of the step."""
     windows: tuple[TimeWindow, ...] = ()
-    """When nothing touched; left out, the start and the end of the run where the measured load says so."""
+    """When nothing touched; left out, the start and the end of the run where the measured load shows it."""
     signals: tuple[Literal["normal_force", "friction_force"], ...] = ("normal_force", "friction_force")
     """Signals to be zeroed."""
 
 
 class PressingLoad(Record):
-    """A normal force that reads negative when loaded is turned over."""
+    """A normal force that reads negative when loaded has its sign reversed."""
 
     step: Literal["pressing-load"] = "pressing-load"
     """Name of the step."""
 
 
 class FrictionSign(Record):
-    """Friction of a test in one direction that reads negative is turned over."""
+    """Friction of a test in one direction that reads negative has its sign reversed."""
 
     step: Literal["friction-sign"] = "friction-sign"
     """Name of the step."""
@@ -143,7 +143,7 @@ class TurnOver(Record):
     step: Literal["turn-over"] = "turn-over"
     """Name of the step."""
     signals: tuple[TurnedSignal, ...]
-    """Signals to be turned over, where they were measured."""
+    """Signals whose sign is reversed, where they were measured."""
 
     @model_validator(mode="after")
     def _something_is_turned(self) -> Self:
@@ -153,7 +153,7 @@ class TurnOver(Record):
 
 
 class Despike(Record):
-    """Lone samples far off the median of their neighbours are masked (Hampel's identifier)."""
+    """Lone samples far off the median of their neighbors are masked (Hampel's identifier)."""
 
     step: Literal["despike"] = "despike"
     """Name of the step."""
@@ -203,7 +203,7 @@ AUTOMATIC: tuple[CleaningStep, ...] = (
     UnloadedFriction(),
     StrokeWiseFriction(),
 )
-"""Steps taken unless a recipe says otherwise: each does nothing where there is nothing to do."""
+"""Steps taken unless a recipe states otherwise: each does nothing where there is nothing to do."""
 
 
 class Change(Record):
@@ -220,7 +220,7 @@ class Change(Record):
     why: str
     """Why."""
     offset: Quantity | None = None
-    """What was taken off, with its standard uncertainty where it is known."""
+    """What was subtracted, with its standard uncertainty where it is known."""
     factor: float | None = None
     """What the signal was multiplied by."""
     parts: int | None = None
@@ -241,10 +241,10 @@ class CleanUp(Record):
     """Signals of which nothing could be used, so that the run is processed without them."""
 
     def changed(self, signal: SignalName) -> bool:
-        """Tell whether a signal came out otherwise than it was recorded."""
+        """Return whether a signal came out otherwise than it was recorded."""
         return signal in self.derived or any(change.signal == signal and change.samples for change in self.changes)
 
     def __str__(self) -> str:
         if not self.changes:
-            return "clean-up: nothing to do"
-        return f"clean-up: {'; '.join(str(change) for change in self.changes)}"
+            return "preprocessing: nothing to do"
+        return f"preprocessing: {'; '.join(str(change) for change in self.changes)}"

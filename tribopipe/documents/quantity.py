@@ -240,7 +240,7 @@ def of_readings(readings: Sequence[float], common: float | None = None) -> tuple
     s is the standard deviation of the n readings, u what is uncertain of all of them together, and q accounts for s
     being an estimate itself: from 4 readings on it is that of Student's t, q² = (n − 1)/(n − 3) (JCGM 101:2008,
     6.4.9.4). For 2 and 3 that variance does not exist; there q = t₀.₉₇₅(n − 1)/1.96, 6.48 and 2.20, which makes ±1.96
-    standard uncertainties the 95 % interval of Student's t (JCGM 100:2008, G.3). Readings that are all the same tell no
+    standard uncertainties the 95 % interval of Student's t (JCGM 100:2008, G.3). Readings that are all the same show no
     scatter: then only u is left.
     """
     count = len(readings)
@@ -303,7 +303,7 @@ def _read_readings(written: Mapping[str, Any], kind: str) -> dict[str, Any]:
     """Turn a table with several values of one quantity into their mean; what is stated is common to all of them."""
     readings, example = written["values"], units.KINDS[kind].example
     if "value" in written or "unit" in written:
-        raise UnitError("found 'values' beside a single value; expected one of the two; take the other out")
+        raise UnitError("found 'values' together with a single value; expected one of the two; remove the other")
     if not isinstance(readings, list | tuple) or len(readings) < _FEWEST_READINGS:
         raise UnitError(
             f"found values = {readings!r}; expected at least {_FEWEST_READINGS} readings, such as [{example!r}, …]; "
@@ -321,14 +321,14 @@ def _of_kind(quantity: Quantity, *, kind: str, positive: bool) -> Quantity:
     si = units.KINDS[kind].si
     if quantity.unit != si:
         raise ValueError(
-            f"found the unit {quantity.unit!r} beside a bare number; expected SI ({si!r}), or "
+            f"found the unit {quantity.unit!r} with a bare number; expected SI ({si!r}), or "
             f"a text such as {units.KINDS[kind].example!r}"
         )
     readings = quantity.readings if isinstance(quantity, EndValue) and quantity.readings else ()
     for number in (quantity.value, quantity.standard_uncertainty or 0.0, *readings):
         if number and not _LEAST < abs(number) < _MOST:
             raise ValueError(
-                f"found {number:g} {si}, which nobody can have measured; expected a {kind} such as "
+                f"found {number:g} {si}, which is not physically possible; expected a {kind} such as "
                 f"{units.KINDS[kind].example!r}; check number and unit"
             )
     if positive and any(not value > 0 for value in (quantity.value, *readings)):
@@ -348,7 +348,7 @@ def _written_schema(kind: str, *, method: bool = False) -> dict[str, Any]:
         value.append({"type": "number"})
     table: dict[str, Any] = {
         "value": {"anyOf": value},
-        "unit": {"type": "string", "description": "Only beside a bare number in SI."},
+        "unit": {"type": "string", "description": "Only with a bare number in SI."},
         "standard_uncertainty": {
             "anyOf": [text, {"type": "number"}, {"type": "null"}],
             "description": "Of the same unit, or a share of the value such as '1 %'.",

@@ -88,10 +88,8 @@ class Calibration(Record):
                 "reading and value"
             )
         if bool(self.polynomial) != (self.range is not None):
-            found = "a polynomial without one" if self.polynomial else "it beside points, which say it themselves"
-            raise ValueError(
-                f"range: found {found}; expected the range of readings beside a polynomial, such as [0, 10]"
-            )
+            found = "a polynomial without one" if self.polynomial else "it together with points, which define it"
+            raise ValueError(f"range: found {found}; expected the range of readings with a polynomial, such as [0, 10]")
         return self
 
     @model_validator(mode="after")
@@ -114,7 +112,7 @@ class DescribedColumn(Record):
     axis: Literal["x", "y", "z"] | None = None
     """Of a profile: x along the scan, y across scans, z the height, upwards out of the specimen."""
     unit: Unit | None = None
-    """Unit after scale and offset; wins over what the file says, needed where the file says none."""
+    """Unit after scale and offset; overrides the unit in the file; needed if the file states none."""
     scale: float = 1.0
     """The column is multiplied by it…"""
     offset: float = 0.0
@@ -124,7 +122,7 @@ class DescribedColumn(Record):
 
 
 class Fact(Record):
-    """Something the lines above the table say of the run."""
+    """Something the lines above the table state about the run."""
 
     pattern: Pattern
     """Regular expression; what its first group matches is the value, or else the whole match."""
@@ -153,7 +151,7 @@ class ReaderProfile(Record):
     encoding: str | None = None
     """Text encoding, where it should not be detected: "cp1252", "shift_jis"…"""
     separator: Annotated[str, AfterValidator(_a_separator)] | None = None
-    """Column separator: ";", "\\t", or " " for runs of blanks; needed wherever the place of the table is told."""
+    """Column separator: ";", "\\t", or " " for runs of blanks; needed wherever the place of the table is given."""
     decimal: Literal[".", ","] | None = None
     """Decimal sign, where it should not be detected."""
     starts_at: Pattern | None = None
@@ -163,7 +161,7 @@ class ReaderProfile(Record):
     names: tuple[Annotated[str, Field(min_length=1)], ...] = ()
     """Names of the columns, where the file has none."""
     units_row: Literal["above", "below"] | None = None
-    """Where a row of units stands beside the row of names."""
+    """Where a row of units stands next to the row of names."""
     columns: dict[str, DescribedColumn] = Field(min_length=1, max_length=1000)
     """Name of a column, as the file writes it with or without its unit → what it means."""
     calibrations: dict[str, Calibration] = Field(default_factory=dict, max_length=100)
@@ -173,21 +171,21 @@ class ReaderProfile(Record):
 
     @property
     def tells_place(self) -> bool:
-        """Whether the profile says where the table begins."""
+        """Whether the profile states where the table begins."""
         return self.starts_at is not None or self.header_lines is not None or bool(self.names)
 
     @model_validator(mode="after")
     def _place_is_told_once_and_fully(self) -> Self:
         if self.starts_at is not None and self.header_lines is not None:
-            raise ValueError("header_lines: found it beside starts_at; expected one of the two; take the other out")
+            raise ValueError("header_lines: found it with starts_at; expected one of the two; remove the other")
         if self.tells_place and self.separator is None:
             raise ValueError(
-                'separator: missing; expected one where the place of the table is told, such as ";"; add it'
+                'separator: missing; expected one when the place of the table is given, such as ";"; add it'
             )
         if self.units_row is not None and (self.names or not self.tells_place):
             raise ValueError(
-                "units_row: found it without a row of names whose place is told; expected it beside starts_at or "
-                "header_lines alone; give units under columns instead"
+                "units_row: found it without the place of the row of names; expected it only with starts_at or "
+                "header_lines; give units under columns instead"
             )
         return self
 
@@ -216,7 +214,7 @@ class ReaderProfile(Record):
             if column.signal is not None and taken.setdefault(column.signal, name) != name:
                 raise ValueError(
                     f"columns.{name}.signal: found {column.signal!r}, as for {taken[column.signal]!r}; expected each "
-                    "signal once; take one out"
+                    "signal once; remove one"
                 )
             if self.names and name not in self.names:
                 raise ValueError(

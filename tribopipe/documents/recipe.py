@@ -13,7 +13,7 @@ from tribopipe.physics.conventions import LAW_GROUP, LAW_PATTERN, DistanceConven
 LAWS = InstalledName(LAW_GROUP, "wear law", LAW_PATTERN)
 LawName = Annotated[str, LAWS]
 GivenParameter = str | float | dict[str, str | float]
-"""A number with its unit, or a table of value and standard_uncertainty; the law says of what kind."""
+"""A number with its unit, or a table of value and standard_uncertainty; the law gives for what kind."""
 FrictionSource = Literal["fitted", "measured"]
 
 
@@ -47,9 +47,10 @@ class WearRecipe(Record):
     models: tuple[LawName, ...] = ("archard", "sarkar")
     """Wear laws that `process` fits."""
     parameters: dict[LawName, dict[str, GivenParameter]] = Field(default_factory=dict)
-    """Parameters of a wear law beside k_D that are known; those left out are fitted with k_D of a pin."""
+    """Parameters of a wear law in addition to k_D that are known; those left out are fitted with k_D of a pin."""
     engine: WearEngine | None = None
-    """Depth against volume of a pin: by the Global Incremental Wear Model, by the volume it lacks, or by local wear.
+    """Depth against volume of a pin: by the Global Incremental Wear Model, by its volume, or by local
+    wear.
 
     Left out, it is the model's, or by volume where the disc wore as well. k_D is right with its own engine only.
     """
@@ -58,7 +59,7 @@ class WearRecipe(Record):
     correction: Correction = "model"
     """Wear, drift and all else that the sensor reads in one statistical model; or drift first, as in the paper."""
     distance_per_rotation: DistanceConvention = "full-slip"
-    """What counts as slid in one rotation of twin discs; k_D differs by orders of magnitude between them."""
+    """Sliding distance per rotation of twin discs; k_D differs by orders of magnitude between the conventions."""
 
 
 class DefaultUncertainty(Record):
@@ -125,7 +126,7 @@ class Recipe(Record):
     schema_version: Literal["tribopipe.recipe/1"] = Field(default="tribopipe.recipe/1", alias="schema")
     """Version of this document."""
     clean_up: tuple[CleaningStep, ...] = AUTOMATIC
-    """Steps by which signals are cleaned up, in order; an empty list leaves them as they were recorded."""
+    """Steps of preprocessing, in order; an empty list leaves them as they were recorded."""
     drift: DriftRecipe = DriftRecipe()
     """Drift correction."""
     friction: FrictionRecipe = FrictionRecipe()

@@ -28,7 +28,7 @@ class Record(BaseModel):
     )
 
     def __repr__(self) -> str:
-        """Return the record in one line: what it says of itself where it does, else its fields."""
+        """Return the record in one line: its own line where it has one, else its fields."""
         if type(self).__str__ is BaseModel.__str__:
             return super().__repr__()
         said = str(self)
@@ -163,7 +163,7 @@ def _union_tags(record: type[Record]) -> set[str]:
 
 
 def _annotated(annotation: Any) -> list[tuple[FieldInfo, Any]]:
-    """Return what is said of the types within a type, such as the members of a tuple."""
+    """Return the types within a type, such as the members of a tuple."""
     inner = get_args(annotation)
     here = [(told, inner[0]) for told in inner[1:] if isinstance(told, FieldInfo)]
     return here + [found for one in inner for found in _annotated(one)]

@@ -1,4 +1,4 @@
-"""report.toml: what a test report states besides the tests themselves, such as laboratory, customer and signatories."""
+"""report.toml: the particulars of a test report, such as laboratory, customer, samples and signatories."""
 
 from collections.abc import Mapping, Sequence
 from datetime import date
@@ -20,7 +20,7 @@ StandardName = Literal["g99", "g133"]
 
 
 class Laboratory(Record):
-    """Who tested."""
+    """The laboratory."""
 
     name: _Line
     """Name of the laboratory."""
@@ -37,7 +37,7 @@ class Laboratory(Record):
 
 
 class Customer(Record):
-    """For whom."""
+    """The customer."""
 
     name: _Line
     """Name of the customer."""
@@ -48,7 +48,7 @@ class Customer(Record):
 
 
 class Samples(Record):
-    """What the customer sent."""
+    """The samples received."""
 
     description: _Text | None = None
     """Which specimens, and how each is identified."""
@@ -61,7 +61,7 @@ class Samples(Record):
 
 
 class Signatory(Record):
-    """Who authorizes the report."""
+    """A person who authorizes the report."""
 
     name: _Line
     """Name of the person."""
@@ -70,7 +70,7 @@ class Signatory(Record):
 
 
 class ReportDetails(Record):
-    """What a report states besides the tests: the particulars of ISO/IEC 17025:2017, 7.8.2."""
+    """Particulars of a test report, as ISO/IEC 17025:2017, 7.8.2 requires them."""
 
     schema_version: Literal["tribopipe.report/1"] = Field(alias="schema")
     """Version of this document."""
@@ -81,21 +81,21 @@ class ReportDetails(Record):
     issued: date | None = None
     """Date of issue."""
     standard: StandardName | None = None
-    """Standard test method; the one of the motion where it is left out."""
+    """Standard test method; by default G133 for reciprocating tests, otherwise G99."""
     follows: Literal["all particulars", "procedure"] = "procedure"
-    """Whether the test had the standard's own parameters, or its procedure with others."""
+    """Whether the tests had the parameters of the standard, or followed its procedure with others."""
     deviations: _Text | None = None
-    """Additions to the standard, deviations from it, and what was left out."""
+    """Additions to, deviations from, or exclusions from the standard."""
     external: _Text | None = None
-    """Which results others have provided."""
+    """Results from external providers."""
     lab: Laboratory | None = None
-    """Who tested."""
+    """The laboratory."""
     customer: Customer | None = None
-    """For whom."""
+    """The customer."""
     samples: Samples | None = None
-    """What was sent in."""
+    """The samples received."""
     signatories: tuple[Signatory, ...] = Field(default=(), max_length=20)
-    """Who authorizes the report."""
+    """Persons who authorize the report."""
 
 
 def read_details(paths: Sequence[Path]) -> tuple[ReportDetails, bytes | None, str]:

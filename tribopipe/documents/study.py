@@ -55,11 +55,11 @@ class Study(Record):
         for name, listed in (("fit", self.fit), ("predict", self.predict), ("laws", self.laws)):
             twice = [one for one, count in Counter(listed).items() if count > 1]
             if twice:
-                raise ValueError(f"{name}: found {twice[0]!r} twice; expected each once; take one out")
+                raise ValueError(f"{name}: found {twice[0]!r} twice; expected each once; remove one")
         both = sorted(set(self.fit) & set(self.predict))
         if both:
             raise ValueError(
                 f"predict: found {both[0]!r}, which is also in fit; expected runs that do not identify k_D themselves, "
-                "or the prediction would be of what it was made from; take it out of one of the two"
+                "or the prediction would be of what it was made from; remove it from one of the two"
             )
         return self

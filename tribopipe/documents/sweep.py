@@ -28,11 +28,11 @@ class Predictions(Record):
     run: RunId | None = None
     """Archived run to predict."""
     folder: str | None = None
-    """Run folder to predict in its place, beside this document."""
+    """Run folder to predict in its place, next to this document."""
     wear_coefficient: WearCoefficient | None = None
     """k_D of the pin, or of the curved disc; left out, what the archived fit found under the law."""
     flat_wear_coefficient: WearCoefficient | None = None
-    """k_D of the flat disc beside it; left out, it does not wear."""
+    """k_D of the flat disc next to it; left out, it does not wear."""
     at: tuple[str, ...] = ()
     """Sliding distances to predict at, "500 m", or rotations of discs, "1e6"; left out, the run's own end."""
     depth: tuple[Length, ...] = ()
@@ -54,11 +54,11 @@ class Predictions(Record):
 class VirtualTests(Record):
     """Tests recorded on the virtual tribometer and evaluated; varied are ``series``, ``run``, ``recipe``, ``law``.
 
-    What the plan states as uncertain is off by an error drawn anew in each test.
+    What the plan states as uncertain is off by an error drawn again in each test.
     """
 
     plan: str
-    """Plan file, beside this document."""
+    """Plan file, next to this document."""
     runs: tuple[RunId, ...] = ()
     """Runs of the plan that are repeated; left out, all of them."""
     within: Percentage | None = None
@@ -106,7 +106,7 @@ def _read_drawn(path: str, written: Mapping[str, Any]) -> Drawn:
     if set(written) != known:
         raise ValueError(
             f"{path}: found a table of {', '.join(map(written_key, written))}; expected {{ uniform = [least, greatest] "
-            "} or { normal = mean, standard_uncertainty = deviation }; mend it"
+            "} or { normal = mean, standard_uncertainty = deviation }; correct it"
         )
     if "normal" in written:
         return Normal.model_validate(written)
@@ -124,7 +124,7 @@ def _read_listed(path: str, written: Any) -> tuple[Any, ...]:
         )
     twice = [one for one, count in Counter(map(repr, written)).items() if count > 1]
     if twice:
-        raise ValueError(f"{path}: found {shortened(twice[0])} twice; expected each value once; take one out")
+        raise ValueError(f"{path}: found {shortened(twice[0])} twice; expected each value once; remove one")
     return tuple(written)
 
 
@@ -148,7 +148,7 @@ class Sweep(Record):
     vary: Vary = Field(default_factory=dict)
     """Documents as they are written, with a list of values, or a distribution, in the place of a value."""
     repeats: int | None = Field(default=None, ge=1)
-    """How often each combination is done: with values drawn anew, or as another virtual test."""
+    """How often each combination is done: with values drawn again, or as another virtual test."""
     seed: int = Field(default=1, ge=0)
     """Seed of all that is drawn."""
 
@@ -169,7 +169,7 @@ class Sweep(Record):
         if len(found) != 1:
             raise ValueError(
                 f"found {' and '.join(found) or 'none'} of {', '.join(kinds)}; expected one of these tables, which "
-                "says what is done; " + ("take the others out" if found else "add one")
+                "defines the task; " + ("remove the others" if found else "add one")
             )
         return self
 
@@ -182,7 +182,7 @@ class Sweep(Record):
             )
         if not self.draws and self.repeats is not None:
             raise ValueError(
-                f"repeats: found {self.repeats}, where nothing is drawn and all would be the same; expected none; take "
-                "it out, or draw a value"
+                f"repeats: found {self.repeats}, where nothing is drawn and all would be the same; expected none; "
+                "remove it, or draw a value"
             )
         return self

@@ -32,7 +32,7 @@ def _part_of(record: type[Record], without: Container[str] = (), **others: Any) 
 
 
 def _contact(kind: str, **bodies: type[Record]) -> type[Record]:
-    """Make the record of two bodies of which only the type of tribometer needs to be said."""
+    """Make the record of two bodies of which only the type of tribometer needs to be stated."""
     keys = {name: _optional(body, body.__doc__) for name, body in bodies.items()}
     keys["kind"] = (Literal[kind], Field(description="Type of tribometer."))
     return create_model(f"{kind.title().replace('-', '')}Template", __base__=Record, **keys)
@@ -51,8 +51,8 @@ Template: type[Record] = _part_of(
         _part_of(SignalFile, without=("file", "files", "steps", "step_column")),
         "How every file is read, and what its columns mean.",
     ),
-    end_values=_optional(_part_of(EndValues), "What is measured on the specimens afterwards."),
-    sensors=_optional(_part_of(Sensors), "How far the sensors can be trusted beside their noise."),
+    end_values=_optional(_part_of(EndValues), "Post-test measurements on the specimens."),
+    sensors=_optional(_part_of(Sensors), "Uncertainties of the sensors other than noise."),
 )
 """Any part of a run.toml that is not of one run alone."""
 

@@ -14,7 +14,7 @@ _MOST_BYTES = 1 << 20
 _MOST_VALUES = 100_000
 _MOST_LEVELS = 20
 _MOST_BITS = 63
-"""Of a whole number beside its sign, as TOML 1.0 wants it."""
+"""Of a whole number with its sign, as TOML 1.0 wants it."""
 _PART_OF_KEY = r"""(?:[A-Za-z0-9_-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')"""
 _LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_\\-])(?:{_PART_OF_KEY}[ \t]*\.[ \t]*){{{_MOST_LEVELS}}}")
 """tomllib takes time and memory by the square of the parts of a dotted key: 10 000 of them need gigabytes."""
@@ -27,7 +27,8 @@ def read_bytes(path: Path) -> bytes:
             raise ManifestError(f"{path}: found a folder; expected a TOML file; name the file itself")
         if (size := path.stat().st_size) > _MOST_BYTES:
             raise ManifestError(
-                f"{path}: found {size} bytes; expected at most {_MOST_BYTES}, since nobody writes more by hand; name a "
+                f"{path}: found {size} bytes; expected at most {_MOST_BYTES}, since documents are written by hand; "
+                "name a "
                 "TOML file, and keep signals in files of their own"
             )
         return read_file(path)
@@ -47,14 +48,14 @@ def parse_toml(path: Path, content: bytes) -> dict[str, Any]:
         ) from None
     if (long := _LONG_KEY.search(text)) is not None:
         line = text.count("\n", 0, long.start()) + 1
-        raise ManifestError(f"{path}, line {line}: found a key of more than {_MOST_LEVELS} parts; mend that line")
+        raise ManifestError(f"{path}, line {line}: found a key of more than {_MOST_LEVELS} parts; correct that line")
     try:
         document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise ManifestError(f"{path}: no valid TOML: {error}; mend that line (texts need quotes)") from None
+        raise ManifestError(f"{path}: no valid TOML: {error}; correct that line (texts need quotes)") from None
     except (ValueError, RecursionError):
         raise ManifestError(
-            f"{path}: no valid TOML: nested too deeply, or with a number of thousands of digits; mend that line"
+            f"{path}: no valid TOML: nested too deeply, or with a number of thousands of digits; correct that line"
         ) from None
     _refuse_absurd(path, document)
     return document
@@ -63,13 +64,13 @@ def parse_toml(path: Path, content: bytes) -> dict[str, Any]:
 def _refuse_absurd(path: Path, document: dict[str, Any]) -> None:
     for count, (level, key, value) in enumerate(_values(document)):
         if count > _MOST_VALUES:
-            raise ManifestError(f"{path}: found more than {_MOST_VALUES} values; expected fewer; take some out")
+            raise ManifestError(f"{path}: found more than {_MOST_VALUES} values; expected fewer; remove some")
         if level > _MOST_LEVELS:
-            raise ManifestError(f"{path}: {key}: found more than {_MOST_LEVELS} levels; expected fewer; mend that key")
+            raise ManifestError(f"{path}: {key}: found over {_MOST_LEVELS} levels; expected fewer; correct that key")
         if isinstance(value, int) and value.bit_length() > _MOST_BITS:
             raise ManifestError(f"{path}: {key}: found a whole number of more than 64 bits; expected less; correct it")
         if isinstance(value, str) and "\0" in value:
-            raise ManifestError(f"{path}: {key}: found a zero byte (\\u0000) in a text; expected none; take it out")
+            raise ManifestError(f"{path}: {key}: found a zero byte (\\u0000) in a text; expected none; remove it")
 
 
 def _values(document: dict[str, Any]) -> Iterator[tuple[int, str, Any]]:

@@ -24,7 +24,7 @@ Origins = dict[SignalName, Origin]
 def complete_axes(columns: Columns, origins: Origins, manifest: RunManifest) -> None:
     """Add the axes that were not recorded, with their origins.
 
-    The sliding distance of a pin that nothing tells, no speed and no track radius, is NaN throughout.
+    The sliding distance of a pin that cannot be derived, without a speed or a track radius, is NaN throughout.
 
     Raises ``ReaderError`` where no axis was recorded, or the speed is not known by which time follows from distance.
     """

@@ -11,7 +11,7 @@ _PROBABLE = 0.5
 
 
 def depth_model(posterior: DepthPosterior, duration: float, scale: Quantity) -> DepthModel:
-    """Return what a posterior says of everything but wear.
+    """Return what a posterior states about everything but wear.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """The depth reading of a run as the model of tribopipe.physics.depth_model takes it: a pin's, or that of two discs.
 
 Everything that the model has to know of a contact is in here: how deep a run that ends at a depth H has worn along its
-way, and what the post-test measurements say of H.
+way, and what the post-test measurements give for H.
 """
 
 from collections.abc import Callable
@@ -75,7 +75,7 @@ def require_samples(run: RawRun) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True)
 class DepthRecord:
-    """The depth reading of a run, and what it has besides samples that are sound."""
+    """The depth reading of a run, and what it has in addition to valid samples."""
 
     samples: DepthSamples
     start: float
@@ -99,7 +99,7 @@ class DepthRecord:
 def depth_record(run: RawRun) -> DepthRecord:
     """Return the depth reading of a run with its steps found and its spikes left out.
 
-    Raises ``FitError`` where fewer than 16 samples have depth, time and distance, or where nothing slid.
+    Raises ``FitError`` where fewer than 16 samples have depth, time and distance, or where nothing slides.
     """
     seen = require_samples(run)
     distance, time = run.sliding_distance, run.columns["time"]
@@ -146,7 +146,7 @@ def engine_of(pin: Pin, end: EndWear | None, recipe: Recipe) -> WearEngine:
     """Return the engine that a recipe asks for, or else the one that fits what was measured on the disc.
 
     The GIWM is made for a disc that does not wear. Where one does, beyond what its measurement may be off by twice and
-    a hundredth of the pin's wear, or nobody looked, k_D·F_N·s is the volume that the pin lacks. A flat pin keeps its
+    a hundredth of the pin's wear, or was not measured, k_D·F_N·s is the volume lost. A flat pin keeps its
     area either way.
     """
     if recipe.wear.engine is not None:
@@ -194,7 +194,7 @@ def pin_reading(
     samples
         Its depth reading.
     end
-        What was measured after the test; none where the sensor alone has to tell.
+        What was measured after the test; none where the sensor alone has to show it.
     recipe
         Default uncertainties, and the prior of the drift.
     pin
@@ -251,7 +251,7 @@ def _track(samples: DepthSamples, end: EndWear | None, course: Course) -> list[K
     """Return what the disc has worn by each block, where it was measured: as measured, and by another course.
 
     By Archard's law the groove is as deep as the area that the pin has lost in its middle slice, over the length of the
-    path and by the ratio of coefficients. To first order another exponent adds the logarithm of that.
+    path and by the ratio of coefficients. By first-order propagation, another exponent adds the logarithm of that.
     """
     if end is None or end.disc is None:
         return []

@@ -11,7 +11,7 @@ from tribopipe.results.run import Origin
 def derive_missing(columns: Columns, origins: Origins, manifest: RunManifest) -> None:
     """Add the axes and the friction coefficient where they were not recorded, with their origins.
 
-    Raises ``ReaderError`` where an axis is missing that nothing tells.
+    Raises ``ReaderError`` where an axis is missing that cannot be derived.
     """
     complete_axes(columns, origins, manifest)
     if "friction_coefficient" not in columns and "friction_force" in columns:

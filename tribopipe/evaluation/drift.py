@@ -6,14 +6,15 @@ its curve at the largest sliding distance to the wear found on the pin, in two s
 
     wear(t) = g·(reading(t) − z) − ρ·(t − t₀),     ρ = (g·(reading(t_end) − z) − h_end) / (t_end − t₀)
 
-with g the sensor's scale (1 unless run.toml says otherwise), the zero offset z at the start t₀ of sliding and h_end the
-wear of pin plus disc, or of both discs, by the end values. The end reading is the value at the end of sliding of a
+with g the sensor's scale (1 unless run.toml states otherwise), the zero offset z at the start t₀ of sliding and h_end
+the wear of pin plus disc, or of both discs, by the post-test measurements. The end reading is the value at the end
+sliding of a
 straight line through the last samples. z is that of a fit of the same model, with r(t) = (t − t₀) / (t_end − t₀),
 
     reading(t) − r·(reading(t_end) − h_end / g) = z·(1 − r) + q·h(s)
 
-to the first samples, with h(s) the wear of a pin, or of two discs, that reaches the end value at the end: neither wear
-nor drift within the window is taken for offset, even where the record begins long after sliding did.
+to the first samples, with h(s) the wear of a pin, or of two discs, that reaches the post-test measurement at the end:
+neither wear nor drift within the window is taken for offset, even where the record begins long after sliding did.
 """
 
 import math
@@ -73,11 +74,11 @@ class SensorTrace:
     """Metres by which the zero offset falls for each metre that ``unworn_end`` is higher."""
 
     def zero(self, end_wear: Numbers, zero: Numbers, end: Numbers, scale: Numbers) -> Numbers:
-        """Return the zero offset, m, that goes with an end value, end reading (m) and scale of the sensor."""
+        """Return the zero offset, m, for a post-test measurement, end reading (m) and scale of the sensor."""
         return zero - self.lean * (end - end_wear / scale - self.unworn_end)
 
     def wear(self, end_wear: Numbers, zero: Numbers, end: Numbers, scale: Numbers) -> Column:
-        """Return the corrected depth, m, for an end value, zero offset, end reading (m) and scale of the sensor."""
+        """Return the corrected depth, m, for a post-test measurement, zero offset, end reading (m) and sensor scale."""
         zero = self.zero(end_wear, zero, end, scale)
         return np.asarray(scale * (self.reading - zero - self.ramp * (end - zero)) + self.ramp * end_wear)
 
@@ -117,7 +118,7 @@ def read_trace(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> Senso
 
 
 def _pin_wear(run: RawRun, end: EndWear, share: Column, recipe: Recipe) -> Column:
-    """Return the wear depth of a pin that reaches its end value at the end, m, against the share of the distance."""
+    """Return the wear depth of a pin that reaches its post-test measurement, m, against the share of the distance."""
     pin = best_pin(run, end, recipe)
     return pin.worn(pin.volume(max(end.pin_depth.value, _LEAST_WEAR)) * share).depth
 
@@ -132,14 +133,14 @@ def _windows(s: Column, share: float) -> tuple[int, int]:
 def _noise(s: Column, reading: Column, wear: Column) -> float:
     """Return the variance of the sensor's noise times its autocorrelation time, about a smooth curve, m².
 
-    From the whole run: a window at its end holds too few independent samples to tell.
+    From the whole run: a window at its end holds too few independent samples to give it.
     """
     left, _ = left_of(reading, np.stack([np.ones_like(s), wear, s]))
     return inflation(left, 3)
 
 
 def _weights(level: Column, slope: Column) -> Column:
-    """Return what readings are weighted with for the amount of ``level`` in them, beside one of ``slope``."""
+    """Return what readings are weighted with for the amount of ``level`` in them, with one of ``slope``."""
     # Wear is micrometres: in units of its own largest value it weighs as much as the offset.
     # There is none where the whole window is before the start of sliding.
     design = np.column_stack([level, slope / (np.max(np.abs(slope)) or 1.0)])
@@ -155,8 +156,8 @@ def _read(weights: Column, reading: Column, noise: float) -> Quantity:
 def correct_drift(run: RawRun, recipe: Recipe | None = None) -> CorrectedRun:
     """Subtract from a run's depth, m, what is drift.
 
-    A run without depth passes through, and so does one without an end value where that is needed; the correction says
-    what the run lacks.
+    A run without depth passes through, and so does one without a post-test measurement where that is needed; the
+    correction states what is missing.
     """
     recipe = recipe or Recipe()
     end, needed = _measured_wear(run, recipe)
@@ -181,7 +182,7 @@ def _measured_wear(run: RawRun, recipe: Recipe) -> tuple[EndWear | DiscEndWear |
 
 
 def _tells_by_itself(run: RawRun) -> bool:
-    """Say whether the depth reading of a run tells its wear without a measurement: that of a pin that slid does."""
+    """Return whether the depth reading of a run gives its wear without a measurement: that of a sliding pin does."""
     contact = run.manifest.contact
     return contact is not None and contact.sensor_tells and bool(np.any(np.isfinite(run.sliding_distance)))
 
@@ -224,7 +225,7 @@ def _by_model(
 
 
 def _contradictions(run: RawRun, found: DepthModel, measured: Quantity, recipe: Recipe) -> Iterator[Finding]:
-    """Say where the reading of two discs tells another wear than what was measured on them."""
+    """Report where the reading of two discs shows another wear than what was measured on them."""
     scale = sensor_scale(run, recipe)
     read = combined(lambda depth, by: depth * by / scale.value, (found.end_depth_by_reading, scale), "m")
     spread = math.hypot(read.standard_uncertainty or 0.0, measured.standard_uncertainty or 0.0)
@@ -235,11 +236,11 @@ def _contradictions(run: RawRun, found: DepthModel, measured: Quantity, recipe: 
             code="reading_contradicts_measurement",
             where="depth",
             message=(
-                f"found both discs worn by {read.shown('um')} by the depth reading alone and by "
+                f"found both discs worn by {read.shown('um')} according to the depth reading and by "
                 f"{measured.shown('um')} as measured after the test, {abs(deviation):.1f} standard uncertainties "
-                "apart: the reading is not trusted, and k_D of both is that of the measurements"
+                "apart: the reading is not used, and k_D of both is from the measurements"
             ),
-            remedy="look for thermal drift, a disc that was not measured, and wrong units of either",
+            remedy="check for thermal drift, an unmeasured disc, and wrong units",
         )
 
 

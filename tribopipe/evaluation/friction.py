@@ -1,7 +1,7 @@
 """Friction over the sliding distance: μ(s) = A·exp(−s/c) + b (paper, Eq. 7), or as much of it as the data hold.
 
 On real data Eq. 7 degenerates where there is no exponential running-in: c runs off to millions of metres and b to −A.
-So the fit is bounded, the loading ramp is left out, and the exponential is reported only where the data tell it
+So the fit is bounded, the loading ramp is left out, and the exponential is reported only where the data show it
 from a constant and from a straight line, by the Bayesian information criterion (G. Schwarz, Annals of Statistics 6
 (1978) 461) with the number of independent samples in the place of the number of samples. Otherwise the steady value
 alone is reported, and why.
@@ -71,12 +71,12 @@ def fit_friction(
     """Fit Eq. 7 to a run's friction coefficient against sliding distance.
 
     Amplitude A and steady state b are ratios, the running-in distance c is in m. A run without friction passes
-    through, and the result says so; of one without a distance the steady value is reported.
+    through, and the result states it; of one without a distance the steady value is reported.
 
     Where μ was derived from the friction force, A and b are uncertain by the load as well: were the load higher, both
     would be lower by the same share. Its uncertainty is what run.toml states, else ``defaults``. A μ that the
-    instrument recorded was divided by a load that run.toml says nothing of: there A and b are uncertain by noise alone.
-    Where the sliding distance was derived from a speed or a radius, c is as uncertain as these in the same way.
+    instrument recorded was divided by a load that run.toml does not state: there A and b are uncertain by noise
+    alone. Where the sliding distance was derived from a speed or a radius, c is as uncertain as these in the same way.
     """
     return _fitted(run, recipe or FrictionRecipe(), defaults or DefaultUncertainty()).fitted_to(run)
 
@@ -84,7 +84,7 @@ def fit_friction(
 def _fitted(run: RawRun, recipe: FrictionRecipe, defaults: DefaultUncertainty) -> FrictionFit:
     shares = _load_share(run, defaults), _distance_share(run, defaults)
     if "friction_coefficient" not in run.columns:
-        return FrictionFit(outcome="none", notes=("the run lacks a friction signal",))
+        return FrictionFit(outcome="none", notes=("the run has no friction signal",))
     distance, mu = run.sliding_distance, run.columns["friction_coefficient"]
     if run.origins["sliding_distance"] == "unknown":
         return _with_inputs(_without_distance(run, mu[np.isfinite(mu)]), *shares)
@@ -93,14 +93,14 @@ def _fitted(run: RawRun, recipe: FrictionRecipe, defaults: DefaultUncertainty) -
     last = np.inf if recipe.end is None else recipe.end.value
     inside = seen & (distance >= first) & (distance <= last)
     fit = _fit_window(distance[inside], mu[inside])
-    trimmed = (f"loading ramp of {first:.3g} m left out",) if recipe.start is None and first > 0 else ()
+    trimmed = (f"loading ramp of {first:.3g} m excluded",) if recipe.start is None and first > 0 else ()
     mean, deviation = _vendor_statistics(mu[seen])
     found = {"notes": trimmed + fit.notes, "load": _load(run), "mean": mean, "standard_deviation": deviation}
     return _with_inputs(fit.model_copy(update=found), *shares)
 
 
 def _without_distance(run: RawRun, mu: Column) -> FrictionFit:
-    """Return the steady value of a run of which nothing tells how far it slid."""
+    """Return the steady value of a run whose sliding distance is unknown."""
     if len(mu) < _FEWEST_SAMPLES:
         return FrictionFit(outcome="none", notes=(f"{len(mu)} samples of friction are too few to fit",))
     mean, deviation = _vendor_statistics(mu)
@@ -160,7 +160,7 @@ def _vendor_statistics(mu: Column) -> tuple[Quantity | None, Quantity | None]:
 def _loading_ramp_end(run: RawRun, mu: Column) -> float:
     """Return the sliding distance, m, at which the load is on; 0 where there is no ramp.
 
-    Where the load was measured, that is where it first reaches 95 % of its median. Otherwise friction tells: a
+    Where the load was measured, that is where it first reaches 95 % of its median. Otherwise friction shows: a
     ramp starts below half of the later level and crosses that within 5 % of the run; it ends at the highest friction
     within three times the distance of the crossing. A true rise of friction loses only its first metres by this, which
     an exponential does not miss.
@@ -194,9 +194,9 @@ def _fit_window(distance: Column, mu: Column) -> FrictionFit:
     if np.median(mu) < 0:
         return _steady_only(mu, ("friction is negative: check the sign of the friction force",), window)
     if window[0].value == window[1].value:
-        return _steady_only(mu, ("the sliding distance never grows: check speed or clock",), window)
+        return _steady_only(mu, ("the sliding distance does not increase: check speed or clock",), window)
     if np.ptp(mu) == 0:
-        return _steady_only(mu, ("friction never changes: check whether the channel was on",), window)
+        return _steady_only(mu, ("friction is constant: check whether the channel was on",), window)
     fit = _fit_exponential(distance, mu)
     reasons = _reasons_against(fit, distance, mu)
     if reasons:
@@ -222,7 +222,7 @@ def _steady_only(mu: Column, reasons: tuple[str, ...], window: tuple[Quantity, Q
     variance = float(parameter_covariance(np.ones((1, len(later))), later - mean, independent)[0, 0])
     return FrictionFit(
         outcome="steady-only",
-        notes=(*reasons, "steady value is the mean of the later half"),
+        notes=(*reasons, "the steady value is the mean of the second half"),
         steady_state=_ratio(mean, math.sqrt(variance)),
         window=window,
         residual_deviation=_ratio(deviation),
@@ -327,9 +327,9 @@ def _running_in_bounds(distance: Column) -> tuple[float, float]:
 
 
 def _best_start(distance: Column, mu: Column, bounds: Column) -> Column:
-    """Try a ladder of c, and finer ones between the neighbours of the best; for each, A and b follow in closed form.
+    """Try a ladder of c, and finer ones between the neighbors of the best; for each, A and b follow in closed form.
 
-    On means over stretches of samples, each short beside its distance from the first: where a decay is as short as
+    On means over stretches of samples, short compared with their distance from the first: where a decay is as short as
     that, nothing is left of it.
     """
     first = np.unique(np.geomspace(1, len(mu), _STRETCHES).astype(int)) - 1
@@ -358,17 +358,17 @@ def _linear_fits(decays: Column, mu: Column, weights: Column) -> tuple[Column, C
 
 
 def _reasons_against(fit: _Exponential, distance: Column, mu: Column) -> tuple[str, ...]:
-    """Say why the exponential cannot be told from the data; nothing where it can."""
+    """Report why the exponential cannot be distinguished from the data; nothing where it can."""
     power = float(fit.residuals @ fit.residuals)
     place, level = distance - np.mean(distance), mu - np.mean(mu)
     slope = float(place @ level) / float(place @ place)
     constant, straight = float(level @ level), float(np.sum((level - slope * place) ** 2))
     c, spread = fit.running_in, math.sqrt(fit.covariance[2, 2])
     if _evidence(power, constant, fit.independent, 2) < _DECISIVE:
-        return ("no running-in to be told from a constant",)
+        return ("running-in cannot be distinguished from a constant",)
     if _evidence(power, straight, fit.independent, 1) < _DECISIVE or c > 0.99 * fit.longest:
         change = slope * float(distance[-1] - distance[0])
-        return (f"friction changes in a straight line, by {change:+.3f} over the fitted distance, not exponentially",)
+        return (f"friction changes linearly, by {change:+.3f} over the fitted distance, not exponentially",)
     if fit.parameters[0] + fit.parameters[1] < -_CLEARLY * math.sqrt(fit.covariance[:2, :2].sum()):
         return ("the exponential would start at a negative friction",)
     if c - _SURELY * spread < fit.shortest:

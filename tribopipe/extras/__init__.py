@@ -1,1 +1,1 @@
-"""What stands beside the pipeline: live tests, watched folders, sweeps, simulation, Abaqus, research data."""
+"""What goes with the pipeline: live tests, watched folders, sweeps, simulation, Abaqus, research data."""

@@ -1,7 +1,7 @@
-"""Axes that begin anew: time, or a counter, that restarts at each step, segment or file of one test.
+"""Axes that restart: time, or a counter, that restarts at each step, segment or file of one test.
 
 A step back is a restart where the axis falls back to where its segment began, and grows from there. Anything else, such
-as a row out of order or a reading of 0 among others, is a fault of the file, which nothing here mends.
+as a row out of order or a reading of 0 among others, is a fault of the file, which nothing here corrects.
 """
 
 from dataclasses import dataclass
@@ -25,16 +25,16 @@ _ON_COURSE = 0.75
 
 @dataclass(frozen=True)
 class Segments:
-    """Where an axis begins anew."""
+    """Where an axis restarts."""
 
     starts: tuple[int, ...] = ()
     """Number of the first sample of each segment but the first; none where the axis falls back otherwise, too."""
     fault: int | None = None
-    """First sample at which the axis falls back without beginning anew."""
+    """First sample at which the axis falls back without restarting."""
 
 
 def segments(axis: Column) -> Segments:
-    """Find where an axis begins anew; missing samples are passed over."""
+    """Find where an axis restarts; missing samples are passed over."""
     seen = np.flatnonzero(np.isfinite(axis))
     values = axis if len(seen) == len(axis) else axis[seen]
     falls = np.flatnonzero(values[1:] < values[:-1]) + 1

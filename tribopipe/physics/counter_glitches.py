@@ -1,6 +1,6 @@
 """Glitches of a counter: a few readings that fall back, or leap ahead, between others that are in order.
 
-A revolution counter read while it changes gives 186, 185, 188. Where a clock beside it runs on, the run itself is in
+A revolution counter read while it changes gives 186, 185, 188. Where a clock next to it runs on, the run itself is in
 order, and the wrong readings are found between the ones around them.
 """
 

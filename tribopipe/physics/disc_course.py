@@ -1,8 +1,8 @@
 """What two discs go through as they wear, against the height c of the crown that is cut off.
 
 h₁ : h₂ follows from the sum h₁ + h₂ in closed form, and the state from c (tribopipe.physics.twin_disc has the
-equations). Rotations, volumes and the distance slid are integrals over ln c, taken by Gauss and Legendre's rule to the
-last digits and inverted by Newton's method.
+equations). Rotations, volumes and the sliding distance are integrals over ln c, taken by Gauss and Legendre's rule to
+the last digits and inverted by Newton's method.
 """
 
 from collections.abc import Callable
@@ -23,9 +23,9 @@ _CONVERGED = 1e-13
 _LAST_STEP = 1e-9
 """Relative Newton step after which the next one, by quadratic convergence, is below the last digit."""
 _LONGEST = 34.0
-"""e-folds of the slip left, after which double precision tells no more of it."""
+"""e-folds of the slip left, after which double precision does not resolve it."""
 _NEARLY_ALL = 1 - 1e-15
-"""Share of the way to the end of slip, beyond which double precision does not tell it from the end."""
+"""Share of the way to the end of slip, beyond which double precision does not distinguish it from the end."""
 
 
 class Rule(NamedTuple):

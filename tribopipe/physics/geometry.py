@@ -4,7 +4,7 @@ A sphere of radius R worn flat over a radius b has lost a cap of the height c = 
 flat of radius a₀, it has lost what lies between the two flats. The groove that such a tip leaves is as deep across its
 middle as the tip's flat a, and from there on follows the sphere up to the half width b.
 
-The short formulas of ASTM G99 take the sphere for a paraboloid; how far off they are is told beside them.
+The short formulas of ASTM G99 take the sphere for a paraboloid; their error is given with them.
 """
 
 import numpy as np
@@ -50,7 +50,7 @@ def scar_radius_at(*, depth: ArrayLike, sphere_radius: ArrayLike, flat_radius: A
 
 
 def worn_volume(*, depth: ArrayLike, sphere_radius: ArrayLike, flat_radius: ArrayLike = 0.0) -> Column:
-    """Return the volume worn off a sphere by a depth h beyond the flat a₀ it began with, m³.
+    """Return the wear volume of a sphere by a depth h beyond the flat a₀ it began with, m³.
 
     V = π·h·(a₀² + h·√(R² − a₀²) − h²/3), which without a flat is the cap's πh²(3R − h)/3. All in m.
     """

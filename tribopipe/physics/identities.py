@@ -62,7 +62,7 @@ IDENTITIES = (
 
 
 def ratios(values: Mapping[Role, Numbers]) -> Iterator[tuple[Identity, float]]:
-    """Give left over right of each identity whose quantities are all there, 1 where it holds.
+    """Return the left side over the right side of each identity whose quantities are all there, 1 where it holds.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def _increments(role: Role, values: Numbers) -> Numbers:
 
 
 def _sound(role: Role, part: Numbers) -> NDArray[np.bool_]:
-    """Tell where what grows does not fall, and everything else is on."""
+    """Report where what grows does not fall, and everything else is on."""
     values = np.asarray(part)
     if role in _GROWING or role in ("track_radius", "mass"):
         return np.asarray(values >= 0, dtype=bool)

@@ -5,8 +5,8 @@
 
 The first argument is the sliding distance, m. One called ``friction`` is the friction coefficient there. Every other
 one is a parameter that is fitted with k_D; the search starts at its default. Its annotation is its SI unit, "1" unless
-said, or a ``LawParameter``, which also says between which bounds it is sought; else that is a hundredth to a hundred
-times the default.
+stated, or a ``LawParameter``, which also states between which bounds it is sought; else that is a hundredth to a
+hundred times the default.
 
 Such a law is known in this process alone: no archive and no command takes it.
 """
@@ -44,7 +44,7 @@ def law_of_function(function: Callable[..., Any]) -> str:
     Parameters
     ----------
     function
-        f of the sliding distance, m, and of parameters with defaults, as the first lines of this module say.
+        f of the sliding distance, m, and of parameters with defaults, as the first lines of this module state.
 
     Returns
     -------
@@ -104,7 +104,8 @@ def _parameters(title: str, function: Callable[..., Any]) -> tuple[bool, dict[st
         found = []
     if not found or any(one.kind not in (one.POSITIONAL_OR_KEYWORD, one.KEYWORD_ONLY) for one in found):
         raise FitError(
-            f"{title}: found a function whose arguments cannot be told; expected f(s, parameter=start, …); write it so"
+            f"{title}: found a function whose arguments cannot be determined; expected f(s, parameter=start, …); "
+            "define it in that form"
         )
     _, *others = found
     rest = [one for one in others if one.name != _FRICTION]
@@ -115,8 +116,7 @@ def _parameter(title: str, one: inspect.Parameter) -> tuple[LawParameter, float]
     start, said = one.default, one.annotation
     if isinstance(start, bool) or not isinstance(start, int | float):
         raise FitError(
-            f"{title}: found the argument {one.name!r} without a number to start from; expected one; write "
-            f"{one.name}=1.0"
+            f"{title}: found the argument {one.name!r} without a start value; expected one; write {one.name}=1.0"
         )
     if isinstance(said, LawParameter):
         return said, float(start)

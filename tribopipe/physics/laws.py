@@ -30,7 +30,7 @@ from tribopipe.physics.path_integrals import integral
 
 
 class LawParameter(NamedTuple):
-    """A parameter of a law beside k_D."""
+    """A parameter of a law in addition to k_D."""
 
     meaning: str
     kind: str
@@ -42,7 +42,7 @@ class LawParameter(NamedTuple):
 
 @dataclass(frozen=True)
 class WearLaw(ABC):
-    """One wear law. Its fields are its parameters beside k_D: numbers, or columns of as many draws.
+    """One wear law. Its fields are its parameters in addition to k_D: numbers, or columns of as many draws.
 
     Each is annotated with a ``LawParameter``, and a fit of it starts at its default.
     """
@@ -68,7 +68,7 @@ class WearLaw(ABC):
 
     @classmethod
     def parameters(cls) -> dict[str, LawParameter]:
-        """Return the parameters beside k_D by name."""
+        """Return the parameters in addition to k_D by name."""
         return _parameters(cls)
 
     def scale_of(self, parameter: str, value: float) -> float:
@@ -184,8 +184,8 @@ def law_named(name: str) -> WearLaw:
         return _OF_SESSION[name]
     if name not in LAWS and name in names(LAW_GROUP):
         raise FitError(
-            f"found the wear law {name!r}, which cannot be loaded; expected one that can; a warning says why: mend its "
-            "package, or install it again"
+            f"found the wear law {name!r}, which cannot be loaded; expected one that can; see the warning for the "
+            "reason, and repair or reinstall its package"
         )
     if name not in LAWS:
         raise FitError(not_installed(LAW_GROUP, "wear law", name))
@@ -193,7 +193,7 @@ def law_named(name: str) -> WearLaw:
 
 
 def law_package(name: str) -> str | None:
-    """Return the package that adds a law, with its version; none of tribopipe's own or of one not installed here."""
+    """Return the package that adds a law, with its version; not one of tribopipe own or of one not installed here."""
     package = next((entry.dist for entry in added(LAW_GROUP) if entry.name == name), None)
     return None if package is None else f"{package.name} {package.version}"
 

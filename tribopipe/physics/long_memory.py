@@ -28,8 +28,8 @@ _SMOOTH = (0.02, 0.05, 0.1, 0.2, 0.4, 0.8)
 _RATIOS = np.concatenate([[0.0], np.geomspace(0.1, 1e3, 9)])
 """r: variance of the wander over that of the white part of a block's mean."""
 _STEADY = 0.98
-"""Prior probability that nothing wanders; the rest is spread evenly over the other r. Smaller, white noise is taken for
-more uncertain than it is; larger, a wander as slow as the fitted curve goes unnoticed."""
+"""Prior probability that nothing wanders; the rest is distributed uniformly over the other r. Smaller, white noise is
+taken for more uncertain than it is; larger, a wander as slow as the fitted curve goes unnoticed."""
 _PRIOR = np.log([_STEADY, *np.full(len(_RATIOS) - 1, (1 - _STEADY) / (len(_RATIOS) - 1))])
 _MOST_WANDER = 40.0
 """Variance of the wander over that of the residuals, at most: a fit takes the larger part of a slow wander, not all."""
@@ -77,7 +77,7 @@ def parameter_covariance(jacobian: Column, residuals: Column, independent: float
 
 
 def _beyond_blocks(blocks: int, independent: float, samples: int) -> float:
-    """Return by what factor noise with a short memory weighs more in a long mean than the variance of blocks tells.
+    """Return by what factor noise with a short memory weighs more in a long mean than the variance of blocks shows.
 
     Of an autoregressive process with the memory x, in blocks, 1/(1 − x·(1 − exp(−1/x))): neighboring blocks, taken for
     independent, share some of it.

@@ -52,7 +52,7 @@ class PinContact(Protocol):
         ...
 
     def volume(self, depth: ArrayLike) -> Column:
-        """Return the volume, m³, worn off at a depth, m."""
+        """Return the volume, m³, lost by wear at a depth, m."""
         ...
 
     def published_depth(self, volume_steps: ArrayLike) -> Column:
@@ -83,7 +83,7 @@ class FlatPin:
         return _evenly_worn(depth, np.broadcast_to(radius, depth.shape))
 
     def volume(self, depth: ArrayLike) -> Column:
-        """Return the volume, m³, worn off at a depth, m."""
+        """Return the volume, m³, lost by wear at a depth, m."""
         return np.asarray(np.asarray(depth, dtype=float) * np.pi * np.square(self.radius))
 
     def published_depth(self, volume_steps: ArrayLike) -> Column:
@@ -137,7 +137,7 @@ class SphericalPin:
 
     @cached_property
     def _missing_height(self) -> Column:
-        """Height c₀ of the cap that a truncated sphere lacks from the start, m."""
+        """Height c₀ of the cap that a truncated sphere has lost before the test, m."""
         return cap_height(scar_radius=self.flat_radius, sphere_radius=self.radius)
 
     @cached_property
@@ -175,12 +175,12 @@ class SphericalPin:
         return WornState(*(np.concatenate([getattr(one, f.name) for one in blocks]) for f in fields(WornState)))
 
     def volume(self, depth: ArrayLike) -> Column:
-        """Return the volume, m³, worn off at a depth, m."""
+        """Return the volume, m³, lost by wear at a depth, m."""
         return self._volume_of_growth(self._growth_of_depth(np.asarray(depth, dtype=float)))
 
     @cached_property
     def _start(self) -> tuple[Column, Column, Column]:
-        """Contact radius a* without wear, elastic approach e, and height R − cap(a*) of the sphere's centre, m."""
+        """Contact radius a* without wear, elastic approach e, and height R − cap(a*) of the sphere's center, m."""
         _, radius, _ = self._inputs
         height = self._missing_height + self._start_approach
         return cap_radius(height=height, sphere_radius=radius), self._start_approach, radius - height
@@ -246,8 +246,8 @@ class SphericalPin:
         """Return the depths of the paper's flow chart (Fig. 2, Eq. 4–6), m, one more than there are steps.
 
         Each step wears Δh = Δv/(πa²) with Δv = k_D·F_N·f·Δs and then widens the contact to a = √(2R·h_t − h_t²), where
-        the total displacement h_t takes the elastic part of the step before, and what a truncated sphere lacks. Starts
-        from Hertz's radius (Eq. 4), or from the flat of a truncated sphere where that is larger.
+        the total displacement h_t takes the elastic part of the step before, and the cap missing from a truncated
+        sphere. Starts from Hertz's radius (Eq. 4), or from the flat of a truncated sphere where that is larger.
         """
         load, radius, modulus = (float(x) for x in self._inputs)
         a = max(
@@ -272,9 +272,10 @@ class SphericalPin:
 
 @dataclass(frozen=True)
 class RigidSphere:
-    """A sphere, truncated or not, that has lost exactly the volume that its shape lacks.
+    """A sphere, truncated or not, that has lost exactly the volume missing from its shape.
 
-    Elastic approach widens the contact of the GIWM, which so takes a pin for having lost more than it lacks: by as much
+    Elastic approach widens the contact of the GIWM, which thus overestimates the volume that a pin has lost:
+    by as much
     as the approach is of its depth, times about four. Local wear keeps to the volume of the shape within 0.3 % once the
     pin has worn by more than its Hertzian approach.
     """
@@ -302,7 +303,7 @@ class RigidSphere:
         return _evenly_worn(depth, np.maximum(scar, _POINT * np.asarray(self.radius)))
 
     def volume(self, depth: ArrayLike) -> Column:
-        """Return the volume, m³, worn off at a depth, m. Raises ``ContactError`` where the tip is not as high."""
+        """Return the volume, m³, lost by wear at a depth, m. Raises ``ContactError`` where the tip is not as high."""
         height = np.sqrt(np.square(self.radius) - np.square(self.flat_radius))
         if np.any(np.less(depth, 0)) or np.any(np.greater(depth, height)):
             raise no_such_depth(depth, height)

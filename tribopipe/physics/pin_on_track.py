@@ -121,7 +121,7 @@ class SphereOnTrack:
     def _about(self, pin_volume: Array, groove_area: Array) -> Array:
         """Return about how deep, m, a pin is worn: a cap beyond the flat that the groove alone would be wide.
 
-        A cap on the tip itself would be far too deep beside a deep groove, with which a shallow scar is wide.
+        A cap on the tip itself would be far too deep next to a deep groove, next to which a shallow scar is wide.
         """
         groove = np.minimum(_plain(groove_area, _floats(self.radius)), self.most / 2)
         wide = np.maximum(self.half_width_at(groove), self.flat_radius)

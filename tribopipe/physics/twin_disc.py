@@ -14,7 +14,8 @@ and the mean pressure is p = (π/4)·√(F' E_c/(π r_eq)) (Eq. 13, 16). A rotat
     full-slip (Eq. 14)           dh₁/dN = k₁·p·s                          dh₂/dN = k₂·p·s·ν
     volume-conserving            dh₁/dN = k₁·F'·s / (2π(r₁ − h₁))         dh₂/dN = k₂·F'·s / (2π(r₂ − h₂))
 
-*contact-width* counts the length of the contact as slid in each rotation, whatever the slip: the paper's picture of a
+*contact-width* counts the length of the contact as sliding distance in each rotation, whatever the slip: the paper's
+picture of a
 disc turning at the slip velocity on a fixed one (Fig. 7b). *line-load* is the same with κ = 1, by which p·2a_z is
 all of the load: what the local model tends to (tribopipe.physics.local). *full-slip* counts all of s for every point,
 although it is in contact for a small part of a turn only. *volume-conserving* counts what a point slides while it is
@@ -22,11 +23,11 @@ in contact, so that each disc loses V = k·F_N·s as Archard's law has it, and k
 
 In all of them h₁ : h₂ follows from the sum h₁ + h₂ in closed form, and everything else from the height c = cap(a), so
 that the number of rotations is one integral over ln c, taken by Gauss and Legendre's rule to the last digits. It is
-inverted by Newton's method. The number of rotations itself costs nothing.
+inverted by Newton's method. The number of rotations itself has no cost.
 
 What the paper leaves open, and is taken so: the motors hold n₁ and n₂, so that speeds and slip change with the radii;
 n counts revolutions; slip is that over the curved disc's speed, positive where the flat disc is faster; the crown
-radius r₁ₓ stays beside the flat; a starts where the elastic contact alone has it (h = 0 above), which is not quite
+radius r₁ₓ stays next to the flat; a starts where the elastic contact alone has it (h = 0 above), which is not quite
 Hertz's ellipse, since the equations above are not Hertz's; the volume lost is that of a flat of width 2a receding by
 dh, dV₁ = 2π(r₁ − h₁)·2a·dh₁, and likewise on the flat disc.
 """

@@ -102,13 +102,13 @@ def _columns(draws: Column) -> list[Distribution]:
 
 
 def _settled(told: Column, whole: list[Distribution], digits: int) -> bool:
-    """Say whether twice the standard deviation of each block mean is below the tolerance (7.9.4 g to i)."""
+    """Return whether twice the standard deviation of each block mean is below the tolerance (7.9.4 g to i)."""
     scatter = np.std(told, axis=0, ddof=1) / math.sqrt(len(told))
     tolerance = [[numerical_tolerance(one.standard_uncertainty, digits)] for one in whole]
     return bool(np.all(2 * scatter <= tolerance))
 
 
 def first_order_holds(first_order: tuple[float, float], distribution: Distribution, digits: int) -> bool:
-    """Say whether both ends of a first-order interval agree with those of the Monte Carlo (8.1.3)."""
+    """Return whether both ends of a first-order interval agree with those of the Monte Carlo (8.1.3)."""
     tolerance = numerical_tolerance(distribution.standard_uncertainty, digits)
     return all(abs(a - b) <= tolerance for a, b in zip(first_order, distribution.interval, strict=True))

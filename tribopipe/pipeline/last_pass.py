@@ -40,7 +40,7 @@ class Pass(NamedTuple):
 def state_before(paths: Sequence[Path], archive: Path, recipe: Path | None, *, figures: Sequence[str]) -> Pass:
     """Return what a pass over run folders at or below ``paths`` is asked to do, and the state it begins with.
 
-    ``figures`` says in which formats they are drawn.
+    ``figures`` are the formats in which figures are drawn.
     """
     now = time.time_ns()
     read = [*paths, *([recipe] if recipe else [])]

@@ -13,15 +13,15 @@ from tribopipe.documents.manifest import MANIFEST_NAME
 
 _ARCHIVE, _RUN = "an archive", "a run folder"
 MADE_BY = "tribopipe"
-"""What files that we make say of their maker."""
+"""What files of tribopipe state about their maker."""
 _SEEN = 8192
-"""Bytes at either end of a file in which it may say so."""
+"""Bytes at either end of a file in which it may report it."""
 Own = Callable[[Path], bool]
-"""Tells whether a file that is there was made by the same command."""
+"""Return whether a file that is there was made by the same command."""
 
 
 def made_here(path: Path) -> bool:
-    """Tell whether a picture or a schema says that tribopipe made it."""
+    """Return whether a picture or a schema states that tribopipe made it."""
     with path.open("rb") as file:
         start = file.read(_SEEN)
         file.seek(max(0, path.stat().st_size - _SEEN))
@@ -40,7 +40,7 @@ def require_free(
     force
         Whether files that are there may be replaced.
     own
-        Tells which of them the same command has made: these may be replaced, as may the figures of an archive.
+        Shows which of them the same command has made: these may be replaced, as may the figures of an archive.
     beside_run
         Whether they may lie in a run folder.
 
@@ -56,7 +56,7 @@ def require_free(
         ours = own is not None and (_in_own_figures(path) or (path.is_file() and own(path)))
         if os.path.lexists(path) and not (ours or force):
             remedy = "--force replaces it" if own is None else "name another one"
-            raise OutputError(f"{path}: found it there already; expected no such file; {remedy}")
+            raise OutputError(f"{path}: found an existing file; expected none; {remedy}")
 
 
 def require_folder(folder: Path) -> None:
@@ -83,13 +83,13 @@ def require_outside(path: Path, *, beside_run: bool = False) -> None:
         kind = _kind(folder)
         if kind == _ARCHIVE or (kind == _RUN and not beside_run):
             raise OutputError(
-                f"{path}: found a place inside {kind}, {folder}; expected one outside, since nothing else is written "
-                "there; name another folder"
+                f"{path}: found a path inside {kind}, {folder}; expected one outside, where only tribopipe writes; "
+                "name another folder"
             )
 
 
 def _in_own_figures(path: Path) -> bool:
-    """Tell whether a file lies in the folder of figures of an archive, in which there is nothing else."""
+    """Return whether a file lies in the folder of figures of an archive, in which there is nothing else."""
     folder = Path(os.path.realpath(path.parent))
     return folder.name == FIGURES and _kind(folder.parent) == _ARCHIVE
 

@@ -1,4 +1,4 @@
-"""The runs that others are predicted from, found in the catalogue, so that a large archive takes no longer."""
+"""The runs that others are predicted from, found in the catalog, so that a large archive takes no longer."""
 
 from collections.abc import Iterable
 from itertools import product

@@ -78,7 +78,7 @@ class Outcome:
     dropped: tuple[StepName, ...] | None = None
     """Steps that stood on the run.toml before it was amended; none where it was not."""
     worded: Callable[[str], str] = str
-    """Puts what the result says of the bodies in the names of the contact."""
+    """Puts what the result states about the bodies in the names of the contact."""
 
     @classmethod
     def failed(cls, run_id: str, stage: Stage, error: Exception) -> "Outcome":
@@ -167,24 +167,24 @@ def _ingest_one(path: Path, archive: Archive, *, force: bool, amend: bool) -> Ou
 
 
 def clean_archived(archive: Archive, run_id: str, recipe: Recipe, *, force: bool = False) -> Outcome:
-    """Clean up the signals of an archived run, and archive those that came out changed; the raw ones stay."""
+    """Preprocess the signals of an archived run, and archive those that came out changed; the raw ones stay."""
     return _advance(archive, clean_up(archive, run_id, recipe), "clean_up", force=force)
 
 
 def correct_archived_drift(archive: Archive, run_id: str, recipe: Recipe, *, force: bool = False) -> Outcome:
-    """Correct the drift of an archived run, cleaned up first where it is not, and archive the corrected curve."""
+    """Correct the drift of an archived run, preprocessed first where it is not, and archive the corrected curve."""
     clean_archived(archive, run_id, recipe)
     return _advance(archive, drift_correction(archive, run_id, recipe), "drift_correction", force=force)
 
 
 def fit_archived_friction(archive: Archive, run_id: str, recipe: Recipe, *, force: bool = False) -> Outcome:
-    """Fit the friction of an archived run, cleaned up first where it is not, and archive the fitted curve."""
+    """Fit the friction of an archived run, preprocessed first where it is not, and archive the fitted curve."""
     clean_archived(archive, run_id, recipe)
     return _advance(archive, friction_fit(archive, run_id, recipe), "friction_fit", force=force)
 
 
 def evaluate_archived_wear(archive: Archive, run_id: str, recipe: Recipe, *, force: bool = False) -> Outcome:
-    """Evaluate the specific wear rate of each body of an archived run by its end values, and archive it."""
+    """Evaluate the specific wear rate of each body of an archived run by its post-test measurements, and archive it."""
     clean_archived(archive, run_id, recipe)
     return _advance(archive, specific_wear_rates(archive, run_id, recipe), "specific_wear", force=force)
 
@@ -204,7 +204,7 @@ def predict_archived(
     known = known_wear(fit)
     if known is None:
         raise TribopipeError(
-            f"{reference}: found no wear coefficient to predict from; it lacks {' and '.join(fit.lacks)}"
+            f"{reference}: found no wear coefficient to predict from; missing: {' and '.join(fit.lacks)}"
         )
     return predict_with(archive, run_id, reference, law, known, recipe, force=force)
 
@@ -246,7 +246,7 @@ def wear_archived_locally(
 
 
 def _clean_first(archive: Archive, run_id: str, recipe: Recipe) -> None:
-    """Clean up a run that was not; one that was stays as it is."""
+    """Preprocess a run that was not yet; one that was stays as it is."""
     if "clean_up" not in archive.step_names(run_id):
         clean_archived(archive, run_id, recipe)
 
@@ -301,8 +301,10 @@ def process(
 ) -> Iterator[Outcome]:
     """Take run folders through the whole line; yield what became of each step as it is done.
 
-    Runs of the same bodies in the same medium are predicted from the one under the lightest load, as the paper does,
-    but for those that are ``studied``: a study says from which runs they are predicted. A run that fails does not stop
+    Runs of the same bodies in the same environment are predicted from the one under the lightest load, as the paper
+    does,
+    but for those that are ``studied``: a study states from which runs they are predicted. A run that fails does not
+    stop
     the others. A crew takes several runs at once; their outcomes come as runs end, and have the place of their run.
     """
     recipe = recipe or Recipe()
@@ -447,7 +449,7 @@ def predict_from_lightest(
 
 
 _Known = Mapping[LawName, str] | TribopipeError
-"""The run to predict from under each law, or why none can be told."""
+"""The run to predict from under each law, or why there is none."""
 
 
 def _with_references(

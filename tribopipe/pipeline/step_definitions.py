@@ -1,4 +1,4 @@
-"""What each step of an archived run is: what it is told, what it stands on, and how it is computed.
+"""What each step of an archived run is: what it is given, what it stands on, and how it is computed.
 
 Nothing is written here. A planned step reads what it stands on from the archive when it is taken.
 """
@@ -71,7 +71,7 @@ class PlannedStep:
     run_id: str
     name: StepName
     options: Mapping[str, Any]
-    """What it is told, as JSON types."""
+    """What it is given, as JSON types."""
     stands_on: Mapping[str, str]
     """What it is made from, each with its SHA-256, as a ``Step`` has it."""
     compute: Callable[[], Found]
@@ -107,13 +107,13 @@ def _planned(
     compute: Callable[[], Found],
     **told: str,
 ) -> PlannedStep:
-    """Plan a step that stands on the raw run, on the steps before it, and on fingerprints of what else it is told."""
+    """Plan a step that stands on the raw run, on the steps before it, and on fingerprints of what else it is given."""
     by_method = {**options, "method": method_number(name)}
     return PlannedStep(run_id, name, by_method, archive.stands_on(run_id, name) | told, compute)
 
 
 def clean_up(archive: Archive, run_id: str, recipe: Recipe) -> PlannedStep:
-    """Plan to clean up signals; its curves are those that came out changed."""
+    """Plan to preprocess signals; its curves are those that came out changed."""
 
     def compute() -> Found:
         found = clean_run(archive.raw(run_id), recipe)
@@ -153,7 +153,7 @@ def friction_fit(archive: Archive, run_id: str, recipe: Recipe) -> PlannedStep:
 
 
 def specific_wear_rates(archive: Archive, run_id: str, recipe: Recipe) -> PlannedStep:
-    """Plan to evaluate the specific wear rate of each body by its end values."""
+    """Plan to evaluate the specific wear rate of each body by its post-test measurements."""
 
     def compute() -> Found:
         return Found(specific_wear(archive.cleaned(run_id), recipe))
@@ -185,13 +185,13 @@ def wear_fit(archive: Archive, run_id: str, recipe: Recipe, law: LawName) -> Pla
 
 
 def _by(law: LawName) -> dict[str, Any]:
-    """Return whose a law is, where another package adds it: a later version of that may say something else."""
+    """Return whose a law is, where another package adds it: a later version of that may be different."""
     package = law_package(law)
     return {} if package is None else {"law_package": package}
 
 
 def _given(recipe: Recipe, law: LawName) -> dict[str, Any]:
-    """Return what a step under a law is told besides: its parameters, where the recipe gives some."""
+    """Return what a step under a law is given in addition: its parameters, where the recipe gives some."""
     given = recipe.wear.parameters.get(law)
     return {"parameters": {law: given}} if given else {}
 
@@ -205,7 +205,7 @@ def _curves(curves: WearCurves | None) -> Curves:
 
 
 def _convention(archive: Archive, run_id: str, recipe: Recipe) -> dict[str, Any]:
-    """Return what steps of bodies that roll are told besides: what counts as slid in a rotation."""
+    """Return what steps of bodies that roll are given in addition: what counts as sliding distance in a rotation."""
     slides = stated_slip(archive.manifest(run_id)) is None
     return {} if slides else {"distance_per_rotation": recipe.wear.distance_per_rotation}
 
@@ -270,17 +270,17 @@ def local_wear(
 
 
 def _engine_notes(fit: Record | None, worn: LocalWearResult) -> Iterator[str]:
-    """Say of a k_D by the GIWM that local wear has another, where the two depths differ."""
+    """Report for a k_D by the GIWM that local wear has another, where the two depths differ."""
     apart = worn.points[-1].difference
     if isinstance(fit, WearFit) and fit.engine == "giwm" and apart is not None and abs(apart) > _APART:
         yield (
-            f"k_D was identified by the GIWM, whose depth is {abs(apart):.1%} off here; "
-            "`tribopipe fit --engine local` finds that of local wear"
+            f"k_D was identified by the GIWM, whose depth differs by {abs(apart):.1%} here; `tribopipe fit --engine "
+            "local` identifies k_D with local wear"
         )
 
 
 def _told(record: Record) -> dict[str, Any]:
-    """Return a record as a step is told it, in JSON types."""
+    """Return a record as a step is given it, in JSON types."""
     return record.model_dump(mode="json")
 
 
@@ -290,11 +290,11 @@ PLANS: Mapping[StepName, Callable[[Archive, str, Recipe], PlannedStep]] = {
     "friction_fit": friction_fit,
     "specific_wear": specific_wear_rates,
 }
-"""Steps of which a recipe says all, but for the law of a fit."""
+"""Steps that a recipe defines completely, but for the law of a fit."""
 
 
 def recipe_of(options: Mapping[str, Any]) -> Recipe:
-    """Return the recipe that a step was told of; what it was not told has its default."""
+    """Return the recipe of a step; what the step was not given has its default."""
     document = {name: options[name] for name in Recipe.model_fields if name in options}
     if "distance_per_rotation" in options:
         document["wear"] = {**document.get("wear", {}), "distance_per_rotation": options["distance_per_rotation"]}

@@ -1,4 +1,4 @@
-"""Studies on archived runs: found beside run folders, evaluated, archived, and their predictions put into the runs."""
+"""Studies on archived runs: found next to run folders, evaluated, archived, and their predictions put into the runs."""
 
 import os
 import re
@@ -66,8 +66,8 @@ def load_studies(paths: Sequence[Path]) -> list[Study]:
         study = load_toml(path, Study)
         if study.id in studies:
             raise ManifestError(
-                f"{path}: id: found {study.id!r}, which {studies[study.id][0]} has too; expected each study under "
-                "an id of its own; change one of them"
+                f"{path}: id: found {study.id!r}, which {studies[study.id][0]} also has; expected a unique id for "
+                "each study; change one of them"
             )
         studies[study.id] = (path, study)
     return [study for _, study in studies.values()]
@@ -109,7 +109,7 @@ class PlannedStudy:
 
     @property
     def options(self) -> dict[str, Any]:
-        """What it is told, as JSON types, by which methods it is evaluated, and which packages its laws are of."""
+        """What it is given, as JSON types, by which methods it is evaluated, and which packages its laws are of."""
         packages = [package for law in self.study.laws if (package := law_package(law)) is not None]
         told = self.recipe.model_dump(mode="json", by_alias=True)
         return told | {"methods": METHODS} | ({"law_packages": packages} if packages else {})
@@ -208,7 +208,7 @@ def known_by(law: LawResult) -> KnownWear:
 
 
 def _complete(archive: Archive, run_id: str, recipe: Recipe) -> Iterator[Outcome]:
-    """Take the steps that a run of a study lacks for its figures and its prediction; those it has stay as they are."""
+    """Take the steps that a run of a study still needs for its figures and its prediction; existing ones stay."""
     done = archive.step_names(run_id)
     if "drift_correction" not in done:
         yield correct_archived_drift(archive, run_id, recipe)
@@ -290,7 +290,7 @@ def plan_archived(archive: Archive, name: str, law: LawName, wanted: float, reci
         if name not in archive.study_ids():
             known = [*archive.ids(), *archive.study_ids()]
             raise ArchiveError(
-                f"{archive.folder}: found no run and no study {name!r}; expected one of the archive's; "
+                f"{archive.folder}: found no run and no study {name!r}; expected one in the archive; "
                 f"{did_you_mean(name, known)}"
             )
         stored = archive.study(name)
@@ -299,8 +299,8 @@ def plan_archived(archive: Archive, name: str, law: LawName, wanted: float, reci
     runs, left_out = members(archive, fit, recipe)
     if not runs:
         raise ArchiveError(
-            f"{name}: found nothing to plan from: {left_out[0].id} is {left_out[0].reason}; expected a sound run; name "
-            "another, or take the mark back with `tribopipe mark-bad --undo`"
+            f"{name}: found nothing to plan from: {left_out[0].id} is {left_out[0].reason}; expected a run that is "
+            "not marked bad; name another, or remove the mark with `tribopipe mark-bad --undo`"
         )
     run = next(iter(runs.values()))
     return designs(posed(run, law, recipe), law, wanted, shared, scatter)
@@ -321,11 +321,11 @@ def unfit_for_study(run: RawRun, recipe: Recipe) -> str | None:
         lacks = _lacks(clean_run(run, recipe).run, recipe)
     except TribopipeError as error:
         return str(error)
-    return f"lacks {' and '.join(lacks)}" if lacks else None
+    return f"missing: {' and '.join(lacks)}" if lacks else None
 
 
 def _lacks(run: RawRun, recipe: Recipe) -> tuple[str, ...]:
-    """Return what a run lacks for a k_D under Archard's law. Raises ``TribopipeError`` where its wear tells none."""
+    """Return what is missing for a k_D under Archard's law. Raises ``TribopipeError`` where its wear gives none."""
     if run.manifest.rolls:
         discs = measurement_problem(run, "archard", None, recipe)
         return discs if isinstance(discs, tuple) else ()
@@ -358,8 +358,8 @@ def draft_studies(manifests: Sequence[RunManifest], without_friction: Collection
             drafts.append(drafted.model_copy(update={"laws": laws}))
     if not drafts:
         raise FitError(
-            f"study: found {len(manifests)} runs, of which no two are of the same bodies in the same medium; expected "
-            "at least one to fit and one to predict; check material, radius and medium in run.toml"
+            f"study: found {len(manifests)} runs, no two of which have the same bodies and environment; expected at "
+            "least one to fit and one to predict; check materials, radii and environment in run.toml"
         )
     return drafts
 
@@ -397,18 +397,16 @@ def study_toml(study: Study) -> str:
         "fit = [                              # these runs identify k_D",
         *(f"    {quoted(run_id)}," for run_id in study.fit),
         "]",
-        "predict = [                          # these are predicted with it, and judged",
+        "predict = [                          # these are predicted with it, and compared",
         *(f"    {quoted(run_id)}," for run_id in study.predict),
         "]",
         f"laws = [{', '.join(quoted(law) for law in study.laws)}]",
-        "# Inputs that are off by the same error in all runs; add normal_load where one load cell weighed them all.",
+        "# Inputs with the same error in all runs; add normal_load if one load cell measured all of them.",
         f"shared = [{', '.join(quoted(name) for name in study.shared)}]",
     ]
     depth = study.end_of_life
     if depth is None:
-        lines.append(
-            '# end_of_life = "50 um"             # wear depth whose sliding distance, or rotations, are wanted'
-        )
+        lines.append('# end_of_life = "50 um"             # wear depth to find the sliding distance or rotations of')
     else:
         value = f'"{from_si(depth.value, "m", "um"):.15g} um"'
         spread = depth.standard_uncertainty

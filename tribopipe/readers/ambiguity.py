@@ -11,12 +11,12 @@ from tribopipe.readers.text import LONGEST_LINE, Text, sampled_rows, trimmed
 
 _MAYBE_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}", re.ASCII)
 _ASK_FOR_SEPARATOR = (
-    "expected to see whether commas separate columns or are decimal signs; name separator and decimal in run.toml"
+    "expected to know whether commas separate columns or are decimal signs; name separator and decimal in run.toml"
 )
 
 
 def find_doubt(text: Text, hints: Hints, table: Table) -> str | None:
-    """Say what makes the table ambiguous, where something does."""
+    """Report what makes the table ambiguous, where something does."""
     doubt = _second_table(table)
     if doubt is None and hints.separator is None and table.separator == ",":
         doubt = _comma_doubt(table)
@@ -67,7 +67,7 @@ def _two_signs(table: Table) -> str | None:
         return None
     (line, number), (other_line, other) = sorted(first.values())
     return (
-        f"line {other_line}: found {other!r}, while line {line} writes {number!r}; expected one decimal sign; mend "
+        f"line {other_line}: found {other!r}, while line {line} writes {number!r}; expected one decimal sign; correct "
         "the lines that differ, or name decimal in run.toml"
     )
 
@@ -86,7 +86,7 @@ def _maybe_thousands(table: Table) -> str | None:
     for line, column, number in signed:
         if column in plain or table.separator == ",":
             return (
-                f"line {line}: found {number!r} among integers; expected to see whether it is a decimal number or "
+                f"line {line}: found {number!r} among integers; expected to know whether it is a decimal number or "
                 "thousands; name decimal in run.toml, and leave out signs between thousands"
             )
     return None

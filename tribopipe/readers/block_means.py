@@ -1,6 +1,7 @@
 """Means of consecutive samples, which stand for a recording that is too long to be held.
 
-Least squares on means of n samples each is least squares on what the samples say of a curve that bends little within n.
+Least squares on means of n samples each is least squares on what the samples state about a curve that bends little
+within n.
 So that restarts and faults of an axis stay what they are, the samples on both sides of a place where one goes back
 stand alone, and so do the first and the last of all. Missing samples are left out of means, and so are error codes: a
 thousand times what is usual, in the midst of samples that are not.
@@ -41,7 +42,7 @@ def samples_in_a_mean(rows: int, manifest: RunManifest, first: Mapping[SignalNam
 
 
 def _samples_in_a_stroke(manifest: RunManifest, first: Mapping[SignalName, Column]) -> int:
-    """Return how many samples one stroke has; 0 where nothing tells."""
+    """Return how many samples one stroke has; 0 where nothing shows."""
     stroke, speed = manifest.conditions.stroke, manifest.conditions.nominal_speed
     if stroke is None:
         return 0

@@ -98,7 +98,7 @@ class Meaning(NamedTuple):
 
 
 def meanings_of(columns: Sequence[ReadColumn], given: frozenset[SignalName] = frozenset()) -> dict[str, Meaning]:
-    """Say what columns mean, by name: by the format's word, else by their own names where the unit fits.
+    """Report what columns mean, by name: by the format, else by their own names where the unit fits.
 
     Signals that are ``given`` by other columns are left out. No two columns are the same signal: the format's word goes
     before a signal's own name, that before a synonym, that before an axis such as Fx, and where two synonyms stand for
@@ -124,7 +124,7 @@ def meanings_of(columns: Sequence[ReadColumn], given: frozenset[SignalName] = fr
 
 
 def _strange(column: ReadColumn) -> Meaning | None:
-    """Say which signal a column is called as although it holds words, or its unit is of another kind."""
+    """Report which signal a column is called as although it holds words, or its unit is of another kind."""
     own = column.signal or _by_own_name(column)
     by: By = "by the format" if column.signal else "by its name"
     if is_mostly_numbers(column) or column.first_bad is None:
@@ -135,7 +135,7 @@ def _strange(column: ReadColumn) -> Meaning | None:
 
 
 def is_synonym(column: ReadColumn, signal: SignalName) -> bool:
-    """Tell whether a column that is a signal by its name is called otherwise than the signal."""
+    """Return whether a column that is a signal by its name is called otherwise than the signal."""
     return column.signal is None and _by_own_name(column) != signal
 
 
@@ -174,7 +174,7 @@ def _add_named(
 
 
 def _other_sense(column: ReadColumn, signal: SignalName) -> str:
-    """Say what else a column may be: "Weg [um]" and "distance [mm]" are what displacement sensors read."""
+    """Report what else a column may be: "Weg [um]" and "distance [mm]" are what displacement sensors read."""
     distant = signal == "sliding_distance" and column.unit not in ("m", "km")
     return "it may as well be a displacement" if distant and _by_own_name(column) is None else ""
 
@@ -184,7 +184,7 @@ def _taken(signal: SignalName, found: dict[str, Meaning]) -> bool:
 
 
 def _fits(unit: str | None, signal: SignalName) -> bool:
-    """Tell whether a unit is one of the signal; 45 for a humidity without a unit might be 45 % or 4500 %."""
+    """Return whether a unit is one of the signal; 45 for a humidity without a unit might be 45 % or 4500 %."""
     kind = SIGNALS[signal].kind
     if kind == "percentage":
         return unit is not None and "%" in unit

@@ -23,7 +23,7 @@ class Part(NamedTuple):
 
 
 def hints_of(signals: SignalFile) -> Hints:
-    """Return what the manifest says of how files are written."""
+    """Return what the manifest states about how files are written."""
     return Hints(signals.encoding, signals.separator, signals.decimal, signals.sheet)
 
 
@@ -31,7 +31,7 @@ Meanings = dict[str, list[tuple[SignalName, ColumnSource | None]]]
 
 
 def meanings_in(table: ReadTable, signals: SignalFile, file: str) -> Meanings:
-    """Say for each column by name which signals it is: by the manifest's word, else by the format's or its own name.
+    """Report for each column by name which signals it is: by the manifest's word, else by the format's or its own name.
 
     Where the manifest maps no column of the file, names that stand for a signal count, too.
     """
@@ -42,8 +42,8 @@ def meanings_in(table: ReadTable, signals: SignalFile, file: str) -> Meanings:
     if not meanings:
         names = ", ".join(repr(column.name) for column in table.columns[:8])
         raise ReaderError(
-            f"{file}: found the columns {names}, none with a known meaning; expected to be told; "
-            "map signals to columns under [signals.columns] in run.toml"
+            f"{file}: found the columns {names}, none with a known meaning; map signals to columns under "
+            "[signals.columns] in run.toml"
         )
     return meanings
 
@@ -58,7 +58,7 @@ def _by_the_file(table: ReadTable, signals: SignalFile) -> Iterator[tuple[str, M
 
 
 def doubts_on(table: ReadTable, signals: SignalFile, file: str) -> list[str]:
-    """Say which columns seem to be signals and are not used, and why."""
+    """Report which columns seem to be signals and are not used, and why."""
     return [
         f"{file}: column {name!r} seems to be {meaning.signal} and is not used: {meaning.lacks}"
         for name, meaning in _by_the_file(table, signals)

@@ -52,7 +52,7 @@ def without_brackets(cell: str) -> str:
 
 
 def is_unit_row(cells: Iterable[str]) -> bool:
-    """Tell whether every filled field of a row is a unit."""
+    """Return whether every filled field of a row is a unit."""
     units = [without_brackets(cell) for cell in cells if cell]
     if units and units[0].lower() in _UNIT_ROW_LABELS:
         del units[0]

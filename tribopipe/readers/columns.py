@@ -32,7 +32,7 @@ def with_file(
     path = folder / name
     if leads_out(path, folder):
         raise ReaderError(
-            f"{name}: found a link out of the run folder; expected a {what} in it, since a run carries all its files; "
+            f"{name}: found a link out of the run folder; expected a {what} in it, since a run contains all its files; "
             "copy the file in the place of the link"
         )
     try:
@@ -65,7 +65,7 @@ def find_column(table: ReadTable, wanted: str, meaning: str, file: str) -> ReadC
 
 
 def needs_unit(kind: str) -> bool:
-    """Tell whether numbers of a kind say nothing without a unit; a percentage may as well be a share of 1."""
+    """Return whether numbers of a kind have no meaning without a unit; a percentage may as well be a share of 1."""
     return KINDS[kind].si != "1" or kind == "percentage"
 
 
@@ -75,7 +75,7 @@ def unit_of(column: ReadColumn, source: ColumnSource | None) -> str | None:
 
 
 def is_a_weight(column: ReadColumn, source: ColumnSource | None, kind: str) -> bool:
-    """Tell whether a force is given as a mass, which as a force can only be the weight of it."""
+    """Return whether a force is given as a mass, which as a force can only be the weight of it."""
     unit = unit_of(column, source)
     return kind == "force" and unit is not None and is_unit_of(unit, "mass")
 
@@ -91,8 +91,8 @@ def column_in_si(
         line, text = column.first_bad
         raise ReaderError(
             f"{file}, line {line}, column {column.name!r}: found {text!r}; expected a number for {meaning}"
-            f"{' with the decimal sign of the others' if is_number(text, '.,') else ''}; "
-            "mend that line, leave the field empty for a missing sample, or map another column"
+            f"{' with the decimal sign of the others' if is_number(text, '.,') else ''}; correct that line, leave the "
+            "field empty for a missing sample, or map another column"
         )
     unit = unit_of(column, source)
     if unit is None and needs_unit(kind):
@@ -116,5 +116,5 @@ def _refuse_absurd(values: Column, where: str, meaning: str, before: int) -> Non
     if len(absurd):
         raise ReaderError(
             f"{where}: found {values[absurd[0]]:g} in row {before + absurd[0] + 1} of the table; expected a number "
-            f"that an instrument gives for {meaning}; mend that row, or leave the field empty"
+            f"that an instrument gives for {meaning}; correct that row, or leave the field empty"
         )

@@ -60,11 +60,11 @@ class Example:
     columns: Mapping[str, str | None]
     """Unit of each column by its name, in the order of the file."""
     signals: Mapping[str, SignalName] = field(default_factory=dict)
-    """Columns whose meaning the format itself says."""
+    """Columns whose meaning the format itself states."""
     values: Mapping[str, Sequence[float]] = field(default_factory=dict)
     """All numbers of some columns."""
     facts: Mapping[str, str] = field(default_factory=dict)
-    """Some of what the header says of the run."""
+    """Some of what the header states about the run."""
     encoding: str | None = "utf-8"
     """Of a text; None where the file is binary."""
     permuted: bytes | None = field(default=None, repr=False)
@@ -286,7 +286,7 @@ def _column_problems(column: ReadColumn) -> Iterator[str]:
     if is_text and not all(isinstance(value, str) for value in values):
         yield "values are objects other than texts"
     if is_text != (column.first_bad is not None):
-        yield "first_bad does not say whether there is a text among the values"
+        yield "first_bad does not show whether there is a text among the values"
     if column.unit is not None and not is_unit(column.unit):
         yield f"unit {column.unit!r} is none"
     if column.axis not in (None, *get_args(Axis)):
@@ -403,7 +403,7 @@ def _agree(part: ReadTable, whole: ReadTable, fits: Callable[[NDArray[Any], NDAr
 
 
 def _begins(part: ReadTable, whole: ReadTable, *, but: int = 0) -> bool:
-    """Tell whether a table is the beginning of another one, but for some rows at its end."""
+    """Return whether a table is the beginning of another one, but for some rows at its end."""
 
     def fits(values: NDArray[Any], full: NDArray[Any]) -> bool:
         count = max(0, len(values) - but)
@@ -413,7 +413,7 @@ def _begins(part: ReadTable, whole: ReadTable, *, but: int = 0) -> bool:
 
 
 def _subset(part: ReadTable, whole: ReadTable, *, missing: bool) -> bool:
-    """Tell whether a table is the beginning or the end of another one, perhaps with numbers missing."""
+    """Return whether a table is the beginning or the end of another one, perhaps with numbers missing."""
 
     def within(values: NDArray[Any], full: NDArray[Any]) -> bool:
         return _equal(np.where(np.isnan(values), full, values) if missing else values, full)

@@ -9,7 +9,7 @@ What the reader finds by itself, and the manifest's word overrides:
 
 Line ends may be LF, CRLF, lone CR or a mixture; blank lines are skipped. Lines above the table are
 kept verbatim. Units stand in a row above or below the row of names, or inside the names: "Depth [um]",
-"Fz (N)", "time / s". Rows may end in separators that the header lacks.
+"Fz (N)", "time / s". Rows may end in separators that the header does not have.
 
 "", "NaN", "nan" and "NA" are missing samples, and so are placeholders such as "OVL" or "---", which are counted.
 Anything else that is no plain finite number leaves its column as text, with line and text of the first. Where the
@@ -90,7 +90,7 @@ class DelimitedReader:
 
 
 def without_closing_words(text: Text, layout: Layout) -> tuple[Text, list[str]]:
-    """Leave out what software writes below a table: lines of words without a separator; and say so."""
+    """Leave out what software writes below a table: lines of words without a separator; and report it."""
     left_out: list[str] = []
     # The end alone is looked at: a copy of a long file costs as much as reading it.
     tail = text.content[max(_body_start(text, layout), len(text.content) - LONGEST_LINE) :]
@@ -158,7 +158,7 @@ def _column(name: str, parsed: Parsed, unit: str | None, lines: Mapping[int, int
 
 
 def _unique_names(written: tuple[str, ...]) -> tuple[list[str], list[str]]:
-    """Make names unique, and say where that took a change."""
+    """Make names unique, and report where that took a change."""
     names: dict[str, int] = {}
     notes = []
     for number, name in enumerate(written, 1):
@@ -182,7 +182,7 @@ def _body_start(text: Text, layout: Layout) -> int:
 
 
 def has_rows(text: Text, layout: Layout) -> bool:
-    """Tell whether the body of a table has a row."""
+    """Return whether the body of a table has a row."""
     return next(_body_rows(text, layout), None) is not None
 
 
@@ -312,7 +312,7 @@ class _Stream:
 
 
 def _options(text: Text, layout: Layout, textual: set[int], *, guess: bool = False) -> dict[str, Any]:
-    """Say how pandas is to read the body; ``guess`` lets it find the types of columns not known to be text."""
+    """Report how pandas is to read the body; ``guess`` lets it find the types of columns not known to be text."""
     numeric = [number for number in range(layout.width) if number not in textual]
     blanks = layout.separator == BLANKS
     dtypes = dict.fromkeys(textual, object) | ({} if guess else dict.fromkeys(numeric, np.float64))
@@ -375,7 +375,7 @@ def _refuse_short_rows(text: Text, layout: Layout, last: Parsed) -> None:
 
 
 def _is_even(text: Text, layout: Layout, rows: int) -> bool:
-    """Tell whether the number of separators proves that no row lacks one."""
+    """Return whether the number of separators proves that all rows are complete."""
     start = _body_start(text, layout)
     if layout.separator == BLANKS or text.content.find(b'"', start) >= 0:
         return False
@@ -398,13 +398,13 @@ def _too_wide(text: Text, layout: Layout) -> ReaderError:
         if len(row.cells) > layout.width or any(row.cells[len(layout.names) :]):
             return ReaderError(
                 f"{text.name}, line {line}: found {_fields(row)}, expected {layout.least} as in the "
-                "header; mend that line; where commas are decimal signs, export with another separator"
+                "header; correct that line; where commas are decimal signs, export with another separator"
             )
     return _unclosed(text, line)
 
 
 def _unclosed(text: Text, line: int) -> ReaderError:
     return ReaderError(
-        f"{text.name}, line {line}: found a quotation mark without its partner, here or in the next line; expected "
-        "quoted fields to end in one; mend that line"
+        f"{text.name}, line {line}: found an unmatched quotation mark, here or in the next line; expected "
+        "quoted fields to end in one; correct that line"
     )

@@ -58,7 +58,7 @@ class Export:
 
     @cached_property
     def header(self) -> HeaderFacts:
-        """What the header says of the run: as the format defines it, or else in free lines."""
+        """What the header states about the run: as the format defines it, or else in free lines."""
         if self.table.facts or self.reader.holds != "signals":
             return HeaderFacts(dict(self.table.facts), {})
         return header_facts(self.table.header, [column.name for column in self.table.columns])
@@ -167,7 +167,7 @@ def _opened(path: Path, read: Callable[[Path], T]) -> T:
 
 
 def chosen_reader(named: str, folder: Path = Path()) -> Reader:
-    """Give the reader of a name, or the one that a file (our-rig.toml, beside the folder's) describes.
+    """Give the reader of a name, or the one that a file (our-rig.toml, next to the folder's) describes.
 
     Raises ``ReaderError`` or ``ManifestError`` where there is no such reader.
     """

@@ -58,7 +58,7 @@ def text_column(name: str, fields: Sequence[str], unit: str | None) -> ReadColum
 
 
 def is_mostly_numbers(column: ReadColumn) -> bool:
-    """Tell whether a column is one of numbers, though some of its fields may be none."""
+    """Return whether a column is one of numbers, though some of its fields may be none."""
     if column.first_bad is None:
         return True
     some = column.values[:: 1 + len(column.values) // _MOST_LOOKED_AT].tolist()
@@ -74,7 +74,7 @@ def together(columns: Iterable[ReadColumn]) -> Placeholders | None:
 
 
 def remarks(table: ReadTable) -> tuple[str, ...]:
-    """Say what a person should know about how a table was read: a reader's notes, placeholders, words among numbers."""
+    """Report what to know about how a table was read: a reader's notes, placeholders, words among numbers."""
     return (*table.notes, *_placeholder_notes(table.columns), *_word_notes(table.columns))
 
 

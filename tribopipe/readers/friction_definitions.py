@@ -34,7 +34,7 @@ def friction_definitions(columns: Sequence[ReadColumn]) -> list[Definition]:
 
 
 def definitions_note(columns: Sequence[ReadColumn], taken: str | None) -> str | None:
-    """Say which columns define friction differently, and which of them is taken; nothing where there is one at most."""
+    """Report which columns define friction differently, and which is taken; nothing where there is one at most."""
     found = friction_definitions(columns)
     if not found:
         return None

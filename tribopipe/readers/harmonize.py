@@ -149,7 +149,7 @@ def _taken_for(signal: SignalName, meanings: Meanings) -> str | None:
 
 
 def _joined(names: Sequence[str], parts: Sequence[Part], notes: list[str]) -> Part:
-    """Put the rows of files that continue each other one after the other, and say from which file each row came."""
+    """Put the rows of files that continue each other one after the other, and state from which file each row came."""
     first = parts[0]
     if len(parts) == 1:
         return first

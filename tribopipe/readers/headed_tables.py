@@ -36,7 +36,7 @@ _YEAR_LAST = re.compile(
 )
 _SIGN = re.compile(rb"\d([.,])\d")
 _BRACKETS = re.compile(r"(?<!\s)\s*\[[^\[\]]*\]$")
-"""Where blanks begin: begun anew at each of them, a search would take the square of their number."""
+"""Where blanks begin: restarted at each of them, a search would take the square of their number."""
 _ALIKE = 10
 """Rows that have to end alike before a last line without a line end is taken for a whole one."""
 
@@ -48,7 +48,7 @@ def head_lines(source: SourceFile, encoding: str | None = None) -> list[str]:
 
 
 def refused(source: SourceFile, error: ReaderError) -> Match:
-    """Say that a file is not of a format since it cannot be read as text."""
+    """Report that a file is not of a format since it cannot be read as text."""
     return Match(0.0, str(error).removeprefix(source.name).lstrip(":, "))
 
 
@@ -68,7 +68,7 @@ def layout_below(
 ) -> Layout:
     """Lay out a table whose numbers begin at the index ``body`` of the lines; the decimal sign is found if not given.
 
-    Rows may end in separators that the row of names lacks; where most do, one that does not is not whole.
+    Rows may end in separators that the row of names does not have; where most do, one that does not is not whole.
     """
     header = "".join(lines[:body])
     rows = sampled_rows(lines[body:], separator)
@@ -86,7 +86,7 @@ def layout_below(
 
 
 def _decimal_sign(text: Text, header_bytes: int, rows: Iterable[Row], separator: str) -> Decimal:
-    """Tell which sign most numbers of the sample have, or else the first one below it: others are no numbers then."""
+    """Report which sign most numbers of the sample have, or else the first one below it: others are no numbers then."""
     numbers = [cell for row in rows for cell in row.cells if is_number(cell, ".,")]
     points, commas = (sum(sign in number for number in numbers) for sign in ".,")
     first = None if points or commas or separator == "," else _SIGN.search(text.content, text.start + header_bytes)
@@ -126,7 +126,7 @@ def moment(text: str) -> str | None:
 def moment_by(text: str, others: Iterable[str]) -> tuple[str, str | None] | None:
     """Find a date and time of day whose year comes last: as it is written, and in ISO 8601.
 
-    Which of day and month comes first is told by other dates of the same file; not in ISO 8601 where none tells.
+    Which of day and month comes first is given by other dates of the same file; not in ISO 8601 where none shows.
     """
     found = _YEAR_LAST.search(text)
     if found is None:

@@ -1,4 +1,4 @@
-"""What free lines above a table say of a run, in the words of several languages: "Normalkraft;5 N", "Kugel D=6 mm".
+"""What free lines above a table state about a run, in several languages: "Normalkraft;5 N", "Kugel D=6 mm".
 
 A line is a label and a value between a tab, semicolon, bar, colon, equals sign, comma or two blanks; the unit stands
 behind the number, in a field of its own, or in brackets behind the label. A line that begins with a ball is read as
@@ -114,7 +114,7 @@ def key_of(label: str) -> str | None:
 
 
 class Fact(NamedTuple):
-    """What one line says of one key of run.toml."""
+    """What one line states about one key of run.toml."""
 
     value: str
     """As run.toml would hold it."""
@@ -122,11 +122,11 @@ class Fact(NamedTuple):
 
 
 class HeaderFacts(NamedTuple):
-    """What free lines say, by key of run.toml, and what they say that is not taken."""
+    """What free lines state, by key of run.toml, and what they state that is not taken."""
 
     facts: dict[str, str]
     lines: dict[str, str]
-    """Of each fact, the line that says so."""
+    """Of each fact, the line that states it."""
     notes: tuple[str, ...] = ()
 
 
@@ -139,7 +139,7 @@ class _Label(NamedTuple):
 
 
 def header_facts(header: str, names: Iterable[str] = ()) -> HeaderFacts:
-    """Return what the lines above a table say; that of the ``names`` of its columns is none of them."""
+    """Return what the lines above a table state; that of the ``names`` of its columns is none of them."""
     columns, notes = frozenset(names), []
     lines = [line.strip() for line in header.splitlines()[:_MOST_LINES] if len(line) <= _LONGEST]
     lines = [line for line in lines if line and not _names_columns(line, columns)]
@@ -165,7 +165,7 @@ def _names_columns(line: str, columns: frozenset[str]) -> bool:
 
 
 def _said(lines: Sequence[str]) -> Iterator[tuple[str, str | None, str]]:
-    """Give key, value and line of what lines say; no value, and why in the place of the key, where it is not taken."""
+    """Give key, value and line of what lines state; where it is not taken, no value, and why in place of the key."""
     for line in lines:
         label = _label(line)
         if label.key is None:
@@ -229,7 +229,7 @@ def _half(diameter: str) -> str:
 
 
 def _of_a_ball(line: str) -> Iterator[tuple[str, str | None]]:
-    """Give what a line says that begins with a ball: its shape, material and size."""
+    """Give what a line states that begins with a ball: its shape, material and size."""
     matched = _BALL.match(_bare(line))
     if matched is None:
         return
@@ -249,9 +249,9 @@ def _of_a_ball(line: str) -> Iterator[tuple[str, str | None]]:
 
 
 def _started(cells: Sequence[str], lines: Sequence[str]) -> str | None:
-    """Return the date of a test, with the time of day where a line says it, in ISO 8601.
+    """Return the date of a test, with the time of day where a line states it, in ISO 8601.
 
-    Between points the day comes first. Of 05/12/2022, another date of the header has to tell.
+    Between points the day comes first. Of 05/12/2022, another date of the header has to show the order.
     """
     written = " ".join(cells)
     day = _DAY.search(written)

@@ -42,7 +42,7 @@ class Layout:
 
 
 def find_layout(text: Text, hints: Hints) -> Layout:
-    """Find the table in a text; where it is ambiguous, the layout says so.
+    """Find the table in a text; where it is ambiguous, the layout states so.
 
     Raises ``ReaderError`` where there is none, saying what is missing.
     """

@@ -64,7 +64,7 @@ def _unchanged(path: Path, name: str, sha256: str) -> Iterator[bytes]:
 
 
 def changed(name: str) -> ReaderError:
-    """Say that a file is not what it was when it was first gone through."""
+    """Report that a file is not what it was when it was first gone through."""
     return ReaderError(
         f"{name}: found other bytes than a moment before; expected a file that nothing is written into while it is "
         "read; try again once the test has ended"
@@ -98,7 +98,7 @@ class _Survey:
         self._decode(piece)
 
     def _quotes_close(self, piece: bytes) -> bool:
-        """Tell whether no line ends within quotes."""
+        """Return whether no line ends within quotes."""
         if not self._quoted and b'"' not in piece:
             return True
         codes = np.frombuffer(piece, np.uint8)

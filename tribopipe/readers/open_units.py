@@ -53,7 +53,7 @@ _NAMES: dict[Role, str] = {
     "friction_coefficient": "frictioncoefficient cof mu reibwert reibzahl",
 }
 NEAR = 0.2
-"""How far from 1 left over right of an identity may be: a radius may be rounded to a whole mm, and units that could
+"""Tolerance of the ratio of both sides of an identity: a radius may be rounded to a whole mm, and units that could
 be confused are further apart."""
 _MOST_ROWS = 100_000
 
@@ -67,9 +67,9 @@ class OpenUnit(NamedTuple):
 
 
 def roles_of(columns: Sequence[ReadColumn]) -> dict[Role, ReadColumn]:
-    """Say by their names which quantities columns are, of two of one name the first.
+    """State by their names which quantities columns are, of two of one name the first.
 
-    "Speed" is the sliding speed, or beside a sliding velocity the rotational one.
+    "Speed" is the sliding speed, or next to a sliding velocity the rotational one.
     """
     found: dict[Role, ReadColumn] = {}
     for role, names in _NAMES.items():
@@ -82,7 +82,7 @@ def roles_of(columns: Sequence[ReadColumn]) -> dict[Role, ReadColumn]:
 
 
 def _may_be(column: ReadColumn, role: Role) -> bool:
-    """Tell whether a column is one of numbers whose unit, where it has one, fits."""
+    """Return whether a column is one of numbers whose unit, where it has one, fits."""
     return column.first_bad is None and (column.unit is None or is_unit_of(column.unit, _KINDS[role]))
 
 

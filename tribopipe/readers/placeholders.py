@@ -22,10 +22,10 @@ _ALONE = re.compile(PLACEHOLDER, re.IGNORECASE)
 
 
 def is_placeholder(cell: str) -> bool:
-    """Tell whether a field says that there is no number."""
+    """Return whether a field states that there is no number."""
     return _ALONE.fullmatch(cell) is not None
 
 
 def is_gap(cell: str) -> bool:
-    """Tell whether a field is a missing sample: empty, not a number (NaN), or a placeholder."""
+    """Return whether a field is a missing sample: empty, not a number (NaN), or a placeholder."""
     return cell in MISSING or is_placeholder(cell)

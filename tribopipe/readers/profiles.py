@@ -1,8 +1,8 @@
-"""Profiles across wear tracks and worn pins, from the files that run.toml names beside the end values.
+"""Profiles across wear tracks and worn pins, from the files that run.toml names with the post-test measurements.
 
 A file is read by the reader that run.toml names, by one that knows its content to be a profile, or as any other table.
-Which columns are position and height is for run.toml to say, else for the format. Where neither does, columns called x,
-y and z are taken, or the two columns of a table that has just two, both of them lengths.
+Which columns are position and height is for run.toml to state, else for the format. Where neither does, columns called
+x, y and z are taken, or the two columns of a table that has just two, both of them lengths.
 
 A file may hold several profiles: several columns of heights, one for each pass, or a map. A map gives one profile for
 each scan line along x, or along the column that run.toml names as position.
@@ -31,7 +31,7 @@ from tribopipe.readers.registry import candidates, detect, is_sure, reader_named
 from tribopipe.results.run import Profile, SourceFile
 
 _FEWEST = 20
-"""Points by which shoulders and track can be told apart."""
+"""Points by which shoulders and track can be distinguished."""
 _BODIES = ("pin", "disc", *DISCS)
 
 
@@ -113,7 +113,7 @@ def _keys(key: str, count: int) -> list[str]:
 
 @dataclass(frozen=True)
 class Units:
-    """Of positions and heights, where somebody says them; they win over what the file says."""
+    """Of positions and heights, where somebody states them; they win over what the file states."""
 
     position: str | None = None
     height: str | None = None
@@ -127,7 +127,7 @@ class Units:
 def profiles_in(
     source: SourceFile, named: ProfileSource, key: str, units: Units | None = None
 ) -> tuple[ReadTable, list[Profile], list[str]]:
-    """Read all profiles of one file, in SI, and say what there is to note of them.
+    """Read all profiles of one file, in SI, and report what there is to note of them.
 
     ``key`` is where run.toml names the file, for errors. Raises ``ReaderError``.
     """
@@ -185,11 +185,11 @@ class _Columns:
     heights: list[ReadColumn]
     """Of one pass each."""
     across: ReadColumn | None = None
-    """What tells the scan lines of a map apart."""
+    """What distinguishes the scan lines of a map."""
 
 
 def _columns(table: ReadTable, named: ProfileSource, key: str) -> _Columns:
-    """Find position and heights. Raises ``ReaderError`` where run.toml has to say which they are."""
+    """Find position and heights. Raises ``ReaderError`` where run.toml has to state which they are."""
     axes = _axes(table)
     along, heights = axes["x"][:1], axes["z"]
     if named.position is not None:
@@ -199,15 +199,15 @@ def _columns(table: ReadTable, named: ProfileSource, key: str) -> _Columns:
     if not along or not heights:
         names = ", ".join(repr(column.name) for column in table.columns[:8])
         raise ReaderError(
-            f"{named.file}: found the columns {names}, of which position and height cannot be told; expected to be "
-            f'told; name them in run.toml under {key}: position = "…", height = "…"'
+            f"{named.file}: found the columns {names}, in which position and height cannot be identified; "
+            f'expected clear names; name them in run.toml under {key}: position = "…", height = "…"'
         )
     others = [column for column in (*axes["x"], *axes["y"]) if column.name not in (along[0].name, heights[0].name)]
     return _Columns(along[0], heights, others[0] if axes["y"] and others else None)
 
 
 def tells_axes(table: ReadTable) -> bool:
-    """Tell whether position and height are known though nobody names their columns."""
+    """Return whether position and height are known though nobody names their columns."""
     axes = _axes(table)
     return bool(axes["x"] and axes["z"])
 
@@ -260,7 +260,7 @@ def _spread_evenly(position: Column, notes: list[str]) -> Column:
     rounded = float(np.min(steps[steps > 0]))
     if np.max(np.abs(position - even)) > rounded:
         return position
-    notes.append("positions are rounded so that some repeat; they were spread evenly from the first to the last")
+    notes.append("positions are rounded so that some repeat; they were spaced uniformly from the first to the last")
     return even
 
 

@@ -22,7 +22,7 @@ Axis = Literal["x", "y", "z"]
 
 @dataclass(frozen=True)
 class Hints:
-    """What the manifest says about a file; it wins over anything a reader would guess."""
+    """What the manifest states about a file; it wins over anything a reader would guess."""
 
     encoding: str | None = None
     separator: str | None = None
@@ -32,7 +32,7 @@ class Hints:
 
 
 class Placeholders(NamedTuple):
-    """Fields of a column that say that there is no number, such as OVL or ---; they are missing samples."""
+    """Fields of a column that state that there is no number, such as OVL or ---; they are missing samples."""
 
     fields: int
     """How many there are."""
@@ -53,7 +53,7 @@ class ReadColumn:
     unit: str | None = None
     """Unit by the file's own words or by the format's definition."""
     signal: SignalName | None = None
-    """What the column means, where the format itself says so."""
+    """What the column means, where the format itself states it."""
     axis: Axis | None = None
     """Which coordinate of a profile it is; a file may hold several columns of heights, one for each pass."""
     first_bad: tuple[int, str] | None = None
@@ -72,7 +72,7 @@ class ReadTable:
     notes: tuple[str, ...] = field(default=())
     """What a person should know about how the file was read."""
     facts: Mapping[str, str] = field(default_factory=dict)
-    """What the header says of the run, by the keys of run.toml and as run.toml would hold it:
+    """What the header states about the run, by the keys of run.toml and as run.toml would hold it:
     {"conditions.normal_load": "5 N", "started": "2022-05-12T12:21:58", "instrument": "UMT TriboLab"}."""
     line_of: Callable[[int], int] | None = field(default=None, repr=False, compare=False)
     """Gives the line on which a row stands, the first row being 0; none where the file has no lines."""

@@ -18,9 +18,9 @@ from tribopipe.results.run import SourceFile
 GROUP = "tribopipe.readers"
 _CONFIDENT = 0.5
 _PLAIN = "delimited"
-"""Reader that takes what is a table at all, so that it knows best what a file lacks."""
+"""Reader that takes what is a table at all, so that it knows best what is missing in a file."""
 _KNOWN = (
-    "; expected one of the formats that `tribopipe formats list` tells; name it as reader, describe it in a reader "
+    "; expected one of the formats listed by `tribopipe formats list`; name it as reader, describe it in a reader "
     "profile, or export the file as a plain table"
 )
 _HOLD: dict[Holds, str] = {"signals": "signals of a test", "profile": "a profile"}
@@ -61,7 +61,7 @@ def candidates(source: SourceFile, holds: Holds | None = None) -> list[Judged]:
 
 
 def is_sure(match: Match) -> bool:
-    """Tell whether a reader claims a file."""
+    """Return whether a reader claims a file."""
     return match.confidence >= _CONFIDENT
 
 
@@ -99,8 +99,8 @@ def chosen(source: SourceFile, found: Sequence[Judged]) -> list[Judged]:
     best = [reader.name for reader, match in sure if match.confidence == sure[0].match.confidence]
     if len(best) > 1:
         raise ReaderError(
-            f"{source.name}: found a file that {' and '.join(best)} both know, equally sure; expected one format; say "
-            f'which, as reader = "{best[0]}" in run.toml or with --reader {best[0]}'
+            f"{source.name}: found a file that {' and '.join(best)} both recognize with equal confidence; expected one "
+            f'format; name it, as reader = "{best[0]}" in run.toml or with --reader {best[0]}'
         )
     return sure
 
@@ -113,7 +113,7 @@ def _loaded() -> tuple[tuple[str, Reader], ...]:
 def _made(entry: EntryPoint) -> Reader:
     reader = entry.load()()
     if not isinstance(reader, Reader):
-        raise TypeError("lacks name, title, holds, match or read")
+        raise TypeError("has no name, title, holds, match or read")
     return reader
 
 

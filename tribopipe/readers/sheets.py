@@ -14,7 +14,7 @@ def refuse_sheet(sheet: str | None, reader: Reader, file: str) -> None:
     if sheet is not None and reader.name != WORKBOOK:
         raise ReaderError(
             f"{file}: found the sheet {sheet!r} named for a file of the format {reader.name}, which has no sheets; "
-            "expected a workbook; take the sheet out"
+            "expected a workbook; remove the sheet"
         )
 
 

@@ -1,7 +1,7 @@
 """Steps of a test, or tests in one file, that a column numbers: which there are, and the rows of those chosen.
 
 Time either begins again with each step or goes on through all of them. A column of numbers that fits neither is
-refused with its line: its rows cannot be told apart.
+refused with its line: its rows cannot be distinguished.
 """
 
 import re
@@ -93,7 +93,7 @@ def _numbers(columns: Mapping[str, NDArray[Any]], name: str, file: str, line_of:
         row = int(np.flatnonzero(~whole)[0])
         raise ReaderError(
             f"{file}, {_place(row, line_of)}, column {name!r}: found {str(values[row]) or 'nothing'!r}; expected the "
-            "number of a step; mend that line, or name another column"
+            "number of a step; correct that line, or name another column"
         )
     return np.asarray(values, dtype=float)
 
@@ -232,7 +232,7 @@ class Steps:
 
 
 def _beside(flags: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Extend flags to both neighbours: a channel may be a row late where a step begins."""
+    """Extend flags to both neighbors: a channel may be a row late where a step begins."""
     near = flags.copy()
     near[1:] |= flags[:-1]
     near[:-1] |= flags[1:]
@@ -240,7 +240,7 @@ def _beside(flags: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def _goes_on(time: Column, row: int) -> bool:
-    """Tell whether time goes on smoothly to a row, by the sampling interval before it."""
+    """Return whether time goes on smoothly to a row, by the sampling interval before it."""
     if row < _FEWEST_ROWS:
         return False
     interval = float(np.median(np.diff(time[row - _FEWEST_ROWS : row])))

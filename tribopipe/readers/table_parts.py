@@ -17,7 +17,7 @@ SEGMENT = "segment"
 
 
 def join_parts(file: str, kind: str, parts: Mapping[str, ReadTable]) -> ReadTable:
-    """Put parts with the same columns one after the other; a list of settings beside them is left out with a note.
+    """Put parts with the same columns one after the other; a list of settings next to them is left out with a note.
 
     Raises ``ReaderError`` that names the parts where they hold different tables.
     """
@@ -47,7 +47,7 @@ def tests_among(parts: Mapping[str, ReadTable]) -> dict[str, ReadTable]:
 
 
 def _is_record(table: ReadTable) -> bool:
-    """Tell whether a table may be a record of a test: two columns of numbers, two rows."""
+    """Return whether a table may be a record of a test: two columns of numbers, two rows."""
     numeric = [column for column in table.columns if is_mostly_numbers(column)]
     return len(numeric) > 1 and len(numeric[0].values) > 1
 
@@ -89,7 +89,7 @@ def _as_texts(values: NDArray[Any]) -> NDArray[Any]:
 
 
 def is_time(column: ReadColumn) -> bool:
-    """Tell whether a column is the time, by the format's word or its own name."""
+    """Return whether a column is the time, by the format's word or its own name."""
     return column.signal == "time" or bare_name(column.name).lower() == "time"
 
 

@@ -58,7 +58,7 @@ class Table:
         ]
 
     def has_sample(self, row: Row) -> bool:
-        """Tell whether a row has numbers, and something else only in columns of something else."""
+        """Return whether a row has numbers, and something else only in columns of something else."""
         if len(row.cells) != self.width or not count_numbers(row, self.signs):
             return False
         cells = [cell for column, cell in enumerate(row.cells) if column not in self.textual]
@@ -79,7 +79,7 @@ class Table:
 
 @lru_cache(maxsize=1 << 12)  # a sample's fields are asked about again and again
 def is_number(cell: str, signs: str) -> bool:
-    """Tell whether a field is a plain number with one of the decimal signs."""
+    """Return whether a field is a plain number with one of the decimal signs."""
     return _NUMBER[signs].fullmatch(cell) is not None
 
 
@@ -118,7 +118,7 @@ def find_table(text: Text, hints: Hints) -> tuple[Table, list[str]]:
 
 
 def has_quoted_commas(lines: list[str]) -> bool:
-    """Tell whether numbers with a comma stand in quotation marks, so that commas may separate as well."""
+    """Return whether numbers with a comma stand in quotation marks, so that commas may separate as well."""
     return any(map(_QUOTED_COMMA.search, lines))
 
 
@@ -256,7 +256,7 @@ def _chosen(tables: list[Table]) -> Table | None:
 
 
 def _why_none(text: Text, hints: Hints, lines: list[str], tables: list[Table]) -> str:
-    """Say what a file without a table lacks."""
+    """Report what is missing in a file without a table."""
     number, line = next(((n, line.strip()) for n, line in enumerate(lines, 1) if not line.isspace()), (1, ""))
     where = f"{text.name}, line {number}"
     if not tables and (not hints.separator or any(hints.separator in line for line in lines)):

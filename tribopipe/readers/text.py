@@ -95,7 +95,7 @@ def _western(source: SourceFile, partial: bool) -> Text:
 
 
 def western_note(encoding: str) -> str:
-    """Say that a file was taken to be in an encoding of western Europe."""
+    """Report that a file was taken to be in an encoding of western Europe."""
     return f"read as {encoding}, since it is no UTF-8; name the encoding in run.toml if letters are wrong"
 
 

@@ -85,7 +85,7 @@ def _bare_line(line: str) -> str:
 
 
 def _told_layout(profile: ReaderProfile, text: Text, decimal: Decimal | None) -> Layout:
-    """Lay out the table whose place the profile tells."""
+    """Lay out the table whose place the profile gives."""
     lines, separator = sample_lines(text), profile.separator or ""
     top = _first_line(profile, text, lines)
     if profile.names:
@@ -97,7 +97,7 @@ def _told_layout(profile: ReaderProfile, text: Text, decimal: Decimal | None) ->
 
 
 def _units(profile: ReaderProfile, text: Text, lines: list[str], top: int) -> tuple[str, ...]:
-    """Give the row of units beside the row of names. Raises ``ReaderError`` where numbers stand there."""
+    """Give the row of units with the row of names. Raises ``ReaderError`` where numbers stand there."""
     at = top + {"above": -1, "below": 1}.get(profile.units_row or "", 0)
     if at == top or not 0 <= at < len(lines):
         return ()
@@ -105,8 +105,8 @@ def _units(profile: ReaderProfile, text: Text, lines: list[str], top: int) -> tu
     number = next((cell for cell in units if is_number(cell, ".,") and cell != "1"), None)
     if number is not None:
         raise ReaderError(
-            f"{text.name}, line {at + 1}: found the number {number!r}; expected the row of units, as the profile "
-            f"{profile.name!r} says; correct units_row, or where the table begins"
+            f"{text.name}, line {at + 1}: found the number {number!r}; expected the row of units, as given by the "
+            f"profile {profile.name!r}; correct units_row, or where the table begins"
         )
     return units
 
@@ -118,15 +118,15 @@ def _first_line(profile: ReaderProfile, text: Text, lines: list[str]) -> int:
         if top < len(lines):
             return top
         raise ReaderError(
-            f"{text.name}: found {len(lines)} lines; expected a table below the first {top}, as the profile "
-            f"{profile.name!r} says; correct header_lines, or export the file again with its data"
+            f"{text.name}: found {len(lines)} lines; expected a table below the first {top}, as given by the profile "
+            f"{profile.name!r}; correct header_lines, or export the file again with its data"
         )
     found = search(profile.starts_at, list(map(_bare_line, lines)), text.name)
     if found is not None:
         return found[0]
     raise ReaderError(
         f"{text.name}: found no line that matches {profile.starts_at!r} among the first {len(lines)}; expected the "
-        f"table to begin there, as the profile {profile.name!r} says; correct starts_at, or name another reader"
+        f"table to begin there, as given by the profile {profile.name!r}; correct starts_at, or name another reader"
     )
 
 
@@ -155,7 +155,7 @@ def _told_columns(profile: ReaderProfile, table: ReadTable, file: str) -> dict[s
         if told.setdefault(found, column) is not column:
             raise ReaderError(
                 f"{file}: found {found!r} twice in the profile {profile.name!r}, with its unit and without; expected "
-                "each column once; take one out"
+                "each column once; remove one"
             )
     return told
 
@@ -168,7 +168,7 @@ class _Made(NamedTuple):
 
 
 def _made_of(profile: ReaderProfile, column: ReadColumn, told: DescribedColumn | None, file: str) -> _Made:
-    """Give a column its meaning; one that is scaled or calibrated is kept as it was beside."""
+    """Give a column its meaning; one that is scaled or calibrated is kept as it was next to it."""
     if told is None:
         return _Made((column,))
     scaled = (told.scale, told.offset) != (1.0, 0.0)
@@ -195,7 +195,8 @@ def _scaled(column: ReadColumn, told: DescribedColumn, file: str) -> ReadColumn:
     if column.first_bad is not None:
         line, found = column.first_bad
         raise ReaderError(
-            f"{file}, line {line}, column {column.name!r}: found {found!r}; expected a number to scale; mend that line"
+            f"{file}, line {line}, column {column.name!r}: found {found!r}; expected a number to scale; correct that "
+            "line"
         )
     with np.errstate(over="ignore"):
         values = column.values * told.scale + told.offset
@@ -203,7 +204,7 @@ def _scaled(column: ReadColumn, told: DescribedColumn, file: str) -> ReadColumn:
 
 
 def _calibrated(column: ReadColumn, name: str, calibration: Calibration, file: str) -> tuple[ReadColumn, str]:
-    """Turn readings into what they stand for, and say so."""
+    """Turn readings into what they stand for, and report it."""
     if column.unit not in (None, calibration.reading):
         raise ReaderError(
             f"{file}: found {column.name!r} from readings in {column.unit}; expected {calibration.reading}, as "
@@ -240,7 +241,7 @@ def _value(calibration: Calibration, readings: Column) -> Column:
 
 
 def _facts(profile: ReaderProfile, layout: Layout, file: str) -> dict[str, str]:
-    """Give what the lines above the table say of the run; what they do not say is left out."""
+    """Give what the lines above the table state about the run; what they do not state is left out."""
     found = {key: _fact(fact, layout, f"{file}: {key}") for key, fact in profile.facts.items()}
     return {key: value for key, value in found.items() if value is not None}
 
@@ -263,5 +264,5 @@ def _date(value: str, written: str, where: str) -> str:
         return datetime.strptime(value, written).isoformat()  # noqa: DTZ007 - a rig's clock knows no time zone
     except (ValueError, re.error):
         raise ReaderError(
-            f"{where}: found {value!r}; expected a date as {written!r} says it is written; correct date or pattern"
+            f"{where}: found {value!r}; expected a date in the form {written!r}; correct date or pattern"
         ) from None

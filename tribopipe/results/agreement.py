@@ -19,7 +19,7 @@ AGREEMENT: Mapping[str, str] = {
     "under-predicts": "under-predicted",
     "not decidable": "inconclusive",
 }
-"""How people read a verdict: the agreement of the measured wear with the model."""
+"""How people read a result: the agreement of the measured wear with the model."""
 Role = Literal["fitted", "predicted"]
 WornQuantity = Literal["wear_volume", "wear_depth", "track_width"]
 Interval = tuple[Quantity, Quantity]
@@ -60,14 +60,14 @@ class LawComparison(Record):
     delta_aic: float
     """AIC of Sarkar's law minus that of Archard's: above zero for Archard's."""
     preferred: LawName | None
-    """The law that is better by more than 2; none where the data do not tell."""
+    """The law that is better by more than 2; none where the data do not give it."""
 
 
 class EngineComparison(Record):
     """k_D of one run by even and by local pressure, from the same data."""
 
     giwm: Quantity
-    """By the Global Incremental Wear Model, which spreads the load evenly over the contact."""
+    """By the Global Incremental Wear Model, which assumes uniform pressure over the contact."""
     local: Quantity
     """By the pressure at each point."""
     trusted: WearEngine | None
@@ -89,7 +89,7 @@ class BodyVerdict(Record):
     """The law against the wear of one body in a run."""
 
     outcome: Verdict
-    """What the data say of the law for this body."""
+    """What the data show about the law for this body."""
     what: WornQuantity
     """What was measured at the end, by which the law is judged first."""
     measured: Quantity
@@ -134,7 +134,7 @@ class RunVerdict(Record):
     end: Quantity
     """End of the run: its sliding distance, or rotations."""
     outcome: Verdict
-    """What the data say of the law for this run: that of the body that departs most."""
+    """What the data show about the law for this run: that of the body that departs most."""
     sentence: str
     """The same in words."""
     notes: tuple[str, ...] = ()
@@ -188,7 +188,7 @@ class LawResult(Record):
     engine: WearEngine = "giwm"
     """Pressure that k_D was found by: even, as the Global Incremental Wear Model has it, or local."""
     distance_per_rotation: DistanceConvention | None = None
-    """What counts as slid in one rotation; none of bodies that do not roll."""
+    """What counts as sliding distance in one rotation; none of bodies that do not roll."""
     bodies: dict[str, StudiedBody]
     """k_D of each body, the one that is always found first; a body that is left out counts as unworn."""
     correlation: float | None = None
@@ -198,7 +198,7 @@ class LawResult(Record):
     rejected: int
     """Number of draws without a solution."""
     runs: tuple[RunVerdict, ...]
-    """One verdict for each run."""
+    """One result for each run."""
 
     @property
     def first(self) -> StudiedBody:
@@ -231,7 +231,7 @@ class StudyResult(Record):
     tribometer: str
     """Type of tribometer."""
     correction: Correction | None = None
-    """Whether drift was taken off first or fitted together with k_D; none where no depth signal is fitted."""
+    """Whether drift was subtracted first or fitted together with k_D; none where no depth signal is fitted."""
     laws: tuple[LawResult, ...]
     """One result for each wear law."""
     comparisons: dict[str, LawComparison] = Field(default_factory=dict)

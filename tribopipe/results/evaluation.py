@@ -19,12 +19,12 @@ COVERAGE_FACTOR = 1.959963984540054
 
 
 class DepthModel(Record):
-    """What a depth sensor reads besides wear, as one statistical model fitted with the post-test measurement."""
+    """What a depth sensor reads in addition to wear, as one statistical model fitted with the post-test measurement."""
 
     zero_offsets: tuple[Metres, ...]
     """Sensor reading at the start of sliding, and after each remounting or step less what drift had added."""
     drift_rate: MetresPerSecond
-    """Slope against time of what the sensor reads besides wear."""
+    """Slope against time of what the sensor reads in addition to wear."""
     settling_probability: float
     """Probability that the reading settles exponentially, a·(1 − exp(−t/τ))."""
     settling: Metres
@@ -53,23 +53,23 @@ class DriftCorrection(Record):
     """The drift subtracted from a depth reading, anchored on the post-test measurement."""
 
     outcome: Literal["corrected", "uncorrected"]
-    """Uncorrected where the run lacks the depth, or an end value without which drift cannot be told from wear."""
+    """Uncorrected where depth, or the post-test measurement that separates drift from wear, is missing."""
     lacks: tuple[str, ...] = ()
-    """What the run lacks for a correction."""
+    """What is missing for a correction."""
     anchor: str | None = None
-    """Which end values the end of the curve was matched to; none where the sensor alone tells the wear."""
+    """Which post-test measurements the end of the curve was matched to; none where the sensor alone gives the wear."""
     correction: Correction = "two-step"
     """How the drift was found."""
     zero_offset: Metres | None = None
     """Sensor reading at the start of sliding."""
     drift_rate: MetresPerSecond | None = None
-    """Slope against time of what the sensor reads beside wear."""
+    """Slope against time of what the sensor reads in addition to wear."""
     two_step_rate: MetresPerSecond | None = None
     """The drift rate by two-step correction, as in the paper; none where nothing was measured after the test."""
     model: DepthModel | None = None
-    """Everything that the sensor reads besides wear; none of two-step correction."""
+    """Everything that the sensor reads in addition to wear; none of two-step correction."""
     discrepancy: Metres | None = None
-    """Wear read by the sensor at the end, minus the end value."""
+    """Wear read by the sensor at the end, minus the post-test measurement."""
     end_wear_depth: Metres | None = None
     """Wear of pin and disc at the end: what the curve is anchored on."""
     pin_wear_depth: Metres | None = None
@@ -77,18 +77,18 @@ class DriftCorrection(Record):
     disc_wear_depth: Metres | None = None
     """The disc's part of it, where it was measured."""
     findings: tuple[Finding, ...] = ()
-    """What speaks against the reading of two discs; of a pin's its fits say it."""
+    """What speaks against the reading of two discs; of a pin, see its fits."""
 
     @property
     def pin_share(self) -> float:
-        """Pin wear over total wear, by the end values."""
+        """Pin wear over total wear, by the post-test measurements."""
         if self.pin_wear_depth is None or self.end_wear_depth is None or not self.end_wear_depth.value:
             return 1.0
         return self.pin_wear_depth.value / self.end_wear_depth.value
 
     def __str__(self) -> str:
         if self.outcome == "uncorrected":
-            return f"no drift correction: the run lacks {' and '.join(self.lacks)}"
+            return f"no drift correction: missing {' and '.join(self.lacks)}"
         if self.anchor is None:
             return f"drift {_in(self.drift_rate, 'nm/min')}, by the sensor alone: no wear was measured after the test"
         both = "" if self.model is None else f" (two-step {_in(self.two_step_rate, 'nm/min')})"

@@ -14,13 +14,13 @@ class Finding(Record):
     severity: Severity
     """Error: the run is refused. Warning: look before you trust it. Note: good to know."""
     code: str
-    """Name of the check, by which scripts tell findings apart."""
+    """Name of the check, by which scripts distinguish findings."""
     where: str
     """Key of run.toml, or the signal."""
     message: str
     """What was found, and what was expected."""
     remedy: str
-    """How to mend it."""
+    """How to correct it."""
 
     def __str__(self) -> str:
         return f"{self.where}: {self.message}; {self.remedy}"

@@ -93,7 +93,7 @@ class Tabular(Displayed):
     if not TYPE_CHECKING:  # A type checker would take every name for an attribute.
 
         def __getattr__(self, name: str) -> Any:
-            """Raise ``UnknownNameError``, which says how a column is asked for."""
+            """Raise ``UnknownNameError``, which states how a column is asked for."""
             if name.startswith("_") or name in type(self).__annotations__:  # the latter before it is set
                 raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
             columns = self.unit_columns()

@@ -1,4 +1,4 @@
-"""What local wear of a run returns: where the surface has worn how far, beside the Global Incremental Wear Model."""
+"""What local wear of a run returns: where the surface has worn how far, with the Global Incremental Wear Model."""
 
 from collections.abc import Iterable
 
@@ -10,7 +10,7 @@ from tribopipe.physics.conventions import Course, Engine
 
 
 class LocalPoint(Record):
-    """What is said of every contact at one place of its course."""
+    """What is stated about every contact at one place of its course."""
 
     wear_depth: Quantity
     """Of the deepest point: of the pin, or of both discs together."""
@@ -40,7 +40,7 @@ class LocalPinPoint(LocalPoint):
     contact_radius: Quantity
     """Radius of the contact."""
     wear_volume: Quantity
-    """Volume worn off the pin."""
+    """Wear volume of the pin."""
 
     def __str__(self) -> str:
         return (
@@ -65,9 +65,9 @@ class LocalDiscPoint(LocalPoint):
     flat_disc_wear_depth: Quantity
     """The flat disc's part of it."""
     curved_disc_wear_volume: Quantity
-    """Volume worn off the curved disc."""
+    """Wear volume of the curved disc."""
     flat_disc_wear_volume: Quantity
-    """Volume worn off the flat disc."""
+    """Wear volume of the flat disc."""
 
     def __str__(self) -> str:
         return (
@@ -86,7 +86,7 @@ class LocalWearResult(Record):
     """How the contact was solved."""
     scheme: Course
     """Whether pressure at the end of a step wears the surface, or that before it as in the paper; or, by economy, that
-    of a contact that is mended rather than solved anew."""
+    of a contact that is corrected rather than solved again."""
     wear_coefficient: SquareMetresPerNewton
     """k_D of the pin, or of the curved disc, as V = k_D·F_N·s has it."""
     flat_disc_wear_coefficient: SquareMetresPerNewton | None = None
@@ -105,7 +105,7 @@ class LocalWearResult(Record):
     grid: tuple[int, ...]
     """Number of points from the axis outwards, or across and along the contact."""
     finest: Metres
-    """Least distance between neighbouring points."""
+    """Least distance between neighboring points."""
     notes: tuple[str, ...] = ()
     """What to beware of."""
     points: tuple[LocalPinPoint | LocalDiscPoint, ...] = ()

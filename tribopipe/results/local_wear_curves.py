@@ -1,4 +1,4 @@
-"""Local wear along a run, beside the Global Incremental Wear Model."""
+"""Local wear along a run, with the Global Incremental Wear Model."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ class GlobalWear(NamedTuple):
 
 @dataclass(frozen=True)
 class LocalCurves:
-    """Local wear along sliding distance or rotations, and the GIWM beside it."""
+    """Local wear along sliding distance or rotations, and the GIWM next to it."""
 
     result: LocalWearResult
     along: Column
@@ -35,7 +35,7 @@ class LocalCurves:
     mean_pressure: Column
     """Normal load over the area in contact, Pa."""
     giwm: Mapping[str, GlobalWear]
-    """As ``giwm``; of discs that conserves volume, and stands beside it ``giwm_as_printed``."""
+    """As ``giwm``; of discs that conserves volume, and stands next to it ``giwm_as_printed``."""
 
     @property
     def discs(self) -> bool:

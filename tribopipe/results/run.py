@@ -27,7 +27,7 @@ Origin = Literal[
     "derived from nominal load",
     "unknown",
 ]
-"""Whether a signal was measured, or what it is derived from; unknown where nothing tells it, and it is NaN."""
+"""Whether a signal was measured, or what it is derived from; unknown where it cannot be derived, and is NaN."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ class Recording:
     rows: int
     """Samples that were recorded."""
     samples: int
-    """Samples of which a mean was taken; of fewer beside a restart and at both ends."""
+    """Samples of which a mean was taken; of fewer with a restart and at both ends."""
     starts: NDArray[np.int64] = field(repr=False)
     """Number of the first sample of each mean, from 0."""
     blocks: Callable[[], Iterator[Mapping[SignalName, Column]]] = field(repr=False)
@@ -118,7 +118,7 @@ class RawRun(Tabular):
     sources: tuple[SourceFile, ...]
     """run.toml first, then the instrument's files, byte for byte."""
     notes: tuple[str, ...] = ()
-    """What readers had to say about their files; kept in an archive among the findings."""
+    """What readers had to state about their files; kept in an archive among the findings."""
     unused: tuple[str, ...] = ()
     """Columns that seem to be signals and are not used, with the reason; kept in an archive among the findings."""
     profiles: Mapping[str, Profile] = field(default_factory=dict)
@@ -180,7 +180,7 @@ class CorrectedRun(Tabular):
     """A run whose depth has been corrected for drift, as far as it has what that takes."""
 
     run: RawRun
-    """As cleaned up, where it was."""
+    """As preprocessed, where it was."""
     correction: DriftCorrection
     wear_depth: Column | None
     """Wear of pin and disc at each sample, m; none where the run could not be corrected."""
@@ -194,7 +194,7 @@ class CorrectedRun(Tabular):
 
     @property
     def pin_wear_depth(self) -> Column | None:
-        """The pin's part of the wear, m: a constant share, by the end values of pin and disc; none without a pin."""
+        """The pin's part of the wear, m: a constant share, by the measurements of pin and disc; none without a pin."""
         if self.wear_depth is None or self.correction.pin_wear_depth is None:
             return None
         return self.wear_depth * self.correction.pin_share
@@ -216,7 +216,7 @@ class CorrectedRun(Tabular):
 
 
 def with_cleaned(run: RawRun, record: CleanUp, columns: Mapping[SignalName, Column]) -> RawRun:
-    """Return a run with what its clean-up made of it: some columns replaced, some left out."""
+    """Return a run with what its preprocessing made of it: some columns replaced, some left out."""
     if not columns and not record.left_out:
         return run
     kept = {**run.columns, **columns}

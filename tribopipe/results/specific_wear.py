@@ -8,14 +8,14 @@ from tribopipe.documents.record import Record
 
 
 class MeasuredWear(Record):
-    """Wear of one body by one end value."""
+    """Wear of one body by one post-test measurement."""
 
     by: str
-    """Name of the end value."""
+    """Name of the post-test measurement."""
     depth: Quantity | None = None
-    """Height lost; none where this end value does not tell it."""
+    """Height lost; none where this post-test measurement does not determine it."""
     volume: Quantity | None = None
-    """Volume lost; none where this end value does not tell it."""
+    """Volume lost; none where this post-test measurement does not determine it."""
 
 
 class WearInterval(Record):
@@ -28,20 +28,20 @@ class WearInterval(Record):
     volume: CubicMetres
     """Volume lost in it."""
     specific_wear_rate: SquareMetresPerNewton
-    """That volume over load and distance slid in it."""
+    """That volume over load and sliding distance in it."""
 
 
 class BodyWearRate(Record):
     """Wear of one body at the end of a run."""
 
     depth: Metres | None = None
-    """Height lost, by the most certain end value."""
+    """Height lost, by the most certain post-test measurement."""
     depth_by: str | None = None
-    """Name of that end value."""
+    """Name of that post-test measurement."""
     volume: CubicMetres | None = None
-    """Volume lost, by the most certain end value."""
+    """Volume lost, by the most certain post-test measurement."""
     volume_by: str | None = None
-    """Name of that end value."""
+    """Name of that post-test measurement."""
     specific_wear_rate: SquareMetresPerNewton | None = None
     """Volume over normal load and sliding distance, k = V/(F_N·s)."""
     measured: tuple[MeasuredWear, ...] = ()
@@ -70,9 +70,9 @@ class SpecificWear(Record):
     outcome: Literal["evaluated", "not evaluated"]
     """Not evaluated where no volume of any body is known."""
     notes: tuple[str, ...] = ()
-    """What is lacking, and what is taken for granted."""
+    """What is missing, and what is taken for granted."""
     sliding_distance: Metres | None = None
-    """Distance slid at the end; of two discs, the distance they slipped on each other."""
+    """Sliding distance at the end; of two discs, the distance they slipped on each other."""
     normal_load: Newtons | None = None
     """Mean normal load over that distance."""
     load: Literal["measured", "nominal"] | None = None

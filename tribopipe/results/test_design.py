@@ -23,7 +23,7 @@ class Lever(Record):
 
 
 class Design(Record):
-    """What it would take to know k_D of a run to a wanted interval, to first order."""
+    """What it would take to know k_D of a run to a wanted interval, by first-order propagation."""
 
     id: str
     """Run that is planned from."""

@@ -79,7 +79,7 @@ Basis = Literal["reading and measurement", "measurement", "reading"]
 
 
 class LawValue(Record):
-    """A parameter of a wear law beside k_D."""
+    """A parameter of a wear law in addition to k_D."""
 
     name: str
     """Parameter."""
@@ -98,11 +98,11 @@ class BodyWear(Record):
     wear_coefficient: SquareMetresPerNewton
     """k_D with its combined standard uncertainty."""
     interval: tuple[SquareMetresPerNewton, SquareMetresPerNewton]
-    """95 % coverage interval of k_D by Monte Carlo; to first order where none was drawn."""
+    """95 % coverage interval of k_D by Monte Carlo; by first-order propagation where none was drawn."""
     random_uncertainty: SquareMetresPerNewton | None = None
     """Standard uncertainty from the noise of the depth signal alone; none where no depth signal was fitted."""
     budget: tuple[Contribution, ...] = ()
-    """What the combined standard uncertainty is made of, to first order."""
+    """What the combined standard uncertainty is made of, by first-order propagation."""
     monte_carlo: MonteCarlo | None = None
     """How the interval was drawn."""
     by_reading: SquareMetresPerNewton | None = None
@@ -110,7 +110,7 @@ class BodyWear(Record):
     by_measurement: SquareMetresPerNewton | None = None
     """k_D by the post-test measurement alone."""
     measured_end_depth: Metres | None = None
-    """Wear depth of the body by the end value."""
+    """Wear depth of the body by the post-test measurement."""
     fitted_end_depth: Metres | None = None
     """Wear depth of the body at the end by the fitted law."""
 
@@ -130,7 +130,7 @@ class HertzStart(Record):
 
 
 class FittedValue(Record):
-    """One post-test measurement, or one at an interruption, beside what the fitted law says of it."""
+    """One post-test measurement, or one at an interruption, with what the fitted law gives for it."""
 
     name: str
     """What was measured, on which body, and when."""
@@ -143,7 +143,7 @@ class FittedValue(Record):
 
 
 class ConventionCoefficients(Record):
-    """k_D by which another way of counting the distance slid would reach the same end."""
+    """k_D by which another way of counting the sliding distance would reach the same end."""
 
     distance_per_rotation: DistanceConvention
     """The other way."""
@@ -159,23 +159,23 @@ class WearFit(FitRecord):
     engine: WearEngine = "giwm"
     """Pressure that k_D was found by: even, as the Global Incremental Wear Model has it, or local."""
     outcome: Literal["fitted", "not fitted"]
-    """Not fitted where the run lacks what the fit needs."""
+    """Not fitted where an input of the fit is missing."""
     lacks: tuple[str, ...] = ()
-    """What the run lacks for a fit."""
+    """What is missing for a fit."""
     notes: tuple[str, ...] = ()
     """What to beware of, the defaults used among it."""
     findings: tuple[Finding, ...] = ()
     """What speaks against the result."""
     distance_per_rotation: DistanceConvention | None = None
-    """What counts as slid in one rotation; none of bodies that do not roll."""
+    """What counts as sliding distance in one rotation; none of bodies that do not roll."""
     bodies: dict[str, BodyWear] = Field(default_factory=dict)
     """k_D of each body, the one that is always found first; a body that is left out counts as unworn."""
     correlation: float | None = None
     """Of both k_D."""
     parameters: tuple[LawValue, ...] | None = None
-    """Parameters of the law beside k_D; none where it has none."""
+    """Parameters of the law in addition to k_D; none where it has none."""
     parameter_covariance: tuple[tuple[float, ...], ...] | None = None
-    """Of ln k_D and the parameters that were fitted, in SI, to first order."""
+    """Of ln k_D and the parameters that were fitted, in SI, by first-order propagation."""
     friction: FrictionSource | None = None
     """Which μ Sarkar's law was given."""
     correction: Correction | None = None
@@ -185,7 +185,7 @@ class WearFit(FitRecord):
     deviation: float | None = None
     """Wear at the end by the reading alone minus that by the measurement alone, over its standard uncertainty."""
     sensor: DepthModel | None = None
-    """What the depth sensor reads besides wear under this law."""
+    """What the depth sensor reads in addition to wear under this law."""
     residual_deviation: Metres | None = None
     """Standard deviation of the corrected wear about the fit; of block averages, except of two-step correction."""
     effective_samples: float | None = None
@@ -248,7 +248,7 @@ class WearFit(FitRecord):
         counted = "" if self.distance_per_rotation is None else f", {self.distance_per_rotation}"
         head = f"{self.model}{by(self.engine)}{counted}"
         if not self.bodies:
-            return f"{head}: no wear coefficient: the run lacks {' and '.join(self.lacks)}"
+            return f"{head}: no wear coefficient: missing {' and '.join(self.lacks)}"
         each = (
             f"{spoken(name)} {body}{_parameters(self.parameters)}{_depths(body)}" for name, body in self.bodies.items()
         )
@@ -261,7 +261,7 @@ def fits_of(results: Iterable[object]) -> Iterator[WearFit]:
 
 
 def by(engine: WearEngine) -> str:
-    """Say the engine that a k_D was found by, after its law; nothing of the GIWM."""
+    """Give the engine that a k_D was found by, after its law; nothing of the GIWM."""
     return {"giwm": "", "volume": ", by volume", "local": ", local pressure"}[engine]
 
 
@@ -271,12 +271,12 @@ def spoken(name: str) -> str:
 
 
 def _parameters(parameters: tuple[LawValue, ...] | None) -> str:
-    """Say the parameters of a law after its k_D; nothing where it has none."""
+    """Give the parameters of a law after its k_D; nothing where it has none."""
     return f", {', '.join(map(str, parameters))}" if parameters else ""
 
 
 def _depths(body: BodyWear) -> str:
-    """Say the wear depth at the end, fitted and measured; nothing where no depth was fitted."""
+    """Give the wear depth at the end, fitted and measured; nothing where no depth was fitted."""
     if body.fitted_end_depth is None:
         return ""
     measured = "unknown" if body.measured_end_depth is None else body.measured_end_depth.shown("um")

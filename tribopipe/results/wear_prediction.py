@@ -31,16 +31,16 @@ OUTCOMES: dict[Outcome, str] = {
     "half_length": "m",
     "pressure": "Pa",
 }
-"""What a law says along a run, in SI."""
+"""What a law gives along a run, in SI."""
 
 
 class PredictedBody(Record):
     """Wear of one body at one place."""
 
     wear_depth: Quantity
-    """Height worn off it."""
+    """Wear height of it."""
     wear_volume: Quantity | None = None
-    """Volume worn off it; none where only its depth is predicted."""
+    """Wear volume of it; none where only its depth is predicted."""
 
     def __str__(self) -> str:
         volume = "" if self.wear_volume is None else f", {self.wear_volume.shown('mm^3')}"
@@ -92,7 +92,7 @@ class WearPrediction(Record):
     scheme: Literal["exact", "published"]
     """The limit of small steps, or the paper's explicit Euler steps."""
     distance_per_rotation: DistanceConvention | None = None
-    """What counts as slid in one rotation; none of bodies that do not roll."""
+    """What counts as sliding distance in one rotation; none of bodies that do not roll."""
     bodies: dict[str, UsedCoefficient]
     """k_D of each body; one that is left out does not wear."""
     reference: str | None = None
@@ -114,7 +114,7 @@ class WearPrediction(Record):
     reached: tuple[PredictedPoint, ...] = ()
     """Where wanted depths of the first body are reached, in the order asked for."""
     parameters: tuple[LawValue, ...] | None = None
-    """Parameters of the law beside k_D; none where it has none."""
+    """Parameters of the law in addition to k_D; none where it has none."""
 
     @property
     def first(self) -> UsedCoefficient:

@@ -1,4 +1,4 @@
-"""Figures of archived runs, drawn, and saved beside the archive."""
+"""Figures of archived runs, drawn, and saved next to the archive."""
 
 from collections.abc import Mapping, Sequence
 from datetime import datetime
@@ -26,7 +26,7 @@ _DRAWN = ("depth", "friction", "clean-up", "wear", "contact", "local-wear", "loc
 
 
 def run_figures(archive: Archive, run_id: str) -> "dict[str, Figure]":
-    """Draw what a run has: depth, friction, what clean-up changed, wear, the contact of two discs, and local wear.
+    """Draw what a run has: depth, friction, what preprocessing changed, wear, the contact of two discs, and local wear.
 
     Return the figures by these names, in this order. Nothing is drawn of a run that could not be corrected for want of
     samples. Raises ``ArchiveError`` where the run is not in the archive.
@@ -64,7 +64,7 @@ def save_run_figures(archive: Archive, run_id: str, formats: Sequence[str] = ())
 
 
 def run_is_drawn(archive: Archive, run_id: str, formats: Sequence[str] = ()) -> bool:
-    """Tell whether all figures of a run were saved after its last step, whichever command was interrupted since."""
+    """Return whether all figures of a run were saved after its last step, whichever command was interrupted since."""
     run = archive.outline(run_id)
     if "drift_correction" not in run.steps:
         return True
@@ -80,7 +80,7 @@ def _is_drawn_as(archive: Archive, run: RunOutline, ending: str, last: str) -> b
 
 
 def is_since(path: Path, date: str) -> bool:
-    """Tell whether a file was written at a date, ISO 8601, or later."""
+    """Return whether a file was written at a date, ISO 8601, or later."""
     return path.stat().st_mtime >= datetime.fromisoformat(date).timestamp()
 
 

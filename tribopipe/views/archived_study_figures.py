@@ -1,4 +1,4 @@
-"""Figures of archived studies, drawn, and saved beside the archive."""
+"""Figures of archived studies, drawn, and saved next to the archive."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -61,7 +61,7 @@ def save_study_figures(
 
 
 def study_is_drawn(archive: Archive, study_id: str, formats: Sequence[str] = ()) -> bool:
-    """Tell whether all figures of a study were saved after it was evaluated."""
+    """Return whether all figures of a study were saved after it was evaluated."""
     study = archive.study_outline(study_id)
     name = f"{study_id}-wear-{study.result.laws[0].model}"  # which is written last
     first = [archive.folder / FIGURES / f"{name}.{kind}" for kind in formats or _USUAL]

@@ -1,4 +1,4 @@
-"""What reports of sliding wear tests customarily state, as under ASTM G99, and what of it a run does not say.
+"""What reports of sliding wear tests customarily state, as under ASTM G99, and what of it a run does not state.
 
 The list is tribopipe's own wording of what the practice for pin-on-disc tests asks a report to hold; for two discs it
 is the same where it applies. Each item that is missing comes with the key that would report it.
@@ -23,7 +23,7 @@ from tribopipe.results.wear_fit import spoken
 from tribopipe.views.labeled_values import shown
 
 _BODIES = ("pin", "disc")
-"""Asked for where run.toml does not say which bodies there were."""
+"""Asked for where run.toml does not state the bodies."""
 _ASKED = {
     "material": "material",
     "form": "form and size",
@@ -136,7 +136,7 @@ def _surroundings(run: RawRun) -> Iterator[ReportingItem]:
     conditions = run.manifest.conditions
     temperature = shown(conditions.temperature, "degC") or _mean(run, "temperature")
     humidity = shown(conditions.relative_humidity, "%") or _mean(run, "relative_humidity")
-    yield ReportingItem("test", "medium, or lubricant", conditions.medium, "conditions.medium")
+    yield ReportingItem("test", "environment, or lubricant", conditions.medium, "conditions.medium")
     yield ReportingItem("test", "temperature", temperature, "conditions.temperature")
     yield ReportingItem("test", "relative humidity", humidity, "conditions.relative_humidity")
 
@@ -159,7 +159,7 @@ def _volume(manifest: RunManifest, worn: BodyWearRate | None) -> str | None:
 
 
 def _volume_key(manifest: RunManifest, name: str) -> str:
-    """Name what lacks for a volume: the track's length where its cross-section was measured, else a measurement."""
+    """Name what is missing for a volume: the track's length if its cross-section was measured, else a measurement."""
     ended, conditions = manifest.end_values, manifest.conditions
     track = name == "disc" and (ended.disc_profile or ended.disc_wear_depth or ended.disc_track_width)
     if track and conditions.track_radius is None and conditions.stroke is None:
@@ -181,7 +181,7 @@ def _start(fit: FrictionFit | None) -> str | None:
     if fit is None or fit.steady_state is None:
         return None
     if fit.amplitude is None or fit.covariance is None:
-        return "no running-in could be told from the data"
+        return "no running-in could be identified from the data"
     variance = fit.covariance[0][0] + 2 * fit.covariance[0][1] + fit.covariance[1][1]
     return show(fit.amplitude.value + fit.steady_state.value, max(variance, 0.0) ** 0.5, "1")
 
@@ -204,6 +204,6 @@ def _mean(run: RawRun, name: SignalName) -> str | None:
 
 
 def _last(run: RawRun, name: SignalName) -> str | None:
-    """Write how far a signal got; none where nothing tells."""
+    """Write how far a signal got; none where it is unknown."""
     values = run.columns[name]
     return show(float(np.nanmax(values)), None, "m") if np.any(np.isfinite(values)) else None

@@ -1,4 +1,4 @@
-"""What clean-up did to a run: each signal that a step changed, as recorded and as cleaned up."""
+"""What preprocessing did to a run: each signal that a step changed, as recorded and as preprocessed."""
 
 from textwrap import wrap
 from typing import TYPE_CHECKING
@@ -34,7 +34,7 @@ _ROOM, _EDGE = 0.5, 0.05
 
 
 def changed_signals(raw: RawRun, cleaned: RawRun, record: CleanUp) -> list[SignalName]:
-    """Return the signals that a step changed, the axes last; not those that are merely derived from them anew."""
+    """Return the signals that a step changed, the axes last; not those that are merely derived from them again."""
     touched = {change.signal for change in record.changes}
     changed = [name for name in SIGNALS if name in touched & raw.columns.keys() and _differs(name, raw, cleaned)]
     return sorted(changed, key=lambda name: name in AXES)
@@ -47,7 +47,7 @@ def _differs(name: SignalName, raw: RawRun, cleaned: RawRun) -> bool:
 
 @styled
 def plot_clean_up(raw: RawRun, cleaned: RawRun, record: CleanUp) -> "Figure":
-    """Draw each signal that clean-up changed against time, raw and cleaned, with what was done to it."""
+    """Draw each signal that preprocessing changed against time, raw and cleaned, with what was done to it."""
     from tribopipe.views.canvas import ShownFigure
 
     changed = changed_signals(raw, cleaned, record)
@@ -60,7 +60,7 @@ def plot_clean_up(raw: RawRun, cleaned: RawRun, record: CleanUp) -> "Figure":
         ax.set_title(_words(name, record), loc="left", fontsize=8)
         ax.margins(x=0.01)
     some = f", {len(names)} of {len(changed)} signals" if len(changed) > len(names) else ""
-    finish(panels[0], f"{raw.id}: clean-up{some}", _words(names[0], record) if names else str(record))
+    finish(panels[0], f"{raw.id}: preprocessing{some}", _words(names[0], record) if names else str(record))
     panels[-1].set_xlabel(axis("time", "s"))
     lines = {line.get_label(): line for ax in panels for line in ax.lines}
     figure.legend(lines.values(), lines.keys(), loc="outside lower center", ncols=2)
@@ -68,10 +68,10 @@ def plot_clean_up(raw: RawRun, cleaned: RawRun, record: CleanUp) -> "Figure":
 
 
 def _draw_signal(ax: "Axes", name: str, panel: Panel) -> None:
-    """Draw a signal as recorded and as cleaned up; of one that was left out the former alone."""
+    """Draw a signal as recorded and as preprocessed; of one that was left out the former alone."""
     time, unit = panel.curves[0].x, panel.unit
     shown = {curve.name: from_si(curve.y, unit.si, unit.shown) for curve in panel.curves}
-    before, after = shown["as recorded"], shown.get("cleaned up", np.full_like(time, np.nan))
+    before, after = shown["as recorded"], shown.get("preprocessed", np.full_like(time, np.nan))
     ax.set_ylabel(axis(name, unit.shown))
     ax.ticklabel_format(axis="y", style="plain", useOffset=False)
     if _is_far_off(before, after):
@@ -79,7 +79,7 @@ def _draw_signal(ax: "Axes", name: str, panel: Panel) -> None:
     else:
         ax.plot(*thinned(time, before), color=GREY, lw=0.8, label="as recorded")
     if np.any(np.isfinite(after)):
-        ax.plot(*_broken(time, after), color=_BLUE, lw=0.9, label="cleaned up")
+        ax.plot(*_broken(time, after), color=_BLUE, lw=0.9, label="preprocessed")
         ax.set_ylim(*_scale(before, after))
 
 
@@ -97,7 +97,7 @@ def _broken(x: Column, y: Column) -> tuple[Column, Column]:
 
 
 def _is_far_off(before: Column, after: Column) -> bool:
-    """Tell whether a raw signal is so large that the cleaned one would be a flat line beside it."""
+    """Return whether a raw signal is so large that the cleaned one would be a flat line next to it."""
     kept = before[np.isfinite(before) & np.isfinite(after)]
     return bool(len(kept)) and np.median(np.abs(kept)) > _FAR_OFF * np.nanmax(np.abs(after))
 
@@ -117,7 +117,7 @@ def _scale(before: Column, after: Column) -> tuple[float, float]:
 
 
 def _words(name: SignalName, record: CleanUp) -> str:
-    """Say what was done to a signal, in a line or two."""
+    """Report what was done to a signal, in a line or two."""
     done = "; ".join(change.what for change in record.changes if change.signal == name)
     sentence = f"{name.replace('_', ' ')}: {done}"
     return "\n".join(wrap(sentence, _MOST_LETTERS, max_lines=_MOST_LINES, placeholder=" …"))

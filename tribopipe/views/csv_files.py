@@ -67,7 +67,7 @@ def csv_columns(archive: Archive, run_id: str, what: str) -> Columns:
 
 
 def lacking(run_id: str, what: str, there: Sequence[str]) -> ArchiveError:
-    """Return what is said where a run has no such table, but others."""
+    """Return what is stated where a run has no such table, but others."""
     return ArchiveError(f"{run_id}: found no table {what!r}; expected one that it has: {', '.join(there)}")
 
 
@@ -82,7 +82,7 @@ def csv_of(columns: Columns) -> Iterator[bytes]:
 
 
 def _numbers(block: NDArray[np.float64]) -> bytes:
-    """Write rows of numbers in the fewest digits that tell each from all others.
+    """Write rows of numbers in the fewest digits that distinguish each from all others.
 
     By JSON's writer, which is forty times faster than Python's own.
     """
@@ -145,7 +145,7 @@ def _unused(head: str, columns: Mapping[str, object]) -> str:
 
 
 def _friction(file: h5py.File) -> Columns:
-    """Return friction as cleaned up beside the fit."""
+    """Return friction as preprocessed with the fit."""
     run, fit = read_cleaned(file), file["entry/friction_fit/data"]
     names: list[SignalName] = ["time", "rotations", "sliding_distance", "friction_coefficient"]
     columns = {head_of(name, SIGNALS[name].unit): run.columns[name] for name in names if name in run.columns}
@@ -184,12 +184,12 @@ def head_of(name: str, unit: str) -> str:
 
 
 _KINDS: dict[str, _Kind] = {
-    "raw": _Kind("signals as they were ingested", "raw", _raw),
-    "cleaned": _Kind("signals as they were cleaned up", "clean_up", _cleaned),
-    "other-columns": _Kind("columns of the files that no signal was made of", "extra_columns", _other_columns),
-    "corrected": _Kind("wear with drift taken off", "drift_correction/data", _over_samples("drift_correction/data")),
-    "friction": _Kind("friction coefficient beside its fit", "friction_fit/data", _friction),
-    "wear": _Kind("corrected wear beside the laws, µm", "wear", _over_samples("wear")),
+    "raw": _Kind("signals as ingested", "raw", _raw),
+    "cleaned": _Kind("preprocessed signals", "clean_up", _cleaned),
+    "other-columns": _Kind("columns of the files that are not signals", "extra_columns", _other_columns),
+    "corrected": _Kind("wear corrected for drift", "drift_correction/data", _over_samples("drift_correction/data")),
+    "friction": _Kind("friction coefficient with its fit", "friction_fit/data", _friction),
+    "wear": _Kind("corrected wear with the fitted laws, µm", "wear", _over_samples("wear")),
     **{
         f"{name}-{law}": _Kind(f"{meaning} by {law_title(law)}", path, _over_samples(path))
         for name, step, meaning in (("fit", "wear_fit", "fitted wear"), ("prediction", "prediction", "predicted wear"))

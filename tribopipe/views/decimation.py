@@ -33,7 +33,7 @@ def first_of_columns(x: Column, columns: int) -> Places:
 
 
 def grows(x: Column) -> bool:
-    """Tell whether values never go back; missing ones do."""
+    """Return whether values never go back; missing ones do."""
     return bool(np.all(x[1:] >= x[:-1]))
 
 

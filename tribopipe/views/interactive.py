@@ -97,7 +97,7 @@ def write_csv(columns: Columns, path: str | PathLike[str], *, force: bool) -> No
 
 
 def runs_table(archive: Path, where: str, sort: str, columns: str | None) -> "DataFrame":
-    """Return the runs of an archive: one row per run, numbers in SI beside their standard uncertainty."""
+    """Return the runs of an archive: one row per run, numbers in SI with their standard uncertainty."""
     from pandas import DataFrame
 
     catalogue = Catalogue(archive)
@@ -140,7 +140,7 @@ def residual(fit: WearFit) -> "Series[float]":
     table = fit_frame(fit)
     if "residual" not in table:
         raise unknown_name(
-            f"{fit.model} fit", "residual", map(str, table), "fit.measurements has each value beside the fitted one"
+            f"{fit.model} fit", "residual", map(str, table), "fit.measurements has each value with the fitted one"
         )
     found: Series[float] = table["residual"]
     found.attrs["units"] = "m"

@@ -148,7 +148,7 @@ def _stated(name: str, value: Any) -> str | None:
 
 
 def _measured(value: Quantity) -> Iterator[str]:
-    """Say how an end value was measured, and of which readings it is the mean."""
+    """Report how a post-test measurement was measured, and of which readings it is the mean."""
     if not isinstance(value, EndValue):
         return
     if value.method is not None:

@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 ONE_COLUMN, TWO_COLUMNS = 3.5, 7.2
 """Widths of a journal's columns, inches."""
 _MOST_COLUMNS = 4
-"""Panels beside each other."""
+"""Panels side by side."""
 _LETTER, _MARGIN = 0.068, 0.25
-"""Inches of a letter in a panel's title, and of what stands beside a panel."""
+"""Inches of a letter in a panel's title, and of what stands next to a panel."""
 _SMALL: Any = {
     **STYLE,
     "font.size": 8,
@@ -40,7 +40,7 @@ def in_columns(plot: "Callable[P, Figure]") -> "Callable[P, Figure]":
 
 
 def rows_and_columns(count: int, titles: Sequence[str] = ()) -> tuple[int, int]:
-    """Lay out so many panels, at most four beside each other, or as many as there is room for their titles."""
+    """Lay out so many panels, at most four side by side, or as many as there is room for their titles."""
     letters = max((len(line) for title in titles for line in title.splitlines()), default=0)
     beside = max(1, min(_MOST_COLUMNS, int(TWO_COLUMNS / (_LETTER * letters + _MARGIN))))
     rows = math.ceil(count / beside)

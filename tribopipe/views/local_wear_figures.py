@@ -1,4 +1,4 @@
-"""Figures of local wear: its course beside the Global Incremental Wear Model, and the pressure as the surface wears.
+"""Figures of local wear: its course with the Global Incremental Wear Model, and the pressure as the surface wears.
 
 The course has four panels as the paper's Figure 9, discs have maps of pressure as its Figure 8, and a pin its profile.
 """
@@ -29,7 +29,7 @@ _MOST_SNAPSHOTS = 5
 _MAP_WIDTH = 4.9
 """Of a map of pressure, inches."""
 _CHANGED = 0.05
-"""Share by which the pressure in the middle has changed where a state is worth a picture beside the unworn one."""
+"""Share by which the pressure in the middle has changed where a state is worth a picture with the unworn one."""
 _BODY = "#E3E3E3"
 _SEEN = 1.3
 """Share of the contact's half width that is drawn to either side."""
@@ -54,7 +54,7 @@ def save_local_wear_figures(curves: LocalCurves, run_id: str, folder: Path, suff
 def plot_local_wear(curves: LocalCurves, run_id: str) -> "Figure":
     """Draw wear depth, pressure and the size of the contact along a run, local and by the GIWM (paper, Fig. 9).
 
-    Of a round contact the difference of the depths stands beside its radius, on logarithmic axes: it is large at the
+    Of a round contact the difference of the depths stands next to its radius, on logarithmic axes: it is large at the
     start alone.
     """
     from matplotlib.ticker import StrMethodFormatter

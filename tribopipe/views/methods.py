@@ -75,7 +75,7 @@ class Evidence:
     study: StudyResult | None = None
 
     def any(self, kind: type[Record], holds: Callable[[object], object] = lambda _: True) -> bool:
-        """Tell whether there is a result of a kind of which something holds."""
+        """Return whether a result of a kind fulfills a condition."""
         return any(isinstance(result, kind) and holds(result) for result in self.results)
 
     @cached_property
@@ -109,7 +109,7 @@ class Evidence:
 
     @cached_property
     def shapes(self) -> set[str]:
-        """Shapes of the pins whose wear was computed under even pressure."""
+        """Shapes of the pins whose wear was computed under uniform pressure."""
         if all(one.engine != "giwm" for one in self.pins):
             return set()
         return {one.pin.shape for one in self.manifests if one.pin is not None}
@@ -133,9 +133,9 @@ def references_of(methods: Iterable[Method]) -> list[str]:
 
 
 _CLEAN_UP = Method(
-    "Clean-up of signals",
-    "Signals were mended by named steps, which are listed with what each of them changed. What was recorded is kept "
-    "as it was.",
+    "Preprocessing of signals",
+    "Signals were preprocessed by named steps, which are listed with their changes. The recorded signals are kept "
+    "unchanged.",
 )
 _DRIFT = Method(
     "Drift of the depth sensor",
@@ -146,7 +146,8 @@ _DRIFT = Method(
         Equation(r"ρ = \frac{g ( d ( t_{\text{end}} ) − z ) − h_{\text{end}}}{t_{\text{end}} − t_0}"),
     ),
     "d is the reading, g the scale of the sensor, z its zero offset at the start of sliding, ρ the drift rate, and "
-    "h_end the wear by the end values. Zero offset and end reading are fitted to the first and the last part of the "
+    "h_end the wear measured after the test. Zero offset and end reading are fitted to the first and the last part of "
+    "the "
     "signal.",
     (PAPER,),
 )
@@ -160,14 +161,15 @@ _DRIFT_BY_MODEL = Method(
     ),
     "y is the reading, g the scale of the sensor, z the zero offset, r the drift rate, h the wear of the pin, h_d that "
     "of the disc, and h_end the pin's wear as measured. Settling with the amplitude a and the time constant τ, and a "
-    "shift with the recorded temperature, are possibilities beside others; each counts by its evidence. f is slow "
+    "shift with the recorded temperature, are alternatives, weighted by their evidence. f is slow "
     "wander, a stationary Matérn process whose amplitude and correlation length are marginalized; e is the noise of "
     "block averages.",
     references=(MATERN,),
 )
 _FRICTION = Method(
     "Friction",
-    "The friction coefficient was fitted by bounded least squares over the distance slid, the loading ramp left out:",
+    "The friction coefficient was fitted by bounded least squares over the sliding distance, excluding the loading "
+    "ramp:",
     (Equation(r"μ ( s ) = A e^{− s / c} + b", "7"),),
     "Standard uncertainties of A, b and c include the autocorrelation of the residuals; those of A and b the load's "
     "where μ is a force over a load, and that of c the one of the speed or radius that the distance comes from.",
@@ -175,15 +177,15 @@ _FRICTION = Method(
 )
 _STEADY = Method(
     "Steady friction",
-    "Where the data do not tell an exponential from a constant or a straight line, by the Bayesian information "
-    "criterion over the number of independent samples, the steady value alone is given.",
+    "Where the data do not distinguish an exponential from a constant or a straight line, by the Bayesian information "
+    "criterion over the number of independent samples, only the steady value is given.",
     references=(SCHWARZ,),
 )
 _SPECIFIC = Method(
     "Specific wear rate",
     "Of each body on which a volume is known,",
     (Equation(r"k = \frac{V}{F_N s}"),),
-    "with the volume V by the most certain measurement, the mean normal load F_N and the distance slid s.",
+    "with the volume V by the most certain measurement, the mean normal load F_N and the sliding distance s.",
 )
 _ARCHARD = Method(
     "Wear law by Archard",
@@ -202,12 +204,12 @@ _SARKAR = Method(
         Equation(r"\frac{V}{s} = k \frac{F_N}{H} \sqrt{1 + 3 μ^2}", "2"),
         Equation(r"\frac{d h}{d s} = k_D p \sqrt{1 + 3 μ^2}"),
     ),
-    "with μ(s) as fitted or as measured; the options say which.",
+    "with μ(s) as fitted or as measured, as stated in the options.",
     (PAPER,),
 )
 _PIN = Method(
     "Global Incremental Wear Model of a pin",
-    "The load is spread evenly over the contact of radius a, which widens as the pin wears and is pressed in:",
+    "The pressure is uniform over the contact of radius a, which widens with wear and elastic displacement:",
     (
         Equation(r"\frac{1}{E_c} = \frac{1 − ν_p^2}{E_p} + \frac{1 − ν_d^2}{E_d}", "3"),
         Equation(r"a_0^3 = \frac{3 F_N R_P}{4 E_c}", "4"),
@@ -234,7 +236,7 @@ _SPHERE = Method(
 )
 _TRUNCATED = Method(
     "A sphere truncated before the test",
-    "It goes on along the curve of the whole sphere, h_s(v), from the height of the cap that it lacked:",
+    "It goes on along the curve of the whole sphere, h_s(v), from the height of the missing cap:",
     (Equation(r"h ( v ) = h_s ( v_0 + v ) − h_s ( v_0 )"),),
 )
 _FLAT = Method(
@@ -245,8 +247,8 @@ _FLAT = Method(
 )
 _BY_VOLUME = Method(
     "Volume of a pin on a disc that wears",
-    "Where the disc has worn as well, the pin has lost the volume that its shape lacks, elastic approach left out. Its "
-    "scar is the wider the deeper the groove, h_d, beside its own depth, h_p:",
+    "Where the disc has worn as well, the wear volume of the pin follows from its shape, without elastic approach. "
+    "Its scar widens with the depth of the groove, h_d, relative to its own depth, h_p:",
     (
         Equation(r"v = k_D F_N S = g ( h_d / h_p ) V_{\text{cap}} ( h_p ) , \quad S = ∫_0^s f d s"),
         Equation(r"g ( q ) = \frac{16}{π} ∫_0^1 t^2 \sqrt{1 − t^2 + q ( 1 − t^3 )} d t"),
@@ -255,8 +257,8 @@ _BY_VOLUME = Method(
 )
 _LOCAL = Method(
     "Local wear",
-    "Where results say so, the pressure at each point of the contact was solved for as it wears, instead of being "
-    "spread evenly; each point recedes by the wear law with its own pressure:",
+    "Where stated, wear was simulated with the local contact pressure instead of a uniform one; each point recedes by "
+    "the wear law with its own pressure:",
     (Equation(r"\frac{∂ h ( x , s )}{∂ s} = k_D p ( x , s )"),),
 )
 _DISCS = Method(
@@ -278,7 +280,7 @@ _DISCS = Method(
 )
 _CONVENTIONS: dict[DistanceConvention, Method] = {
     "full-slip": Method(
-        "Distance slid in a rotation: full slip",
+        "Sliding distance per rotation: full slip",
         "Every point counts as sliding over the whole slip distance s of a rotation:",
         (
             Equation(r"\frac{d h_1}{d N} = k_1 p s", "14 a"),
@@ -288,19 +290,19 @@ _CONVENTIONS: dict[DistanceConvention, Method] = {
         (PAPER,),
     ),
     "contact-width": Method(
-        "Distance slid in a rotation: contact width",
+        "Sliding distance per rotation: contact width",
         "A point counts as sliding over the length of the contact in each rotation, whatever the slip:",
         (Equation(r"\frac{d h}{d N} = 2 k_D p a_z", "11"),),
         references=(PAPER,),
     ),
     "line-load": Method(
-        "Distance slid in a rotation: line load",
+        "Sliding distance per rotation: line load",
         "A point counts as sliding over the length of the contact in each rotation, with κ = 1, by which the pressure "
         "carries all of the load:",
         (Equation(r"\frac{d h}{d N} = k_D F_{N l}"),),
     ),
     "volume-conserving": Method(
-        "Distance slid in a rotation: volume conserving",
+        "Sliding distance per rotation: volume conserving",
         "A point counts as sliding while it is in contact only, so that each disc loses V = k_D·F_N·s:",
         (Equation(r"\frac{d h}{d N} = k_D F_{N l} \frac{s}{2 π ( r − h )}"),),
     ),
@@ -325,15 +327,15 @@ _BOTH_DISCS = Method(
 )
 _BUDGET = Method(
     "Uncertainty budget",
-    "To first order, the standard uncertainty of k_D is that of each input carried through the evaluation; the budget "
-    "gives each input's part with its sign.",
+    "By first-order propagation, the standard uncertainty of k_D combines that of each input; the budget gives each "
+    "contribution with its sign.",
     (Equation(r"u^2 ( k_D ) = Σ_i c_i^2 u^2 ( x_i ) , \quad c_i = \frac{∂ k_D}{∂ x_i}"),),
     references=(GUM,),
 )
 _DRAWN = Method(
     "Coverage intervals",
-    "Intervals hold 95 % of the values that a Monte Carlo drew: everything systematic, such as load, tip radius, "
-    "moduli, sensor scale and end values, once a run; noise of the depth signal with its autocorrelation.",
+    "Intervals contain 95 % of the Monte Carlo draws: systematic inputs, such as load, tip radius, moduli, sensor "
+    "scale and post-test measurements, are drawn once per run; noise of the depth signal with its autocorrelation.",
     references=(MONTE_CARLO,),
 )
 _VERDICTS = Method(
@@ -368,7 +370,7 @@ def _between_runs(evidence: Evidence) -> bool:
 
 
 def _of_law(law: WearLaw) -> Method:
-    """Return what a law of another package says of itself."""
+    """Return what a law of another package states about itself."""
     title = law.title[:1].upper() + law.title[1:]
     meant = "; ".join(f"{name.replace('_', ' ')}: {known.meaning}" for name, known in law.parameters().items())
     return Method(f"Wear law: {title}", f"dh/ds = {law.rate}. {meant}", references=(law.citation,))

@@ -66,6 +66,6 @@ def course(run: RawRun) -> tuple[Column, str]:
 
 
 def slide(run: RawRun) -> tuple[Column, str]:
-    """Return what friction is drawn against, and its label: sliding distance, or time where nothing tells distance."""
+    """Return what friction is drawn against, and its label: sliding distance, or time where nothing shows distance."""
     known = run.origins["sliding_distance"] != "unknown"
     return (run.sliding_distance, slid(run)) if known else (run.columns["time"], axis("time", "s"))

@@ -1,6 +1,6 @@
-"""What is said of a run or a study on one page, as text in order: alike for a terminal, a web page and a report.
+"""A run or a study on one page, as text in order: alike for a terminal, a web page and a report.
 
-Whoever shows a page escapes its texts for the medium: they hold whatever a lab wrote.
+Whoever shows a page escapes its texts for its output: they hold whatever a lab wrote.
 """
 
 from collections.abc import Mapping
@@ -63,7 +63,7 @@ class StagePage:
     program_version: str
     date: str
     options: Mapping[str, object]
-    """What the step was told, as JSON types."""
+    """What the step was given, as JSON types."""
     inputs_sha256: str
     result_sha256: str
 
@@ -101,9 +101,9 @@ class RunPage:
     """Why it is marked bad; none where it is not."""
     tags: tuple[str, ...]
     remarks: tuple[Remark, ...]
-    """Everything people said of it, oldest first."""
+    """All annotations, oldest first."""
     facts: tuple[FactGroup, ...]
-    """Test, bodies, end values, what was recorded."""
+    """Test, bodies, post-test measurements, what was recorded."""
     findings: tuple[Finding, ...]
     stages: tuple[StagePage, ...]
     sources: tuple[SourceEntry, ...]
@@ -114,7 +114,7 @@ class RunPage:
 
 @dataclass(frozen=True)
 class VerdictLine:
-    """What a study says of one run under one law."""
+    """What a study states about one run under one law."""
 
     run_id: str
     role: str
@@ -149,7 +149,7 @@ class StudyPage:
     predicted: tuple[str, ...]
     laws: tuple[LawPage, ...]
     sentences: tuple[str, ...]
-    """What is said of the study as a whole: which law the shapes prefer, what was left out, notes."""
+    """What is stated about the study as a whole: which law the shapes prefer, what was left out, notes."""
     program_version: str
     date: str
     inputs_sha256: str

@@ -65,7 +65,7 @@ class Curve:
     path: str | None = None
     """The dataset it was read from, if it is one as it stands, or the name of the signal that it is."""
     series: int | None = None
-    """Place among those that share a panel and are told apart by it, such as bodies or models; 0 for the usual one."""
+    """Place among those that share a panel and differ by it, such as bodies or models; 0 for the usual one."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class Mark:
     role: RunRole | None = None
     """Of the run in a study."""
     outcome: Verdict | None = None
-    """What it says of the law that it is drawn beside."""
+    """Its agreement with the law that it is drawn with."""
     law: LawName | None = None
     """The law that it is a residual of."""
 

@@ -16,7 +16,7 @@ _UNITS = {"m": "mm", "1": "%"}
 
 
 def prediction_told(result: WearPrediction, _: Steps) -> Told:
-    """Tell wear of each body at the wanted places."""
+    """Report wear of each body at the wanted places."""
     start = result.start
     return Told(
         str(result).splitlines()[0],
@@ -37,7 +37,7 @@ def prediction_told(result: WearPrediction, _: Steps) -> Told:
             ("relative error by its steps", None if result.step_error is None else signed_share(result.step_error)),
         ),
         result.notes,
-        (_points("predicted", result.prediction), _points("where wanted depths are reached", result.reached)),
+        (_points("predicted", result.prediction), _points("places where depths are reached", result.reached)),
     )
 
 
@@ -49,7 +49,7 @@ def _points(title: str, points: Sequence[PredictedPoint]) -> TextTable:
 
 
 def _cells(one: PredictedPoint) -> Iterator[tuple[str, str]]:
-    """Yield what is said of a place, each with its head."""
+    """Yield what is stated about a place, each with its head."""
     if one.rotations is None:
         yield "sliding distance", one.sliding_distance.shown("m")
     else:
@@ -72,7 +72,7 @@ def _twice(half: Quantity) -> Quantity:
 
 
 def local_wear_told(result: LocalWearResult, _: Steps) -> Told:
-    """Tell local wear at the wanted places, beside the GIWM."""
+    """Report local wear at the wanted places, with the GIWM."""
     pin = [one for one in result.points if isinstance(one, LocalPinPoint)]
     discs = [one for one in result.points if isinstance(one, LocalDiscPoint)]
     return Told(
@@ -87,7 +87,7 @@ def local_wear_told(result: LocalWearResult, _: Steps) -> Told:
             ("wear steps per decade", f"{result.steps_per_decade}"),
             ("points of the grid", " × ".join(f"{number:,}" for number in result.grid)),
             ("least distance between points", shown(result.finest)),
-            ("elasticity anew every", f"{result.update_mesh_every} steps" if result.update_mesh_every else "never"),
+            ("elasticity updated every", f"{result.update_mesh_every} steps" if result.update_mesh_every else "never"),
         ),
         result.notes,
         (_local_pin(pin), _local_discs(discs)),

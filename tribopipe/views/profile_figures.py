@@ -56,7 +56,7 @@ class _Drawn(NamedTuple):
     along: str
     raw_up: str
     up: str
-    """Units of positions, of heights as measured, and of levelled ones."""
+    """Units of positions, of heights as measured, and of leveled ones."""
 
     def place(self, position: float) -> float:
         """Return a position, m, in the unit of the axis."""
@@ -65,10 +65,10 @@ class _Drawn(NamedTuple):
 
 @styled
 def draw_profile(profile: Profile, found: Track | Level, title: str) -> "Figure":
-    """Draw a profile as measured with what was taken for its unworn surface, and below it levelled.
+    """Draw a profile as measured with what was taken for its unworn surface, and below it leveled.
 
-    In the levelled one the groove and what is piled up beside it are filled, and their areas, width and depth written.
-    A profile without a track is only levelled, and the figure says why.
+    In the leveled one the groove and what is piled up next to it are filled, and their areas, width and depth written.
+    A profile without a track is only leveled, and the figure states why.
     """
     from tribopipe.views.canvas import ShownFigure
 
@@ -113,7 +113,7 @@ def _unit(values: ArrayLike) -> str:
 def _draw_raw(ax: "Axes", drawn: _Drawn, found: Track | Level) -> None:
     ax.plot(*thinned(drawn.x, drawn.z), color=GREY, lw=0.8, label="as measured")
     form = "an arc" if found.form == "arc" else f"a {found.form}"
-    ax.plot(drawn.x, np.where(found.reference, drawn.z, np.nan), color=_BLUE, lw=1.6, label="taken for unworn")
+    ax.plot(drawn.x, np.where(found.reference, drawn.z, np.nan), color=_BLUE, lw=1.6, label="taken as unworn")
     ax.plot(*thinned(drawn.x, drawn.unworn), color=BLACK, ls=(0, (5, 1.6)), lw=0.9, label=f"unworn surface, {form}")
     if isinstance(found, Track) and np.any(found.dust):
         ax.plot(drawn.x[found.dust], drawn.z[found.dust], ".", ms=3, color=ORANGE, label="dust, bridged")
@@ -165,7 +165,7 @@ def _mark(ax: "Axes", drawn: _Drawn, track: Track) -> None:
 
 
 def _beside(drawn: _Drawn, left: float, right: float) -> tuple[float, str] | None:
-    """Say where words beside a groove stand, and by which of their ends, if they fit on one side of it."""
+    """Report where words with a groove stand, and by which of their ends, if they fit on one side of it."""
     needed = 0.26 * float(np.ptp(drawn.x))
     if drawn.x[-1] - right >= needed:
         return right, "left"

@@ -1,4 +1,4 @@
-"""What is said of the result of a step."""
+"""What is stated about the result of a step."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace

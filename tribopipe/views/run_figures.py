@@ -1,7 +1,7 @@
-"""Figures of one run: the depth signal and its correction, friction, and the wear curve beside the laws.
+"""Figures of one run: the depth signal and its correction, friction, and the wear curve with the laws.
 
-Colours are from the Okabe–Ito palette, which people with any colour vision can tell apart. The figures are made without
-pyplot, so that they need no display and leave no state behind; in a notebook they show themselves.
+Colors are from the Okabe–Ito palette, which people with any color vision can distinguish. The figures are made
+without pyplot, so that they need no display and leave no state behind; in a notebook they show themselves.
 """
 
 import re
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 BLACK, ORANGE, _BLUE, GREEN, RED, GREY = "#000000", "#E69F00", "#0072B2", "#009E73", "#D55E00", "#8C8C8C"
 PALETTE = (_BLUE, RED, GREEN, "#CC79A7", ORANGE, "#56B4E9", BLACK)
-"""Colours of several runs in one figure."""
+"""Colors of several runs in one figure."""
 _OTHER_LAWS = ("#CC79A7", "#56B4E9", BLACK)
 
 
@@ -60,7 +60,7 @@ _LOOKS: dict[LawName, LawLook] = {"archard": LawLook(_BLUE, "-", "-."), "sarkar"
 
 
 def law_look(law: LawName) -> LawLook:
-    """Return how a law is drawn: those of other packages in colours that are left, in their order."""
+    """Return how a law is drawn: those of other packages in colors that are left, in their order."""
     others = [name for name in LAWS if name not in _LOOKS]
     place = others.index(law) if law in others else len(others)
     return _LOOKS.get(law) or LawLook(_OTHER_LAWS[place % len(_OTHER_LAWS)])
@@ -92,7 +92,7 @@ P = ParamSpec("P")
 
 @contextmanager
 def own_style(style: Any = STYLE) -> Iterator[None]:
-    """Draw with matplotlib's defaults and a style, whatever a matplotlibrc says: of TeX, sizes or colors."""
+    """Draw with matplotlib's defaults and a style, whatever a matplotlibrc states: of TeX, sizes or colors."""
     from matplotlib import rc_context, rcParams, rcParamsDefault
 
     with rc_context():
@@ -126,7 +126,7 @@ _SERIES = (
     _Look(RED, (0, (1.2, 1.2))),
     _Look(GREY, (0, (5, 1.4, 1.2, 1.4))),
 )
-"""Both bodies together, and each; or models beside each other."""
+"""Both bodies together, and each; or models side by side."""
 _MEASURED = (_Look(GREY, lw=0.8), _Look(_BLUE, lw=0.9))
 """As recorded, and what was made of it."""
 _MOST_PLACES = 240
@@ -242,7 +242,7 @@ def plot_friction(run: RawRun, fit: FrictionFit, clean_up: CleanUp | None = None
 
 def _friction_words(fit: FrictionFit) -> str:
     if fit.steady_state is not None and fit.window is None:
-        return f"b = {fit.steady_state}, the mean of the later half; the sliding distance is not known"
+        return f"b = {fit.steady_state}, the mean of the second half; the sliding distance is not known"
     if fit.outcome != "exponential":
         return f"b = {fit.steady_state}: {fit.notes[-2]}" if fit.steady_state else "; ".join(fit.notes)
     return f"A = {fit.amplitude}, b = {fit.steady_state}, c = {fit.running_in_distance}"
@@ -323,7 +323,7 @@ def four_panels(panels: Iterable[Panel], label: str) -> "tuple[Figure, list[Axes
 def plot_contact(corrected: CorrectedRun, curves: WearCurves) -> "Figure":
     """Draw wear depth, mean pressure, a_x and a_z by a law along a run, with 95 % bands (paper, Fig. 9).
 
-    The depth signal, corrected, stands beside the depth of both bodies.
+    The depth signal, corrected, stands next to the depth of both bodies.
     """
     along, label = course(corrected.run)
     figure, axes = four_panels(contact_panels(along, corrected, [curves]), label)
@@ -352,7 +352,7 @@ def _wear_words(curves: WearCurves) -> str:
 
 
 def basis_words(fits: Iterable[WearFit]) -> list[str]:
-    """Say of k_D that reading and measurement do not give together what gives it, in the words of its findings."""
+    """State the source of a k_D that is not from reading and measurement together, in the words of its findings."""
     findings = first_of_each_code(finding for fit in fits for finding in fit.findings)
     return [f"{finding.where}: {finding.message}" for finding in findings if finding.code in _ON_BASIS]
 
@@ -404,7 +404,7 @@ def save_figures(folder: Path, figures: "Mapping[str, Figure]", captions: Mappin
 
     With captions, which are written as text files of these names, figures are for print: PNG has 600 dpi. None takes
     its place before all are written, and the first takes it last. Raises ``OutputError`` where something else than a
-    figure of ours is there.
+    figure of this package is there.
     """
     dpi: float | Literal["figure"] = "figure" if captions is None else _PRINT_DPI
     texts = captions or {}
@@ -427,7 +427,7 @@ def save_figures(folder: Path, figures: "Mapping[str, Figure]", captions: Mappin
 def save_beside(
     archive: Archive, identifier: str, figures: "Mapping[str, Figure]", captions: Mapping[str, str] | None = None
 ) -> None:
-    """Write figures of a run or study beside its archive, as ``save_figures`` does, alone among those who draw it.
+    """Write figures of a run or study next to its archive, as ``save_figures`` does, alone among those who draw it.
 
     What somebody left of them who was killed goes. Raises ``ArchiveError`` and ``OutputError``.
     """

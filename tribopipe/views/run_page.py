@@ -58,7 +58,7 @@ def _groups(run: RunOutline) -> Iterator[FactGroup]:
     yield FactGroup("Instrument", _instrument(manifest))
     yield FactGroup("Recorded", _recorded(run))
     yield FactGroup("Signals", facts(*((spoken(name), origin) for name, origin in run.origins.items())))
-    yield FactGroup("End values", _measured(manifest, manifest.end_values))
+    yield FactGroup("Post-test measurements", _measured(manifest, manifest.end_values))
     for stop in manifest.interruptions:
         yield FactGroup(f"Interruption after {manifest.progress.shown(stop.place)}", _measured(manifest, stop))
     yield FactGroup("Computed with", _computed_with(run))
@@ -69,7 +69,7 @@ def _measured(manifest: RunManifest, ends: EndValues) -> tuple[Fact, ...]:
 
 
 def _followed(manifest: RunManifest) -> tuple[Fact, ...]:
-    """Return speed and slip where other conditions tell them."""
+    """Return speed and slip where other conditions show them."""
     conditions: Conditions = manifest.conditions
     speed = conditions.nominal_speed if conditions.sliding_speed is None else None
     slipped = stated_slip(manifest) if conditions.slip is None else None

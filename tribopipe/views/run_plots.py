@@ -1,4 +1,4 @@
-"""The plots of one run, each defined once: depth, friction, wear of each body beside the laws, and contact."""
+"""The plots of one run, each defined once: depth, friction, wear of each body with the laws, and contact."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -27,7 +27,7 @@ _FRICTION = "/entry/friction_fit/data/friction_coefficient"
 WANDER_NAME = "wander: slow, neither wear nor drift"
 """What the slow process of the model is called in legends."""
 RAW, CLEANED = "/entry/raw/", "/entry/clean_up/data/"
-"""Where signals stand as recorded, and as cleaned up."""
+"""Where signals stand as recorded, and as preprocessed."""
 AXES: tuple[SignalName, ...] = ("rotations", "sliding_distance", "time")
 """Signals that others are drawn against."""
 
@@ -39,8 +39,8 @@ def signal_panels(x: Column, run: RawRun, names: Iterable[SignalName] | None = N
 
 
 def clean_up_panels(x: Column, raw: RawRun, cleaned: RawRun, names: Iterable[SignalName]) -> tuple[Panel, ...]:
-    """Draw signals that clean-up changed, before and after; of one that was left out the former alone."""
-    runs = {"as recorded": (raw, RAW), "cleaned up": (cleaned, CLEANED)}
+    """Draw signals that preprocessing changed, before and after; of one that was left out the former alone."""
+    runs = {"as recorded": (raw, RAW), "preprocessed": (cleaned, CLEANED)}
     return tuple(_signal_panel(x, name, runs) for name in names)
 
 
@@ -75,11 +75,11 @@ def depth_panels(x: Column, corrected: CorrectedRun, clean_up: CleanUp | None = 
 
 
 def _cleaned(clean_up: CleanUp | None, signal: SignalName) -> str:
-    """Say of a recorded signal whether it is drawn as cleaned up."""
+    """Report for a recorded signal whether it is drawn as preprocessed."""
     if clean_up is None or not clean_up.changed(signal):
         return ""
     strokes = any((change.step, change.signal) == ("stroke-wise-friction", signal) for change in clean_up.changes)
-    return ", cleaned up: one value a stroke" if strokes else ", cleaned up"
+    return ", preprocessed: one value per stroke" if strokes else ", preprocessed"
 
 
 def friction_panels(
@@ -250,7 +250,7 @@ def drawn_discs(points: Sequence[MeasuredPoint], laws: Sequence[WearCurves]) -> 
 
 
 def _law(x: Column, run: str, curves: WearCurves, outcome: str, unit: Unit, factor: float = 1.0) -> Curve:
-    """Draw what a law says of one quantity along a run."""
+    """Draw what a law gives for one quantity along a run."""
     result, band = curves.result, curves.bands[outcome]
     name, steps = f"{law_label(result.model)}, fitted", WEAR_FITS
     role: Role = "fit"
@@ -275,7 +275,8 @@ _CONTACT: Mapping[Outcome, tuple[str, Unit]] = {
 def contact_panels(x: Column, corrected: CorrectedRun, fits: Sequence[WearCurves]) -> tuple[Panel, ...]:
     """Draw wear depth, mean pressure, a_x and a_z by the fitted laws along a run (paper, Fig. 9).
 
-    The depth signal, corrected, stands beside the depth of both discs. Of a single law the depth of each disc does too.
+    The depth signal, corrected, stands next to the depth of both discs. Of a single law the depth of each disc does
+    too.
     """
     first, *others = (
         Panel(label, unit, tuple(_law(x, corrected.id, curves, outcome, unit) for curves in fits))
@@ -302,7 +303,7 @@ def _depths(both: Curve, curves: WearCurves) -> Iterator[Curve]:
 
 
 _MODELS = {"local": "", "GIWM": "giwm_", "GIWM as printed, Eq. 11": "giwm_as_printed_"}
-"""What local wear is drawn beside, by what its columns begin with."""
+"""What local wear is drawn with, by what its columns begin with."""
 _COURSE = (
     ("wear depth", MICRONS, "depth"),
     ("pressure p", Unit("Pa", "MPa"), "pressure"),
@@ -312,7 +313,7 @@ _COURSE = (
 
 
 def local_wear_panels(x: Column, columns: Mapping[str, Column], run: str, folder: str = "") -> tuple[Panel, ...]:
-    """Draw depth, pressure and contact of local wear beside the GIWM (paper, Fig. 9), and by how much depths differ.
+    """Draw depth, pressure and contact of local wear with the GIWM (paper, Fig. 9), and by how much depths differ.
 
     ``columns`` are those of the course in the archive, which stand in ``folder``. Of a contact as long as wide there is
     one radius.

@@ -1,6 +1,6 @@
 """The list of runs as other programs open it: CSV, spreadsheets, LaTeX, Markdown.
 
-Heads are names and units; a number has its standard uncertainty beside it, in a column of its own where programs read
+Heads are names and units; a number has its standard uncertainty next to it, in a column of its own where programs read
 the table, in the same cell where people do. Forces are in N where one of the list is 1 N or more, else in mN.
 """
 
@@ -66,7 +66,7 @@ def runs_csv(runs: Runs, columns: Sequence[ListedColumn] | None = None, *, decim
 
     With commas and decimal points as RFC 4180 has it, or with semicolons and decimal commas as spreadsheets of most
     European languages open it, which also take a mark at its start for UTF-8. Heads are names and units, "load [mN]";
-    beside each number stands its standard uncertainty, "load uncertainty [mN]". What is not known is an empty field.
+    next to each number stands its standard uncertainty, "load uncertainty [mN]". What is not known is an empty field.
     """
     heads, rows = _table(runs, columns)
     written = io.StringIO(newline="")
@@ -132,7 +132,7 @@ class _Column(NamedTuple):
     column: ListedColumn
     power: int
     cells: list[tuple[str, str] | str | None]
-    """A number beside its uncertainty in units of its last digit, empty where it has none; or a text; or nothing."""
+    """A number with its uncertainty in units of its last digit, empty where it has none; or a text; or nothing."""
 
 
 def _columns(runs: Runs, columns: Sequence[ListedColumn] | None) -> list[_Column]:
@@ -289,7 +289,7 @@ _LATEX: Mapping[str, str] = {
 
 
 def _latex_text(text: str) -> str:
-    """Write a text so that LaTeX sets what it says."""
+    """Write a text so that LaTeX sets what it states."""
     if text.startswith("k_D"):
         return "$k_\\mathrm{D}$" + _latex_text(text.removeprefix("k_D"))
     return "".join(_LATEX.get(sign, sign) for sign in re.sub(r"\s+", " ", text))

@@ -66,7 +66,7 @@ def _clean_up_told(result: CleanUp, _: Steps) -> Told:
     return Told(
         "; ".join(f"{one.signal}: {one.what}" for one in result.changes) or "nothing to do",
         (
-            *facts(*((f"{spoken(name)}, derived anew", origin) for name, origin in result.derived.items())),
+            *facts(*((f"{spoken(name)}, derived again", origin) for name, origin in result.derived.items())),
             *facts(("left out", listed(map(spoken, result.left_out)))),
         ),
         tables=(TextTable("what was changed", ("signal", "step", "samples", "what", "why"), tuple(rows)),),
@@ -95,7 +95,7 @@ def _by_two_steps(result: DriftCorrection) -> str | None:
 
 
 def _besides_wear(model: DepthModel) -> Iterator[tuple[str, str | None]]:
-    """Yield what the model finds in a depth reading besides wear and a line."""
+    """Yield what the model finds in a depth reading in addition to wear and a line."""
     yield "probability of settling", f"{model.settling_probability:.2f}"
     yield "amplitude of the settling", shown(model.settling)
     yield "time constant of the settling", duration(model.settling_time)
@@ -156,7 +156,7 @@ def _specific_wear_told(result: SpecificWear, _: Steps) -> Told:
             ("under a normal load of", None if load is None else f"{shown(load)}, {result.load}"),
         ),
         result.notes,
-        (TextTable("wear by each end value", ("body", "by", "depth", "volume"), tuple(rows)), *_intervals(bodies)),
+        (TextTable("wear by measurement", ("body", "by", "depth", "volume"), tuple(rows)), *_intervals(bodies)),
     )
 
 
@@ -197,4 +197,4 @@ _TOLD: Mapping[type[Record], Callable[[Any, Steps], Told]] = {
     WearPrediction: prediction_told,
     LocalWearResult: local_wear_told,
 }
-"""How each kind of result is told."""
+"""How each kind of result is given."""

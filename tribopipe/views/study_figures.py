@@ -1,6 +1,7 @@
 """Figures of a study in the size of a journal's columns: wear of all runs under one law, friction, and effective k_D.
 
-They hold what Figures 1, 3, 4, 5, 6 and 12 of the paper do, with the uncertainties besides. Runs stand in the order of
+They hold what Figures 1, 3, 4, 5, 6 and 12 of the paper do, with the uncertainties in addition. Runs stand in the
+order of
 their loads. Runs, or bodies, differ in color (Okabe–Ito), in line style and in marker, so that the figures survive
 grayscale.
 """
@@ -99,7 +100,7 @@ def plot_study_wear(
 
     Of runs that were measured at their ends alone, those of one load and slip share a panel, a color for each body, in
     which the law is drawn along the longest of them (paper, Fig. 12). Below, what was measured stands over what the law
-    says. Runs on which another quantity was measured are counted in the legend.
+    states. Runs on which another quantity was measured are counted in the legend.
     """
     found, own = result.law(law), [curve for curve in curves if curve.model == law]
     runs = [run for run in sorted(found.runs, key=_severity) if run.id in {curve.run_id for curve in own}]
@@ -187,7 +188,7 @@ class _Drawing(NamedTuple):
     """Of what was measured at the end, by run."""
 
     def panel(self, panel: Panel, *powers: int) -> None:
-        """Draw curves and marks, of bodies that are told apart the law along the longest run alone."""
+        """Draw curves and marks, of bodies that are distinguished the law along the longest run alone."""
         x_unit, y_unit = (10.0**power for power in powers)
         body = self.looks.get(panel.body)
         curves = [max(panel.curves, key=lambda one: float(one.x[-1]))] if body else panel.curves
@@ -240,7 +241,7 @@ def _highest(panels: Sequence[Panel]) -> float:
 
 
 def _columns(count: int, beside: float) -> "tuple[Figure, list[tuple[Axes, ...]]]":
-    """Lay out one wide panel beside a legend so high; or so many panels, each with a smaller one below."""
+    """Lay out one wide panel next to a legend so high; or so many panels, each with a smaller one below."""
     from tribopipe.views.canvas import ShownFigure
 
     rows, columns = rows_and_columns(count)
@@ -285,7 +286,7 @@ def _looks_key(looks: Mapping[str, _Look]) -> "list[Artist]":
 
 
 def _key(runs: Sequence[RunVerdict], panels: Sequence[Panel], *, thin: bool) -> "list[Artist]":
-    """Say what is drawn of every run."""
+    """Report what is drawn of every run."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -392,7 +393,7 @@ def plot_study_coefficient(result: StudyResult, effective: Sequence[EffectiveCoe
 
 
 def _draw_coefficient(ax: "Axes", law: LawResult, mu: Column, power: int) -> list[float]:
-    """Draw what the law says effective k_D is at a friction coefficient; return how far it reaches on the axis."""
+    """Draw effective k_D of the law against the friction coefficient; return how far it reaches on the axis."""
     found = law.first
     words = f"$k_\\mathrm{{D}}$ = {coefficient_words(found.wear_coefficient, power)}"
     for curve in law_curves(mu, [LawCoefficient(law.model, found.wear_coefficient, found.interval)]):
@@ -409,7 +410,7 @@ def _draw_coefficient(ax: "Axes", law: LawResult, mu: Column, power: int) -> lis
 
 
 def _draw_effective(ax: "Axes", one: EffectiveCoefficient, power: int, last: float) -> Any:
-    """Draw the windows, coloured and joined in the order of sliding, so that running-in can be followed."""
+    """Draw the windows, colored and joined in the order of sliding, so that running-in can be followed."""
     from matplotlib.colors import PowerNorm
 
     x, y, spread = (

@@ -130,7 +130,7 @@ def _unit(body: BodyVerdict) -> str:
 
 
 def _of_run(verdict: RunVerdict) -> Iterator[tuple[str, str]]:
-    """Yield what is said of a run, each with its head."""
+    """Yield what is stated about a run, each with its head."""
     yield "run", verdict.id
     yield "role", verdict.role
     yield "load", shown(verdict.normal_load) or NOTHING
@@ -141,7 +141,7 @@ def _of_run(verdict: RunVerdict) -> Iterator[tuple[str, str]]:
 
 
 def _of_body(body: BodyVerdict, unit: str | None) -> Iterator[tuple[str, str]]:
-    """Yield what is said of a body, each with its head, which has the unit where all bodies have the same."""
+    """Yield what is stated about a body, each with its head, which has the unit where all bodies have the same."""
     shown_in, end = (_unit(body), "") if unit is None else (unit, f", {pretty(unit)}")
     measured, by_law = (
         one.shown(shown_in) if unit is None else bare(one, unit) for one in (body.measured, body.predicted)

@@ -1,7 +1,7 @@
 """The plots of a study, each defined once: wear of each body by a law, and effective k_D (paper, Fig. 5).
 
-Where wear was recorded along the runs, averages stand beside the law; where it was measured at their ends alone, what
-was measured over what the law says stands below.
+Where wear was recorded along the runs, averages stand next to the law; where it was measured at their ends alone, what
+was measured over what the law gives stands below.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -62,7 +62,7 @@ def _panels(law: LawResult, body: str, shown: Mapping[str, StudyCurve]) -> Itera
 
 
 def _lines(curve: StudyCurve, path: str, unit: Unit) -> Iterator[Curve]:
-    """Draw averages of what was recorded along a run, and what a law says of it from the start on."""
+    """Draw averages of what was recorded along a run, and what a law gives for it from the start on."""
     run = curve.run_id
     if (found := curve.measured) is not None:
         # The last place is that of the post-test measurement, which is no reading of the sensor.
@@ -101,7 +101,7 @@ class LawCoefficient(NamedTuple):
 
 
 def coefficient_panel(measured: Sequence[EffectiveCoefficient], laws: Iterable[LawCoefficient]) -> Panel:
-    """Draw effective k_D of each run in the order of sliding, and what the laws say of it, with 95 % bands."""
+    """Draw effective k_D of each run in the order of sliding, and what the laws give for it, with 95 % bands."""
     curves = [_measured(one) for one in measured]
     if measured:
         curves += law_curves(friction_range(measured), laws)
@@ -123,7 +123,7 @@ def friction_range(measured: Sequence[EffectiveCoefficient]) -> Column:
 
 
 def law_curves(friction: Column, laws: Iterable[LawCoefficient]) -> Iterator[Curve]:
-    """Draw what laws say of effective k_D; only those that know it by friction alone."""
+    """Draw what laws give for effective k_D; only those that know it by friction alone."""
     for law, best, interval in laws:
         if law in BY_FRICTION:
             factor = junction_factor(friction) if law == "sarkar" else np.ones_like(friction)

@@ -12,11 +12,11 @@ from tribopipe.views.page import TextTable
 from tribopipe.views.result_summary import Steps, Told, cells
 
 _CORRECTIONS: dict[Correction, str] = {"two-step": "two-step", "model": "one model with k_D"}
-_ENGINES: dict[WearEngine, str] = {"giwm": "GIWM, even pressure", "volume": "by shape", "local": "local pressure"}
+_ENGINES: dict[WearEngine, str] = {"giwm": "GIWM, uniform pressure", "volume": "by shape", "local": "local pressure"}
 
 
 def wear_fit_told(result: WearFit, _: Steps) -> Told:
-    """Tell k_D of each body with its budget and draws, by reading and by measurement alone, and what was fitted."""
+    """Report k_D of each body with its budget and draws, by reading and by measurement alone, and what was fitted."""
     return Told(
         str(result),
         facts(
@@ -35,7 +35,7 @@ def _of_body(fit: WearFit, name: str, body: BodyWear) -> Iterator[tuple[str, str
     yield f"k_D of the {of} by {law_title(fit.model)}", shown(body.wear_coefficient, WEAR_COEFFICIENT)
     yield "the same in mm³/(N·m)", shown(body.wear_coefficient, SPECIFIC_WEAR_RATE)
     yield "95 % interval", interval(body.interval, WEAR_COEFFICIENT)
-    yield "uncertainty by noise of the depth alone", shown(body.random_uncertainty, WEAR_COEFFICIENT)
+    yield "uncertainty from noise of the depth signal", shown(body.random_uncertainty, WEAR_COEFFICIENT)
     yield f"wear depth of the {of} at the end, fitted", shown(body.fitted_end_depth)
     yield f"wear depth of the {of} at the end, measured", shown(body.measured_end_depth)
 
@@ -44,7 +44,7 @@ def _of_fit(fit: WearFit) -> Iterator[tuple[str, str | None]]:
     """Yield what is known of the fit as a whole."""
     samples, start = fit.effective_samples, fit.start
     yield "correlation of both k_D", None if fit.correlation is None else f"{fit.correlation:.2f}"
-    yield "probability of as much disagreement", None if fit.p_value is None else f"{fit.p_value:.2g}"
+    yield "p-value of the disagreement", None if fit.p_value is None else f"{fit.p_value:.2g}"
     yield f"standard deviation{_of_blocks(fit)} about the fit", shown(fit.residual_deviation)
     yield "independent samples", None if samples is None else f"{samples:,.0f}"
     yield "depth against volume", _ENGINES[fit.engine]
@@ -58,7 +58,7 @@ def _of_fit(fit: WearFit) -> Iterator[tuple[str, str | None]]:
 
 
 def _tables(fit: WearFit) -> Iterator[TextTable]:
-    """Yield what was fitted, how each k_D is known, and k_D under other ways of counting the distance slid."""
+    """Yield what was fitted, how each k_D is known, and k_D under other ways of counting the sliding distance."""
     yield _fitted_values(fit)
     for name, body in fit.bodies.items():
         what = f"k_D of the {spoken(name)}"
@@ -106,7 +106,7 @@ def _percent(share: float, decimals: int) -> str:
 
 
 def _drawn(what: str, body: BodyWear) -> TextTable:
-    """Return the interval that was drawn beside that to first order."""
+    """Return the interval that was drawn with that by first-order propagation."""
     rows: list[tuple[str, ...]] = []
     if (draws := body.monte_carlo) is not None:
         stable = "" if draws.stable else ", not yet stable"
@@ -126,7 +126,7 @@ def _drawn(what: str, body: BodyWear) -> TextTable:
                 "",
             ),
         ]
-    return TextTable(f"{what} by draws and to first order", ("by", what, "95 % interval", ""), tuple(rows))
+    return TextTable(f"{what} by Monte Carlo and first-order", ("by", what, "95 % interval", ""), tuple(rows))
 
 
 def _ways(what: str, fit: WearFit, body: BodyWear) -> TextTable:
@@ -151,7 +151,7 @@ def _fitted_values(fit: WearFit) -> TextTable:
         for unit in ["mm^3" if one.measured.unit == "m^3" else "um"]
     ]
     return TextTable(
-        "what was measured, and what the law makes of it", ("measured", "rotations", "value", "by the law"), tuple(rows)
+        "measured values and the fitted law", ("measured", "rotations", "value", "by the law"), tuple(rows)
     )
 
 
@@ -161,7 +161,7 @@ def _equivalents(fit: WearFit) -> TextTable:
         for one in fit.equivalents
     ]
     return TextTable(
-        "k_D that would wear as much, were distance counted otherwise",
+        "k_D with other conventions of sliding distance",
         ("distance per rotation", *map(spoken, fit.bodies)),
         tuple(rows),
     )

@@ -1,1 +1,1 @@
-"""The catalogue: what a list says of every run, kept in SQLite beside the archive and derived from it."""
+"""The catalog: what a list states about every run, kept in SQLite next to the archive and derived from it."""

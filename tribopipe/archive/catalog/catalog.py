@@ -1,4 +1,4 @@
-"""The catalogue of an archive: what a list says of every run, found again without reading the runs."""
+"""The catalog of an archive: what a list states about every run, found again without reading the runs."""
 
 import hashlib
 import sqlite3
@@ -15,13 +15,13 @@ from tribopipe.archive.file_signature import Stamp, stamps
 
 Advance = Callable[[str], None]
 _BATCH = 100
-"""Files read before what they say is written, so that little is lost where somebody interrupts."""
+"""Files read before what they state is written, so that little is lost where somebody interrupts."""
 
 
 class Catalogue:
-    """The runs of an archive folder as a list tells them; any thread may ask.
+    """The runs of an archive folder as a list gives them; any thread may ask.
 
-    What it says is what was there at the last refresh.
+    What it states is what was there at the last refresh.
     """
 
     def __init__(self, archive: Path) -> None:
@@ -41,13 +41,13 @@ class Catalogue:
             return self._database.do(lambda connection: _changed(connection, stamps(self.folder)))
 
     def refresh(self, advance: Advance | None = None) -> None:
-        """Bring the catalogue up to date; ``advance`` is told the name of each file that was looked into."""
+        """Bring the catalog up to date; ``advance`` is given the name of each file that was looked into."""
         with self._lock:
             self._database.do(lambda connection: self._refresh(connection, advance))
 
     @property
     def unreadable(self) -> list[tuple[str, str]]:
-        """Files that cannot be read, each with one sentence that says why and what to do."""
+        """Files that cannot be read, each with one sentence that states why and what to do."""
         rows = self._asked("SELECT name, error FROM files WHERE error IS NOT NULL ORDER BY name")
         return [(name, f"{self.folder / name}: {error}") for name, error in rows]
 

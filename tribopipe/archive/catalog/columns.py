@@ -8,7 +8,7 @@ from tribopipe.base.errors import QueryError, did_you_mean
 from tribopipe.base.plugins import added
 
 ITEM = "\n"
-"""What stands between several texts of one run in the catalogue."""
+"""Separator between several texts of one run in the catalog."""
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class ListedColumn:
     label: str
     """Heading, without the unit."""
     help: str
-    """What it says."""
+    """Meaning of the column."""
     kind: Literal["number", "text", "date"] = "text"
     unit: str = ""
     """In which numbers are shown, as people read it; empty for texts and plain numbers."""
@@ -54,7 +54,7 @@ def _number(name: str, label: str, about: str, measures: str, unit: str = "", *,
 
 
 def _of_other_laws() -> Iterator[ListedColumn]:
-    """Give the columns of each wear law that another package adds; its name tells them, so that it is not loaded."""
+    """Give the columns of each wear law that another package adds; its name gives them, so that it is not loaded."""
     for entry in added("tribopipe.laws"):
         if entry.name.isidentifier():
             law, by = entry.name, entry.name.replace("_", " ")
@@ -68,7 +68,7 @@ def _of_other_laws() -> Iterator[ListedColumn]:
                 _K_D,
             )
             yield _number(
-                f"predicted_depth_{law}", f"predicted depth by {by}", f"The same as predicted by {by}.", "length", "µm"
+                f"predicted_depth_{law}", f"predicted depth by {by}", f"Wear depth predicted by {by}.", "length", "µm"
             )
 
 
@@ -97,25 +97,25 @@ _ALL = (
     _text("tribometer", "tribometer", "Type of tribometer.", shown=True),
     _text("material", "materials", "Materials of the bodies.", joint=" / ", shown=True),
     _text("pin_material", "pin material", "Material of the pin."),
-    _text("disc_material", "disc material", "Material of the disc that a pin rubs on."),
+    _text("disc_material", "disc material", "Material of the disc under the pin."),
     _text("curved_disc_material", "curved disc material", "Material of the curved disc."),
     _text("flat_disc_material", "flat disc material", "Material of the flat disc."),
     _text("shape", "shape", "Shape of the pin."),
     _number("radius", "radius", "Radius of the pin, or of the curved disc's crown.", "length", "mm"),
-    _text("medium", "medium", "What surrounds the contact.", shown=True),
+    _text("medium", "medium", "Environment or lubricant.", shown=True),
     _number("load", "load", "Nominal normal load.", "force", "mN", shown=True),
     _number("speed", "speed", "Nominal sliding speed, or speed of the curved disc.", "speed", "mm/s"),
-    _number("distance", "distance", "Distance slid at the end, recorded or else planned.", "distance", "m"),
-    _number("rotations", "rotations", "Rotations of the curved disc, recorded or else planned.", "count"),
+    _number("distance", "distance", "Sliding distance at the end, recorded or planned.", "distance", "m"),
+    _number("rotations", "rotations", "Rotations of the curved disc, recorded or planned.", "count"),
     _number("slip", "slip", "Nominal slip of two discs.", "percentage", "%"),
     _number("temperature", "temperature", "Room temperature.", "temperature", "°C"),
     _number("humidity", "humidity", "Relative humidity of the surrounding air.", "percentage", "%"),
     _number("friction", "μ steady", "Steady friction coefficient b of the fit.", "ratio", shown=True),
-    _number("friction_amplitude", "A", "Friction at the start above the steady state, A of the fit.", "ratio"),
-    _number("running_in", "c", "Distance over which friction runs in, c of the fit.", "distance", "m"),
+    _number("friction_amplitude", "A", "Initial friction above the steady state, A of the fit.", "ratio"),
+    _number("running_in", "c", "Running-in distance, c of the fit.", "distance", "m"),
     _number("mean_friction", "mean μ", "Mean friction coefficient over the whole run.", "ratio"),
     _number("drift_rate", "drift", "Drift of the depth reading.", "drift rate", "nm/min"),
-    _number("discrepancy", "discrepancy", "Wear by the sensor at the end, minus the end value.", "length", "µm"),
+    _number("discrepancy", "discrepancy", "Wear by the sensor minus the post-test measurement.", "length", "µm"),
     _number(
         "k_d",
         "k_D",
@@ -140,12 +140,12 @@ _ALL = (
         _K_D,
     ),
     _number("end_depth", "end depth", "Wear depth at the end, of the pin or of both discs together.", "length", "µm"),
-    _number("predicted_depth", "predicted depth", "The same as predicted by Archard's law.", "length", "µm"),
+    _number("predicted_depth", "predicted depth", "Wear depth predicted by Archard's law.", "length", "µm"),
     _number(
         "predicted_depth_sarkar", "predicted depth by Sarkar", "The same as predicted by Sarkar's law.", "length", "µm"
     ),
-    _number("wear_volume", "wear volume", "Volume worn off the pin or the curved disc.", "volume", "mm³"),
-    _number("disc_wear_volume", "disc wear volume", "Volume worn off the disc or the flat disc.", "volume", "mm³"),
+    _number("wear_volume", "wear volume", "Wear volume of the pin or the curved disc.", "volume", "mm³"),
+    _number("disc_wear_volume", "disc wear volume", "Wear volume of the disc or the flat disc.", "volume", "mm³"),
     _number("wear_rate", "wear rate", "Specific wear rate of the pin or curved disc.", "wear coefficient", _RATE),
     _number(
         "disc_wear_rate", "disc wear rate", "Specific wear rate of the disc or flat disc.", "wear coefficient", _RATE
@@ -153,16 +153,16 @@ _ALL = (
     ListedColumn("started", "started", "Start of the test, by the clock of the lab.", kind="date", shown=True),
     _text("operator", "operator", "Who ran the test."),
     _text("instrument", "instrument", "Name of the tribometer."),
-    _text("comment", "comment", "Anything else that run.toml says."),
-    _text("stage", "stage", "How far the run has been taken.", shown=True),
-    _text("steps", "steps", "Every step it has been through.", joint=", "),
-    _text("lacks", "lacks", "What it lacks to be evaluated, such as an end value.", joint="; "),
+    _text("comment", "comment", "Comment in run.toml."),
+    _text("stage", "stage", "Last step of the run.", shown=True),
+    _text("steps", "steps", "All steps of the run.", joint=", "),
+    _text("lacks", "lacks", "Missing inputs, such as a post-test measurement.", joint="; "),
     _number("findings", "findings", "Errors and warnings when it was ingested.", "count"),
-    ListedColumn("amended", "amended", "When its run.toml was amended last.", kind="date"),
+    ListedColumn("amended", "amended", "Date of the last amendment of run.toml.", kind="date"),
     _text("run_toml", "run.toml", "SHA-256 of its run.toml."),
-    _text("marked_bad", "why bad", "Why the run is marked bad."),
-    _text("notes", "notes", "Notes written to the run.", joint="; "),
-    _text("studies", "studies", "Studies that it is part of.", joint=", "),
+    _text("marked_bad", "why bad", "Reason for the bad mark."),
+    _text("notes", "notes", "Notes on the run.", joint="; "),
+    _text("studies", "studies", "Studies that include the run.", joint=", "),
     _text("verdicts", "agreement", "Agreement of the run with each law in these studies.", joint="; "),
 )
 
@@ -210,7 +210,7 @@ def of_law(law: str) -> str:
 def column_named(name: str, where: str = "") -> ListedColumn:
     """Return a column by its name or alias, in any case, with - for _.
 
-    Raises ``QueryError``, which says ``where`` the name was found and which one is nearest.
+    Raises ``QueryError``, which states ``where`` the name was found and which one is nearest.
     """
     plain = name.strip().replace("-", "_")
     known = plain if plain in ALIASES else plain.lower()

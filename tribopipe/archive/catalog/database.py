@@ -1,4 +1,4 @@
-"""The SQLite file of the catalogue: its tables, and how it begins anew where it is lost, damaged or of another version.
+"""The SQLite file of the catalog: its tables, and how it restarts where it is lost, damaged or of another version.
 
 It holds nothing that cannot be read from the archive again, so that nothing is lost with it.
 """
@@ -75,7 +75,7 @@ class Database:
         """Do some work; where the file is damaged do it on a new one, and where it cannot be used in memory.
 
         One that went on in memory looks each time whether the file can be used again. ``fill`` brings what was begun
-        anew up to date, for work that counts on that.
+        again up to date, for work that counts on that.
         """
 
         def filled_first(connection: sqlite3.Connection) -> T:
@@ -98,7 +98,7 @@ class Database:
         return filled_first(self._in_memory())
 
     def _done_after_others(self, ready: Callable[[], sqlite3.Connection], task: Work[T]) -> T:
-        """Do some work once no other process writes; people are told of a wait that is not short."""
+        """Do some work once no other process writes; people are informed of a longer wait."""
         try:
             return task(ready())
         except sqlite3.OperationalError as error:
@@ -119,11 +119,11 @@ class Database:
             self._connection.execute(f"PRAGMA busy_timeout = {round(1e3 * seconds)}")
 
     def _leave_alone(self, error: Exception) -> None:
-        """Set when the file is tried again: at once where that costs nothing, else after a pause."""
+        """Set when the file is tried again: at once where that has no cost, else after a pause."""
         self._again = time.monotonic() + (0.0 if _code(error) in _SEEN_AT_ONCE else _PAUSE)
 
     def _is_given_again(self) -> bool:
-        """Tell whether the file can be written again, without waiting: whoever looks may look often."""
+        """Return whether the file can be written again, without waiting: whoever looks may look often."""
         if time.monotonic() < self._again:
             return False
         self._be_patient(0.0)
@@ -176,7 +176,7 @@ class Database:
 
 
 def read_only(archive: Path) -> sqlite3.Connection:
-    """Open the catalogue of an archive as it was kept; nothing is changed, whatever is wrong with it.
+    """Open the catalog of an archive as it was kept; nothing is changed, whatever is wrong with it.
 
     Raises ``DatabaseError`` where it cannot be read, is damaged, or of another version.
     """
@@ -192,14 +192,14 @@ def read_only(archive: Path) -> sqlite3.Connection:
 
 
 def in_memory() -> sqlite3.Connection:
-    """Return an empty catalogue that is kept nowhere."""
+    """Return an empty catalog that is kept nowhere."""
     connection = _connected(":memory:", 0.0)
     _make_tables(connection)
     return connection
 
 
 def _is_busy(error: Exception) -> bool:
-    """Tell whether another process was writing."""
+    """Return whether another process was writing."""
     return _code(error) == sqlite3.SQLITE_BUSY
 
 
@@ -208,7 +208,7 @@ def _code(error: Exception) -> int:
 
 
 def is_damage(error: Exception) -> bool:
-    """Tell whether it is the file that is wrong, rather than the system that does not give it."""
+    """Return whether it is the file that is wrong, rather than the system that does not read it."""
     return getattr(error, "sqlite_errorcode", sqlite3.SQLITE_CORRUPT) & 0xFF in _DAMAGED
 
 
@@ -238,7 +238,7 @@ def _refuse_damaged(connection: sqlite3.Connection) -> None:
 
 
 def _adds_up(connection: sqlite3.Connection) -> bool:
-    """Tell whether tables and rows are as they were written."""
+    """Return whether tables and rows are as they were written."""
     tables = {sql for (sql,) in connection.execute("SELECT sql FROM sqlite_master WHERE sql IS NOT NULL")}
     if tables != set(_STATEMENTS):
         return False

@@ -1,4 +1,4 @@
-"""One run as a list tells it, and the order of several."""
+"""One run as a list gives it, and the order of several."""
 
 import sqlite3
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -16,7 +16,7 @@ class ListedRun:
         self._row, self._places = row, places
 
     def __getitem__(self, name: str) -> Any:
-        """Return what the catalogue holds under a name; a row looks names up one by one, which takes long."""
+        """Return what the catalog holds under a name; a row looks names up one by one, which takes long."""
         return self._row[self._places[name]]
 
     def __repr__(self) -> str:

@@ -1,4 +1,4 @@
-"""What the catalogue keeps of each file: how it looked, and what a run or a study says in it."""
+"""What the catalog keeps of each file: how it looked, and what a run or a study states in it."""
 
 import hashlib
 import sqlite3
@@ -22,7 +22,7 @@ class Known(NamedTuple):
     sha256: str
 
     def still_holds(self, stamp: Stamp) -> bool:
-        """Tell whether the file is certainly the same."""
+        """Return whether the file is certainly the same."""
         return self.settled and self.stamp == str(stamp)
 
 
@@ -38,7 +38,7 @@ class Note(NamedTuple):
     cells: Mapping[str, Cell] | None = None
     """What a run has in each column."""
     members: Iterable[tuple[str, str | None]] = ()
-    """The runs of a study, and what it says of them."""
+    """The runs of a study, and what it states about them."""
 
 
 def noted(connection: sqlite3.Connection) -> dict[str, Known]:

@@ -1,7 +1,7 @@
 """The language of --where: terms such as "material=Si3N4 load>300mN", all of which have to hold.
 
 A term is a column, an operator and a value. A value goes on to the next term, so that it may hold spaces; in quotes it
-may hold anything. Texts are compared in any case, with * and ? for what is not said; ~ asks for a part of a text.
+may hold anything. Texts are compared in any case, with * and ? for what is not stated; ~ asks for a part of a text.
 """
 
 import re
@@ -203,7 +203,7 @@ def _numeric(column: str, operator: str, value: Span) -> tuple[str, list[float |
 
 
 def matches(texts: str | None, pattern: str) -> bool:
-    """Tell whether one of the texts of a run is as a pattern with * and ? says."""
+    """Return whether one of the texts of a run is as a pattern with * and ? states."""
     if texts is None:
         return False
     fits = _pattern(pattern)
@@ -211,7 +211,7 @@ def matches(texts: str | None, pattern: str) -> bool:
 
 
 def holds(texts: str | None, part: str) -> bool:
-    """Tell whether the texts of a run hold a part."""
+    """Return whether the texts of a run hold a part."""
     return texts is not None and _plain(part) in _plain(texts)
 
 

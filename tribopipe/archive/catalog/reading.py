@@ -1,4 +1,4 @@
-"""What the catalogue notes of a run and of a study, read from their files."""
+"""What the catalog notes of a run and of a study, read from their files."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
@@ -52,7 +52,7 @@ class _Held(NamedTuple):
     manifest: RunManifest
     results: Mapping[StepName, Record]
     ends: Mapping[str, float]
-    """Distance slid, m, and rotations as recorded, as far as nothing but the signals tells them."""
+    """Distance covered, m, and rotations as recorded, as far as nothing but the signals gives them."""
 
     def of(self, name: StepName, *path: str) -> Any:
         """Return a field of a step's result; none where anything on the way to it is not there."""
@@ -99,14 +99,14 @@ def _verdicts(study_id: str, result: StudyResult) -> Iterator[tuple[str, str]]:
 
 
 def _ends(entry: h5py.Group, manifest: RunManifest, *, evaluated: bool) -> dict[str, float]:
-    """Return how far a run went by its signals; a distance only where no evaluation tells it."""
+    """Return how far a run went by its signals; a distance only where no evaluation gives it."""
     wanted = {manifest.progress.signal, "sliding_distance"} - ({"sliding_distance"} if evaluated else set())
     ends = {name: float(unpacked(entry["raw"][name], last=1)[-1]) for name in wanted if name in entry["raw"]}
     return {name: end for name, end in ends.items() if np.isfinite(end)}
 
 
 def _stated(held: _Held) -> dict[str, object]:
-    """Return what run.toml says, and how far the run went."""
+    """Return what run.toml states, and how far the run went."""
     manifest, conditions = held.manifest, held.manifest.conditions
     return {
         "title": manifest.title,

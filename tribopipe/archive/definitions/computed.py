@@ -16,7 +16,7 @@ LAWS = ("archard", "sarkar", "LAW")
 """tribopipe's own; the name of any other stands where LAW does."""
 _UNDER_LAWS = (WEAR_FITS, PREDICTIONS, LOCAL_WEAR)
 _TABLES = {
-    "course": "Contact and wear as the test goes on, beside the Global Incremental Wear Model.",
+    "course": "Contact and wear during the test, with the Global Incremental Wear Model.",
     "fields": "Pressure and wear at each place of the surface.",
     "unworn_surface": "Gap between the two bodies before the test.",
 }
@@ -40,12 +40,12 @@ def _law(name: StepName) -> str | None:
 def _step(name: StepName, tribometer: str | None) -> GroupPart:
     records, law = STEPS[name].records, _law(name)
     record = records[-1] if tribometer == "twin-disc" else records[0]
-    hashes = (text("inputs_sha256", "Of all it was made from."), text("result_sha256", "Of what it found."))
+    hashes = (text("inputs_sha256", "Hash of all inputs."), text("result_sha256", "Hash of the result."))
     members = (
         FieldPart("sequence_index", "Place among the steps, from 1.", "NX_POSINT", required=True),
         GroupPart("fingerprints", "NXparameters", "SHA-256 by which a step is known.", hashes, required=True),
-        document("result", "What it found, to the last digit."),
-        document("options", "What it was told."),
+        document("result", "Result with all digits."),
+        document("options", "Options of the step."),
         document("stands_on", "SHA-256 of each part that it was made from.", required=False),
         GroupPart("parameters", "NXparameters", "The result, field by field.", _own(record, tribometer), required=True),
     )

@@ -100,7 +100,7 @@ def earlier_manifests() -> GroupPart:
     )
     file = GroupPart("", "NXnote", "One run.toml.", members, required=True)
     amended = FieldPart("amended", "When the run was amended last.", "NX_DATE_TIME", required=True)
-    return GroupPart("earlier_manifests", "NXcollection", "What run.toml said before it was amended.", (file, amended))
+    return GroupPart("earlier_manifests", "NXcollection", "run.toml before the amendment.", (file, amended))
 
 
 def _source_files() -> GroupPart:
@@ -111,19 +111,19 @@ def _source_files() -> GroupPart:
 
 def _raw(tribometer: str | None) -> GroupPart:
     members = tuple(signals("origin", "long_name", needed=axis_of(tribometer)))
-    doc = "The signals; ``origin`` says whether each was measured, or what it is derived from."
+    doc = "The signals; ``origin`` states whether each was measured, or what it is derived from."
     return GroupPart("raw", "NXdata", doc, members, required=True)
 
 
 def _recorded() -> GroupPart:
     first = FieldPart("first_of_mean", "Number of the first sample of each mean, from 0.", "NX_INT", required=True)
-    doc = "Every sample of a long run, of which ``raw`` holds means; ``mean_of`` says of how many each."
+    doc = "Every sample of a long run, of which ``raw`` holds means; ``mean_of`` is the number of samples per mean."
     return GroupPart("recorded", "NXdata", doc, (*signals("long_name"), first), attributes=("mean_of",))
 
 
 def _extra_columns() -> GroupPart:
     column = FieldPart("column_NUMBER", "Column.", "NX_CHAR_OR_NUMBER", attributes=("column_name", "column_unit"))
-    doc = "What the instrument's files held beside signals, with its name and unit there."
+    doc = "Other columns of the instrument files, with their name and unit there."
     return GroupPart("extra_columns", "NXcollection", doc, (column,))
 
 

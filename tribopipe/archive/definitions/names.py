@@ -17,10 +17,10 @@ def run_name(tribometer: str | None) -> str:
 
 
 RUNS: Mapping[str | None, str] = {kind: run_name(kind) for kind in (*SHIPPED, None)}
-"""By the tribometer of a run, of tribopipe's own kinds."""
+"""By the tribometer of a run, of tribopipe itself kinds."""
 STUDY = "NXtribometry_study"
 
 
 def write_definition(entry: h5py.Group, name: str, version: int) -> None:
-    """Say which definition a file follows; its version is that of the format."""
+    """Report which definition a file follows; its version is that of the format."""
     nexus.field(entry, "definition", name, version=str(version))

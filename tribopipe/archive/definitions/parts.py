@@ -21,7 +21,7 @@ class FieldPart:
     values: tuple[str, ...] = ()
     """Texts that it may hold; none where it may hold any."""
     attributes: tuple[str, ...] = ()
-    """Names of its attributes beside units."""
+    """Names of its attributes with units."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class GroupPart:
     members: "tuple[Part, ...]" = ()
     required: bool = False
     attributes: tuple[str, ...] = ()
-    """Names of its attributes beside those that NeXus has for its class."""
+    """Names of its attributes with those that NeXus has for its class."""
 
     def member(self, name: str, nx_class: str | None) -> "Part | None":
         """Return what is declared of a member: by its name, or of a group by its class; none where it is not."""
@@ -70,7 +70,7 @@ class Definition:
 
 
 def is_partial(declared: str) -> bool:
-    """Tell whether a part of a declared name is what files put there."""
+    """Return whether a part of a declared name is what files put there."""
     return declared != declared.lower()
 
 

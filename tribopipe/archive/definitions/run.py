@@ -13,7 +13,7 @@ from tribopipe.documents.contact import contacts
 _MORE = """
 
 All numbers are in SI, those of the group ``wear`` in µm. k_D, the dimensional wear coefficient of the incremental
-wear models, is in m^2/N: 1e-6 m^2/N are 1 mm^3/(N*mm), or 1000 mm^3/(N*m). Standard uncertainties are told by
+wear models, is in m^2/N: 1e-6 m^2/N are 1 mm^3/(N*mm), or 1000 mm^3/(N*m). Standard uncertainties are given by
 ``_errors``. What lies in ``raw``, ``recorded``, ``profiles`` and ``source_files`` is as it was ingested and never
 changes; each NXprocess is a step that was computed from it, with all it stands on."""
 

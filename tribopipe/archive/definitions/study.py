@@ -25,7 +25,7 @@ def study_definition() -> Definition:
         GroupPart("archived", "NXcollection", "How the study was archived.", archived, required=True),
         process("process", "How the study was computed.", required=True),
         document("study", "study.toml: which runs identify k_D, and which are predicted."),
-        document("result", "What was found, to the last digit."),
+        document("result", "Result with all digits."),
         document("options", "Recipe that was used."),
         document("stands_on", "SHA-256 of each run as ingested.", required=False),
         _curve(),

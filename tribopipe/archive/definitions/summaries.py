@@ -1,4 +1,4 @@
-"""What the fields are that show a record one by one, told by its type: the twin of ``nexus.summarised``."""
+"""What the fields are that show a record one by one, given by its type: the twin of ``nexus.summarised``."""
 
 from collections.abc import Iterator
 from types import NoneType, UnionType

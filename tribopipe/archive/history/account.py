@@ -1,4 +1,4 @@
-"""What the history of an archive says of each of its files, and what is wrong with the history itself."""
+"""What the history of an archive states about each of its files, and what is wrong with the history itself."""
 
 import hashlib
 from collections.abc import Iterator
@@ -14,14 +14,14 @@ _CHANGES = get_args(Change)
 
 @dataclass
 class Known:
-    """What the history says of one file."""
+    """What the history states about one file."""
 
     states: frozenset[State]
     """Those that it may be in: one, or two where a writer was killed before it confirmed what it had announced."""
     date: str
     """Of the last line about it."""
     by_hand: bool = False
-    """Whether it was put in by hand, and nobody has been told yet."""
+    """Whether it was put in by hand and is not reported yet."""
     foreign: str = ""
     """When it was written on top of a state that the history does not know; empty where it was not."""
     earlier: dict[State, str] = field(default_factory=dict)
@@ -51,13 +51,13 @@ class Account:
     Attributes
     ----------
     files
-        What it says of each file, by its path in the archive.
+        What it states about each file, by its path in the archive.
     problems
         What is wrong with the history itself and was not accepted.
     lines, head
         Number of lines, and hash of the last.
     begun
-        Whether there is a line that says something.
+        Whether there is a valid line.
     """
 
     def __init__(self, archive: Path) -> None:
@@ -90,7 +90,7 @@ class Account:
         return None if known is None or self.read().has(known) else known
 
     def has(self, head: str) -> bool:
-        """Tell whether a line is there whose hash begins so."""
+        """Return whether a line is there whose hash begins so."""
         if len(head) == len(FIRST):
             return bytes.fromhex(head) in self._hashes if _is_hex(head) else False
         return any(one.hex().startswith(head) for one in self._hashes)
@@ -159,7 +159,7 @@ def _settle(known: Known, state: State, date: str) -> None:
 
 
 def _of_itself(one: Entry) -> Iterator[str]:
-    """Tell what a line says of the history itself."""
+    """Report what a line states about the history itself."""
     if one.event == "broken" or (one.event == "begun" and one.lost):
         yield (
             f"found that lines were gone when the archive was written to on {one.date}, the last of them "
@@ -167,7 +167,7 @@ def _of_itself(one: Entry) -> Iterator[str]:
         )
     elif one.event == "begun" and one.files:
         count = f"{one.files} runs and studies" if one.files > 1 else "one run or study"
-        yield f"found that it begins on {one.date} with {count} there already; expected it to tell where they come from"
+        yield f"found that it begins on {one.date}, after {count} were archived; expected their origin in the history"
 
 
 def _is_hex(text: str) -> bool:

@@ -4,7 +4,8 @@ A write is announced before its file takes its place, and confirmed afterwards. 
 old file or the new one, both of which the announcement names; any other is an exchange.
 
 Each line is on the disk before the next step. A line that a killed process left half-written stays, and counts as one
-that says nothing. The hash of the last line is also kept beside the locks, so that a history that lost its end is told.
+that proves nothing. The hash of the last line is also kept next to the locks, so that a history that lost its end
+is noticed.
 """
 
 import os
@@ -32,7 +33,7 @@ from tribopipe.base.errors import ArchiveError
 from tribopipe.base.files import replacing
 
 _HEAD = "history.head"
-"""File beside the locks that holds the hash of the last line."""
+"""File with the locks that holds the hash of the last line."""
 _TAIL = 4096
 """Bytes at the end that are read first."""
 _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
@@ -40,7 +41,7 @@ _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
 @contextmanager
 def placed(archive: Path, path: Path, event: Change) -> Iterator[Path]:
-    """Give a temporary file that takes the place of a file of the archive, as the history says before and after.
+    """Give a temporary file that takes the place of a file of the archive, as the history states before and after.
 
     Whoever calls it holds the lock of the file's writers. Raises ``OSError`` and ``ArchiveError`` where the file or the
     history cannot be written; the file is then as it was.
@@ -63,7 +64,7 @@ def announced(
 
 
 def append(archive: Path, entries: Sequence[Entry]) -> None:
-    """Add lines to the history, all or none; one that is lost or cut is gone on with, and says so.
+    """Add lines to the history, all or none; one that is lost or cut is gone on with, and a warning is given.
 
     Raises ``ArchiveError`` where another process holds its lock for minutes, or its end is no line of a history;
     ``OSError`` where it cannot be written.
@@ -83,7 +84,7 @@ def append(archive: Path, entries: Sequence[Entry]) -> None:
 
 
 def known_head(archive: Path) -> str | None:
-    """Return the hash of the last line as it is kept beside the history; none where it is not."""
+    """Return the hash of the last line as it is kept next to the history; none where it is not."""
     try:
         kept = (archive / LOCKS / _HEAD).read_bytes()[:64].decode("ascii", "replace")
     except OSError:
@@ -156,6 +157,6 @@ def _last_line(archive: Path, file: BinaryIO, size: int) -> bytes:
 
 
 def _has_line(file: BinaryIO, wanted: str | None) -> bool:
-    """Tell whether a line of a hash is there."""
+    """Return whether a line of a hash is there."""
     file.seek(0)
     return any(hash_of(line.rstrip(b"\n")) == wanted for line in file)

@@ -39,7 +39,7 @@ class Entry(Record):
     event: Event
     """What happened. Changes are announced before they are made, and "done" follows; "settled" follows in its place
     where the writer was killed in between; "adopted" is a file that was put in by hand, "accepted" what somebody has
-    acknowledged; "begun" and "broken" tell what the history itself has gone through."""
+    acknowledged; "begun" and "broken" show what the history itself has gone through."""
     file: Annotated[str, Field(pattern=_NAME)] = ""
     """Path in the archive."""
     before: State = None
@@ -62,7 +62,7 @@ def entry(event: Event, file: str = "", **more: State | int) -> Entry:
 
 
 def can_be_named(file: str) -> bool:
-    """Tell whether a line can name a file; nobody but people would call one otherwise."""
+    """Return whether a line can name a file; nobody but people would call one otherwise."""
     return re.search(_NAME, file) is not None
 
 

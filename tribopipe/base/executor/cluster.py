@@ -29,7 +29,7 @@ _ANSWERS_WITHIN = 10
 _LOOK_EVERY = 5.0
 """How often it is seen to whether there are workers, s."""
 _NOT_TOLD = "ignore:resource_tracker:UserWarning"
-"""What Python says to people of a process that ends at once, after it has tidied up."""
+"""What Python reports of a process that ends at once, after it has tidied up."""
 _LOST_AFTER, _NEVER = "distributed.deploy.lost-worker-timeout", "1000 days"
 """How long a worker of this machine may be away until Dask gives it up for good. On a busy machine, one that was killed
 may take longer to begin again than the 15 s it usually has."""
@@ -60,7 +60,7 @@ class Cluster:
         future.add_done_callback(self._ended.put)
 
     def is_busy(self) -> bool:
-        """Tell whether a task is not answered yet."""
+        """Return whether a task is not answered yet."""
         return bool(self._begun)
 
     def ended(self) -> Iterator[tuple[Any, Any]]:
@@ -180,7 +180,7 @@ def _end() -> None:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Have Dask keep its logs to itself: what they tell is told by what comes of the tasks."""
+    """Have Dask keep its logs to itself: the outcomes of the tasks report the same."""
     log = logging.getLogger("distributed")
     before = log.level
     log.setLevel(logging.CRITICAL)

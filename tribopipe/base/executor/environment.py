@@ -1,4 +1,4 @@
-"""What processes are told by the environment they begin in."""
+"""What processes take from the environment they start in."""
 
 import os
 from collections.abc import Iterator, Mapping

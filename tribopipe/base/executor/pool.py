@@ -20,7 +20,7 @@ class Workers(Protocol):
         """Have a task done."""
 
     def is_busy(self) -> bool:
-        """Tell whether a task is not answered yet."""
+        """Return whether a task is not answered yet."""
 
     def ended(self) -> Iterable[tuple[Any, Any]]:
         """Wait for a while, and return the tasks that have ended meanwhile with their answers."""
@@ -41,7 +41,7 @@ class Crew:
     scheduler: str | None = None
     """Address of a Dask scheduler, such as "tcp://10.0.0.1:8786"; "local" for a cluster of ``jobs`` processes here."""
     tell: Callable[[str], object] = _say_nothing
-    """Is told where the cluster's dashboard is, and what a batch waits for."""
+    """Receives the address of the cluster's dashboard, and what a batch waits for."""
     workers: Workers | None = None
     """Those that are at work already; none: each batch begins its own."""
 

@@ -73,7 +73,7 @@ class Processes:
         self._begin(_Begun(work, task))
 
     def is_busy(self) -> bool:
-        """Tell whether a task is not answered yet."""
+        """Return whether a task is not answered yet."""
         return bool(self._busy)
 
     def ended(self) -> Iterator[tuple[Any, Any]]:

@@ -22,7 +22,7 @@ def answer_of(work: Callable[[Task], Answer], task: Task) -> Answer | TribopipeE
 
 
 def lost(task: object) -> BatchError:
-    """Return what is said of a task that has lost its workers too often."""
+    """Return what is stated about a task that has lost its workers too often."""
     name = name_of(task)
     return BatchError(
         f"{f'{name}: ' if name else ''}found {REDONE + 1} workers lost over it (killed, or out of memory); expected "

@@ -1,4 +1,4 @@
-"""Channels of a run by what they are: its measured signals, and columns without a meaning whose name and unit tell."""
+"""Channels of a run by what they are: its measured signals, and columns without a meaning whose name and unit show."""
 
 import re
 from collections.abc import Iterator
@@ -67,7 +67,7 @@ def _from_extras(run: RawRun) -> Iterator[tuple[str, Channel]]:
 
 
 def positions(run: RawRun) -> Iterator[Channel]:
-    """Give the columns in which a pin that slides there and back may be told by its position."""
+    """Give the columns in which a pin that slides there and back may be identified by its position."""
     for name, extra in run.extras.items():
         if (
             extra.values.dtype.kind == "f"

@@ -61,8 +61,8 @@ def conditions_are_steady(run: RawRun) -> Iterator[Trouble]:
             yield Trouble(
                 channel.label,
                 f"found {_spoken([channel.shown(value) for value in levels.values])} one after the other, the first "
-                f"change at {run.numbered(levels.change)}; expected one value in a run, as run.toml states one",
-                "make a run of each step with `tribopipe new FILE --split COLUMN`, or choose steps = [n] under "
+                f"change at {run.numbered(levels.change)}; expected one value per run, as stated in run.toml",
+                "make one run per step with `tribopipe new FILE --split COLUMN`, or choose steps = [n] under "
                 "[[signals]] in run.toml",
             )
 
@@ -88,7 +88,7 @@ def levels_of(values: Column) -> Levels | None:
 
 
 def _apart(parts: Sequence[Column]) -> bool:
-    """Tell whether what follows each other are levels, and not the ups and downs of one."""
+    """Return whether what follows each other are levels, and not the ups and downs of one."""
     medians = [float(np.median(part)) for part in parts]
     spread = max(float(np.subtract(*np.percentile(part, [75, 25]))) for part in parts)
     nearest = min(abs(other - one) for one, other in pairwise(medians))
@@ -97,7 +97,7 @@ def _apart(parts: Sequence[Column]) -> bool:
 
 
 def _drifts(values: Column, parts: Sequence[Column]) -> bool:
-    """Tell whether a straight line is as near to the values as levels are."""
+    """Return whether a straight line is as near to the values as levels are."""
     place = np.arange(len(values))
     from_line = values - np.polyval(np.polyfit(place, values, 1), place)
     from_levels = np.concatenate([part - np.median(part) for part in parts])
@@ -194,7 +194,7 @@ def channels_fit_each_other(run: RawRun) -> Iterator[Trouble]:
                 labels[recorded[0]],
                 f"found {identity.formula} broken, with {_listed(identity, labels)}: the left side is {ratio:.3g} "
                 f"times the right one; expected 1 within {tolerance:.0%}",
-                "check units and scales of these columns and values",
+                "check the units and scales of these columns and values",
             )
 
 
@@ -245,7 +245,7 @@ def strokes_fit_conditions(run: RawRun) -> Iterator[Trouble]:
                 "conditions.frequency",
                 f"found {len(found.strokes)} strokes of {period:.4g} s in {found.name}, which is {frequency:.4g} Hz; "
                 f"expected the stated {stated:.4g} Hz within {_TOLERANCE:.0%}",
-                "correct frequency: cycles there and back per second; the sliding distance is taken from it",
+                "correct frequency, in reciprocating cycles per second; the sliding distance is computed from it",
             )
     if conditions.stroke is not None:
         yield from _stroke_length(run, found.strokes, conditions.stroke.value)
@@ -267,9 +267,9 @@ def _stroke_length(run: RawRun, strokes: list[Stroke], stated: float) -> Iterato
     if channel is not None and span > _STROKE_TOLERANCE * stated and abs(span - stated) > _STROKE_TOLERANCE * stated:
         yield Trouble(
             "conditions.stroke",
-            f"found {channel.shown(stated)} stated where {channel.label!r} moves by {channel.shown(span)} in a stroke; "
+            f"found {channel.shown(stated)} stated where {channel.label!r} moves by {channel.shown(span)} per stroke; "
             f"expected the same within {_STROKE_TOLERANCE:.0%}",
-            "correct stroke: the way from one turning point to the next",
+            "correct stroke, the distance from one turning point to the next",
         )
 
 
@@ -290,15 +290,15 @@ def strokes_are_used(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     if found is not None and not stated and not whole_strokes(mu):
         yield Trouble(
             found.name,
-            f"found {len(found.strokes)} strokes there and back, of which no coefficient per stroke is taken, as "
-            "run.toml states no stroke; expected conditions.stroke of a reciprocating test",
+            f"found {len(found.strokes)} reciprocating strokes, but no stroke in run.toml, so that no coefficient per "
+            "stroke is computed; expected conditions.stroke",
             'add conditions.stroke = "10 mm" or the like: means over whole strokes include the turning points',
         )
     signed = next((name for name, values in _other_forces(run) if whole_strokes(values)), None)
     if found is None and signed is not None:
         yield Trouble(
             "friction_force",
-            f"found a friction without sign where the column {signed!r} changes its sign with the stroke; expected the "
+            f"found friction without sign, although the column {signed!r} changes sign with the stroke; expected the "
             "signed channel in a reciprocating test",
             f"map friction_force to {signed!r} under [signals.columns], and state conditions.stroke",
         )
@@ -318,7 +318,7 @@ def _averaged(cleaned: CleanedRun) -> bool:
 
 @check_cleaned("note")
 def friction_is_taken_by_stroke(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
-    """Say where a stroke is stated and no friction coefficient per stroke can be taken."""
+    """Report where a stroke is stated and no friction coefficient per stroke can be taken."""
     conditions = run.manifest.conditions
     if conditions.stroke is None or _averaged(cleaned) or "friction_coefficient" not in run.columns:
         return
@@ -329,9 +329,10 @@ def friction_is_taken_by_stroke(run: RawRun, cleaned: CleanedRun) -> Iterator[Tr
     reason = f"{samples:.2g} samples per stroke" if few else "no sign that changes with the stroke"
     yield Trouble(
         "friction_coefficient",
-        f"found {reason}, so that no coefficient per stroke is taken; expected a signed friction force with at least "
+        f"found {reason}, so that no coefficient per stroke is computed; expected a signed friction force with at "
+        "least "
         f"{_FEWEST_SAMPLES} samples per stroke",
-        "the coefficient is the one recorded, with whatever the instrument does at turning points in it",
+        "the recorded coefficient is used, including the turning points",
     )
 
 

@@ -1,4 +1,4 @@
-"""Checks of what run.toml says: magnitudes that cannot be right, statements that contradict each other."""
+"""Checks of what run.toml states: magnitudes that cannot be right, statements that contradict each other."""
 
 from collections.abc import Iterator
 from datetime import UTC, datetime
@@ -95,7 +95,7 @@ def _slip_share(manifest: RunManifest) -> Quantity | None:
 
 
 def _odd_slip(manifest: RunManifest) -> Iterator[Trouble]:
-    """Say a word on slip that may be meant but is seldom run: 4 for 4 %, or 0.0004."""
+    """Note a slip that may be meant but is seldom run: 4 for 4 %, or 0.0004."""
     share = _slip_share(manifest)
     if share is not None and (1e-5 <= share.value < 1e-3 or 1 < share.value <= 10):
         yield Trouble(
@@ -115,19 +115,19 @@ def start_is_in_the_past(run: RawRun) -> Iterator[Trouble]:
     if started > now:
         yield Trouble(
             "started",
-            f"found {started.isoformat()}, which is yet to come; expected the start of the test",
+            f"found {started.isoformat()}, a date in the future; expected the start of the test",
             "check the year",
         )
 
 
 @check("note")
 def needed_for_a_wear_coefficient(run: RawRun) -> Iterator[Trouble]:
-    """Say early what a run lacks for a wear coefficient."""
+    """Report early what is missing for a wear coefficient."""
     if run.manifest.contact is None:
         yield Trouble(
             "contact",
             "found no [contact]; expected the two bodies for a wear coefficient",
-            "describe them if friction is not all that is wanted",
+            "describe them unless only friction is of interest",
         )
         return
     yield from _needed_of_a_pin(run) if run.manifest.contact.sensor_tells else _needed_of_discs(run)
@@ -139,7 +139,7 @@ def _needed_of_a_pin(run: RawRun) -> Iterator[Trouble]:
         yield Trouble(
             "end_values",
             "found no wear of the pin; expected pin_wear_depth or pin_scar_diameter, its volume, mass or profile; "
-            "without one the wear coefficient is by the depth sensor alone",
+            "without one the wear coefficient is from the depth sensor alone",
             "add one if it was measured",
         )
     if "depth" not in run.columns:
@@ -162,7 +162,8 @@ def _needed_of_discs(run: RawRun) -> Iterator[Trouble]:
     elif not any(name.startswith("flat_disc_") for name in measured):
         yield Trouble(
             "end_values",
-            "found no wear of the flat disc; expected some, or it is taken as not wearing, in the one-sided model",
+            "found no wear of the flat disc; expected some; without it the disc is taken as unworn, as in the "
+            "one-sided model",
             "add its depth, track width, volume or profile if it wore",
         )
 
@@ -173,8 +174,8 @@ def files_were_read_as_they_stand(run: RawRun) -> Iterator[Trouble]:
     for note in run.notes:
         yield Trouble(
             "signals",
-            f"found something to note in reading: {note}; expected a file that leaves nothing open",
-            "see that this is meant; run.toml can say how a file is to be read",
+            f"found an assumption in reading: {note}; expected an unambiguous file",
+            "check the assumption; run.toml can specify how to read the file",
         )
 
 
@@ -201,7 +202,7 @@ def uncertainties_are_stated(run: RawRun) -> Iterator[Trouble]:
         yield Trouble(
             ", ".join(silent),
             "found no standard_uncertainty; expected one",
-            "state it, or the recipe's default is used",
+            "state it; otherwise the default of the recipe is used",
         )
 
 

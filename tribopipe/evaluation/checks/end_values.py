@@ -1,4 +1,4 @@
-"""Checks of what was measured on the specimens: what cannot be, what contradicts itself, what tells no wear."""
+"""Checks of what was measured on the specimens: what cannot be, what contradicts itself, what gives no wear."""
 
 import math
 from collections.abc import Iterator
@@ -44,8 +44,8 @@ def _masses_without_density(where: str, end: EndValues, contact: Contact) -> Ite
         if getattr(end, f"{role}_mass_loss") is not None and body.density is None:
             yield Trouble(
                 f"{where}.{role}_mass_loss",
-                f"found a mass of a {name} without density; expected contact.{name}.density, by which it becomes a "
-                "volume",
+                f"found a mass loss of a {name} without density; expected contact.{name}.density, which converts it "
+                "to a volume",
                 'add density = "3.21 g/cm^3" or the like',
             )
 
@@ -57,7 +57,7 @@ def _impossible_on_the_pin(where: str, end: EndValues, contact: SlidingPin) -> I
         if end.pin_profile:
             yield Trouble(
                 f"{where}.pin_profile",
-                "found one of a flat pin, on which nothing unworn is left to level it on; expected a spherical tip",
+                "found a profile of a flat pin, which has no unworn surface to level it on; expected a spherical tip",
                 "give pin_wear_depth or pin_mass_loss instead",
             )
         return
@@ -66,16 +66,16 @@ def _impossible_on_the_pin(where: str, end: EndValues, contact: SlidingPin) -> I
     if volume is not None and volume.value >= held:
         yield Trouble(
             f"{where}.{'pin_wear_volume' if end.pin_wear_volume is not None else 'pin_mass_loss'}",
-            f"found {volume.shown('mm^3')} worn off a tip that holds {show(held, None, 'm^3', 'mm^3')}; expected wear "
-            "within the tip",
+            f"found a wear volume of {volume.shown('mm^3')} on a tip with a volume of "
+            f"{show(held, None, 'm^3', 'mm^3')}; expected wear within the tip",
             "check both units",
         )
     scar = end.pin_scar_diameter or end.pin_scar_length or end.pin_scar_width
     if scar is not None and scar.value + 3 * _spread(scar) < 2 * tip.flat_radius:
         yield Trouble(
             f"{where}.pin_scar_diameter",
-            f"found {scar.shown('um')}, smaller than the flat of {show(2 * tip.flat_radius, None, 'm', 'um')} that the "
-            "pin began with; expected a flat that has grown",
+            f"found {scar.shown('um')}, smaller than the initial flat of "
+            f"{show(2 * tip.flat_radius, None, 'm', 'um')}; expected a larger flat",
             "check flat_radius and both units",
         )
 
@@ -96,7 +96,7 @@ def _impossible_track(where: str, end: EndValues, manifest: RunManifest) -> Iter
         if width is not None and radius is not None and width.value >= 2 * radius.value:
             yield Trouble(
                 f"{where}.disc_track_width",
-                f"found {width.shown('um')}, no less than the diameter of the {name}, "
+                f"found {width.shown('um')}, not less than the diameter of the {name}, "
                 f"{show(2 * radius.value, None, 'm', 'mm')}; expected a narrower track",
                 "check both units",
             )
@@ -116,7 +116,7 @@ def profiles_show_wear(run: RawRun) -> Iterator[Trouble]:
 
 @check("warning")
 def end_values_agree(run: RawRun) -> Iterator[Trouble]:
-    """Compare what several end values say of one wear depth or volume."""
+    """Compare what several post-test measurements state about one wear depth or volume."""
     if run.manifest.contact is not None:
         yield from _disc_end_values_agree(run) if run.manifest.rolls else _pin_end_values_agree(run)
 
@@ -135,16 +135,16 @@ def _pin_end_values_agree(run: RawRun) -> Iterator[Trouble]:
 def _contradicting(
     body: Literal["pin", "disc"], ways: tuple[BodyWear, ...], what: Literal["depth", "volume"], unit: str
 ) -> Iterator[Trouble]:
-    """Name end values that contradict each other, and the one that is used."""
+    """Name post-test measurements that contradict each other, and the one that is used."""
     used = surest(ways, what)
     for found in contradictions(body, ways, what):
         first, second = (getattr(way, what).shown(unit) for way in (found.one, found.other))
         apart = f", {found.deviation:.1f} standard uncertainties apart" if math.isfinite(found.deviation) else ""
         yield Trouble(
             "end_values",
-            f"found a wear {what} of the {body} of {first} by {found.one.name} and of {second} by {found.other.name}"
+            f"found a wear {what} of the {body} of {first} from {found.one.name} and {second} from {found.other.name}"
             f"{apart}; expected them to agree; {'' if used is None else used.name} is used, not their mean",
-            "measure again, or check both units",
+            "repeat the measurement, or check both units",
         )
 
 
@@ -155,9 +155,9 @@ def _disc_end_values_agree(run: RawRun) -> Iterator[Trouble]:
         if gap > max(3 * spread, 0.2 * max(first.value, second.value)):
             yield Trouble(
                 "end_values",
-                f"found both discs together worn by {first.shown('um')} going by {one}, and by {second.shown('um')} "
-                f"going by {other}; expected them to agree within 20 % on a flat that both discs share",
-                "measure again, measure both discs, or check the units",
+                f"found a total wear of both discs of {first.shown('um')} from {one}, and of {second.shown('um')} "
+                f"from {other}; expected agreement within 20 % for a common flat",
+                "repeat the measurement, measure both discs, or check the units",
             )
 
 
@@ -166,7 +166,7 @@ def _spread(quantity: Quantity) -> float:
 
 
 def _disc_depths(run: RawRun) -> dict[str, Quantity]:
-    """Return h₁ + h₂, m, by each kind of end value; a disc on which nothing was measured counts as unworn."""
+    """Return h₁ + h₂, m, by each kind of post-test measurement; a disc without any counts as unworn."""
     try:
         return {" and ".join(f"the {name}" for name in one.names): one.total for one in disc_totals(run, Recipe())}
     except (ContactError, FitError):

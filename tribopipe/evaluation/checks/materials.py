@@ -51,7 +51,7 @@ CLASSES = (
     MaterialClass(
         "copper alloy", r"bronze|brass|copper|\bcu(sn|zn|al|pb|ni|be)|\bal10cu", (65, 155), (5.8, 9.4), (30, 450)
     ),
-    MaterialClass("aluminium alloy", _ALUMINIUM, (60, 110), (2.5, 3.0), (15, 260)),
+    MaterialClass("aluminum alloy", _ALUMINIUM, (60, 110), (2.5, 3.0), (15, 260)),
     MaterialClass(
         "titanium alloy", r"\bti-?6al|titanium(?! ?(nitride|carbide))|\bcp-?ti\b", (50, 130), (4.2, 5.0), (60, 500)
     ),
@@ -81,7 +81,7 @@ class Expected(NamedTuple):
 
 
 def expected_of(material: str) -> Expected | None:
-    """Return the ranges for a material as a lab calls it, such as "Si₃N₄"; none for a name that says nothing."""
+    """Return the ranges for a material as a lab calls it, such as "Si₃N₄"; none for an unknown name."""
     name = material.translate(_SUBSCRIPTS).lower()
     found = [one for one in CLASSES if re.search(one.names, name)]
     if not found:

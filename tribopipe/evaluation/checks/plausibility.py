@@ -95,11 +95,11 @@ def _is_ball(diameter: float) -> bool:
 
 
 def _diameter_unless_radius(pin: Pin) -> Trouble | None:
-    """Say where the radius of a spherical tip is the stated diameter, or that of no ball but for being a diameter."""
+    """Report a spherical tip whose radius is its stated diameter, or a radius usual only as the diameter of a ball."""
     radius, twice = pin.radius.value, 2 * pin.radius.value
     stated = None if pin.diameter is None else pin.diameter.value
     if stated is not None and abs(radius / stated - 1) < _SAME:
-        found = f"the radius {pin.radius.shown('mm')}, which is the diameter of the pin"
+        found = f"a radius of {pin.radius.shown('mm')}, which is the diameter of the pin"
         return Trouble("contact.pin.radius", f"found {found}; expected half of it for a ball", "give half the diameter")
     if stated is None and _is_ball(radius) and not _is_ball(twice):
         found = f"{pin.radius.shown('mm')}, a ball of {show(twice, None, 'm', 'mm')} in diameter"
@@ -107,7 +107,7 @@ def _diameter_unless_radius(pin: Pin) -> Trouble | None:
             "contact.pin.radius",
             f"found {found}, which is unusual; expected the radius, where {show(radius, None, 'm', 'mm')} is a usual "
             "diameter",
-            "give half the diameter of the ball; if it is right, state contact.pin.diameter",
+            "give half the diameter of the ball; if the radius is correct, state contact.pin.diameter",
         )
     return None
 
@@ -127,15 +127,15 @@ def _flat_wider_than_the_pin(pin: Pin) -> Trouble | None:
         return None
     return Trouble(
         "contact.pin.radius",
-        f"found an end {show(2 * pin.radius.value, None, 'm', 'mm')} wide on a pin of {pin.diameter.shown('mm')}; "
-        "expected an end within the pin",
+        f"found an end face {show(2 * pin.radius.value, None, 'm', 'mm')} wide on a pin of "
+        f"{pin.diameter.shown('mm')}; expected an end face within the pin",
         "give half the diameter of the end",
     )
 
 
 @check("note")
 def radius_can_be_compared(run: RawRun) -> Iterator[Trouble]:
-    """Say which ball a radius stands for, where no diameter is stated to compare it with."""
+    """Report which ball a radius stands for, where no diameter is stated to compare it with."""
     pin = run.manifest.pin
     if pin is None or pin.diameter is not None:
         return
@@ -144,8 +144,8 @@ def radius_can_be_compared(run: RawRun) -> Iterator[Trouble]:
         yield Trouble(
             "contact.pin.radius",
             f"found a radius of {pin.radius.shown('mm')}, {what} of {show(2 * pin.radius.value, None, 'm', 'mm')} in "
-            "diameter, and no diameter; expected contact.pin.diameter, with which the radius can be compared",
-            "see that it is the radius; state the diameter",
+            "diameter, but no diameter; expected contact.pin.diameter, to check the radius",
+            "check that it is the radius, and state the diameter",
         )
 
 
@@ -232,7 +232,7 @@ def overall_rate_is_the_steady_one(run: RawRun, cleaned: CleanedRun) -> Iterator
                 f"interruptions, end_values of the {name.replace('_', ' ')}",
                 f"found an overall specific wear rate of {overall.shown(SPECIFIC_WEAR_RATE)} and a steady one of "
                 f"{steady.shown(SPECIFIC_WEAR_RATE)}; expected them to agree after a short running-in",
-                "report the steady rate for long tests; the overall rate and k_D hold for this distance alone",
+                "report the steady rate for long tests; the overall rate and k_D apply to this distance only",
             )
 
 
@@ -249,9 +249,9 @@ def scar_is_no_radius(run: RawRun) -> Iterator[Trouble]:
     if scar.value + 3 * (scar.standard_uncertainty or 0.0) < start:
         yield Trouble(
             "end_values.pin_scar_diameter",
-            f"found {scar.shown('um')}, smaller than the contact of {show(start, None, 'm', 'um')} at the start; "
-            "expected a scar that has grown",
-            "check that it is the diameter, its unit, the load and the radius of the pin",
+            f"found {scar.shown('um')}, smaller than the initial contact of {show(start, None, 'm', 'um')}; expected "
+            "a larger scar",
+            "check that it is the diameter, and check its unit, the load and the radius of the pin",
         )
     yield from _track_beside(scar, end)
 

@@ -21,7 +21,7 @@ GROUP = "tribopipe.checks"
 
 
 class Trouble(NamedTuple):
-    """What a check has to say: where, what was found and expected, how to mend it."""
+    """What a check has to state: where, what was found and expected, how to correct it."""
 
     where: str
     message: str
@@ -44,7 +44,7 @@ def check(severity: Severity) -> Callable[[Check], Check]:
 
 
 def check_cleaned(severity: Severity) -> Callable[[CleanedCheck], CleanedCheck]:
-    """Register a function as a check that looks at a run and at what clean-up makes of it."""
+    """Register a function as a check that looks at a run and at what preprocessing makes of it."""
 
     def register(function: CleanedCheck) -> CleanedCheck:
         _register(severity, function, function)
@@ -56,7 +56,7 @@ def check_cleaned(severity: Severity) -> Callable[[CleanedCheck], CleanedCheck]:
 def _register(severity: Severity, function: Callable[..., object], taken: CleanedCheck) -> None:
     name = function.__name__
     if name in CHECKS:
-        raise ValueError(f"a check {name!r} is there already")
+        raise ValueError(f"a check {name!r} already exists")
     CHECKS[name] = (severity, taken if _is_own(function) else _guarded(name, taken))
 
 
@@ -65,13 +65,13 @@ def _is_own(function: Callable[..., object]) -> bool:
 
 
 def _guarded(name: str, function: CleanedCheck) -> CleanedCheck:
-    """Return a check of another package as one that says where it fails itself."""
+    """Return a check of another package as one that reports its own failure."""
 
     def guarded(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
         try:
             yield from function(run, cleaned)
         except Exception as error:  # noqa: BLE001 - somebody else's code may raise anything
-            yield Trouble("plugin", f"found that the check {name} fails itself ({error!r})", "tell who wrote it")
+            yield Trouble("plugin", f"the check {name} failed ({error!r})", "report it to its author")
 
     return guarded
 

@@ -46,7 +46,7 @@ _JOINED = Recipe(clean_up=(ContinuousAxes(carried_over="never"),))
 
 
 def _joined(run: RawRun, name: SignalName) -> Column:
-    """Return an axis as clean-up joins it where it restarts."""
+    """Return an axis as preprocessing joins it where it restarts."""
     return clean_run(run, _JOINED).run.columns[name]
 
 
@@ -79,7 +79,7 @@ def channel_is_recorded(run: RawRun) -> Iterator[Trouble]:
             yield Trouble(
                 name,
                 "found no number in the whole column; expected a recorded signal",
-                "map the column that holds it, or leave the signal out of run.toml",
+                "map the column that contains it, or remove the signal from run.toml",
             )
 
 
@@ -96,13 +96,13 @@ def axis_is_complete(run: RawRun) -> Iterator[Trouble]:
                 name,
                 f"found {len(missing)} missing{source}, the first at {run.numbered(int(missing[0]))}; "
                 "expected one at each",
-                "mend or delete those rows, or export again",
+                "correct or delete those rows, or export again",
             )
 
 
 @check("error")
 def axis_runs_forward(run: RawRun) -> Iterator[Trouble]:
-    """Refuse time or sliding distance that goes back, unless it begins anew, and rotations that are no count."""
+    """Refuse time or sliding distance that goes back, unless it restarts, and rotations that are no count."""
     for name, values in _measured(run):
         if name not in _AXES:
             continue
@@ -113,8 +113,8 @@ def axis_runs_forward(run: RawRun) -> Iterator[Trouble]:
             yield Trouble(
                 name,
                 f"found {_shown(name, values[back])} at {run.numbered(back)} after {_shown(name, before)}{verdict}; "
-                "expected it to grow, or to begin anew",
-                "delete rows that are out of order, or export again",
+                "expected increasing values, or a restart at zero",
+                "delete the rows that are out of order, or export again",
             )
         elif verdict and len(below):
             yield Trouble(
@@ -142,56 +142,57 @@ def counter_has_no_glitches(run: RawRun) -> Iterator[Trouble]:
             yield Trouble(
                 name,
                 f"found {len(found)} wrong reading{'s' if len(found) > 1 else ''}, the first {values[found[0]]:g} "
-                f"{SIGNALS[name].unit} at {run.numbered(found[0])} after {values[found[0] - 1]:g}; expected it to grow",
-                "clean-up interpolates it between the readings around it; check the counter",
+                f"{SIGNALS[name].unit} at {run.numbered(found[0])} after {values[found[0] - 1]:g}; expected "
+                "increasing values",
+                "preprocessing interpolates between the adjacent readings; check the counter",
             )
 
 
 @check("error")
 def axis_advances(run: RawRun) -> Iterator[Trouble]:
-    """Refuse a run in which no time passes or no distance is slid."""
+    """Refuse a run in which no time passes or nothing moves."""
     for name in _axes(run):
         values = _joined(run, name)
         if len(values) >= _FEWEST and np.all(np.isfinite(values)) and not values[-1] > values[0]:
             yield Trouble(
                 name,
-                f"found {_shown(name, values[-1])} at the end as at the start; expected it to grow",
+                f"found {_shown(name, values[-1])} at the end as at the start; expected increasing values",
                 "check the column, and the speeds in run.toml",
             )
 
 
 @check("warning")
 def distance_is_known(run: RawRun) -> Iterator[Trouble]:
-    """Say that nothing tells how far a pin slid."""
+    """Report that the sliding distance of a pin is unknown."""
     if run.origins["sliding_distance"] == "unknown":
         yield Trouble(
             "conditions",
-            "found neither a sliding distance nor a speed; expected one of them, without which friction has no course "
-            "and wear no rate",
+            "found neither a sliding distance nor a speed; expected one of them, since friction against distance and "
+            "wear rates need it",
             "add sliding_speed, or track_radius and rotational_speed, or stroke and frequency",
         )
 
 
 @check("note")
 def every_sample_counts_by_itself(run: RawRun) -> Iterator[Trouble]:
-    """Say that means stand for samples where there are more than memory should hold."""
+    """Report that means stand for samples where there are more than memory should hold."""
     if run.recording is not None:
         yield Trouble(
             "signals",
-            f"found {run.recording.rows:,} samples, for which means of {run.recording.samples} stand; expected fewer "
-            "where each is to count by itself",
-            "every one is kept as it was recorded under /entry/recorded",
+            f"found {run.recording.rows:,} samples, evaluated as means of {run.recording.samples}; expected fewer "
+            "samples for evaluating each one",
+            "all recorded samples are kept under /entry/recorded",
         )
 
 
 @check_cleaned("note")
 def signals_need_no_clean_up(_: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
-    """Say what clean-up will do to the signals, unless a recipe says otherwise."""
+    """Report what preprocessing will do to the signals, unless a recipe states otherwise."""
     for change in cleaned.record.changes:
         yield Trouble(
             change.signal,
-            f"found signals to clean up: {change.what} ({change.why}); expected none",
-            f"the raw signal is kept; a recipe without {change.step!r} leaves it so",
+            f"found signals to preprocess: {change.what} ({change.why}); expected none",
+            f"the raw signal is kept; a recipe without {change.step!r} skips this step",
         )
 
 
@@ -205,9 +206,9 @@ def load_presses(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     if median <= 0:
         yield Trouble(
             "normal_force",
-            f"found a median of {_shown('normal_force', median)} under load, at which the bodies do not touch; "
+            f"found a median of {_shown('normal_force', median)} under load, with which the bodies do not touch; "
             "expected a load above zero",
-            "clean-up turns it over where it pulls; export with the sign of a pressing load, or leave the signal out",
+            "preprocessing reverses its sign; export compressive loads as positive, or remove the signal",
         )
 
 
@@ -220,7 +221,7 @@ def load_is_in_the_unit_of_the_nominal_one(run: RawRun, cleaned: CleanedRun) -> 
             "conditions.normal_load",
             f"found a nominal load of {force(nominal)} and a measured load with a median of "
             f"{_shown('normal_force', np.median(_load_where_it_is_on(run, cleaned.run)))}; expected the same load",
-            "correct normal_load or the unit of the column; leave the signal out of run.toml if it is no load",
+            "correct normal_load or the unit of the column; remove the signal from run.toml if it is not the load",
         )
 
 
@@ -238,12 +239,13 @@ def load_is_the_nominal_one(run: RawRun, cleaned: CleanedRun) -> Iterator[Troubl
             "normal_force",
             f"found a median of {_shown('normal_force', median)} under load; expected the nominal load of "
             f"{nominal.shown()} within three standard uncertainties or 2 %",
-            f"the {counts} load counts for friction and wear; check normal_load, and unit and zero of the load cell",
+            f"the {counts} load is used for friction and wear; check normal_load, and the unit and zero of the load "
+            "cell",
         )
 
 
 def _in_another_unit(run: RawRun, cleaned: CleanedRun) -> bool:
-    """Say whether the load that counts is many times the nominal one or a fraction of it."""
+    """Return whether the load that counts is many times the nominal one or a fraction of it."""
     load = _load_where_it_is_on(run, cleaned.run)
     if "normal_force" not in cleaned.run.columns or not len(load):
         return False
@@ -252,7 +254,7 @@ def _in_another_unit(run: RawRun, cleaned: CleanedRun) -> bool:
 
 
 def _load_where_it_is_on(run: RawRun, mended: RawRun) -> Column:
-    """Return the load after clean-up, or a channel that clean-up leaves out as it is, by the samples under load."""
+    """Return the load after preprocessing, or a channel that it leaves out as it is, by the samples under load."""
     cleaned, recorded = mended.columns.get("normal_force"), run.columns.get("normal_force")
     load = recorded if cleaned is None else cleaned
     if load is None or not np.any(np.isfinite(load)):
@@ -263,7 +265,7 @@ def _load_where_it_is_on(run: RawRun, mended: RawRun) -> Column:
 
 @check("warning")
 def samples_are_not_missing(run: RawRun) -> Iterator[Trouble]:
-    """Count missing samples; they are left out of fits."""
+    """Count missing samples; fits exclude them."""
     for name, values in _measured(run):
         missing = int(np.count_nonzero(~np.isfinite(values)))
         if name not in _AXES and 0 < missing < len(values):
@@ -271,7 +273,7 @@ def samples_are_not_missing(run: RawRun) -> Iterator[Trouble]:
                 name,
                 f"found {missing} of {len(values)} samples missing, the first at "
                 f"{run.numbered(int(np.flatnonzero(~np.isfinite(values))[0]))}; expected all",
-                "they are left out of fits",
+                "fits exclude them",
             )
 
 
@@ -283,7 +285,7 @@ def samples_are_not_repeated(run: RawRun) -> Iterator[Trouble]:
     if len(repeated):
         yield Trouble(
             "time",
-            f"found {len(repeated)} times repeated, the first at {run.numbered(repeated[0] + 1)}; expected each once",
+            f"found {len(repeated)} repeated times, the first at {run.numbered(repeated[0] + 1)}; expected each once",
             "check for rows exported twice",
         )
 
@@ -315,26 +317,26 @@ def signal_is_alive(run: RawRun) -> Iterator[Trouble]:
         found = f"0 in {100 * zero:.0f}% of the samples" if zero > _DEAD else None
         found = f"{_shown(name, seen[0])} throughout" if np.ptp(seen) == 0 else found
         if found is not None:
-            yield Trouble(name, f"found {found}; expected a signal that moves", "check whether the channel was on")
+            yield Trouble(name, f"found {found}; expected a varying signal", "check whether the channel was on")
 
 
 @check_cleaned("warning")
 def friction_has_one_sign(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
-    """Find friction there and back that is not told stroke by stroke, so that its mean says nothing."""
+    """Find reciprocating friction that is not given stroke by stroke, so that its mean has no meaning."""
     mu = cleaned.run.columns.get("friction_coefficient", np.empty(0))
     rubbing = mu[np.isfinite(mu) & (mu != 0)]
     strokes = any(change.step == "stroke-wise-friction" for change in cleaned.record.changes)
     if run.manifest.conditions.stroke is not None and not strokes and whole_strokes(mu, any_offset=True):
         yield Trouble(
             "friction_coefficient",
-            "found strokes beside an offset larger than the friction; expected a sign that changes with the stroke",
-            'zero the friction force, or take method = "half-difference" for stroke-wise-friction in the recipe',
+            "found strokes with an offset larger than the friction; expected a sign that changes with the stroke",
+            'zero the friction force, or use method = "half-difference" for stroke-wise-friction in the recipe',
         )
     if len(rubbing) and _BOTH_WAYS <= (negative := float(np.mean(rubbing < 0))) <= 1 - _BOTH_WAYS:
         yield Trouble(
             "friction_coefficient",
-            f"found {negative:.0%} of it below zero; expected one sign, or strokes that can be told",
-            "state conditions.stroke of a test there and back, which takes 5 samples a stroke; else zero the force",
+            f"found {negative:.0%} of it below zero; expected one sign, or strokes that can be separated",
+            "state conditions.stroke of a reciprocating test (at least 5 samples per stroke); otherwise zero the force",
         )
 
 
@@ -349,12 +351,12 @@ def friction_is_plausible(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]
         yield Trouble(
             "friction_coefficient",
             f"found a median of {median:.3g}; expected 0 to 2",
-            "check sign and unit of friction force and load",
+            "check the sign and unit of friction force and load",
         )
 
 
 def _friction(run: RawRun, mended: RawRun) -> Column | None:
-    """Return the friction coefficient as recorded in one direction; else after clean-up, on which signs depend."""
+    """Return the friction coefficient as recorded in one direction; else after preprocessing, on which signs depend."""
     one_way = run.manifest.conditions.stroke is None and mended.origins.get("friction_coefficient") == "measured"
     return (run if one_way else mended).columns.get("friction_coefficient")
 
@@ -370,14 +372,15 @@ def interruptions_lie_within_the_run(run: RawRun) -> Iterator[Trouble]:
         if stop.place > end:
             yield Trouble(
                 f"interruptions[{number}].{progress.signal}",
-                f"found {progress.shown(stop.place)} in a run of {progress.shown(end)}; expected one within the run",
-                f"write the {progress.words} since the start of the test; the end has end_values",
+                f"found {progress.shown(stop.place)} in a run of {progress.shown(end)}; expected a place within the "
+                "run",
+                f"write the {progress.words} since the start of the test; for the end, use end_values",
             )
 
 
 @check("warning")
 def depth_is_plausible(run: RawRun) -> Iterator[Trouble]:
-    """Compare the rise of the depth reading with the end value: sign, unit or a broken sensor."""
+    """Compare the rise of the depth reading with the post-test measurement: sign, unit or a broken sensor."""
     depth = run.columns.get("depth")
     if depth is None or np.count_nonzero(np.isfinite(depth)) < _FEWEST:
         return
@@ -399,28 +402,28 @@ def _drifted(run: RawRun, depth: Column) -> Iterator[Trouble]:
     started_anew = any(stop.remounted for stop in run.manifest.interruptions)
     if total is None or started_anew or abs(rise - total.value) <= max(0.5 * total.value, _MOST_DRIFT):
         return
-    listed = 'list the clean-up step "turn-over" with signals = ["depth"] after the default ones'
+    listed = 'list the step "turn-over" with signals = ["depth"] after the default ones'
     turn = f"if it counts down, {listed}; else " if rise < 0 else ""
-    others = f"{turn}check sign and unit of the depth and of the end values{_misread_size(run, rise)}"
+    others = f"{turn}check the sign and unit of the depth and of the post-test measurements{_misread_size(run, rise)}"
     drift = _thermal_drift(run)
     thermal = abs(rise - total.value) <= _MOST_THERMAL_DRIFT
     yield Trouble(
         "depth",
-        f"found a reading that rises by {Quantity(value=rise, unit='m').shown('um')} while the specimens lost "
+        f"found a reading that increases by {Quantity(value=rise, unit='m').shown('um')} while the specimens wore by "
         f"{total.shown('um')}; expected about the same",
-        f"{drift}; or {others}" if thermal else f"{others}; thermal drift is seldom that large",
+        f"{drift}; or {others}" if thermal else f"{others}; thermal drift is rarely that large",
     )
 
 
 def _thermal_drift(run: RawRun) -> str:
     """Name thermal drift as the reason, and the temperature that moved, or the settling that shows it."""
-    remedy = "thermal drift is likely: let the tribometer settle before the test, and record a temperature"
+    remedy = "thermal drift is likely: let the tribometer warm up before the test, and record the temperature"
     recorded = run.columns.get("temperature")
     seen = np.empty(0) if recorded is None else recorded[np.isfinite(recorded)]
     moved = float(np.ptp(seen)) if len(seen) else 0.0
     if moved > _STEADY_TEMPERATURE:
-        return f"thermal drift is likely, since the temperature moved by {moved:.2g} K: keep it steady"
-    return remedy if not len(seen) else remedy.removesuffix(", and record a temperature")
+        return f"thermal drift is likely, since the temperature changed by {moved:.2g} K: keep it steady"
+    return remedy if not len(seen) else remedy.removesuffix(", and record the temperature")
 
 
 def _misread_size(run: RawRun, rise: float) -> str:
@@ -434,13 +437,13 @@ def _misread_size(run: RawRun, rise: float) -> str:
     halved = pin.radius.model_copy(update={"value": pin.radius.value / 2})
     pin = pin.model_copy(update={"radius": halved})
     others: dict[str, dict[str, object]] = {
-        "pin_scar_diameter is no radius: twice": {"end_values": end.model_copy(update={"pin_scar_diameter": twice})},
-        "contact.pin.radius is no diameter: half": {"contact": contact.model_copy(update={"pin": pin})},
+        "pin_scar_diameter is not a radius: twice": {"end_values": end.model_copy(update={"pin_scar_diameter": twice})},
+        "contact.pin.radius is not a diameter: half": {"contact": contact.model_copy(update={"pin": pin})},
     }
     for words, changes in others.items():
         total = _lost(replace(run, manifest=run.manifest.model_copy(update=changes)))
         if total is not None and abs(rise - total.value) < _FITTING * total.value:
-            return f", and that {words} as large it would fit"
+            return f", and that {words} that value would agree"
     return ""
 
 
@@ -464,7 +467,7 @@ def _lost(run: RawRun) -> Quantity | None:
 
 
 def broken_off(run: RawRun) -> str | None:
-    """Say how far a test went that ended before its planned end; none where it did not."""
+    """Report how far a test went that ended before its planned end; none where it did not."""
     progress, planned = run.manifest.progress, run.manifest.planned
     axis = _joined(run, progress.signal)
     reached = float(axis[-1]) if len(axis) else 0.0
@@ -484,7 +487,7 @@ def distance_is_the_planned_one(run: RawRun) -> Iterator[Trouble]:
         yield Trouble(
             progress.signal,
             f"found {progress.shown(reached)} at the end; expected the planned {progress.shown(planned)}",
-            f"correct {progress.signal} if the test was broken off",
+            f"correct {progress.signal} if the test was stopped early",
         )
     duration = float(time[-1] - time[0]) if len(time) > 1 else 0.0
     both = run.origins["time"] == run.origins[progress.signal] == "measured"
@@ -507,6 +510,6 @@ def axis_starts_at_zero(run: RawRun) -> Iterator[Trouble]:
             yield Trouble(
                 name,
                 f"found {_shown(name, values[0])} at the first sample; expected a start near zero",
-                "clean-up takes the start off where another axis tells that it was carried over from an earlier test; "
-                'else say carried_over = "always" in the recipe, or record from the start',
+                "preprocessing subtracts the start if another axis shows it was carried over from an earlier test; "
+                'otherwise write carried_over = "always" in the recipe, or record from the start',
             )

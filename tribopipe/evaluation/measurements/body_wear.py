@@ -23,7 +23,7 @@ _ROUNDING = 1e-6
 
 @dataclass(frozen=True)
 class BodyWear:
-    """Depth and volume that one body has lost, by one way of measuring; none where that way does not tell."""
+    """Depth and volume that one body has lost, by one way of measuring; none where it cannot be found so."""
 
     name: str
     source: Source
@@ -41,11 +41,11 @@ class WornBodies(NamedTuple):
     bodies: Mapping[str, tuple[BodyWear, ...]]
     """By the role of the body."""
     notes: tuple[str, ...] = ()
-    """What stands in the way of a volume, and what is taken for granted."""
+    """What prevents it of a volume, and what is taken for granted."""
 
 
 def surest(ways: Iterable[BodyWear], what: Literal["depth", "volume"]) -> BodyWear | None:
-    """Return the way that tells a depth or volume with the least relative uncertainty, one that measures it first."""
+    """Return the way that gives a depth or volume with the least relative uncertainty, one that measures it first."""
 
     def rank(way: BodyWear) -> tuple[bool, float]:
         found = getattr(way, what)
@@ -56,7 +56,7 @@ def surest(ways: Iterable[BodyWear], what: Literal["depth", "volume"]) -> BodyWe
 
 
 class Contradiction(NamedTuple):
-    """Two end values that give different wear of one body."""
+    """Two post-test measurements that give different wear of one body."""
 
     what: Literal["depth", "volume"]
     one: BodyWear

@@ -1,8 +1,8 @@
 """The track on the disc that a pin rubs on: its depth and volume by whatever was measured across it.
 
-A profile tells depth and cross-section A; a circle of radius R_t makes of it the volume 2πR_t·A, a stroke there and
+A profile shows depth and cross-section A; a circle of radius R_t makes of it the volume 2πR_t·A, a stroke there and
 back A times its length and the rounded ends. A depth, a width or a volume alone is one reading of two that are needed:
-the other is what was measured on the pin, or the width of the track beside its depth. Where there is none, the pin has
+the other is what was measured on the pin, or the width of the track with its depth. Where there is none, the pin has
 had any share of the wear.
 """
 
@@ -102,7 +102,7 @@ def _spread(way: BodyWear) -> float:
 
 
 def _by_pair(pair: WornPair) -> BodyWear:
-    """Return depth and volume, as far as the reading tells them; none where it says that the disc has grown."""
+    """Return depth and volume, as far as the reading gives them; none where it states that the disc has grown."""
     name, quantity = pair.disc.name, pair.disc.quantity
     way = BodyWear(name, pair.disc.source, pair=pair, assumed=frozenset({"depth", "volume"}))
     if name in VOLUMES:
@@ -133,20 +133,20 @@ def _by_profiles(found: list[Track], path: SlidingPath | None) -> BodyWear:
 
 
 def disc_notes(run: RawRun, end: EndValues, ways: Sequence[BodyWear]) -> Iterator[str]:
-    """Say what stands in the way of the disc's depth and volume, and what they take for granted."""
+    """Report why the disc's depth or volume is missing, and what they assume."""
     conditions, best = run.manifest.conditions, surest(ways, "volume")
     if ways and best is None:
         lacking = conditions.track_radius is None and conditions.stroke is None
         yield (
             "track_radius, or stroke, is missing: no volume of the disc"
             if lacking
-            else "depth or width of the track alone tell no volume of the disc"
+            else "depth or width of the track alone does not give the volume of the disc"
         )
     if best is not None and "volume" in best.assumed and best.pair is not None:
         yield from _assumed(best.pair)
     for way in ways:
         if way.name in WIDTHS and way.depth is None and run.manifest.sliding_pin.pin.shape != "flat":
-            yield f"{way.name} is no more than the scar on the pin: it tells no depth of the track"
+            yield f"{way.name} is no larger than the scar on the pin: it does not give the depth of the track"
     if 0 < len(end.disc_profile) < FEWEST_PLACES:
         yield (
             f"the track was measured at {len(end.disc_profile)} of at least {FEWEST_PLACES} places: how it varies is "
@@ -155,7 +155,7 @@ def disc_notes(run: RawRun, end: EndValues, ways: Sequence[BodyWear]) -> Iterato
 
 
 def _assumed(pair: WornPair) -> Iterator[str]:
-    """Say what the volume of a track follows from."""
+    """Report what the volume of a track follows from."""
     if pair.pin is UNKNOWN_SHARE:
         yield (
             f"the wear of the pin is unknown: {pair.disc.name} alone gives a rough volume of the disc; measure the "

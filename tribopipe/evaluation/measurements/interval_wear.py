@@ -1,6 +1,6 @@
 """Wear from one measurement to the next of an interrupted test, and the rate after running-in.
 
-Each measurement tells the volume V lost until then, so that V against the load path W = ∫F_N ds is a curve whose slope
+Each measurement gives the volume V lost until then, so that V against the load path W = ∫F_N ds is a curve whose slope
 is the specific wear rate. After running-in it is straight: its slope there is found by weighted least squares with a
 free intercept. Where running-in ends is decided by the Bayesian information criterion (G. Schwarz, Annals of
 Statistics 6 (1978) 461) among all measurements that leave three for the line, and averaged over them with the weights
@@ -27,7 +27,7 @@ from tribopipe.results.run import RawRun
 from tribopipe.results.specific_wear import WearInterval
 
 CLEARLY = 3.0
-"""Standard uncertainties of their difference by which overall and steady rate must differ to be said to."""
+"""Standard uncertainties of their difference by which overall and steady rate must at least differ for a report."""
 _FEWEST = 4
 """Measurements from which a steady rate follows."""
 _ON_THE_LINE = 3
@@ -75,7 +75,7 @@ def interval_wear(run: RawRun, recipe: Recipe, body: str) -> dict[str, Any]:
 
 
 def _measured(run: RawRun, defaults: DefaultUncertainty, body: str) -> list[_Lost]:
-    """Return what the body had lost at each interruption and at the end, by the way that tells it most often."""
+    """Return what the body had lost at each interruption and at the end, by the way that gives it most often."""
     stops = range(len(run.manifest.interruptions))
     slid = [_distance(run, stop) for stop in stops] + [float(np.nanmax(run.sliding_distance))]
     whole = [_volumes(run, defaults, body, stop) for stop in (*stops, None)]
@@ -188,7 +188,7 @@ def _line(path: Column, volume: Column, own: Column) -> tuple[float, float, floa
 def _scatter(path: Column, volume: Column, own: Column) -> float:
     """Return by how much the later measurements scatter more than they are uncertain by, at least 1.
 
-    About the straight line between their neighbours, so that running-in is not taken for scatter.
+    About the straight line between their neighbors, so that running-in is not taken for scatter.
     """
     share = (path[1:-1] - path[:-2]) / (path[2:] - path[:-2])
     about = volume[1:-1] - (1 - share) * volume[:-2] - share * volume[2:]

@@ -17,7 +17,7 @@ class Measurements(NamedTuple):
     worn: Callable[[RawRun, DefaultUncertainty, int | None], WornBodies]
     """Depth and volume of each body at an interruption, or at the end."""
     at_end: Callable[[RawRun, Recipe], EndWear | DiscEndWear | None]
-    """The wear at the end as a displacement sensor has seen it; none where nothing tells it."""
+    """The wear at the end as a displacement sensor has seen it; none where it is unknown."""
     needed: str
     """What is to be measured for that."""
 
@@ -31,9 +31,9 @@ _FAMILIES: dict[type[Contact], Measurements] = {
     SlidingPin: Measurements(
         pin_on_disc_wear,
         lambda run, recipe: end_wear(run, recipe.uncertainty),
-        "an end value of the pin (its depth, scar, volume, mass or profile)",
+        "a post-test measurement of the pin (depth, scar, volume, mass or profile)",
     ),
     TwinDisc: Measurements(
-        twin_disc_wear, disc_end_wear, "an end value of the curved disc (depth, track width or volume)"
+        twin_disc_wear, disc_end_wear, "a post-test measurement of the curved disc (depth, track width or volume)"
     ),
 }

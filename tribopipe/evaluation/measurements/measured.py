@@ -35,20 +35,20 @@ A_MAP = 20
 
 @dataclass(frozen=True)
 class EndValueUsed:
-    """One end value as it enters the correction."""
+    """One post-test measurement as it enters the correction."""
 
     name: str
     quantity: Quantity
     """Of the pin as it was measured, a mass as the volume it is; of the disc its depth."""
     source: Source
     per_radius: float = 0.0
-    """Its derivative by the pin's radius, where a profile was levelled on a sphere of that radius."""
+    """Its derivative by the pin's radius, where a profile was leveled on a sphere of that radius."""
     on_unworn_track: float = 1.0
     """What a pin worn as deep on a track that does not wear would have of it: less volume, a narrower scar."""
 
 
 def certain(value: EndValue, default: float) -> tuple[Quantity, Source]:
-    """Return an end value as a plain quantity with its standard uncertainty, stated or by default."""
+    """Return a post-test measurement as a plain quantity with its standard uncertainty, stated or by default."""
     plain = Quantity(value=value.value, unit=value.unit, standard_uncertainty=value.standard_uncertainty)
     return stated_or_default(plain, default)
 

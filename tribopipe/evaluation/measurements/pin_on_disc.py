@@ -33,16 +33,16 @@ class EndWear:
     def pin_depth(self) -> Quantity:
         """Wear depth of the pin, m: as measured, or as it follows from a scar, a volume, a mass or a profile.
 
-        Its uncertainty is that of the end value alone; the tip radius is an input of k_D by itself.
+        Its uncertainty is that of the post-test measurement alone; the tip radius is a separate input of k_D.
         """
         return combined(lambda value: float(self.pin_depth_of(value, self.tip.radius)), (self.pin.quantity,), "m")
 
     def pin_depth_of(self, end_value: ArrayLike, pin_radius: ArrayLike) -> Column:
-        """Return the pin's wear depth, m, were end value and tip radius these."""
+        """Return the pin's wear depth, m, were post-test measurement and tip radius these."""
         return self.tip.depth(self.pin, end_value, pin_radius)
 
     def grown(self, depth: float) -> "EndWear":
-        """Return the end values of a pin worn to another depth, m, the disc's in proportion, as uncertain as before."""
+        """Return the post-test measurements of a pin worn to another depth, m; the disc's in proportion."""
         disc = self.disc
         if disc is not None:
             disc = _with_value(disc, disc.quantity.value * depth / self.pin_depth.value)
@@ -57,7 +57,7 @@ class EndWear:
 
     @property
     def anchor(self) -> str:
-        """Names of the end values used."""
+        """Names of the post-test measurements used."""
         return " + ".join(used.name for used in (self.pin, self.disc) if used is not None)
 
 
@@ -68,7 +68,7 @@ def _with_value(used: EndValueUsed, value: float) -> EndValueUsed:
 def end_wear(run: RawRun, defaults: DefaultUncertainty, interruption: int | None = None) -> EndWear | None:
     """Return the wear measured at the end of a run or in between; none where nothing was measured on the pin.
 
-    Of several things measured on the pin the one is used that tells its depth most certainly; of the disc the most
+    Of several things measured on the pin the one is used that gives its depth most certainly; of the disc the most
     certain depth, a measured one before one that follows from the shape of the groove.
 
     Raises ``FitError`` for a mass without density, and for profiles of which nothing can be taken.
@@ -83,12 +83,12 @@ def end_wear(run: RawRun, defaults: DefaultUncertainty, interruption: int | None
 
 
 def beside_unseen_groove(end: EndWear, share: float, *, by_sensor: bool) -> float:
-    """Return the volume of a pin beside a groove that nobody looked at, over that on a disc that does not wear.
+    """Return the volume of a pin with a groove that was not measured, over that on a disc that does not wear.
 
     Parameters
     ----------
     end
-        What tells the depth of the pin; where the disc was measured, or the pin is flat, the answer is 1.
+        What gives the depth of the pin; where the disc was measured, or the pin is flat, the answer is 1.
     share
         Depth of the groove over that of the pin.
     by_sensor
@@ -107,14 +107,14 @@ def beside_unseen_groove(end: EndWear, share: float, *, by_sensor: bool) -> floa
 
 
 def measured_at(run: RawRun, interruption: int | None = None) -> tuple[str, EndValues]:
-    """Return the key that the end values of a run, or of an interruption, stand under, and what was measured."""
+    """Return the key of the post-test measurements of a run, or of an interruption, and what was measured."""
     if interruption is None:
         return "end_values", run.manifest.end_values
     return f"interruptions[{interruption}]", run.manifest.interruptions[interruption]
 
 
 def pin_on_disc_wear(run: RawRun, defaults: DefaultUncertainty, interruption: int | None = None) -> WornBodies:
-    """Return depth and volume of both bodies by each end value, or by what was measured at an interruption.
+    """Return depth and volume of both bodies by each post-test measurement, or by what was measured at an interruption.
 
     Raises ``FitError`` for a mass without density, and for profiles of which nothing can be taken.
     """
@@ -137,7 +137,7 @@ _NO_TRACK = EndValueUsed("disc_wear_depth", Quantity(value=0.0, unit="m"), "defa
 
 @dataclass(frozen=True)
 class _Found:
-    """All readings of pin and disc at one time, each to be taken with the best of the other body."""
+    """All readings of pin and disc at one time, each to be taken with the best of the other one."""
 
     pair: WornPair
     """The best reading of either body."""
@@ -163,7 +163,7 @@ class _Found:
         return cls(pair, pins, tuple(disc_wear(run, where, readings, pair)))
 
     def with_best_track(self, readings: Iterable[EndValueUsed]) -> "_Found":
-        """Return the same with the reading of the track that tells its depth most certainly."""
+        """Return the same with the reading of the track that gives its depth most certainly."""
         way = surest(self.disc, "depth")
         name = None if way is None else way.name
         disc = next((one for one in readings if one.name == name), _NO_TRACK)

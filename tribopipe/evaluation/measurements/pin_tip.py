@@ -2,7 +2,7 @@
 
 A spherical tip is worn flat: a scar of diameter d is the base of a cap, whose height is the depth and whose volume was
 lost. A truncated sphere has lost what lies between its flat and the scar. A flat pin keeps its area. What was measured
-is kept as it is, a scar as a scar, so that the radius of the tip can vary beside it.
+is kept as it is, a scar as a scar, so that the radius of the tip can vary independently.
 """
 
 from collections.abc import Iterator, Mapping
@@ -53,7 +53,7 @@ class PinTip:
         return cls(pin.shape, pin.radius.value, 0.0 if pin.flat_radius is None else pin.flat_radius.value)
 
     def depth(self, used: EndValueUsed, value: ArrayLike, radius: ArrayLike) -> Column:
-        """Return the wear depth, m, were this end value and the tip's radius these; odd about no wear."""
+        """Return the wear depth, m, were this post-test measurement and the tip's radius these; odd about no wear."""
         measured, r = used.on_unworn_track * np.asarray(value, dtype=float), np.asarray(radius, dtype=float)
         if used.name in SCARS:
             depth = scar_depth(scar_radius=np.abs(measured) / 2, sphere_radius=r, flat_radius=self.flat_radius)
@@ -99,7 +99,7 @@ class PinTip:
 
 
 def pin_values(run: RawRun, where: str, end: EndValues, defaults: DefaultUncertainty) -> Iterator[EndValueUsed]:
-    """Yield each end value of the pin with its uncertainty; a mass as volume, profiles as the depth below the sphere.
+    """Yield each post-test measurement of the pin with its uncertainty; masses as volumes, profiles as depths.
 
     Raises ``FitError`` for a mass without density, and for a profile that shows no flat on a sphere.
     """
@@ -121,7 +121,7 @@ def pin_values(run: RawRun, where: str, end: EndValues, defaults: DefaultUncerta
 
 
 def known_density(run: RawRun, body: str, key: str, defaults: DefaultUncertainty) -> Quantity:
-    """Return the density of a body. Raises ``FitError`` where run.toml does not say it."""
+    """Return the density of a body. Raises ``FitError`` where run.toml does not state it."""
     density = run.manifest.bodies[body].density
     if density is None:
         raise FitError(
@@ -137,7 +137,7 @@ def _profiled(run: RawRun, key: str, profiles: Mapping[str, Profile]) -> EndValu
     tip = PinTip.of(run.manifest.sliding_pin.equivalent_pin)
     if tip.shape == "flat":
         raise FitError(
-            f"{run.id}: {key}: found a profile of a flat pin, on which nothing unworn is left to level it on; expected "
+            f"{run.id}: {key}: found a profile of a flat pin, which has no unworn surface to level it on; expected "
             "one of a spherical tip; give pin_wear_depth or pin_mass_loss instead"
         )
     through = _through_the_middle(run, profiles, tip.radius)

@@ -1,7 +1,7 @@
-"""The specific wear rate k = V/(F_N·s) of each body of a run, mm³/(N·m), from its end values.
+"""The specific wear rate k = V/(F_N·s) of each body of a run, mm³/(N·m), from its post-test measurements.
 
-V is the volume by the most certain end value, s the distance slid, F_N the normal load: its mean over that distance
-where it was recorded, else as run.toml states it.
+V is the volume by the most certain post-test measurement, s the sliding distance, F_N the normal load: its mean over
+that distance where it was recorded, else as run.toml states it.
 """
 
 import math
@@ -26,7 +26,8 @@ from tribopipe.results.wording import reworded
 def specific_wear(run: RawRun, recipe: Recipe | None = None) -> SpecificWear:
     """Return wear volume, depth and specific wear rate of each body at the end of a run.
 
-    A run without bodies, without end values or without a volume passes through, and the result says what it lacks.
+    A run without bodies, without post-test measurements or without a volume passes through, and the result states what
+    is missing.
 
     Raises ``FitError`` for a mass without density, and for profiles of which nothing can be taken.
     """
@@ -38,7 +39,7 @@ def specific_wear(run: RawRun, recipe: Recipe | None = None) -> SpecificWear:
     worn, notes = measurements_of(contact).worn(run, defaults, None)
     distance = _distance(run, defaults)
     if distance is None:
-        return SpecificWear(outcome="not evaluated", notes=(*notes, "nothing slid"))
+        return SpecificWear(outcome="not evaluated", notes=(*notes, "no sliding distance"))
     load = _load(run, recipe)
     rates = {name: _rate(ways, load, distance) for name, ways in worn.items()}
     rates = {name: rate.model_copy(update=interval_wear(run, recipe, name)) for name, rate in rates.items()}
@@ -59,7 +60,7 @@ def specific_wear(run: RawRun, recipe: Recipe | None = None) -> SpecificWear:
 
 
 def _distance(run: RawRun, defaults: DefaultUncertainty) -> Quantity | None:
-    """Return the distance slid, m, uncertain by the speed or radius it was derived from; none without any."""
+    """Return the sliding distance, m, uncertain by the speed or radius it was derived from; none without any."""
     slid = run.columns.get("sliding_distance")
     if slid is None or not np.any(np.isfinite(slid)) or not np.nanmax(slid) > 0:
         return None

@@ -48,11 +48,11 @@ class DiscEndWear:
     total: Quantity
     """h₁ + h₂, m: what a displacement sensor has seen."""
     names: tuple[str, ...]
-    """Names of the end values it was taken from, that of the curved disc first."""
+    """Names of the post-test measurements it was taken from, that of the curved disc first."""
 
     @property
     def anchor(self) -> str:
-        """Names of the end values used."""
+        """Names of the post-test measurements used."""
         return " + ".join(self.names)
 
 
@@ -134,7 +134,7 @@ def disc_end_wear(run: RawRun, recipe: Recipe) -> DiscEndWear | None:
 
 
 def disc_totals(run: RawRun, recipe: Recipe) -> list[DiscEndWear]:
-    """Return the wear of both discs at the end of a run by each kind of end value that all measured discs have.
+    """Return the wear of both discs at the end of a run by each kind of measurement that all measured discs have.
 
     Depths add up. Volumes give the cross-section lost by both, and a track its width, of which the depth follows by the
     geometry of the worn flat (tribopipe.physics.twin_disc).
@@ -152,7 +152,7 @@ def disc_totals(run: RawRun, recipe: Recipe) -> list[DiscEndWear]:
 
 
 def _total(measured: list[DiscMeasurement], discs: DiscPair, contact: TwinDisc) -> DiscEndWear:
-    """Return h₁ + h₂ by measurements of one kind; its uncertainty is theirs, to first order."""
+    """Return h₁ + h₂ by measurements of one kind; its uncertainty is theirs, by first-order propagation."""
     around = {
         "curved_disc": 2 * math.pi * contact.curved_disc.rolling_radius.value,
         "flat_disc": 2 * math.pi * contact.flat_disc.rolling_radius.value,

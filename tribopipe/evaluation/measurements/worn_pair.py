@@ -1,4 +1,4 @@
-"""Pin and track as one worn pair: a reading on the pin and one on the track tell the wear of both.
+"""Pin and track as one worn pair: a reading on the pin and one on the track give the wear of both.
 
 Where the track wears, the scar on the pin is no circle: it is wider across the sliding direction than it is long, and
 the groove is as wide. So a scar, a volume of the pin and a depth of the track depend on each other
@@ -27,14 +27,14 @@ WIDTHS = ("disc_track_width", "pin_scar_width")
 UNKNOWN_SHARE = EndValueUsed(
     "pin_share", Quantity(value=0.5, unit="1", standard_uncertainty=1 / math.sqrt(12)), "default"
 )
-"""Share of the pin in the wear depth of both where nothing tells it: anything from 0 to 1."""
+"""Share of the pin in the wear depth of both where it is unknown: anything from 0 to 1."""
 _SHAPE = (SHAPE_MOST - SHAPE_LEAST) / math.sqrt(3) / (SHAPE_MOST + SHAPE_LEAST)
 """Relative standard uncertainty of a real groove's shape: known no better than those of rigid bodies differ."""
 _ENDS = Quantity(value=1.0, unit="1", standard_uncertainty=0.2)
 """Volume of both ends of a stroke over that of the groove's section revolved, by a simulation of two strokes."""
 _TURNS = 8
 _WORN_TIP = 0.5
-"""Share of the depth of half a sphere by which a tip may be worn where nothing tells."""
+"""Share of the depth of half a sphere by which a tip may be worn where it is unknown."""
 VOLUMES = ("pin_wear_volume", "pin_mass_loss", "disc_wear_volume", "disc_mass_loss")
 Wear = Literal["pin_depth", "disc_depth", "pin_volume", "disc_volume"]
 

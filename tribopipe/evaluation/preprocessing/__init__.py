@@ -1,1 +1,1 @@
-"""Clean-up of a run's signals, step by step as a recipe lists them. Raw signals are never changed."""
+"""Preprocessing of a run's signals, step by step as a recipe lists them. Raw signals are never changed."""

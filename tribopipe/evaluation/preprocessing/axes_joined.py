@@ -1,4 +1,4 @@
-"""Axes made continuous: restarts joined, starts carried over from the test before taken off."""
+"""Axes made continuous: restarts joined, starts carried over from the test before subtracted."""
 
 import numpy as np
 
@@ -41,7 +41,7 @@ def _without_glitches(bench: Bench, name: SignalName) -> Column | None:
     if found.samples:
         count = len(found.samples)
         what = f"{count} wrong reading{'s' if count > 1 else ''} interpolated, the first at {found.samples[0] + 1}"
-        bench.put(name, found.values, what, "a counter does not go back while time goes on")
+        bench.put(name, found.values, what, "a counter does not run backward in time")
     return found.values
 
 
@@ -51,16 +51,16 @@ def _begin(bench: Bench, name: SignalName, leads: dict[SignalName, float], step:
     other = min((lead for one, lead in leads.items() if one != name), default=np.inf)
     covered = np.nanmax(axis) - first
     if step.carried_over == "always":
-        start, why = first, "the recipe says that it was carried over"
+        start, why = first, "the recipe states that it was carried over"
     elif step.carried_over == "told" and min(leads[name], other) > _CLOCK:
         start, why = first, f"a clock or counter that was not reset, at more than {_CLOCK:g} times what it covers"
     elif step.carried_over == "told" and leads[name] - max(other, 0.0) > _LATE:
-        start, why = first - max(other, 0.0) * covered, "carried over from an earlier test, as another axis tells"
+        start, why = first - max(other, 0.0) * covered, "carried over from an earlier test, as another axis shows"
     else:
         return
     if start:
         offset = Quantity(value=float(start), unit=SIGNALS[name].unit)
-        bench.put(name, axis - start, f"start of {offset} taken off", why, offset=offset)
+        bench.put(name, axis - start, f"start of {offset} subtracted", why, offset=offset)
 
 
 def _lead(axis: Column) -> float:

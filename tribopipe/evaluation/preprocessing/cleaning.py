@@ -1,4 +1,4 @@
-"""Clean-up of one run by the steps of a recipe, in their order."""
+"""Preprocessing of one run by the steps of a recipe, in their order."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
@@ -33,7 +33,7 @@ _TAKE: dict[CleaningStepName, Callable[[Bench, Any], None]] = {
 
 
 class CleanedRun(NamedTuple):
-    """A run whose signals were cleaned up, and what was done to them."""
+    """A run whose signals were preprocessed, and what was done to them."""
 
     run: RawRun
     """The run with its cleaned columns in the place of the raw ones."""
@@ -43,9 +43,9 @@ class CleanedRun(NamedTuple):
 
 
 def clean_run(run: RawRun, recipe: Recipe | None = None) -> CleanedRun:
-    """Clean up the signals of a run as a recipe says; the run itself stays as it is.
+    """Preprocess the signals of a run as a recipe states; the run itself stays as it is.
 
-    Columns that are derived from changed ones, such as the friction coefficient from forces, are derived anew.
+    Columns that are derived from changed ones, such as the friction coefficient from forces, are derived again.
     """
     recipe = recipe or Recipe()
     bench = Bench(run)

@@ -1,4 +1,4 @@
-"""Signs: a load presses, friction of a test in one direction is positive, and what a lab says counts the other way."""
+"""Signs: compressive loads and friction in one direction are positive, and signals stated as reversed are inverted."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ _FRICTIONS: tuple[SignalName, ...] = ("friction_force", "friction_coefficient")
 
 
 def pulls(load: Column, nominal: float) -> bool:
-    """Tell whether a load reads negative where it is on, by at least a twentieth of the nominal load."""
+    """Return whether a load reads negative where it is on, by at least a twentieth of the nominal load."""
     some = fewer(load)
     if not len(some) or np.min(some) >= 0:
         return False
@@ -27,7 +27,7 @@ def turn_load(bench: Bench, _: PressingLoad) -> None:
     """Turn a load over that reads negative where it is on."""
     load = bench.measured("normal_force")
     if load is not None and pulls(load, bench.manifest.conditions.normal_load.value):
-        bench.put("normal_force", -load, "turned over", "it reads negative when loaded", factor=-1.0)
+        bench.put("normal_force", -load, "sign reversed", "negative under load", factor=-1.0)
 
 
 def turn_friction(bench: Bench, _: FrictionSign) -> None:
@@ -37,7 +37,7 @@ def turn_friction(bench: Bench, _: FrictionSign) -> None:
     for name in _FRICTIONS:
         friction = bench.measured(name)
         if friction is not None and _is_negative(friction):
-            bench.put(name, -friction, "turned over", "it reads negative in a test in one direction", factor=-1.0)
+            bench.put(name, -friction, "sign reversed", "negative in a unidirectional test", factor=-1.0)
 
 
 def turn_over(bench: Bench, step: TurnOver) -> None:
@@ -45,9 +45,9 @@ def turn_over(bench: Bench, step: TurnOver) -> None:
     for name in dict.fromkeys(step.signals):
         values = bench.measured(name)
         if values is not None:
-            bench.put(name, -values, "turned over", "the recipe says that it counts the other way", factor=-1.0)
+            bench.put(name, -values, "sign reversed", "the recipe states that it counts backward", factor=-1.0)
         elif name in bench.columns and bench.origins[name] != "measured":
-            bench.leave(name, "not turned over, since it was not measured", bench.origins[name])
+            bench.leave(name, "sign not reversed, since it was not measured", bench.origins[name])
 
 
 def _is_negative(friction: Column) -> bool:

@@ -1,7 +1,7 @@
-"""Lone samples far off their neighbours (F. R. Hampel, Journal of the American Statistical Association 69 (1974) 383).
+"""Lone samples far off their neighbors (F. R. Hampel, Journal of the American Statistical Association 69 (1974) 383).
 
 A sample is a spike where it differs from the running median by more than some standard deviations. The standard
-deviation is 1.4826 times the median absolute deviation from that median: of the neighbours, but no less than of the
+deviation is 1.4826 times the median absolute deviation from that median: of the neighbors, but no less than of the
 whole record, nor than the finest step that the record shows.
 """
 
@@ -19,7 +19,7 @@ def mask_spikes(bench: Bench, step: Despike) -> None:
     for name in step.signals:
         values = bench.measured(name)
         if values is not None:
-            what = f"further than {step.threshold:g} standard deviations off the median of {step.window} samples"
+            what = f"more than {step.threshold:g} standard deviations from the median of {step.window} samples"
             bench.mask(name, spikes(values, step.window, step.threshold), what, "a spike")
 
 

@@ -23,7 +23,7 @@ _CLEARLY = 0.3
 _REGULAR = 0.35
 """A stroke whose length differs from the median by more than this share of it is not whole."""
 _BESIDE = 0.1
-"""Share of the swing by which friction beside a large offset stays off zero."""
+"""Share of the swing by which friction with a large offset stays off zero."""
 _MOST_WHOLE = 0.8
 _FEWEST_STROKES, _FEWEST_SAMPLES = 4, 5
 
@@ -60,7 +60,7 @@ def average_strokes(bench: Bench, step: StrokeWiseFriction) -> None:
     averaged[~np.isfinite(mu)] = np.nan
     if not np.array_equal(averaged, mu, equal_nan=True):
         what = f"one value for each of {len(whole)} strokes, by {step.method} over {step.middle:.0%} of it"
-        bench.put("friction_coefficient", averaged, what, "friction goes there and back", parts=len(whole))
+        bench.put("friction_coefficient", averaged, what, "friction is reciprocating", parts=len(whole))
 
 
 def whole_strokes(signed: Column, *, any_offset: bool = False) -> list[Stroke]:
@@ -89,7 +89,7 @@ def _strokes(signed: Column, *, any_offset: bool) -> Iterator[Stroke]:
 
 
 def _beside_zero(seen: Column, swing: float) -> bool:
-    """Tell whether friction swings beside zero without touching it, as a magnitude without sign does at each turn."""
+    """Return whether friction swings next to zero without touching it, as a magnitude does at each turn."""
     return bool(swing > 0 and np.percentile(np.abs(seen), 1) > _BESIDE * swing)
 
 

@@ -1,4 +1,4 @@
-"""Friction coefficients without a load to speak of: a quotient of two noises, which says nothing of friction."""
+"""Friction coefficients without a load to speak of: a quotient of two noises, without information on friction."""
 
 import numpy as np
 
@@ -21,6 +21,6 @@ def mask_unloaded_friction(bench: Bench, step: UnloadedFriction) -> None:
         return
     if load is not None and step.share and np.nanmax(load) >= nominal.value / 2:
         what = f"load below {step.share:.3g} of the nominal {nominal.shown()}"
-        bench.mask("friction_coefficient", load < step.share * nominal.value, what, "nothing presses")
+        bench.mask("friction_coefficient", load < step.share * nominal.value, what, "no load")
         mu = bench.columns.get("friction_coefficient", mu)
     bench.mask("friction_coefficient", np.abs(mu) > MOST_FRICTION, "beyond ±10", "physically impossible")

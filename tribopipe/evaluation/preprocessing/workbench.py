@@ -1,4 +1,4 @@
-"""The columns of one run while they are cleaned up, and a record of what was done to them."""
+"""The columns of one run while they are preprocessed, and a record of what was done to them."""
 
 from typing import Any
 
@@ -17,7 +17,7 @@ Selection = NDArray[np.bool_]
 
 
 class Bench:
-    """Columns that steps change in turn; what is derived from a changed one is derived anew."""
+    """Columns that steps change in turn; what is derived from a changed one is derived again."""
 
     step: CleaningStepName
     """The step that is being taken."""
@@ -39,7 +39,7 @@ class Bench:
         return values
 
     def put(self, name: SignalName, values: Column, what: str, why: str, **more: Any) -> None:
-        """Replace a column; one that is derived is not derived anew hereafter."""
+        """Replace a column; one that is derived is not derived again hereafter."""
         before = self.columns[name]
         changed = np.count_nonzero((before != values) & ~(np.isnan(before) & np.isnan(values)))
         self.columns[name] = values
@@ -66,7 +66,7 @@ class Bench:
         self._tell(name, samples, f"{samples} sample{'s' if samples > 1 else ''} masked: {what}", why)
 
     def leave(self, name: SignalName, what: str, why: str) -> None:
-        """Say why a column stays as it is, where a recipe wants it changed."""
+        """Report why a column stays as it is, where a recipe wants it changed."""
         self._tell(name, 0, what, why)
 
     def leave_out(self, name: SignalName, what: str, why: str) -> None:
@@ -77,7 +77,7 @@ class Bench:
         self._tell(name, samples, what, why)
 
     def finish_step(self) -> None:
-        """Derive anew what is not measured, if anything it may depend on has changed."""
+        """Derive again what is not measured, if anything it may depend on has changed."""
         if not self._stale:
             return
         kept = [name for name in self.columns if self.origins[name] == "measured" or name in self._settled]
@@ -94,6 +94,6 @@ class Bench:
 
 
 def fewer(values: Column) -> Column:
-    """Return at most some ten thousand samples, evenly spread and finite, by which a level can be told quickly."""
+    """Return at most some ten thousand samples, evenly spread and finite, by which a level can be found quickly."""
     some = values[:: max(1, len(values) // 10_000)]
     return some[np.isfinite(some)]

@@ -1,6 +1,7 @@
 """Force sensors zeroed on what they read while nothing touches.
 
-When nothing touches, the lab may say. Otherwise the measured load tells: a run that begins or ends on a level stretch,
+When nothing touches, the lab may state. Otherwise the measured load shows: a run that begins or ends on a level
+stretch,
 from which the load then goes off by at least half the nominal load, did so without contact if that stretch reads zero,
 or less than zero seen in the direction of loading. A level above zero may be a small load, and is left alone; so is one
 that is no nearer to zero than half the step to the load, since it may be the load itself, upside down.
@@ -20,7 +21,7 @@ from tribopipe.physics.autocorrelation import effective_samples
 _FEWEST = 10
 """Samples of a level stretch."""
 _FEWEST_SEEN = 2
-"""Samples by which a zero and its uncertainty can be told."""
+"""Samples by which a zero and its uncertainty can be found."""
 _LEVEL = 0.02
 """Share of the step to the load within which a stretch is level."""
 _NEARER = 0.5
@@ -30,36 +31,36 @@ _NOISE = 6.0
 _TRIMMED = 0.1
 """Share of a stretch, next to the loading, that is left out."""
 _TOLD = 2.0
-"""Standard uncertainties by which a reading differs from zero at least where it is taken off."""
+"""Standard uncertainties by which a reading differs from zero at least where it is subtracted."""
 
 
 def zero_forces(bench: Bench, step: Zero) -> None:
-    """Take the mean reading without contact off each force, and derive friction anew that was recorded beside them."""
+    """Subtract the mean reading without contact from each force, and derive friction recorded with them again."""
     where = _stated(bench, step) if step.windows else _unloaded(bench)
     if where is None:
         return
     why = "in the windows stated" if step.windows else "without contact"
     zeroed = [name for name in step.signals if _zeroed(bench, name, where, why)]
     if zeroed and bench.measured("friction_force") is not None and bench.measured("friction_coefficient") is not None:
-        what = "the recorded one gives way to that derived from the zeroed forces"
-        bench.leave_out("friction_coefficient", what, "an instrument divides forces that are not zeroed")
+        what = "the recorded coefficient is replaced by that from the zeroed forces"
+        bench.leave_out("friction_coefficient", what, "the instrument divides forces that are not zeroed")
 
 
 def _zeroed(bench: Bench, name: SignalName, where: Selection, why: str) -> bool:
-    """Take off a force what it reads on the mean where nothing touches; tell whether that was anything."""
+    """Subtract from a force its mean reading where nothing touches; return whether that was possible."""
     force = bench.measured(name)
     if force is None:
         return False
     seen = force[where & np.isfinite(force)]
     if len(seen) < _FEWEST_SEEN:
-        bench.leave(name, f"not zeroed: {len(seen)} samples {why}; expected at least {_FEWEST_SEEN}", "too few to tell")
+        bench.leave(name, f"not zeroed: {len(seen)} samples {why}; expected at least {_FEWEST_SEEN}", "too few")
         return False
     zero, spread = float(np.mean(seen)), float(np.std(seen, ddof=1))
     uncertainty = spread / math.sqrt(effective_samples(seen))
     if abs(zero) <= max(_TOLD * uncertainty, 1e-9 * float(np.nanmax(np.abs(force)))):
         return False
     offset = Quantity(value=zero, unit="N", standard_uncertainty=uncertainty)
-    what = f"zero of {offset.shown('mN')} taken off"
+    what = f"zero of {offset.shown('mN')} subtracted"
     bench.put(name, force - zero, what, f"mean of {len(seen)} samples {why}", offset=offset)
     return True
 
@@ -73,7 +74,7 @@ def _stated(bench: Bench, step: Zero) -> Selection:
 
 
 def _unloaded(bench: Bench) -> Selection | None:
-    """Find the level stretches without contact at either end of the run; none where the load does not tell."""
+    """Find the level stretches without contact at either end of the run; none where the load does not show them."""
     load = bench.measured("normal_force")
     if load is None or len(load) < 2 * _FEWEST:
         return None

@@ -1,7 +1,7 @@
-"""The unworn surface in a profile across a wear track, by which the profile is levelled, and where the track is.
+"""The unworn surface in a profile across a wear track, by which the profile is leveled, and where the track is.
 
 On a crown or ball of known radius r the unworn surface is an arc, on a flat specimen a line; offset z₀, tilt t and
-centre x_c are free:
+center x_c are free:
 
     z = z₀ − arc(x − x_c),  arc(x) = r − √(r² − x²)  (crown)
     z = z₀ + t·x  (flat),   z = z₀ + t·x + b·x²  (curved)
@@ -16,8 +16,8 @@ taken, and what b may be hidden in the noise, √(b² − u²(b)), counts among 
 
 Shoulders and track are found in turns, beginning with the ends of the profile as shoulders. The groove is the
 contiguous stretch around the deepest place in which the surface, smoothed, lies below the unworn one by more than the
-shoulders' noise. Material piled up beside it is what stands above the unworn surface from there on outwards, where it
-stands out of the noise; it is no shoulder, and neither is half as much beside it again.
+shoulders' noise. Material piled up next to it is what stands above the unworn surface from there on outwards, where it
+stands out of the noise; it is no shoulder, and neither is half as much next to it again.
 
 Dust on the shoulders stands out of the noise and is left out of the fit. Dust anywhere that is narrower than half a
 percent of the profile's points and stands up by more than 5 standard deviations of the noise and 3 % of the depth is
@@ -60,7 +60,7 @@ _CLEARLY_CURVED = 4.0
 _CURVED_SHOULDERS = 0.4
 """Least share of the points that show that curvature."""
 _BESIDE_PILE_UP = 0.5
-"""Share of its width beside piled-up material that may still belong to it."""
+"""Share of its width with piled-up material that may still belong to it."""
 _DUST_WIDTH, _DUST_NOISE, _DUST_DEPTH = 0.005, 5.0, 0.03
 """Of dust: most of the points that it covers; least height in standard deviations of the noise, and of the depth."""
 _MAD = 1.4826
@@ -114,7 +114,7 @@ class Unworn:
         moved = Unworn(self.crown_radius, self.offset + float(steps[0]), self.sideways + float(steps[1]), bend)
         if self.crown_radius is not None and abs(moved.sideways) + x[-1] >= self.crown_radius:
             raise FitError(
-                "profile: found shoulders that fit no crown of radius "
+                "profile: found shoulders that do not fit a crown of radius "
                 f"{show(self.crown_radius, None, 'm', 'mm')}; expected the unworn crown on both sides of the track; "
                 "check the units of position and height, and crown_radius"
             )
@@ -143,7 +143,7 @@ class Fit:
         return np.asarray(np.linalg.pinv(gradients / scale) / scale[:, None])
 
     def spread(self, x: Column, weights: Column) -> float:
-        """Return the standard uncertainty of Σ weights·(unworn − measured), to first order."""
+        """Return the standard uncertainty of Σ weights·(unworn − measured), by first-order propagation."""
         through_fit = (weights @ self.unworn.gradients(x)) @ self.solver(x)
         noise = self.variance * float(np.dot(through_fit, through_fit) + np.dot(weights, weights))
         form = self.hidden_bend * self._off(x, weights, x**2) if self.hidden_bend else 0.0
@@ -215,7 +215,7 @@ def _trimmed(x: Column, z: Column, start: Unworn) -> Fit:
 
 
 def _on_arc(x: Column, z: Column, start: Unworn) -> tuple[Fit, Worn]:
-    """Level on an arc; by longer shoulders where it is a little off, and all beside the ends seems piled up."""
+    """Level on an arc; by longer shoulders where it is a little off, and all with the ends seems piled up."""
     try:
         return _in_turns(x, z, start, _FIRST_SHOULDER)
     except FitError:
@@ -269,7 +269,7 @@ def _apart_from(stretch: slice, count: int) -> Mask:
 
 
 def _fitted(x: Column, z: Column, start: Unworn, beside: Mask) -> Fit:
-    """Fit the unworn surface beside the track, first to all of it and then to what does not stand out."""
+    """Fit the unworn surface with the track, first to all of it and then to what does not stand out."""
     unworn = _solved(x, z, start, beside)
     rounding = _ROUNDING * float(np.ptp(z))
     kept = _within_noise(z - unworn.height(x), beside, rounding)
@@ -296,7 +296,7 @@ def _within_noise(residuals: Column, beside: Mask, rounding: float) -> Mask:
 
 
 def _worn(lost: Column, fit: Fit) -> Worn:
-    """Return the groove around the deepest place and what is piled up beside it.
+    """Return the groove around the deepest place and what is piled up next to it.
 
     Raises ``FitError`` where the deepest place is no deeper than noise, or the groove reaches the edge.
     """
@@ -318,7 +318,7 @@ def _groove(smooth: Column, spread: float, rounding: float) -> slice:
     deepest = int(np.argmax(smooth))
     if smooth[deepest] <= _STANDS_OUT * spread + rounding:
         deep = show(float(smooth[deepest]), None, "m", "um")
-        raise no_track(f"no place that stands out of the noise beside it, the deepest {deep} below the unworn surface")
+        raise no_track(f"no place that stands out of the noise, the deepest {deep} below the unworn surface")
     at_level = np.flatnonzero(smooth <= max(_IN_NOISE * spread, _IN_FORM * smooth[deepest]) + rounding)
     before, after = at_level[at_level < deepest], at_level[at_level > deepest]
     least = _least(len(smooth))
@@ -389,7 +389,7 @@ def smoothed(lost: Column, fit: Fit, window: int | None = None) -> tuple[Column,
 
 
 def no_track(found: str) -> FitError:
-    """Say that a profile has no wear track."""
+    """Report that a profile has no wear track."""
     return FitError(
         f"profile: found {found}; expected a wear track with unworn surface on both sides; check that heights count "
         "upwards, out of the disc, and that the profile is long enough, or take it out of run.toml"
@@ -398,6 +398,6 @@ def no_track(found: str) -> FitError:
 
 def _at_the_edge() -> FitError:
     return FitError(
-        "profile: found a track that reaches the edge of the profile; expected unworn surface on both sides, by "
-        "which it is levelled; measure a longer profile, and check the radius if it leads across a ball or a crown"
+        "profile: found a track that reaches the edge of the profile; expected unworn surface on both sides, to level "
+        "it on; measure a longer profile, and check the radius if it leads across a ball or a crown"
     )

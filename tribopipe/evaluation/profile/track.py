@@ -1,9 +1,9 @@
-"""What a profile across a wear track or a worn tip says: areas lost and piled up, width, depth, and volumes of them.
+"""What a profile across a wear track or a worn tip gives: areas lost and piled up, width, depth, and volumes of them.
 
-Signs: the cross-section of the groove is what was lost and counts above zero; so does what is piled up beside it, which
-was gained; the net loss is the one less the other, and below zero where more was piled up than the groove holds.
+Signs: the cross-section of the groove is what was lost and counts above zero; so does what is piled up next to it,
+which was gained; the net loss is the one less the other, and below zero where more was piled up than the groove holds.
 
-How the unworn surface and the track are found is told in tribopipe.evaluation.profile.levelling.
+How the unworn surface and the track are found is described in tribopipe.evaluation.profile.levelling.
 """
 
 import math
@@ -53,7 +53,7 @@ class Track:
     area: Quantity
     """Cross-section lost below the unworn surface, m², with its standard uncertainty."""
     pile_up: Quantity
-    """Cross-section gained beside it above the unworn surface, m²; zero where nothing stands out of the noise."""
+    """Cross-section gained next to it above the unworn surface, m²; zero where nothing stands out of the noise."""
     net_area: Quantity
     """What was lost less what is piled up, m²."""
     width: Quantity
@@ -101,11 +101,12 @@ def worn_area(profile: Profile, crown_radius: float | None) -> Track:
     width is the diameter of the scar, if the profile leads through its middle.
 
     Its cross-section is A = ∫(unworn − measured)dx, m², by trapezoids from bound to bound. Within them single samples
-    above the unworn surface count against it, so that noise cancels. Material piled up beside the track lies outside
+    above the unworn surface count against it, so that noise cancels. Material piled up next to the track lies outside
     them and is measured by itself. Of several tracks the one with the deepest place is taken.
 
     The standard uncertainty is the shoulders' noise, in as many independent samples as it holds, in the fit of the
-    unworn surface and in the track itself, to first order, and what lies between the bounds and where the walls lead
+    unworn surface and in the track itself, by first-order propagation, and what lies between the bounds and where the
+    walls lead
     to. That of the crown radius is not in it. It is too small where the shoulders hold fewer than some 20 independent
     samples.
 
@@ -125,7 +126,7 @@ def worn_area(profile: Profile, crown_radius: float | None) -> Track:
 
 
 def examined(profile: Profile, crown_radius: float | None) -> Track | Level:
-    """Return the track across a profile, or the profile levelled where it has none.
+    """Return the track across a profile, or the profile leveled where it has none.
 
     Raises ``FitError`` where the profile does not fit the radius.
     """
@@ -237,7 +238,7 @@ class _Weights(NamedTuple):
 
 
 def _lean(fit: Fit, centre: float) -> float:
-    """Return the cosine of the angle by which a ball lay turned, its flat beside the top of the arc; 1 if flat."""
+    """Return the cosine of the angle by which a ball lay turned, its flat next to the top of the arc; 1 if flat."""
     radius = fit.unworn.crown_radius
     return 1.0 if radius is None else math.sqrt(1 - ((centre - fit.unworn.sideways) / radius) ** 2)
 
@@ -284,7 +285,7 @@ def _settled(estimates: list[_Estimate]) -> tuple[int, float]:
     They come by ever more points, so that noise sinks from each to the next while the error of form rises. By Lepski's
     rule (Theory Probab. Appl. 35 (1990) 454) the last is found that agrees with all before it. The error of form may
     still be as large as the noise there; where a later one disagrees the one before it is taken, whose error is less,
-    as for confidence intervals (Hall, Ann. Statist. 20 (1992) 675). What its neighbour differs by remains uncertain.
+    as for confidence intervals (Hall, Ann. Statist. 20 (1992) 675). What its neighbor differs by remains uncertain.
     """
     agree = 0
     while agree + 1 < len(estimates) and all(
@@ -308,7 +309,7 @@ def _edge(x: Column, lost: Column, fit: Fit, track: slice, side: int, depth: flo
 def _followed(x: Column, smooth: Column, spread: float, track: slice, side: int, depth: float) -> _Edge:
     """Return where a wall leads to by two heights on it, carried on as the wall of a parabola.
 
-    A flat worn on a crown is one. How far another wall is none, by two heights farther down, tells how far it may lead.
+    A flat worn on a crown is one. How far another wall is none, by two heights farther down, shows how far it may lead.
     """
     raised = min(spread / depth, 0.3)
     low, high, higher = (share + raised for share in _WALL)

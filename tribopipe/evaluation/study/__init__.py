@@ -1,1 +1,1 @@
-"""Several runs under one wear law: fit some, predict others, and say where the law does not hold."""
+"""Several runs under one wear law: fit some, predict others, and report where the law does not hold."""

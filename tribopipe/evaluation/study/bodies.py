@@ -1,4 +1,4 @@
-"""Which runs may share one k_D: those of the same bodies in the same medium."""
+"""Which runs may share one k_D: those of the same bodies in the same environment."""
 
 from collections.abc import Sequence
 
@@ -9,14 +9,14 @@ from tribopipe.documents.slip import slip
 
 
 def check_bodies(study_id: str, manifests: Sequence[RunManifest]) -> None:
-    """Refuse runs of other materials, geometry or medium under one k_D."""
+    """Refuse runs of other materials, geometry or environment under one k_D."""
     first = manifests[0]
     for other in manifests[1:]:
         for what, mine, theirs in zip(_alike(first.described, first), bodies(first), bodies(other), strict=False):
             if mine != theirs:
                 raise FitError(
                     f"{study_id}: found {what} {theirs} in {other.id} and {mine} in {first.id}; expected the same "
-                    "bodies in the same medium for one k_D; take one of them out of the study"
+                    "materials and environment for one k_D; remove one of them from the study"
                 )
 
 

@@ -18,7 +18,7 @@ from tribopipe.base.arrays import Column
 from tribopipe.results.agreement import BetweenRuns
 
 _FEWEST_TO_JUDGE = 4
-"""With fewer runs no outlier can be told from scatter."""
+"""With fewer runs no outlier can be distinguished from scatter."""
 _UNLIKELY = 0.01
 """Probability below which runs are not taken to have agreed so well by chance."""
 _OUTLIER_LEVEL = 0.05
@@ -54,7 +54,7 @@ class Combination:
 
 
 def combine(ids: Sequence[str], best: Sequence[float], draws: Column) -> Combination:
-    """Weigh runs by their best k_D and by draws of it, (draws, runs)."""
+    """Weigh runs by their best k_D and by Monte Carlo of it, (draws, runs)."""
     if len(ids) == 1:
         return Combination(np.ones(1), 0.0, None)
     from scipy.stats import chi2

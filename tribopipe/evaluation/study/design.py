@@ -1,6 +1,6 @@
 """Experimental design: what a longer test, replicates, or a better known input would do for each k_D.
 
-To first order (JCGM 100:2008, 5.1.2) on the run as it would be: the law with the k_D found (``longer_tests``).
+First-order (JCGM 100:2008, 5.1.2) on the run as it would be: the law with the k_D found (``longer_tests``).
 """
 
 import math
@@ -29,13 +29,13 @@ def designs(
     shared: Collection[str] = (),
     scatter: Sequence[float | None] = (),
 ) -> tuple[Design, ...]:
-    """Say for each body what it takes to know its k_D to ``wanted``, the half width of its 95 % interval over k_D.
+    """Report for each body what it takes to know its k_D to ``wanted``, the half width of its 95 % interval over k_D.
 
     ``shared`` inputs are off by the same error in all replicates; ``scatter`` is that of each k_D between runs, over
     k_D.
     """
     if not wanted > 0:
-        raise FitError(f"plan: found a wanted interval of {wanted:g}; expected one above zero, such as '10 %'")
+        raise FitError(f"plan: found an interval of {wanted:g}; expected one above zero, such as '10 %'")
     contact = run.problem.contact
     common = {name.replace("_", " ") for name in (*shared, *law_named(law).inputs())}
 

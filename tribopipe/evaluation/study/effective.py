@@ -5,8 +5,8 @@ By Archard's law the worn volume grows as dV = k·F_N·ds, whatever the contact.
     k_eff = [V(h₂) − V(h₁)] / [F_N·(s₂ − s₁)]
 
 with V(h) the pin's exact volume at a measured depth: no derivative is taken and no pressure estimated. Sarkar's law
-says that k_eff = k_D·√(1 + 3μ²). Windows are of about equal wear, several pooled stretches wide; that is the smoothing,
-and its bias is what the same windows make of Sarkar's own curve.
+gives k_eff = k_D·√(1 + 3μ²). Windows are of about equal wear, several pooled stretches wide; that is the
+smoothing, and its bias is what the same windows make of Sarkar's own curve.
 """
 
 from collections.abc import Callable
@@ -37,7 +37,7 @@ class EffectiveCoefficient:
     coefficient: Column
     """k_eff, m²/N."""
     standard_uncertainty: Column
-    """Of k_eff, m²/N: sensor noise, zero offset, end value, load and the like."""
+    """Of k_eff, m²/N: sensor noise, zero offset, post-test measurement, load and the like."""
     bias: Column
     """Relative error that the windows make of Sarkar's own curve."""
 

@@ -1,6 +1,6 @@
 """k_D of one run by both wear engines, from the same data: whether the way of spreading the load matters.
 
-The GIWM spreads the load evenly over the contact. The true pressure in the middle is 1.5 times the mean at the start,
+The GIWM assumes uniform pressure over the contact. The true pressure in the middle is 1.5 times the mean at the start,
 and becomes even as the pin wears (tribopipe.physics.local.excess), so that the GIWM's k_D is biased while wear is
 shallow against the elastic approach. Where the two k_D differ by more than their standard uncertainty, the local one
 is to be trusted.
@@ -18,7 +18,7 @@ from tribopipe.physics.conventions import WearEngine
 from tribopipe.results.agreement import EngineComparison
 
 _DRAWS = 1_000
-"""Draws that tell a standard uncertainty to about 2 %."""
+"""Draws that give a standard uncertainty to about 2 %."""
 
 
 def compare_engines(draws: RunDraws) -> EngineComparison | None:
@@ -43,12 +43,12 @@ def compare_engines(draws: RunDraws) -> EngineComparison | None:
 
 
 def engine_notes(compared: EngineComparison | None) -> tuple[str, ...]:
-    """Say where the two differ, and which to trust."""
+    """Report where the two differ, and which to trust."""
     if compared is None or compared.trusted is None:
         return ()
     giwm, local = (k.shown(WEAR_COEFFICIENT) for k in (compared.giwm, compared.local))
     return (
-        f"k_D is {local} by local pressure and {giwm} by the GIWM, and they differ by more than their standard "
-        "uncertainty; trust the local one: the GIWM spreads the load evenly, while the true pressure in the middle is "
-        "1.5 times the mean at the start, and wear is still shallow against the elastic approach",
+        f"k_D is {local} with local pressure and {giwm} by the GIWM, a difference of more than their standard "
+        "uncertainty; use the local one: the GIWM assumes uniform pressure, while the pressure in the middle is 1.5 "
+        "times the mean at the start, and wear is still small compared with the elastic approach",
     )

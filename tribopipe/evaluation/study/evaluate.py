@@ -1,7 +1,7 @@
 """A study from beginning to end: k_D of the fitted runs, every run's prediction, and the agreement of each.
 
-It is the same for every contact; what runs say of a law is asked of them as they are known: by the wear that a sensor
-recorded along them, or by what was measured on the bodies alone.
+It is the same for every contact; runs are compared with a law as they are known: by the wear that a
+sensor recorded along them, or by what was measured on the bodies alone.
 """
 
 from collections.abc import Mapping, Sequence
@@ -35,8 +35,8 @@ def evaluate(
 ) -> Evaluation:
     """Evaluate a study on its runs, ``members`` by id; runs left out are only named.
 
-    Raises ``FitError`` where no run is left to fit, where runs differ in bodies or medium, or where a run lacks
-    something that the law needs.
+    Raises ``FitError`` where no run is left to fit, where runs differ in bodies or environment, or where a run does
+    not have something that the law needs.
     """
     recipe = recipe or Recipe()
     fit, predict = chosen(study, members, left_out)
@@ -62,12 +62,12 @@ def evaluate(
 
 
 def is_recorded(manifest: RunManifest) -> bool:
-    """Say whether the wear of a run is known by what a sensor recorded along it."""
+    """Return whether the wear of a run is known by what a sensor recorded along it."""
     return manifest.contact is None or manifest.contact.sensor_tells
 
 
 def posed(member: Member, law: LawName, recipe: Recipe) -> PosedRun | MeasuredRun:
-    """Pose the fit of a law to a run. Raises ``FitError`` where the run lacks something for it."""
+    """Pose the fit of a law to a run. Raises ``FitError`` where the run is missing something for it."""
     if is_recorded(member.corrected.run.manifest):
         return member.pose(law, recipe)
     return posed_measurements(member, law, recipe)
@@ -183,13 +183,13 @@ class _Law:
 
 
 def _refuse_mixture(study_id: str, fitted: Sequence[PosedRun | MeasuredRun], bodies: Sequence[str]) -> None:
-    """Refuse to take k_D of a body from runs of which some say nothing of it."""
+    """Refuse to take k_D of a body from runs some of which do not have it."""
     for body in bodies:
         silent = [run.member.id for run in fitted if body not in run.bodies]
         if silent:
             raise FitError(
-                f"{study_id}: found nothing measured on the {spoken(body)} of {silent[0]}, but on that of other runs; "
-                "expected the same on all runs that identify k_D; take it out of fit, or measure it"
+                f"{study_id}: found no measurement of the {spoken(body)} in {silent[0]}, although other runs have "
+                "one; expected the same for all runs that identify k_D; remove the run from fit, or measure it"
             )
 
 
@@ -198,6 +198,6 @@ def _refuse_no_wear(study_id: str, fitted: Sequence[PosedRun | MeasuredRun], bod
     for place, body in enumerate(bodies[1:], 1):
         if not any(run.coefficients[place] > 0 for run in fitted):
             raise FitError(
-                f"{study_id}: found no wear of the {spoken(body)} in any run that identifies k_D; expected some; leave "
-                "its end values out of run.toml, so that it counts as unworn"
+                f"{study_id}: found no wear of the {spoken(body)} in any run that identifies k_D; expected some; "
+                "remove its measurements from run.toml, so that it is taken as unworn"
             )

@@ -1,4 +1,4 @@
-"""Runs of a study whose wear was measured on the bodies alone: what is known of each says of a law.
+"""Runs of a study whose wear was measured on the bodies alone: comparison of each with a law.
 
 The end is judged first, the volume before depth and width, and everything measured on that body together. The law is
 rejected for a run where it is for either body; each body has half the probability of a false alarm that a pin has.
@@ -109,12 +109,12 @@ class MeasuredDraws:
 
 
 def posed_measurements(member: Member, law: LawName, recipe: Recipe) -> MeasuredRun:
-    """Pose the fit of a law to a run. Raises ``FitError`` where the run lacks something for it."""
+    """Pose the fit of a law to a run. Raises ``FitError`` where the run is missing something for it."""
     problem = measurement_problem(member.corrected.run, law, member.friction, recipe)
     if not isinstance(problem, MeasurementProblem):
         raise FitError(
-            f"{member.id}: found a run that lacks {' and '.join(problem)}; expected end values and, for Sarkar's law, "
-            "friction; take it out of the study"
+            f"{member.id}: found a run without {' and '.join(problem)}; expected post-test measurements and, for "
+            "Sarkar's law, friction; remove it from the study"
         )
     return MeasuredRun(member, problem)
 
@@ -167,7 +167,7 @@ def _body(place: int, draws: MeasuredDraws, best: Column, coefficients: Column) 
 
 
 def _curves(asked: Question, draws: MeasuredDraws, best: Column, coefficients: Column) -> list[StudyCurve]:
-    """Return what the law says of the volumes of both bodies along a run."""
+    """Return what the law gives for the volumes of both bodies along a run."""
     run, problem = draws.run, draws.run.problem
     places = np.linspace(0.0, 1.0, _PLACES) ** 1.5 * problem.places[-1]
     some = {name: column[:_CURVE_DRAWS] for name, column in draws.values.items()}

@@ -41,15 +41,15 @@ class Member:
         return self.corrected.id
 
     def pose(self, law: LawName, recipe: Recipe) -> "PosedRun":
-        """Pose the fit of a law to this run. Raises ``FitError`` where the run lacks something for it."""
+        """Pose the fit of a law to this run. Raises ``FitError`` where the run is missing something for it."""
         law_as_given(law, recipe)
         problem = wear_problem(self.corrected, law, self.friction, recipe)
         if isinstance(problem, WearProblem) and self.corrected.correction.anchor is None:
-            problem = ("an end value of the pin (its depth, scar, volume, mass or profile)",)
+            problem = ("a post-test measurement of the pin (depth, scar, volume, mass or profile)",)
         if not isinstance(problem, WearProblem):
             raise FitError(
-                f"{self.id}: found a run that lacks {' and '.join(problem)}; expected depth, end value and, "
-                "for Sarkar's law, friction; take it out of the study"
+                f"{self.id}: found a run without {' and '.join(problem)}; expected depth, a post-test measurement "
+                "and, for Sarkar's law, friction; remove it from the study"
             )
         joint = joint_problem(problem, self.corrected, recipe)
         by_model = recipe.wear.correction == "model"
@@ -62,14 +62,14 @@ def chosen(
 ) -> tuple[list[Member], list[Member]]:
     """Return the runs of a study that identify k_D and those that are predicted, without those left out.
 
-    Raises ``FitError`` where no run is left to fit, or where runs differ in bodies or medium.
+    Raises ``FitError`` where no run is left to fit, or where runs differ in bodies or environment.
     """
     out = {one.id for one in left_out}
     fit, predict = ([members[i] for i in ids if i not in out] for ids in (study.fit, study.predict))
     if not fit:
         raise FitError(
-            f"{study.id}: found no run left to identify k_D; expected at least one; name another in fit, or take the "
-            "mark off one with `tribopipe mark-bad --undo`"
+            f"{study.id}: found no run left to identify k_D; expected at least one; name another in fit, or remove a "
+            "mark with `tribopipe mark-bad --undo`"
         )
     check_bodies(study.id, [member.corrected.run.manifest for member in (*fit, *predict)])
     return fit, predict
@@ -119,7 +119,7 @@ class PosedRun:
     def plain(self) -> WearProblem:
         """The same run with noise alone, as much of it as leaves k_D as uncertain: what tests of other lengths are.
 
-        A wander that was seen once says nothing of a longer test.
+        A wander that was seen once gives no information on a longer test.
         """
         if not isinstance(self.problem, DepthProblem):
             return self.problem
@@ -133,7 +133,7 @@ class PosedRun:
         return np.append(self.problem.distance, self.problem.trace.slid)
 
     def measured(self) -> Column:
-        """Return the pin's wear at the places, m: the corrected curve, and the end value."""
+        """Return the pin's wear at the places, m: the corrected curve, and the post-test measurement."""
         return self._measured(self.problem.values, np.asarray(self.coefficient), np.zeros(1))
 
     def predicted(self, coefficient: float) -> Column:

@@ -1,4 +1,4 @@
-"""Runs of a study along which a sensor recorded the wear: what the curve and the measurement after it say of a law."""
+"""Runs of a study along which a sensor recorded the wear: curve and post-test measurement compared with a law."""
 
 from collections.abc import Sequence
 
@@ -122,7 +122,7 @@ def _curve(asked: Question, run: PosedRun, comparison: Comparison) -> StudyCurve
 
 
 def _extrapolations(run: PosedRun, comparison: Comparison) -> list[str]:
-    """Say where the contact leaves what the wear model describes."""
+    """Report where the contact leaves what the wear model describes."""
     contact, values = run.problem.contact, run.problem.values
     notes: list[str] = []
     if contact.pin.shape != "spherical":
@@ -133,7 +133,7 @@ def _extrapolations(run: PosedRun, comparison: Comparison) -> list[str]:
     if worn > radius / 2:
         notes.append(
             f"extrapolation: the predicted contact radius of {_meters(worn).shown('um')} is more than half the tip "
-            f"radius of {_meters(radius).shown('um')}, beyond what the model was tested for"
+            f"radius of {_meters(radius).shown('um')}, beyond the range in which the model was tested"
         )
     modulus = contact_modulus(
         pin_modulus=values["pin_modulus"],
@@ -152,6 +152,6 @@ def _extrapolations(run: PosedRun, comparison: Comparison) -> list[str]:
         )
         notes.append(
             f"extrapolation: Hertz's pressure of {found} at the start exceeds the hardness of the softer body, "
-            f"{softer}: it yields before it wears"
+            f"{softer}: the material yields before it wears"
         )
     return notes

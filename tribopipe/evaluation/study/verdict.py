@@ -61,7 +61,7 @@ class Question:
 
 @dataclass(frozen=True)
 class Judgment:
-    """What a run says of a law."""
+    """What a run states about a law."""
 
     bodies: dict[str, BodyVerdict]
     curves: tuple[StudyCurve, ...]
@@ -121,7 +121,7 @@ def _interval(draws: Column) -> tuple[Column, Column]:
 
 
 def decide(comparison: Comparison, with_factor: Callable[[float], Column], decisive: float = DECISIVE) -> Verdict:
-    """Say what a comparison means for the law.
+    """Report what a comparison means for the law.
 
     ``with_factor`` gives the law's depth at the places with k_D times a factor, ``decisive`` the probability, at the
     end and along the curve each, of rejecting a valid law.
@@ -135,13 +135,13 @@ def decide(comparison: Comparison, with_factor: Callable[[float], Column], decis
 
 
 def _noticed(comparison: Comparison) -> bool:
-    """Say whether the deviation is beyond its 95 % limits, at the end or along the curve."""
+    """Return whether the deviation is beyond its 95 % limits, at the end or along the curve."""
     at_the_end = abs(comparison.deviation[-1] / comparison.limits(_NOTABLE)[-1]) >= 1
     return bool(at_the_end or np.any(np.abs(comparison.along(_NOTABLE)) >= 1))
 
 
 def _telling(comparison: Comparison, with_factor: Callable[[float], Column]) -> bool:
-    """Say whether a k_D off by a factor of two, on one side at least, would be noticed."""
+    """Return whether a k_D off by a factor of two, on one side at least, would be noticed."""
     as_it_is = with_factor(1.0)
     for factor in (1 / _NOTICED, _NOTICED):
         try:
@@ -265,10 +265,10 @@ def ratio(own: float, draws: Column, of: float, of_draws: Column) -> Quantity:
 
 
 def single_run_note(fit: Sequence[str]) -> tuple[str, ...]:
-    """Say what is not known where one run alone identifies k_D."""
+    """Report what is not known where one run alone identifies k_D."""
     if len(fit) > 1:
         return ()
     return (
-        f"one run, {fit[0]}, identifies k_D: the bands hold what is uncertain within it, not the scatter from run to "
-        "run; replicates would tell",
+        f"k_D is identified from one run, {fit[0]}: the bands include its own uncertainty, not the scatter between "
+        "runs; replicate tests are needed to quantify this",
     )

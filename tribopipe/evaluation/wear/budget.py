@@ -1,4 +1,4 @@
-"""What the uncertainty of a wear coefficient is made of, to first order (JCGM 100:2008, 5.1.3 and 5.2.2)."""
+"""The uncertainty budget of a wear coefficient, by first-order propagation (JCGM 100:2008, 5.1.3 and 5.2.2)."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -1,6 +1,6 @@
 """k_D of one body by the depth signal of a run: least squares on its wear curve, and what the uncertainty is made of.
 
-To first order a change of an input x moves k_D by
+By first-order propagation, a change of an input x moves k_D by
 
     dk/dx = J·∂(y − h)/∂x / J·J,     J = ∂h/∂k
 
@@ -39,13 +39,13 @@ from tribopipe.results.wear_fit import BodyWear, LawValue, WearFit
 
 _FEWEST_SAMPLES = 10
 _WIDEST = 100.0
-"""Half width of ln k_D beyond which an interval says nothing and would overflow."""
+"""Half width of ln k_D beyond which an interval has no meaning and would overflow."""
 
 
 def curve_fit(
     corrected: CorrectedRun, model: LawName, friction: FrictionFit | None, recipe: Recipe
 ) -> "CurveFit | tuple[str, ...]":
-    """Fit k_D to the depth signal of a run, or say what the run lacks for it.
+    """Fit k_D to the depth signal of a run, or report what is missing for it.
 
     Raises ``FitError`` where it shows no wear to fit.
     """
@@ -81,7 +81,7 @@ class CurveFit:
     recipe: Recipe
     problem: WearProblem
     whole: DepthProblem | None
-    """By the whole reading, whether it gives k_D or stands beside it."""
+    """By the whole reading, whether it gives k_D or stands next to it."""
 
     @property
     def inputs(self) -> Mapping[str, Input]:
@@ -102,7 +102,7 @@ class CurveFit:
         return self._draws(rng, count)[:, None]
 
     def result(self) -> WearFit:
-        """Return k_D to first order, with all that the curve tells."""
+        """Return k_D by first-order propagation, with all that the curve shows."""
         problem, whole = self.problem, self.whole
         coefficient = problem.coefficient()
         covariance = problem.parameter_covariance(coefficient)
@@ -152,13 +152,14 @@ def _by_either(whole: DepthProblem | None) -> dict[str, Any]:
 
 
 def _doubts(corrected: CorrectedRun, recipe: Recipe) -> tuple[str, ...]:
-    """Say what two-step correction does not know of."""
+    """Report what two-step correction does not take into account."""
     anew = [stop for stop in corrected.run.manifest.interruptions if stop.remounted]
     if not anew or recipe.wear.correction == "model":
         return ()
     where = ", ".join(show(stop.place, None, "m") for stop in anew)
     return (
-        f"the depth sensor started anew at {where}, which two-step correction does not know; use the default "
+        f"the depth sensor was restarted at {where}, which two-step correction does not take into account; use the "
+        "default "
         'correction, correction = "model"',
     )
 
@@ -179,7 +180,7 @@ def _law_values(problem: WearProblem, covariance: Column | None) -> dict[str, An
 
 
 def _first_order(problem: WearProblem, coefficient: float, covariance: Column | None) -> BodyWear:
-    """Return k_D with its uncertainty, interval, budget and end depth, to first order."""
+    """Return k_D with its uncertainty, interval, budget and end depth, by first-order propagation."""
     lines = budget(problem.condensed(), coefficient)
     relative = math.hypot(*(line.relative for line in lines))
     (random,) = (line.relative for line in lines if line.name == NOISE)

@@ -39,7 +39,7 @@ _LEAST_SHARE = 0.5
 """Of the standard uncertainty of a measurement that shows no wear: the wear that it is evaluated with."""
 _MOST_PASSES = 8
 _NEARLY = 0.02
-"""Change of a parameter of the law, in its standard uncertainty, after which it is not sought anew."""
+"""Change of a parameter of the law, in its standard uncertainty, after which it is found again."""
 _QUANTILES = (np.arange(1000) + 0.5) / 1000
 
 
@@ -51,7 +51,7 @@ class DepthProblem(WearProblem):
     run: RawRun = field(kw_only=True)
     recipe: Recipe = field(kw_only=True)
     measured_after: bool = True
-    """Whether wear was measured after the test; otherwise ``end`` is what the reading itself says."""
+    """Whether wear was measured after the test; otherwise ``end`` is what the reading itself gives."""
     missed: float = 1.0
     """Share of the wander that counts as noise of the curve."""
 
@@ -423,7 +423,7 @@ def _refuse_a_fall(problem: DepthProblem) -> None:
     if wear < -MOST_DEVIATION * spread:
         shown = Quantity(value=wear, unit="m", standard_uncertainty=spread).shown("um")
         raise FitError(
-            f"{problem.run.id}: depth: found a reading that by itself means a wear of {shown}; expected zero or more; "
-            'if it counts down, list the clean-up step "turn-over" with signals = ["depth"] after the default ones, or '
-            "measure the scar and write it down as end_values.pin_scar_diameter"
+            f"{problem.run.id}: depth: found a reading that, taken alone, gives a wear of {shown}; expected zero or "
+            'more; if it counts down, list the step "turn-over" with signals = ["depth"] after the default ones, or '
+            "measure the scar and state it as end_values.pin_scar_diameter"
         )

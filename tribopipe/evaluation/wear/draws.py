@@ -1,6 +1,6 @@
 """k_D of one run for draws of everything uncertain (JCGM 101:2008).
 
-What is systematic is drawn once a run; the sensor's noise is drawn row by row, with the variance its autocorrelation
+What is systematic is drawn once per run; the sensor's noise is drawn row by row, with the variance its autocorrelation
 leaves the mean of a row.
 """
 

@@ -2,7 +2,7 @@
 
 A search for k_D that asks for the wear after some progress inverts the course in each round: some thirty integrals for
 a draw of two discs. Here the growth at each place is found along with k_D by Newton's method, so that a round takes
-one integral, and most draws start next to their solution: a quadratic in the inputs through the first of them tells it.
+one integral, and most draws start next to their solution: a quadratic in the inputs through the first of them gives it.
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ from tribopipe.evaluation.wear.least_squares import least_squares
 from tribopipe.physics.response_surface import Inputs, extended
 
 _FIRST = 500
-"""Draws that the others' start is told from."""
+"""Draws that the others' start is interpolated from."""
 _SLICE = 2_000
 """Draws solved at a time, so that their arrays stay in the processor's cache."""
 _MOST_ROUNDS = 12

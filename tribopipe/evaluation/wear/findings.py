@@ -51,25 +51,25 @@ def prior_findings(problem: DepthProblem, coefficient: Quantity) -> Iterator[Fin
                 code=code,
                 where="depth",
                 message=(
-                    f"found under {problem.law.title} that k_D would be {shown}, {apart:.1f} standard uncertainties "
-                    f"off, were the prior of the {named}, twice as wide"
+                    f"k_D would be {shown} under {problem.law.title}, a shift of {apart:.1f} standard uncertainties, "
+                    f"if the prior for {named} were twice as wide"
                 ),
                 remedy=remedy,
             )
 
 
 def _priors(problem: DepthProblem) -> dict[Prior, tuple[str, str, str]]:
-    """Return by what code each prior that a run has is told, what it is, and how to depend less on it."""
+    """Return by what code each prior of a run is reported, what it is, and how to depend less on it."""
     shares = ", ".join(f"{100 * share:g}" for share in AMPLITUDES)
     found: dict[Prior, tuple[str, str, str]] = {
         "settling": (
             "depends_on_settling_prior",
-            f"settling, {shares} % of the wear",
-            "measure the wear after the test more exactly, or record the temperature",
+            f"settling ({shares} % of the wear)",
+            "measure the wear after the test more accurately, or record the temperature",
         )
     }
     if problem.reading.drift_deviation is not None:
-        drift = f"drift, 0 ± {Quantity(value=problem.reading.drift_deviation, unit='m').shown('nm')} over the test"
+        drift = f"drift (0 ± {Quantity(value=problem.reading.drift_deviation, unit='m').shown('nm')} over the test)"
         remedy = "measure the scar, or state the drift of your sensor as [drift] prior in a recipe"
         found["drift"] = ("depends_on_drift_prior", drift, remedy)
     return found
@@ -81,8 +81,8 @@ def _two_step_differs(problem: DepthProblem, two_step: Quantity) -> Iterator[Fin
     if abs(two_step.value - found) > MOST_DEVIATION * spread:
         yield _finding(
             "two_step_differs",
-            f"found under {problem.law.title} k_D = {two_step.shown(WEAR_COEFFICIENT)} by two-step correction, and "
-            f"{wear_coefficient(found).shown(WEAR_COEFFICIENT)} by the whole reading",
+            f"k_D under {problem.law.title} is {two_step.shown(WEAR_COEFFICIENT)} with two-step correction and "
+            f"{wear_coefficient(found).shown(WEAR_COEFFICIENT)} from the whole reading",
             'use the default correction, correction = "model"',
         )
 
@@ -94,8 +94,8 @@ def _events(problem: DepthProblem) -> Iterator[Finding]:
         where = ", ".join(show(float(f"{place:.4g}"), None, "m") for place in record.steps)
         yield _finding(
             "depth_steps",
-            f"found a step at {where}; a new zero offset was fitted from there on",
-            "look for a knock or a slipped sensor; where the specimens were taken out, write "
+            f"found a step in the reading at {where}; the fit uses a new zero offset from there on",
+            "check for a knock or a slipped sensor; if the specimens were removed, write "
             "[[interruptions]] with remounted = true",
         )
     if record.spikes:
@@ -103,13 +103,13 @@ def _events(problem: DepthProblem) -> Iterator[Finding]:
             severity="note",
             code="depth_spikes",
             where="depth",
-            message=f"found {record.spikes} spikes, which were left out of the fit",
-            remedy='to leave them out of the figures as well, add [[clean_up]] step = "despike" to a recipe',
+            message=f"found {record.spikes} spikes, which are excluded from the fit",
+            remedy='to exclude them from the figures as well, add [[clean_up]] step = "despike" to a recipe',
         )
 
 
 def shape_is_rejected(posterior: DepthPosterior) -> bool:
-    """Say whether a reading is more than wear by its law, a line and noise."""
+    """Return whether a reading is more than wear by its law, a line and noise."""
     return posterior.log_odds > DECISIVE
 
 
@@ -119,8 +119,11 @@ def _by_sensor_alone(problem: DepthProblem) -> Finding:
         severity="warning",
         code="no_post_test_measurement",
         where="end_values",
-        message=f"found none of the pin: k_D is by the depth sensor alone, with a drift of 0 ± {drift} over the test",
-        remedy="measure the scar and write it down as end_values.pin_scar_diameter",
+        message=(
+            "found no post-test measurement of the pin; k_D is from the depth sensor alone, with an assumed drift of "
+            f"0 ± {drift} over the test"
+        ),
+        remedy="measure the scar and state it as end_values.pin_scar_diameter",
     )
 
 
@@ -131,12 +134,13 @@ def _unseen_groove(problem: DepthProblem) -> Finding:
         code="disc_not_measured",
         where="end_values",
         message=(
-            f"found none of the disc: k_D is uncertain by {100 * problem.inputs['unseen_groove'].spread:.2g} % for a "
-            f"groove {share:.0f} % as deep as the wear of the pin"
+            f"found no post-test measurement of the disc; the uncertainty of k_D includes "
+            f"{100 * problem.inputs['unseen_groove'].spread:.2g} % for a groove {share:.0f} % as deep as the wear of "
+            "the pin"
         ),
         remedy=(
-            "measure the track and write it down as end_values.disc_wear_depth, with 0 nm and its uncertainty where "
-            "there is none to be seen"
+            "measure the track and state it as end_values.disc_wear_depth; if no track is visible, 0 nm with its "
+            "uncertainty"
         ),
     )
 
@@ -149,18 +153,18 @@ def _reading_not_trusted(problem: DepthProblem, two_step: Quantity | None) -> Fi
         code="reading_contradicts_measurement",
         where="depth",
         message=(
-            f"found under {problem.law.title} k_D = {reading} by the depth reading alone and {measured} "
-            f"by the post-test measurement alone, {abs(problem.deviation):.1f} standard uncertainties apart: "
+            f"under {problem.law.title}, k_D is {reading} from the depth reading alone and {measured} from the "
+            f"post-test measurement alone, {abs(problem.deviation):.1f} standard uncertainties apart: "
             f"{_consequence(two_step)}"
         ),
-        remedy="look for thermal drift, a wearing counterbody, wrong units of either, and a radius for a diameter",
+        remedy="check for thermal drift, wear of the counterbody, wrong units, and a radius given as a diameter",
     )
 
 
 def _consequence(two_step: Quantity | None) -> str:
     if two_step is None:
-        return "the reading is not trusted, and k_D is that of the measurement"
-    return "two-step correction takes the difference for drift"
+        return "the reading is not used, and k_D is from the measurement"
+    return "two-step correction attributes the difference to drift"
 
 
 def _misfit(problem: DepthProblem) -> Finding:
@@ -170,29 +174,30 @@ def _misfit(problem: DepthProblem) -> Finding:
         where = show(float(f"{change.distance:.2g}"), None, "m")
         return _finding(
             "wear_rate_changes",
-            f"found under {law} that k_D after about {where} is {change.ratio:.2g} times that before; "
-            "k_D is the mean of the test",
-            "divide the test there, or ask for a law with running-in",
+            f"under {law}, k_D after about {where} is {change.ratio:.2g} times that before; the k_D given is the mean "
+            "over the test",
+            "divide the test there, or fit a law with running-in",
         )
     size = _size(problem)
     settles = posterior.settling_probability > _PROBABLE
     if posterior.thermal_probability > _PROBABLE:
-        follows = "follows the temperature, and settles besides," if settles else "follows the temperature,"
+        follows = "follows the temperature and settles," if settles else "follows the temperature"
         return _finding(
             "reading_follows_temperature",
-            f"found under {law} that it {follows} by {size} besides wear; it was fitted as that",
-            "keep the room steady, or wait for the rig to warm up",
+            f"the reading {follows} by {size} in addition to wear ({law}); the fit includes this",
+            "keep the room temperature steady, or let the rig warm up before the test",
         )
     if settles:
         return _finding(
             "reading_settles",
-            f"found under {law} that it settles like 1 − exp(−t/τ), by {size} besides wear; it was fitted as that",
-            "wait for the rig to warm up, or record the temperature",
+            f"the reading settles exponentially by {size} in addition to wear ({law}); the fit includes this settling",
+            "let the rig warm up before the test, or record the temperature",
         )
     return _finding(
         "curve_shape",
-        f"found a shape that neither {law} nor linear drift has: {size} of it is neither",
-        "look for thermal drift, running-in, and a wearing counterbody; the post-test measurement counts for more",
+        f"neither {law} nor linear drift explains {size} of the reading",
+        "check for thermal drift, running-in, and wear of the counterbody; the post-test measurement is the more "
+        "reliable one",
     )
 
 

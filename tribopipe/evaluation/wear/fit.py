@@ -1,8 +1,8 @@
 """The wear coefficients k_D of the bodies of one run, whatever its contact.
 
-Where the depth signal of a test tells its wear, k_D is found from it and from post-test measurements together
+Where the depth signal of a test gives its wear, k_D is found from it and from post-test measurements together
 (curve_fit), else from measurements of the bodies alone (measurement_fit). What both have is written here. The interval
-is that of a Monte Carlo (JCGM 101:2008) in which every systematic input is drawn once a run.
+is that of a Monte Carlo (JCGM 101:2008) in which every systematic input is drawn once per run.
 """
 
 from collections.abc import Callable
@@ -44,7 +44,7 @@ class Answer(Protocol):
         """Friction along the test."""
 
     def result(self) -> WearFit:
-        """Return what was found, k_D of each body to first order."""
+        """Return what was found, k_D of each body by first-order propagation."""
 
     def draw(self, rng: Generator, count: int) -> Column:
         """Draw k_D of each body, m²/N: (draws, bodies)."""
@@ -58,8 +58,8 @@ def fit_wear(
 ) -> WearFit:
     """Identify k_D of the bodies of one run, whatever its contact, under a wear law.
 
-    Sarkar's law takes μ from ``friction`` (Eq. 7), or from the measured curve where the recipe says so. A run that
-    lacks depth, end value or friction passes through, and the result says what it lacks.
+    Sarkar's law takes μ from ``friction`` (Eq. 7), or from the measured curve where the recipe states it. A run that
+    does not have depth, post-test measurement or friction passes through, and the result states what is missing.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def _fitted(corrected: CorrectedRun, model: LawName, friction: FrictionFit | Non
 
 
 def _with_monte_carlo(fit: WearFit, found: Answer, how: MonteCarloRecipe, *, several: bool) -> WearFit:
-    """Replace the first-order intervals by those of a Monte Carlo, and say where the two disagree."""
+    """Replace the first-order intervals by those of a Monte Carlo, and report where the two disagree."""
     if not how.significant_digits:
         return fit
     drawn = propagate_together(found.draw, digits=how.significant_digits, seed=how.seed)
@@ -138,7 +138,7 @@ def _with_monte_carlo(fit: WearFit, found: Answer, how: MonteCarloRecipe, *, sev
 
 
 def _with_draws(body: BodyWear, found: Distribution, digits: int) -> tuple[BodyWear, tuple[str, ...]]:
-    """Replace what k_D of a body has to first order by what was drawn, and note where they disagree (JCGM 101, 8)."""
+    """Replace the first-order results for k_D of a body by those of the draws, and note disagreement (JCGM 101, 8)."""
     low, high = first_order = body.interval
     agrees = first_order_holds((low.value, high.value), found, digits)
     record = MonteCarlo(
@@ -150,7 +150,7 @@ def _with_draws(body: BodyWear, found: Distribution, digits: int) -> tuple[BodyW
         agrees_with_first_order=agrees,
     )
     ends = between(first_order, WEAR_COEFFICIENT)
-    note = f"first order and Monte Carlo disagree: to first order the 95 % interval would be {ends}"
+    note = f"first-order propagation and Monte Carlo disagree: the first-order 95 % interval would be {ends}"
     changed = {
         "wear_coefficient": body.wear_coefficient.model_copy(
             update={"standard_uncertainty": found.standard_uncertainty}

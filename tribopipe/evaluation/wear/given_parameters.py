@@ -1,4 +1,4 @@
-"""Parameters of a wear law beside k_D as a recipe, or a plan, gives them: an input like any other."""
+"""Parameters of a wear law in addition to k_D as a recipe, or a plan, gives them: an input like any other."""
 
 from collections.abc import Mapping, Sequence
 
@@ -53,7 +53,7 @@ def law_with(law: WearLaw, given: Mapping[str, Quantity], place: str | None = No
 def require_all(law: WearLaw, values: Mapping[str, float], place: str | None = None) -> None:
     """Raise ``FitError`` where a parameter of a law is not among the values of inputs.
 
-    It says where they belong: in a recipe, unless told otherwise.
+    It states where they belong: in a recipe, unless stated otherwise.
     """
     if missing := [parameter for parameter in law.parameters() if law.input_of(parameter) not in values]:
         raise FitError(
@@ -63,8 +63,9 @@ def require_all(law: WearLaw, values: Mapping[str, float], place: str | None = N
 
 
 def indistinct(law: WearLaw, names: Sequence[str]) -> str:
-    """Say that a run does not tell k_D and the parameters of its law apart."""
+    """Report that a run does not separate k_D from the parameters of its law."""
     return (
-        f"wear fit: found a depth that does not tell k_D from {' and '.join(names)} of {law.title}; expected one that "
-        f"shows them; give some under [wear.parameters.{law.name}] in a recipe, or fit another law"
+        f"wear fit: found a depth signal from which k_D and {' and '.join(names)} of {law.title} cannot be separated; "
+        f"expected one that identifies them; give some under [wear.parameters.{law.name}] in a recipe, or fit another "
+        "law"
     )

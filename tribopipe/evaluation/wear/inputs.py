@@ -1,6 +1,7 @@
 """Everything uncertain that wear depends on: each input with its standard uncertainty and who stated it.
 
-What is systematic is drawn once a run: load, tip radius, moduli, sliding speed, sensor scale, end values, zero offset,
+What is systematic is drawn once per run: load, tip radius, moduli, sliding speed, sensor scale, post-test
+measurements, zero offset,
 end reading, and the friction fit by its covariance (JCGM 101:2008, 6.4: normal about the best estimate).
 """
 
@@ -42,7 +43,7 @@ DISC_INPUTS = (
     "curved_modulus",
     "flat_modulus",
 )
-"""Of two discs, beside their slip."""
+"""Of two discs, with their slip."""
 SHOWN_UNITS = {
     "pin_radius": "mm",
     "pin_modulus": "GPa",
@@ -69,7 +70,7 @@ SHOWN_UNITS = {
 
 
 def shown_unit(name: str, quantity: Quantity) -> str | None:
-    """Return the unit in which people read an input; of an end value by what was measured."""
+    """Return the unit in which people read an input; of a post-test measurement by what was measured."""
     if quantity.unit == "m^3":
         return SHOWN_UNITS["wear_volume"]
     if quantity.unit == "N":

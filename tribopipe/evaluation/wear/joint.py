@@ -4,9 +4,10 @@
     measured depth at an interruption or at the end = h(s; k_D) + its own error
 
 Each row is weighted by its variance: the sensor's noise with its autocorrelation, and the uncertainty of each end
-value. So the end value is one more measurement, not the truth that the curve is bent to; every interruption adds
-another; and where the specimens were taken out, a new zero offset begins. The fit trusts the law's shape to tell wear
-from drift, which correction in two steps does not.
+value. So the post-test measurement is one more measurement, not the truth that the curve is bent to; every
+interruption adds
+another; and where the specimens were taken out, a new zero offset begins. The fit relies on the law's shape to separate
+wear from drift, which correction in two steps does not.
 """
 
 from collections.abc import Callable, Collection
@@ -31,24 +32,24 @@ from tribopipe.evaluation.wear.problem import NODES, WearProblem
 from tribopipe.results.run import CorrectedRun
 
 _LEAST_SPREAD = 1e-12
-"""Standard uncertainty, m, of an end value stated as exact: it cannot be weighted without bound."""
+"""Standard uncertainty, m, of a post-test measurement stated as exact: it cannot be weighted without bound."""
 END_ANCHOR = "pin_end_value"
 
 
 @dataclass(frozen=True)
 class JointFit:
-    """Zero offsets, drift rate and k_D estimated together, to first order."""
+    """Zero offsets, drift rate and k_D estimated together, by first-order propagation."""
 
     zero_offsets: tuple[Quantity, ...]
     """Sensor reading at the start of sliding, and after each remounting less what drift had added."""
     drift_rate: Quantity
-    """Slope against time of what the sensor reads beside wear."""
+    """Slope against time of what the sensor reads in addition to wear."""
     wear_coefficient: Quantity
     """k_D."""
     end_wear_depth: Quantity
     """Pin wear depth at the end by the fitted law."""
     end_value_deviation: float
-    """End value of the pin minus fitted depth, over the end value's standard uncertainty."""
+    """Post-test measurement of the pin minus fitted depth, over the post-test measurement's standard uncertainty."""
     anchors: int
     """Number of depths measured on the pin, at interruptions and at the end."""
 
@@ -94,7 +95,7 @@ class JointProblem(WearProblem):
 
     @property
     def measured_inputs(self) -> Collection[str]:
-        """Names of inputs that what is measured depends on, but not what the model says."""
+        """Names of inputs that what is measured depends on, but not the model."""
         return ("depth_scale", *(anchor.name for anchor in self.anchors))
 
     @cached_property
@@ -158,7 +159,7 @@ class JointProblem(WearProblem):
         return np.asarray(residual @ np.linalg.pinv(together).T[:, : self.linear.shape[1]])
 
     def starting_depth(self, values: Values) -> Column:
-        """Return the best estimate of the end value, m: from a low draw of it the search would slide to no wear."""
+        """Return the best estimate of the post-test measurement, m: from a low draw the search would end at no wear."""
         return np.broadcast_to(self.end_depth(self.values), np.shape(self.end_depth(values)))
 
     def measured(self, values: Values, coefficient: Column, noise: Numbers = 0.0) -> Column:
@@ -201,9 +202,9 @@ def joint_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe)
 
 
 def fit_joint(problem: JointProblem) -> JointFit:
-    """Estimate zero offsets, drift rate and k_D together, to first order (JCGM 100:2008, 5.1.2 and 5.2).
+    """Estimate zero offsets, drift rate and k_D together, by first-order propagation (JCGM 100:2008, 5.1.2 and 5.2).
 
-    Raises ``FitError`` where the depth signal does not tell them apart.
+    Raises ``FitError`` where the depth signal does not distinguish them.
     """
     values = problem.values
     best = problem.coefficient()
@@ -212,8 +213,8 @@ def fit_joint(problem: JointProblem) -> JointFit:
     variances = np.diag(covariance)
     if not np.all(np.isfinite(variances) & (variances >= 0)):
         raise FitError(
-            "joint fit: found a depth signal that does not tell offset, drift and wear apart; expected one that "
-            "follows the wear; look at the depth that is left after clean-up, or take the correction in two steps"
+            "joint fit: found a depth signal from which offset, drift and wear cannot be separated; expected one that "
+            "follows the wear; inspect the depth after preprocessing, or use two-step correction"
         )
     log_spread, *offset_spreads, drift_spread = np.sqrt(variances)
     duration, end = problem.trace.duration, problem.end.pin_depth
@@ -238,7 +239,7 @@ def _parameters(problem: JointProblem, values: Values) -> Column:
 
 
 def _statistical_covariance(problem: JointProblem, coefficient: float) -> Column:
-    """Return the covariance of ln k_D, zero offsets and drift by noise and end values, (JᵀWJ)⁻¹."""
+    """Return the covariance of ln k_D, zero offsets and drift by noise and post-test measurements, (JᵀWJ)⁻¹."""
     _, slope = problem.model(np.log(coefficient), problem.values)
     design = np.column_stack([slope * problem.root_weights, problem.linear, problem.law_columns])
     # Columns of length one: ln k_D and metres differ by many orders of magnitude.

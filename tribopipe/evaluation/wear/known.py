@@ -20,11 +20,11 @@ class KnownWear:
     engine: WearEngine = "giwm"
     """That k_D was found by: by another one it gives another depth."""
     distance: DistanceConvention = "full-slip"
-    """What counts as slid in one rotation of bodies that roll; under another way of counting k_D means nothing."""
+    """Sliding distance per rotation of bodies that roll; under another convention k_D has another meaning."""
     correlation: float = 0.0
     """Of the k_D of both bodies."""
     parameters: tuple[LawValue, ...] = ()
-    """Of the law beside k_D."""
+    """Of the law with k_D."""
     covariance: tuple[tuple[float, ...], ...] | None = None
     """Of ln k_D and those parameters that were fitted."""
 
@@ -39,7 +39,7 @@ class KnownWear:
 
     @property
     def parts(self) -> tuple[Quantity | str, ...]:
-        """Everything that says which it is, for a fingerprint."""
+        """Everything that identifies it, for a fingerprint."""
         bodies = [part for name, found in self.bodies.items() for part in (name, found)]
         beside = [part for one in self.parameters for part in (one.name, one.value)]
         return *bodies, self.engine, self.distance, str(self.correlation), *beside, str(self.covariance)

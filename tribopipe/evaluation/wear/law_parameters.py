@@ -1,8 +1,8 @@
-"""Parameters of a wear law beside k_D that nobody gave, found with it.
+"""Parameters of a wear law in addition to k_D that nobody gave, found with it.
 
 They are found by least squares over the parameters alone, k_D being solved for at each try (variable projection). From
-then on they are free to first order: what they can explain of rows is projected out of them, as zero offsets and drift
-are in a joint fit. So budget and draws of k_D have them free as well.
+then on they are free by first-order propagation: what they can explain of rows is projected out of them, as zero
+offsets and drift are in a joint fit. So budget and draws of k_D have them free as well.
 """
 
 from collections.abc import Sequence
@@ -54,15 +54,15 @@ def _end(law: WearLaw, name: str) -> float | None:
 
 
 def held_notes(problem: WearProblem) -> tuple[str, ...]:
-    """Say of each parameter that was sought and is held why it is, in a sentence."""
+    """State for each fitted parameter that is held why it is."""
     return tuple(_held(problem.law, name) for name in _sought(problem) if name not in problem.fitted_parameters)
 
 
 def _held(law: WearLaw, name: str) -> str:
     called = name.replace("_", " ")
     if _end(law, name) == 0:
-        return f"{called} was found at 0 and is held there: k_D and its uncertainty are those without it"
-    return f"{called} has no effect on the wear of this run: its value says nothing"
+        return f"{called} was fitted at 0 and is fixed there: k_D and its uncertainty are those without it"
+    return f"{called} has no effect on the wear of this run: its value has no meaning"
 
 
 class _Search:

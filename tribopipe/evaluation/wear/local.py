@@ -1,4 +1,4 @@
-"""Local wear of a pin or of two discs from a known k_D, at every point of the contact, beside the GIWM.
+"""Local wear of a pin or of two discs from a known k_D, at every point of the contact, with the GIWM.
 
 The amount of wear that local wear counts in (tribopipe.physics.local.surface) is k_D·S(s) for a pin, with the law's
 effective distance S, m³/N, and for discs, m²/N,
@@ -154,7 +154,7 @@ def _global(scenario: Scenario, worn: State) -> GlobalWear:
 
 
 def _as_printed(scenario: Scenario, along: Column) -> State:
-    """Return the discs by Eq. 11, which counts the length of the contact as slid in each rotation of slip."""
+    """Return the discs by Eq. 11, with the length of the contact as sliding distance in each rotation of slip."""
     printed = replace(scenario, known=replace(scenario.known, distance="contact-width"))
     turns = scenario.effective(along) * abs(scenario.values["slip"])
     return printed.wear.worn(printed.values, turns)
@@ -243,7 +243,7 @@ def _worn(surface: Surface, amounts: Column, how: LocalOptions) -> LocalWear:
 
 
 def _told(how: LocalOptions, usual: Engine, course: LocalWear) -> dict[str, Any]:
-    """Return what a result says of how it was computed."""
+    """Return how a result was computed."""
     return {
         "engine": how.engine or usual,
         "scheme": how.scheme,
@@ -256,7 +256,7 @@ def _told(how: LocalOptions, usual: Engine, course: LocalWear) -> dict[str, Any]
 
 
 def _common(place: int, course: LocalWear, mean: Column, giwm: GlobalWear, shares: Column) -> dict[str, Any]:
-    """Return what is said of every contact at a place; ``shares`` are relative uncertainties of its depth."""
+    """Return what every contact has at a place; ``shares`` are relative uncertainties of its depth."""
     depth, other = float(course.depth[place]), float(giwm.depth[place])
     return {
         "wear_depth": _quantity(depth, "m", float(shares[place])),
@@ -269,20 +269,20 @@ def _common(place: int, course: LocalWear, mean: Column, giwm: GlobalWear, share
 
 
 def _coarseness(course: LocalWear, along: Column, places: Indices) -> Iterator[str]:
-    """Say up to which of the wanted places the contact is too small for the points of the surface."""
+    """Report up to which of the wanted places the contact is too small for the points of the surface."""
     spacing = min(np.diff(axis).min() for axis in course.places)
     coarse = [place for place in places.tolist() if course.half_length[place] < _FEWEST_POINTS * spacing]
     if coarse:
         points = course.half_length[min(coarse)] / spacing
         yield (
-            f"the contact's radius is only {points:.1f} points at {along[min(coarse)]:g}, and below {_FEWEST_POINTS} "
+            f"the contact radius is only {points:.1f} points at {along[min(coarse)]:g}, and below {_FEWEST_POINTS} "
             f"up to {along[max(coarse)]:g}: depths there may be a few per cent off"
         )
 
 
 def _exactness(coefficient: Quantity) -> Iterator[str]:
     if coefficient.standard_uncertainty is None:
-        yield "k_D is taken as exact, since no standard uncertainty of it is known"
+        yield "k_D is taken as exact, since its standard uncertainty is not known"
 
 
 def _quantity(value: float, unit: str, share: float | None = None) -> Quantity:

@@ -1,6 +1,6 @@
 """k_D of each body of one run by what was measured on the bodies, with what their uncertainties are made of.
 
-To first order a change of an input x moves ln k by (JᵀJ)⁻¹Jᵀ·∂(y − h)/∂x with J = ∂h/∂ln k and rows over their
+In first order, a change of an input x moves ln k by (JᵀJ)⁻¹Jᵀ·∂(y − h)/∂x with J = ∂h/∂ln k and rows over their
 standard uncertainties (JCGM 100:2008, 5.1.3): that is the budget. In draws all inputs are drawn, what was measured
 among them (JCGM 102:2011).
 """
@@ -31,7 +31,7 @@ _SURE = 0.01
 def measurement_fit(
     corrected: CorrectedRun, model: LawName, friction: FrictionFit | None, recipe: Recipe
 ) -> "MeasurementFit | tuple[str, ...]":
-    """Fit k_D to what was measured on the bodies of a run, or say what the run lacks for it.
+    """Fit k_D to what was measured on the bodies of a run, or report what is missing for it.
 
     Raises ``FitError`` where the first body shows no wear to fit.
     """
@@ -67,7 +67,7 @@ class MeasurementFit:
         return self.problem.solve_draws(values, self.coefficients)[:, : self.problem.unknowns]
 
     def result(self) -> WearFit:
-        """Return k_D to first order, with all that the measurements tell."""
+        """Return k_D by first-order propagation, with all that the measurements show."""
         problem, found = self.problem, self.coefficients
         # Where no wear was found there is no logarithm; it is taken where wear would have been noticed.
         at = np.where(found > 0, found, problem.scale)
@@ -131,7 +131,7 @@ class MeasurementFit:
 
 
 def measurement_budgets(problem: MeasurementProblem, found: Column) -> list[tuple[Contribution, ...]]:
-    """Return for each k_D that is found what its uncertainty is made of, to first order, the largest part first."""
+    """Return for each k_D that is found its uncertainty budget by first-order propagation, the largest part first."""
     return _budgets(problem, problem.sensitivities(found))
 
 
@@ -154,7 +154,7 @@ def correlation(covariance: Column) -> float | None:
 
 
 def _interval(value: float, spread: float) -> tuple[Quantity, Quantity]:
-    """Return the 95 % interval to first order: what was measured is normal, and k about in proportion to it."""
+    """Return the 95 % interval by first-order propagation: measurements are normal, and k about in proportion."""
     half = COVERAGE_FACTOR * spread
     return wear_coefficient(max(0.0, value - half)), wear_coefficient(value + half)
 
@@ -163,13 +163,13 @@ def _one_sided(problem: MeasurementProblem) -> tuple[str, ...]:
     if not problem.one_sided:
         return ()
     unmeasured = spoken(problem.contact.fitted_bodies[-1])
-    return (f"nothing was measured on the {unmeasured}: it counts as unworn, as in the one-sided model",)
+    return (f"nothing was measured on the {unmeasured}: it is taken as unworn, as in the one-sided model",)
 
 
 def _disagreement(p_value: float | None) -> tuple[str, ...]:
     if p_value is None or p_value > _SURE:
         return ()
     return (
-        f"what was measured disagrees with the law by more than its uncertainties (probability {p_value:.1g}): the "
-        "uncertainties are too small, or the law does not hold",
+        f"the measurements disagree with the law by more than their uncertainties (probability {p_value:.1g}): the "
+        "uncertainties are too small, or the law does not apply",
     )

@@ -102,7 +102,7 @@ class MeasurementProblem:
         return np.stack([_flat(values[one.name]) for one in self.measurements], axis=-1)
 
     def modelled(self, coefficients: Column, values: Values) -> Column:
-        """Return what the law says each row is, SI."""
+        """Return each row as the law gives it, SI."""
         return self.wearing.measured(self.wear(coefficients, values, self.places), self._placed)
 
     @cached_property
@@ -164,13 +164,13 @@ class MeasurementProblem:
         found, first = self.solve(self.values, self.scale), spoken(self.contact.fitted_bodies[0])
         if not np.all(np.isfinite(found)):
             raise FitError(
-                f"wear fit: found no k_D in {_MOST_ITERATIONS} iterations; expected end values that belong together, "
-                "and discs that still slip at the end; check end values, rotations and slip"
+                f"wear fit: found no k_D in {_MOST_ITERATIONS} iterations; expected consistent post-test "
+                "measurements, and discs that still slip at the end; check end_values, rotations and slip"
             )
         if not found[0] > 0:
             raise FitError(
-                f"wear fit: found no wear of the {first}; expected end values above zero; a longer or heavier test "
-                "may show some"
+                f"wear fit: found no wear of the {first}; expected post-test measurements above zero; test longer or "
+                "at a higher load"
             )
         return found
 
@@ -198,7 +198,7 @@ class MeasurementProblem:
         return least_squares(jacobian, change * self.root_weights) / (2 * spread)
 
     def limits(self, coefficients: Column) -> tuple[str, ...]:
-        """Say where the bodies leave what the model describes at the end."""
+        """Report where the bodies leave what the model describes at the end."""
         last = self.wear(coefficients, self.values, np.asarray(self.places[-1]))
         return self.wearing.notes(self.values, last)
 
@@ -244,20 +244,20 @@ def _flat(values: object) -> Column:
 def measurement_problem(
     run: RawRun, law: LawName, friction: FrictionFit | None, recipe: Recipe
 ) -> MeasurementProblem | tuple[str, ...]:
-    """Pose the fit of k_D to what was measured on the bodies of a run, or say what the run lacks for it.
+    """Pose the fit of k_D to what was measured on the bodies of a run, or report what is missing for it.
 
-    Raises ``FitError`` where another engine than the GIWM is asked for, which needs a depth signal that tells the wear.
+    Raises ``FitError`` where another engine than the GIWM is asked for, which needs a depth signal that gives the wear.
     """
     contact = run.manifest.described
     wearing = wear_of(contact, Terms(stated_slip(run.manifest), "giwm", recipe.wear.distance_per_rotation))
     if recipe.wear.engine not in (None, "giwm") or not isinstance(wearing, MeasuredWear):
         raise FitError(
             f"{run.id}: found {contact.title} to fit by --engine {recipe.wear.engine}; expected the GIWM, since the "
-            "depth signal does not tell their wear; take --engine giwm"
+            "depth signal does not give their wear; use --engine giwm"
         )
     measurements, first = disc_measurements(run, recipe.uncertainty), contact.fitted_bodies[0]
     if not any(one.disc == first for one in measurements):
-        return (f"an end value of the {spoken(first)} (depth, track width or volume)",)
+        return (f"a post-test measurement of the {spoken(first)} (depth, track width or volume)",)
     known = law_friction(run, law, friction, recipe.wear.friction)
     if known is None:
         return ("a friction signal",)

@@ -39,7 +39,7 @@ def predict_wear(
     scheme
         The limit of small steps, or the paper's explicit Euler steps, equal ones up to the largest place.
     steps
-        Number of these steps; 50 000 for a pin, one a rotation for discs, unless said.
+        Number of these steps; 50 000 for a pin, one per rotation for discs, by default.
     reference
         Run that k_D was identified from.
 
@@ -98,7 +98,7 @@ def _timed(scenario: Scenario, places: Column, points: Iterator[PredictedPoint])
 
 
 def _reached(scenario: Scenario, depth: float) -> PredictedPoint:
-    """Say where a depth is reached; its uncertainty is that of the depth there over the wear rate."""
+    """Report where a depth is reached; its uncertainty is that of the depth there over the wear rate."""
     place = scenario.place_at(depth)
     first = scenario.contact.fitted_bodies[0]
     if np.isinf(place):
@@ -139,7 +139,7 @@ def _law_values(scenario: Scenario) -> tuple[LawValue, ...] | None:
 
 def _notes(scenario: Scenario, places: Column) -> Iterator[str]:
     if scenario.known.first.standard_uncertainty is None:
-        yield "k_D is taken as exact, since no standard uncertainty of it is known"
+        yield "k_D is taken as exact, since its standard uncertainty is not known"
     yield from scenario.notes(places)
     yield from default_notes(scenario.inputs)
 
@@ -150,5 +150,5 @@ def _step_notes(scenario: Scenario, places: Column, error: float | None, steps: 
     side, step = "too deep" if error > 0 else "too shallow", float(places.max()) / steps
     yield (
         f"{steps:,} Euler steps of {step:.3g} {scenario.contact.progress.unit} end {abs(error):.2%} {side}; the exact "
-        "scheme has no such error"
+        "scheme does not have this error"
     )

@@ -1,8 +1,8 @@
 """The wear of one run as a question: which k_D makes the model follow what was measured.
 
 The model depth is h(v) of the pin's curve, by the GIWM or by local wear, with v = k_D·F_N·S(s). k_D is found by
-weighted least squares on rows of measured and modelled depth, for any values of the other inputs, or for thousands of
-draws of them at once. What is fitted linearly beside k_D (zero offsets and drift of a joint fit) is projected out of
+weighted least squares on rows of measured and modeled depth, for any values of the other inputs, or for thousands of
+draws of them at once. What is fitted linearly with k_D (zero offsets and drift of a joint fit) is projected out of
 all rows.
 """
 
@@ -59,14 +59,14 @@ _STEP = 1e-4
 NODES = 40
 _FINE_NODES = 1000
 _SMOOTH_TERMS = 8
-"""Powers of √s that, beside drift, take the wear out of a reading so that its noise is left."""
+"""Powers of √s that, together with drift, take the wear out of a reading so that its noise is left."""
 _LEAST_NOISE = 1e-12
 """Standard deviation, m, below which a reading counts as without noise."""
 
 
 @dataclass(frozen=True)
 class Tangent:
-    """The parameters of a law that are free, to first order about the best estimate."""
+    """The parameters of a law that are free, by first-order propagation about the best estimate."""
 
     names: tuple[str, ...]
     coefficient: float
@@ -75,7 +75,7 @@ class Tangent:
 
 @dataclass(frozen=True)
 class WearProblem:
-    """One run corrected in two steps: drift first, by the end value, then k_D on the corrected wear of the pin."""
+    """One run corrected in two steps: drift first, by the post-test measurement, then k_D on the corrected pin wear."""
 
     contact: SlidingPin
     law: WearLaw
@@ -92,7 +92,7 @@ class WearProblem:
     noise: float = _LEAST_NOISE**2
     """Variance of the sensor's noise times its autocorrelation time, m²."""
     tangent: Tangent | None = None
-    """Of the parameters of the law that are fitted beside k_D."""
+    """Of the parameters of the law that are fitted with k_D."""
     missed: float = 0.0
     """Standard deviation, m, of what the law, fitted to this run, misses of each row beyond that noise."""
 
@@ -106,14 +106,14 @@ class WearProblem:
         return pin_curve(self.contact, values, self.engine)
 
     def pin_wear(self, values: Values) -> Column:
-        """Return the corrected wear of the pin, m: the sensor's wear times the pin's share by the end values."""
+        """Return the corrected wear of the pin, m: the sensor's wear times the pin's share by measurement."""
         pin = self.end_depth(values)
         total = pin + values.get("disc_end_value", 0.0)
         wear = self.trace.wear(total, values["zero_offset"], values["end_reading"], values["depth_scale"])
         return np.asarray(wear * np.divide(pin, total, out=np.ones_like(total), where=total != 0))
 
     def end_depth(self, values: Values) -> Column:
-        """Return the pin's wear depth by its end value, m."""
+        """Return the pin's wear depth by its post-test measurement, m."""
         return self.end.pin_depth_of(values["pin_end_value"], values["pin_radius"])
 
     def effective_distance(self, values: Values, distance: Column | None = None) -> Column:
@@ -123,7 +123,7 @@ class WearProblem:
         return np.asarray(effective * distance_scale(values, self.values))
 
     def depth(self, coefficient: Numbers, values: Values, distance: Column | None = None) -> Column:
-        """Return the model's wear depth, m, for a k_D in m²/N; at the samples unless told where."""
+        """Return the model's wear depth, m, for a k_D in m²/N; at the samples by default."""
         deep = self.pin(values).worn(coefficient * self.unit_volume(values, distance)).depth
         return deep * self._grown(self.distance if distance is None else distance)
 
@@ -165,7 +165,7 @@ class WearProblem:
         return self.pin_wear(values) + noise * np.sqrt(1 + self.missed**2 * self.weights / self.noise)
 
     def model(self, log_coefficient: Column, values: Values) -> tuple[Column, Column]:
-        """Return what the model says each row is, and its slope against ln k_D, m."""
+        """Return each row as the model gives it, and its slope against ln k_D, m."""
         return self.modelled(values)(log_coefficient)
 
     def modelled(self, values: Values) -> Callable[[Column], tuple[Column, Column]]:
@@ -181,7 +181,7 @@ class WearProblem:
 
     @property
     def measured_inputs(self) -> Collection[str]:
-        """Names of inputs that what is measured depends on, but not what the model says."""
+        """Names of inputs that what is measured depends on, but not the model."""
         return ("pin_end_value", "zero_offset", "end_reading", "depth_scale")
 
     @cached_property
@@ -191,17 +191,17 @@ class WearProblem:
 
     @property
     def linear(self) -> Column:
-        """Columns of what is fitted beside k_D and the law, in weighted rows; none here."""
+        """Columns of what is fitted with k_D and the law, in weighted rows; none here."""
         return np.zeros((len(self.distance), 0))
 
     @property
     def fitted_parameters(self) -> tuple[str, ...]:
-        """Parameters of the law that are fitted beside k_D."""
+        """Parameters of the law that are fitted with k_D."""
         return self.tangent.names if self.tangent else ()
 
     @cached_property
     def law_columns(self) -> Column:
-        """Columns of the law's parameters that are fitted beside k_D, in weighted rows."""
+        """Columns of the law's parameters that are fitted with k_D, in weighted rows."""
         if self.tangent is None or not self.fitted_parameters:
             return self.linear[:, :0]
         log_k = np.asarray(np.log(self.tangent.coefficient))
@@ -210,11 +210,11 @@ class WearProblem:
 
     @cached_property
     def free(self) -> Column:
-        """Orthonormal basis of what is fitted beside k_D, in weighted rows."""
+        """Orthonormal basis of what is fitted with k_D, in weighted rows."""
         return np.linalg.qr(np.hstack([self.linear, self.law_columns]))[0]
 
     def without_free(self, rows: Column) -> Column:
-        """Return weighted rows without what is fitted beside k_D."""
+        """Return weighted rows without what is fitted with k_D."""
         return _projected(rows, self.free)
 
     def friction_together(self) -> tuple[str, ...]:
@@ -233,7 +233,7 @@ class WearProblem:
         """Return the least-squares k_D, m²/N, by Gauss–Newton on ln k_D; 0 where no wear fits best, else NaN.
 
         Values of shape (draws, 1), and ``noise`` on each row of them, give as many solutions at once. The search
-        starts at the k_D that meets the end value.
+        starts at the k_D that meets the post-test measurement.
         """
         root, free, model = self.root_weights, self.free, self.modelled(values)
         measured = self.rows(values) + noise
@@ -266,16 +266,16 @@ class WearProblem:
         """Return k_D, m²/N, at the best estimates. Raises ``FitError`` where the pin shows no wear."""
         if not float(self.end_depth(self.values)) > 0:
             raise FitError(
-                "wear fit: found an end value without wear of the pin; expected wear to fit; a longer or "
-                "heavier test may show some"
+                "wear fit: found a post-test measurement without wear of the pin; expected wear to fit; test longer "
+                "or at a higher load"
             )
         found = float(self.solve(self.values))
         if not found > 0:
             if self.fitted_parameters:
                 raise FitError(indistinct(self.law, self.fitted_parameters))
             raise FitError(
-                f"wear fit: found no k_D in {_MOST_ITERATIONS} iterations; expected the depth to grow with distance; "
-                "look at the raw depth signal"
+                f"wear fit: found no k_D in {_MOST_ITERATIONS} iterations; expected the depth to increase with "
+                "distance; inspect the raw depth signal"
             )
         return found
 
@@ -325,7 +325,7 @@ class WearProblem:
         return np.asarray((rows[1] - rows[0]) / (high - low))
 
     def law_covariance(self, coefficient: float) -> Column:
-        """Return the covariance of ln k_D and the parameters that are free, in SI, to first order (JCGM 100:2008, 5.2).
+        """Return the covariance of ln k_D and the free parameters, SI, by first-order propagation (JCGM 100:2008, 5.2).
 
         Of the noise of the reading and of every input, those of the friction fit by their own covariance.
         """
@@ -410,7 +410,7 @@ def _last(values: Column) -> Column:
 def wear_problem(
     corrected: CorrectedRun, law: LawName, friction: FrictionFit | None, recipe: Recipe
 ) -> WearProblem | tuple[str, ...]:
-    """Pose the fit of k_D to a corrected run under a law as it is to start, or say what the run lacks for it."""
+    """Pose the fit of k_D to a corrected run under a law as it is to start, or report what is missing for it."""
     run, manifest = corrected.run, corrected.run.manifest
     if corrected.wear_depth is None:
         return corrected.correction.lacks
@@ -471,7 +471,7 @@ def about_smooth(
 ) -> tuple[Column, int]:
     """Return what a reading differs from a smooth curve by, m, and how many parameters the curve has.
 
-    Not from the law: what a law or a wrong end value misses is smooth, no noise, and counted by itself.
+    Not from the law: what a law or a wrong post-test measurement misses is smooth, not noise, and counted separately.
     """
     root = np.sqrt(np.maximum(distance, 0.0) / distance[-1])
     # Chebyshev's polynomials of √s rather than its powers, which are nearly alike; the first of them is an offset.

@@ -87,7 +87,7 @@ class Scenario:
         return self.wear.start(self.values)
 
     def effective(self, places: Column, values: Values | None = None) -> Column:
-        """Return the progress after which Archard's law would have worn as much: N·S(s)/s with s slid after N."""
+        """Return the progress after which Archard's law has worn as much: N·S(s)/s with s the distance after N."""
         slid = np.asarray(places * self.wear.slid)
         return effective_progress(self.law.at(values or {}), places, slid, self.friction)
 
@@ -103,8 +103,8 @@ class Scenario:
         """
         if not 1 <= steps <= MOST_STEPS:
             raise FitError(
-                f"published scheme: found {steps:,} steps; expected 1 to {MOST_STEPS:,}; say how many with --steps, or "
-                "use the exact scheme, which costs nothing"
+                f"published scheme: found {steps:,} steps; expected 1 to {MOST_STEPS:,}; give another number with "
+                "--steps, or use the exact scheme"
             )
         ends = np.linspace(0.0, float(np.max(places)), steps + 1)
         factor = self.law.rate_factor(ends * self.wear.slid, self.friction)
@@ -136,7 +136,7 @@ class Scenario:
         return float(brentq(excess, 0.0, _beyond(excess, wanted), xtol=1e-12 * wanted, rtol=1e-13))
 
     def notes(self, places: Column) -> tuple[str, ...]:
-        """Say what the model assumes of the contact, and where wear at places leaves it."""
+        """Report what the model assumes of the contact, and where wear at places leaves it."""
         return self.wear.notes(self.values, self.worn(np.asarray(np.max(places))) if np.size(places) else None)
 
     def points(self, places: Column, state: State) -> Iterator[PredictedPoint]:
@@ -255,7 +255,7 @@ def _shares(most: int) -> Column:
 
 
 def effective_progress(law: WearLaw, places: Column, slid: Column, friction: FrictionPath | None) -> Column:
-    """Return the progress in which Archard's law would wear as much, for distances slid until then, m."""
+    """Return the progress in which Archard's law would wear as much, for sliding distance until then, m."""
     effective = law.effective_distance(slid, friction)
     # By the share of it Archard's law keeps every digit, and no slip is no wear.
     return places * np.divide(effective, slid, out=np.ones_like(effective), where=slid != 0)
@@ -270,5 +270,6 @@ def _beyond(excess: Callable[[float], float], start: float) -> float:
         if excess(place := start * 2.0**doublings) >= 0:
             return place
     raise FitError(
-        "wear law: found that it wears less and less and never so deep; expected a depth that it reaches; ask for less"
+        "wear law: found a wear rate that decreases so that this depth is never reached; expected a depth that is "
+        "reached; give a smaller one"
     )

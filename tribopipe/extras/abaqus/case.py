@@ -45,7 +45,7 @@ class WearCase:
     friction: ExponentialFriction | None = None
     """μ(s) where the law is Sarkar's; none where it is Archard's."""
     element_size: float | None = None
-    """Of the contact surface, across the direction of rolling, m; a tenth of the unworn contact's unless said."""
+    """Of the contact surface, across the direction of rolling, m; a tenth of that of the unworn contact by default."""
 
     def __post_init__(self) -> None:
         if not self.known.coefficient.value > 0:
@@ -88,7 +88,7 @@ class WearCase:
 
     @property
     def element(self) -> float:
-        """h, m; in two digits where it was not said."""
+        """h, m; in two digits where it was not stated."""
         return self.element_size or float(f"{self.start.half_width / _ELEMENTS_A_RADIUS:.2g}")
 
     @cached_property
@@ -102,7 +102,7 @@ class WearCase:
         return max(self.factor(distance) for distance in (0.0, self.speed * self.duration))
 
     def factor(self, distance: float) -> float:
-        """Return √(1 + 3μ²) at a distance slid, m; 1 under Archard's law."""
+        """Return √(1 + 3μ²) at a sliding distance, m; 1 under Archard's law."""
         return 1.0 if self.friction is None else float(junction_factor(self.friction.coefficient(distance)))
 
     @property

@@ -14,7 +14,7 @@ _REACH = 1.2
 
 @dataclass(frozen=True)
 class UnwornContact:
-    """The contact that wear starts from: Hertz's, or that of a flat end under even pressure."""
+    """The contact that wear starts from: Hertz's, or that of a flat end under uniform pressure."""
 
     half_width: float
     """m; across the direction of rolling."""

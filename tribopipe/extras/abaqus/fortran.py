@@ -30,7 +30,7 @@ def number_in_mm(value: float, si_unit: str) -> str:
 
 
 def comment(paragraphs: Iterable[str], sign: str = "C     ") -> str:
-    """Write paragraphs as comment lines, with an empty one between them; ASCII, with ? for what it lacks."""
+    """Write paragraphs as comment lines, with an empty one between them; ASCII, with ? for what is missing."""
     wrap = partial(textwrap.wrap, width=CARD, initial_indent=sign, subsequent_indent=sign, break_on_hyphens=False)
     return f"\n{sign.rstrip()}\n".join("\n".join(wrap(_plain(paragraph))) for paragraph in paragraphs) + "\n"
 

@@ -11,8 +11,8 @@ from tribopipe.results.wear_fit import WearFit, spoken
 _MEASURED = "k_D was identified with friction as measured; the subroutine takes the fit of Eq. 7."
 _OTHER_WEARS = "in the test the {} wore too, which this leaves out: it wears the {} alone."
 _PRESSURES = {
-    "giwm": "even pressure (the Global Incremental Wear Model)",
-    "volume": "the volume that the pin lacks",
+    "giwm": "uniform pressure (the Global Incremental Wear Model)",
+    "volume": "the wear volume of the pin",
     "local": "local pressure",
 }
 
@@ -41,7 +41,7 @@ def fitted_wear(run_id: str, fit: WearFit) -> KnownWear:
     notes: tuple[str, ...] = (_MEASURED,) if fit.friction == "measured" else ()
     if fit.first is None:
         lacks = " and ".join(fit.lacks)
-        raise FitError(f"{run_id}: found no k_D; the run lacks {lacks}; give one with --wear-coefficient")
+        raise FitError(f"{run_id}: found no k_D (missing: {lacks}); give one with --wear-coefficient")
     first, *others = fit.bodies
     worn = (name for name in others if fit.bodies[name].wear_coefficient.value > 0)
     notes += tuple(_OTHER_WEARS.format(spoken(name), spoken(first)) for name in worn)
@@ -57,7 +57,7 @@ def _of_eq_9(run_id: str, fit: WearFit) -> tuple[Quantity, str]:
     if own is None or same is None:
         raise FitError(
             f"{run_id}: found a k_D that was fitted with {fit.distance_per_rotation}; expected {ARCHARDS}, as Eq. 9 "
-            f'has it; fit again with a recipe that says distance_per_rotation = "{ARCHARDS}" under [wear]'
+            f'has it; fit again with a recipe that sets distance_per_rotation = "{ARCHARDS}" under [wear]'
         )
     if own.distance == ARCHARDS:
         return same.first, f"with {ARCHARDS}, as Eq. 9 has it."

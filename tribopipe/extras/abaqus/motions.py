@@ -27,14 +27,14 @@ class Sliding:
     speed_template: ClassVar[str | None] = None
     """Of the speed, where the law needs it and the template does not have it."""
     drives: ClassVar[int] = 2
-    """Number of dimensions that the harness is told."""
+    """Number of dimensions of the harness."""
     on_lines: ClassVar[bool] = False
     """Whether nodes wear by streamlines."""
     rate: ClassVar[str] = "k_D p v"
     factors: ClassVar[tuple[str, ...]] = ("V",)
-    """What stands beside k_D·E_c in the longest increment."""
+    """Factors next to k_D·E_c in the longest increment."""
     use: ClassVar[str] = ""
-    """What the model has to be like besides."""
+    """What the model has to be like in addition."""
     arguments: ClassVar[str] = ""
     """Of the job."""
     data: ClassVar[str] = ""
@@ -47,7 +47,7 @@ class Sliding:
 
     @property
     def words(self) -> str:
-        """What is to be told of the law besides."""
+        """Additional notes on the law."""
         return ""
 
     @property
@@ -84,14 +84,14 @@ class Rolling(Sliding):
     factors: ClassVar[tuple[str, ...]] = ("CLEN", "TURNS")
     use: ClassVar[str] = (
         "Run with cpus=1: streamlines and their integrals are kept in COMMON. streamlines.dat has to be in the "
-        f"folder of the job; {README} says what is in it. Its node numbers are those of an input file without "
+        f"folder of the job; {README} describes it. Its node numbers are those of an input file without "
         "parts and assemblies."
     )
     arguments: ClassVar[str] = " cpus=1"
     data: ClassVar[str] = (
         "streamlines.dat: the number of rows, then in each row a node, its streamline (1, 2, ...) and the length "
         "dl in mm that the node stands for along the direction of rolling: half the distance between its "
-        "neighbours, twice that where a plane of symmetry mirrors it. Nodes on no streamline do not wear. The one "
+        "neighbors, twice that where a plane of symmetry mirrors it. Nodes on no streamline do not wear. The one "
         "of the harness is an example."
     )
 

@@ -12,7 +12,7 @@ _ENDS: Mapping[str, str] = {
 }
 _MEANINGS: Mapping[str, str] = {
     **{name: signal.meaning for name, signal in SIGNALS.items()},
-    "wear_depth": "wear of both bodies, drift taken off, or what a law makes of it",
+    "wear_depth": "wear of both bodies, corrected for drift, or by a wear law",
     "pin_wear_depth": "the pin's part of the wear",
     "fitted_friction_coefficient": "friction coefficient by the exponential fit",
     **{law: f"wear by {law_title(law)}" for law in LAWS},

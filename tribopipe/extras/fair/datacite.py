@@ -13,7 +13,7 @@ _UNKNOWN = ":unav"
 def datacite(
     dataset: Dataset, *, title: str, description: str, keywords: Sequence[str], published: str
 ) -> dict[str, Any]:
-    """Return the fields of DataCite; what the schema demands and nobody said is ":unav"."""
+    """Return the fields of DataCite; required fields that are not stated is ":unav"."""
     said = {
         "schemaVersion": "http://datacite.org/schema/kernel-4",
         "types": {"resourceTypeGeneral": "Dataset", "resourceType": "Tribometer runs"},

@@ -36,7 +36,7 @@ class Exported(NamedTuple):
     path: Path
     chosen: Chosen
     lacking: tuple[str, ...]
-    """What repositories ask for and nobody said."""
+    """What repositories require and is not stated."""
 
 
 def choose(archive: Archive, ids: Sequence[str]) -> Chosen:
@@ -48,7 +48,7 @@ def choose(archive: Archive, ids: Sequence[str]) -> Chosen:
     unknown = next((one for one in ids if one not in runs and one not in studies), None)
     if unknown is not None:
         raise ArchiveError(
-            f"{archive.folder}: found neither a run nor a study {unknown!r}; expected one of the archive's; "
+            f"{archive.folder}: found neither a run nor a study {unknown!r}; expected one in the archive; "
             f"{did_you_mean(unknown, [*runs, *studies])}"
         )
     taken = [one for one in studies if not ids or one in ids]
@@ -104,7 +104,7 @@ def export_crate(
 
 @contextmanager
 def _beside(path: Path) -> Iterator[Path]:
-    """Give the name of a folder beside a path, which is taken away where it is still there in the end."""
+    """Give the name of a folder next to a path, which is taken away where it is still there in the end."""
     path.parent.mkdir(parents=True, exist_ok=True)
     beside = TemporaryDirectory(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
     with beside as part, undone_by(partial(rmtree, part, ignore_errors=True)):
@@ -133,7 +133,7 @@ def _fill(
     reports: bool,
     advance: Callable[[str], None],
 ) -> None:
-    """Make the crate in a folder. All that it says is read from the copy of the archive that is in it."""
+    """Make the crate in a folder. All its content is read from the copy of the archive that is in it."""
     graph = Graph(folder)
     crating = Crating(graph, _copied(archive, chosen, folder / ARCHIVE), dataset, reports)
     runs: dict[str, Described] = {}

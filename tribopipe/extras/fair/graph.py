@@ -16,7 +16,7 @@ RO_CRATE = "1.1"
 Ref: TypeAlias = dict[str, str]
 """How an entity stands in another."""
 _TERMS = {"sha256": "http://schema.org/sha256"}
-"""Names that the vocabulary of this version of RO-Crate lacks."""
+"""Names that the vocabulary of this version of RO-Crate does not have."""
 _LISTS = ("hasPart", "mentions", "comment", "variableMeasured")
 
 
@@ -28,7 +28,7 @@ class Graph:
             from rocrate.rocrate import ROCrate
         except ImportError:
             raise ArchiveError(
-                "found no package rocrate, which writes RO-Crates and .eln files; expected it beside tribopipe; run "
+                "found no package rocrate, which writes RO-Crates and .eln files; expected it to be installed; run "
                 '`pip install "tribopipe[fair]"`'
             ) from None
         self.folder = folder
@@ -64,12 +64,12 @@ class Graph:
         return _ref(self._crate.add_dataset(dest_path=path, properties=_known({**said, "hasPart": list(parts)})))
 
     def describe(self, **said: Any) -> None:
-        """Say what the whole crate is."""
+        """Report what the whole crate is."""
         for name, value in _known(said).items():
             self.root[name] = value
 
     def describe_metadata(self, **said: Any) -> None:
-        """Say of the crate's metadata what is beyond what every crate says."""
+        """Describe the metadata of the crate beyond what every crate states."""
         for name, value in _known(said).items():
             self._crate.metadata[name] = value
 
@@ -78,12 +78,12 @@ class Graph:
         return [entity.properties() for entity in self._crate.get_by_type(kind)]
 
     def followed(self, form: re.Pattern[str]) -> set[str]:
-        """Return what files are said to conform to, as far as it has a form: the first group of each."""
+        """Return what files are stated to conform to, as far as it has a format: the first group of each."""
         said = (one.get("conformsTo", {}).get("@id", "") for one in self.things("File"))
         return {matched[1] for name in said if (matched := form.fullmatch(name))}
 
     def write(self) -> bytes:
-        """Write the metadata beside the files, and return them."""
+        """Write the metadata with the files, and return them."""
         self._crate.metadata.write(self.folder)
         return (self.folder / METADATA).read_bytes()
 

@@ -1,7 +1,7 @@
 """A crate as somebody sent it, folder or zip: its files are read as if somebody meant harm.
 
-Nothing is unpacked by the names in it: files are asked for by name, are at most as long as was said of them, and count
-for nothing unless they have the SHA-256 that was said of them.
+Nothing is unpacked by the names in it: files are asked for by name, are at most as long as was stated, and
+count for nothing unless they have the stated SHA-256.
 """
 
 import hashlib
@@ -73,14 +73,14 @@ class Packed:
     def pieces(self, name: str, size: int, sha256: str) -> Iterator[bytes]:
         """Give the bytes of a file in pieces.
 
-        Raises ``ArchiveError`` where there is no such file, or it is not the one that was said to be there: the last
+        Raises ``ArchiveError`` where there is no such file, or it is not the one that was stated to be there: the last
         piece is given before its SHA-256 is known, so nothing may be made of them until the end.
         """
         member = self._members.get(name)
         if member is None:
             raise self.refused(f"no file {name!r}, which its metadata describes", "every file that it describes")
         if member.size != size:
-            raise self.refused(f"{name!r} of {member.size:,} bytes", f"the {size:,} that its metadata says")
+            raise self.refused(f"{name!r} of {member.size:,} bytes", f"the {size:,} that its metadata states")
         found, left = hashlib.sha256(), size
         with self._read(name) as file:
             while piece := file.read(min(_PIECE, left + 1)):
@@ -106,7 +106,7 @@ class Packed:
             ) from None
 
     def refused(self, found: str, expected: str) -> ArchiveError:
-        """Return what is said where a crate is not what it says it is."""
+        """Return the error for a crate that is not what it claims."""
         return ArchiveError(
             f"{self.path}: found {found}; expected {expected}; get the crate again from where it is kept"
         )
@@ -163,7 +163,7 @@ def _zip(path: Path) -> Iterator[ZipFile]:
 
 
 def _directory_size(file: IO[bytes]) -> int:
-    """Return how long the list of files at the end of a zip is, bytes, as far as the zip says."""
+    """Return how long the list of files at the end of a zip is, bytes, as far as the zip states."""
     length = file.seek(0, os.SEEK_END)
     start = max(length - _END.size - 0xFFFF - _END_64 - 20, 0)
     file.seek(start)

@@ -18,7 +18,7 @@ _ROWS = (
     ("Published", "datePublished"),
     ("Version", "version"),
     ("DOI", "identifier"),
-    ("Licence", "license"),
+    ("License", "license"),
     ("Funding", "funding"),
     ("Belongs to", "citation"),
     ("Keywords", "keywords"),
@@ -28,7 +28,7 @@ _Entity = Mapping[str, Any]
 
 
 def run_text(archive: Archive, run_id: str, tested: str) -> Markup:
-    """Return what a notebook shows of a run; ``tested`` says in a sentence what was tested."""
+    """Return what a notebook shows of a run; ``tested`` states in a sentence what was tested."""
     return Markup(rendered("run_record.html", tested=tested, internal=True, run={"page": run_page(archive, run_id)}))  # noqa: S704
 
 
@@ -46,7 +46,7 @@ def preview(metadata: bytes, texts: Mapping[str, Markup]) -> str:
     graph = {entity["@id"]: entity for entity in document["@graph"]}
 
     def of(entity: _Entity, name: str) -> Sequence[Any]:
-        """Give what an entity says under a name: texts, and the entities that it refers to."""
+        """Give what an entity states under a name: texts, and the entities that it refers to."""
         said = entity.get(name, [])
         return [
             graph[one["@id"]] if isinstance(one, dict) else one for one in (said if isinstance(said, list) else [said])

@@ -28,7 +28,7 @@ _TOML = "application/toml"
 
 @dataclass(frozen=True)
 class Part:
-    """One file of a crate, beside what is said of every file."""
+    """One file of a crate, with what is stated about every file."""
 
     path: str
     """In the folder of its run or study."""
@@ -46,7 +46,7 @@ class Part:
 def run_parts(archive: Archive, run_id: str) -> Iterator[Part]:
     """Give what an archived run holds, but for its HDF5 file and its report."""
     outline, raw = archive.outline(run_id), archive.raw(run_id)
-    yield _record("run.json", outline.manifest, "what run.toml says, numbers in SI")
+    yield _record("run.json", outline.manifest, "content of run.toml, numbers in SI")
     for source in raw.sources:
         yield Part(f"source/{source.name}", source.pieces(), "as it came", media_type(source.name))
     earlier = archive.earlier_manifests(run_id)
@@ -80,7 +80,7 @@ def run_parts(archive: Archive, run_id: str) -> Iterator[Part]:
             for name, step in outline.steps.items()
         },
     }
-    yield Part("history.json", [_json(history)], "what was found, said and done, and what computed it", JSON)
+    yield Part("history.json", [_json(history)], "findings, annotations, steps and the programs used", JSON)
 
 
 def earlier_path(one: EarlierManifest) -> str:
@@ -91,7 +91,7 @@ def earlier_path(one: EarlierManifest) -> str:
 def study_parts(archive: Archive, study_id: str) -> Iterator[Part]:
     """Give what an archived study holds, but for its HDF5 file and its report."""
     stored = archive.study(study_id)
-    yield _record("study.json", stored.study, "what study.toml says, numbers in SI")
+    yield _record("study.json", stored.study, "content of study.toml, numbers in SI")
     yield _record("results/study.json", stored.result, "k_D of the study, and the agreement of each run with it")
     for number, curve in enumerate(stored.curves):
         columns = {name: values for name, values in vars(curve).items() if isinstance(values, np.ndarray)}
@@ -99,7 +99,7 @@ def study_parts(archive: Archive, study_id: str) -> Iterator[Part]:
         other = "m^3" if "rotations" in columns else "m"
         heads = [f"{name} [{unit.get(name, other)}]" for name in columns]
         disc = f", {curve.disc.replace('_', ' ')}" if hasattr(curve, "disc") else ""
-        meaning = f"{curve.run_id}{disc}: measured wear beside {law_title(curve.model)}, {curve.role}"
+        meaning = f"{curve.run_id}{disc}: measured wear with {law_title(curve.model)}, {curve.role}"
         yield Part(f"tables/curve-{number:03}.csv", _rows(heads, list(columns.values())), meaning, CSV, tuple(heads))
     history = {
         "version": stored.program_version,

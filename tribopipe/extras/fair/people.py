@@ -1,11 +1,11 @@
-"""Who made a data set, who paid, who publishes it, and under which licence, as entities of a crate."""
+"""Who made a data set, who paid, who publishes it, and under which license, as entities of a crate."""
 
 from urllib.parse import quote
 
 from tribopipe.documents.dataset import Dataset, Funding, Organisation, Person, Publication
 from tribopipe.extras.fair.graph import Graph, Ref, local
 
-_NOT_SAID = "No licence is given: whoever wants to use the data has to ask those who made them."
+_NOT_SAID = "No license is given: to use the data, ask their creators."
 
 
 def person(graph: Graph, one: Person) -> Ref:
@@ -29,7 +29,7 @@ def author(graph: Graph, dataset: Dataset) -> Ref | None:
 
 
 def operator(graph: Graph, dataset: Dataset, name: str | None) -> Ref | None:
-    """Describe who ran a test: a creator, or else somebody of whom run.toml says the name alone."""
+    """Describe who ran a test: a creator, or else somebody of whom run.toml states the name alone."""
     if not name:
         return None
     known = dataset.operated_by(name)
@@ -42,11 +42,11 @@ def organisation(graph: Graph, one: Organisation) -> Ref:
 
 
 def licence(graph: Graph, dataset: Dataset) -> Ref:
-    """Describe the licence, or say that there is none."""
+    """Describe the license, or report that there is none."""
     if dataset.licence is None:
-        return graph.thing("#no-licence", "CreativeWork", name="No licence given", description=_NOT_SAID)
+        return graph.thing("#no-licence", "CreativeWork", name="No license given", description=_NOT_SAID)
     iri = f"https://spdx.org/licenses/{dataset.licence}"
-    description = f"The licence that SPDX lists as {dataset.licence}."
+    description = f"The license that SPDX lists as {dataset.licence}."
     return graph.thing(
         iri, "CreativeWork", name=dataset.licence, description=description, identifier=dataset.licence, url=iri
     )

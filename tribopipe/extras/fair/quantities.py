@@ -1,4 +1,4 @@
-"""Numbers and texts of records by name: what a crate tells of a run without its files being opened."""
+"""Numbers and texts of records by name: what a crate shows of a run without its files being opened."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple

@@ -50,7 +50,7 @@ class Restored:
     done: dict[ArchivedFile, Literal["added", "unchanged"]] = field(default_factory=dict)
     failed: dict[ArchivedFile, TribopipeError] = field(default_factory=dict)
     dataset: Path | None = None
-    """The dataset.toml that was written beside the archive; none where the crate has none, or one was there."""
+    """The dataset.toml that was written next to the archive; none where the crate has none, or one was there."""
     refused_dataset: TribopipeError | None = None
     """Why the crate's dataset.toml was not written."""
 
@@ -58,7 +58,7 @@ class Restored:
 def restore(path: Path, archive: Archive, advance: Callable[[str], None] = lambda _: None) -> Restored:
     """Take every run and study of a crate into an archive; what is there already and the same stays.
 
-    One that is damaged, or has the name of another one, is told in ``failed`` and does not stop the others; nor does a
+    One that is damaged, or has the name of another one, is given in ``failed`` and does not stop the others; nor does a
     dataset.toml that cannot be read. Raises ``ArchiveError`` where the crate cannot be read, or holds no archived run.
     """
     found = Restored()
@@ -117,7 +117,7 @@ def _taken(crate: Packed, one: ArchivedFile, archive: Archive) -> Literal["added
 
 
 def _dataset(crate: Packed, held: Held, archive: Archive) -> Path | None:
-    """Write the crate's dataset.toml beside the archive where there is none, once it is known to be one."""
+    """Write the crate's dataset.toml next to the archive where there is none, once it is known to be one."""
     path = archive.folder.resolve().parent / DATASET_NAME
     if path.exists():
         return None

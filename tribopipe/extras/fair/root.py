@@ -24,7 +24,7 @@ _KEYWORDS = ("tribology", "wear", "friction", "tribometer")
 
 
 class _Summary(NamedTuple):
-    """What is said of the crate in every form: as dataset.toml has it, or else made of what is in it."""
+    """What is stated about the crate in every form: as dataset.toml has it, or else made of what is in it."""
 
     title: str
     description: str
@@ -36,7 +36,7 @@ class _Summary(NamedTuple):
 def describe_root(
     graph: Graph, described: Sequence[Described], dataset: Dataset, document: bytes | None, *, one_author: bool
 ) -> None:
-    """Say what the crate is, who made it and what is in it; put in the files about it.
+    """Report what the crate is, who made it and what is in it; put in the files about it.
 
     ``document`` is the dataset.toml that ``dataset`` was read from; ``one_author`` names the first creator alone as
     author, as notebooks ask for.
@@ -127,5 +127,5 @@ def _about(graph: Graph, summary: _Summary, dataset: Dataset, document: bytes | 
     fields = orjson.dumps(datacite(dataset, **summary._asdict()), option=orjson.OPT_INDENT_2)
     yield graph.file("about/datacite.json", [fields, b"\n"], description="fields of DataCite", encodingFormat=JSON)
     if document is not None:
-        said = "what the lab says of it"
+        said = "description by the laboratory"
         yield graph.file(DATASET, [document], description=said, encodingFormat="application/toml")

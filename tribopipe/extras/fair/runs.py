@@ -1,4 +1,4 @@
-"""A run and a study as entities of a crate: what was tested on what, what came out, and the files that say so."""
+"""A run and a study as entities of a crate: what was tested on what, what came out, and the files with it."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -195,7 +195,7 @@ def _bodies(graph: Graph, manifest: RunManifest) -> Iterator[Ref]:
 
 
 def _numbers(run: RunOutline) -> Iterator[Told]:
-    """Give conditions, end values and results of a run."""
+    """Give conditions, post-test measurements and results of a run."""
     yield from told(run.manifest.conditions, "conditions")
     yield from told(run.manifest.end_values, "end_values")
     for name, step in run.steps.items():
@@ -203,7 +203,7 @@ def _numbers(run: RunOutline) -> Iterator[Told]:
 
 
 def _property(graph: Graph, run_id: str, one: Told, meant: str | None = None) -> Ref:
-    """Describe one number or text of a run; a standard uncertainty is a value beside it.
+    """Describe one number or text of a run; a standard uncertainty is a value next to it.
 
     ``meant`` is what it is called in vocabularies where that is not its key.
     """
@@ -249,7 +249,7 @@ def _comment(graph: Graph, run_id: str, note: Annotation) -> Ref:
 
 
 def _name(identifier: str, title: str | None) -> str:
-    """Name a run or a study so that it is told apart from others of the same title."""
+    """Name a run or a study so that it is distinguished from others of the same title."""
     return f"{identifier}: {title}" if title else identifier
 
 
@@ -258,7 +258,7 @@ def _materials(manifest: RunManifest) -> tuple[str, ...]:
 
 
 def _sentence(run: RunOutline) -> str:
-    """Say in a line what was tested."""
+    """State in a line what was tested."""
     manifest = run.manifest
     pair = " on ".join(body.material for body in manifest.bodies.values()) or "unknown bodies"
     kind = manifest.contact.kind if manifest.contact else "friction"

@@ -1,6 +1,6 @@
 """What our names are called in published vocabularies. Where a name is not listed, no identifier is known of it.
 
-Units: QUDT (qudt.org, CC BY 4.0), read from its units on 2026-08-05, with UCUM codes beside them. Neither has
+Units: QUDT (qudt.org, CC BY 4.0), read from its units on 2026-08-05, with UCUM codes next to them. Neither has
 a unit of fracture toughness, Pa·m½.
 
 Quantities and things: TriboDataFAIR Ontology 0.1.1 (N. Garabedian et al., doi:10.1038/s41597-022-01429-9, CC BY 4.0),
@@ -18,7 +18,7 @@ _TRIBODATAFAIR = (
 
 
 class Unit(NamedTuple):
-    """A unit of ours elsewhere."""
+    """A unit of tribopipe elsewhere."""
 
     ucum: str | None
     """Code by the Unified Code for Units of Measure; none where it has none."""

@@ -1,4 +1,4 @@
-"""What is said once of a run that goes on, because somebody should look."""
+"""What is stated once of a run that goes on, because somebody should look."""
 
 from typing import Literal
 
@@ -12,7 +12,7 @@ class Alarm(Record):
     """Something amiss with a run that goes on."""
 
     kind: AlarmKind
-    """What it is about; of each kind the first one is told."""
+    """What it is about; of each kind the first one is given."""
     sliding_distance: Quantity | None = None
     """Where it was noticed."""
     message: str

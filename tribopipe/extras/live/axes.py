@@ -26,7 +26,7 @@ class Axes:
     def completed(self, columns: dict[SignalName, Column]) -> tuple[dict[SignalName, Column], dict[SignalName, Origin]]:
         """Return samples with the axes that were not recorded, and the origins of all; those not placed are left out.
 
-        Raises ``ReaderError`` where an axis begins anew, or nothing tells how far the pin has slid.
+        Raises ``ReaderError`` where an axis restarts, or nothing shows the sliding distance of the pin.
         """
         placed = np.logical_and.reduce([np.isfinite(columns[name]) for name in _NEEDED if name in columns])
         joined = {
@@ -56,6 +56,6 @@ class Axes:
     def _refuse_unknown(self, origins: dict[SignalName, Origin]) -> None:
         if origins["sliding_distance"] == "unknown":
             raise ReaderError(
-                f"{self._manifest.id}: found nothing that tells how far the pin has slid; expected a sliding distance, "
+                f"{self._manifest.id}: found neither distance nor speed of the pin; expected a sliding distance, "
                 'or a speed; add conditions.sliding_speed = "400 mm/s" or the like to run.toml'
             )

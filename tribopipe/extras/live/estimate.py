@@ -1,4 +1,4 @@
-"""What is said of a run while it goes on: k_D, the wear now and at the planned end, and the drift, with intervals."""
+"""The state of a running test: k_D, the wear now and at the planned end, and the drift, with intervals."""
 
 import math
 
@@ -27,19 +27,19 @@ class Estimate(Record):
     wear_depth_interval: Interval
     """Of the wear by now."""
     planned_distance: Quantity | None = None
-    """Where the test is to end; none where nobody said."""
+    """Where the test is to end; none where it is not stated."""
     predicted_depth: Quantity | None = None
     """Wear of the pin at the planned end."""
     predicted_interval: Interval | None = None
     """Of the wear at the planned end."""
     drift_rate: Quantity
-    """Slope against time of what the sensor reads beside wear."""
+    """Slope against time of what the sensor reads in addition to wear."""
     finished: bool
     """Whether the wear at the end was measured, so that this is the joint fit of the whole run."""
 
 
 def estimated(found: Posterior, law: LawName, planned: float | None) -> Estimate:
-    """Say what the samples so far tell."""
+    """Report what the samples so far show."""
     problem = found.problem
     slid, duration = problem.trace.slid, problem.trace.duration
     best = math.exp(found.best)

@@ -1,4 +1,4 @@
-"""The figure of a run that goes on: its wear so far, the law fitted to it, and what is foretold to the planned end."""
+"""The figure of a run that goes on: its wear so far, the law fitted to it, and what is predicted to the planned end."""
 
 from typing import TYPE_CHECKING
 

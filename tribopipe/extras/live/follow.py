@@ -50,7 +50,7 @@ class Follower:
     def look(self) -> Iterator[Appended]:
         """Give what has come since the last look.
 
-        Raises ``ReaderError`` where files cannot be understood, or a clock begins anew.
+        Raises ``ReaderError`` where files cannot be understood, or a clock restarts.
         """
         if self._text is not None:
             name = self._manifest.signals[0].names[0]

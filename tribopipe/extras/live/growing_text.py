@@ -40,7 +40,7 @@ class GrowingText:
         self._meanings: Meanings = {}
 
     def begins_anew(self, path: Path) -> bool:
-        """Tell whether a file is another one than was read so far, or was cut; it is then read from its beginning."""
+        """Return whether a file is another one than was read so far, or was cut; it is then read from its beginning."""
         with path.open("rb") as file:
             known = file.read(len(self._head)) == self._head
             file.seek(self._read - len(self._tail))
@@ -87,7 +87,7 @@ class GrowingText:
         return columns
 
     def _understood(self, content: bytes) -> Layout | None:
-        """Find the layout once there are rows enough to tell it; none before, and none of any other format."""
+        """Find the layout once there are enough rows for it; none before, and none of any other format."""
         try:
             text = decode(self._source(content), self._signals.encoding)
             layout = find_layout(text, hints_of(self._signals))

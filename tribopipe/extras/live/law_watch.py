@@ -1,6 +1,6 @@
 """An early word when the wear law stops holding: the CUSUM of recursive residuals.
 
-The test is divided into blocks of equal distance. Each block's mean is foretold by the law with zero offset, drift and
+The test is divided into blocks of equal distance. Each block's mean is predicted by the law with zero offset, drift and
 k_D fitted to the blocks before it; what it differs by, over what that may differ by, is its recursive residual. As long
 as the law holds these are independent and of unit variance, so that their sum W_j crosses
 
@@ -8,7 +8,7 @@ as the law holds these are independent and of unit variance, so that their sum W
 
 at any of the n blocks of the whole test in 1 % of tests (R. L. Brown, J. Durbin, J. M. Evans, Journal of the Royal
 Statistical Society B 37 (1975) 149). Wear that changes, a drift that bends and a sensor that slips all show; which of
-them it is the sum does not say.
+them it is, the sum does not show.
 """
 
 import math
@@ -41,17 +41,17 @@ class Departure:
     since: float
     """Sliding distance, m, from which on the residuals are farthest from those of a law that holds."""
     deeper: bool
-    """Whether the reading went deeper than foretold."""
+    """Whether the reading went deeper than predicted."""
 
     @property
     def alarm(self) -> Alarm:
-        """Say it."""
+        """Return the warning."""
         where = "deeper" if self.deeper else "shallower"
         return alarm_at(
             "law",
             self.noticed,
-            f"the reading has left the wear law since about {self.since:.4g} m, {where} than foretold by what was "
-            "before: wear has changed, or the sensor drifts otherwise than steadily",
+            f"the reading has deviated from the wear law since about {self.since:.4g} m, {where} than predicted from "
+            "the reading before: wear has changed, or the drift is not steady",
         )
 
 
@@ -63,7 +63,7 @@ def blocks(state: State, planned: float) -> Means:
 
 
 def departure(found: Posterior, manifest: RunManifest, state: State, planned: float) -> Departure | None:
-    """Return where a run left the law; none where it follows it, or has come too short a way to tell."""
+    """Return where a run left the law; none where it follows it, or is too short to show."""
     means = blocks(state, planned)
     if not math.isfinite(found.best) or len(means) < _FEWEST_BLOCKS:
         return None

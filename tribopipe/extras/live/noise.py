@@ -17,7 +17,7 @@ _PARTS = 5
 _SMOOTH = 4
 """Powers of √s in a smooth curve: few, as each takes noise out of a short record."""
 _PER_FREEDOM = 3.0
-"""Independent samples that tell as much of the noise as one that is known to be independent: over a window of M lags
+"""Independent samples that show as much of the noise as one that is known to be independent: over a window of M lags
 the relative variance of an autocorrelation time τ is 2·(2M + 1)/n (N. Madras, A. D. Sokal, Journal of Statistical
 Physics 50 (1988) 109), and a window of about 1.5·τ is summed."""
 _SURE = 0.95

@@ -1,10 +1,10 @@
-"""What the samples so far say of k_D and of the wear to come: distributions, however little has been seen.
+"""What the samples so far show of k_D and of the wear to come: distributions, however little has been seen.
 
 While little wear has been seen, k_D is far from normal, and Gauss–Newton from far away need not arrive. So the wear by
 now, h, is taken step by step over all that it can be; zero offset, drift and the disc's wear are fitted for each h. All
 h above zero are as likely beforehand, since h enters the reading as it stands, unless k_D is known. The probability
 density of h is Student's t of χ², as the noise is found from few independent samples itself (JCGM 101:2008, 6.4.9).
-What is systematic is added to first order, and draws of k_D and of depths belong together.
+What is systematic is added by first-order propagation, and draws of k_D and of depths belong together.
 """
 
 import math
@@ -24,7 +24,7 @@ _PLACES = 160
 _NO_MORE = 1e-7
 """Share of the highest probability density below which nothing counts."""
 _FEWEST_FREE = 4.0
-"""Independent samples from which on the noise is known well enough to say anything (JCGM 101:2008, 6.4.9.4)."""
+"""Independent samples from which on the noise is known well enough for a result (JCGM 101:2008, 6.4.9.4)."""
 _FILLED = 0.4
 """Share of the places that must count for the rest to be fine enough."""
 _MOST_ROUNDS = 30
@@ -89,7 +89,7 @@ class Posterior:
         return np.asarray(np.maximum(drawn + self._systematic(moved), 0.0))
 
     def _depth_moved(self, name: str, distance: float) -> float:
-        """Return by how much a standard uncertainty of an input moves the depth, m, k_D being fitted anew."""
+        """Return by how much a standard uncertainty of an input moves the depth, m, k_D being fitted again."""
         values, spread, by = self.problem.values, self.problem.inputs[name].spread, self._moved[name]
         low, high = (
             self._depth_at(distance, self.centre + sign * by, {**values, name: values[name] + sign * spread})[0]
@@ -125,14 +125,14 @@ class Posterior:
 
 
 def posterior(problem: LiveProblem, how: MonteCarloRecipe) -> Posterior:
-    """Find k_D by the samples so far. Raises ``FitError`` where nothing tells wear from drift."""
+    """Find k_D by the samples so far. Raises ``FitError`` where wear and drift cannot be separated."""
     if not problem.tells_drift:
         raise FitError(
-            "found a flat pin, whose wear grows as steadily as a sensor drifts; expected something that tells them "
-            'apart; give what is known of the drift, as in --drift "0 +- 5 nm/min"'
+            "found a flat pin, whose wear is as linear as sensor drift; expected information to separate them; "
+            'state the drift, as in --drift "0 +- 5 nm/min"'
         )
     if problem.freedom < _FEWEST_FREE:
-        raise FitError("found too few samples that are independent of each other; expected more; wait")
+        raise FitError("found too few independent samples; expected more; wait")
     depth, log_k, squares = _searched(problem)
     density = _density(squares, problem.freedom)
     if any(belief.name == "ln k_D" for belief in problem.beliefs):
@@ -162,7 +162,7 @@ def _searched(problem: LiveProblem) -> tuple[Column, Column, Column]:
 
 
 def _squares(problem: LiveProblem) -> Callable[[Column], Column]:
-    """Return χ² against ln k_D, with all that is fitted linearly beside it."""
+    """Return χ² against ln k_D, with all that is fitted linearly with it."""
     rows, root, free = problem.rows(problem.values), problem.root_weights, problem.free
 
     def squares(log_coefficient: Column) -> Column:

@@ -1,4 +1,4 @@
-"""What a lab's archive says beforehand of a run: the drift of its instrument, and k_D of its bodies.
+"""What the archive of a lab gives for a run beforehand: the drift of its instrument, and k_D of its bodies.
 
 Of n archived values the next one is expected at their mean, with the standard deviation s·√(1 + 1/n)·√((n − 1)/(n − 3))
 of Student's t (JCGM 101:2008, 6.4.9.4): it exists from four values on.
@@ -89,7 +89,7 @@ def _next(values: Sequence[float], what: str) -> tuple[float, float]:
     count = len(values)
     if count < _FEWEST:
         raise FitError(
-            f"found {count} archived runs with a {what}; expected at least {_FEWEST} to say what the next one is like; "
-            "archive more of them, or leave the option out"
+            f"found {count} archived runs with a {what}; expected at least {_FEWEST} to predict the next one; archive "
+            "more of them, or omit the option"
         )
     return fmean(values), stdev(values) * math.sqrt((1 + 1 / count) * (count - 1) / (count - 3))

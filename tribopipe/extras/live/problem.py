@@ -1,8 +1,8 @@
 """The joint fit of a run that is not over: drift and wear together, with what is known beforehand in the place of ends.
 
 To the rows of the reading, and of depths measured at interruptions, comes one row for each thing that is known of the
-drift, of the disc's wear and of k_D before the test, weighted by its own uncertainty. Of a run whose end value is known
-it is the joint fit itself.
+drift, of the disc's wear and of k_D before the test, weighted by its own uncertainty. Of a run whose post-test
+measurement is known it is the joint fit itself.
 """
 
 import math
@@ -86,7 +86,7 @@ class LiveProblem(JointProblem):
         return np.concatenate([rows, np.broadcast_to(known, (*rows.shape[:-1], len(known)))], axis=-1)
 
     def modelled(self, values: Values) -> Callable[[Column], tuple[Column, Column]]:
-        """Return what the law says each row is, and its slope against ln k_D; drift and disc are fitted beside it."""
+        """Return each row as the law gives it, and its slope against ln k_D; drift and disc are fitted with it."""
         joint = super().modelled(values)
         of_k = np.asarray([name == "ln k_D" for name in self._believed], dtype=float)
 
@@ -119,12 +119,12 @@ class LiveProblem(JointProblem):
 
     @property
     def drift_column(self) -> int:
-        """Which of what is fitted beside k_D is the drift by now."""
+        """Which of what is fitted with k_D is the drift by now."""
         return len(np.unique(self.segments))
 
     @property
     def tells_drift(self) -> bool:
-        """Whether wear and drift are told apart: not of a flat pin, where both are linear, unless one is known."""
+        """Whether wear and drift are distinguished: not of a flat pin, where both are linear, unless one is known."""
         return self.contact.pin.shape != "flat" or bool(self.anchors) or bool({"drift", "ln k_D"} & {*self._believed})
 
     @property
@@ -138,15 +138,15 @@ class Asked:
     """What is followed, and by what law it is judged."""
 
     run: RawRun
-    """Without its samples; where its columns come from the first of them tell."""
+    """Without its samples; the first of them show where its columns come from."""
     law: LawName = "archard"
     recipe: Recipe = field(default_factory=Recipe)
     known: Known = Known()
     planned: float | None = None
-    """Sliding distance, m, at which the test is to end; none where nobody said."""
+    """Sliding distance, m, at which the test is to end; none where it is not stated."""
 
     def ends_at(self, reached: float) -> bool:
-        """Tell whether a test that has come so far, m, has ended as planned: any may have, where nobody said."""
+        """Return whether a test that has come so far, m, has ended as planned; always so without a planned end."""
         return self.planned is None or reached >= _AS_PLANNED * self.planned
 
 

@@ -49,7 +49,7 @@ class StuckSensor:
         self._last = float(depth[-1])
 
     def alarms(self) -> Iterator[Alarm]:
-        """Say that the sensor stands still."""
+        """Report that the sensor stands still."""
         if self._changes > _CHANGES and self._same > max(_STILL, _LONGER * self._longest):
             shown = Quantity(value=self._last, unit="m").shown("um")
             yield alarm_at(
@@ -61,7 +61,7 @@ class StuckSensor:
 
 
 def load_alarms(means: Means, nominal: float) -> Iterator[Alarm]:
-    """Say where the measured load is not the nominal one, N; the first block may be the loading ramp."""
+    """Report where the measured load is not the nominal one, N; the first block may be the loading ramp."""
     load, distance = means.load[1:], means.sliding_distance[1:]
     for off in np.flatnonzero(np.abs(load - nominal) > _LOAD_OFF * nominal)[:1]:
         found, stated = (show_force(float(force), None) for force in (load[off], nominal))
@@ -74,7 +74,7 @@ def load_alarms(means: Means, nominal: float) -> Iterator[Alarm]:
 
 
 def friction_alarms(means: Means) -> Iterator[Alarm]:
-    """Say where friction jumps."""
+    """Report where friction jumps."""
     mu = means.friction
     if len(mu) <= _BEFORE:
         return

@@ -1,4 +1,4 @@
-"""One run that is followed: what came, what it tells, and what is amiss, look by look."""
+"""One run that is followed: what came, what it shows, and what is amiss, look by look."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -28,11 +28,11 @@ class LiveUpdate(Record):
     sliding_distance: Quantity | None = None
     """How far the run has come; none before the first sample."""
     estimate: Estimate | None = None
-    """What the samples tell; none while they tell nothing."""
+    """What the samples show; none while they show nothing."""
     lacks: str | None = None
     """Why there is no estimate."""
     alarms: tuple[Alarm, ...] = ()
-    """What is amiss, each told once."""
+    """What is amiss, each given once."""
     notes: tuple[str, ...] = ()
     """What was known beforehand, and whence."""
 
@@ -45,13 +45,13 @@ class Session:
         contact = asked.run.manifest.contact
         if contact is not None and not contact.sensor_tells:
             raise ContactError(
-                f"{asked.run.id}: found a {contact.kind} run, whose depth signal does not tell the wear of a running "
+                f"{asked.run.id}: found a {contact.kind} run, whose depth signal does not give the wear of a running "
                 "test; expected a pin on a disc; process the run when it has ended"
             )
         self.asked = asked
         self.state = State()
         self.posterior: Posterior | None = None
-        """What the last look found of k_D; none while nothing tells it."""
+        """k_D by the last update; none while it is unknown."""
         self.grew = False
         """Whether samples came since the look before the last."""
         self._follower = Follower(asked.run.manifest, folder)
@@ -61,7 +61,7 @@ class Session:
         self._told: set[AlarmKind] = set()
 
     def look(self) -> LiveUpdate:
-        """Take in what has come, and say what it tells.
+        """Take in what has come, and report what it shows.
 
         Raises ``TribopipeError`` where the files cannot be read, or hold nothing that can be followed.
         """
@@ -74,7 +74,7 @@ class Session:
         return self._update(alarms)
 
     def still(self, seconds: float) -> LiveUpdate:
-        """Say that nothing has come for so long, unless the planned end was reached, or nobody knows it."""
+        """Report that nothing has come for so long, unless the planned end was reached, or nobody knows it."""
         planned, reached = self.asked.planned, self._reached or 0.0
         if planned is None or self.asked.ends_at(reached):
             return self._update([])
@@ -92,7 +92,7 @@ class Session:
             )
         if appended.anew:
             self.state, self._sensor = State(), StuckSensor()
-            message = "the file was cut, or another took its place: all begins anew with what it holds"
+            message = "the file was truncated or replaced: starting again with its content"
             yield Alarm(kind="anew", message=message)
         turned = any(isinstance(step, TurnOver) and "depth" in step.signals for step in self.asked.recipe.clean_up)
         columns = dict(appended.columns) | ({"depth": -appended.columns["depth"]} if turned else {})
@@ -109,7 +109,7 @@ class Session:
             self.posterior, self._lacks = None, str(error)
 
     def _amiss(self) -> Iterator[Alarm]:
-        """Say what does not look sound."""
+        """Report what does not look sound."""
         yield from self._sensor.alarms()
         if not self.state.samples or not self._reached:
             return

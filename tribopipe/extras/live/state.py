@@ -45,7 +45,7 @@ class Means:
 
 
 class State:
-    """The samples so far, condensed; those that lack time, sliding distance or depth are passed over."""
+    """The samples so far, condensed; those that do not have time, sliding distance or depth are passed over."""
 
     def __init__(self) -> None:
         self._sums = np.zeros((_MOST_SUMS, len(_FIELDS)))

@@ -1,4 +1,4 @@
-"""What a virtual instrument draws: errors once a run, noise, and end values about the truth."""
+"""What a virtual instrument draws: errors once per run, noise, and post-test measurements about the truth."""
 
 import math
 from collections.abc import Callable

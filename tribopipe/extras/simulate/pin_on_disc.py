@@ -2,7 +2,8 @@
 
 Depth is pin wear (the closed form) plus disc wear, offset, linear drift and correlated noise, digitised. Disc wear
 grows as the integral of 1/a over distance, which is Archard's law for a point of the track that passes under a contact
-of radius a once a turn. The end value is drawn about its true value with its stated uncertainty; so are load, tip
+of radius a once a turn. The post-test measurement is drawn about its true value with its stated uncertainty; so are
+load, tip
 radius, moduli, speed and sensor scale where a series has systematic errors, its manifests stating what was meant.
 """
 
@@ -76,7 +77,7 @@ class VirtualTest:
         )
 
     def record(self) -> tuple[dict[str, Column], dict[str, Quantity]]:
-        """Return the instrument's columns, SI, and the end values with their uncertainty, drawn with the run's seed."""
+        """Return the instrument's columns, SI, and the uncertain post-test measurements, drawn with the run's seed."""
         run, sensors, rng = self.run, self.series.sensors, np.random.Generator(np.random.PCG64(self.run.seed))
         shown = (
             run.zero_offset.value

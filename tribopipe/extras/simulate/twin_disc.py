@@ -102,7 +102,7 @@ class VirtualTwinDiscTest:
         )
 
     def record(self) -> tuple[dict[str, Column], dict[str, Quantity]]:
-        """Return the instrument's columns, SI, and the end values with their uncertainty, drawn with the run's seed."""
+        """Return the instrument's columns, SI, and the uncertain post-test measurements, drawn with the run's seed."""
         run, sensors, rng = self.run, self.series.sensors, np.random.Generator(np.random.PCG64(self.run.seed))
         worn = self.state.curved_depth + self.state.flat_depth
         shown = run.zero_offset.value + worn / self.depth_scale + run.drift_rate.value * self.time

@@ -32,12 +32,12 @@ Layout = Mapping[str, Written]
 
 
 def require_simulated(folder: Path) -> None:
-    """Raise ``OutputError`` where a run folder holds another run than a simulated one, which may be written anew."""
+    """Raise ``OutputError`` where a run folder holds another run than a simulated one, which may be written again."""
     there = [name for name in (MANIFEST_NAME, SIGNALS_NAME) if (folder / name).exists()]
     if there and not (folder / TRUTH_NAME).is_file():
         raise OutputError(
-            f"{folder}: found {there[0]}, and no {TRUTH_NAME} beside it; expected a new folder, or a run that was "
-            "simulated; name another folder"
+            f"{folder}: found {there[0]}, and no {TRUTH_NAME} next to it; expected a new folder, or a simulated run; "
+            "name another folder"
         )
 
 
@@ -69,7 +69,7 @@ def manifest_head(run_id: str, started: datetime, title: str, instrument: str) -
     """Return what every manifest begins with."""
     return [
         "#:schema ../../schemas/run.schema.json",
-        "# Synthetic: written by `tribopipe simulate`; truth.json beside it says what it was made from.",
+        "# Synthetic: written by `tribopipe simulate`; truth.json next to it holds the true values.",
         'schema = "tribopipe.run/1"',
         f"id = {quoted(run_id)}",
         f"started = {started.isoformat()}",
@@ -86,9 +86,9 @@ def manifest_tail(
     depth_scale: Quantity,
     worded: Callable[[str], str] = str,
 ) -> list[str]:
-    """Return what every manifest ends with; ``measured_by`` gives unit in the file and method of each end value.
+    """Return the end of every manifest; ``measured_by`` gives unit in the file and method of each measurement.
 
-    ``worded`` gives the name of an end value in run.toml.
+    ``worded`` gives the name of a post-test measurement in run.toml.
     """
     return [
         "[[signals]]",
@@ -128,7 +128,7 @@ def specimen(body: Specimen) -> list[str]:
 
 
 def _own_sizes(body: Specimen) -> list[str]:
-    """Return the lines of the sizes that a kind of counterbody has beside what is known of any specimen."""
+    """Return the lines of the sizes that a kind of counterbody has with what is known of any specimen."""
     if isinstance(body, Pin | CurvedDisc | FlatDisc):
         return []  # written where the order and the units of their keys are stated
     own = [name for name in type(body).model_fields if name not in Specimen.model_fields]

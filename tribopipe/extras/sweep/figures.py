@@ -29,7 +29,7 @@ _MOST_ABREAST = 3
 _LETTERS = 42
 """That fit above a panel in one line."""
 _APART, _CLOSE = 0.08, 0.008
-"""By which colours stand beside each other: of what is between two texts, and of all values."""
+"""How far colors are apart: between two texts, and over all values."""
 _SMALL = 1e-2
 """Lengths below are read in µm, m."""
 _DECADES = 20
@@ -67,7 +67,7 @@ class _Layout:
 
 @styled
 def plot_sweep(sweep: Sweep, ensemble: Ensemble, found: Found) -> "Figure":
-    """Draw what a sweep found against what is varied: one key along the axis, another by colour, the rest in panels.
+    """Draw what a sweep found against what is varied: one key along the axis, another by color, the rest in panels.
 
     k_D of choices and predictions have their 95 % intervals; draws and virtual tests, as k_D over the true one, those
     that hold 95 % of them. Raises ``ManifestError`` where nothing is varied, or too much.

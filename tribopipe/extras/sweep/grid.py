@@ -23,7 +23,7 @@ class Combination:
     """From 1 on."""
 
     def labels(self, run_id: str) -> dict[str, Cell]:
-        """Return what tells its case of a run from all others."""
+        """Return what distinguishes its case of a run from all others."""
         return {"run": run_id, **self.cells, REPEAT: float(self.repeat)}
 
 
@@ -51,7 +51,7 @@ def listed(parameter: Parameter) -> tuple[Value | None, ...]:
 
 
 def label_heads(varied: Sequence[Parameter], repeats: int | None) -> tuple[Head, ...]:
-    """Return the columns that tell cases apart; that of repeats only where there are some."""
+    """Return the columns that distinguish cases; that of repeats only where there are some."""
     return (Head("run"), *map(_head, varied), *([] if repeats is None else [Head(REPEAT)]))
 
 

@@ -26,7 +26,7 @@ _HEADS = {
     "wear_volume": Head("wear_volume", "m^3", uncertain=True),
     "pressure": Head("pressure", "Pa"),
 }
-"""What may be told of wear at a place."""
+"""Possible values of wear at a place."""
 _WORN = "worn to "
 _FRICTION = "run.conditions.friction"
 
@@ -43,12 +43,12 @@ class Condition(Record):
     wear_coefficient: WearCoefficient | None = None
     """k_D of the pin or the curved disc; none for what the archived fit found under the law."""
     flat_wear_coefficient: WearCoefficient | None = None
-    """k_D of the flat disc beside it."""
+    """k_D of the flat disc next to it."""
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """What is wanted of every prediction, and what is known beside its documents."""
+    """What is wanted of every prediction, and what is known with its documents."""
 
     at: tuple[float, ...]
     """Distances, m, or rotations."""
@@ -60,7 +60,7 @@ class Wanted:
     """As the run has it."""
 
     def outcomes(self, unit: str) -> list[str]:
-        """Say what each row tells: the state at a place, or where a depth is worn to."""
+        """Return what each row shows: the state at a place, or where a depth is worn to."""
         return [
             *(f"at {place:g} {unit}" for place in self.at),
             *(f"{_WORN}{show(h, None, 'm', 'um')}" for h in self.depths),
@@ -68,7 +68,7 @@ class Wanted:
 
     @property
     def parts(self) -> list[Any]:
-        """What tells it from another for a fingerprint, but for the friction."""
+        """What distinguishes it from another for a fingerprint, but for the friction."""
         known = [part for law in sorted(self.known) for part in self.known[law].parts]
         return [str((self.at, self.depths)), *known]
 
@@ -91,7 +91,7 @@ def predicted(subject: Subject[Condition], settings: Settings, wanted: Wanted) -
 
 
 def numbers_of(run: RunManifest) -> tuple[Head, ...]:
-    """Return what is told of a prediction: its place along the progress, time, and what the contact is shown by."""
+    """Return the values of a prediction: its place along the progress, time, and what the contact is shown by."""
     place = run.progress.signal
     return (
         Head(place, SIGNALS[place].unit, uncertain=True),

@@ -130,7 +130,7 @@ def _fitted(archive: Archive, run_id: str, laws: Sequence[LawName]) -> dict[LawN
 
 
 def _places(asked: Predictions, source: _Source, where: str) -> tuple[float, ...]:
-    """Return where to predict, m or rotations: the run's own end where nothing is said."""
+    """Return where to predict, m or rotations: the run's own end where nothing is stated."""
     if not asked.at and not asked.depth:
         if source.end is None:
             raise ManifestError(f'{where}: predictions.at: missing; expected where to predict; add at = ["500 m"]')

@@ -23,7 +23,7 @@ class Head:
     name: str
     unit: str | None = None
     uncertain: bool = False
-    """Whether a standard uncertainty stands beside each number."""
+    """Whether a standard uncertainty stands next to each number."""
     written: Mapping[Cell, str] = field(default_factory=dict)
     """How people wrote some of its values."""
 
@@ -51,7 +51,7 @@ class Case:
     """One task of a sweep."""
 
     labels: Mapping[str, Cell]
-    """What tells it from the others, by the names of columns."""
+    """What distinguishes it from the others, by the names of columns."""
     fingerprint: str
     """Of all that its rows are made from, the program's version among it."""
     job: Callable[[], list[Row]]
@@ -59,7 +59,7 @@ class Case:
 
     @property
     def name(self) -> str:
-        """What people are told where it fails."""
+        """The message where it fails."""
         return ", ".join(
             f"{name} {cell:g}" if isinstance(cell, float) else cell for name, cell in self.labels.items() if cell != ""
         )

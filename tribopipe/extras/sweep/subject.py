@@ -73,7 +73,7 @@ class Parameter:
 
     path: str
     values: tuple[Value, ...]
-    """All of them; of a distribution the two it is told by: its ends, or mean and one standard deviation above."""
+    """All of them; of a distribution the two that define it: its ends, or mean and one standard deviation above."""
     drawn: Drawn | None = None
 
     @property
@@ -102,7 +102,7 @@ def generator(seed: int, repeat: int, name: str) -> Generator:
 
 
 def parameters(vary: Mapping[str, Values], subject: Subject[Any]) -> tuple[Parameter, ...]:
-    """Return what is varied, each value looked over. Raises ``ManifestError`` at the first that is wrong."""
+    """Return what is varied, each value checked. Raises ``ManifestError`` at the first that is wrong."""
     return tuple(_parameter(path, values, subject) for path, values in vary.items())
 
 
@@ -127,7 +127,7 @@ def _parameter(path: str, values: Values, subject: Subject[Any]) -> Parameter:
 
 
 def _ends(path: str, values: Drawn, subject: Subject[Any]) -> tuple[Value, ...]:
-    """Return the two values that a distribution is told by."""
+    """Return the two values that define a distribution."""
     if not isinstance(values, Normal):
         return tuple(subject.value(path, given) for given in values.uniform)
     mean, spread = subject.value(path, values.normal), values.standard_uncertainty

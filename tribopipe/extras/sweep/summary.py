@@ -89,7 +89,7 @@ class Scatter(Record):
 
 
 class Coverage(Record):
-    """What virtual tests of one combination find, beside their truth."""
+    """What virtual tests of one combination find, with their truth."""
 
     labels: dict[str, str | float]
     """What is not drawn, and the body."""
@@ -113,7 +113,7 @@ Summary = ChoiceSpread | Scatter | Coverage
 
 
 def summarised(sweep: Sweep, ensemble: Ensemble, found: Found) -> list[Summary]:
-    """Return a summary of each group of rows; nothing of predictions without draws, where rows say it all."""
+    """Return a summary of each group of rows; nothing of predictions without draws, where rows have it all."""
     drawn = {path for path, values in sweep.vary.items() if not isinstance(values, tuple)} | {"repeat"}
     told = list(answers(ensemble, found))
     if sweep.choices is not None:

@@ -1,4 +1,4 @@
-"""Tests of a plan recorded on the virtual tribometer again and again, each evaluated beside its truth."""
+"""Tests of a plan recorded on the virtual tribometer again and again, each evaluated with its truth."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -77,7 +77,7 @@ def virtual_tests(sweep: Sweep, asked: VirtualTests, beside: Path, recipe: Recip
     """
     if _SEED in sweep.vary:
         raise ManifestError(
-            f"{where}: vary.{_SEED}: found a seed; expected none, since each repeat has its own; take it out, and give "
+            f"{where}: vary.{_SEED}: found a seed; expected none, since each repeat has its own; remove it, and give "
             "repeats and seed"
         )
     varied: tuple[Parameter, ...] = ()
@@ -120,7 +120,7 @@ def _planned(plan: Plan, recipe: Recipe, where: str) -> Iterator[tuple[str, Subj
 
 
 def tested(subject: Subject[AnyTest], settings: Settings) -> list[Row]:
-    """Record one test and evaluate it; where it has no k_D, the row says why.
+    """Record one test and evaluate it; where it has no k_D, the row states why.
 
     Raises ``TribopipeError`` where there can be no such test.
     """

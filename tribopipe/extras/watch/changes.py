@@ -1,4 +1,4 @@
-"""When something in a folder may have changed: as the system tells, or by asking again and again."""
+"""When something in a folder may have changed: as the system shows, or by asking again and again."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 _TICK = 1000
 """How often it is asked whether a look is due though nothing changed, ms."""
 _QUIET, _LONGEST = 500, 2000
-"""Changes are told once there was none for so long, or that long after the first, ms."""
+"""Changes are reported once there was none for so long, or that long after the first, ms."""
 _POLL_EVERY = 2000
 """How often a network share is asked, ms."""
 
@@ -14,7 +14,7 @@ _POLL_EVERY = 2000
 def changes(folder: Path, *, poll: bool) -> Iterator[bool]:
     """Yield, at least each second and for ever, whether anything below a folder has changed.
 
-    With ``poll`` the folder is listed again and again, since what other machines change on a share is not told.
+    With ``poll`` the folder is listed again and again, since changes by other machines on a share are not reported.
     """
     from watchfiles import watch
 

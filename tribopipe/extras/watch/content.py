@@ -39,7 +39,7 @@ def clear_begun(run_id: str, runs: Path) -> None:
 
 
 def goes_on(drop: Drop, run: Path) -> bool:
-    """Tell whether a drop holds all that a run folder was made of, and more after it."""
+    """Return whether a drop holds all that a run folder was made of, and more after it."""
     now = {path.name: path for path in drop.files}
     with suppress(OSError):
         copies = [path for path in run.iterdir() if path.suffix != ".toml"]
@@ -48,7 +48,7 @@ def goes_on(drop: Drop, run: Path) -> bool:
 
 
 def _is_free(run_id: str, drop: Drop, runs: Path, archive: Archive) -> bool:
-    """Tell whether an id is nobody's, or that of a run which was made of the same bytes."""
+    """Return whether an id is nobody's, or that of a run which was made of the same bytes."""
     folder = runs / run_id
     if folder.exists():
         return _sums(drop.files) <= _sums(folder.iterdir())
@@ -64,7 +64,7 @@ def _sums(paths: Iterable[Path]) -> set[str]:
 
 
 def _begins(copy: Path, export: Path) -> bool:
-    """Tell whether an export begins with all that a copy of it holds."""
+    """Return whether an export begins with all that a copy of it holds."""
     with copy.open("rb") as old, export.open("rb") as new:
         while part := old.read(_CHUNK):
             if new.read(len(part)) != part:

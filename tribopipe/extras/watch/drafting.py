@@ -50,7 +50,7 @@ def _taken(drop: Drop, lab: Lab, journal: Journal) -> Iterator[Event]:
 
 
 def _same(drop: Drop, journal: Journal, twin: Entry) -> Iterator[Event]:
-    """Pass over bytes that are a run already; those of a file that was merely written anew without a word."""
+    """Pass over bytes that are a run already; those of a file that was merely written again without a message."""
     again = {"name": drop.name, "stamp": drop.stamp}
     if twin.name == drop.name:
         journal.note(twin.model_copy(update=again))
@@ -76,7 +76,7 @@ def _make(drop: Drop, run_id: str, lab: Lab) -> NewRun | None:
 
 
 def _made(entry: Entry, made: NewRun | None, lab: Lab, journal: Journal) -> Event:
-    """Tell of a run folder, which is processed unless something has to be filled in."""
+    """Report for a run folder, which is processed unless something has to be filled in."""
     said = f"{entry.name}: run {entry.run}"
     if entry.instead_of:
         said += f", as the file went on after run {entry.instead_of} was made of it"

@@ -13,9 +13,9 @@ from tribopipe.documents.manifest import MANIFEST_NAME
 
 _UNFINISHED = re.compile(r"^[.~]|~$|\.(tmp|temp|part|partial|filepart|crdownload|bak|lock)$", re.IGNORECASE)
 _NO_EXPORT = re.compile(r"\.toml$|^(desktop\.ini|thumbs\.db)$", re.IGNORECASE)
-"""What lies beside exports: templates, reader profiles, and what Windows writes into folders."""
+"""What lies next to exports: templates, reader profiles, and what Windows writes into folders."""
 _HELD = (32, 33)
-"""What Windows says of a file that another program has open, or has locked in part."""
+"""What Windows states about a file that another program has open, or has locked in part."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ def _stamp(seen: Mapping[Path, os.stat_result]) -> str:
 
 
 def moves(drop: Drop) -> bool:
-    """Tell whether files were changed since they were looked at, or have gone."""
+    """Return whether files were changed since they were looked at, or have gone."""
     try:
         return stamp_of(drop.files) != drop.stamp
     except OSError:
@@ -74,7 +74,7 @@ def moves(drop: Drop) -> bool:
 
 
 def is_held(files: Iterable[Path]) -> bool:
-    """Tell whether another program still has one of the files to itself, as only Windows knows."""
+    """Return whether another program still has one of the files to itself, as only Windows knows."""
     for path in files:
         try:
             path.open("rb").close()

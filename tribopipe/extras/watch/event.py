@@ -1,4 +1,4 @@
-"""What a watch has to tell, as a sentence for people and as JSON for programs."""
+"""What a watch reports, as a sentence for people and as JSON for programs."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field

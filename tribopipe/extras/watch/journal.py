@@ -74,7 +74,7 @@ class Journal:
         return self._newest.get(name)
 
     def knows(self, drop: Drop) -> bool:
-        """Tell whether a drop was dealt with as it lies there."""
+        """Return whether a drop was dealt with as it lies there."""
         entry = self._newest.get(drop.name)
         return entry is not None and entry.stamp == drop.stamp and entry.state != "begun"
 

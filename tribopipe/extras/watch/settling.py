@@ -8,7 +8,7 @@ from tribopipe.extras.watch.drops import Drop
 
 
 class Settling:
-    """What was seen to change last when. It goes by the clock it is told, never by those of drives and shares."""
+    """What was seen to change last when. It uses the clock it is given, never by those of drives and shares."""
 
     def __init__(self, seconds: float) -> None:
         self.seconds = seconds

@@ -15,7 +15,7 @@ from tribopipe.extras.watch.settling import Settling
 _AT_ONCE = 32
 """Drops made into runs before these are processed."""
 _LOOK_EVERY = 30.0
-"""How long no look is taken where nothing tells of a change, s."""
+"""How long no look is taken where nothing shows a change, s."""
 
 
 def watched(lab: Lab, *, poll: bool) -> Iterator[Event]:
@@ -37,7 +37,7 @@ def look_once(lab: Lab) -> Iterator[Event]:
 
 
 class Watcher:
-    """Looks into a lab's folder when told to, and remembers what it did."""
+    """Looks into a lab's folder when requested, and remembers what it did."""
 
     def __init__(self, lab: Lab) -> None:
         self._lab = lab
@@ -52,7 +52,7 @@ class Watcher:
         return len(self._dropped)
 
     def is_due(self, now: float) -> bool:
-        """Tell whether a look is worth its while though nothing tells of a change."""
+        """Return whether a look is worth its while though nothing shows a change."""
         return now >= self._next
 
     def look(self, now: float) -> Iterator[Event]:

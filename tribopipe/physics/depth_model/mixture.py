@@ -24,7 +24,7 @@ _COARSE = (0.7, 0.3)
 _FINE = (0.35, 0.15)
 """and where it is."""
 _NOISE_RANGE = 0.6
-"""ln σ_e is sought so far on either side of what differences of neighboring blocks tell."""
+"""ln σ_e is sought so far on either side of what differences of neighboring blocks show."""
 _LEAST_WANDER, _MOST_WANDER = 0.1, 3.0
 """σ_f is sought from this share of σ_e to this many times the wear."""
 NO_WANDER = 0.3
@@ -129,7 +129,7 @@ def ways(regressions: Sequence[Regression], wanders: Sequence[Wander]) -> Ways:
 
 
 def _mattering(evidences: Sequence[Column]) -> list[NDArray[np.bool_]]:
-    """Say which alternatives at which points matter: by the reading alone, or with the anchor."""
+    """Report which alternatives at which points matter: by the reading alone, or with the anchor."""
     best = np.max([np.max(evidence, axis=(1, 2)) for evidence in evidences], axis=0)
     return [np.any(evidence > best[:, None, None] - _WINDOW, axis=0) for evidence in evidences]
 

@@ -2,11 +2,11 @@
 
 The reading is wear h(s; H) of a run that ends at the depth H, a line z + r·t, optional terms, slow wander and noise
 (tribopipe.physics.depth_model.mixture). H has Jeffreys' prior, the root of the information that both sources have of
-it, by which intervals hold as often as they say (B. L. Welch, H. W. Peers, J. R. Stat. Soc. B 25, 1963, 318),
+it, with which intervals hold as often as stated (B. L. Welch, H. W. Peers, J. R. Stat. Soc. B 25, 1963, 318),
 
     π(H) ∝ √(1/σ² + Σ (∂z/∂H)²),
 
-with σ of the reading alone and z the scores of what was measured. It is flat in H where the reading tells H, and flat
+with σ of the reading alone and z the scores of what was measured. It is flat in H where the reading shows H, and flat
 in the diameter, volume or depth that was measured where that does.
 """
 
@@ -25,7 +25,7 @@ from tribopipe.physics.depth_model.wander import Wander, wanders
 SCORES = np.linspace(-8.0, 8.0, 65)
 """Standard uncertainties by which a measurement is moved to see what depth it means."""
 _NEARLY = 0.02
-"""Change of H, in its standard deviation or in itself, after which the slope of the wear is not taken anew."""
+"""Change of H, in its standard deviation or in itself, after which the slope of the wear is not taken again."""
 _MOST_PASSES = 3
 _STEP = 1e-3
 """Relative, of the difference by which the slope of the wear is found."""
@@ -67,7 +67,7 @@ class MeasuredDepth:
 
     @property
     def uncertainty(self) -> float:
-        """Standard uncertainty, m, to first order."""
+        """Standard uncertainty, m, by first-order propagation."""
         low, high = np.interp([-1.0, 1.0], SCORES, self.depths)
         return max(float(high - low) / 2, _LEAST_NOISE)
 
@@ -105,7 +105,7 @@ class DepthReading:
     segments: Column
     """Number of the zero offset that each block has."""
     measured: tuple[MeasuredDepth, ...] = ()
-    """What was measured on the specimens, the end first; none where the sensor alone has to tell."""
+    """What was measured on the specimens, the end first; none where the sensor alone is used."""
     drift_deviation: float | None = None
     """Prior standard deviation of the drift over the test, m; none for a flat prior."""
     known: tuple[KnownTerm, ...] = ()
@@ -149,7 +149,7 @@ class DepthReading:
 
     @property
     def columns(self) -> Column:
-        """All terms besides wear: offsets, line, what else is free, known and optional ones; (blocks, terms)."""
+        """All terms in addition to wear: offsets, line, what else is free, known and optional ones; (blocks, terms)."""
         free = np.empty((len(self.time), 0)) if self.free is None else self.free
         known = [term.shape for term in self.known]
         return np.column_stack([self.offsets, free, self.time, *known, self.optional.columns])
@@ -166,7 +166,7 @@ class DepthPosterior:
     reference: float
     """H about which the wear was taken for linear in H, m."""
     anchor: Anchor | None
-    """H − reference as it was measured, to first order."""
+    """H − reference as it was measured, by first-order propagation."""
 
     @cached_property
     def weights(self) -> Column:
@@ -186,7 +186,7 @@ class DepthPosterior:
 
     @property
     def together(self) -> tuple[float, float]:
-        """H and its standard uncertainty by reading and measurement, m, to first order."""
+        """H and its standard uncertainty by reading and measurement, m, by first-order propagation."""
         means, covariances = self._anchored
         mean, deviation = _moments(self.weights, means[:, 0], covariances[:, 0, 0])
         return self.reference + mean, deviation
@@ -424,7 +424,7 @@ def _merged(alone: Column, anchored: Column, means: Column, deviations: Column) 
 
 
 def depth_posterior(reading: DepthReading) -> DepthPosterior:
-    """Return what a reading, with what was measured on the specimens, tells of the wear at the end."""
+    """Return what a reading, with what was measured on the specimens, shows of the wear at the end."""
     processes = tuple(wanders(reading.time, reading.weights))
     reference = min(max(reading.expected, 0.1 * reading.scale), 0.9 * reading.most)
     for _ in range(_MOST_PASSES):
@@ -476,7 +476,7 @@ def _slope_about(grid: Column, values: Column, reach: float) -> Column:
 
 
 def _anchor(measured: Sequence[MeasuredDepth], reference: float) -> Anchor | None:
-    """Return what was measured of H − reference, to first order; none where nothing was measured."""
+    """Return what was measured of H − reference, by first-order propagation; none where nothing was measured."""
     if not measured:
         return None
     step = _STEP * reference

@@ -86,7 +86,7 @@ class DepthSamples:
 def baseline(
     posterior: DepthPosterior, time: Column, segments: NDArray[np.intp], temperature: Column | None = None
 ) -> Column:
-    """Return the mean of what a reading has besides wear and wander at times: offsets, line, settling, temperature, m.
+    """Return the mean reading without wear and wander at times, m: offsets, line, settling, temperature.
 
     Parameters
     ----------

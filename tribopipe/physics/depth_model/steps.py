@@ -7,7 +7,7 @@ from tribopipe.physics.autocorrelation import left_of
 
 _BINS = 400
 _FEWEST = 60
-"""Bins below which a step cannot be told from noise."""
+"""Bins below which a step cannot be distinguished from noise."""
 _TERMS = 9
 _DECISIVE = 8.0
 """Standard deviations of usual changes from bin to bin beyond which one is a step."""

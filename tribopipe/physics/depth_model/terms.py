@@ -1,8 +1,8 @@
-"""Terms of a depth reading besides wear whose shape is known: offsets, a line, settling, temperature, a counterbody.
+"""Known terms of a depth reading in addition to wear: offsets, a line, settling, temperature, a counterbody.
 
 Offsets and the rate of the line have flat priors. Whether the reading follows a recorded temperature, and whether it
 settles, are alternatives, each with a normal prior of its amplitude about zero; they are averaged over by their
-evidence. What follows the temperature may settle besides: a thermometer is never quite where the frame is warm.
+evidence. What follows the temperature may settle in addition: a thermometer is never quite where the frame is warm.
 """
 
 from collections.abc import Iterator
@@ -26,7 +26,7 @@ _LEAST_WARMING = 0.05
 
 @dataclass(frozen=True)
 class Alternative:
-    """Terms that a reading may have besides the line: settling, temperature, both or none."""
+    """Terms that a reading may have in addition to the line: settling, temperature, both or none."""
 
     column: int | None
     """Which settling, if any."""

@@ -1,4 +1,4 @@
-"""What a reading would tell were one of its priors wider, from the posterior itself: nothing is fitted again.
+"""What a reading would show were one of its priors wider, from the posterior itself: nothing is fitted again.
 
 Where the prior of a coefficient a is N(0, σ²) and is to be N(0, (c·σ)²), each way is multiplied by the ratio of both,
 
@@ -17,7 +17,7 @@ from tribopipe.base.arrays import Column
 from tribopipe.physics.depth_model.posterior import DepthPosterior
 
 Prior = Literal["drift", "settling"]
-"""Of the drift over the test where the sensor alone tells the wear, and of the amplitude of a settling."""
+"""Of the drift over the test where the sensor alone gives the wear, and of the amplitude of a settling."""
 
 
 def widened(posterior: DepthPosterior, prior: Prior, factor: float = 2.0) -> DepthPosterior:

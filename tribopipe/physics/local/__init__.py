@@ -1,1 +1,1 @@
-"""Wear where it happens: Archard's law at every point of a contact that is solved anew as the surfaces wear."""
+"""Wear where it happens: Archard's law at every point of a contact that is solved again as the surfaces wear."""

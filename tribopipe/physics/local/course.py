@@ -9,7 +9,7 @@ step Δ that is ρ times the one before
 
     w₊ = w + ρ²/(1 + 2ρ)·(w − w₋) + Δ·(1 + ρ)/(1 + 2ρ)·m(p₊).
 
-Either way each step takes off k_D·F_N·Δs, to the last digits.
+Either way each step removes k_D·F_N·Δs, to the last digits.
 """
 
 import math

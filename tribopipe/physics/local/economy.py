@@ -1,11 +1,12 @@
-"""UMESHMOTION's economy: contact is not solved anew as the surface wears, but mended (paper, Sections 3.3 and 3.4).
+"""UMESHMOTION's economy: contact is not solved again as the surface wears, but corrected (paper, Sections 3.3 and 3.4).
 
 ABAQUS calls UMESHMOTION once an increment has converged, sweeps the surface nodes by the wear of Eq. 9, carries the
-stresses over to the moved mesh by advection, and mends the loss of equilibrium by solving the last time increment only.
+stresses over to the moved mesh by advection, and corrects the loss of equilibrium by solving the last time increment
+only.
 The Wear-Processor solves the whole contact on the moved mesh after every increment. Fig. 11 asks how far the one drifts
 from the other, and how external corrections of the geometry bring it back.
 
-Modelled is what the paper tells of that scheme:
+Modeled is what the paper shows of that scheme:
 
 * Explicit wear by the pressure before the increment.
 * One linear correction of equilibrium, with the elasticity of the mesh as last corrected and the contact status of the
@@ -13,10 +14,10 @@ Modelled is what the paper tells of that scheme:
   it, but for the next increment only; there is no second round. A pull counts as no pressure, and the other nodes bear
   the load, so that volume is k_D·F_N·s here too.
 * After every so many increments an external correction: the mesh is moved as the surface has worn, its elasticity
-  computed anew and the contact solved fully. After every single one, that is the Wear-Processor.
+  computed again and the contact solved fully. After every single one, that is the Wear-Processor.
 
 So much alone hardly drifts: contact status is one increment late, and the worn shape is nearly as compliant as the
-unworn one. Not modelled is ABAQUS' advection, a Lax-Wendroff scheme, whose errors stay in the body until the next
+unworn one. Not modeled is ABAQUS' advection, a Lax-Wendroff scheme, whose errors stay in the body until the next
 correction. What such errors do can be asked, though: where each increment loses a share ε of the stresses it carries
 over, the body keeps that share of its elastic displacement u for good, like one that creeps,
 
@@ -125,7 +126,7 @@ def _corrected(state: _State, worn: Column) -> _State:
 
 
 def _mended(state: _State, worn: Column, stress_loss: float) -> _State:
-    """Mend equilibrium by one linear solution."""
+    """Correct equilibrium by one linear solution."""
     surface, at = state.surface, np.flatnonzero(state.touching)
     compliance, gap, areas = surface.compliance, (surface.gap + worn + state.crept).ravel(), surface.areas.ravel()
     pressure = np.zeros_like(gap)

@@ -7,7 +7,8 @@ nothing but the worn volume V = v/(π·a₀²·δ₀), and so does the GIWM's. S
 
 which matters while wear is shallow against the elastic approach, where a sphere is a paraboloid. It begins with the
 pressures of the two in the middle, dψ/dV = 3/2 − (3/4)^⅔. Late, the pressure of both is even, and the worn shape is
-flat under the displacement by even pressure: F_N/(E_c·a) times 2/π in the middle, 4/π² at the edge, 16/(3π²) on average
+flat under the displacement by uniform pressure: F_N/(E_c·a) times 2/π in the middle, 4/π² at the edge, 16/(3π²) on
+average
 (K. L. Johnson, Contact Mechanics, 1985, §3.4), where the GIWM takes ½ all over. With the volume between the worn shape
 and the unworn one, and α = (4V)^¼ ≈ a/a₀,
 
@@ -97,7 +98,7 @@ def _nodes(first: float, last: float) -> Column:
 def _by_rings(volumes: Column) -> Column:
     """Compute ln ψ and the ratio of radii, a row for each volume, on a sphere so large that it is a paraboloid.
 
-    The error of implicit steps begins with the first two powers of their length: three lengths tell what the depth is
+    The error of implicit steps begins with the first two powers of their length: three lengths show what the depth is
     at length zero (L. F. Richardson, 1911).
     """
     hertz, radius = 1e-4, 1.0
@@ -115,7 +116,7 @@ def _by_rings(volumes: Column) -> Column:
 
 
 def _scar(radius: Column, worn: Column, contact: float) -> float:
-    """Return where what is worn off ends, as a straight line through its last rings has it, if inside the contact.
+    """Return where what is lost by wear ends, as a straight line through its last rings has it, if inside the contact.
 
     Which of the rings is the last in contact leaves the radius uncertain by as much as a ring.
     """

@@ -98,7 +98,7 @@ class PinGrid(_Grid):
         return Extent((right - left) / 2, (front - back) / 2)
 
     def volume(self, worn: Column) -> float:
-        """Return the volume worn off, m³."""
+        """Return the wear volume, m³."""
         return float(self.half_space.cell * worn.sum())
 
     def stable_amount(self, contact: Contact) -> float:  # noqa: ARG002
@@ -206,7 +206,7 @@ def round_pin(
 ) -> PinGrid:
     """Build a pin on a square grid whose contact may reach so far from its axis; N, Pa, m.
 
-    ``tip`` returns how far a pin that stands upright is behind its end at each radius, m; infinite beside the pin.
+    ``tip`` returns how far a pin that stands upright is behind its end at each radius, m; infinite outside the pin.
     ``tilt`` is the slope of its end across and along.
     """
     spacing = 2 * reach / (cells - 2)
@@ -223,7 +223,7 @@ def measured_pin(
     spacing: tuple[float, float],
     tilt: tuple[float, float] = (0.0, 0.0),
 ) -> PinGrid:
-    """Build a pin from a map of heights towards the disc, m; NaN beside the pin.
+    """Build a pin from a map of heights towards the disc, m; NaN outside the pin.
 
     ``tilt`` is a slope across and along to add. Raises ``ContactError`` where there are no heights.
     """
@@ -259,7 +259,7 @@ def _end(places: Column, step: float, pressure: Column) -> float:
 def _alternation(pressure: Column, inner: NDArray[np.bool_]) -> float:
     """Return the amplitude of a checkerboard in the pressure inside, relative to its mean.
 
-    That is half of the root mean square by which it departs from the mean of its neighbours along the first axis.
+    That is half of the root mean square by which it departs from the mean of its neighbors along the first axis.
     """
     whole = inner[2:] & inner[:-2]
     if not whole.any():

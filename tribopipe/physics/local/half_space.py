@@ -1,6 +1,6 @@
-"""The elastic half space under a regular grid of rectangles, each under even pressure, by fast convolution.
+"""The elastic half space under a regular grid of rectangles, each under uniform pressure, by fast convolution.
 
-Even pressure p on a rectangle w × l displaces the surface of a half space by (A. E. H. Love, 1929; K. L. Johnson,
+Uniform pressure p on a rectangle w × l displaces the surface of a half space by (A. E. H. Love, 1929; K. L. Johnson,
 Contact Mechanics, 1985, §3.3)
 
     u(x, z) = p/(πE_c)·[F(x+w/2, z+l/2) − F(x−w/2, z+l/2) − F(x+w/2, z−l/2) + F(x−w/2, z−l/2)]

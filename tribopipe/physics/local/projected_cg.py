@@ -3,7 +3,7 @@
 Within the contact, the pressure that evens out the gap and carries the load minimises ½·Σp·u(p) + Σp·gap among all
 that carry it. Conjugate gradients of the gap less its mean lead there (I. A. Polonsky and L. M. Keer, Wear 231, 1999).
 Points that come to pull leave the contact at once. Points that overlap join it as soon as the gap within is more even
-than they overlap. Each time the search begins anew from there, so that no direction of another contact is followed.
+than they overlap. Each time the search restarts from there, so that no direction of another contact is followed.
 """
 
 from collections.abc import Callable
@@ -16,7 +16,7 @@ from tribopipe.physics.local.surface import Contact
 
 _MOST_STEPS = 3000
 _CONVERGED = 1e-8
-"""Unevenness of the gap in contact, and overlap beside it, in shares of the approach."""
+"""Unevenness of the gap in contact, and overlap next to it, in shares of the approach."""
 
 
 def pressed(

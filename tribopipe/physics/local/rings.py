@@ -1,6 +1,6 @@
-"""A round contact: the elastic half space under rings of even pressure, each pressed by an amount of its own.
+"""A round contact: the elastic half space under rings of uniform pressure, each pressed by an amount of its own.
 
-A disc of radius a under even pressure p displaces the surface of a half space by
+A disc of radius a under uniform pressure p displaces the surface of a half space by
 
     u(r) = (4pa/πE_c)·E(r²/a²)  inside,    u(r) = (4pr/πE_c)·[E(a²/r²) − (1 − a²/r²)·K(a²/r²)]  outside
 
@@ -103,7 +103,7 @@ class Rings:
         return math.sqrt(outer + q * (outer - inner) / (p - q)) if p > q else math.inf
 
     def volume(self, worn: Column) -> float:
-        """Return the volume worn off, m³."""
+        """Return the wear volume, m³."""
         return float(self.areas @ worn)
 
     def stable_amount(self, contact: Contact) -> float:
@@ -125,7 +125,7 @@ class Rings:
 
 
 def _disc_displacement(radius: Column, disc: Column) -> Column:
-    """Return E_c·u/p at each radius under discs of even pressure, m."""
+    """Return E_c·u/p at each radius under discs of uniform pressure, m."""
     from scipy.special import ellipe, ellipk
 
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -1,4 +1,4 @@
-"""Depth of a pin against worn volume by each wear engine: the GIWM's even pressure, its shape alone, or local wear.
+"""Depth of a pin against worn volume by each wear engine: the GIWM's uniform pressure, its shape alone, or local wear.
 
 Local wear of a sphere is the GIWM's and an excess that is one curve for all spheres (tribopipe.physics.local.excess):
 
@@ -57,7 +57,7 @@ class LocalSphere:
         )
 
     def volume(self, depth: ArrayLike) -> Column:
-        """Return the volume, m³, worn off at a depth, m, by Newton on ln h against ln v, from the GIWM's.
+        """Return the volume, m³, lost by wear at a depth, m, by Newton on ln h against ln v, from the GIWM's.
 
         Raises ``ContactError`` for a depth below zero or past the tip.
         """

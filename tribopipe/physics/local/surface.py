@@ -33,9 +33,9 @@ class Surface(Protocol):
 
         g = gap + worn + u(p) + amount·m(p) − approach,    Σ areas·p = F_N,
 
-    with the elastic displacement u. m(p) is what a unit amount of wear takes off: the pressure itself under a pin,
+    with the elastic displacement u. m(p) is what a unit amount of wear removes: the pressure itself under a pin,
     where the amount is k_D·S in m³/N; its integral along the direction of rolling under a disc (Eq. 8), where the
-    amount is k_D·N in m²/N. The term with m(p) makes wear implicit: what is taken off in a step is taken off by the
+    amount is k_D·N in m²/N. The term with m(p) makes wear implicit: what is worn in a step is worn by the
     pressure at its end.
     """
 
@@ -67,7 +67,7 @@ class Surface(Protocol):
         ...
 
     def volume(self, worn: Column) -> float:
-        """Return what is worn off: a pin's volume, m³, or the cross-section of a disc's track, m²."""
+        """Return what is lost by wear: a pin's volume, m³, or the cross-section of a disc's track, m²."""
         ...
 
     def stable_amount(self, contact: Contact) -> float:

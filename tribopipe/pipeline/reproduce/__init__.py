@@ -4,7 +4,7 @@
 the options archived with it, from what the archive holds; ``reproduce_study(archive, study_id)`` evaluates a study
 again. Both return a ``Reproduction``: a ``Redone`` for "raw" and each step in order, or for "study". Nothing is written
 into the archive. Both raise ``ArchiveError`` where the run or study is not there or cannot be read; what goes wrong
-with one step is told in its ``Redone``.
+with one step is given in its ``Redone``.
 """
 
 from tribopipe.pipeline.reproduce.redone import Difference, Outcome, Redone, Reproduction

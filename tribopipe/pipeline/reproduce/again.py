@@ -1,4 +1,4 @@
-"""What was done with a run, planned again as the archive tells it."""
+"""What was done with a run, planned again as the archive gives it."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -73,7 +73,7 @@ def planned_again(archive: Archive, run_id: str, step: Step) -> PlannedStep:
 
 
 def _another(step: Step, others: Sequence[PlannedStep]) -> str:
-    """Say what a step was made from that the archive does not hold any more."""
+    """Report what a step was made from that the archive does not hold any more."""
     if not others:
         return f"a wear coefficient of {step.options.get('reference')}; expected that to be in the archive"
     changed = [name for name, sha256 in step.stands_on.items() if others[0].stands_on.get(name) != sha256]

@@ -92,7 +92,7 @@ def _are_numbers(values: NDArray[Any]) -> bool:
 
 
 def _differing(then: NDArray[Any], now: NDArray[Any]) -> NDArray[np.bool_]:
-    """Say which elements differ in any bit; two that are NaN are the same."""
+    """Report which elements differ in any bit; two that are NaN are the same."""
     if not (_are_numbers(then) and _are_numbers(now)):
         return np.asarray(then.astype(object) != now.astype(object))
     unequal = (then != now) & ~(np.isnan(then) & np.isnan(now))
@@ -109,7 +109,7 @@ def _relative(then: NDArray[Any], now: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def _plain(values: NDArray[Any], place: int) -> Value:
-    """Return an element as JSON has it: what JSON cannot tell, such as NaN, as a text."""
+    """Return an element as JSON has it: what JSON cannot hold, such as NaN, as a text."""
     value: Any = values.flat[place]
     value = value.item() if isinstance(value, np.generic) else value
     return str(value) if isinstance(value, float) and not np.isfinite(value) else value

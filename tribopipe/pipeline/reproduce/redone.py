@@ -24,7 +24,7 @@ class Difference:
 
     @property
     def apart(self) -> float:
-        """The relative difference; infinite where no number tells it."""
+        """The relative difference; infinite where no number expresses it."""
         return math.inf if self.relative is None else self.relative
 
 
@@ -51,7 +51,7 @@ class Redone:
 
     @property
     def apart(self) -> float:
-        """The largest relative difference; infinite where no number tells it."""
+        """The largest relative difference; infinite where no number expresses it."""
         if self.outcome == "not compared":
             return math.inf
         return self.differences[0].apart if self.differences else 0.0

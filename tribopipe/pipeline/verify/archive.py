@@ -1,4 +1,4 @@
-"""Every file of an archive looked at, what they say of each other, and what lies around them."""
+"""Every file of an archive looked at, what they state about each other, and what lies around them."""
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ class Verified:
     lines: int
     """Of the history."""
     head: str
-    """Hash of its last line: kept elsewhere, it tells whether the whole archive was put back to an older state."""
+    """Hash of its last line: kept elsewhere, it shows whether the whole archive was put back to an older state."""
 
     @property
     def sound(self) -> bool:
@@ -80,7 +80,7 @@ def verify(
     ----------
     archive
         What to verify. Its history gains a line for each file that was put in by hand, and for each write of which a
-        killed process did not say whether it was done.
+        killed process did not report whether it was done.
     run_ids
         Runs to verify; all, and the studies, where there are none.
     again
@@ -88,7 +88,7 @@ def verify(
     against
         Hash of a line of the history that was kept elsewhere, or how it begins.
     advance
-        Told the name of each file looked at.
+        Given the name of each file looked at.
     """
     looked = _look_at_all(archive.folder, run_ids, advance)
     sound = {name: one.seen for name, one in looked.items() if one.seen is not None}
@@ -127,7 +127,7 @@ def files_of(archive: Path, run_ids: Collection[str] = ()) -> dict[str, Stamp]:
     for name in chosen:
         if name not in there:
             known = did_you_mean(_called(name), map(_called, there))
-            raise ArchiveError(f"{archive}: found no run {_called(name)!r}; expected one of the archive's; {known}")
+            raise ArchiveError(f"{archive}: found no run {_called(name)!r}; expected one in the archive; {known}")
     return {name: there[name] for name in sorted(chosen, key=lambda name: (_is_study(name), natural_order(name)))}
 
 

@@ -1,8 +1,9 @@
-"""Whether the catalogue says what the files say.
+"""Whether the catalog states what the files state.
 
-It is derived from them and made anew wherever it does not fit, so that nothing is lost with it. But what it says of a
-file that has not changed since, by all that the file system tells, has to be what the file says now; and a file that it
-knows should be there, also one that was put in by hand and is not in the history yet.
+It is derived from them and made again wherever it does not fit, so that nothing is lost with it. But what it states
+about a
+file that has not changed since, by all that the file system shows, has to be what the file states now; and a file that
+it knows should be there, also one that was put in by hand and is not in the history yet.
 """
 
 import sqlite3
@@ -20,13 +21,13 @@ _SAID = (
     "SELECT * FROM runs WHERE file = ?",
     "SELECT study, run, verdict FROM members WHERE file = ? ORDER BY study, run, verdict",
 )
-_LS = "`tribopipe ls` makes it anew"
+_LS = "`tribopipe ls` creates it again"
 
 
 def look_into_catalogue(archive: Path, sound: Set[str], recorded: Set[str] = frozenset()) -> list[Look]:
-    """Compare the catalogue of an archive with one made from its sound files, which is kept nowhere.
+    """Compare the catalog of an archive with one made from its sound files, which is kept nowhere.
 
-    Of files that are ``recorded`` the history tells whether they should be there.
+    Of files that are ``recorded`` the history shows whether they should be there.
     """
     look = Look(FILE_NAME)
     if not (archive / FILE_NAME).is_file():
@@ -46,13 +47,13 @@ def look_into_catalogue(archive: Path, sound: Set[str], recorded: Set[str] = fro
 def _gone(archive: Path, kept: sqlite3.Connection, recorded: Set[str]) -> Iterator[Look]:
     for name in sorted(noted(kept).keys() - stamps(archive).keys() - recorded):
         look = Look(name)
-        message = "found no such file, which the catalogue knows; expected it"
+        message = "found no such file, although the catalog lists it; expected it"
         look.warning("catalogue", message, "restore it from a copy; if it was removed on purpose, run `tribopipe ls`")
         yield look
 
 
 def _different(archive: Path, sound: Set[str], kept: sqlite3.Connection, rebuilt: sqlite3.Connection) -> Iterator[Look]:
-    """Find files that did not change, and of which the catalogue says something else."""
+    """Find files that did not change, and of which the catalog states something else."""
     known = noted(kept)
     for name, stamp in sorted(stamps(archive).items()):
         if name not in sound or name not in known or not known[name].still_holds(stamp):
@@ -63,13 +64,13 @@ def _different(archive: Path, sound: Set[str], kept: sqlite3.Connection, rebuilt
         keep(rebuilt, [note])
         if any(_said(kept, question, name) != _said(rebuilt, question, name) for question in _SAID):
             look = Look(name)
-            message = "found other content than the catalogue noted, and no change since; expected the same"
+            message = "found content that differs from the catalog, without a recorded change; expected the same"
             look.warning("catalogue", message, f"restore it from a copy if it is damaged; else remove {FILE_NAME}")
             yield look
 
 
 def _looks(path: Path, stamp: Stamp) -> bool:
-    """Tell whether a file looks as it did before it was read."""
+    """Return whether a file looks as it did before it was read."""
     try:
         return stamp_of(path.stat()) == stamp
     except FileNotFoundError:

@@ -18,7 +18,7 @@ from tribopipe.pipeline.verify.tree import read_tree
 def look_at(archive: Path, name: str) -> tuple[Look, SeenRun | SeenStudy | None]:
     """Look at a file of the archive by its path in it; return what was found, and what other files have to agree with.
 
-    Damage of one file is told in what was found, never raised.
+    Damage of one file is given in what was found, never raised.
     """
     look, path = Look(name), archive / name
     if path.is_symlink():

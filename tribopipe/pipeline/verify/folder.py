@@ -1,4 +1,4 @@
-"""What lies in an archive's folder beside its runs and studies."""
+"""What lies in an archive's folder next to its runs and studies."""
 
 from collections import defaultdict
 from collections.abc import Iterator, Set
@@ -35,7 +35,7 @@ def _left_over(archive: Path) -> Iterator[Look]:
 
 
 def _is_abandoned(archive: Path, part: Path) -> bool:
-    """Tell whether nobody writes a temporary file any more: whoever writes a run or a study holds its lock."""
+    """Return whether nobody writes a temporary file any more: whoever writes a run or a study holds its lock."""
     with suppress(OSError):  # where nobody can write, nobody does
         if part.parent.name == FIGURES:
             return is_old(part)
@@ -54,12 +54,12 @@ def _others(archive: Path) -> Iterator[Look]:
         if path.is_symlink() and not path.exists():
             look.error("folder", "found a link that leads nowhere; expected the file", "restore what it leads to")
         else:
-            look.note("folder", "found what is none of tribopipe's; expected runs and studies", "move it elsewhere")
+            look.note("folder", "found a file not written by tribopipe; expected runs and studies", "move it elsewhere")
         yield look
 
 
 def _entries(archive: Path, known: Set[str]) -> list[Path]:
-    """Return what is there beside what is known, but for what is hidden."""
+    """Return what is there with what is known, but for what is hidden."""
     folders = [folder for folder in (archive, archive / STUDIES) if folder.is_dir()]
     there = sorted(path for folder in folders for path in folder.iterdir())
     return [path for path in there if not path.name.startswith(".") and _inside(archive, path) not in known]
@@ -70,12 +70,12 @@ def _inside(archive: Path, path: Path) -> str:
 
 
 def _colliding(archive: Path) -> Iterator[Look]:
-    """Find names that are one and the same where a file system does not tell capitals."""
+    """Find names that are one and the same where a file system does not distinguish capitals."""
     alike = defaultdict(list)
     for name in stamps(archive):
         alike[name.casefold()].append(name)
     for names in (sorted(names) for names in alike.values() if len(names) > 1):
         look = Look(names[0])
-        message = f"found {', '.join(names[1:])} beside it, which differs in capitals alone; expected other ids"
+        message = f"found {', '.join(names[1:])} , which differs only in upper and lower case; expected different ids"
         look.warning("folder", message, "keep one of them elsewhere: on Windows and macOS one would replace the other")
         yield look

@@ -190,7 +190,7 @@ def _is_open(known: Known, state: State) -> bool:
 
 
 def _state(archive: Path, name: str) -> State:
-    """Return the state of a file; none where it cannot be read, which is told where it is looked into."""
+    """Return the state of a file; none where it cannot be read, which is given where it is looked into."""
     try:
         return state_of(archive / name)
     except OSError:

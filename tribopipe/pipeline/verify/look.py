@@ -55,7 +55,7 @@ class Look:
     def reading(self, part: str = "") -> Iterator[None]:
         """Note that a part of the file cannot be read, where it turns out so, and go on after it.
 
-        Where it is the system that does not give it, nothing is known of the file, and nothing else is said of it.
+        Where the system does not read it, nothing is known of the file, and nothing else is stated about it.
         """
         try:
             yield
@@ -77,13 +77,13 @@ class Look:
             self._not_given = True
 
     def named(self, expected: str, *said: str) -> None:
-        """Note where a file says that it is of another id than its name."""
+        """Note where a file states that it is of another id than its name."""
         for one in sorted({*said} - {expected}):
             message = f"found what is archived as {one!r}; expected {expected!r}, as the file is called"
             self.error("identity", message, f"call the file {one}.h5 again, or restore it from a copy")
 
     def refused(self, check: CheckName, error: TribopipeError, part: str = "") -> None:
-        """Take over the sentence of an error: where, what was found, what was expected, how to mend it."""
+        """Take over the sentence of an error: where, what was found, what was expected, how to correct it."""
         sentence = str(error)
         place = sentence.find(f"{self.name}: ")
         told = sentence[place + len(self.name) + 2 :] if place >= 0 else sentence

@@ -1,6 +1,6 @@
-"""Whether a file is what its NeXus application definition says, and what viewers can plot.
+"""Whether a file is what its NeXus application definition states, and what viewers can plot.
 
-What a file may hold, and has to, is declared in ``tribopipe.archive.definitions``. What NXdata has to say for itself
+What a file may hold, and has to, is declared in ``tribopipe.archive.definitions``. What NXdata has to state for itself
 follows the chapter "Associating plottable data using attributes applied to the NXdata group" of the NeXus manual.
 """
 
@@ -19,7 +19,7 @@ from tribopipe.pipeline.verify.tree import Field, Group, Link, Member
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _NUMBER = "fiu"
 """Kinds of types: floating, signed, unsigned."""
-_REDO = "`tribopipe process --force` writes it anew; where that does not help, restore the file from a copy"
+_REDO = "`tribopipe process --force` writes it again; if that does not help, restore the file from a copy"
 _DEFINITION = "/entry/definition"
 _ROOT_ATTRIBUTES = ("default", "creator", "creator_version")
 _ANY_ATTRIBUTE = ("NXcollection", "NXdata")
@@ -51,7 +51,7 @@ def _definition_faults(root: Group) -> Iterator[Fault]:
 
 
 def _faults(path: str, group: Group, declared: GroupPart, root: Group) -> Iterator[Fault]:
-    """Find what a group is, holds or lacks otherwise than declared."""
+    """Find what a group is, holds or does not have otherwise than declared."""
     nx_class = _text(group, "NX_class") or ""
     if nx_class != declared.nx_class:
         yield Fault(path, f"found a group of the class {nx_class!r}; expected {declared.nx_class}")
@@ -122,7 +122,7 @@ def _uncertainty_faults(path: str, group: Group) -> Iterator[Fault]:
             continue
         told = (of, member)
         if not all(isinstance(one, Field) and one.kind in _NUMBER for one in told) or _unit(of) != _unit(member):
-            yield Fault(f"{path}/{name}", "found an uncertainty without a number of its unit; expected one beside it")
+            yield Fault(f"{path}/{name}", "found an uncertainty without a value in the same unit; expected one with it")
 
 
 def _is_text(member: Field) -> bool:

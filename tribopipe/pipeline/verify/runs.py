@@ -51,7 +51,7 @@ class SeenRun:
 
 
 def look_into_run(file: h5py.File, look: Look, run_id: str) -> SeenRun:
-    """Hold all that a run's file says against each other."""
+    """Hold all that a run's file states about each other."""
     entry, seen, steps = file["entry"], SeenRun(), dict(_read_steps(file["entry"], look))
     with look.reading("/entry/raw"):
         seen.raw_sha256 = nexus.text(entry, "archived/raw_sha256")

@@ -1,4 +1,4 @@
-"""Whether what viewers show of a run is what its records say, from which everything else is computed."""
+"""Whether what viewers show of a run is what its records state, from which everything else is computed."""
 
 from collections.abc import Mapping
 
@@ -13,7 +13,7 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.record import Record
 from tribopipe.pipeline.verify.look import Look
 
-_REDO = "`tribopipe process --force` writes it anew"
+_REDO = "`tribopipe process --force` writes it again"
 
 
 def check_shown(entry: h5py.Group, look: Look, manifest: RunManifest, steps: Mapping[StepName, Step]) -> None:
@@ -37,7 +37,7 @@ def _compare(group: h5py.Group, look: Look, record: Record) -> None:
             continue
         field = group[name]
         if (_said(field), field.attrs.get("units")) != (value, unit):
-            message = f"found {_said(field)!r}; expected {value!r}, as the record says it is"
+            message = f"found {_said(field)!r}; expected {value!r}, as in the record"
             look.warning("shown", message, _REDO, field.name)
 
 

@@ -26,7 +26,7 @@ class SeenStudy:
 
 
 def look_into_study(file: h5py.File, look: Look, study_id: str) -> SeenStudy:
-    """Hold all that a study's file says against each other."""
+    """Hold all that a study's file states about each other."""
     stored = read_study(file)
     look.named(study_id, nexus.text(file, "entry/identifier_study"), stored.study.id)
     left_out, runs = stored.result.left_out, stored.stands_on.values()

@@ -23,7 +23,7 @@ class Field:
     kind: str
     """Of its type: i and u for whole numbers, f for others, S for texts."""
     text: str | None
-    """What a single text says."""
+    """What a single text states."""
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ _SPECIMEN = {
     "material": Blank('"Si3N4"', "material as the lab calls it"),
     "youngs_modulus": Blank('"304 GPa"', "Young's modulus E"),
     "poisson_ratio": Blank("0.24", "Poisson ratio, a bare number"),
-    "density": Blank('"3.21 g/cm^3"', "density, for end values given as a mass"),
+    "density": Blank('"3.21 g/cm^3"', "density, for post-test measurements given as a mass"),
     "surface_roughness": Blank('"0.07 um"', "roughness Ra before the test"),
     "vickers_hardness": Blank("1600.0", "Vickers hardness HV, a bare number"),
 }
@@ -49,7 +49,7 @@ _DEPTH = Blank('{ value = "12.3 um", standard_uncertainty = "0.5 um" }', "depth 
 _WIDTH = Blank('{ value = "410 um", standard_uncertainty = "5 um" }', "width of the track")
 _VOLUME = Blank('{ value = "2.7e-3 mm^3", standard_uncertainty = "5 %" }', "volume worn")
 _MASS = Blank('{ value = "1.2 mg", standard_uncertainty = "0.1 mg" }', "mass lost; needs the density")
-_PROFILE = Blank('{ file = "profile.txt" }', "profile in a file beside this one, or several: [{ … }, { … }]")
+_PROFILE = Blank('{ file = "profile.txt" }', "profile in a file next to this one, or several: [{ … }, { … }]")
 
 BLANKS: dict[str, Blank] = {
     "started": Blank("2006-03-01T09:30:00+01:00", "start of the test"),
@@ -78,7 +78,7 @@ BLANKS: dict[str, Blank] = {
     "end_values.pin_scar_diameter": Blank(_WIDTH.example, "diameter of the flat scar on the pin"),
     "end_values.pin_scar_length": Blank(_WIDTH.example, "where the disc wore: length of the scar, along the sliding"),
     "end_values.pin_scar_width": Blank(_WIDTH.example, "where the disc wore: width of the scar, across the sliding"),
-    "end_values.pin_wear_depth": Blank(_DEPTH.example, "height worn off the pin"),
+    "end_values.pin_wear_depth": Blank(_DEPTH.example, "wear height of the pin"),
     "end_values.pin_wear_volume": _VOLUME,
     "end_values.pin_mass_loss": _MASS,
     "end_values.pin_profile": _PROFILE,

@@ -45,9 +45,9 @@ NO_RADIUS = "needs conditions.track_radius"
 
 
 def mapped_columns(export: Export, told: Mapping[str, Any], told_by: str, *, on_track: bool = False) -> list[Mapped]:
-    """Map columns to signals by what a template tells, as far as the file has those columns, and by their meanings.
+    """Map columns to signals by a template, as far as the file has those columns, and by their meanings.
 
-    A rotational speed is the sliding speed where no other column tells how far the pin slides; ``on_track`` says that
+    A rotational speed is the sliding speed where no other column shows how far the pin slides; ``on_track`` states that
     the radius of its track is known.
     """
     found = [mapped for signal, source in told.items() if (mapped := _as_told(export, signal, source, told_by))]
@@ -111,6 +111,6 @@ def unmapped_columns(export: Export, mapped: list[Mapped]) -> list[str]:
 
 
 def friction_left_open(export: Export) -> str | None:
-    """Say which columns of a file define friction differently; nothing where there is one at most."""
+    """Report which columns of a file define friction differently; nothing where there is one at most."""
     note = definitions_note(export.table.columns, export.friction) if export.reader.holds == "signals" else None
     return note and f"{export.name}: {note}"

@@ -46,7 +46,7 @@ _SEPARATORS = "\t;|,"
 
 
 class EndsRow(NamedTuple):
-    """What a table says of one run."""
+    """What a table states about one run."""
 
     run: str
     """Its id, or the name of its file."""
@@ -133,7 +133,7 @@ def _rows(path: Path) -> list[Row]:
 
 
 def _columns(file: str, head: Row) -> tuple[list[_Column], list[str]]:
-    """Say what the columns behind the first are. Raises ``ManifestError`` where that cannot be told."""
+    """Report what the columns behind the first are. Raises ``ManifestError`` where that is unclear."""
     if plain(head.cells[0]) not in _RUN:
         raise ManifestError(
             f"{file}, line {head.line}: found {head.cells[0]!r} above the first column; expected 'run', with the id "
@@ -148,7 +148,7 @@ def _columns(file: str, head: Row) -> tuple[list[_Column], list[str]]:
         if plain(bare) in _OF_TWO:
             raise ManifestError(
                 f"{file}, line {head.line}: found the column {written!r}, which may be of the pin or the disc; "
-                "expected to be told; call it pin_wear_volume, disc_wear_volume, pin_mass_loss or disc_mass_loss"
+                "expected a clear name; call it pin_wear_volume, disc_wear_volume, pin_mass_loss or disc_mass_loss"
             )
         key = _key(bare)
         if key is None:

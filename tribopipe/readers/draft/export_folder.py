@@ -33,7 +33,7 @@ class LeftOut(NamedTuple):
 
 
 def are_many(paths: Sequence[Path]) -> bool:
-    """Tell whether a folder is among the paths, of whose files each is a run."""
+    """Return whether a folder is among the paths, of whose files each is a run."""
     return any(path.is_dir() for path in paths)
 
 
@@ -42,13 +42,13 @@ def make_each(
 ) -> tuple[list[NewRun], list[LeftOut]]:
     """Make a run folder of each file, or of each in a folder, and return what was left out.
 
-    A table ``ends`` tells loads, scars and volumes of the runs. Raises ``ManifestError`` or ``ReaderError`` where that
+    A table ``ends`` shows loads, scars and volumes of the runs. Raises ``ManifestError`` or ``ReaderError`` where that
     table cannot be taken, or a run cannot be made, and then leaves nothing behind.
     """
     if wanted.id is not None:
         raise ManifestError(
             f"--id {wanted.id}: found one id for several runs; expected none, since each run is named after its file; "
-            "take --id out"
+            "remove --id"
         )
     measured = None if ends is None else read_ends(ends)
     files = [path for path in _files(wanted.files) if ends is None or path.resolve() != ends.resolve()]
@@ -105,7 +105,7 @@ def _plans(files: Sequence[Path], wanted: Wanted, measured: EndsTable | None) ->
 
 
 def _no_export(path: Path, taken: dict[str, str]) -> str:
-    """Say why no run is made of a file: nothing reads it, or another one has the same bytes."""
+    """Report why no run is made of a file: nothing reads it, or another one has the same bytes."""
     if path.suffix.lower() in _NO_EXPORTS:
         return "no export of an instrument"
     source = open_export(path)

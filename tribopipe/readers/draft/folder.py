@@ -1,4 +1,4 @@
-"""A run folder from files of an instrument: made beside its place, and given its name once it is whole."""
+"""A run folder from files of an instrument: made next to its place, and given its name once it is whole."""
 
 import re
 import secrets
@@ -61,7 +61,7 @@ class Wanted:
     accept: bool = False
     """Whether values that names of files and recordings offer are accepted."""
     measured: Mapping[str, Given] = field(default_factory=dict)
-    """What a table of many runs says of this one."""
+    """What a table of many runs state about this one."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class _Defaults:
 
     @property
     def signals(self) -> dict[str, Any]:
-        """What the template says of files of signals."""
+        """What the template states about files of signals."""
         return dict(self.template.get("signals", {}))
 
     @property
@@ -234,8 +234,8 @@ def _new_run(plan: RunPlan, problem: str | None, accepted: Sequence[str]) -> New
 
 def _one_test(group: Group) -> str:
     return (
-        f"{len(group.exports)} files are taken as one test, one after the other, though the clock begins anew in each; "
-        "of tests of their own make a run each, or let `tribopipe watch FOLDER` do so"
+        f"{len(group.exports)} files are taken as one test, one after the other, although the clock restarts in each; "
+        "for separate tests make one run each, or use `tribopipe watch FOLDER`"
     )
 
 
@@ -255,7 +255,7 @@ def _drafted(wanted: Wanted, defaults: _Defaults, exports: Sequence[Export], mea
     if not groups:
         raise ReaderError(
             f"{exports[0].name}: found a profile ({exports[0].reader.title}); expected at least one file of signals "
-            "beside it, since a run is what was recorded during a test; name it too"
+            "with it, since a run is the recording of a test; name it too"
         )
     in_order = [export for group in groups for export in group.exports]
     known = gather(defaults.template, defaults.name, wanted.settings, in_order, wanted.measured)
@@ -292,14 +292,14 @@ def _refuse_names(run_id: str, sources: Sequence[SourceFile]) -> None:
 def _refuse_taken(target: Path) -> None:
     if target.exists() or target.is_symlink():
         raise ManifestError(
-            f"{target}: there already; expected a place where nothing is, since no run is ever overwritten; choose "
+            f"{target}: found an existing folder; expected none, since runs are never overwritten; choose "
             "another id with --id, or another folder with --into"
         )
 
 
 @contextmanager
 def _building(target: Path) -> Iterator[Path]:
-    """Give a temporary folder beside ``target`` that takes its place on success and vanishes on failure."""
+    """Give a temporary folder next to ``target`` that takes its place on success and vanishes on failure."""
     part = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
     with undone_by(partial(shutil.rmtree, part, ignore_errors=True)):
         try:
@@ -315,7 +315,7 @@ def _building(target: Path) -> Iterator[Path]:
 
 
 def _fill(part: Path, draft: Draft, sources: Sequence[SourceFile]) -> str | None:
-    """Write files and run.toml; say what is in the way of reading the run, once what it lacks is filled in."""
+    """Write files and run.toml; state what is in the way of reading the run, once what is missing is filled in."""
     for source in sources:
         with (part / source.name).open("wb") as file:
             file.writelines(source.pieces())
@@ -327,7 +327,7 @@ def _fill(part: Path, draft: Draft, sources: Sequence[SourceFile]) -> str | None
 
 
 def _problem(folder: Path) -> str | None:
-    """Say what is in the way of processing a run."""
+    """Report what is in the way of processing a run."""
     try:
         run = read_run(folder)
     except ReaderError as error:

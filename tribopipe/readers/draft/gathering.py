@@ -1,4 +1,4 @@
-"""What a template, a person and the headers of files say of a run, and whose word goes before whose."""
+"""What a template, a person and the headers of files state about a run, and which has priority."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import islice
@@ -23,10 +23,10 @@ def gather(
     exports: Sequence[Export],
     measured: Mapping[str, Given] | None = None,
 ) -> Known:
-    """Gather what a template, a person, a table of ``measured`` values and the headers of files say of a run.
+    """Gather what a template, a person, a table of ``measured`` values and the headers of files state about a run.
 
     A person's word goes before the table's, that before a header's, that before a template's. Raises ``ManifestError``
-    where the template, the table or the person says what cannot be; what headers say so is doubted.
+    where the template, the table or the person state what cannot be; what headers state is doubted.
     """
     known = Known()
     told = {key: value for key, value in flat(template).items() if key not in ("schema", "signals")}
@@ -58,7 +58,7 @@ def take_radius(known: Known) -> None:
     if before is not None:
         if not before.origin or alike(_RADIUS, before.value, half, _ROUNDED):
             return
-        origin += f"; {before.origin.removeprefix('from ')} says {before.value}"
+        origin += f"; {before.origin.removeprefix('from ')} gives {before.value}"
     stated = half if whole.standard_uncertainty is None else {"value": half, "standard_uncertainty": unsure}
     known.take(_RADIUS, stated, origin)
 
@@ -78,7 +78,7 @@ def _set(known: Known, setting: str) -> None:
 
 
 Said = dict[str, list[str]]
-"""What headers say of one key → the files that say so, with the line where it is a free one."""
+"""What headers state about one key → the files that state it, with the line where it is a free one."""
 
 
 def _facts(exports: Iterable[Export]) -> dict[str, Said]:
@@ -94,7 +94,7 @@ def _facts(exports: Iterable[Export]) -> dict[str, Said]:
 def _take_fact(known: Known, key: str, said: Said) -> None:
     if len(said) > 1 and key != "started":
         for text, files in islice(said.items(), _MOST_DOUBTS):
-            known.doubt(key, text, f"says {_few(files)}; not all files say the same")
+            known.doubt(key, text, f"given by {_few(files)}; the files do not agree")
         return
     text, files = next(iter(said.items()))  # a test starts with its first file
     before, origin = known.given.get(key), f"from {_few(files)}"
@@ -103,10 +103,10 @@ def _take_fact(known: Known, key: str, said: Said) -> None:
             known.object(key, f"{text} {origin}")
         return
     if before is not None and not before.origin:
-        known.given[key] = before if text == before.value else Given(before.value, f"{_few(files)} says {text}")
+        known.given[key] = before if text == before.value else Given(before.value, f"{_few(files)} gives {text}")
         return
     if before is not None and text != before.value:
-        origin += f"; {before.origin.removeprefix('from ')} says {before.value}"
+        origin += f"; {before.origin.removeprefix('from ')} gives {before.value}"
     problem = known.take_text(key, text, origin)
     if problem is None:
         known.of_headers.add(key)

@@ -1,6 +1,6 @@
-"""What names of files seem to say of the conditions: "9-Al10Cu-50N-140m-328rpm". Nobody's word, so never taken.
+"""What names of files seem to state about the conditions: "9-Al10Cu-50N-140m-328rpm". Only hints, so never taken.
 
-A value is offered where the names say one alone, with the label that its unit has; all else is named and not offered.
+A value is offered where the names state one alone, with the label that its unit has; all else is named and not offered.
 """
 
 import re
@@ -50,7 +50,7 @@ _MEANINGS: dict[str, tuple[_Meaning, ...]] = {
 
 
 def doubt_names(known: Known, names: Iterable[str]) -> None:
-    """Offer what names of files, where they agree, seem to say of what is not known."""
+    """Offer what names of files, where they agree, seem to state about what is not known."""
     seen: dict[str, dict[str, str]] = {}
     for name in names:
         for key, value, written in _said(PurePath(name).stem):
@@ -62,7 +62,7 @@ def doubt_names(known: Known, names: Iterable[str]) -> None:
             if stated is not None and not (len(fitting) == 1 and alike(key, stated.value, value)):
                 known.object(key, f"{values[value]!r} in the name of the file")
             elif stated is None and len(fitting) == 1:
-                known.offer(key, value, f"the name of the file seems to say so, {values[value]!r}")
+                known.offer(key, value, f"probable from the name of the file, {values[value]!r}")
             elif stated is None:
                 known.doubt(key, value, f"the name of the file has {values[value]!r}, and another value as well")
 

@@ -79,7 +79,7 @@ _ALIKE = 0.1
 
 
 class Given(NamedTuple):
-    """A value, and who says so; nobody beside the person who makes the run where that is empty."""
+    """A value, and who states it; if that is empty, the person who makes the run."""
 
     value: Any
     origin: str = ""
@@ -96,7 +96,7 @@ class Doubt(NamedTuple):
 
 @dataclass
 class Known:
-    """What is known of a run, and what was told but cannot be taken."""
+    """What is known of a run, and what was given but cannot be taken."""
 
     given: dict[str, Given] = field(default_factory=dict)
     doubts: dict[str, list[Doubt]] = field(default_factory=dict)
@@ -131,19 +131,19 @@ class Known:
         return [key for key in _needed_of_bodies(self.values) if key not in self.given]
 
     def completed(self) -> "Known":
-        """Give the same with stand-ins for what it lacks, by which everything else can be tried."""
+        """Give the same with stand-ins for what is missing, by which everything else can be tried."""
         return replace(self, given=self.given | {key: Given(_stand_ins(self.values)[key]) for key in self.lacks})
 
     def problem(self, more: Values | None = None) -> str | None:
-        """Say what is wrong with what is known, and more, whatever else may come; nothing where all fits."""
+        """Report what is wrong with what is known, and more, whatever else may come; nothing where all fits."""
         return problem_of(self.values | dict(more or {}))
 
     def fits(self, key: str, value: Any) -> bool:
-        """Tell whether a value could stand beside what is known, on this type of tribometer."""
+        """Return whether a value could stand next to what is known, on this type of tribometer."""
         return self.problem({"contact.kind": self.kind, key: value}) is None
 
     def take(self, key: str, value: Any, origin: str = "") -> str | None:
-        """Take a value where it fits, in the place of any before it, or say why it does not."""
+        """Take a value where it fits, in the place of any before it, or report why it does not."""
         key = shared_key(key)
         problem = _strange(key) or self.problem({key: value})
         if problem is None:
@@ -186,7 +186,7 @@ class Known:
         )
 
     def offered(self, key: str) -> Doubt | None:
-        """Return what is offered for a key, the first of what agrees; none where something else is said, too."""
+        """Return what is offered for a key, the first of what agrees; none where something else is stated, too."""
         found = self.doubts.get(key, [])
         if not found or not all(one.offered and alike(key, found[0].value, one.value) for one in found):
             return None
@@ -215,7 +215,7 @@ class Known:
 
 
 def alike(key: str, one: Any, other: Any, within: float = _ALIKE) -> bool:
-    """Tell whether two values of a key differ by no more than a share of the larger one."""
+    """Return whether two values of a key differ by no more than a share of the larger one."""
     table, _, name = key.rpartition(".")
     rules = sections()[table].model_fields[name]
     written: Any = Annotated[rules.annotation, *rules.metadata] if rules.metadata else rules.annotation
@@ -228,7 +228,7 @@ def alike(key: str, one: Any, other: Any, within: float = _ALIKE) -> bool:
 
 
 def problem_of(values: Values) -> str | None:
-    """Say what is wrong with values by key, with stand-ins for what a whole run.toml needs beside them."""
+    """Report what is wrong with values by key, with stand-ins for what a whole run.toml needs next to them."""
     frame = {"schema": MANIFEST_SCHEMA, "id": "run", "signals": [{"file": "signals"}]}
     try:
         RunManifest.model_validate(nested(frame | _stand_ins(values) | dict(values)))
@@ -261,7 +261,7 @@ def _stand_ins(values: Values) -> dict[str, Any]:
 
 
 def _kind(values: Values) -> str:
-    """Give the type of tribometer: the first, a pin on a disc, unless something is known of bodies that it lacks."""
+    """Give the type of tribometer: a pin on a disc, unless known values are of bodies that it does not have."""
     tables = {key.rpartition(".")[0] for key in values}
     tables -= set(bodies_of(next(iter(contacts()))))
     described = {kind: sum(table in tables for table in bodies_of(kind)) for kind in contacts()}
@@ -280,7 +280,7 @@ def _needed_of_bodies(values: Values) -> list[str]:
 
 
 def _strange(key: str) -> str | None:
-    """Say why a key is none that can be filled."""
+    """Report why a key is none that can be filled."""
     table, _, name = key.rpartition(".")
     names = {field.alias or name for name, field in sections().get(table, RunManifest).model_fields.items()}
     if key in sections() or key in _ELSEWHERE or table not in sections():

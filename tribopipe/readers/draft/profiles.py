@@ -43,7 +43,7 @@ def read_profile(written: str) -> Measured:
 
 
 def add_profiles(known: Known, measured: Sequence[Measured]) -> None:
-    """Take profiles as end values. Raises ``ManifestError`` where the tribometer has no such body."""
+    """Take profiles as post-test measurements. Raises ``ManifestError`` where the tribometer has no such body."""
     for body in dict.fromkeys(one.body for one in measured):
         exports = [one.export for one in measured if one.body == body]
         key, files = f"end_values.{body}_profile", [_named(export) for export in exports]
@@ -57,7 +57,7 @@ def add_profiles(known: Known, measured: Sequence[Measured]) -> None:
 
 
 def which_profile(known: Known, exports: Sequence[Export]) -> None:
-    """Note profiles of which nobody has said what they were measured on."""
+    """Note profiles of which nobody has stated what they were measured on."""
     for export in exports:
         known.doubt(
             "end_values.disc_profile", {"file": export.name}, "a profile: of the disc, or of the pin (pin_profile)?"
@@ -65,7 +65,7 @@ def which_profile(known: Known, exports: Sequence[Export]) -> None:
 
 
 def profiles_left_open(known: Known) -> list[str]:
-    """Say of which profiles run.toml holds but a comment, and why."""
+    """Report for which profiles run.toml holds but a comment, and why."""
     return [
         f"{run_key(key, known.kind)} waits in a comment of run.toml: {doubt.why}"
         for key, doubts in known.doubts.items()

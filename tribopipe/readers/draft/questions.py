@@ -48,7 +48,7 @@ def _answered(known: Known, key: str, answer: str) -> str | None:
 
 
 def _open_questions(known: Known) -> Iterator[str]:
-    """Give the keys to ask for, judged anew after each answer; of a pin whose shape is left open nothing is asked."""
+    """Give the keys to ask for, judged again after each answer; of a pin whose shape is left open nothing is asked."""
     for key in (*_OF_THE_RUN, *_of_the_bodies(known.kind)):
         shapeless = key.startswith("contact.") and key != _SHAPE and _SHAPE not in known.given
         if key not in known.given and not shapeless and known.fits(key, blanks_of(known.kind)[key].value):

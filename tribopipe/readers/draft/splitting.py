@@ -39,7 +39,7 @@ def sheets_of(files: Sequence[Path], reader: str | None) -> list[str]:
     if not isinstance(found, WorkbookReader):
         raise ReaderError(
             f"{source.name}: found a file of the format {found.name}; expected a workbook, whose sheets --each-sheet "
-            "takes; take --each-sheet out"
+            "takes; remove --each-sheet"
         )
     return found.sheets(source, Hints())
 
@@ -87,7 +87,7 @@ def _column(export: Export, signal: str) -> ReadColumn | None:
 
 
 def steps_left_together(export: Export) -> str | None:
-    """Say that steps of a file are taken as one test; nothing where it has none."""
+    """Report that steps of a file are taken as one test; nothing where it has none."""
     name = step_column({column.name: column.values for column in export.table.columns})
     if name is None or export.reader.holds != "signals":
         return None

@@ -34,7 +34,7 @@ class Draft:
     reader: str | None = None
     """Reader that a person named, by its name or its file."""
     template: str = "the template"
-    """Name of the template that tells the following."""
+    """Name of the template for the following."""
     dialect: Mapping[str, str] = field(default_factory=dict)
     """Encoding, separator and decimal sign of all files."""
     columns: Mapping[str, Any] = field(default_factory=dict)
@@ -122,7 +122,7 @@ def _aligned(lines: Sequence[_Line]) -> list[str]:
 
 
 def _signals(group: Group, draft: Draft) -> list[str]:
-    """Write what run.toml says of files that continue each other."""
+    """Write what run.toml states about files that continue each other."""
     on_track = "conditions.track_radius" in draft.known.given
     first, mapped = group.first, mapped_columns(group.first, draft.columns, f"by {draft.template}", on_track=on_track)
     lines = [

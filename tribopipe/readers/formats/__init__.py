@@ -1,1 +1,1 @@
-"""One file a format; the docstring of each says what such a file holds and how it is written."""
+"""One file a format; the docstring of each states what such a file holds and how it is written."""

@@ -10,10 +10,10 @@ r"""Anton Paar and CSM tribometers: the tab-separated text that TRB³, nano trib
 * Older exports, or trimmed ones, name columns `Time`, `Distance`, `Laps`, `mu`, `FrictionForce`, with stray blanks and
   without units: time is in s and distance in m, but the force may be in N or mN, so that its unit is left open.
 * Signs beyond ASCII may be lost, to "?" above all: "?" alone is µ, "[?m]" is µm, "[?C]" is °C.
-* Lines above may tell settings as `key: value` or `key\tvalue`.
+* Lines above may show settings as `key: value` or `key\tvalue`.
 
 Apart from the nano tribometer the load is not measured: Nominal Load is what was set, no signal; where it is one
-value throughout, it is a fact of the run. Columns may come in any order, and others beside these.
+value throughout, it is a fact of the run. Columns may come in any order, and others with these.
 """
 
 import re
@@ -156,7 +156,7 @@ def _without_rotation(facts: dict[str, str], columns: tuple[ReadColumn, ...]) ->
 
 
 def _header_facts(lines: list[str], columns: tuple[ReadColumn, ...]) -> dict[str, str]:
-    """Give what the lines above the names say of the run, where they say it once."""
+    """Give what the lines above the names state about the run, where they state it once."""
     settings: dict[str, set[str]] = {}
     for line in lines:
         setting = _SETTING.fullmatch(line.strip())

@@ -129,7 +129,7 @@ def _split(rows: bytes, separator: str) -> list[list[str]]:
 
 
 def decimal_sign(rows: Sequence[Sequence[str]], separator: str) -> Decimal:
-    """Tell the decimal sign of sampled rows: a comma where numbers have one, and none has a point."""
+    """Report the decimal sign of sampled rows: a comma where numbers have one, and none has a point."""
     cells = [cell for row in rows for cell in row]
     commas = any(re.fullmatch(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?", cell) for cell in cells)
     return "," if separator != "," and commas and not any("." in cell for cell in cells) else "."
@@ -138,7 +138,8 @@ def decimal_sign(rows: Sequence[Sequence[str]], separator: str) -> Decimal:
 def refuse_torn_rows(text: Text, segments: Sequence[Segment], blocks: Sequence[Block]) -> None:
     """Refuse a row that a word at its beginning makes the first line of the next head, so that it would be lost.
 
-    Raises ``ReaderError`` with its line, also where that line has a field too long to tell whether it is such a row.
+    Raises ``ReaderError`` with its line, also where that line has a field too long to show whether it is such a
+    row.
     """
     layouts = {segment.block.end: segment.layout for segment in segments if segment.block.start < segment.block.end}
     for block, following in pairwise(blocks):
@@ -153,14 +154,14 @@ def _refuse_torn_row(text: Text, end: int, line: str, layout: Layout) -> None:
     if fields is None:
         raise ReaderError(
             f"{text.name}, line {_filled_line_at(text, end)}: found a field of more than {LONGEST_LINE} "
-            "characters; expected a row of numbers or the next step; mend or delete that line"
+            "characters; expected a row of numbers or the next step; correct or delete that line"
         )
     first, *others = fields
     numbers = [cell for cell in others if cell]
     if len(fields) >= layout.least > 1 and numbers and all(is_number(cell, ".,") for cell in numbers):
         raise ReaderError(
             f"{text.name}, line {_filled_line_at(text, end)}: found {first!r} at the beginning of a row; expected a "
-            "number; mend or delete that line"
+            "number; correct or delete that line"
         )
 
 
@@ -224,7 +225,7 @@ def _without_cut_row(text: Text, segments: Sequence[Segment]) -> tuple[list[Segm
 
 
 def _is_whole(final: Sequence[Sequence[str]], above: Sequence[Sequence[str]]) -> bool:
-    """Tell whether a row without a line end is whole: it ends in a separator or as many decimals as all above."""
+    """Return whether a row without a line end is whole: it ends in a separator or as many decimals as all above."""
     last = final[-1] if final else ()
     if not last or {len(row) for row in above} != {len(last)}:
         return False
@@ -253,7 +254,7 @@ def outside(text: Text, segments: Sequence[Segment]) -> str:
 
 
 def _joined(text: Text, tables: Sequence[ReadTable]) -> tuple[ReadColumn, ...]:
-    """Put tables one below the other, column by name; a column that one lacks has no values there."""
+    """Put tables one below the other, column by name; a column missing in one has no values there."""
     if len(tables) == 1:
         return tables[0].columns
     named = [{column.name: column for column in table.columns} for table in tables]
@@ -279,18 +280,18 @@ def _one_column(text: Text, name: str, named: Sequence[Mapping[str, ReadColumn]]
 
 
 def _broken_claims(segments: Sequence[Segment], counts: Sequence[int]) -> list[str]:
-    """Say where heads claim other numbers of rows than there are."""
+    """Report where heads claim other numbers of rows than there are."""
     held = [*counts, *[0] * (len(segments) - len(counts))]
     broken = [
         f"segment {number} claims {segment.claimed} and holds {count}"
         for number, (segment, count) in enumerate(zip(segments, held, strict=True), 1)
         if segment.claimed is not None and segment.claimed != count
     ]
-    return [f"other numbers of rows than the header says: {listed(broken)}"] if broken else []
+    return [f"numbers of rows differ from the header: {listed(broken)}"] if broken else []
 
 
 def _repeated(columns: Sequence[ReadColumn], counts: Sequence[int]) -> list[str]:
-    """Say which segments repeat the one before, number for number."""
+    """Report which segments repeat the one before, number for number."""
     numeric = [column.values for column in columns if column.first_bad is None]
     repeated = [
         str(number)
@@ -302,13 +303,13 @@ def _repeated(columns: Sequence[ReadColumn], counts: Sequence[int]) -> list[str]
 
 
 def listed(items: Sequence[str]) -> str:
-    """Name the first few of many, and say how many more there are."""
+    """Name the first few of many, and report how many more there are."""
     more = [f"and {len(items) - _MOST_LISTED} more"] if len(items) > _MOST_LISTED else []
     return ", ".join([*items[:_MOST_LISTED], *more])
 
 
 def measures(unit: str | None, signal: SignalName) -> bool:
-    """Tell whether a column of this unit can be the signal; one without a unit may be, once it has one."""
+    """Return whether a column of this unit can be the signal; one without a unit may be, once it has one."""
     try:
         return unit is None or to_si(1.0, unit, SIGNALS[signal].kind) is not None
     except UnitError:
@@ -316,7 +317,7 @@ def measures(unit: str | None, signal: SignalName) -> bool:
 
 
 def with_meaning(column: ReadColumn, signal: SignalName | None) -> ReadColumn:
-    """Say what a column of numbers is, where its unit allows that and it is not empty."""
+    """Report what a column of numbers is, where its unit allows that and it is not empty."""
     if signal is None or not measures(column.unit, signal) or not is_mostly_numbers(column):
         return column
     empty = column.first_bad is None and np.isnan(column.values).all()

@@ -21,8 +21,8 @@ Text in cp1252 (a micro sign stands in it), fields separated by commas, lines en
   sample.
 * Rows close in more separators than there are names: the columns behind them are empty. A row without them was cut.
 * Lateral positions are rounded, to 0.1 µm as a rule, so that their steps alternate; closer samples repeat them.
-* Heights count upwards. "Raw" ones are as they were scanned, not levelled; only they are taken where others stand
-  beside them, which the software made of them.
+* Heights count upwards. "Raw" ones are as they were scanned, not leveled; only they are taken where others stand
+  next to them, which the software made of them.
 """
 
 import re
@@ -129,7 +129,7 @@ def _find_header(text: Text, separator: str) -> _Header:
 
 
 def _with_unit(column: ReadColumn) -> ReadColumn:
-    """Take the unit off the end of a name: "Raw Micrometer", "Lateral(um)"."""
+    """Remove the unit from the end of a name: "Raw Micrometer", "Lateral(um)"."""
     word = split_name(column.name)[1] or column.name.rpartition(" ")[2].strip("()[]")
     unit = next((one for one in (_UNITS.get(word.lower()), word, word.lower()) if one and is_unit(one)), None)
     return replace(column, unit=unit)

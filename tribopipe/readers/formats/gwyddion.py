@@ -11,8 +11,9 @@ r"""Gwyddion's text export of a map (.txt): a matrix of heights below a header o
   title, the extent along the rows, the extent across them, the unit of the values.
 * One line of the matrix is one scan line; values are separated by tabs or blanks, with a decimal point or comma.
 * Values are those of pixels, whose middles lie half a pixel inside the extents. The first row is y = 0 here.
-* Without its header a matrix says nothing of its size, and is not read. The header does not say how many rows there
-  are: where pixels are not square, a note says that some may have been lost.
+* Without its header a matrix does not give its size, and is not read. The header does not state how many rows
+there
+  are: where pixels are not square, a note states that some may have been lost.
 
 The matrix is given as a list of points: columns x and y in the units of the extents, z in that of the values.
 """
@@ -70,15 +71,16 @@ class GwyddionReader:
             if column.first_bad is not None:
                 line, found = column.first_bad
                 raise ReaderError(
-                    f"{text.name}, line {line}: found {found!r} in the matrix; expected numbers alone; mend that line, "
+                    f"{text.name}, line {line}: found {found!r} in the matrix; expected numbers alone; correct that "
+                    "line, "
                     "or export the map again"
                 )
         heights = np.column_stack([column.values for column in table.columns])
         rows, columns = heights.shape
         if rows < 2:
             raise ReaderError(
-                f"{text.name}: found a matrix of a single row; expected those of a map, whose number nothing but the "
-                "matrix tells; copy the file again, or export a profile as columns x z"
+                f"{text.name}: found a matrix of a single row; expected those of a map; copy the file again, or "
+                "export a profile as columns x z"
             )
         x = np.tile((np.arange(columns) + 0.5) * extents.wide[0] / columns, rows)
         y = np.repeat((np.arange(rows) + 0.5) * extents.high[0] / rows, columns)
@@ -91,7 +93,7 @@ class GwyddionReader:
 
 
 class _Extents(NamedTuple):
-    """What the header says."""
+    """What the header states."""
 
     wide: tuple[float, str]
     """Along the rows, with its unit."""
@@ -133,13 +135,13 @@ def _find_extents(text: Text) -> _Extents:
 
 
 def _is_comment(line: str) -> bool:
-    """Tell whether a line belongs to the header; "#ERR 1.5e-09" is a row."""
+    """Return whether a line belongs to the header; "#ERR 1.5e-09" is a row."""
     first, *_ = line.split() or [""]
     return line.startswith("#") and (first == "#" or not is_gap(first))
 
 
 def _oblong(extents: _Extents, rows: int, columns: int) -> Iterator[str]:
-    """Say where pixels are not square: the header does not tell how many rows there are, of which some may be lost."""
+    """Report where pixels are not square: the header does not give the number of rows, some of which may be lost."""
     wide, high = extents.wide[0] / columns, extents.high[0] / rows
     across = to_si(high, extents.high[1], "length") / to_si(wide, extents.wide[1], "length")
     if not math.isclose(across, 1.0, rel_tol=_SQUARE):
@@ -157,7 +159,7 @@ def _layout(text: Text, extents: _Extents, hints: Hints) -> Layout:
     cells = extents.first.split()
     signs = "".join(sign for sign in ".," if any(sign in cell for cell in cells))
     width, header, line = len(cells), "".join(extents.lines), len(extents.lines) + 1
-    both = f"{text.name}, line {line}: found both . and , in one row; expected one decimal sign; mend that line"
+    both = f"{text.name}, line {line}: found both . and , in one row; expected one decimal sign; correct that line"
     return Layout(
         hints.separator or BLANKS,
         hints.decimal or ("," if signs == "," else "."),

@@ -14,13 +14,13 @@ Shift-JIS (UTF-8 is taken as well), commas, decimal point, every text in quotati
     "Time(sec)","CH1","CH2"
     0.00,1.25,-0.50
 
-* About fifteen labelled lines of unequal length, in Japanese or English; the last is the row of units (単位, Unit),
+* About fifteen labeled lines of unequal length, in Japanese or English; the last is the row of units (単位, Unit),
   which has a label where the rows below have the time.
 * Then a row of names; where it is left out, the names are those of "CH名称" or, where these are empty, "CH No".
 * Rows of numbers: the time in s, then one number a channel.
 
 g and kg are gram-force and kilogram-force: load cells are calibrated so. What a channel measures is not in the file;
-time alone has a meaning. Date and time of the start are written year first. The file says how many samples it should
+time alone has a meaning. Date and time of the start are written year first. The file states how many samples it should
 hold; one that holds another number is read with a note.
 """
 
@@ -87,11 +87,11 @@ class KyowaReader:
             return refused(source, error)
         head = _head(lines)
         if head is None:
-            return Match(0.0, "no row of units labelled 単位 or Unit stands above the numbers")
+            return Match(0.0, "no row of units labeled 単位 or Unit stands above the numbers")
         known = len(head.said)
         if known < 3:
-            return Match(0.2, f"a row of units is labelled as Kyowa does, but only {known} labels above are Kyowa's")
-        return Match(0.95, f"{known} lines above the numbers are labelled as Kyowa does")
+            return Match(0.2, f"a row of units is labeled as Kyowa does, but only {known} labels above are Kyowa's")
+        return Match(0.95, f"{known} lines above the numbers are labeled as Kyowa does")
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:
         """Parse the file; ``ReaderError`` with file and line where it is broken."""
@@ -100,7 +100,7 @@ class KyowaReader:
         head = _head(lines)
         if head is None:
             raise ReaderError(
-                f"{source.name}: found no row of units labelled 単位 or Unit above the numbers; expected Kyowa's, in "
+                f"{source.name}: found no row of units labeled 単位 or Unit above the numbers; expected Kyowa's, in "
                 "Shift-JIS; name encoding or another reader in run.toml, or copy the file again from the instrument"
             )
         text = without_cut_row(text, ",")

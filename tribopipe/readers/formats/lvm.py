@@ -83,7 +83,7 @@ Tags = Mapping[str, list[str]]
 
 @dataclass(frozen=True)
 class _Heading:
-    """What the header of the file and that of a segment say of the segment's rows."""
+    """What the header of the file and that of a segment states about the segment's rows."""
 
     file: Tags
     own: Tags
@@ -94,7 +94,7 @@ class _Heading:
         return (trimmed(self.file.get(tag, []))[1:] or [default])[0].lower()
 
     def at(self, tag: str, column: int) -> str:
-        """Give what a tag says of a column."""
+        """Give what a tag states about a column."""
         fields = self.own.get(tag, [])
         return fields[column] if 0 < column < len(fields) else ""
 
@@ -153,7 +153,7 @@ def _without_specials(text: Text) -> Text:
 
 
 def _segments(text: Text, blocks: Sequence[Block], hints: Hints) -> tuple[list[Segment], list[_Heading]]:
-    """Find the rows of each segment, and what is said of them above."""
+    """Find the rows of each segment, and what is stated about them above."""
     if not blocks or not blocks[0].head or not _TITLE.fullmatch(blocks[0].head[0]):
         raise ReaderError(
             f"{text.name}, line 1: found another first line than 'LabVIEW Measurement'; expected a LabVIEW measurement "
@@ -169,7 +169,7 @@ def _segments(text: Text, blocks: Sequence[Block], hints: Hints) -> tuple[list[S
         if len(names) < 2 or names[0] != _X:
             raise ReaderError(
                 f"{text.name}, line {line_at(text, block.start)}: found numbers without names above; expected a line "
-                f"that begins with {_X}; mend that line, or record the test with headers"
+                f"that begins with {_X}; correct that line, or record the test with headers"
             )
         own = first if block is blocks[0] else block.head
         heading = _Heading(settings, _tags(own, separator), trimmed(names))
@@ -219,7 +219,7 @@ def _segment(text: Text, block: Block, heading: _Heading, hints: Hints) -> Segme
 
 
 def _has_comments(text: Text, block: Block, separator: str, width: int) -> bool:
-    """Tell whether rows reach into the last column, by the number of separators."""
+    """Return whether rows reach into the last column, by the number of separators."""
     separators = text.content.count(separator.encode(), block.start, block.end)
     return separators > count_rows(text, block) * (width - 2)
 
@@ -243,7 +243,7 @@ def _unit(heading: _Heading, column: int) -> str:
 
 
 def _with_x(columns: Sequence[ReadColumn], headings: Sequence[_Heading]) -> tuple[list[ReadColumn], list[str]]:
-    """Compute the values of x where the file leaves them out, and say where they are the time."""
+    """Compute the values of x where the file leaves them out, and report where they are the time."""
     left_out = headings[0].flag("X_Columns", "one") == "no"
     if not left_out or columns[0].first_bad or not np.isnan(columns[0].values).all():
         return _with_time(columns, headings)
@@ -273,7 +273,7 @@ def _with_time(columns: Sequence[ReadColumn], headings: Sequence[_Heading]) -> t
 
 
 def _computed(columns: Sequence[ReadColumn], headings: Sequence[_Heading]) -> tuple[list[ReadColumn], bool]:
-    """Fill the first column by X0 and Delta_X; tell whether that is what they say of every row."""
+    """Fill the first column by X0 and Delta_X; return whether that holds for every row."""
     number = next((column.values for column in columns if column.name == SEGMENT), np.ones(len(columns[0].values)))
     values = np.full(len(number), np.nan)
     certain = True
@@ -301,7 +301,7 @@ def _grid(heading: _Heading) -> tuple[float, float] | None:
 def _remarks(headings: Sequence[_Heading]) -> list[str]:
     """Give what was noted in the headers of segments."""
     notes = [" ".join(trimmed(heading.own.get("Notes", []))[1:]) for heading in headings]
-    return [f"the header says: {note}" for note in dict.fromkeys(notes) if note]
+    return [f"the header states: {note}" for note in dict.fromkeys(notes) if note]
 
 
 def _facts(heading: _Heading) -> dict[str, str]:

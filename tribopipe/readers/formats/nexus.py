@@ -109,7 +109,7 @@ def _check(source: SourceFile, columns: tuple[ReadColumn, ...]) -> None:
 
 
 def _facts(key: str, said: Any) -> Iterator[tuple[str, str]]:
-    """Give what a manifest says by dotted keys; a quantity with its unit, as run.toml would hold it."""
+    """Give what a manifest states by dotted keys; a quantity with its unit, as run.toml would hold it."""
     if isinstance(said, str) and key:
         yield key, said
     elif isinstance(said, Mapping) and {"value", "unit"} <= set(said):

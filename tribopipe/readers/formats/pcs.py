@@ -21,7 +21,7 @@ r"""PCS Instruments: the test data file of their EHD and MTM rigs, a text with a
 * Names carry their units in round brackets; ball and disc speeds have none. Names repeat, and some columns have
   neither name nor values: those are left out.
 * Steps that zero, check, heat or take pictures have lines of words and no table. ``segment`` counts the tables; a note
-  says which steps they belong to. Step Time begins again with each step.
+  states which steps they belong to. Step Time begins again with each step.
 * The MTM names a step in the line below its first, and may give it a track radius of its own:
 
     Step 2 started at 23/03/2018 10:12:01
@@ -29,7 +29,7 @@ r"""PCS Instruments: the test data file of their EHD and MTM rigs, a text with a
     Disc track radius used for this step (mm)⟨TAB⟩21.232
 
   Its first two columns repeat others, for the plot of the step. Files from which the lines above the first step have
-  been taken off are read as well.
+  been subtracted are read as well.
 * A line "All steps completed …" or "Test stopped …" closes the file. Where it is missing, the file has been cut.
 * Dates are written as the computer's language has them; which of day and month comes first is taken from a date
   that allows one reading only, and not guessed where none does.
@@ -41,7 +41,7 @@ speed, Traction Force friction force, Traction Coeff friction coefficient, Lube 
 channel that was not recorded is empty and has no meaning.
 
 The same software writes files that are no tests, such as "Mapper Spacer Calibration File" and "SLIM Mapper Analysis
-File", the colours of a spacer layer and of a film: those are refused.
+File", the colors of a spacer layer and of a film: those are refused.
 """
 
 import re
@@ -183,12 +183,12 @@ def _last_step(head: Sequence[str]) -> str | None:
 def _refuse_nameless(text: Text, block: Block) -> NoReturn:
     raise ReaderError(
         f"{text.name}, line {line_at(text, block.start)}: found numbers without names above; expected names such as "
-        "'Step Time (s)' in the line before; mend that line, or export the test again"
+        "'Step Time (s)' in the line before; correct that line, or export the test again"
     )
 
 
 def _with_meanings(columns: Sequence[ReadColumn]) -> tuple[ReadColumn, ...]:
-    """Say what the columns are; of the loads on ball and pin, the first that was recorded is the normal force."""
+    """Report what the columns are; of the loads on ball and pin, the first that was recorded is the normal force."""
     found: list[ReadColumn] = []
     for column in columns:
         signal = _MEANINGS.get(bare_name(column.name).lower())
@@ -198,10 +198,10 @@ def _with_meanings(columns: Sequence[ReadColumn]) -> tuple[ReadColumn, ...]:
 
 
 def _unfinished(lines: Sequence[str]) -> list[str]:
-    """Say where the line that closes a test is missing."""
+    """Report where the line that closes a test is missing."""
     if any(map(_CLOSING.fullmatch, lines)):
         return []
-    return ["no line says that all steps were completed or the test was stopped, so the file may have lost its end"]
+    return ["no line states that all steps were completed or the test was stopped, so the file may be truncated"]
 
 
 def _facts(lines: Sequence[str]) -> tuple[dict[str, str], list[str]]:
@@ -224,7 +224,7 @@ def _track_radius(of_test: str, lines: Sequence[str]) -> tuple[dict[str, str], l
     """Give the radius of the track on the disc, by the test's own line or by those of its steps."""
     key = "conditions.track_radius"
     if re.fullmatch(r"\d+(\.\d+)?", of_test):
-        note = f"the track radius of the disc, {of_test}, is taken to be in mm: the file does not say so"
+        note = f"the track radius of the disc, {of_test}, is assumed to be in mm: the file does not state it"
         return {key: f"{of_test} mm"}, [note]
     radii = [*dict.fromkeys(found["radius"] for line in lines if (found := _STEP_RADIUS.fullmatch(line)))]
     if len(radii) > 1:

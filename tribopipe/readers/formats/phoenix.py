@@ -128,7 +128,7 @@ def _bracketed(name: str) -> str | None:
 
 
 def _unknown_units(names: Sequence[str], line: int) -> list[str]:
-    """Say which units of the header are none."""
+    """Report which units of the header are none."""
     written = ((number, name, _bracketed(name)) for number, name in enumerate(names, start=1))
     return [
         f"line {line}, column {number}: {name!r} has the unknown unit {unit!r}; name its unit in run.toml"
@@ -138,7 +138,7 @@ def _unknown_units(names: Sequence[str], line: int) -> list[str]:
 
 
 def _understood(columns: Sequence[ReadColumn]) -> tuple[tuple[ReadColumn, ...], list[str]]:
-    """Give columns their units and meanings, and say which units the recording contradicts."""
+    """Give columns their units and meanings, and report which units the recording contradicts."""
     told = [replace(one, unit=one.unit or _programs_unit(one)) for one in columns]
     friction = _friction_force(told)
     roles = _roles_with_units([one for one in told if _key(one) != "frictionforce" or one.name == friction])
@@ -155,7 +155,7 @@ def _understood(columns: Sequence[ReadColumn]) -> tuple[tuple[ReadColumn, ...], 
 
 
 def _roles_with_units(columns: Sequence[ReadColumn]) -> dict[Role, ReadColumn]:
-    """Say which quantities columns are; those of other names than the program's have no unit, and are none."""
+    """Report which quantities columns are; those of other names than the program's have no unit, and are none."""
     return roles_of([one for one in columns if one.unit is not None])
 
 
@@ -190,13 +190,13 @@ def _numbers(column: ReadColumn) -> np.ndarray:
 
 
 def _contradicted(roles: Mapping[Role, ReadColumn]) -> tuple[set[str], list[str]]:
-    """Name the columns of which no identity holds in these units, and say so."""
+    """Name the columns of which no identity holds in these units, and report it."""
     held = dict(ratios(_in_si(roles)))
     good = {role for one, ratio in held.items() if abs(ratio - 1) <= NEAR for role in one.roles}
     broken = {one: ratio for one, ratio in held.items() if abs(ratio - 1) > NEAR}
     names = {roles[role].name for one in broken for role in one.roles if role not in good and role != "time"}
     notes = [
-        f"{one.formula} does not hold in {_units_of(one, roles)}: left over right is {ratio:.3g}"
+        f"{one.formula} does not hold in {_units_of(one, roles)}: the ratio of left to right is {ratio:.3g}"
         for one, ratio in broken.items()
     ]
     listed = ", ".join(map(repr, sorted(names)))

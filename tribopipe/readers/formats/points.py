@@ -9,8 +9,9 @@ r"""Profiles and maps as bare columns of numbers, without names: what nearly eve
 * Columns are separated by tabs, semicolons, commas or runs of blanks; numbers have a decimal point, or a comma where
   no comma separates. Lines may end in CR alone.
 * Above the numbers may stand a line of units of length, and a line with the number of points.
-* Without a line of units the file does not say in what its numbers are: run.toml has to, for each axis by itself, since
-  positions in mm beside heights in µm are common: position = { column = "x", unit = "mm" }.
+* Without a line of units the file does not state in what its numbers are: run.toml has to, for each axis by itself,
+since
+  positions in mm with heights in µm are common: position = { column = "x", unit = "mm" }.
 
 Any two bare columns look like a profile, so that detection is never surer than 0.6 without a line of units.
 """
@@ -87,7 +88,7 @@ class _Points:
         return self.table.width
 
     def layout(self, text: Text, hints: Hints) -> Layout:
-        """Say how to read the numbers, and what may be read in two ways."""
+        """Report how to read the numbers, and what may be read in two ways."""
         first = self.table.rows[self.table.body].line
         return Layout(
             self.table.separator,
@@ -129,7 +130,7 @@ def _is_point(row: Row, signs: str) -> bool:
 
 
 def _are_points(rows: list[Row], width: int, signs: str, text: Text) -> bool:
-    """Tell whether all rows are of numbers, as many in each; the last one may be cut."""
+    """Return whether all rows are of numbers, as many in each; the last one may be cut."""
     whole = rows[:-1] if text.unterminated and len(rows) > 1 else rows
     return all(
         len(trimmed(row.cells)) <= width <= len(row.cells)
@@ -183,8 +184,8 @@ def _integers_between_commas(text: Text, table: Table, hints: Hints) -> str | No
         return None
     row = table.rows[table.body]
     return (
-        f"{text.name}, line {row.line}: found {','.join(row.cells)!r}; expected to see whether commas separate columns "
-        "or are decimal signs; export the profile with another separator"
+        f"{text.name}, line {row.line}: found {','.join(row.cells)!r}; expected to know whether commas separate "
+        "columns or are decimal signs; export the profile with another separator"
     )
 
 
@@ -225,4 +226,4 @@ def _count_note(found: _Points, columns: tuple[ReadColumn, ...]) -> list[str]:
     rows = len(columns[0].values)
     if found.count is None or found.count == rows:
         return []
-    return [f"the file says that it holds {found.count} points, and holds {rows}"]
+    return [f"the file states {found.count} points, but holds {rows}"]

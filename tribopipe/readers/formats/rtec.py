@@ -115,7 +115,7 @@ def _refuse_words_below_names(text: Text, blocks: Sequence[Block]) -> None:
         if block.start < block.end and any(map(_names, block.head)) and not _names(block.head[-1]):
             raise ReaderError(
                 f"{text.name}, line {line_at(text, block.start) - 1}: found {block.head[-1][:60]!r} between the row of "
-                "names and the numbers; expected a row of numbers; mend or delete that line"
+                "names and the numbers; expected a row of numbers; correct or delete that line"
             )
 
 
@@ -139,17 +139,17 @@ def _rows(text: Text, block: Block, hints: Hints) -> Segment:
 
 
 def _closing_notes(text: Text, rows: Block) -> list[str]:
-    """Refuse anything below the rows but TotalTime and a duration; say where that is missing."""
+    """Refuse anything below the rows but TotalTime and a duration; state where that is missing."""
     below = text.content[rows.end :].decode()
     closing = " ".join(re.split(r"[\s,;]+", below)).strip()
     if _CLOSING.fullmatch(closing):
         return []
     if "TotalTime".startswith(closing) or _CUT_CLOSING.fullmatch(closing):
-        return ["TotalTime is missing below the rows, so the file may have lost its end"]
+        return ["TotalTime is missing below the rows, so the file may be truncated"]
     first = len(text.content) - len(below.lstrip().encode())
     raise ReaderError(
         f"{text.name}, line {line_at(text, first)}: found {closing[:60]!r} below the rows; expected TotalTime and a "
-        "duration alone; mend or delete these lines"
+        "duration alone; correct or delete these lines"
     )
 
 
@@ -171,7 +171,7 @@ def _with_meanings(columns: Sequence[ReadColumn]) -> tuple[ReadColumn, ...]:
 
 
 def _facts(text: Text, block: Block) -> tuple[dict[str, str], list[str]]:
-    """Take what the first line, or two, say of the test: names there, values below."""
+    """Take what the first line, or two, states about the test: names there, values below."""
     lines = re.split(r"\r\n?|\n", text.content[text.start : block.start].decode())
     filled = [line for line in lines if line.strip()][:-1]
     if len(filled) != 2:

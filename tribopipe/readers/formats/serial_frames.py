@@ -9,7 +9,7 @@ characters as they are, or by their names:
 * STX (byte 0x02 or the text <STX>) begins a frame.
 * The reading is padded with blanks on the left, its sign among them; decimal point, or comma.
 * The unit follows at once: G, KG, LB or N. A weight is a force here: KG is kilogram-force.
-* M says that the reading moves (has not settled), a blank that it is stable.
+* M states that the reading moves (has not settled), a blank that it is stable.
 * CR, LF or both end a frame, by their names, as they are, or one after the other.
 
 No time is in the file, only the order of frames: it has to come from another file with a row for each frame.

@@ -26,7 +26,7 @@ _SIGNALS: dict[str, tuple[SignalName, str]] = {
 
 
 def with_srv_meanings(table: ReadTable) -> ReadTable:
-    """Say what the columns of an SRV mean; any other table stays as it is."""
+    """Report what the columns of an SRV mean; any other table stays as it is."""
     if len(_MARKS & {bare_key(column.name) for column in table.columns}) < 2:
         return table
     columns = []

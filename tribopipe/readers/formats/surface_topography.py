@@ -4,11 +4,11 @@
 
 Recognised are formats whose files begin with marks of their own, or are archives with parts of known names: Gwyddion,
 Dektak OPDx, Wyko OPD, Alicona, Digital Surf, Keyence, Nanoscope, MetroPro, X3P, PLUx and the like. The package reads
-more; name the reader "surface-topography" in run.toml for those. It is never preferred to a reader of tribopipe's own.
+more; name the reader "surface-topography" in run.toml for those. It is never preferred to a reader of tribopipe itself.
 
 What it reads of the default channel becomes columns x and z of a profile, or x, y and z of a map, scan line by scan
 line, in the unit of the file, which is the same for all axes then. Points that were not measured are NaN. A file that
-does not say how large it is cannot be read.
+does not state how large it is cannot be read.
 """
 
 import warnings
@@ -61,7 +61,7 @@ class SurfaceTopographyReader:
     holds: Holds = "profile"
 
     def match(self, source: SourceFile) -> Match:
-        """Judge by the marks that a file begins with; whether the package is there is for reading to say."""
+        """Judge by the marks that a file begins with; whether the package is there is seen when reading."""
         found = next((title for mark, title in _MARKS.items() if source.content.startswith(mark)), None)
         found = found or _archive(source.content)
         if found is None:
@@ -72,8 +72,8 @@ class SurfaceTopographyReader:
         """Parse the file; ``ReaderError`` where the package is missing or cannot read it."""
         if find_spec(_PACKAGE) is None:
             raise ReaderError(
-                f"{source.name}: found a file that the package SurfaceTopography reads, which is not installed; "
-                'expected it beside tribopipe; run `pip install "tribopipe[surface]"`, or export the profile as text'
+                f"{source.name}: found a file that the package SurfaceTopography reads; expected it to be "
+                'installed; run `pip install "tribopipe[surface]"`, or export the profile as text'
             )
         try:
             with warnings.catch_warnings(action="ignore"):
@@ -121,8 +121,8 @@ def _by_scan_lines(values: Any) -> NDArray[np.float64]:
 
 
 def _channel_note(channels: Any, taken: Any) -> list[str]:
-    """Say which channel of several was read."""
+    """Report which channel of several was read."""
     if len(channels) < 2:
         return []
     others = ", ".join(repr(str(one.name)) for one in channels if one.name != taken.name)
-    return [f"read the channel {str(taken.name)!r}; the file holds {others} besides"]
+    return [f"read the channel {str(taken.name)!r}; the file also holds {others}"]

@@ -6,15 +6,15 @@ Binary; a chain of segments, each with a lead-in of 28 bytes:
     metadata: objects "/", "/'group'", "/'group'/'channel'" with their properties
     raw data of the channels, one channel after the other or interleaved
 
-* The number of contents is little-endian; bit 6 of it says whether everything else is big-endian.
+* The number of contents is little-endian; bit 6 of it states whether everything else is big-endian.
 * A length of 2⁶⁴ − 1 marks a segment that was never finished, since the program stopped before. Such a segment, and
   one that is longer than the file, is read as far as all channels go, with a note. A file cut exactly between two
-  segments cannot be told from a shorter one.
+  segments cannot be distinguished from a shorter one.
 * Channels of one group are columns; they must have one length. Groups of the same channels are segments of one test,
   in the order of the file. Scaling that the file describes (DAQmx) is applied.
 * Units stand in the property unit_string or NI_UnitDescription, or in the channel's name.
 * Time is a channel (of time stamps, which are given as seconds since the first one; or one called time), or it
-  follows from wf_increment and wf_start_offset, in s unless wf_xunit_string says otherwise.
+  follows from wf_increment and wf_start_offset, in s unless wf_xunit_string states otherwise.
 * wf_start_time is the start in UTC; of the file's properties, author, title and description are of use.
 
 What a channel measures is not in the file. Reading takes the package npTDMS: pip install "tribopipe[tdms]".
@@ -116,9 +116,9 @@ class _Chain(NamedTuple):
     """What following the lead-ins of a file shows."""
 
     data: int
-    """Bytes of raw data that the segments say they hold."""
+    """Bytes of raw data that the segments state they hold."""
     note: str | None = None
-    """What the file lacks at its end."""
+    """What is missing at the end of the file."""
 
 
 def _follow(source: SourceFile) -> _Chain:
@@ -131,11 +131,11 @@ def _follow(source: SourceFile) -> _Chain:
         order = ">" if contents & _BIG_ENDIAN else "<"
         length, metadata = struct.unpack_from(f"{order}QQ", source.content, position + 12)
         if length == _UNFINISHED:
-            return _Chain(data, "the program that wrote the file stopped before its end; rows are read while whole")
+            return _Chain(data, "the program that wrote the file stopped before its end; complete rows are read")
         position += _LEAD_IN + length
         data += length - metadata
     lacking = position - size if position >= size else position + _LEAD_IN - size
-    note = f"the file lacks at least {lacking} bytes at its end; rows are read while whole"
+    note = f"at least {lacking} bytes are missing at the end of the file; complete rows are read"
     return _Chain(data, note if lacking else None)
 
 
@@ -222,7 +222,7 @@ class _Group:
         return None
 
     def _waveform_times(self) -> Iterator[ReadColumn]:
-        """Give the time that wf_increment and wf_start_offset say; ``ReaderError`` where channels disagree."""
+        """Give the time that wf_increment and wf_start_offset state; ``ReaderError`` where channels disagree."""
         tracks = {_track(channel): channel.name for channel in self.channels if "wf_increment" in channel.properties}
         if len(tracks) > 1:
             raise ReaderError(

@@ -27,8 +27,8 @@ r"""CETR / Bruker UMT, as its Data Viewer exports a test: a head and rows for ea
 
 Channels: T time, Fz normal force, COF the friction coefficient, Z depth; the friction force is Fx where it changes its
 sign stroke by stroke, since Ff has lost that sign, and else Ff, or Fx where there is no Ff. Others are
-kept without a meaning, and ``segment`` counts the steps that have rows. The header holds no material and no medium;
-the units of radius and speed are not written, those of the set force are those of Fz.
+kept without a meaning, and ``segment`` counts the steps that have rows. The header holds no material and no
+environment; the units of radius and speed are not written, those of the set force are those of Fz.
 """
 
 import re
@@ -149,7 +149,7 @@ def _segments(text: Text, blocks: Sequence[Block], hints: Hints) -> list[Segment
         elif segments:
             raise ReaderError(
                 f"{text.name}, line {line_at(text, block.start)}: found numbers without names above; expected a step "
-                "to begin with its names, such as 'Fx,Fz,Z,T'; mend that line, or export the test again"
+                "to begin with its names, such as 'Fx,Fz,Z,T'; correct that line, or export the test again"
             )
     if not segments:
         raise ReaderError(
@@ -176,7 +176,7 @@ def _layout(text: Text, block: Block, head: Sequence[str], hints: Hints) -> Layo
     if len(below) > 1:
         raise ReaderError(
             f"{text.name}, line {line_at(text, block.start)}: found {below[-1][:40]!r} above the numbers; expected one "
-            "row of units below the names; mend that line"
+            "row of units below the names; correct that line"
         )
     units = _cells(below[0], separator) if below else []
     rows = sample_rows(text, block, separator)
@@ -212,7 +212,7 @@ def _setting(head: Sequence[str], key: str) -> int | None:
 
 
 def _is_signed_by_stroke(column: ReadColumn) -> bool:
-    """Tell whether a column is Fx and goes there and back."""
+    """Return whether a column is Fx and goes there and back."""
     is_fx = bare_name(column.name).upper() == "FX" and column.first_bad is None
     return is_fx and bool(whole_strokes(np.asarray(column.values, dtype=float)))
 
@@ -229,7 +229,7 @@ def _with_meaning(column: ReadColumn, friction: str, names: set[str]) -> ReadCol
 
 
 def _missing_steps(blocks: Sequence[Block], segments: Sequence[Segment]) -> list[str]:
-    """Say where the header counts more steps than the file has rows of."""
+    """Report where the header counts more steps than the file has rows of."""
     lines = [line for block in blocks for line in block.head]
     claimed = _setting(lines, "Total number of steps")
     if claimed is None or claimed <= len(segments):

@@ -13,7 +13,7 @@ ASCII text, one line a sample, lines ended by a lone CR (CRLF and LF are taken a
 
 Channels: TIME in s since the start (about one sample a second, with jitter), FF the friction force in N, COF or
 MU the friction coefficient, WEAR the displacement reading in micrometres, LOAD or NF the normal force in N.
-Other channels (SPEED, TEMP, …) are kept without a meaning, since the file does not say in what unit they are.
+Other channels (SPEED, TEMP, …) are kept without a meaning, since the file does not state in what unit they are.
 """
 
 import re

@@ -1,6 +1,6 @@
 """Spreadsheets (.xlsx, .xlsb, .xls, .ods): a table in a sheet, perhaps with lines of text above it.
 
-* .xlsx and .xlsb are zip files with members below xl/; .ods is a zip file whose first member says its type; .xls is
+* .xlsx and .xlsb are zip files with members below xl/; .ods is a zip file whose first member states its type; .xls is
   an OLE2 file with a stream called Workbook or Book.
 * The table is found as in delimited text: a row of names, perhaps a row of units, rows of numbers; the rows above it
   are the header, its cells separated by tabs. Line numbers in messages are the row numbers of the sheet.
@@ -124,7 +124,7 @@ def _is_list(lines: Sequence[str]) -> bool:
 
 
 def _go_on(tables: Sequence[ReadTable]) -> bool:
-    """Tell whether time goes on from each table to the next of the same columns, by about one sampling interval."""
+    """Return whether time goes on from each table to the next of the same columns, by about one sampling interval."""
     times = [next((column.values for column in table.columns if is_time(column)), None) for table in tables]
     if len({tuple(column.name for column in table.columns) for table in tables}) > 1:
         return False
@@ -174,7 +174,7 @@ def _filled_sheets(source: SourceFile, decimal: str) -> list[dict[str, Any]]:
 
 
 def _tables(source: SourceFile, sheets: list[dict[str, Any]], hints: Hints) -> dict[str, ReadTable]:
-    """Read the sheets that hold a table; ``ReaderError`` says of the first one what it lacks where none does."""
+    """Read the sheets that hold a table; ``ReaderError`` states about the first one what is missing where none does."""
     tables, reasons = {}, []
     for sheet in sheets:
         text = Text(f"{source.name}, sheet {sheet['name']!r}", sheet["text"].encode())

@@ -24,7 +24,7 @@ _MEMORY_A_BYTE = 100
 
 
 def answer_of(program: str, source: SourceFile, *arguments: str, remedy: str) -> bytes:
-    """Let a program beside this file read a file; the time and memory it may take grow with the file.
+    """Let a program next to this file read a file; the time and memory it may take grow with the file.
 
     Raises ``ReaderError`` with the remedy where the program ends without an answer, or takes too much of either.
     """
@@ -32,7 +32,7 @@ def answer_of(program: str, source: SourceFile, *arguments: str, remedy: str) ->
 
 
 def answer_about(program: str, path: Path, size: int, *, remedy: str) -> bytes:
-    """Let a program beside this file read what it wants of a file, whose bytes in use are counted. As ``answer_of``."""
+    """Let a program next to this file read parts of a file, whose bytes in use are counted. As ``answer_of``."""
     return _answer(program, str(path), size, [str(path)], remedy)
 
 
@@ -52,11 +52,11 @@ def _answer(program: str, name: str, size: int, arguments: Sequence[str], remedy
         try:
             answer, errors = reader.communicate(content, timeout=seconds)
         except subprocess.TimeoutExpired:
-            raise _damaged(name, f"reading it takes more than {seconds:.0f} s", remedy) from None
+            raise _damaged(name, f"reading takes more than {seconds:.0f} s", remedy) from None
     if reader.returncode:
         said = errors.decode(errors="replace").strip().splitlines()
         known = reader.returncode == 1 and said
-        raise _damaged(name, said[-1] if known else "reading it takes too much time or memory, or fails", remedy)
+        raise _damaged(name, said[-1] if known else "reading takes too much time or memory, or fails", remedy)
     return answer
 
 

@@ -2,8 +2,8 @@
 
 Argument: the path.
 
-The answer is a line of JSON: whether the list of sources could be read, or they had to be looked for all over the file,
-so that some may be lacking; and for each source its name, its checksum as it was written, its size, and what went wrong
+The answer is a line of JSON: whether the list of sources could be read, or they had to be searched for in the file,
+so that some may be missing; and for each source its name, its checksum as it was written, its size, and what went wrong
 if anything. Then follow the bytes of those that can be read. Whether they are right is for the caller to find out.
 Links to other files, virtual datasets and external storage are not followed.
 """
@@ -63,7 +63,7 @@ def _start(content: mmap.mmap) -> int:
 
 
 def _as_long_as_it_was(content: mmap.mmap) -> str | io.BytesIO:
-    """Return a file with zeros where its tail was cut off, since HDF5 opens none that is shorter than its head says."""
+    """Return a file with zeros where its tail was cut off, since HDF5 opens none shorter than its head states."""
     start = _start(content)
     (end,) = struct.unpack_from("<Q", content, start + (40 if content[start + len(_MAGIC)] < 2 else 28))
     if end <= len(content):
@@ -75,7 +75,7 @@ def _as_long_as_it_was(content: mmap.mmap) -> str | io.BytesIO:
 
 
 def _notes(file: Any, content: mmap.mmap) -> tuple[bool, list[tuple[str, Opener]]]:
-    """Tell whether the sources are listed, and give each one's name in the list and what opens it."""
+    """Return whether the sources are listed, and give each one's name in the list and what opens it."""
     try:
         notes = _member(file, "entry/source_files")
         return True, [(key, partial(_member, notes, key)) for key in notes] + list(_earlier(file))
@@ -111,7 +111,7 @@ def _scattered(file: Any, content: mmap.mmap) -> Iterator[Any]:
 
 
 def _sources(notes: list[tuple[str, Opener]], room: int) -> Iterator[tuple[dict[str, Any], bytes]]:
-    """Give what is said of each source, and its bytes."""
+    """Give what is stated about each source, and its bytes."""
     for name, opened in notes:
         said, content = {"name": name, "sha256": "", "problem": None}, b""
         try:

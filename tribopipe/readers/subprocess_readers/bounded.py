@@ -1,4 +1,4 @@
-"""Run a program beside this file within bounds. Arguments: bytes of memory, seconds of work, program, and its own.
+"""Run a program next to this file within bounds. Arguments: bytes of memory, seconds of work, program, and its own.
 
 What the system holds us to already stays as it is where it is less, as on nodes of a cluster. macOS bounds no memory
 and Windows nothing: there a thread watches how much memory was taken, and the clock of whoever waits bounds the work.

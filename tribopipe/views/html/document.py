@@ -65,7 +65,7 @@ class _Check(NamedTuple):
 
     merged: Merged
     item: ReportingItem
-    """One of the runs', one that lacks it if any does."""
+    """One of the runs', one without it if there is any."""
 
 
 GoOn: TypeAlias = Callable[[], object]
@@ -77,7 +77,7 @@ def _go_on() -> None: ...
 def run_report(archive: Archive, ids: Sequence[str], go_on: GoOn = _go_on, addressed: Addressed = NOBODY) -> str:
     """Return a report of runs as one HTML document, the same for the same content of the archive.
 
-    ``addressed`` says from whom and for whom it is. ``go_on`` is called before each figure; whatever it raises ends
+    ``addressed`` holds the particulars of the report. ``go_on`` is called before each figure; whatever it raises ends
     the work.
     Raises ``ArchiveError`` where a run is not in the archive, or its file is damaged.
     """
@@ -90,7 +90,7 @@ def run_report(archive: Archive, ids: Sequence[str], go_on: GoOn = _go_on, addre
 def study_report(archive: Archive, study_id: str, go_on: GoOn = _go_on, addressed: Addressed = NOBODY) -> str:
     """Return a report of a study as one HTML document, the same for the same content of the archive.
 
-    ``addressed`` says from whom and for whom it is. ``go_on`` is called before each figure; whatever it raises ends
+    ``addressed`` holds the particulars of the report. ``go_on`` is called before each figure; whatever it raises ends
     the work.
     Raises ``ArchiveError`` where the study or one of its runs is not in the archive, or its file is damaged.
     """
@@ -131,7 +131,7 @@ def _study_run(archive: Archive, run_id: str, result: StudyResult) -> _RunCard:
 
 
 def _replicates(result: StudyResult) -> str | None:
-    """Say how many runs identify k_D and how they scatter; nothing where it is one."""
+    """Report how many runs identify k_D and how they scatter; nothing where it is one."""
     law = result.laws[0]
     found = [body.between_runs for body in law.bodies.values()]
     scatter = [f"{100 * one.scatter:.2g} %" for one in found if one is not None]
@@ -164,7 +164,7 @@ def _report(
     options: Mapping[str, Mapping[str, Any]] | None = None,
     **shown: Any,
 ) -> str:
-    """Fill a template with what both reports show, and what is shown besides."""
+    """Fill a template with what both reports show, and what is shown in addition."""
     results = [step.result for run in runs for step in run.outline.steps.values()]
     methods = methods_used(Evidence([run.outline.manifest for run in runs], results, result))
     outlines, details = [run.outline for run in runs], addressed.details
@@ -190,7 +190,7 @@ def _report(
 
 
 def _told(runs: Sequence[_RunCard]) -> dict[str, Mapping[str, Any]]:
-    """Return what each step of each run was told, by run and step."""
+    """Return what each step of each run was given, by run and step."""
     return {f"{run.page.id}, {stage.title}": stage.options for run in runs for stage in run.page.stages}
 
 

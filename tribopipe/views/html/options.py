@@ -1,4 +1,4 @@
-"""How runs were processed: every option that their steps were told, beside its default."""
+"""How runs were processed: every option that their steps were given, with its default."""
 
 import json
 from collections.abc import Iterator, Mapping
@@ -15,7 +15,7 @@ class Option(NamedTuple):
     """As a recipe has it: "wear.correction"."""
     value: str
     default: str | None
-    """None for what no recipe says, such as the run that a prediction comes from."""
+    """None for what no recipe states, such as the run that a prediction comes from."""
     where: tuple[str, ...]
     """Steps that used this value, where not all used the same."""
 
@@ -26,7 +26,7 @@ class Option(NamedTuple):
 
 
 def options_used(told: Mapping[str, Mapping[str, Any]]) -> list[Option]:
-    """Return what steps, by what people call them, were told."""
+    """Return what steps, by what people call them, were given."""
     defaults = dict(_flat(Recipe().model_dump(mode="json", by_alias=True)))
     found: dict[str, dict[str, tuple[str, ...]]] = {}
     for step, options in told.items():
@@ -60,6 +60,6 @@ def _written(value: Any) -> str:
 
 
 def _step(step: Mapping[str, Any]) -> str:
-    """Write a step of clean-up with what it was told."""
+    """Write a step of preprocessing with what it was given."""
     told = ", ".join(f"{name} = {_written(value)}" for name, value in step.items() if name != "step" and value)
     return f"{step.get('step', '')}{f' ({told})' if told else ''}"

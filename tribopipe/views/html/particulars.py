@@ -1,4 +1,4 @@
-"""Who a report comes from and goes to, and by which standard: the particulars of ISO/IEC 17025:2017, 7.8.2."""
+"""Particulars of a report: laboratory, customer, samples, standard, dates (ISO/IEC 17025:2017, 7.8.2)."""
 
 import base64
 import re
@@ -50,7 +50,7 @@ class Particular:
 
 @dataclass(frozen=True)
 class Addressed:
-    """What a report states besides the tests, and whether it goes to a customer."""
+    """Particulars of a report, and whether it goes to a customer."""
 
     details: ReportDetails | None = None
     logo: bytes | None = None

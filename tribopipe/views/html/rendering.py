@@ -41,7 +41,7 @@ def _environment() -> Environment:
 
 
 def _visible(value: Any) -> Any:
-    """Make characters seen that would show as nothing; markup of ours is left alone."""
+    """Make characters seen that would show as nothing; markup of tribopipe is left alone."""
     return _UNSEEN.sub("\ufffd", value) if isinstance(value, str) and not isinstance(value, Markup) else value
 
 

@@ -9,7 +9,7 @@ from tribopipe.documents.slip import stated_slip
 
 
 def tested(runs: Sequence[RunOutline]) -> str:
-    """Say what was tested in some runs: bodies, medium, loads, and how far at what speed."""
+    """Report what was tested in some runs: bodies, environment, loads, and how far at what speed."""
     bodies = _several(" on ".join(_bodies(run)) for run in runs if run.manifest.bodies)
     media = _several(run.manifest.conditions.medium for run in runs if run.manifest.conditions.medium)
     loads = _several(load_of(run) for run in sorted(runs, key=lambda run: run.manifest.conditions.normal_load.value))
@@ -38,7 +38,7 @@ def _bodies(run: RunOutline) -> list[str]:
 
 
 def _course(runs: Sequence[RunOutline]) -> str:
-    """Say how far the runs went, and at what speed."""
+    """Report how far the runs went, and at what speed."""
     slips = {run.manifest.id: found for run in runs if (found := stated_slip(run.manifest)) is not None}
     if slips:
         rolled = sorted(

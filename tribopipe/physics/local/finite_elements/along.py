@@ -14,7 +14,7 @@ def edge(places: Column, pressure: Column) -> float:
     """Return where the pressure ends, m: where p², near the edge linear in the place's square (Hertz), is zero.
 
     It is read off the two nodes before the last one in contact, since that one bears part of its share only; and it is
-    no further from that one than half the way to its neighbours.
+    no further from that one than half the way to its neighbors.
     """
     last = int(np.flatnonzero(pressure)[-1])
     least = places[last] if last == 0 else (places[last] + places[last - 1]) / 2

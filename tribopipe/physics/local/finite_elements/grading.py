@@ -27,7 +27,7 @@ def tributary(nodes: Column, radial: bool = False) -> Column:
 
 
 def nested_dissection(grid: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the points of a grid so ordered that factors of a matrix that couples neighbours fill little.
+    """Return the points of a grid so ordered that factors of a matrix that couples neighbors fill little.
 
     The plane that halves the grid's longest side comes last, after either half in the same order (A. George, SIAM J.
     Numer. Anal. 10, 1973, 345). In three dimensions factors are half as large as by minimum degree.

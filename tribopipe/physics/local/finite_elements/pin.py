@@ -77,7 +77,7 @@ class PinBody:
         return Extent(radius, radius)
 
     def volume(self, worn: Column) -> float:
-        """Return the volume worn off, m³."""
+        """Return the wear volume, m³."""
         return float(self.areas @ worn)
 
     def stable_amount(self, contact: Contact) -> float:

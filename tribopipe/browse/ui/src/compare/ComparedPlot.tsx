@@ -44,18 +44,18 @@ interface Props {
 function Drawn({ plot, ids, onZoom }: Props) {
   const named = useMemo(() => withRuns(plot), [plot]);
   if (!plot.panels.some(({ lines, marks }) => lines.length + marks.length > 0)) {
-    return <Empty title="These runs have nothing of this to draw." />;
+    return <Empty title="These runs have no data for this plot." />;
   }
   return <PlotView plot={named} onZoom={onZoom} height={HEIGHT} colourBy="run" runs={ids} />;
 }
 
 /** The plot with the run in the name of everything: lines of several runs are called alike. */
 function withRuns(plot: Plot): Plot {
-  const told = <T extends { name: string; run: string }>(one: T): T => ({ ...one, name: `${one.run}: ${one.name}` });
+  const named = <T extends { name: string; run: string }>(one: T): T => ({ ...one, name: `${one.run}: ${one.name}` });
   const panels = plot.panels.map((panel) => ({
     ...panel,
-    lines: panel.lines.map(told),
-    marks: panel.marks.map(told),
+    lines: panel.lines.map(named),
+    marks: panel.marks.map(named),
   }));
   return { ...plot, panels };
 }

@@ -12,7 +12,7 @@ interface Props {
 export function Failure({ error, children }: Props) {
   return (
     <div className="notice notice-bad" role="alert">
-      <strong>{error.status === 404 ? "Not found" : "This did not work"}</strong>
+      <strong>{error.status === 404 ? "Not found" : "Request failed"}</strong>
       <p>{error.message}</p>
       {children}
     </div>

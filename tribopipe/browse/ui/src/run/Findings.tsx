@@ -8,7 +8,7 @@ const TONES = { error: "bad", warning: "warn", note: "plain" } as const;
 
 /** What a person should know of a run before trusting it, the gravest first. */
 export function Findings({ findings }: { findings: Finding[] }) {
-  if (findings.length === 0) return <p className="soft">Neither the checks nor the fits found anything to remark.</p>;
+  if (findings.length === 0) return <p className="soft">No problems found by the checks or the fits.</p>;
   const grave = Object.keys(SIGNS);
   const ordered = [...findings].sort((a, b) => grave.indexOf(a.severity) - grave.indexOf(b.severity));
   return (

@@ -44,10 +44,10 @@ function Unfitted({ run }: { run: Run }) {
       <strong>No wear coefficient was identified in this run.</strong>{" "}
       {run.stages.length === 0 ? (
         <>
-          It was taken in and not evaluated; <code>tribopipe process</code> with its run folder does that.
+          It was archived but not evaluated; run <code>tribopipe process</code> with its run folder.
         </>
       ) : (
-        <>What stands in the way is said by the stages below, and by the findings.</>
+        <>See the steps and the findings below for the reason.</>
       )}
     </p>
   );

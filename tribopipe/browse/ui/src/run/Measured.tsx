@@ -6,7 +6,7 @@ import { Findings } from "./Findings";
 /** What was tested and how, what was recorded, and what the checks and the fits found in it. */
 export function Measured({ run }: { run: Run }) {
   return (
-    <Card title="What was measured" id="measured">
+    <Card title="Test and measurements" id="measured">
       <Findings findings={run.findings} />
       <div className="groups">
         {run.facts.map(({ title, facts }, place) => (

@@ -23,7 +23,7 @@ export function Recorded({ run, offers }: { run: Run; offers: PlotOffer[] }) {
     <Card title="As recorded" id="recorded">
       {offers.filter((offer) => !isOther(offer)).map(plot)}
       {others.length > 0 && (
-        <Disclosure title={`Columns that tribopipe gives no meaning to (${others.length})`}>
+        <Disclosure title={`Columns without an assigned signal (${others.length})`}>
           {() => others.map(plot)}
         </Disclosure>
       )}

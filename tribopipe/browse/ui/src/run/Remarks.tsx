@@ -7,7 +7,7 @@ const SAID: Record<Remark["kind"], { word: string; sign: string; tone: "plain" |
   bad: { word: "marked bad", sign: "✕", tone: "bad" },
   good: { word: "marked good again", sign: "✓", tone: "good" },
   tag: { word: "tagged", sign: "+", tone: "plain" },
-  untag: { word: "tag taken off", sign: "−", tone: "plain" },
+  untag: { word: "tag removed", sign: "−", tone: "plain" },
   note: { word: "note", sign: "“", tone: "plain" },
   amended: { word: "run.toml amended", sign: "✎", tone: "plain" },
 };

@@ -59,7 +59,7 @@ function Parts({ run }: { run: Run }) {
 function sections(run: Run): Section[] {
   return [
     { id: "result", title: "Result" },
-    { id: "measured", title: "What was measured" },
+    { id: "measured", title: "Test and measurements" },
     ...(recorded(run).length > 0 ? [{ id: "recorded", title: "As recorded" }] : []),
     ...run.stages.map(({ name, title }) => ({ id: stageId(name), title })),
     { id: "provenance", title: "Provenance" },

@@ -38,7 +38,7 @@ function StagePlot({ run, offer }: { run: Run; offer: PlotOffer }) {
   if (isWear(offer)) {
     return (
       <p className="soft">
-        Its curve stands <a href="#result">beside the result</a>.
+        See its curve <a href="#result">next to the result</a>.
       </p>
     );
   }

@@ -46,7 +46,7 @@ function Unreachable() {
   if (reachable) return null;
   return (
     <div className="notice notice-warn notice-wide" role="status">
-      <strong>The server does not answer.</strong> What is shown is as it was; start <code>tribopipe browse</code> again
+      <strong>The server does not answer.</strong> The page shows the last state; start <code>tribopipe browse</code> again
       to go on.
     </div>
   );

@@ -8,8 +8,8 @@ export function ThemeSwitch() {
     <button
       type="button"
       className="theme-switch"
-      aria-label={`Show in ${other} colours`}
-      title={`Show in ${other} colours`}
+      aria-label={`Show in ${other} colors`}
+      title={`Show in ${other} colors`}
       onClick={() => chooseTheme(other)}
     >
       <svg width="18" height="18" viewBox="0 0 18 18" aria-hidden="true">

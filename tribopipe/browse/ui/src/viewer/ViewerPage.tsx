@@ -58,7 +58,7 @@ function NotOpened({ file, path, error }: { file: string; path: string; error: A
       </div>
       <Failure error={error}>
         <p className="ways">
-          {path !== "" && <a href={fileHref(file, "")}>Open the file at its beginning</a>}
+          {path !== "" && <a href={fileHref(file, "")}>Open the file at its root</a>}
           <Link href="/">All runs</Link>
         </p>
       </Failure>
@@ -72,7 +72,7 @@ function NoFile() {
       <h1 className="hidden">Viewer</h1>
       <Empty title="No file is named.">
         <p>
-          Choose a run in the <Link href="/">table of runs</Link>; its page opens its file here.
+          Choose a run in the <Link href="/">table of runs</Link>, and open its file from its page.
         </p>
       </Empty>
     </div>
