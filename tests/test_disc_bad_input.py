@@ -128,7 +128,7 @@ CASES = {
     ),
     "sliding speed": (
         conditions('sliding_speed = "400 mm/s"'),
-        ("conditions.sliding_speed: found one in a twin-disc run", "take it out"),
+        ("conditions.sliding_speed: found one in a twin-disc run", "remove it"),
     ),
     "sliding distance": (conditions('sliding_distance = "400 m"'), ("conditions.sliding_distance", "twin-disc run")),
     "depth of a pin": (end('pin_wear_depth = "3 um"'), ("end_values.pin_wear_depth", "twin-disc run")),
@@ -195,7 +195,7 @@ def test_interruptions_that_do_not_follow_each_other_are_refused(run_cli, discs,
 
 
 PIN_CASES = {
-    "slip": (conditions('slip = "4 %"'), ("conditions.slip: found one in a pin-on-disc run", "take it out")),
+    "slip": (conditions('slip = "4 %"'), ("conditions.slip: found one in a pin-on-disc run", "remove it")),
     "rotations": (conditions("rotations = 1000"), ("conditions.rotations", "pin-on-disc run")),
     "speed of a disc": (conditions('flat_disc_speed = "1 m/s"'), ("conditions.flat_disc_speed", "pin-on-disc run")),
     "volume of a disc": (end('curved_disc_wear_volume = "1 mm^3"'), ("curved_disc_wear_volume", "pin-on-disc run")),
