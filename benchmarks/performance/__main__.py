@@ -1,4 +1,4 @@
-"""Our times beside those of what a user would run instead, how they grow with size, and what memory they take.
+"""Times of tribopipe and of the alternatives that a user would run, their scaling with size, and peak memory.
 
     python benchmarks/performance --write docs/performance.md
     python benchmarks/performance --only b,c --small
@@ -44,18 +44,19 @@ CASES = {
 }
 """Module of each case."""
 _WHAT = """\
-Each case is ours beside what a user would run instead, or beside the least it could cost: both in one process, in turn,
-again and again. Times are medians, the least and the greatest in brackets; a ratio is ours over the peer's, unless it
-says how many times as fast ours is. Of what needs no disk (b to e, and i) they are times of the processor; those of (i)
-are of two processes in turn. Where the peer would take hours, a part of its work is timed and its time scaled, which is
-said. The first lines of the modules in `benchmarks/performance` say what is done in each case; `--only b,c` does some
-of them, and `--small` all of them in small, against no bound. Linear algebra has one thread, as the command has it."""
+Each case compares tribopipe with the alternative that a user would run, or with the minimum possible cost. Both are
+timed in turn, many times, in one process. Times are medians, with the minimum and the maximum in brackets. A ratio is
+the time of tribopipe divided by that of the alternative, unless it is given as "times as fast". For cases without
+disk access (b to e, and i) they are processor times; those of (i) are from two processes in turn. If the alternative
+would take hours, part of its work is timed and the time is scaled, as stated in the table. The docstrings of the
+modules in `benchmarks/performance` describe each case. `--only b,c` runs some of them, and `--small` runs all of them
+at a small size, without limits. Linear algebra uses one thread, as in the tribopipe command."""
 _GROWTH = """\
-Medians at sizes over three decades, in turn as well, and the exponent n of time ∝ sizeⁿ by least squares through their
-logarithms."""
+Median times for sizes over three decades, also timed in turn. The exponent n of time ∝ sizeⁿ is a least-squares fit
+to the logarithms."""
 _MEMORY = """\
-Of a process of its own: the most it held while at work, and how much more that is than it held when it began. Of a
-command it is all that the command held, or the largest of its processes."""
+Peak memory of a separate process during the case, and the increase from its start. For commands, it is the total peak
+memory of the command, or of the largest of its processes."""
 _REPEATS, _SMALL_REPEATS = 15, 3
 _LIBRARIES = ("scipy", "pandas", "h5py", "numba")
 
@@ -112,7 +113,7 @@ def _tell(options: argparse.Namespace, found: list[tuple[str, Timed | Grown]]) -
     report.say("Libraries: " + ", ".join(f"{name} {version(name)}" for name in _LIBRARIES))
     report.say(_WHAT)
     report.table(page.CASES, page.of_cases(pairs))
-    report.say("## Growth")
+    report.say("## Scaling")
     report.say(_GROWTH)
     report.table(page.GROWTH, page.of_growth(growths))
     report.say("## Peak memory")

@@ -60,9 +60,9 @@ class Grown(NamedTuple):
         return "" if self.growth.at_most is None else f"≤ {self.growth.at_most:g}"
 
 
-CASES = ("case", "ours", "peer", "beside", "ratio", "asked", "holds")
-GROWTH = ("case", "sizes", "times", "exponent", "asked", "holds")
-MEMORY = ("case", "ours", "peer")
+CASES = ("case", "tribopipe", "alternative", "alternative: method", "ratio", "limit", "met")
+GROWTH = ("case", "sizes", "times", "exponent", "limit", "met")
+MEMORY = ("case", "tribopipe", "alternative")
 
 
 def of_cases(pairs: Iterable[tuple[str, Timed]]) -> list[Sequence[str]]:
