@@ -228,7 +228,7 @@ def test_help_cuts_no_sentence_off(session):
     listed = told["--help"].stdout
     assert "..." not in listed.partition("COMMAND [ARGS]...")[2]
     assert "…" not in listed
-    for panel in ("Workflow:", "Results:", "Studies:", "Archive care:", "Simulation:"):
+    for panel in ("Workflow:", "Results:", "Studies:", "Archive maintenance:", "Simulation:"):
         assert f"\n{panel}\n" in listed.replace("\r\n", "\n")
 
 
