@@ -26,6 +26,7 @@ ELSEWHERE = {
     "jobqueue.dask.org",
     "kubernetes.dask.org",
     "orcid.org",
+    "www.astm.org",
     "py-filelock.readthedocs.io",
     "qudt.org",
     "ror.org",

@@ -279,7 +279,12 @@ def test_study_on_other_laws_compares_them(run_cli, home):
     )
     assert run_cli("study", "figures", "--format", "svg", cwd=home).exit_code == 0
     drawn = {f"air-{name}.svg" for name in ("wear-archard", "wear-sarkar", "friction", "coefficient")}
-    assert files(home / "archive" / "figures") == drawn
+    assert files(home / "archive" / "figures") == drawn | captions(drawn)
+
+
+def captions(drawn: set[str]) -> set[str]:
+    """Name the files of the captions of figures."""
+    return {Path(name).with_suffix(".txt").name for name in drawn}
 
 
 # --- study show ---
@@ -339,7 +344,7 @@ def test_figures_are_drawn_in_the_format_asked_for(run_cli, evaluated):
     result = run_cli("study", "figures", "--format", "svg", "--into", "drawn", cwd=evaluated)
     assert result.exit_code == 0
     drawn = {f"air-{name}.svg" for name in NAMES}
-    assert files(evaluated / "drawn") == drawn
+    assert files(evaluated / "drawn") == drawn | captions(drawn)
     assert {Path(line).name for line in result.output.splitlines()} == drawn
     for name in drawn:
         assert b"<svg" in (evaluated / "drawn" / name).read_bytes()
@@ -350,7 +355,8 @@ def test_figures_are_drawn_in_the_format_asked_for(run_cli, evaluated):
 def test_figures_go_into_the_archive_s_own_folder(run_cli, evaluated):
     result = run_cli("study", "figures", "air", "--format", "pdf", cwd=evaluated)
     assert result.exit_code == 0
-    assert files(evaluated / "archive" / "figures") == {f"air-{name}.pdf" for name in NAMES}
+    drawn = {f"air-{name}.pdf" for name in NAMES}
+    assert files(evaluated / "archive" / "figures") == drawn | captions(drawn)
 
 
 def test_unknown_format_is_a_usage_error(run_cli, evaluated):
@@ -358,7 +364,7 @@ def test_unknown_format_is_a_usage_error(run_cli, evaluated):
     result = run_cli("study", "figures", "--format", "gif", cwd=evaluated)
     assert (result.exit_code, result.stdout) == (2, "")
     assert "'gif'" in result.stderr
-    assert "svg, png, pdf" in result.stderr
+    assert "pdf, svg, png" in result.stderr
     assert tree_bytes(evaluated) == before
 
 
