@@ -30,7 +30,7 @@ from labs import (
 from tribopipe.documents.recipe import Correction
 from tribopipe.documents.study import Study
 from tribopipe.evaluation.study.evaluate import evaluate
-from tribopipe.results.agreement import RunVerdict, Verdict
+from tribopipe.results.agreement import AGREEMENT, RunVerdict, Verdict
 
 SI3N4, WC_CO, HALVED = "Si3N4, law holds", "WC-Co, law holds", "Si3N4, k_D halved at 800 mN"
 CASES: dict[str, tuple[Planned, ...]] = {
@@ -86,15 +86,15 @@ def outcomes(case: str, correction: str, labs: Sequence[Answer]) -> list[list[st
 
 
 def alarms(case: str, correction: str, labs: Sequence[Answer]) -> list[list[str]]:
-    """Return how often a law that holds was called off."""
+    """Return how often a law that holds was rejected."""
     answered = [lab for lab in labs if not isinstance(lab, str)]
     every = [one for lab in answered for one in lab]
     foretold = [one for one in every if one.role == "predicted"]
     raised = sum(any(one.outcome in FALSE for one in lab) for lab in answered)
     return [
         [case, correction, "laboratories with a false alarm", *share(raised, len(answered))],
-        [case, correction, "verdicts, all runs", *share(_false(every), len(every))],
-        [case, correction, "verdicts, predicted runs", *share(_false(foretold), len(foretold))],
+        [case, correction, "ratings, all runs", *share(_false(every), len(every))],
+        [case, correction, "ratings, predicted runs", *share(_false(foretold), len(foretold))],
     ]
 
 
@@ -128,7 +128,7 @@ def main() -> None:
     parser = arguments(__doc__ or "", labs=200)
     with_blocks(parser)
     options = parser.parse_args()
-    report = Report("Verdicts on a law", options)
+    report = Report("Agreement with a law: error rates", options)
     kinds: list[tuple[str, Correction]] = [(case, correction) for case in CASES for correction in CORRECTIONS]
     seeds = range(options.first_seed, options.first_seed + options.labs)
     tasks = (Task(*kind, seed, options.block) for seed in seeds for kind in kinds)
@@ -146,17 +146,17 @@ def main() -> None:
     report.table(
         [*head, "of", "count", "share", "95 %"], [row for kind, labs in sound.items() for row in alarms(*kind, labs)]
     )
-    report.say("What a law that does not hold is called: k_D of Si3N4 halves at 800 mN (target: found in 95 %).")
+    report.say("Detection of a law that does not hold: k_D of Si3N4 halves at 800 mN (target: detected in 95 %).")
     found = []
     for (case, correction), labs in by_kind.items():
         if case == HALVED:
             said = [lab[1].outcome for lab in labs if not isinstance(lab, str)]
             found.append([case, correction, *share(said.count("over-predicts"), len(labs))])
-    report.table([*head, "over-predicts", "share", "95 %"], found)
-    report.say("Every verdict.")
+    report.table([*head, AGREEMENT["over-predicts"], "share", "95 %"], found)
+    report.say("Agreement of every run.")
     verdicts = [row for kind, labs in by_kind.items() for row in outcomes(*kind, labs)]
-    report.table([*head, "run", "answers", *OUTCOMES], verdicts)
-    report.say("Tests behind the verdicts, where the law holds.")
+    report.table([*head, "run", "answers", *(AGREEMENT[one] for one in OUTCOMES)], verdicts)
+    report.say("Additional tests, where the law holds.")
     report.table(
         [*head, "test", "count", "share", "95 %"], [row for kind, labs in sound.items() for row in rates(*kind, labs)]
     )
