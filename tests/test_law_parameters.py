@@ -1,4 +1,4 @@
-"""Parameters that a wear law has beside k_D: their covariance, against fitting again with each input moved."""
+"""Parameters that a wear law has in addition to k_D: their covariance, against fitting again with each input moved."""
 
 from dataclasses import dataclass, replace
 from typing import Annotated
@@ -16,10 +16,12 @@ from tribopipe.base.arrays import Column, Numbers
 from tribopipe.documents.recipe import Recipe, WearRecipe
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.wear.depth_problem import _within
 from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.evaluation.wear.inputs import FRICTION_INPUTS
 from tribopipe.evaluation.wear.law_parameters import with_fitted_law
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
+from tribopipe.physics.depth_model.mixture import _inverse
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import LawParameter, WearLaw
 
@@ -118,3 +120,22 @@ def test_parameter_and_coefficient_are_those_of_the_model_where_the_reading_walk
     walking = replace(REGIMES["Si3N4"], noise=(White(0.05e-6), Walk(0.3e-6)))
     spread = np.sqrt(np.mean(off(walking, range(24)) ** 2, axis=0))
     assert np.all((spread > 0.6) & (spread < 1.5))
+
+
+def test_a_parameter_goes_most_of_the_way_to_a_limit_at_most():
+    known = LawParameter("anything", "ratio", 0.0, 10.0)
+    assert _within(known, 1.0, -0.5) == 0.5
+    assert _within(known, 1.0, -3.0) == pytest.approx(0.1)
+    assert _within(known, 1.0, 100.0) == pytest.approx(9.1)
+    assert _within(known, 0.0, -1.0) == 0.0
+
+
+def test_a_term_that_changes_nothing_is_left_wide_open_and_others_as_they_are():
+    matrix = np.array([[4.0, 1.0], [1.0, 2.0]])
+    bordered = np.zeros((1, 3, 3))
+    bordered[0, :2, :2] = matrix
+    inverse, log_det = _inverse(bordered)
+    assert np.all(np.isfinite(log_det))
+    assert inverse[0, :2, :2] == pytest.approx(np.linalg.inv(matrix), rel=1e-9)
+    assert inverse[0, 2, 2] > 1e9
+    assert inverse[0, 2, :2] == pytest.approx(0.0)

@@ -29,6 +29,7 @@ from tribopipe.evaluation.wear.joint import END_ANCHOR, joint_problem
 from tribopipe.evaluation.wear.problem import Tangent, WearProblem
 from tribopipe.physics.depth_model.posterior import DepthPosterior, DepthReading, depth_posterior
 from tribopipe.physics.depth_model.samples import DepthSamples
+from tribopipe.physics.laws import LawParameter
 from tribopipe.results.run import CorrectedRun, RawRun
 from tribopipe.results.wear_fit import Basis
 
@@ -38,8 +39,9 @@ _SEED = 1
 _LEAST_SHARE = 0.5
 """Of the standard uncertainty of a measurement that shows no wear: the wear that it is evaluated with."""
 _MOST_PASSES = 8
-_NEARLY = 0.02
+_NEARLY = 0.1
 """Change of a parameter of the law, in its standard uncertainty, after which it is found again."""
+_MOST_OF_THE_ROOM = 0.9
 _QUANTILES = (np.arange(1000) + 0.5) / 1000
 
 
@@ -98,10 +100,12 @@ class DepthProblem(WearProblem):
 
         What is fitted with noise taken for white follows wander and drift, and its error is not that of the model.
         """
-        problem = self
+        problem, share, last = self, 1.0, np.zeros(len(self.fitted_parameters))
         for _ in range(_MOST_PASSES if self.fitted_parameters else 0):
             change, spread = (terms[problem._law_places] for terms in problem.posterior.terms)
-            problem = problem._with_law_moved(change)
+            if float(np.sum(change * last / spread**2)) < 0:  # the last step went too far
+                share *= 0.5
+            problem, last = problem._with_law_moved(share * change), change
             if np.all(np.abs(change) < _NEARLY * spread):
                 break
         return problem
@@ -115,9 +119,7 @@ class DepthProblem(WearProblem):
     def _with_law_moved(self, change: Column) -> Self:
         known, values = self.law.parameters(), self.law.values()
         moved = dict(zip(self.fitted_parameters, change.tolist(), strict=True))
-        found = {
-            name: float(np.clip(values[name] + step, known[name].low, known[name].high)) for name, step in moved.items()
-        }
+        found = {name: _within(known[name], values[name], step) for name, step in moved.items()}
         problem = replace(self, law=replace(self.law, **found))
         return replace(problem, tangent=Tangent(self.fitted_parameters, problem.coefficient()))
 
@@ -415,6 +417,12 @@ def depth_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe)
     if not measured_after:
         _refuse_a_fall(posed)
     return posed.with_law_of_the_reading()
+
+
+def _within(known: LawParameter, value: float, step: float) -> float:
+    """Return a value after a step, which goes at most most of the way to a limit, where a law may lose its shape."""
+    room = (known.low if step < 0 else known.high) - value
+    return value + (_MOST_OF_THE_ROOM * room if abs(step) > _MOST_OF_THE_ROOM * abs(room) else step)
 
 
 def _refuse_a_fall(problem: DepthProblem) -> None:

@@ -300,9 +300,10 @@ class _Solved:
 def _inverse(matrices: Column) -> tuple[Column, Column]:
     """Return inverses and logarithms of determinants of normal matrices, whatever the units of their columns.
 
-    Where columns are as good as the same, what each has of them is left wide open.
+    Where columns are as good as the same, what each has of them is left wide open, as is one that is zero throughout.
     """
     size = np.sqrt(np.einsum("pii->pi", matrices))
+    size = np.where(size > 0, size, 1.0)
     outer = size[:, :, None] * size[:, None, :]
     scaled = matrices / outer + _SAME * np.eye(matrices.shape[-1])
     return np.linalg.inv(scaled) / outer, np.linalg.slogdet(scaled)[1] + 2 * np.sum(np.log(size), axis=1)
