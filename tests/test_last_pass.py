@@ -115,6 +115,11 @@ def test_a_module_of_the_package_is_among_what_is_looked_at():
     assert len(seen) > 200
 
 
+def test_folders_of_packages_need_not_be_there(monkeypatch, tmp_path):
+    monkeypatch.setattr(last_pass.sysconfig, "get_path", lambda _: str(tmp_path / "none"))
+    assert len({name for name, _ in last_pass._program()}) > 200
+
+
 def test_a_file_that_was_changed_just_now_is_read_each_time(lab, process, monkeypatch):
     monkeypatch.setattr(last_pass.time, "time_ns", lambda: (lab / "runs" / LIGHT / "run.toml").stat().st_ctime_ns)
     process()

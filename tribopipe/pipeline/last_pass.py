@@ -102,6 +102,6 @@ def _program() -> Iterator[tuple[str, Stamp | None]]:
     for part in _PACKAGE.iterdir():
         if part.name not in _NO_PYTHON:
             yield from ((str(one), stamp_of(one.stat())) for one in part.rglob("*.py"))
-    for name in ("purelib", "platlib"):
-        folder = Path(sysconfig.get_path(name))
-        yield str(folder), stamp_of(folder.stat())
+    for folder in {Path(sysconfig.get_path(name)) for name in ("purelib", "platlib")}:
+        if folder.is_dir():  # not where all packages are the user's own
+            yield str(folder), stamp_of(folder.stat())
