@@ -406,7 +406,6 @@ def save_figures(folder: Path, figures: "Mapping[str, Figure]", captions: Mappin
     its place before all are written, and the first takes it last. Raises ``OutputError`` where something else than a
     figure of this package is there.
     """
-    dpi: float | Literal["figure"] = "figure" if captions is None else _PRINT_DPI
     texts = captions or {}
     try:
         require_free((folder / name for name in (*figures, *texts)), own=made_here, beside_run=True)
@@ -414,7 +413,9 @@ def save_figures(folder: Path, figures: "Mapping[str, Figure]", captions: Mappin
         with ExitStack() as written:
             for name, figure in figures.items():
                 path = folder / name
-                written.enter_context(replacing(path)).write_bytes(_picture(figure, path.suffix, dpi))
+                written.enter_context(replacing(path)).write_bytes(
+                    _picture(figure, path.suffix, for_print=captions is not None)
+                )
             for name, text in texts.items():
                 written.enter_context(replacing(folder / name)).write_text(f"{text}\n", encoding="utf-8")
     except OSError as error:
@@ -438,8 +439,8 @@ def save_beside(
         save_figures(folder, figures, captions)
 
 
-def _picture(figure: "Figure", suffix: str, dpi: "float | Literal['figure']") -> bytes:
-    picture = BytesIO()
+def _picture(figure: "Figure", suffix: str, *, for_print: bool) -> bytes:
+    picture, dpi = BytesIO(), _PRINT_DPI if for_print and suffix == ".png" else "figure"
     told = {
         ".svg": {"Creator": MADE_BY, "Date": None},
         ".pdf": {"Creator": MADE_BY, "CreationDate": None},
