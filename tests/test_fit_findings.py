@@ -44,7 +44,7 @@ def test_finding_of_a_fit_is_seen_on_every_surface(run_cli, contradicted, tmp_pa
     fit = Archive(tmp_path / "found").result(run_id, "wear_fit_archard", WearFit)
     (said,) = [str(one) for one in fit.findings if one.code == CODE]
     assert processed.stderr.count(f"{run_id}: warning: {said}\n") == 1
-    assert len(re.findall(r"warning: depth: .* by the post-test measurement alone", processed.stderr)) == 1
+    assert len(re.findall(r"warning: depth: .* from the post-test measurement alone", processed.stderr)) == 1
     for more in ((), ("--force",)):
         assert f"{run_id}: warning: {said}\n" in run_cli("fit", run_id, *place, *more).stderr
     shown = run_cli("show", run_id, "-v", *place)
@@ -54,7 +54,7 @@ def test_finding_of_a_fit_is_seen_on_every_surface(run_cli, contradicted, tmp_pa
     on_the_web = run_answer(run_id, page, [], [])["findings"]
     assert {"severity": "warning", "text": said} in on_the_web
     assert run_cli("report", run_id, *place, "--output", tmp_path / "report.html").exit_code == 0
-    assert "by the post-test measurement alone" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "from the post-test measurement alone" in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
 def test_wear_curve_on_every_surface_says_what_k_d_is_by(contradicted, tmp_path):
