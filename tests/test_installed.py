@@ -185,7 +185,7 @@ def test_wheel_is_the_package_and_the_pages(distributions):
         names = set(archive.namelist())
     held = {name for name in names if ".dist-info/" not in name and not is_page(name)}
     package = {name for name in tracked("tribopipe") if not name.startswith("tribopipe/browse/ui/")}
-    shipped = tracked(":(glob)docs/*.md", ":(glob)sample_runs/*.toml")
+    shipped = tracked(":(glob)docs/*.md", ":(glob)docs/questions.toml", ":(glob)sample_runs/*.toml")
     assert held == package | {f"tribopipe/shipped/{name}" for name in shipped}
     assert {"tribopipe/browse/static/index.html", "tribopipe/browse/static/LICENCES.md", "tribopipe/py.typed"} <= names
 
