@@ -396,20 +396,18 @@ def test_study_tells_discs_and_roles_apart_and_marks_where_the_law_is_called_off
     assert [run.id for run in called_off] == [LONG]
     crosses = [drawn for drawn in ax.lines if drawn.get_marker() == "x"]
     assert [cross.get_xdata()[0] for cross in crosses] == pytest.approx([2.0, 2.0], rel=1e-3)
-    assert "law under-predicts" in labels(figure)
+    assert "under-predicted" in labels(figure)
     assert not any(drawn.get_marker() == "x" for drawn in figure.axes[1].lines)
 
 
-@pytest.mark.parametrize(
-    ("outcome", "words"), [("over-predicts", "law over-predicts"), ("not decidable", "inconclusive")]
-)
+@pytest.mark.parametrize(("outcome", "words"), [("over-predicts", "over-predicted"), ("not decidable", "inconclusive")])
 def test_every_outcome_but_support_has_a_mark(studied, outcome, words):
     stored = studied.study("discs")
     *others, last = stored.result.law("archard").runs
     discs = {name: disc.model_copy(update={"outcome": outcome}) for name, disc in last.bodies.items()}
     result = changed(stored.result, runs=(*others, last.model_copy(update={"bodies": discs})))
     figure = plot_study_wear(result, "archard", stored.curves)
-    assert {"law under-predicts", words} <= set(labels(figure))
+    assert {"under-predicted", words} <= set(labels(figure))
     assert_printable(figure)
 
 

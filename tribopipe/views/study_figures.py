@@ -23,7 +23,7 @@ from tribopipe.documents.slip import stated_slip
 from tribopipe.evaluation.study.effective import EffectiveCoefficient
 from tribopipe.evaluation.study.member import Member
 from tribopipe.physics.laws import law_heading
-from tribopipe.results.agreement import LawResult, RunVerdict, StudyResult, Verdict
+from tribopipe.results.agreement import AGREEMENT, LawResult, RunVerdict, StudyResult, Verdict
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.study_curves import StudyCurve
 from tribopipe.results.wear_fit import spoken
@@ -50,8 +50,8 @@ if TYPE_CHECKING:
 _MARKERS = ("o", "s", "^", "D", "v", "P")
 _DASHES = ((0, (5, 1.6)), (0, (5, 1.4, 1.2, 1.4)), (0, (2.2, 1.2)), (0, (7, 1.2, 1.2, 1.2, 1.2, 1.2)))
 _DEPARTING: dict[Verdict | None, tuple[str, str]] = {
-    "under-predicts": ("x", "law under-predicts"),
-    "over-predicts": ("+", "law over-predicts"),
+    "under-predicts": ("x", "under-predicted"),
+    "over-predicts": ("+", "over-predicted"),
     "not decidable": ("$?$", "inconclusive"),
 }
 """Marks of measurements that are not consistent with the law."""
@@ -147,7 +147,7 @@ def _looks_of_runs(runs: Sequence[RunVerdict]) -> dict[str, _Look]:
     dashes = cycle(_DASHES)
     looks = {}
     for number, (run, (words, below)) in enumerate(zip(runs, _names(runs).values(), strict=True)):
-        role = "fitted" if run.role == "fitted" else f"predicted: {run.outcome}"
+        role = "fitted" if run.role == "fitted" else f"predicted: {AGREEMENT[run.outcome]}"
         line = "-" if run.role == "fitted" else next(dashes)
         color, marker = PALETTE[number % len(PALETTE)], _MARKERS[number % len(_MARKERS)]
         looks[run.id] = _Look(f"{words}, {role}{below}", color, line, marker)
