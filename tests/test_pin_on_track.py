@@ -113,3 +113,38 @@ def test_limits_are_the_cap_and_the_segment():
     ground = SphereOnTrack(RADIUS, 60 * UM).at_depths(5 * UM, 0.0)
     lost = worn_volume(depth=5 * UM, sphere_radius=RADIUS, flat_radius=60 * UM)
     assert float(ground.pin_volume) == pytest.approx(float(lost), rel=1e-10)
+
+
+@pytest.mark.parametrize("pin", [SphereOnTrack(RADIUS), SphereOnTrack(RADIUS, 60 * UM), FlatOnTrack(RADIUS)])
+@pytest.mark.parametrize("kappa", [1e-6, 1.0, 1e3, 1e6])
+def test_slopes_are_those_of_the_course(pin, kappa):
+    volumes = 1e-13 * np.array([1 - 1e-4, 1.0, 1 + 1e-4])
+    state = pin.worn(volumes, kappa * volumes)
+    pin_slope = (volumes[2] - volumes[0]) / (state.pin_depth[2] - state.pin_depth[0])
+    groove_slope = kappa * (volumes[2] - volumes[0]) / (state.groove_depth[2] - state.groove_depth[0])
+    assert float(state.pin_slope[1]) == pytest.approx(pin_slope, rel=1e-6)
+    assert float(state.groove_slope[1]) == pytest.approx(groove_slope, rel=1e-6)
+
+
+def test_slope_and_area_in_the_limits():
+    tip = SphereOnTrack(RADIUS)
+    cap = tip.at_depths(5 * UM, 0.0)
+    round_area = math.pi * float(cap.half_width) ** 2
+    assert [float(cap.area), float(cap.pin_slope)] == pytest.approx([round_area, round_area], rel=1e-10)
+    hard = tip.at_depths(0.0, 5 * UM)
+    assert float(hard.groove_slope) == pytest.approx(2 * float(hard.half_width), rel=1e-10)
+    assert float(hard.area) == 0
+
+
+def test_area_is_that_of_chords_found_by_bracketing():
+    half, scar = 0.25e-3, 0.15e-3
+    depth, profile = groove(half, scar)
+    tip = SphereOnTrack(RADIUS)
+    state = tip.at_depths(tip.approach_at(scar), depth)
+    approach = float(state.approach)
+
+    def chord(x: float) -> float:
+        level = approach - profile(x)
+        return 2 * math.sqrt(max(RADIUS**2 - (RADIUS - level) ** 2 - x**2, 0.0))
+
+    assert float(state.area) == pytest.approx(2 * quad(chord, 0, half, epsrel=1e-9, epsabs=0)[0], rel=1e-7)

@@ -52,11 +52,20 @@ class WornContact:
     """Cross-section of the groove."""
     groove_revolved: Array
     """Volume that half of that cross-section sweeps about the middle of the groove: both ends of a stroke together."""
+    area: Array
+    """Of the contact, m²: the load over the mean pressure."""
+    groove_slope: Array
+    """d(cross-section)/dh_d as both go on wearing, m."""
 
     @property
     def approach(self) -> Array:
         """Total approach of both bodies, m: what a displacement sensor sees."""
         return self.pin_depth + self.groove_depth
+
+    @property
+    def pin_slope(self) -> Array:
+        """dV_1/dh_p as both go on wearing, m²: the groove follows by κ, and its depth by κ·2b·dh_p."""
+        return 2 * self.half_length * self.groove_slope
 
 
 @dataclass(frozen=True)
@@ -95,12 +104,13 @@ class SphereOnTrack:
         """
         r, f, h_p, h_d = np.broadcast_arrays(*map(_floats, (self.radius, self.flat_radius, pin_depth, groove_depth)))
         a = self.half_width_at(h_p + h_d)
-        slices = _Slices(*(one[..., None] for one in (r, f, a, self.middle_slice(h_p), h_p, h_d)))
+        b = self.half_width_at(h_p)
+        slices = _Slices(*(one[..., None] for one in (r, f, a, b, self.middle_slice(h_p), h_p, h_d)))
         beside = np.arcsin(np.divide(f, a, out=np.zeros_like(a), where=a > 0))
         sums = slices.integrals(beside[..., None], a[..., None])
         if np.any(f > 0):
             sums = sums + slices.integrals(np.zeros_like(f)[..., None], f[..., None])
-        return WornContact(h_p, h_d, a, self.half_width_at(h_p), *sums)
+        return WornContact(h_p, h_d, a, b, *sums)
 
     def worn(self, pin_volume: ArrayLike, groove_area: ArrayLike) -> WornContact:
         """Return the contact whose pin has lost V_1, m³, and whose groove has the cross-section V_2/L, m².
@@ -167,6 +177,8 @@ class FlatOnTrack:
         share = np.divide(h_p[..., None], below, out=np.ones_like(below), where=below > 0)
         groove = np.divide(h_d[..., None] * chord, below, out=np.zeros_like(below), where=below > 0)
         approach, step = (h_p + h_d)[..., None], 2 * weight * r[..., None] * chord
+        half = r[..., None] * chord
+        deepening = _deepening((2 * r * h_p)[..., None], h_d[..., None], half, chord)
         return WornContact(
             pin_depth=h_p,
             groove_depth=h_d,
@@ -175,6 +187,8 @@ class FlatOnTrack:
             pin_volume=np.sum(step * approach * share * 2 * r[..., None] * chord, axis=-1),
             groove_area=np.sum(step * approach * groove, axis=-1),
             groove_revolved=np.sum(np.pi * step * across * approach * groove, axis=-1),
+            area=np.pi * r**2,
+            groove_slope=np.sum(step * deepening, axis=-1),
         )
 
     def worn(self, pin_volume: ArrayLike, groove_area: ArrayLike) -> WornContact:
@@ -193,20 +207,29 @@ class _Slices:
     radius: Array
     flat_radius: Array
     half_width: Array
+    half_length: Array
     middle: Array
     """A in the middle slice."""
     pin_depth: Array
     groove_depth: Array
 
     def integrals(self, first: Array, reach: Array) -> Array:
-        """Return ∫A dx, ∫h_d dx and π·∫|x|·h_d dx over the slices x = reach·sin θ on both sides, from θ = first."""
+        """Return integrals over the slices x = reach·sin θ on both sides, from θ = first.
+
+        They are ∫A dx, ∫h_d dx, π·∫|x|·h_d dx, ∫2z dx, and that of how fast the groove deepens over its middle.
+        """
         angle, weight = _quarter(first)
         x, step = reach * np.sin(angle), 2 * weight * reach * np.cos(angle)
-        lost, groove = self._worn(x, (self.half_width - x) * (self.half_width + x))
-        return np.stack([np.sum(step * one, axis=-1) for one in (lost, groove, np.pi * x * groove)])
+        lost, groove, z = self._worn(x, (self.half_width - x) * (self.half_width + x))
+        share = np.divide(z, self.half_length, out=np.zeros_like(z), where=self.half_length > 0)
+        deepening = _deepening(self.middle, self.groove_depth, z, share)
+        return np.stack([np.sum(step * one, axis=-1) for one in (lost, groove, np.pi * x * groove, 2 * z, deepening)])
 
-    def _worn(self, x: Array, level: Array) -> tuple[Array, Array]:
-        """Return the area lost by the pin and the depth of the groove in each slice; ``level`` is a² − x²."""
+    def _worn(self, x: Array, level: Array) -> tuple[Array, Array, Array]:
+        """Return of each slice the area lost by the pin, the depth of the groove and half the chord.
+
+        ``level`` is a² − x².
+        """
         rho = np.sqrt(self.radius**2 - x**2)
         ground = np.sqrt(np.maximum(self.flat_radius**2 - x**2, 0.0))
         before = segment_area(half_chord=ground, radius=rho)
@@ -224,13 +247,24 @@ class _Slices:
         lost = segment_area(half_chord=z, radius=rho) - before
         by_lost = np.divide(self.groove_depth * lost, self.middle, out=np.zeros_like(lost), where=self.middle > 0)
         by_level = (level - z**2) / (at_edge + np.sqrt(np.maximum(rho**2 - z**2, 0.0)))
-        return lost, np.where(self.groove_depth > self.pin_depth, by_level, by_lost)
+        return lost, np.where(self.groove_depth > self.pin_depth, by_level, by_lost), z
 
     def _start(self, level: Array, ground: Array) -> Array:
         """Return the half chords of a shallow sphere where the pin alone wears, or the track, whichever is less."""
         worn = np.broadcast_to(self.groove_depth > 0, level.shape)
         cube = np.divide(0.75 * self.middle * level, self.groove_depth, out=np.full_like(level, np.inf), where=worn)
         return np.maximum(np.minimum(np.sqrt(level), np.cbrt(cube)), ground)
+
+
+def _deepening(middle: Array, groove_depth: Array, half_chord: Array, share: Array) -> Array:
+    """Return how fast the groove deepens in a slice, over its middle: dh_d/dD = 2κz/(1 + 2κz), as dA/dw is the chord.
+
+    κ is h_d/A in the middle slice, and ``share`` the chord over that of the middle. Under a pin that does not wear, all
+    slices deepen alike.
+    """
+    groove = 2 * groove_depth * half_chord
+    both = middle + groove
+    return np.divide(middle * share + groove, both, out=np.ones_like(both), where=both > 0)
 
 
 def _quarter(first: Array) -> tuple[Array, Array]:
