@@ -120,4 +120,4 @@ def virtual(series: Series, seed: int, law: str = "running_in", recipe: Recipe =
 def predicted(series: Series, fit: WearFit, load: float, at: float) -> Quantity:
     """Return the wear depth that a fit predicts under a load in N, 0.5 % uncertain, at a sliding distance in m."""
     known, pressed = known_wear(fit), Quantity(value=load, unit="N", standard_uncertainty=0.005 * load)
-    return predict_wear(Scenario(series.contact, pressed, known, fit.model), [at]).prediction[0].wear_depth
+    return predict_wear(Scenario(series.contact, pressed, known, fit.model), [at]).prediction[0].contact.approach

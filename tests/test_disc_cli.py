@@ -121,7 +121,7 @@ def test_predict_from_a_folder_with_two_k_d_is_the_model(run_cli, tmp_path):
         assert point["bodies"]["flat_disc"]["wear_depth"]["value"] == pytest.approx(
             float(state.flat_depth[place]), rel=1e-9
         )
-        assert point["half_width"]["value"] == pytest.approx(float(state.half_width[place]), rel=1e-9)
+        assert point["contact"]["half_width"]["value"] == pytest.approx(float(state.half_width[place]), rel=1e-9)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -181,7 +181,7 @@ def test_predict_on_another_crown(run_cli):
     round_, sharp = (
         document_of(run_cli(*command, *more))["prediction"][0] for more in ((), ("--crown-radius", "1 mm"))
     )
-    assert sharp["half_width"]["value"] < round_["half_width"]["value"]
+    assert sharp["contact"]["half_width"]["value"] < round_["contact"]["half_width"]["value"]
     assert (
         sharp["bodies"]["curved_disc"]["wear_depth"]["value"] > round_["bodies"]["curved_disc"]["wear_depth"]["value"]
     )

@@ -35,13 +35,7 @@ from tribopipe.evaluation.wear.scenario import MOST_STEPS, Scenario
 from tribopipe.physics.friction_path import ExponentialFriction
 
 FRICTION = ExponentialFriction(0.15, 0.42, 40.0)
-FIELDS = {
-    "half_width": "half_width",
-    "half_length": "half_length",
-    "pressure": "pressure",
-    "slip": "slip",
-    "sliding_distance": "sliding_distance",
-}
+CONTACT = {"half_width": "half_width", "half_length": "half_length", "mean_pressure": "pressure"}
 
 
 def k_d(value: float, share: float | None = None) -> Quantity:
@@ -71,12 +65,15 @@ def test_prediction_is_the_model(convention):
     for place, point in enumerate(found.prediction):
         assert point.rotations.value == at[place]
         assert point.time.value == pytest.approx(at[place] * 2 * math.pi * 4e-3 / 0.8)
-        for name, field in FIELDS.items():
-            assert getattr(point, name).value == pytest.approx(float(getattr(state, field)[place]), rel=1e-12), name
+        for name, field in CONTACT.items():
+            there = getattr(point.contact, name).value
+            assert there == pytest.approx(float(getattr(state, field)[place]), rel=1e-12), name
+        for name in ("slip", "sliding_distance"):
+            assert getattr(point, name).value == pytest.approx(float(getattr(state, name)[place]), rel=1e-12), name
         for body, what in product(("curved", "flat"), ("depth", "volume")):
             found_there = getattr(point.bodies[f"{body}_disc"], f"wear_{what}").value
             assert found_there == pytest.approx(float(getattr(state, f"{body}_{what}")[place]), rel=1e-12), body
-        assert point.wear_depth.value == pytest.approx(float(state.curved_depth[place] + state.flat_depth[place]))
+        assert point.contact.approach.value == pytest.approx(float(state.curved_depth[place] + state.flat_depth[place]))
     assert (found.scheme, found.model, found.distance_per_rotation) == ("exact", "archard", convention)
 
 
@@ -151,13 +148,12 @@ def test_uncertainty_is_that_of_draws(convention, correlation):
     values = drawn(one, 10_000)
     pair = disc_pair(one.contact, values, convention)
     state = pair.worn(np.array([1e6]), values["curved_coefficient"], values["flat_coefficient"])
-    for name, field in FIELDS.items():
-        if name == "sliding_distance":
-            continue
-        spread = float(np.std(getattr(state, field)))
-        assert getattr(point, name).standard_uncertainty == pytest.approx(spread, rel=0.05), name
+    stated = {field: getattr(point.contact, name) for name, field in CONTACT.items()} | {"slip": point.slip}
+    for name, found in stated.items():
+        spread = float(np.std(getattr(state, name)))
+        assert found.standard_uncertainty == pytest.approx(spread, rel=0.05), name
     both = float(np.std(state.curved_depth + state.flat_depth))
-    assert point.wear_depth.standard_uncertainty == pytest.approx(both, rel=0.05)
+    assert point.contact.approach.standard_uncertainty == pytest.approx(both, rel=0.05)
 
 
 def test_uncertainty_of_an_unworn_disc_is_none():
@@ -218,13 +214,13 @@ def test_published_steps_are_those_of_the_scheme():
     state = one.published(np.linspace(0, 2e5, 401), 400)
     for point, place in zip(found.prediction, (400, 200), strict=True):
         assert point.bodies["curved_disc"].wear_volume.value == pytest.approx(state["curved_volume"][place], rel=1e-12)
-        assert point.half_width.value == pytest.approx(state["half_width"][place], rel=1e-12)
+        assert point.contact.half_width.value == pytest.approx(state["half_width"][place], rel=1e-12)
 
 
 def test_published_takes_a_step_a_rotation_unless_told():
     found = predict_wear(scenario(), [1500.5], scheme="published")
     assert found.steps == 1501
-    assert predict_wear(scenario(), [0.0], scheme="published").prediction[0].wear_depth.value == 0
+    assert predict_wear(scenario(), [0.0], scheme="published").prediction[0].contact.approach.value == 0
 
 
 def test_coarse_steps_are_owned_up_to():

@@ -122,9 +122,9 @@ def scenario(engine: str) -> Scenario:
 
 def test_prediction_by_local_wear_reaches_the_depth_it_predicts():
     local, giwm = (predict_wear(scenario(engine), [500.0]) for engine in ("local", "giwm"))
-    depth = local.prediction[0].wear_depth.value
+    depth = local.prediction[0].contact.approach.value
     assert (local.engine, giwm.engine) == ("local", "giwm")
-    assert depth / giwm.prediction[0].wear_depth.value - 1 == pytest.approx(0.083, abs=0.001)
+    assert depth / giwm.prediction[0].contact.approach.value - 1 == pytest.approx(0.083, abs=0.001)
     (reached,) = predict_wear(scenario("local"), depths=[depth]).reached
     assert reached.sliding_distance.value == pytest.approx(500.0, rel=1e-9)
     assert "local pressure" in str(local)
@@ -226,10 +226,10 @@ def test_command_line_fits_by_either_engine_and_refuses_to_mix_them(archive, run
 def test_given_coefficient_is_taken_by_the_engine_named(run_cli):
     given = ("--run", SAMPLES / LIGHT, "--wear-coefficient", "0.75e-11 mm^3/(N*mm)", "--at", "500 m", "--json")
     depths = [
-        json.loads(run_cli("predict", *given, "--engine", engine).stdout)["prediction"][0]["wear_depth"]["value"]
+        json.loads(run_cli("predict", *given, "--engine", engine).stdout)["prediction"][0]["contact"]["approach"]
         for engine in ("local", "giwm")
     ]
-    assert depths[0] / depths[1] - 1 == pytest.approx(0.061, abs=0.001)
+    assert depths[0]["value"] / depths[1]["value"] - 1 == pytest.approx(0.061, abs=0.001)
 
 
 def test_engine_of_discs_is_refused_by_predict(run_cli):

@@ -24,7 +24,7 @@ from tribopipe.results.wear_fit import (
     MonteCarlo,
     WearFit,
 )
-from tribopipe.results.wear_prediction import PredictedBody, PredictedPoint, WearPrediction
+from tribopipe.results.wear_prediction import PredictedBody, PredictedContact, PredictedPoint, WearPrediction
 
 TEXT = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8")
 OWN_LAWS = [name for name in COLUMNS if not re.match("(k_d|predicted_depth)_", name)]
@@ -48,7 +48,7 @@ LINES = [
 RESULTS: list[type[Record]] = [
     *(DriftCorrection, FrictionFit, SpecificWear, BodyWearRate, MeasuredWear, WearFit, DepthModel, MonteCarlo),
     *(Contribution, BodyWear, HertzStart, FittedValue, ConventionCoefficients),
-    *(WearPrediction, PredictedPoint, PredictedBody),
+    *(WearPrediction, PredictedPoint, PredictedBody, PredictedContact),
 ]
 
 

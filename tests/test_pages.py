@@ -46,7 +46,13 @@ from tribopipe.results.wear_fit import (
     MonteCarlo,
     WearFit,
 )
-from tribopipe.results.wear_prediction import PredictedBody, PredictedPoint, UsedCoefficient, WearPrediction
+from tribopipe.results.wear_prediction import (
+    PredictedBody,
+    PredictedContact,
+    PredictedPoint,
+    UsedCoefficient,
+    WearPrediction,
+)
 from tribopipe.views.labeled_values import duration, interval, record_facts, shown
 from tribopipe.views.page import StagePage
 from tribopipe.views.run_page import run_page
@@ -388,10 +394,17 @@ def test_disc_fit_tells_both_discs():
     assert table(page, "k_D with other conventions of sliding distance")[0][0] == "line-load"
 
 
+def touching(approach, half_width, half_length, pressure):
+    return PredictedContact(
+        approach=q(approach, "m"), half_width=half_width, half_length=q(half_length, "m"),
+        mean_pressure=q(pressure, "Pa"),
+    )  # fmt: skip
+
+
 def test_predictions_tell_every_place():
     point = PredictedPoint(
-        sliding_distance=q(50, "m"), time=q(125, "s"), wear_depth=q(5e-6, "m"), half_width=q(9e-5, "m"),
-        half_length=q(9e-5, "m"), pressure=q(8e6, "Pa"), bodies={"pin": PredictedBody(wear_depth=q(5e-6, "m"))},
+        sliding_distance=q(50, "m"), time=q(125, "s"), bodies={"pin": PredictedBody(wear_depth=q(5e-6, "m"))},
+        contact=touching(5e-6, q(9e-5, "m"), 9e-5, 8e6),
     )  # fmt: skip
     pin = WearPrediction(
         model="archard", scheme="published", bodies={"pin": UsedCoefficient(wear_coefficient=K)}, reference="other",
@@ -408,9 +421,8 @@ def test_predictions_tell_every_place():
 def test_disc_predictions_tell_every_place():
     worn = PredictedBody(wear_depth=q(1e-6, "m"), wear_volume=q(1e-12, "m^3"))
     point = PredictedPoint(
-        rotations=q(2e6, "1"), sliding_distance=q(2000, "m"), wear_depth=q(2e-6, "m"), half_width=q(1e-4, "m", 1e-6),
-        half_length=q(1e-5, "m"), pressure=q(1e8, "Pa"), slip=q(0.04, "1"),
-        bodies={"curved_disc": worn, "flat_disc": worn},
+        rotations=q(2e6, "1"), sliding_distance=q(2000, "m"), slip=q(0.04, "1"),
+        contact=touching(2e-6, q(1e-4, "m", 1e-6), 1e-5, 1e8), bodies={"curved_disc": worn, "flat_disc": worn},
     )  # fmt: skip
     used = UsedCoefficient(wear_coefficient=K)
     prediction = WearPrediction(
@@ -420,7 +432,7 @@ def test_disc_predictions_tell_every_place():
     )  # fmt: skip
     page = stage(prediction, "prediction_sarkar")
     (row,) = table(page, "predicted")
-    assert row == ("2,000,000", "–", "1 µm", "1 µm", "0.001 mm³", "0.001 mm³", "200.0 ± 2.0 µm", "100 MPa", "4 %")
+    assert row == ("2,000,000", "–", "1 µm", "1 µm", "0.001 mm³", "0.001 mm³", "200.0 ± 2.0 µm", "20 µm", "100 MPa", "4 %")
     assert [one.title for one in page.tables] == ["predicted"]
 
 

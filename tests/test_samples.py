@@ -45,7 +45,7 @@ def predicted_over_measured(archive, run_id: str) -> float:
     assert isinstance(prediction, WearPrediction)
     assert prediction.reference == "si3n4-air-200mN"
     measured = archived_fit(archive, run_id, "archard").first.measured_end_depth.value
-    return prediction.prediction[0].wear_depth.value / measured
+    return prediction.prediction[0].contact.approach.value / measured
 
 
 def test_400_mn_is_predicted_from_200_mn(sample_archive):

@@ -205,7 +205,7 @@ def test_predictions_are_what_predict_finds(swept, archive):
     scenario = Scenario(manifest.sliding_pin, load, KnownWear({"pin": fit.first.wear_coefficient}))
     expected = predict_wear(scenario, [1000.0], depths=[50e-6])
     assert [row["outcome"] for row in rows] == ["at 1000 m", "worn to 50 µm"] * 2
-    assert rows[2]["wear_depth"] == expected.prediction[0].wear_depth.model_dump()
+    assert rows[2]["wear_depth"] == expected.prediction[0].contact.approach.model_dump()
     assert rows[3]["sliding_distance"] == expected.reached[0].sliding_distance.model_dump()
 
 

@@ -160,8 +160,8 @@ def test_prediction_starts_from_the_flat():
     exact = predict_wear(Scenario(contact, load, KnownWear({"pin": known})), [500.0], depths=[5e-6])
     published = predict_wear(Scenario(contact, load, KnownWear({"pin": known})), [500.0], scheme="published")
     depth = float(truncated(FLAT).worn(K_D * LOAD * 500.0).depth)
-    assert exact.prediction[0].wear_depth.value == pytest.approx(depth, rel=1e-12)
-    assert published.prediction[0].wear_depth.value == pytest.approx(depth, rel=1e-4)
+    assert exact.prediction[0].contact.approach.value == pytest.approx(depth, rel=1e-12)
+    assert published.prediction[0].contact.approach.value == pytest.approx(depth, rel=1e-4)
     distance = exact.reached[0].sliding_distance.value
     assert float(truncated(FLAT).worn(K_D * LOAD * distance).depth) == pytest.approx(5e-6, rel=1e-9)
 

@@ -1,5 +1,6 @@
 """The command that predicts wear: from archived runs, or from a run folder and given wear coefficients."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -32,6 +33,7 @@ from tribopipe.cli.studies import show_together
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
+    from tribopipe.documents.contact import Contact
     from tribopipe.documents.manifest import Conditions, RunManifest
     from tribopipe.documents.quantity import Quantity
     from tribopipe.documents.recipe import Recipe
@@ -92,8 +94,8 @@ def predict(
     wear_coefficient: Annotated[
         list[str] | None,
         typer.Option(
-            help='k_D to use, such as "13.5e-9 mm^3/(N*mm)"; of two discs once for the curved and once for the flat '
-            "one. By default the archived fit's."
+            help='k_D to use, such as "13.5e-9 mm^3/(N*mm)"; by default the archived fit\'s. Of both bodies once for '
+            'each, with its name: pin="1e-9 mm^2/N" disc="4e-7 mm^2/N".'
         ),
     ] = None,
     law: Law = "archard",
@@ -327,14 +329,7 @@ def _known(subject: _Subject, asked: _Asked) -> "KnownWear":
     manifest = subject.manifest
     fitted = None if subject.fit is None else known_wear(subject.fit)
     if fitted is None:
-        bodies = manifest.described.fitted_bodies
-        if len(asked.coefficients) > len(bodies):
-            names = " and ".join(name.replace("_", " ") for name in bodies)
-            raise typer.BadParameter(
-                f"--wear-coefficient: found {len(asked.coefficients)}; expected at most {len(bodies)}, of the {names}"
-            )
-        given = [quantity("--wear-coefficient", text, "wear coefficient") for text in asked.coefficients]
-        known = given_wear(bodies, given, asked.recipe)
+        known = given_wear(manifest.described, _coefficients(manifest.described, asked.coefficients), asked.recipe)
         return known if asked.distance is None else replace(known, distance=asked.distance)
     if asked.engine not in (None, fitted.engine):
         raise FitError(
@@ -347,6 +342,22 @@ def _known(subject: _Subject, asked: _Asked) -> "KnownWear":
             "since k_D means nothing under another way of counting; fit again with a recipe that sets it"
         )
     return fitted
+
+
+def _coefficients(contact: "Contact", texts: Iterable[str]) -> "dict[str, Quantity]":
+    """Read k_D by body; without a name, of the next body whose k_D is usually known."""
+    found: dict[str, Quantity] = {}
+    for text in texts:
+        name, equals, value = text.rpartition("=")
+        body = name.strip() if equals else next((one for one in contact.fitted_bodies if one not in found), None)
+        if body not in contact.body_names or body in found:
+            what = "one too many" if not equals else f"a second one of the {body}" if body in found else repr(name)
+            raise typer.BadParameter(
+                f"--wear-coefficient: found {what}; expected one of the {' and one of the '.join(contact.body_names)}, "
+                f'such as {contact.body_names[0]}="13.5e-9 mm^3/(N*mm)"'
+            )
+        found[body] = quantity("--wear-coefficient", value, "wear coefficient")
+    return found
 
 
 def _places(subject: _Subject, asked: _Asked) -> tuple[list[float], list[float]]:

@@ -22,7 +22,7 @@ _UNITS = {
     "end_wear_depth": "um",
     "wear_depth": "um",
     "wear_volume": "mm^3",
-    "pressure": "MPa",
+    "mean_pressure": "MPa",
 }
 """Units in which people read what is found, where they are not SI."""
 

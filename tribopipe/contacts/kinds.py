@@ -1,8 +1,10 @@
 """The wear of a contact of any kind: which module answers for it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import NamedTuple
 
+from tribopipe.base.errors import ContactError
+from tribopipe.contacts.pin_and_track import PinAndTrackWear
 from tribopipe.contacts.pin_on_disc import PinWear
 from tribopipe.contacts.twin_disc import TwinDiscWear
 from tribopipe.contacts.wear import ContactWear
@@ -22,6 +24,10 @@ class Terms(NamedTuple):
     """Pressure that k_D is found by."""
     distance: DistanceConvention = "full-slip"
     """What counts as sliding distance in one rotation of bodies that roll."""
+    path: Quantity | None = None
+    """Sliding distance between two passages of a pin at one place of its track, m."""
+    worn: Collection[str] = ()
+    """Names of the bodies whose k_D is known."""
 
 
 def wear_of(contact: Contact, terms: Terms = Terms()) -> ContactWear:  # noqa: B008 - it is immutable
@@ -29,7 +35,19 @@ def wear_of(contact: Contact, terms: Terms = Terms()) -> ContactWear:  # noqa: B
     return family_of(contact, _FAMILIES)(contact, terms)
 
 
+def _pin_wear(contact: SlidingPin, terms: Terms) -> ContactWear:
+    counterbody = contact.counterbody_name()
+    if counterbody not in terms.worn:
+        return PinWear(contact, terms.engine)
+    if terms.path is None:
+        raise ContactError(
+            f"conditions: found neither track_radius nor stroke; expected one of them, over which the {counterbody} "
+            'wears; add track_radius = "5 mm" or the like to run.toml'
+        )
+    return PinAndTrackWear(contact, terms.path)
+
+
 _FAMILIES: dict[type[Contact], Callable[..., ContactWear]] = {
-    SlidingPin: lambda contact, terms: PinWear(contact, terms.engine),
+    SlidingPin: _pin_wear,
     TwinDisc: lambda contact, terms: TwinDiscWear(contact, terms.slip or _NO_SLIP, terms.distance),
 }

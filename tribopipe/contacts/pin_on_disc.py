@@ -29,7 +29,6 @@ class PinWear:
     engine: WearEngine = "giwm"
 
     coefficients: ClassVar[tuple[str, ...]] = ("wear_coefficient",)
-    volumes: ClassVar[Mapping[str, str]] = {}
     displacement: ClassVar[str] = "wear_depth"
     outcomes: ClassVar[Mapping[str, str]] = {"wear_depth": "m"}
     uncertain: ClassVar[tuple[str, ...]] = ("wear_depth",)
@@ -37,9 +36,9 @@ class PinWear:
     slid: ClassVar[float] = 1.0
 
     @property
-    def depths(self) -> dict[str, str]:
+    def bodies(self) -> dict[str, dict[str, str]]:
         """Name of the wear depth of the pin in a state."""
-        return {self.contact.fitted_bodies[0]: "wear_depth"}
+        return {self.contact.fitted_bodies[0]: {"wear_depth": "wear_depth"}}
 
     @property
     def conditions(self) -> dict[str, Quantity]:

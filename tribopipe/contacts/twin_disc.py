@@ -45,8 +45,10 @@ class TwinDiscWear:
     distance: DistanceConvention = "full-slip"
 
     coefficients: ClassVar[tuple[str, ...]] = ("curved_coefficient", "flat_coefficient")
-    depths: ClassVar[Mapping[str, str]] = {"curved_disc": "curved_depth", "flat_disc": "flat_depth"}
-    volumes: ClassVar[Mapping[str, str]] = {"curved_disc": "curved_volume", "flat_disc": "flat_volume"}
+    bodies: ClassVar[Mapping[str, Mapping[str, str]]] = {
+        "curved_disc": {"wear_depth": "curved_depth", "wear_volume": "curved_volume"},
+        "flat_disc": {"wear_depth": "flat_depth", "wear_volume": "flat_volume"},
+    }
     displacement: ClassVar[str] = "depth"
     outcomes: ClassVar[Mapping[str, str]] = {str(name): unit for name, unit in OUTCOMES.items()}
     uncertain: ClassVar[tuple[str, ...]] = (*OUTCOMES, "slip")
@@ -108,7 +110,7 @@ class TwinDiscWear:
     def _measured(self, state: State, row: Row) -> Column:
         if row.what == "track_width":
             return 2 * state["half_width"]
-        return state[(self.depths if row.what == "wear_depth" else self.volumes)[row.body]]
+        return state[self.bodies[row.body][row.what]]
 
     def slopes(self, values: Values, state: State, progress: Column, rows: Sequence[Row]) -> Column:
         """Return the slopes of measurements against ln k₁ and ln k₂, SI: (..., rows, 2).

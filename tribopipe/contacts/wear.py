@@ -15,9 +15,9 @@ from tribopipe.physics.conventions import DistanceConvention
 from tribopipe.results.wear_fit import HertzStart
 
 State = Mapping[str, Column]
-"""Wear and contact at places, SI, by name: those of ``depths``, ``volumes`` and ``displacement``, ``half_width``,
-``half_length``, ``pressure``, ``rate``, and of bodies that roll ``slip`` and ``sliding_distance``. The rate is that at
-which the first body recedes, m per unit of effective progress."""
+"""Wear and contact at places, SI, by name: those of ``bodies`` and ``displacement``, ``half_width``, ``half_length``,
+``pressure``, ``rate``, and of bodies that roll ``slip`` and ``sliding_distance``. The rate is that at which the first
+body recedes, m per unit of effective progress; a counterbody is the first one under a pin that does not wear."""
 
 
 class Steps(NamedTuple):
@@ -36,15 +36,11 @@ class ContactWear(Protocol):
 
     @property
     def coefficients(self) -> tuple[str, ...]:
-        """Names of k_D among the values, in the order of the contact's ``fitted_bodies``."""
+        """Names of k_D among the values, in the order of ``bodies``."""
 
     @property
-    def depths(self) -> Mapping[str, str]:
-        """Name of the wear depth of each body in a state, m."""
-
-    @property
-    def volumes(self) -> Mapping[str, str]:
-        """Name of the wear volume of each body whose volume is predicted, m³."""
+    def bodies(self) -> Mapping[str, Mapping[str, str]]:
+        """Bodies whose wear is predicted, and the name in a state of each ``PredictedBody`` field of theirs."""
 
     @property
     def displacement(self) -> str:

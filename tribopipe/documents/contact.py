@@ -242,7 +242,7 @@ class SlidingPin(Contact):
     body_names: ClassVar[tuple[str, ...]] = ("pin", "disc")
     roles: ClassVar[tuple[str, ...]] = ("pin", "disc")
     fitted_bodies: ClassVar[tuple[str, ...]] = ("pin",)
-    shown: ClassVar[tuple[str, ...]] = ("wear_depth", "pressure")
+    shown: ClassVar[tuple[str, ...]] = ("wear_depth", "mean_pressure")
     sensor_tells: ClassVar[bool] = True
 
     @property

@@ -166,6 +166,18 @@ class Conditions(Record):
             return 2 * math.pi * self.track_radius.value
         return None if self.stroke is None else 2 * self.stroke.value
 
+    @property
+    def path(self) -> Quantity | None:
+        """Sliding distance between two passages of a pin at one place of its track, m; none where it is not known.
+
+        It is once around the circle; there and back the pin passes twice, on average after one stroke.
+        """
+        if self.track_radius is None:
+            return self.stroke
+        radius, around = self.track_radius, 2 * math.pi
+        spread = None if radius.standard_uncertainty is None else around * radius.standard_uncertainty
+        return Quantity(value=around * radius.value, unit="m", standard_uncertainty=spread)
+
     @model_validator(mode="after")
     def _a_pin_slides_in_a_circle_or_there_and_back(self) -> Self:
         for one, other in (("stroke", "track_radius"), ("rotational_speed", "frequency")):

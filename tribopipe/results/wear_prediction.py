@@ -38,13 +38,30 @@ class PredictedBody(Record):
     """Wear of one body at one place."""
 
     wear_depth: Quantity
-    """Wear height of it."""
+    """Wear height of it, in the middle of the contact."""
+    wear_depth_edge: Quantity | None = None
+    """Wear height of a flat pin at its two sides, where it meets no groove; none of another body."""
     wear_volume: Quantity | None = None
     """Wear volume of it; none where only its depth is predicted."""
+    track_cross_section: Quantity | None = None
+    """Cross-section of the groove in a body that the other one slides on; none where it has none."""
 
     def __str__(self) -> str:
         volume = "" if self.wear_volume is None else f", {self.wear_volume.shown('mm^3')}"
         return f"{self.wear_depth.shown('um')} deep{volume}"
+
+
+class PredictedContact(Record):
+    """Where the bodies touch at one place."""
+
+    approach: Quantity
+    """Wear heights of all bodies that are predicted together, as a displacement sensor sees them."""
+    half_width: Quantity
+    """Half width of the contact across sliding; the radius of a round one."""
+    half_length: Quantity
+    """Half length of the contact along sliding."""
+    mean_pressure: Quantity
+    """Load over the area of the contact."""
 
 
 class PredictedPoint(Record):
@@ -56,16 +73,10 @@ class PredictedPoint(Record):
     """Where, in rotations of the first body; none of a body that does not roll."""
     time: Quantity | None = None
     """When, at the nominal speed; none where the speed is not known."""
-    wear_depth: Quantity
-    """Wear of all bodies that are predicted, as a displacement sensor sees it."""
     bodies: dict[str, PredictedBody]
     """Wear of each body."""
-    half_width: Quantity
-    """Half width of the contact across sliding; the radius of a round one."""
-    half_length: Quantity
-    """Half length of the contact along sliding."""
-    pressure: Quantity
-    """Mean contact pressure p."""
+    contact: PredictedContact
+    """Where they touch."""
     slip: Quantity | None = None
     """(v₂ − v₁)/v₁ of the worn bodies; none of a body that does not roll."""
 

@@ -15,6 +15,14 @@ _UNITS = {"m": "mm", "1": "%"}
 """Units in which people read sizes and ratios."""
 
 
+_OF_BODIES = (
+    ("depth at its sides", "wear_depth_edge", "um"),
+    ("volume", "wear_volume", "mm^3"),
+    ("cross-section of the track", "track_cross_section", "um^2"),
+)
+"""What else than its depth in the middle is stated of a body where it is predicted."""
+
+
 def prediction_told(result: WearPrediction, _: Steps) -> Told:
     """Report wear of each body at the wanted places."""
     start = result.start
@@ -57,11 +65,14 @@ def _cells(one: PredictedPoint) -> Iterator[tuple[str, str]]:
     yield "time", duration(one.time) or NOTHING
     for name, body in one.bodies.items():
         yield f"{spoken(name)}, depth", body.wear_depth.shown("um")
-    for name, body in one.bodies.items():
-        if body.wear_volume is not None:
-            yield f"{spoken(name)}, volume", body.wear_volume.shown("mm^3")
-    yield "contact width", _twice(one.half_width).shown("um")
-    yield "mean pressure", one.pressure.shown("MPa")
+    for words, what, unit in _OF_BODIES:
+        for name, body in one.bodies.items():
+            if (found := getattr(body, what)) is not None:
+                yield f"{spoken(name)}, {words}", found.shown(unit)
+    yield "contact width", _twice(one.contact.half_width).shown("um")
+    if one.contact.half_length.value != one.contact.half_width.value:
+        yield "contact length", _twice(one.contact.half_length).shown("um")
+    yield "mean pressure", one.contact.mean_pressure.shown("MPa")
     if one.slip is not None:
         yield "slip", one.slip.shown("%")
 

@@ -174,7 +174,8 @@ def _curves(asked: Question, draws: MeasuredDraws, best: Column, coefficients: C
     line = problem.wear(best, problem.values, places)
     band = problem.wear(coefficients[:_CURVE_DRAWS], some, places)
     found = []
-    for body, volume in problem.wearing.volumes.items():
+    for body, named in problem.wearing.bodies.items():
+        volume = named["wear_volume"]
         low, high = np.quantile(band[volume], TAILS, axis=0)
         along = problem.contact.progress.signal
         who = (run.member.id, asked.law, asked.role, body)

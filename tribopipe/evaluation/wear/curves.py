@@ -48,7 +48,8 @@ def wear_scenario(
     """
     load = normal_load or manifest.conditions.normal_load
     speed, slip = manifest.nominal_speed, stated_slip(manifest)
-    return Scenario(manifest.described, load, known, law, friction, recipe or Recipe(), speed, slip)
+    path = manifest.conditions.path
+    return Scenario(manifest.described, load, known, law, friction, recipe or Recipe(), speed, slip, path)
 
 
 def run_scenario(run: RawRun, law: LawName, known: KnownWear, friction: FrictionFit | None, recipe: Recipe) -> Scenario:

@@ -59,6 +59,7 @@ SHOWN_UNITS = {
     "track_width": "um",
     "sliding_speed": "mm/s",
     "track_radius": "mm",
+    "track_length": "mm",
     "depth_scale": "1",
     "pin_end_value": "um",
     "disc_end_value": "nm",

@@ -1,12 +1,14 @@
 """k_D of the bodies of a contact as a prediction takes it over: with all that makes it mean what it does."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
+from tribopipe.base.errors import FitError
+from tribopipe.documents.contact import Contact
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.physics.conventions import DistanceConvention, WearEngine
-from tribopipe.results.wear_fit import LawValue, WearFit
+from tribopipe.results.wear_fit import LawValue, WearFit, spoken
 
 _UNWORN = Quantity(value=0.0, unit="m^2/N")
 
@@ -59,7 +61,20 @@ def known_wear(fit: WearFit) -> KnownWear | None:
     )
 
 
-def given_wear(bodies: Iterable[str], coefficients: Iterable[Quantity], recipe: Recipe) -> KnownWear:
-    """Return k_D that somebody states of bodies in their order, those without one unworn, as a recipe takes it."""
-    stated = dict(zip(bodies, coefficients, strict=False))
-    return KnownWear(stated, engine=recipe.wear.engine or "giwm", distance=recipe.wear.distance_per_rotation)
+def given_wear(contact: Contact, coefficients: Mapping[str, Quantity], recipe: Recipe) -> KnownWear:
+    """Return k_D that somebody states of bodies by name, those without one unworn, as a recipe takes it.
+
+    The counterbody of a pin wears by volume. Raises ``FitError`` where the recipe asks for another engine then.
+    """
+    stated = {name: coefficients[name] for name in contact.body_names if name in coefficients}
+    both, engine = any(name not in contact.fitted_bodies for name in stated), recipe.wear.engine
+    if both and engine not in (None, "volume"):
+        raise FitError(
+            f"wear coefficients: found those of the {' and '.join(map(spoken, stated))} for --engine {engine}, which "
+            "knows no wear but that of the pin; expected --engine volume, or k_D of the pin alone"
+        )
+    if both:
+        # Depths that are to be reached are those of the first body, so that it has to wear.
+        stated = {name: k for name, k in stated.items() if k.value > 0 or name not in contact.fitted_bodies}
+    usual: WearEngine = "volume" if both else "giwm"
+    return KnownWear(stated, engine=engine or usual, distance=recipe.wear.distance_per_rotation)

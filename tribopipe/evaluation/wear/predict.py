@@ -100,7 +100,7 @@ def _timed(scenario: Scenario, places: Column, points: Iterator[PredictedPoint])
 def _reached(scenario: Scenario, depth: float) -> PredictedPoint:
     """Report where a depth is reached; its uncertainty is that of the depth there over the wear rate."""
     place = scenario.place_at(depth)
-    first = scenario.contact.fitted_bodies[0]
+    first = scenario.first
     if np.isinf(place):
         raise FitError(
             f"prediction: found a {spoken(first)} that does not wear; expected a wear coefficient above zero, or no "
@@ -116,7 +116,7 @@ def _reached(scenario: Scenario, depth: float) -> PredictedPoint:
         update={
             progress.signal: there.model_copy(update={"standard_uncertainty": spread}),
             "time": _time(scenario, place, spread),
-            "wear_depth": point.wear_depth if len(point.bodies) > 1 else exact,
+            "contact": point.contact if len(point.bodies) > 1 else point.contact.model_copy(update={"approach": exact}),
             "bodies": point.bodies | {first: worn.model_copy(update={"wear_depth": exact})},
         }
     )

@@ -25,13 +25,19 @@ from tribopipe.results.evaluation import COVERAGE_FACTOR
 from tribopipe.results.run import RawRun
 from tribopipe.results.wear_curves import Band
 from tribopipe.results.wear_fit import HertzStart, WearFit
-from tribopipe.results.wear_prediction import PredictedBody, PredictedPoint
+from tribopipe.results.wear_prediction import PredictedBody, PredictedContact, PredictedPoint
 
 MOST_STEPS = 5_000_000
 """A rotation of two discs at a time takes about a second for every million of them."""
 _STEP = 1e-4
 """Of an input in a difference quotient, relative: small enough to stay linear however wide the uncertainty is."""
-_UNITS = {"half_width": "m", "half_length": "m", "pressure": "Pa", "slip": "1"}
+_UNITS = {
+    **dict.fromkeys(("half_width", "half_length", "approach", "pin_depth", "track_depth"), "m"),
+    **dict.fromkeys(("pin_volume", "track_volume"), "m^3"),
+    "track_section": "m^2",
+    "pressure": "Pa",
+    "slip": "1",
+}
 
 
 @dataclass(frozen=True)
@@ -51,11 +57,19 @@ class Scenario:
     """Speed by which places follow from time, m/s."""
     slip: Quantity | None = None
     """Of bodies that roll."""
+    path: Quantity | None = None
+    """Sliding distance between two passages of a pin at one place of its track, m."""
 
     @cached_property
     def wear(self) -> ContactWear:
         """How the bodies wear."""
-        return wear_of(self.contact, Terms(self.slip, self.known.engine, self.known.distance))
+        known = self.known
+        return wear_of(self.contact, Terms(self.slip, known.engine, known.distance, self.path, known.bodies))
+
+    @property
+    def first(self) -> str:
+        """The body whose k_D is known first, and whose depth a place is found by."""
+        return next(iter(self.known.bodies))
 
     @cached_property
     def law(self) -> WearLaw:
@@ -72,7 +86,7 @@ class Scenario:
     @cached_property
     def inputs(self) -> dict[str, Input]:
         """Everything uncertain that wear depends on, k_D among it."""
-        bodies = zip(self.wear.coefficients, self.contact.fitted_bodies, strict=True)
+        bodies = zip(self.wear.coefficients, self.wear.bodies, strict=True)
         coefficients = {name: Input(self.known.of(body), "fit") for name, body in bodies}
         return self.wear.inputs(self.normal_load, self.recipe) | coefficients | self._law_inputs(self.law)
 
@@ -117,7 +131,7 @@ class Scenario:
 
     def first_depth(self, state: State) -> Column:
         """Return the wear depth of the first body, m."""
-        return state[self.wear.depths[self.contact.fitted_bodies[0]]]
+        return state[self.wear.bodies[self.first]["wear_depth"]]
 
     def place_at(self, depth: float) -> float:
         """Return where the first body has worn to a depth, m; infinite where it never has.
@@ -154,21 +168,21 @@ class Scenario:
                 return Quantity(value=float(state[name][at]), unit=units[name], standard_uncertainty=spread)
 
             bodies = {
-                body: PredictedBody(
-                    wear_depth=told(name), wear_volume=told(wear.volumes[body]) if body in wear.volumes else None
-                )
-                for body, name in wear.depths.items()
+                body: PredictedBody(**{field: told(name) for field, name in named.items()})
+                for body, named in wear.bodies.items()
             }
             where = {"sliding_distance": Quantity(value=float(slid[place]), unit="m")}
             progress = self.contact.progress
             where[progress.signal] = Quantity(value=float(places[place]), unit=KINDS[progress.kind].si)
             yield PredictedPoint(
                 **where,
-                wear_depth=told(wear.displacement),
                 bodies=bodies,
-                half_width=told("half_width"),
-                half_length=told("half_length"),
-                pressure=told("pressure"),
+                contact=PredictedContact(
+                    approach=told(wear.displacement),
+                    half_width=told("half_width"),
+                    half_length=told("half_length"),
+                    mean_pressure=told("pressure"),
+                ),
                 slip=told("slip") if "slip" in state else None,
             )
 

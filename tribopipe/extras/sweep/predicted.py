@@ -24,7 +24,7 @@ from tribopipe.results.wear_prediction import PredictedBody, PredictedPoint
 _HEADS = {
     "wear_depth": Head("wear_depth", "m", uncertain=True),
     "wear_volume": Head("wear_volume", "m^3", uncertain=True),
-    "pressure": Head("pressure", "Pa"),
+    "mean_pressure": Head("mean_pressure", "Pa"),
 }
 """Possible values of wear at a place."""
 _WORN = "worn to "
@@ -104,7 +104,8 @@ def _known(condition: Condition, wanted: Wanted) -> KnownWear:
     """Return the k_D given, or that of the archived fit. Raises ``FitError`` where there is neither."""
     stated = [one for one in (condition.wear_coefficient, condition.flat_wear_coefficient) if one is not None]
     if condition.wear_coefficient is not None:
-        return given_wear(condition.run.described.fitted_bodies, stated, condition.recipe)
+        contact = condition.run.described
+        return given_wear(contact, dict(zip(contact.fitted_bodies, stated, strict=False)), condition.recipe)
     if condition.law in wanted.known:
         return wanted.known[condition.law]
     raise FitError(
@@ -120,6 +121,10 @@ def asked_for(row: Row) -> str:
 
 
 def _told(point: PredictedPoint, body: PredictedBody, heads: tuple[Head, ...]) -> dict[str, Quantity]:
-    """Return the numbers of a row: those of a body, or else of the place."""
-    found = {head.name: getattr(body, head.name, None) or getattr(point, head.name, None) for head in heads}
-    return {name: quantity for name, quantity in found.items() if quantity is not None}
+    """Return the numbers of a row: those of a body, or else of the contact, or of the place."""
+    found = {}
+    for head in heads:
+        named = (getattr(part, head.name, None) for part in (body, point.contact, point))
+        if (quantity := next(filter(None, named), None)) is not None:
+            found[head.name] = quantity
+    return found

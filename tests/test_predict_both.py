@@ -1,0 +1,247 @@
+"""Wear of a pin and of its track together, by ``predict``: published check values, limits, uncertainty, bad input."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from folders import SAMPLES
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tribopipe.base.errors import ContactError, FitError
+from tribopipe.contacts.kinds import Terms, wear_of
+from tribopipe.documents.manifest import read_manifest
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import Recipe
+from tribopipe.evaluation.wear.curves import wear_scenario
+from tribopipe.evaluation.wear.known import given_wear
+from tribopipe.evaluation.wear.predict import predict_wear
+
+MM, K_1 = 1e-3, 1.35e-14
+SI3N4 = {
+    # k_2/k_1: pin depth, groove depth, approach, half width, half length in mm, cross-section in mm².
+    0.1: (0.0233712674, 2.37804834e-5, 0.0233950479, 0.191321739, 0.191225931, 5.37147933e-6),
+    1: (0.0233035236, 2.36774693e-4, 0.0235402983, 0.191905831, 0.190952720, 5.37147933e-5),
+    10: (0.0226845810, 2.27431338e-3, 0.0249588944, 0.197513994, 0.188437057, 5.37147933e-4),
+    60: (0.0203924148, 0.0116358510, 0.0320282658, 0.223237712, 0.178794027, 3.22288760e-3),
+    300: (0.0163057319, 0.0416306776, 0.0579364095, 0.297735437, 0.160086306, 0.0161144380),
+}
+RUN = SAMPLES / "si3n4-air-200mN"
+
+
+def folder(tmp_path, *, pin='shape = "spherical"\nradius = "0.794 mm"', load="0.2 N", path='track_radius = "4 mm"'):
+    """Write a run folder that has a run.toml and nothing else."""
+    elastic = 'material = "Si3N4"\nyoungs_modulus = "304 GPa"\npoisson_ratio = 0.24\n'
+    (tmp_path / "run.toml").write_text(
+        f'schema = "tribopipe.run/1"\nid = "both"\nstarted = 2026-11-25T09:00:00+00:00\ntitle = "both"\n'
+        f'instrument = "none"\n[contact]\nkind = "pin-on-disc"\n[contact.pin]\n{pin}\n{elastic}'
+        f'[contact.disc]\n{elastic}[conditions]\nnormal_load = "{load}"\n{path}\n[[signals]]\nfile = "signals.csv"\n',
+        encoding="utf-8",
+    )
+    (tmp_path / "signals.csv").write_text("sliding_distance [m]\n0\n1\n", encoding="utf-8")
+    return tmp_path
+
+
+@pytest.fixture
+def point(run_cli, tmp_path):
+    """Return the point that ``predict --json`` states of both bodies."""
+
+    def predicted(at, k_1, k_2, **stated):
+        both = [text for name, k in (("pin", k_1), ("disc", k_2)) if k is not None for text in (f"{name}={k} m^2/N",)]
+        options = [part for text in both for part in ("--wear-coefficient", text)]
+        found = run_cli("predict", "--run", folder(tmp_path, **stated), *options, "--at", at, "--json")
+        assert found.exit_code == 0, found.stderr
+        return json.loads(found.stdout)["prediction"][0]
+
+    return predicted
+
+
+def values(point, *names):
+    bodies, contact = point["bodies"], point["contact"]
+    flat = {"h_p": ("pin", "wear_depth"), "edge": ("pin", "wear_depth_edge"), "h_d": ("disc", "wear_depth")}
+    flat |= {"section": ("disc", "track_cross_section")}
+    found = {name: bodies[body][what]["value"] for name, (body, what) in flat.items() if bodies[body].get(what)}
+    found |= {"D": contact["approach"]["value"], "a": contact["half_width"]["value"]}
+    found |= {"b": contact["half_length"]["value"]}
+    return [found[name] / (MM**2 if name == "section" else MM) for name in names]
+
+
+@pytest.mark.parametrize("ratio", SI3N4)
+def test_ball_and_disc_wear_as_published(point, ratio):
+    found = point("500 m", K_1, ratio * K_1)
+    assert values(found, "h_p", "h_d", "D", "a", "b", "section") == pytest.approx(list(SI3N4[ratio]), rel=1e-6)
+    lost = [found["bodies"][body]["wear_volume"]["value"] for body in ("pin", "disc")]
+    assert lost == pytest.approx([K_1 * 100, ratio * K_1 * 100], rel=1e-12)
+
+
+def test_steel_ball_and_soft_disc_wear_as_published(point):
+    ball = 'shape = "spherical"\nradius = "3 mm"'
+    found = point("1000 m", 1e-15, 4e-13, pin=ball, load="5 N", path='track_radius = "6 mm"')
+    expected = [0.0145437434, 0.0607353411, 0.667837979, 0.295043963, 0.0530516477]
+    assert values(found, "h_p", "h_d", "a", "b", "section") == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_stroke_is_the_path_of_a_reciprocating_ball(point):
+    ball = 'shape = "spherical"\nradius = "3 mm"'
+    found = point("400 m", 2e-14, 5e-14, pin=ball, load="10 N", path='stroke = "20 mm"')
+    expected = [0.0893282519, 0.0108507144, 0.768789941, 0.726629187]
+    assert values(found, "h_p", "h_d", "a", "b") == pytest.approx(expected, rel=1e-6)
+
+
+def test_flat_pin_ends_crowned_as_published(point):
+    pin = 'shape = "flat"\nradius = "1.5 mm"'
+    found = point("2000 m", 3e-15, 8e-15, pin=pin, load="20 N", path='track_radius = "10 mm"')
+    expected = [0.0188037263, 0.0188037263, 0.0166799670, 0.0021237594]
+    assert values(found, "D", "edge", "h_p", "h_d") == pytest.approx(expected, rel=1e-6)
+
+
+def test_pressure_is_the_load_over_the_contact(point):
+    even = point("2000 m", 3e-15, 8e-15, pin='shape = "flat"\nradius = "1.5 mm"', load="20 N")
+    assert even["contact"]["mean_pressure"]["value"] == pytest.approx(20 / (math.pi * 2.25e-6), rel=1e-12)
+
+
+def test_a_ball_that_does_not_wear_leaves_its_own_shape(point):
+    found = point("500 m", None, 60 * K_1)
+    h_d, half, section = values(found, "h_d", "a", "section")
+    radius = 0.794
+    assert half == pytest.approx(math.sqrt(h_d * (2 * radius - h_d)), rel=1e-9)
+    angle = math.asin(half / radius)
+    assert section == pytest.approx(radius**2 * (angle - math.sin(angle) * math.cos(angle)), rel=1e-6)
+    assert found["bodies"]["pin"]["wear_volume"]["value"] == 0
+
+
+# --- as a scenario ---
+
+
+def known(pin=K_1, disc=60 * K_1, spread=0.1):
+    both = {"pin": pin, "disc": disc}
+    return {
+        name: Quantity(value=k, unit="m^2/N", standard_uncertainty=spread * k)
+        for name, k in both.items()
+        if k is not None
+    }
+
+
+@pytest.fixture(scope="module")
+def manifest(tmp_path_factory):
+    return read_manifest(folder(tmp_path_factory.mktemp("both")) / "run.toml")[0]
+
+
+def scenario(manifest, law="archard", **coefficients):
+    return wear_scenario(manifest, given_wear(manifest.described, known(**coefficients), Recipe()), law)
+
+
+def test_engine_is_named_where_both_wear(manifest):
+    found = predict_wear(scenario(manifest), [500.0])
+    assert (found.engine, list(found.bodies)) == ("volume", ["pin", "disc"])
+    assert any("by volume" in note for note in found.notes)
+
+
+def test_first_order_uncertainty_is_that_of_draws(manifest):
+    one = scenario(manifest)
+    rng, at = np.random.default_rng(7), np.array([500.0])
+    drawn = {
+        name: (given.quantity.value + given.spread * rng.standard_normal(4000))[:, None]
+        for name, given in one.inputs.items()
+    }
+    state = one.worn(at, {name: np.abs(column) for name, column in drawn.items()})
+    for name, spread in one.uncertainties(at).items():
+        assert float(spread[0]) == pytest.approx(float(np.std(state[name])), rel=0.08), name
+
+
+@pytest.mark.parametrize(("pin", "disc", "body"), [(K_1, 60 * K_1, "pin"), (K_1, 0.0, "pin"), (None, 60 * K_1, "disc")])
+def test_a_depth_is_reached_where_it_is_predicted(manifest, pin, disc, body):
+    one = scenario(manifest, pin=pin, disc=disc)
+    reached = predict_wear(one, depths=[5e-6]).reached[0]
+    back = predict_wear(one, [reached.sliding_distance.value]).prediction[0]
+    assert back.bodies[body].wear_depth.value == pytest.approx(5e-6, rel=1e-9)
+    rate = float(one.rate(np.array([reached.sliding_distance.value]))[0])
+    spread = back.bodies[body].wear_depth.standard_uncertainty / rate
+    assert reached.sliding_distance.standard_uncertainty == pytest.approx(spread, rel=1e-6)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(-3, 3), st.floats(0.5, 1000.0))
+def test_rate_is_the_slope_of_the_depth(manifest, power, place):
+    one = scenario(manifest, disc=K_1 * 10**power)
+    step = place * np.array([1 - 1e-4, 1.0, 1 + 1e-4])
+    state = one.worn(step)
+    slope = (state["pin_depth"][2] - state["pin_depth"][0]) / (step[2] - step[0])
+    assert float(one.rate(step)[1]) == pytest.approx(float(slope), rel=1e-5)
+    assert np.all(np.diff(state["approach"]) > 0)
+
+
+def test_disc_of_zero_wear_is_the_pin_by_volume(manifest):
+    both = predict_wear(scenario(manifest, disc=0.0), [500.0]).prediction[0]
+    alone = wear_of(manifest.described, Terms(engine="volume"))
+    values = {**scenario(manifest).values, "pin_modulus": 3e11, "disc_modulus": 3e11}
+    depth = float(alone.worn(values, np.array([500.0]))["wear_depth"][0])
+    assert both.bodies["pin"].wear_depth.value == pytest.approx(depth, rel=1e-9)
+    assert both.bodies["disc"].wear_depth.value == 0
+
+
+# --- bad input ---
+
+
+def test_giwm_knows_no_wear_of_the_disc(manifest):
+    recipe = Recipe.model_validate({"wear": {"engine": "giwm"}})
+    with pytest.raises(FitError, match="engine giwm, which knows no wear but that of the pin"):
+        given_wear(manifest.described, known(), recipe)
+
+
+def test_a_track_of_unknown_length_is_asked_for(manifest):
+    unknown = manifest.model_copy(
+        update={"conditions": manifest.conditions.model_copy(update={"track_radius": None, "stroke": None})}
+    )
+    with pytest.raises(ContactError, match="neither track_radius nor stroke"):
+        predict_wear(scenario(unknown), [500.0])
+
+
+@pytest.mark.parametrize(
+    ("pin", "disc"), [(K_1, 1e5 * K_1), (1e5 * K_1, 0.0), (None, 1e6 * K_1), (1e6 * K_1, 1e7 * K_1)]
+)
+def test_a_groove_deeper_than_the_ball_is_refused(manifest, pin, disc):
+    with pytest.raises(ContactError, match="less than the height of the tip"):
+        predict_wear(scenario(manifest, pin=pin, disc=disc), [500.0])
+
+
+def test_a_depth_beyond_the_tip_is_refused(manifest):
+    with pytest.raises(ContactError, match="less than the height of the tip"):
+        predict_wear(scenario(manifest), depths=[0.7e-3])
+
+
+def test_a_track_shorter_than_the_contact_is_warned_of(manifest):
+    short = Quantity(value=0.3e-3, unit="m")
+    found = predict_wear(replace(scenario(manifest, disc=K_1), path=short), [500.0])
+    assert any("never leave the contact" in note for note in found.notes)
+
+
+def test_published_scheme_is_refused(manifest):
+    with pytest.raises(ContactError, match="published scheme"):
+        predict_wear(scenario(manifest), [500.0], scheme="published")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("ball=1e-14 m^2/N",), "'ball'"),
+        (("pin=1e-14 m^2/N", "pin=1e-14 m^2/N"), "a second one of the pin"),
+        (("1e-14 m^2/N", "1e-14 m^2/N"), "one too many"),
+        (("disc=1e-14 N",), "the unit 'N'"),
+    ],
+)
+def test_coefficients_are_of_bodies_of_the_contact(run_cli, tmp_path, options, words):
+    given_ = [part for text in options for part in ("--wear-coefficient", text)]
+    found = run_cli("predict", "--run", folder(tmp_path), *given_, "--at", "1 m")
+    assert found.exit_code in (1, 2)
+    assert words in " ".join(found.stderr.split())
+
+
+def test_people_read_both_bodies(run_cli, tmp_path):
+    both = ("--wear-coefficient", "pin=1.35e-8 mm^2/N", "--wear-coefficient", "disc=81e-8 mm^2/N")
+    found = run_cli("predict", "--run", folder(tmp_path), *both, "--at", "500 m")
+    assert found.exit_code == 0
+    assert "pin 20.39" in found.stdout
+    assert "disc 11.64" in found.stdout
