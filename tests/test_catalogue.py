@@ -101,7 +101,7 @@ def test_cells_of_two_discs_say_what_the_results_say(disc_archive):
     for run in discs.runs():
         fit = disc_archive.steps(run.id)["wear_fit_archard"].result
         assert isinstance(fit, WearFit)
-        assert run.value("k_d_flat") == fit.bodies["flat_disc"].wear_coefficient.value
+        assert run.value("k_d_disc") == fit.bodies["flat_disc"].wear_coefficient.value
         assert run.value("rotations") == disc_archive.raw(run.id).columns["rotations"][-1]
 
 

@@ -432,7 +432,18 @@ def test_disc_predictions_tell_every_place():
     )  # fmt: skip
     page = stage(prediction, "prediction_sarkar")
     (row,) = table(page, "predicted")
-    assert row == ("2,000,000", "–", "1 µm", "1 µm", "0.001 mm³", "0.001 mm³", "200.0 ± 2.0 µm", "20 µm", "100 MPa", "4 %")
+    assert row == (
+        "2,000,000",
+        "–",
+        "1 µm",
+        "1 µm",
+        "0.001 mm³",
+        "0.001 mm³",
+        "200.0 ± 2.0 µm",
+        "20 µm",
+        "100 MPa",
+        "4 %",
+    )
     assert [one.title for one in page.tables] == ["predicted"]
 
 

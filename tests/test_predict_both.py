@@ -168,7 +168,7 @@ def test_rate_is_the_slope_of_the_depth(manifest, power, place):
     one = scenario(manifest, disc=K_1 * 10**power)
     step = place * np.array([1 - 1e-4, 1.0, 1 + 1e-4])
     state = one.worn(step)
-    slope = (state["pin_depth"][2] - state["pin_depth"][0]) / (step[2] - step[0])
+    slope = (state["wear_depth"][2] - state["wear_depth"][0]) / (step[2] - step[0])
     assert float(one.rate(step)[1]) == pytest.approx(float(slope), rel=1e-5)
     assert np.all(np.diff(state["approach"]) > 0)
 

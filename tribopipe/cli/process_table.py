@@ -40,6 +40,8 @@ class RunRow(NamedTuple):
     """Name of the wear law that k_D is by; empty where there is none."""
     coefficients: "Mapping[str, Quantity]"
     """k_D of each body."""
+    named: tuple[str, ...]
+    """Bodies that k_D has to be told of; none where it is that of the first body alone."""
     rate: "Quantity | None"
     """Specific wear rate, of a run without k_D."""
     friction: "Quantity | None"
@@ -52,7 +54,7 @@ def run_row(outline: "RunOutline", studies: "Sequence[StudyResult]", failed: Ite
     """Return a run in one line."""
     results = {name: step.result for name, step in outline.steps.items()}
     fit = next((one for one in fits_of(results.values()) if one.bodies), None)
-    friction, cleaned = results.get("friction_fit"), results.get("clean_up")
+    friction, cleaned, contact = results.get("friction_fit"), results.get("clean_up"), outline.manifest.contact
     problems = tuple(
         one
         for one in (*outline.findings, *findings_of(results.values()))
@@ -70,6 +72,7 @@ def run_row(outline: "RunOutline", studies: "Sequence[StudyResult]", failed: Ite
         outline.manifest.conditions.normal_load,
         "" if fit is None else fit.model,
         {} if fit is None else {name: body.wear_coefficient for name, body in fit.bodies.items()},
+        () if fit is None or contact is None or [*fit.bodies] == [*contact.body_names[:1]] else tuple(fit.bodies),
         _rate(results.get("specific_wear")) if fit is None else None,
         (friction.steady_state or friction.mean) if isinstance(friction, FrictionFit) else None,
         _agreement(outline.manifest.id, "" if fit is None else fit.model, studies),
@@ -102,7 +105,7 @@ def show_processed(
     rows = [run_row(archive.outline(run_id), studies, failed) for run_id in ids]
     families: dict[tuple[str, ...], list[RunRow]] = {}
     for row in rows:
-        families.setdefault(tuple(row.coefficients) if len(row.coefficients) > 1 else (), []).append(row)
+        families.setdefault(row.named, []).append(row)
     shown_studies = studies if line_width() is None else studies[:_STUDIES]
     room = _room(len(families), studies, len(_problems(rows)))
     power = power_for([*_all_coefficients(rows), *(_number(one) for study in studies for one in _of_study(study))])

@@ -108,7 +108,7 @@ def _recommended(runs: "Sequence[ListedRun]") -> "tuple[Cells, list[str]]":
     """Return k_D of each run by the first law that it was fitted with, Archard's before others, and the law's name."""
     from tribopipe.archive.catalog.columns import COLUMNS
 
-    fitted = [one for name, one in COLUMNS.items() if name.startswith("k_d") and not name.endswith("_flat")]
+    fitted = [one for name, one in COLUMNS.items() if name.startswith("k_d") and not name.endswith("_disc")]
     found = [next((one for one in fitted if run.value(one.name) is not None), None) for run in runs]
     numbers = [None if one is None else _number(run, one) for run, one in zip(runs, found, strict=True)]
     return _cells("k_d", "k_D", fitted[0].unit, numbers), [_law(one) for one in found]

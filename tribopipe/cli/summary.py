@@ -139,7 +139,7 @@ def _row(run: RunOutline) -> list[str]:
         *_friction_cells(friction),
         *(_cell(_coefficient(steps, name), WEAR_COEFFICIENT) for name in WEAR_FITS.values()),
         _cell(drift.pin_wear_depth if isinstance(drift, DriftCorrection) else None, "um"),
-        *(_cell(p.prediction[0].wear_depth, "um") if isinstance(p, WearPrediction) else "–" for p in predictions),
+        *(_cell(p.prediction[0].contact.approach, "um") if isinstance(p, WearPrediction) else "–" for p in predictions),
         reference or ("–" if fitted is None else "(identifies k_D)"),
     ]
 

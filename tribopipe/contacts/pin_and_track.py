@@ -39,9 +39,9 @@ class PinAndTrackWear:
 
     coefficients: ClassVar[tuple[str, ...]] = ("wear_coefficient", "track_coefficient")
     displacement: ClassVar[str] = "approach"
-    outcomes: ClassVar[Mapping[str, str]] = {"approach": "m", "pin_depth": "m", "track_depth": "m"}
+    outcomes: ClassVar[Mapping[str, str]] = {"wear_depth": "m"}
     uncertain: ClassVar[tuple[str, ...]] = (
-        *("approach", "pin_depth", "track_depth", "pin_volume", "track_volume", "track_section"),
+        *("approach", "wear_depth", "track_depth", "pin_volume", "track_volume", "track_section"),
         *("half_width", "half_length", "pressure"),
     )
     most_places: ClassVar[int | None] = _MOST_PLACES
@@ -54,7 +54,7 @@ class PinAndTrackWear:
         # A flat pin wears most at its two sides, where it meets no groove.
         edge = {"wear_depth_edge": "approach"} if self.contact.pin.shape == "flat" else {}
         return {
-            pin: {"wear_depth": "pin_depth", "wear_volume": "pin_volume", **edge},
+            pin: {"wear_depth": "wear_depth", "wear_volume": "pin_volume", **edge},
             counterbody: {
                 "wear_depth": "track_depth",
                 "wear_volume": "track_volume",
@@ -95,7 +95,7 @@ class PinAndTrackWear:
         _refuse_beyond(tip, worn, pin)
         return {
             "approach": worn.approach,
-            "pin_depth": worn.pin_depth,
+            "wear_depth": worn.pin_depth,
             "track_depth": worn.groove_depth,
             "pin_volume": pin,
             "track_volume": track,

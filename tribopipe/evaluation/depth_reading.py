@@ -155,8 +155,12 @@ def engine_of(pin: Pin, end: EndWear | None, recipe: Recipe) -> WearEngine:
         return "giwm"
     if end is None or end.disc is None:
         return "volume"
-    worn, unsure = end.disc.quantity.value, end.disc.quantity.standard_uncertainty or 0.0
-    return "volume" if worn > max(2 * unsure, _HARDLY * end.pin_depth.value) else "giwm"
+    return "volume" if wears_beside(end.disc.quantity, end.pin_depth.value) else "giwm"
+
+
+def wears_beside(disc: Quantity, depth: float) -> bool:
+    """Whether a disc has worn: more than its measurement may be off by, and than a hundredth of the other depth, m."""
+    return disc.value > max(2 * (disc.standard_uncertainty or 0.0), _HARDLY * depth)
 
 
 def best_pin(run: RawRun, end: EndWear | None, recipe: Recipe) -> PinContact:

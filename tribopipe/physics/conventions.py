@@ -4,7 +4,7 @@ from typing import Literal
 
 LAW_GROUP = "tribopipe.laws"
 """Group of entry points that declare wear laws."""
-LAW_PATTERN = "(?!(.*_)?flat$)[a-z][a-z0-9_]*"
+LAW_PATTERN = "(?!(.*_)?disc$)[a-z][a-z0-9_]*"
 """What names of wear laws look like."""
 WearEngine = Literal["giwm", "volume", "local"]
 """How the depth of a pin follows from its worn volume: under uniform pressure and elastic approach, as the GIWM has

@@ -31,7 +31,7 @@ class References:
         self._listed = {run.id: run for run in catalogue.runs()}
         self._known: dict[tuple[object, ...], list[ListedRun]] = {}
         for law, run in product(laws, sorted(self._listed.values(), key=_severity)):
-            if not run["mark"] and any(run[f"k_d{of_law(law)}{disc}"] is not None for disc in ("", "_flat")):
+            if not run["mark"] and run[f"k_d{of_law(law)}"] is not None:
                 self._known.setdefault((law, *_alike(run)), []).append(run)
         self._bodies: dict[str, tuple[object, ...]] = {}
 

@@ -61,9 +61,9 @@ def _of_other_laws() -> Iterator[ListedColumn]:
             of_one = "of the pin or the curved disc."
             yield _number(f"k_d_{law}", f"k_D by {by}", f"Wear coefficient by {by}, {of_one}", "wear coefficient", _K_D)
             yield _number(
-                f"k_d_{law}_flat",
-                f"k_D flat disc by {by}",
-                f"Wear coefficient of the flat disc by {by}.",
+                f"k_d_{law}_disc",
+                f"k_D disc by {by}",
+                f"Wear coefficient by {by}, of the disc or the flat disc.",
                 "wear coefficient",
                 _K_D,
             )
@@ -131,11 +131,17 @@ _ALL = (
         "wear coefficient",
         _K_D,
     ),
-    _number("k_d_flat", "k_D flat disc", "Wear coefficient of the flat disc by Archard.", "wear coefficient", _K_D),
     _number(
-        "k_d_sarkar_flat",
-        "k_D flat disc by Sarkar",
-        "Wear coefficient of the flat disc by Sarkar.",
+        "k_d_disc",
+        "k_D disc",
+        "Wear coefficient by Archard's law, of the disc or the flat disc.",
+        "wear coefficient",
+        _K_D,
+    ),
+    _number(
+        "k_d_sarkar_disc",
+        "k_D disc by Sarkar",
+        "Wear coefficient by Sarkar's law, of the disc or the flat disc.",
         "wear coefficient",
         _K_D,
     ),

@@ -165,24 +165,22 @@ def _under_laws(held: _Held) -> dict[str, object]:
     found: dict[str, object] = {}
     for name in held.results:
         if (law := WEAR_FITS.law_of(name)) is not None:
-            found |= _coefficients(of_law(law), held.results[name])
+            found |= _coefficients(of_law(law), held.results[name], held.manifest)
         if (law := PREDICTIONS.law_of(name)) is not None:
             found[f"predicted_depth{of_law(law)}"] = _predicted(held.of(name, "prediction"))
     return found
 
 
-def _coefficients(law: str, fit: Record | None) -> dict[str, Quantity | None]:
-    if not isinstance(fit, WearFit):
+def _coefficients(law: str, fit: Record | None, manifest: RunManifest) -> dict[str, Quantity | None]:
+    if not isinstance(fit, WearFit) or manifest.contact is None:
         return {}
-    return {
-        f"k_d{law}{suffix}": body.wear_coefficient
-        for suffix, body in zip(("", "_flat"), fit.bodies.values(), strict=False)
-    }
+    columns = zip(manifest.contact.body_names, ("", "_disc"), strict=True)
+    return {f"k_d{law}{end}": fit.bodies[name].wear_coefficient for name, end in columns if name in fit.bodies}
 
 
 def _predicted(points: Iterable[Any] | None) -> Quantity | None:
     """Return the depth at the end, the first that a prediction is asked for."""
-    return next((point.wear_depth for point in points or ()), None)
+    return next((point.contact.approach for point in points or ()), None)
 
 
 def _worn(result: Record | None) -> tuple[BodyWearRate | None, BodyWearRate | None]:

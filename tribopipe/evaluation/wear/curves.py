@@ -61,12 +61,17 @@ def run_scenario(run: RawRun, law: LawName, known: KnownWear, friction: Friction
 def fitted_curves(
     run: RawRun, fit: WearFit, friction: FrictionFit | None = None, recipe: Recipe | None = None
 ) -> WearCurves | None:
-    """Return the fitted law along its run, with bands of what was fitted; none where nothing was."""
+    """Return the fitted law along its run, with bands of what was fitted; none where nothing was, or along no run."""
     known = known_wear(fit)
-    if known is None:
+    if known is None or not _along(fit):
         return None
     scenario = run_scenario(run, fit.model, known, friction, recipe or Recipe())
     return WearCurves(fit, scenario.fitted_bands(run, fit))
+
+
+def _along(fit: WearFit) -> bool:
+    """Whether wear was fitted along the run, rather than k_D found by a lost volume."""
+    return bool(fit.measurements) or any(body.fitted_end_depth is not None for body in fit.bodies.values())
 
 
 def predicted_curves(run: RawRun, scenario: Scenario, prediction: WearPrediction) -> WearCurves:

@@ -1,10 +1,12 @@
 """The wear coefficients k_D of the bodies of one run, whatever its contact.
 
 Where the depth signal of a test gives its wear, k_D is found from it and from post-test measurements together
-(curve_fit), else from measurements of the bodies alone (measurement_fit). What both have is written here. The interval
-is that of a Monte Carlo (JCGM 101:2008) in which every systematic input is drawn once per run.
+(curve_fit), else from measurements of the bodies alone (measurement_fit), or from the volume that a pin or its
+counterbody has lost (volume_fit). What all have is written here. The interval is that of a Monte Carlo (JCGM 101:2008)
+in which every systematic input is drawn once per run.
 """
 
+import math
 from collections.abc import Callable
 from typing import Any, Protocol
 
@@ -22,6 +24,7 @@ from tribopipe.evaluation.wear.curve_fit import curve_fit
 from tribopipe.evaluation.wear.curves import fitted_curves
 from tribopipe.evaluation.wear.inputs import default_notes
 from tribopipe.evaluation.wear.measurement_fit import correlation, measurement_fit
+from tribopipe.evaluation.wear.volume_fit import VolumeFit, volume_fit
 from tribopipe.physics.friction_path import ExponentialFriction, FrictionPath
 from tribopipe.physics.law_functions import law_of_function
 from tribopipe.physics.laws import law_named
@@ -110,6 +113,9 @@ def _fitted(corrected: CorrectedRun, model: LawName, friction: FrictionFit | Non
     }
     by_curve = manifest.contact is None or manifest.contact.sensor_tells
     found: Answer | tuple[str, ...] = (curve_fit if by_curve else measurement_fit)(corrected, model, friction, recipe)
+    volumes = _by_volume(corrected.run, model, friction, recipe) if by_curve else None
+    if isinstance(found, tuple) and volumes is not None:
+        found = volumes
     if isinstance(found, tuple):
         return WearFit(engine=recipe.wear.engine or "giwm", outcome="not fitted", lacks=found, **common)
     source: FrictionSource | None = None
@@ -120,7 +126,35 @@ def _fitted(corrected: CorrectedRun, model: LawName, friction: FrictionFit | Non
     notes = (*fit.notes, *default_notes(found.inputs), *unfitted)
     fit = fit.model_copy(update={**common, "friction": source, "notes": notes})
     fit = _with_monte_carlo(fit, found, recipe.monte_carlo, several=len(manifest.described.fitted_bodies) > 1)
+    if isinstance(volumes, VolumeFit) and found is not volumes and fit.engine == "volume":
+        fit = _with_counterbody(fit, volumes)
     return reworded(fit, manifest.worded)
+
+
+def _by_volume(
+    run: RawRun, model: LawName, friction: FrictionFit | None, recipe: Recipe
+) -> VolumeFit | tuple[str, ...] | None:
+    """Return k_D by volumes, or what is missing; none without volumes or bodies, or where another engine is wanted."""
+    if run.manifest.contact is None or recipe.wear.engine not in (None, "volume"):
+        return None
+    return volume_fit(run, model, friction, recipe)
+
+
+def _with_counterbody(fit: WearFit, volumes: VolumeFit) -> WearFit:
+    """Add k_D of the bodies that the depth signal does not give, by their volumes."""
+    others = volumes.of(*(body for body in volumes.bodies if body not in fit.bodies))
+    if others is None:
+        return fit
+    bodies = fit.bodies | others.result().bodies
+    return fit.model_copy(update={"bodies": bodies, "correlation": _by_shared_lines(*bodies.values())})
+
+
+def _by_shared_lines(one: BodyWear, other: BodyWear) -> float | None:
+    """Return the correlation of two k_D by what their budgets have in common."""
+    shares = [{line.name: line.relative for line in body.budget} for body in (one, other)]
+    product = math.prod(math.hypot(*lines.values()) for lines in shares)
+    common = shares[0].keys() & shares[1].keys()
+    return math.fsum(shares[0][name] * shares[1][name] for name in common) / product if product > 0 else None
 
 
 def _with_monte_carlo(fit: WearFit, found: Answer, how: MonteCarloRecipe, *, several: bool) -> WearFit:

@@ -23,10 +23,11 @@ from tribopipe.contacts.pin_on_disc import pin_curve
 from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
-from tribopipe.evaluation.depth_reading import engine_of, remountings
+from tribopipe.evaluation.depth_reading import engine_of, remountings, wears_beside
 from tribopipe.evaluation.drift import SensorTrace, read_trace
+from tribopipe.evaluation.measurements.body_wear import surest
 from tribopipe.evaluation.measurements.measured import EndValueUsed
-from tribopipe.evaluation.measurements.pin_on_disc import EndWear, beside_unseen_groove, end_wear
+from tribopipe.evaluation.measurements.pin_on_disc import EndWear, beside_unseen_groove, end_wear, pin_on_disc_wear
 from tribopipe.evaluation.measurements.pin_tip import PinTip
 from tribopipe.evaluation.wear.given_parameters import indistinct
 from tribopipe.evaluation.wear.inputs import (
@@ -45,7 +46,7 @@ from tribopipe.physics.laws import WearLaw, law_named
 from tribopipe.physics.pin_on_disc import PinContact
 from tribopipe.physics.pin_on_track import depth_growth, volume_growth
 from tribopipe.results.evaluation import FrictionFit
-from tribopipe.results.run import CorrectedRun
+from tribopipe.results.run import CorrectedRun, RawRun
 
 _MOST_ITERATIONS = 60
 _CONVERGED = 1e-12
@@ -418,6 +419,8 @@ def wear_problem(
     end = measured or _end_by_reading(corrected)
     if end is None:
         return corrected.correction.lacks
+    if measured is None and _disc_wears(run, recipe, end.pin_depth.value):
+        return ("a post-test measurement of the pin, since the disc has worn and the reading is of both together",)
     known = law_friction(run, law, friction, recipe.wear.friction)
     if known is None:
         return ("a friction signal",)
@@ -440,6 +443,11 @@ def wear_problem(
         friction_covariance=known.covariance,
         noise=_sensor_noise(trace, run.sliding_distance[seen], remountings(manifest, run.sliding_distance[seen])),
     )
+
+
+def _disc_wears(run: RawRun, recipe: Recipe, depth: float) -> bool:
+    found = surest(pin_on_disc_wear(run, recipe.uncertainty).bodies["disc"], "depth")
+    return found is not None and found.depth is not None and wears_beside(found.depth, depth)
 
 
 def _end_by_reading(corrected: CorrectedRun) -> EndWear | None:

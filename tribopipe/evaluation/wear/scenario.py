@@ -32,7 +32,7 @@ MOST_STEPS = 5_000_000
 _STEP = 1e-4
 """Of an input in a difference quotient, relative: small enough to stay linear however wide the uncertainty is."""
 _UNITS = {
-    **dict.fromkeys(("half_width", "half_length", "approach", "pin_depth", "track_depth"), "m"),
+    **dict.fromkeys(("half_width", "half_length", "approach", "wear_depth", "track_depth"), "m"),
     **dict.fromkeys(("pin_volume", "track_volume"), "m^3"),
     "track_section": "m^2",
     "pressure": "Pa",

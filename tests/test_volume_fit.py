@@ -1,0 +1,157 @@
+"""k_D of bodies by the volumes that they have lost: by hand, under any law, uncertain as it is, and where none is."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from end_value_runs import CIRCLE, RADIUS, described, run_of, si
+from folders import SAMPLES
+
+from tribopipe.documents.manifest import read_manifest
+from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
+from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.wear.curves import fitted_curves
+from tribopipe.evaluation.wear.fit import fit_wear
+from tribopipe.physics.friction_path import ExponentialFriction
+from tribopipe.physics.pin_on_track import SphereOnTrack
+from tribopipe.readers.harmonize import read_run
+
+FIRST_ORDER = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
+PIN, DISC, LOAD, SLID = 2e-12, 6e-12, 0.2, 500.0
+
+
+def run_with(*, path=CIRCLE, **lost):
+    """A run without a depth signal, its bodies weighed or measured after it."""
+    given = {"pin": (PIN, 0.03), "disc": (DISC, 0.04), **lost}
+    end = {f"{body}_wear_volume": si(v[0], "m^3", v[1] * v[0]) for body, v in given.items() if v is not None}
+    return run_of(described(conditions={"normal_load": si(LOAD, "N", 0.002), **path}, **end))
+
+
+def coefficients(fit):
+    return {name: body.wear_coefficient.value for name, body in fit.bodies.items()}
+
+
+def test_k_d_is_the_volume_over_load_and_distance():
+    fit = fit_wear(run_with(), "archard", recipe=FIRST_ORDER)
+    by_hand = {"pin": PIN / (LOAD * SLID), "disc": DISC / (LOAD * SLID)}
+    assert coefficients(fit) == pytest.approx(by_hand, rel=1e-12)
+    assert (fit.engine, fit.basis, fit.outcome) == ("volume", "measurement", "fitted")
+    pin, disc = (math.hypot(share, 0.01) for share in (0.03, 0.04))
+    for body, share in (("pin", pin), ("disc", disc)):
+        found = fit.bodies[body].wear_coefficient
+        assert found.standard_uncertainty == pytest.approx(share * found.value, rel=1e-3)
+    assert fit.correlation == pytest.approx(0.01**2 / (pin * disc), rel=1e-3)
+    assert any("whether the law holds" in note for note in fit.notes)
+
+
+@pytest.mark.parametrize("alone", ["pin", "disc"])
+def test_one_body_is_enough(alone):
+    other = {"pin": "disc", "disc": "pin"}[alone]
+    fit = fit_wear(run_with(**{other: None}), "archard", recipe=FIRST_ORDER)
+    assert list(fit.bodies) == [alone]
+    assert fit.k_d.value == pytest.approx({"pin": PIN, "disc": DISC}[alone] / (LOAD * SLID), rel=1e-12)
+
+
+def test_sarkars_distance_is_that_of_the_friction():
+    run = run_with()
+    friction = 0.5 + 0.2 * np.exp(-run.sliding_distance / 40.0)
+    columns = {**run.columns, "friction_coefficient": friction}
+    run = replace(run, columns=columns, origins=dict.fromkeys(columns, "measured"))
+    fit = fit_wear(run, "sarkar", fit_friction(run), FIRST_ORDER)
+    effective = ExponentialFriction(0.2, 0.5, 40.0)
+    s = np.linspace(0, SLID, 200_001)
+    distance = np.trapezoid(np.sqrt(1 + 3 * effective.coefficient(s) ** 2), s)
+    assert coefficients(fit)["disc"] == pytest.approx(DISC / (LOAD * distance), rel=1e-6)
+
+
+def test_interval_of_draws_is_that_of_the_quotient():
+    fit = fit_wear(run_with(), "archard")
+    rng = np.random.default_rng(5)
+    k = DISC * (1 + 0.04 * rng.standard_normal(400_000)) / (LOAD * (1 + 0.01 * rng.standard_normal(400_000)) * SLID)
+    low, high = (end.value for end in fit.bodies["disc"].interval)
+    assert [low, high] == pytest.approx(np.quantile(k, [0.025, 0.975]), rel=0.01)
+
+
+def test_a_depth_that_gives_the_volume_does_as_well():
+    """A scar on a disc that does not wear: the cap, as the specific wear rate has it."""
+    run = run_of(described(conditions={"normal_load": si(LOAD, "N")}, pin_scar_diameter=si(0.2e-3, "m", 1e-6)))
+    height = RADIUS - math.sqrt(RADIUS**2 - 0.1e-3**2)
+    cap = math.pi * height**2 * (3 * RADIUS - height) / 3
+    assert fit_wear(run, "archard", recipe=FIRST_ORDER).k_d.value == pytest.approx(cap / (LOAD * SLID), rel=1e-9)
+
+
+# --- with a depth signal ---
+
+
+def sample(**ends):
+    """The sample run on a circle of 4 mm, with these post-test measurements in the place of its own."""
+    manifest, _ = read_manifest(SAMPLES / "si3n4-air-200mN" / "run.toml")
+    run = read_run(SAMPLES / "si3n4-air-200mN")
+    stated = {**manifest.model_dump(mode="json", exclude_unset=True), "end_values": ends}
+    stated["conditions"]["track_radius"] = si(4e-3, "m", 1e-5)
+    return replace(run, manifest=type(manifest).model_validate(stated))
+
+
+SCAR = {"pin_scar_diameter": si(383.672e-6, "m", 2e-6)}
+
+
+def test_disc_that_wears_has_a_k_d_beside_that_of_the_pin():
+    fit = fit_wear(sample(**SCAR, disc_wear_depth=si(2.5e-6, "m", 5e-8)), recipe=FIRST_ORDER)
+    assert (list(fit.bodies), fit.engine) == (["pin", "disc"], "volume")
+    tip = SphereOnTrack(RADIUS)
+    groove = tip.at_depths(fit.bodies["pin"].fitted_end_depth.value, 2.5e-6).groove_area
+    by_hand = 2 * math.pi * 4e-3 * float(groove) / (LOAD * SLID)
+    assert coefficients(fit)["disc"] == pytest.approx(by_hand, rel=0.02)
+    assert 0 < fit.correlation < 1
+
+
+def test_disc_that_hardly_wears_has_none():
+    fit = fit_wear(sample(**SCAR, disc_wear_depth=si(115e-9, "m", 2e-8)), recipe=FIRST_ORDER)
+    assert (list(fit.bodies), fit.engine) == (["pin"], "giwm")
+
+
+def test_reading_of_pin_and_disc_is_not_taken_for_the_pin_alone():
+    """A hard ball on a soft disc: the depth sensor reads the groove."""
+    fit = fit_wear(sample(disc_wear_depth=si(20e-6, "m", 2e-7)), recipe=FIRST_ORDER)
+    assert "pin" not in coefficients(fit)
+    fit = fit_wear(sample(disc_wear_volume=si(0.12e-9, "m^3", 4e-12)), recipe=FIRST_ORDER)
+    assert coefficients(fit) == pytest.approx({"disc": 0.12e-9 / (LOAD * SLID)}, rel=1e-3)
+
+
+def test_curve_follows_the_wear_of_both():
+    run = sample(**SCAR, disc_wear_depth=si(2.5e-6, "m", 5e-8))
+    fit = fit_wear(run, recipe=FIRST_ORDER)
+    band = fitted_curves(run, fit).bands["wear_depth"]
+    assert band.best[-1] == pytest.approx(fit.bodies["pin"].fitted_end_depth.value, rel=1e-4)
+    assert np.all(band.lower <= band.best)
+
+
+# --- where there is none ---
+
+
+def test_no_volume_is_reported_as_before():
+    fit = fit_wear(run_with(pin=None, disc=None), "archard", recipe=FIRST_ORDER)
+    assert (fit.outcome, fit.lacks) == ("not fitted", ("a depth signal",))
+
+
+def test_sarkars_law_asks_for_friction():
+    assert fit_wear(run_with(), "sarkar", recipe=FIRST_ORDER).lacks == ("a friction signal",)
+
+
+def test_a_body_that_lost_nothing_has_none():
+    assert list(fit_wear(run_with(pin=(0.0, 0.0)), "archard", recipe=FIRST_ORDER).bodies) == ["disc"]
+
+
+def test_a_track_of_unknown_length_gives_none_of_the_disc():
+    assert list(fit_wear(run_with(path={}), "archard", recipe=FIRST_ORDER).bodies) == ["pin"]
+
+
+def test_another_engine_asks_for_a_depth_signal():
+    recipe = FIRST_ORDER.model_copy(update={"wear": FIRST_ORDER.wear.model_copy(update={"engine": "giwm"})})
+    assert fit_wear(run_with(), "archard", recipe=recipe).outcome == "not fitted"
+
+
+def test_there_is_no_curve_without_one():
+    run = run_with()
+    assert fitted_curves(run, fit_wear(run, "archard", recipe=FIRST_ORDER)) is None
