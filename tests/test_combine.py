@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.optimize import brentq
 from scipy.stats import chi2
 
-from tribopipe.evaluation.study.combine import Combination, combine
+from tribopipe.evaluation.study.combine import Combination, combine, paule_mandel
 
 TRUE = 1.35e-14
 """k_D of Si3N4 in air, m²/N."""
@@ -23,6 +22,10 @@ BCG = np.array(
 BCG_VARIANCE = np.array(
     [0.3256, 0.1946, 0.4154, 0.0200, 0.0512, 0.0069, 0.2230, 0.0040, 0.0564, 0.0730, 0.0124, 0.5325, 0.0714]
 )
+
+# R. N. Kacker, Metrologia 41 (2004) 132, table 1: nine laboratories and their variances.
+NINE_LABORATORIES = np.array([61.00, 61.40, 62.21, 62.30, 62.34, 62.60, 62.70, 62.84, 65.90])
+NINE_VARIANCES = np.array([0.2025, 1.2100, 0.0900, 0.2025, 0.3844, 0.5625, 0.0676, 0.0225, 1.8225])
 
 
 def names(number: int) -> list[str]:
@@ -38,16 +41,10 @@ def exact_draws(roots: np.ndarray, spreads: np.ndarray, shared: float = 0.0, num
     return drawn**2
 
 
-def paule_mandel(x: np.ndarray, variance: np.ndarray) -> float:
-    """τ of Σ wᵢ (xᵢ − x̄)² = n − 1, by bisection; 0 where the left side is too small already without scatter."""
-
-    def excess(between: float) -> float:
-        weights = 1 / (variance + between)
-        return float(weights @ (x - weights @ x / weights.sum()) ** 2) - (len(x) - 1)
-
-    if excess(0.0) <= 0:
-        return 0.0
-    return math.sqrt(brentq(excess, 0.0, len(x) * np.var(x) + 1.0, xtol=1e-300, rtol=1e-14))
+def excess(x: np.ndarray, variance: np.ndarray, scatter: float) -> float:
+    """Σ wᵢ (xᵢ − x̄)² − (n − 1), which is 0 at Paule and Mandel's τ."""
+    weights = 1 / (variance + scatter**2)
+    return float(weights @ (x - weights @ x / weights.sum()) ** 2) - (len(x) - 1)
 
 
 class Lab:
@@ -86,7 +83,7 @@ def test_one_run_passes_through_as_it_is():
 def test_scatter_of_published_data_is_paule_and_mandel_s():
     x = BCG + 10  # τ does not care where zero lies, but √k_D is above it
     combination = combine(names(13), x**2, exact_draws(x, np.sqrt(BCG_VARIANCE)))
-    assert combination.scatter == pytest.approx(paule_mandel(x, BCG_VARIANCE), rel=1e-6)
+    assert combination.scatter == pytest.approx(paule_mandel(x, BCG_VARIANCE), rel=1e-9)
     assert combination.scatter**2 == pytest.approx(0.318, abs=5e-4)
     weights = 1 / (BCG_VARIANCE + combination.scatter**2)
     assert combination.weights == pytest.approx(weights / weights.sum(), rel=1e-9)
@@ -96,19 +93,45 @@ def test_scatter_of_published_data_is_paule_and_mandel_s():
     assert combination.summary.p_value == pytest.approx(chi2.sf(q, 12), rel=1e-6, abs=0)
 
 
-@given(
-    offs=st.lists(st.integers(-100, 100), min_size=2, max_size=9, unique=True),
-    spreads=st.lists(st.floats(0.01, 1), min_size=9, max_size=9),
-    scale=st.sampled_from([1e-3, 1e-2, 0.05]),
-    unit=st.sampled_from([1e-9, math.sqrt(TRUE), 1.0]),
+def test_scatter_of_interlaboratory_results_is_as_published():
+    assert paule_mandel(NINE_LABORATORIES, NINE_VARIANCES) == pytest.approx(0.8399, abs=5e-5)
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1.0, 1e6])
+@pytest.mark.parametrize(
+    ("x", "own", "scatter"),
+    [
+        # Two runs: (x₁ − x₂)² = u₁² + u₂² + 2τ².
+        ([1.0, 1.2], [0.05, 0.1], math.sqrt((0.04 - 0.0125) / 2)),
+        # Equal variances: τ² = s² − u².
+        ([1.0, 1.1, 0.8, 1.3], [0.1] * 4, math.sqrt(0.13 / 3 - 0.01)),
+        # Two runs at ±d about a third: τ² = d² − u², whatever the uncertainty of the third.
+        ([0.9, 1.0, 1.1], [0.06, 7.0, 0.06], 0.08),
+        # A third that says nothing: (x₁ − x₂)² = 4(u² + τ²), with τ far less than the variance of x.
+        ([0.0, 2e-6, 1.0], [6e-7, 6e-7, 1e8], 8e-7),
+        # Runs that agree as well as they state, or better.
+        ([1.0, 1.1], [0.0708, 0.0708], 0.0),
+        ([1.0, 1.0, 1.0], [0.01, 0.02, 0.03], 0.0),
+    ],
 )
-def test_scatter_solves_paule_and_mandel_s_equation_whatever_the_unit(offs, spreads, scale, unit):
-    x = unit * (1 + scale * np.array(offs) / 100)
-    own = unit * scale * np.array(spreads[: len(x)])
-    found = combine(names(len(x)), x**2, exact_draws(x, own)).scatter
-    # The search ends where the two sides of the equation differ by less than 1e-5; its slope is at least 1/(τ² + u²).
-    expected = unit**2 * paule_mandel(x / unit, (own / unit) ** 2) ** 2
-    assert found**2 == pytest.approx(expected, rel=2e-5, abs=2e-5 * max(own) ** 2)
+def test_scatter_has_a_closed_form_in_special_cases(x, own, scatter, unit):
+    found = paule_mandel(unit * np.array(x), (unit * np.array(own)) ** 2)
+    assert found == pytest.approx(unit * scatter, rel=1e-9, abs=0)
+
+
+@given(
+    offs=st.lists(st.integers(-100, 100), min_size=2, max_size=9),
+    spreads=st.lists(st.floats(1e-3, 10), min_size=9, max_size=9),
+    unit=st.sampled_from([1e-9, math.sqrt(TRUE), 1.0, 1e9]),
+)
+def test_scatter_solves_paule_and_mandel_s_equation_whatever_the_unit_and_the_zero(offs, spreads, unit):
+    x, variance = unit * np.array(offs) / 100, (unit * np.array(spreads[: len(offs)])) ** 2
+    scatter = paule_mandel(x, variance)
+    assert paule_mandel(x + unit, variance) == pytest.approx(scatter, rel=1e-9, abs=1e-6 * math.sqrt(variance.min()))
+    if scatter:
+        assert excess(x, variance, scatter) == pytest.approx(0, abs=1e-9)
+    else:
+        assert excess(x, variance, 0.0) <= 0
 
 
 def test_runs_that_agree_better_than_they_claim_are_weighed_by_their_own_variance_alone():

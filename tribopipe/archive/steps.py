@@ -32,7 +32,7 @@ METHODS: dict[str, int] = {
     "wear_fit": 3,
     "prediction": 2,
     "local_wear": 1,
-    "study": 3,
+    "study": 4,
 }
 """Number of the method of each step, under any law. Raise it by one where a change gives other numbers from the same
 inputs: archived steps are then done again, and `process` shows the earlier and the new values."""

@@ -1,10 +1,10 @@
 """One k_D from several runs, with the scatter between them.
 
 A random-effects mean: run i found x_i with its own variance u_i², and the runs scatter by τ about the mean beyond that.
-τ² is Paule and Mandel's estimate (R. C. Paule, J. Mandel, J. Res. NBS 87 (1982) 377), by statsmodels; weights are
-1/(u_i² + τ²). x is √k_D rather than k_D: worn depth grows about as √k_D, and it is errors of depth that make k_D
-uncertain, so that they are about symmetric in x, and k_D = 0 is a value like any other. Errors that runs share cannot
-be averaged away and are left out of u_i; they enter as every draw of the mean takes all runs together.
+τ² is Paule and Mandel's estimate (`paule_mandel`); weights are 1/(u_i² + τ²). x is √k_D rather than k_D: worn depth
+grows about as √k_D, and it is errors of depth that make k_D uncertain, so that they are about symmetric in x, and
+k_D = 0 is a value like any other. Errors that runs share cannot be averaged away and are left out of u_i; they enter as
+every draw of the mean takes all runs together.
 """
 
 import math
@@ -23,6 +23,8 @@ _UNLIKELY = 0.01
 """Probability below which runs are not taken to have agreed so well by chance."""
 _OUTLIER_LEVEL = 0.05
 """Probability of calling any run of a sound set an outlier, shared out among the runs."""
+_NEGLIGIBLE = 1e-14
+"""Of the smallest own variance: how precisely τ² is found where it is small."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,7 @@ def combine(ids: Sequence[str], best: Sequence[float], draws: Column) -> Combina
     shared = float(np.mean(covariance[~np.eye(len(ids), dtype=bool)]))
     own = np.maximum(np.diag(covariance) - max(shared, 0.0), 1e-3 * np.diag(covariance))
     x = np.sqrt(np.asarray(best))
-    scatter = _between(x, own)
+    scatter = paule_mandel(x, own)
     weights = 1 / (own + scatter**2)
     weights /= weights.sum()
     mean = float(weights @ x)
@@ -82,14 +84,39 @@ def combine(ids: Sequence[str], best: Sequence[float], draws: Column) -> Combina
     return Combination(weights, scatter, summary)
 
 
-def _between(x: Column, variance: Column) -> float:
-    """Return τ, scaled so that the library's iteration does not stop at numbers as small as √k_D."""
-    from statsmodels.stats.meta_analysis import combine_effects
+def paule_mandel(x: Column, variance: Column) -> float:
+    """Return the standard deviation τ between runs, beyond what their own uncertainties explain.
 
-    unit = float(np.mean(x))
-    with np.errstate(divide="ignore"):  # of a heterogeneity index that is not used, where runs agree to the last digit
-        found = combine_effects(x / unit, variance / unit**2, method_re="iterated")
-    return math.sqrt(max(0.0, float(found.tau2))) * unit
+    τ² solves Σ w_i·(x_i − x̄)² = n − 1 with w_i = 1/(u_i² + τ²) and x̄ = Σ w_i·x_i / Σ w_i; τ is 0 if the sum is
+    smaller already without scatter.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+        Result of each run, in any unit.
+    variance : ndarray, shape (n,)
+        Its own variance u_i², in that unit squared.
+
+    Returns
+    -------
+    float
+        τ, in the unit of ``x``.
+
+    References
+    ----------
+    R. C. Paule, J. Mandel, J. Res. NBS 87 (1982) 377.
+    """
+    from scipy.optimize import brentq
+
+    def excess(between: float) -> float:
+        weights = 1 / (variance + between)
+        return float(weights @ (x - weights @ x / weights.sum()) ** 2) - (len(x) - 1)
+
+    if not excess(0.0) > 0:  # nan where a run has no uncertainty
+        return 0.0
+    # The sum is less than Σ (x_i − mean)²/τ², so that τ² is less than the variance of x.
+    largest = 2 * float(np.var(x, ddof=1))
+    return math.sqrt(brentq(excess, 0.0, largest, xtol=_NEGLIGIBLE * float(np.min(variance))))
 
 
 def _outliers(x: Column, variance: Column) -> list[int]:
@@ -102,7 +129,7 @@ def _outliers(x: Column, variance: Column) -> list[int]:
     found = []
     for place in range(count):
         others = np.arange(count) != place
-        scatter = _between(x[others], variance[others])
+        scatter = paule_mandel(x[others], variance[others])
         weights = 1 / (variance[others] + scatter**2)
         mean, of_mean = float(weights @ x[others] / weights.sum()), 1 / float(weights.sum())
         distance = abs(x[place] - mean) / math.sqrt(variance[place] + scatter**2 + of_mean)
