@@ -80,7 +80,7 @@ at = ["100 m"]
 conditions.normal_load = ["100 mN", "200 mN"]
 """
 SERVE = {"browse", "demo"}
-"""Commands that go on until Ctrl-C."""
+"""Commands of the extra web, which go on until Ctrl-C."""
 
 pytestmark = [
     pytest.mark.slow,
@@ -219,12 +219,12 @@ def test_main_job_runs_without_extras(bare, tmp_path):
 
 
 def test_an_extra_is_for_a_command_or_for_work_on_tribopipe():
-    assert set(PROJECT["optional-dependencies"]) == {*NEEDS, *NEEDS_IN_PYTHON} | FOR_WORK_ON_TRIBOPIPE
+    assert set(PROJECT["optional-dependencies"]) == {*NEEDS, *NEEDS_IN_PYTHON, "web"} | FOR_WORK_ON_TRIBOPIPE
 
 
-@pytest.mark.parametrize("extra", NEEDS)
-def test_missing_extra_is_named_by_the_command_that_needs_it(extra, bare, lab):
-    said = called(bare / "tribopipe", *NEEDS[extra], cwd=lab, exit_code=1)
+@pytest.mark.parametrize(("extra", "command"), [*NEEDS.items(), *(("web", (command,)) for command in sorted(SERVE))])
+def test_missing_extra_is_named_by_the_command_that_needs_it(extra, command, bare, lab):
+    said = called(bare / "tribopipe", *command, cwd=lab, exit_code=1)
     assert said.stdout == ""
     (line,) = said.stderr.splitlines()
     assert f'pip install "tribopipe[{extra}]"' in line

@@ -19,9 +19,10 @@ def loaded(name: str) -> dict:
     return yaml.safe_load((ROOT / name).read_text(encoding="utf-8"))
 
 
-def test_the_conda_recipe_needs_what_the_package_needs():
+def test_the_conda_recipe_needs_what_the_package_and_its_server_need():
     recipe = loaded("recipe/recipe.yaml")
-    needed = [re.fullmatch(r"([\w-]+)(.*)", one).groups() for one in PROJECT["dependencies"]]
+    required = [*PROJECT["dependencies"], *PROJECT["optional-dependencies"]["web"]]
+    needed = [re.fullmatch(r"([\w-]+)(.*)", one).groups() for one in required]
     expected = [f"{CONDA_NAMES.get(name, name)} {bound}" for name, bound in needed]
     assert recipe["requirements"]["run"] == [f"python {PROJECT['requires-python']}", *expected]
     (command,) = recipe["build"]["python"]["entry_points"]

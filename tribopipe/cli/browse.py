@@ -1,6 +1,7 @@
 """The command that shows an archive in the web browser: browse."""
 
 import signal
+from importlib import import_module
 from typing import Annotated
 
 import typer
@@ -11,6 +12,8 @@ from tribopipe.cli.output import say
 
 Port = Annotated[int, typer.Option("--port", help="Port; any free one by default.", min=0, max=65_535)]
 NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Only print the address.")]
+SERVER_PACKAGES = ("anyio", "fastapi", "h5grove", "starlette", "uvicorn")
+"""Packages of the extra web."""
 
 
 def browse(archive: ArchiveFolder = DEFAULT_ARCHIVE, port: Port = 0, no_browser: NoBrowser = False) -> None:
@@ -18,16 +21,31 @@ def browse(archive: ArchiveFolder = DEFAULT_ARCHIVE, port: Port = 0, no_browser:
 
     Only this machine can reach the pages, with the printed address, and they change nothing.
     """
-    from tribopipe.base.errors import ArchiveError
-    from tribopipe.browse.bundle import NOT_BUILT, is_built
+    require_archive(archive)
+    require_server()
     from tribopipe.browse.server import serve
 
-    require_archive(archive)
-    if not is_built():
-        raise ArchiveError(NOT_BUILT)
     up_to_date(archive)
     signal.signal(signal.SIGINT, signal.default_int_handler)  # the server ends by itself, with nothing to resume
     serve(archive, port, lambda address: say(f"{address} shows {archive}; Ctrl-C ends it"), open_browser=not no_browser)
+
+
+def require_server() -> None:
+    """Raise ``ArchiveError`` where the packages of the server, or the pages that it serves, are not installed."""
+    from tribopipe.base.errors import ArchiveError
+
+    for name in SERVER_PACKAGES:
+        try:
+            import_module(name)
+        except ImportError:
+            raise ArchiveError(
+                f"found no package {name}, which the server of the web pages needs; expected it to be installed; run "
+                '`pip install "tribopipe[web]"`'
+            ) from None
+    from tribopipe.browse.bundle import NOT_BUILT, is_built
+
+    if not is_built():
+        raise ArchiveError(NOT_BUILT)
 
 
 COMMANDS = {"browse": browse}

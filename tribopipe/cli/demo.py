@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from tribopipe.cli.batch_options import crew
-from tribopipe.cli.browse import NoBrowser, Port, browse
+from tribopipe.cli.browse import NoBrowser, Port, browse, require_server
 from tribopipe.cli.output import finish, progress, say
 
 _PLAN, _RUNS, _ARCHIVE = "plan.toml", "runs", "archive"
@@ -22,11 +22,7 @@ def demo(
 
     Everything is put into one folder, which can be deleted afterwards. A second time what is there is shown at once.
     """
-    from tribopipe.base.errors import ArchiveError
-    from tribopipe.browse.bundle import NOT_BUILT, is_built
-
-    if not is_built():
-        raise ArchiveError(NOT_BUILT)
+    require_server()
     _begin(folder)
     _record(folder)
     _process(folder / _RUNS, folder / _ARCHIVE)
