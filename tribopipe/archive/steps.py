@@ -29,8 +29,8 @@ METHODS: dict[str, int] = {
     "drift_correction": 3,
     "friction_fit": 2,
     "specific_wear": 2,
-    "wear_fit": 3,
-    "prediction": 2,
+    "wear_fit": 4,
+    "prediction": 3,
     "local_wear": 1,
     "study": 4,
 }
