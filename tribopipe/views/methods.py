@@ -255,6 +255,22 @@ _BY_VOLUME = Method(
     ),
     "f is 1 in Archard's law and √(1 + 3μ²) in Sarkar's.",
 )
+_BOTH_WEAR = Method(
+    "Wear of a pin and of its track",
+    "Archard's law holds at each point of both bodies, which stay in contact. In each slice along the sliding "
+    "direction, the depth of the groove follows from the area A that the pin has lost there, with L the sliding "
+    "distance between two passages of the pin, and scar and groove from the volumes of both:",
+    (
+        Equation(r"h_d ( x ) = \frac{k_2}{k_1 L} A ( x )"),
+        Equation(r"V_i = k_i F_N S"),
+    ),
+)
+_LOST = Method(
+    "Identification of k_D by wear volume",
+    "A body whose wear volume was measured, but not its course, has the k_D of the whole test, in any geometry:",
+    (Equation(r"k_{D , i} = \frac{V_i}{F_N S}"),),
+    "S is the sliding distance weighted by the wear law.",
+)
 _LOCAL = Method(
     "Local wear",
     "Where stated, wear was simulated with the local contact pressure instead of a uniform one; each point recedes by "
@@ -408,6 +424,11 @@ def _has_draws(told: Evidence) -> bool:
     return told.study is not None or any(body.monte_carlo for fit in told.fits for body in fit.bodies.values())
 
 
+def _by_lost_volume(told: Evidence) -> bool:
+    fits = [one for one in told.pins if isinstance(one, WearFit)]
+    return any(body.fitted_end_depth is None for fit in fits for body in fit.bodies.values())
+
+
 _WRITTEN = ("archard", "sarkar")
 """Laws whose methods are written here."""
 _METHODS: tuple[tuple[Callable[[Evidence], object], Method], ...] = (
@@ -424,11 +445,13 @@ _METHODS: tuple[tuple[Callable[[Evidence], object], Method], ...] = (
     (lambda told: "truncated-sphere" in told.shapes, _TRUNCATED),
     (lambda told: "flat" in told.shapes, _FLAT),
     (lambda told: any(one.engine == "volume" for one in told.pins), _BY_VOLUME),
+    (lambda told: any(len(one.bodies) > 1 for one in told.pins), _BOTH_WEAR),
     (_is_local, _LOCAL),
     (lambda told: told.discs, _DISCS),
     *((_counted(convention), method) for convention, method in _CONVENTIONS.items()),
     (lambda told: "two-step" in told.corrections, _TWO_STEPS),
     (lambda told: "model" in told.corrections, _MODEL),
+    (_by_lost_volume, _LOST),
     (lambda told: told.discs, _BOTH_DISCS),
     (_has_budget, _BUDGET),
     (_has_draws, _DRAWN),
