@@ -270,6 +270,12 @@ CASES = {
         "end_values.pin_scar_diameter",
         manifest(end_values__pin_scar_diameter="200 um"),
     ),
+    "film_is_not_worn_through": (
+        "warning",
+        manifest(contact__pin__film_thickness="3 um", end_values__pin_scar_diameter="200 um"),
+        "contact.pin.film_thickness",
+        manifest(contact__pin__film_thickness="10 um", end_values__pin_scar_diameter="200 um"),
+    ),
     "load_is_the_nominal_one": (
         "warning",
         column("normal_force", lambda load: load * 0.95),

@@ -218,6 +218,15 @@ def test_a_track_shorter_than_the_contact_is_warned_of(manifest):
     assert any("never leave the contact" in note for note in found.notes)
 
 
+def test_a_coating_that_is_worn_through_is_warned_of(manifest):
+    film = {"film_thickness": Quantity(value=10e-6, unit="m")}
+    disc = manifest.contact.disc.model_copy(update=film)
+    coated = manifest.model_copy(update={"contact": manifest.contact.model_copy(update={"disc": disc})})
+    deep, shallow = (predict_wear(scenario(coated), [place]).notes for place in (500.0, 100.0))
+    assert any("the disc is worn 11.6" in note and "through its coating of 10 µm" in note for note in deep)
+    assert not any("coating" in note for note in shallow)
+
+
 def test_published_scheme_is_refused(manifest):
     with pytest.raises(ContactError, match="published scheme"):
         predict_wear(scenario(manifest), [500.0], scheme="published")

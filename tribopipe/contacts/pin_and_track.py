@@ -4,7 +4,7 @@ Each body loses V = k·F_N·S, and the shape of both follows from these volumes 
 elasticity enters: local wear keeps to these volumes once the bodies have worn by more than they approach elastically.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
@@ -151,15 +151,26 @@ class PinAndTrackWear:
         """Return nothing: rigid bodies begin in a point."""
 
     def notes(self, _: Values, last: State | None, /) -> tuple[str, ...]:
-        """Return what the contact assumes, and where the track is no longer than the contact on it."""
-        assumed = (*self.contact.limits, "wear of both bodies by volume: k_D·F_N·s is what each of them loses")
-        if last is None or self.path.value > 2 * float(last["half_length"]):
-            return assumed
-        return (
-            *assumed,
+        """Return what the contact assumes, and where a coating is worn through, or the track too short for it."""
+        yielded = () if last is None else (*self._through(last), *self._short(last))
+        return *self.contact.limits, "wear of both bodies by volume: k_D·F_N·s is what each of them loses", *yielded
+
+    def _through(self, last: State) -> Iterator[str]:
+        for (name, body), depth in zip(self.contact.bodies.items(), ("wear_depth", "track_depth"), strict=True):
+            film, worn = body.film_thickness, float(last[depth])
+            if film is not None and worn > film.value:
+                yield (
+                    f"warning: the {name} is worn {show(worn, None, 'm', 'um')} deep, through its coating of "
+                    f"{film.shown('um')}; expected wear within the coating, of which k_D is"
+                )
+
+    def _short(self, last: State) -> Iterator[str]:
+        if self.path.value > 2 * float(last["half_length"]):
+            return
+        yield (
             f"warning: the contact is {show(2 * float(last['half_length']), None, 'm', 'mm')} long and the track "
             f"{self.path.shown('mm')}, so that parts of it never leave the contact; expected a track longer than the "
-            "contact; take the volumes, which hold, and no depth",
+            "contact; take the volumes, which hold, and no depth"
         )
 
 

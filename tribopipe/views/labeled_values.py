@@ -48,6 +48,7 @@ _FIELDS = {
     "surface_roughness": _Field("roughness Ra"),
     "vickers_hardness": _Field("Vickers hardness HV"),
     "fracture_toughness": _Field("fracture toughness K_Ic"),
+    "film_thickness": _Field("thickness of the coating"),
     "normal_load": _Field("normal load"),
     "sliding_speed": _Field("sliding speed"),
     "curved_disc_speed": _Field("speed of the curved disc"),

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import NamedTuple
 
 from tribopipe.base.errors import ContactError, FitError
@@ -234,6 +235,27 @@ def overall_rate_is_the_steady_one(run: RawRun, cleaned: CleanedRun) -> Iterator
                 f"{steady.shown(SPECIFIC_WEAR_RATE)}; expected them to agree after a short running-in",
                 "report the steady rate for long tests; the overall rate and k_D apply to this distance only",
             )
+
+
+@check_cleaned("warning")
+def film_is_not_worn_through(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+    """Find wear deeper than the coating of a body, so that k_D is that of coating and substrate together."""
+    films = {name: body.film_thickness for name, body in run.manifest.bodies.items() if body.film_thickness is not None}
+    if not films or run.manifest.contact is None:
+        return
+    contact = run.manifest.contact
+    with suppress(ContactError, FitError):
+        worn = {contact.body_name(role): rate.depth for role, rate in specific_wear(cleaned.run).bodies.items()}
+        for name, film in films.items():
+            depth = worn.get(name)
+            if depth is not None and depth.value > film.value:
+                yield Trouble(
+                    f"contact.{name}.film_thickness",
+                    f"found wear {depth.shown('um')} deep in a coating of {film.shown('um')}; expected wear within "
+                    "the coating",
+                    "repeat the test over a shorter distance; k_D and wear rate of this one are those of coating and "
+                    "substrate together",
+                )
 
 
 @check("warning")
