@@ -41,7 +41,7 @@ class RunRow(NamedTuple):
     coefficients: "Mapping[str, Quantity]"
     """k_D of each body."""
     named: tuple[str, ...]
-    """Bodies that k_D has to be told of; none where it is that of the first body alone."""
+    """Bodies whose k_D is shown by name; none where it is that of the first body alone."""
     rate: "Quantity | None"
     """Specific wear rate, of a run without k_D."""
     friction: "Quantity | None"

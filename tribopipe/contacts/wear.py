@@ -40,7 +40,7 @@ class ContactWear(Protocol):
 
     @property
     def bodies(self) -> Mapping[str, Mapping[str, str]]:
-        """Bodies whose wear is predicted, and the name in a state of each ``PredictedBody`` field of theirs."""
+        """Bodies whose wear is predicted, and the name in a state of each of their ``PredictedBody`` fields."""
 
     @property
     def displacement(self) -> str:

@@ -119,7 +119,7 @@ class VolumeFit:
 def volume_fit(
     run: RawRun, model: LawName, friction: FrictionFit | None, recipe: Recipe
 ) -> VolumeFit | tuple[str, ...] | None:
-    """Pose k_D of the bodies of a pin's run whose lost volume was measured; none where none was, or nothing slid.
+    """Pose k_D of the bodies of a pin's run whose lost volume was measured; none where none was, or without a sliding distance.
 
     Reports what else the law needs and the run does not have. Raises ``FitError`` for a mass without density, and for
     profiles of which nothing can be taken.
