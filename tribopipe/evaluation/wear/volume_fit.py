@@ -119,9 +119,9 @@ class VolumeFit:
 def volume_fit(
     run: RawRun, model: LawName, friction: FrictionFit | None, recipe: Recipe
 ) -> VolumeFit | tuple[str, ...] | None:
-    """Pose k_D of the bodies of a pin's run whose lost volume was measured; none where none was, or without a sliding distance.
+    """Pose k_D of the bodies of a pin's run whose lost volume was measured.
 
-    Reports what else the law needs and the run does not have. Raises ``FitError`` for a mass without density, and for
+    None where no volume was, or without a sliding distance. Reports what else the law needs and the run does not have. Raises ``FitError`` for a mass without density, and for
     profiles of which nothing can be taken.
     """
     slid, lost = run.columns.get("sliding_distance"), _lost(run, recipe)
