@@ -57,6 +57,8 @@ def test_the_archive_says_what_it_is(lasting):
     columns = {column["name"]: column for column in told["columns"]}
     assert columns["load"]["unit"] == "mN"
     assert {"name", "label", "unit", "help", "kind", "shown"} == set(columns["id"])
+    units = {name: (columns[name]["factor"], columns[name]["offset"]) for name in ("load", "temperature", "k_d")}
+    assert units == {"load": (1e3, 0), "temperature": (1, -273.15), "k_d": (1e6, 0)}
 
 
 def test_the_list_has_every_column_of_every_run(reader):
@@ -64,7 +66,8 @@ def test_the_list_has_every_column_of_every_run(reader):
     assert runs["ids"] == [RUN]
     row = dict(zip(runs["columns"], runs["rows"][0], strict=True))
     assert row["id"] == RUN
-    assert row["load"] == [0.2, "200.0 ± 2.0"]
+    assert row["load"] == [0.2, "200.0 ± 2.0", 0.002]
+    assert len(row["findings"]) == 2  # a count has no uncertainty
     assert row["k_d"][0] == pytest.approx(13.5e-15, rel=0.2)
     assert "±" in row["k_d"][1]
     assert None in row.values()

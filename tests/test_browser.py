@@ -33,6 +33,7 @@ PAGES = {
     "run": f"/runs/{RUN}",
     "discs": "/runs/si3n4-twin-disc-4pct-1000k",
     "compare": f"/compare?runs={RUN},{OTHER}",
+    "scatter": "/scatter?x=friction&y=k_d&logy=1",
     "study": f"/studies/{STUDY}",
     "viewer": f"/file?file={RUN}.h5",
     "studies": "/studies",
@@ -149,6 +150,27 @@ def zoom(page: Page) -> None:
 
 def digest(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def test_scatter_plot_leads_to_runs_by_keyboard(page, site):
+    page.goto(site.of("/scatter?x=load&y=k_d"))
+    points = page.locator(".scatter-point")
+    expect(points).to_have_count(14)
+    page.get_by_label("Horizontal axis").first.select_option("predicted_depth")
+    expect(page.get_by_text("runs have no predicted depth.")).to_be_visible()
+    page.get_by_label("Horizontal axis").first.select_option("friction")
+    page.get_by_role("checkbox", name="logarithmic vertical axis").check()
+    assert "logy=1" in page.url
+    legend = page.get_by_role("list", name="Materials")
+    expect(legend.get_by_role("button")).to_have_count(2)
+    legend.get_by_role("button", name="Si3N4 on Si3N4 (10)").click()
+    expect(points).to_have_count(4)
+    points.first.focus()
+    page.keyboard.press("ArrowRight")
+    assert page.evaluate("document.activeElement.getAttribute('tabindex')") == "0"
+    chosen = page.evaluate("document.activeElement.getAttribute('href')").removeprefix("/runs/")
+    page.keyboard.press("Enter")
+    expect_run(page, chosen)
 
 
 def test_h5web_opens_on_the_wear_curve(page, site):

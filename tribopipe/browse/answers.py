@@ -7,7 +7,7 @@ from typing import Any
 
 from tribopipe.archive.catalog.catalog import Catalogue
 from tribopipe.archive.catalog.columns import COLUMNS, ListedColumn
-from tribopipe.archive.catalog.listed import ListedRun, texts_of
+from tribopipe.archive.catalog.listed import ListedRun, shown_number, texts_of
 from tribopipe.archive.store import STUDIES, SUFFIX, Archive
 from tribopipe.browse.plots import PlotOffer
 from tribopipe.physics.laws import law_label
@@ -16,7 +16,7 @@ from tribopipe.views.csv_files import CSV_KINDS
 from tribopipe.views.page import RunPage, StudyPage
 from tribopipe.views.plot import axis_label
 
-Cell = str | tuple[float, str] | None
+Cell = str | tuple[float, str] | tuple[float, str, float] | None
 
 
 def archive_answer(archive: Archive, catalogue: Catalogue) -> dict[str, Any]:
@@ -36,7 +36,10 @@ def archive_answer(archive: Archive, catalogue: Catalogue) -> dict[str, Any]:
 
 def _column(column: ListedColumn) -> dict[str, Any]:
     told = ("name", "label", "unit", "help", "kind", "shown")
-    return {name: getattr(column, name) for name in told}
+    answer = {name: getattr(column, name) for name in told}
+    if column.kind == "number":
+        answer |= {"factor": shown_number(column, spread=True)(1.0), "offset": shown_number(column)(0.0)}
+    return answer
 
 
 def runs_answer(catalogue: Catalogue, where: str) -> dict[str, Any]:
@@ -54,7 +57,13 @@ def _cells(runs: list[ListedRun], column: ListedColumn) -> list[Cell]:
     texts = texts_of(runs, column)
     if column.kind != "number":
         return [text or None for text in texts]
-    return [(run[column.name], text) if text else None for run, text in zip(runs, texts, strict=True)]
+    return [_number(run, column, text) if text else None for run, text in zip(runs, texts, strict=True)]
+
+
+def _number(run: ListedRun, column: ListedColumn, text: str) -> Cell:
+    """Return a number in SI, its text, and its standard uncertainty in as many digits as an error bar needs."""
+    spread = run.uncertainty(column.name)
+    return (run[column.name], text) if spread is None else (run[column.name], text, float(f"{spread:.3g}"))
 
 
 def run_answer(run_id: str, page: RunPage, plots: Iterable[PlotOffer], tables: Iterable[str]) -> dict[str, Any]:

@@ -26,6 +26,9 @@ export interface Column {
   kind: "number" | "text" | "date";
   /** Whether it is shown before the user chooses. */
   shown: boolean;
+  /** A number in the unit is `factor` times that in SI, plus `offset`; numbers only. */
+  factor?: number;
+  offset?: number;
 }
 
 export interface Archive {
@@ -39,8 +42,8 @@ export interface Archive {
   unreadable: { file: string; error: string }[];
 }
 
-/** A text; or a number in SI to sort by, beside how it is written in the column's unit with its uncertainty; or nothing known. */
-export type Cell = string | [number, string] | null;
+/** A text; or a number in SI, its text in the column's unit, and its standard uncertainty in SI if known; or nothing known. */
+export type Cell = string | [number, string] | [number, string, number] | null;
 
 export interface Runs {
   revision: string;

@@ -5,6 +5,7 @@ import { ThemeSwitch } from "./ThemeSwitch";
 const PAGES = [
   { href: "/", label: "Runs", within: ["/", "/runs"] },
   { href: "/studies", label: "Studies", within: ["/studies"] },
+  { href: "/scatter", label: "Scatter plot", within: ["/scatter"] },
   { href: "/compare", label: "Compare", within: ["/compare"] },
 ];
 

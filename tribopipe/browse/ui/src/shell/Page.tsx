@@ -7,6 +7,7 @@ import { useTitle } from "./useTitle";
 
 // Each page is loaded when it is first opened; the HDF5 viewer alone is as large as all the rest.
 const RunPage = lazy(() => import("../run/RunPage"));
+const ScatterPage = lazy(() => import("../scatter/ScatterPage"));
 const ComparePage = lazy(() => import("../compare/ComparePage"));
 const StudiesPage = lazy(() => import("../study/StudiesPage"));
 const StudyPage = lazy(() => import("../study/StudyPage"));
@@ -25,6 +26,8 @@ export function Page({ path }: { path: string }) {
     case "":
     case "runs":
       return <RunsPage />;
+    case "scatter":
+      return <ScatterPage />;
     case "compare":
       return <ComparePage />;
     case "studies":

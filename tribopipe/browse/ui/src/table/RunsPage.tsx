@@ -6,7 +6,7 @@ import type { ApiError, Archive, Runs } from "../api";
 import { Failure } from "../components/Failure";
 import { Loading } from "../components/Loading";
 import { useArchive } from "../shell/archive";
-import { addressOf, setQuery, useAddress } from "../shell/router";
+import { addressOf, Link, setQuery, useAddress } from "../shell/router";
 import { useAnswer } from "../shell/useAnswer";
 import { useDraft } from "../shell/useDraft";
 import { useTitle } from "../shell/useTitle";
@@ -85,6 +85,9 @@ function Listing({ archive, runs, search, stale, failed }: Props) {
         </p>
         {archive.runs > 0 && <Selection ids={[...selected]} />}
         <ColumnMenu columns={archive.columns} chosen={columns} />
+        <Link className="button" href={addressOf("/scatter", { where: query.get("where") ?? "" })}>
+          Scatter plot
+        </Link>
         <a className="button" href={addressOf("/api/runs.csv", { where: query.get("where") ?? "" })} download>
           Download CSV
         </a>

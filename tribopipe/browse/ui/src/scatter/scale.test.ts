@@ -1,0 +1,34 @@
+import { describe, expect, it } from "vitest";
+
+import { placeOn, scaleOf } from "./scale";
+
+describe("scaleOf", () => {
+  it("has round ticks around all values", () => {
+    expect(scaleOf([200, 400, 800], false)).toMatchObject({ from: 170, to: 830, ticks: [200, 300, 400, 500, 600, 700, 800] });
+    expect(scaleOf([0, 1], false).ticks).toEqual([0, 0.2, 0.4, 0.6, 0.8, 1]);
+  });
+
+  it("has room around a single value, zero, or none", () => {
+    for (const values of [[0], [-5], [3e-12], []]) {
+      const { from, to, ticks } = scaleOf(values, false);
+      expect(from).toBeLessThan(to);
+      expect(ticks.length).toBeGreaterThan(1);
+    }
+  });
+
+  it("has ticks at 1, 2 and 5 over few decades, at powers of ten over many", () => {
+    expect(scaleOf([10, 100], true).ticks).toEqual([10, 20, 50, 100]);
+    expect(scaleOf([1e-12, 1e-8], true).ticks).toEqual([1e-12, 1e-11, 1e-10, 1e-9, 1e-8]);
+  });
+});
+
+describe("placeOn", () => {
+  it("goes from 0 to 1 along the axis", () => {
+    for (const log of [false, true]) {
+      const scale = scaleOf([1, 100], log);
+      expect(placeOn(scale, scale.from)).toBeCloseTo(0);
+      expect(placeOn(scale, scale.to)).toBeCloseTo(1);
+    }
+    expect(placeOn(scaleOf([1, 100], true), 10)).toBeCloseTo(0.5);
+  });
+});
