@@ -173,6 +173,28 @@ def test_scatter_plot_leads_to_runs_by_keyboard(page, site):
     expect_run(page, chosen)
 
 
+def test_twelve_runs_are_compared_by_what_differs(page, site, folder):
+    runs = sorted(path.stem for path in folder.glob("*.h5"))[:12]
+    page.goto(site.of(f"/compare?runs={','.join(runs)}"))
+    settle(page)
+    table = page.get_by_role("region", name="Numbers of the runs side by side")
+    rows = table.locator("tbody tr")
+    expect(page.get_by_label("Differences only")).to_be_checked()
+    few = rows.count()
+    page.get_by_label("Differences only").uncheck()
+    expect(table.locator("tbody tr.is-same").first).to_be_visible()
+    assert rows.count() > few
+    table.evaluate("box => box.scrollTo(1e6, 0)")
+    expect(table.get_by_role("link", name=runs[-1])).to_be_in_viewport(ratio=1)
+    expect(table.get_by_role("rowheader").first).to_be_in_viewport()
+
+    legend = page.get_by_role("list", name=re.compile("Lines of pin wear depth"))
+    pins = [run for run in runs if "twin" not in run]
+    expect(legend.get_by_role("button")).to_have_count(len(pins))
+    legend.get_by_role("button", name=pins[0]).click()
+    expect(legend.get_by_role("button", name=pins[0])).to_have_attribute("aria-pressed", "false")
+
+
 def test_h5web_opens_on_the_wear_curve(page, site):
     page.goto(site.of(f"/runs/{RUN}"))
     page.get_by_role("link", name=re.compile("Open in viewer", re.IGNORECASE)).first.click()

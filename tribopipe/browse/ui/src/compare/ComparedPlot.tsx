@@ -46,7 +46,7 @@ function Drawn({ plot, ids, onZoom }: Props) {
   if (!plot.panels.some(({ lines, marks }) => lines.length + marks.length > 0)) {
     return <Empty title="These runs have no data for this plot." />;
   }
-  return <PlotView plot={named} onZoom={onZoom} height={HEIGHT} colourBy="run" runs={ids} />;
+  return <PlotView plot={named} onZoom={onZoom} height={HEIGHT} colourBy="run" legendByRun runs={ids} />;
 }
 
 /** The plot with the run in the name of everything: lines of several runs are called alike. */

@@ -1,15 +1,34 @@
+import { useState } from "react";
+
 import type { Column } from "../api";
 import { Card } from "../components/Card";
 import { seriesVariable } from "../components/series";
 import { Link, runHref } from "../shell/router";
 import { textOf } from "../table/cells";
 import type { Row } from "../table/listing";
+import { isSame, linesOf } from "./lines";
 
-/** What the runs' rows say, one run a column; lines that say nothing of any run are left out, the same in all are dimmed. */
+/** From this number of runs on, only what differs is shown at first. */
+const MANY = 3;
+
+/** What the runs' rows say, one run a column. */
 export function SideBySide({ rows, columns }: { rows: Row[]; columns: Column[] }) {
-  const told = columns.filter(({ name }) => name !== "id" && rows.some((row) => textOf(row.cell(name)) !== ""));
+  const [chosen, choose] = useState<boolean | null>(null);
+  const differences = chosen ?? rows.length >= MANY;
+  const known = linesOf(columns, rows);
+  const lines = differences ? known.filter(({ name }) => !isSame(name, rows)) : known;
   return (
-    <Card title="Side by side">
+    <Card
+      title="Side by side"
+      actions={
+        rows.length > 1 && (
+          <label className="differences">
+            <input type="checkbox" checked={differences} onChange={() => choose(!differences)} />
+            Differences only <span className="soft">({known.length - lines.length} of {known.length} rows hidden)</span>
+          </label>
+        )
+      }
+    >
       <div className="table-box" tabIndex={0} role="region" aria-label="Numbers of the runs side by side">
         <table className="texts side-by-side">
           <thead>
@@ -24,14 +43,14 @@ export function SideBySide({ rows, columns }: { rows: Row[]; columns: Column[] }
             </tr>
           </thead>
           <tbody>
-            {told.map(({ name, label, unit, help }) => (
+            {lines.map(({ name, label, unit, help, kind }) => (
               <tr key={name} className={isSame(name, rows) ? "is-same" : undefined}>
                 <th scope="row" title={help}>
                   {label}
                   {unit && <span className="soft"> ({unit})</span>}
                 </th>
                 {rows.map((row) => (
-                  <td key={row.id}>{textOf(row.cell(name)) || "–"}</td>
+                  <td key={row.id} className={`is-${kind}`}>{textOf(row.cell(name)) || "–"}</td>
                 ))}
               </tr>
             ))}
@@ -41,6 +60,3 @@ export function SideBySide({ rows, columns }: { rows: Row[]; columns: Column[] }
     </Card>
   );
 }
-
-const isSame = (name: string, rows: Row[]): boolean =>
-  rows.length > 1 && new Set(rows.map((row) => textOf(row.cell(name)))).size === 1;

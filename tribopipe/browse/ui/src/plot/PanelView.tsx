@@ -1,14 +1,14 @@
 import { memo, useMemo } from "react";
 
-import type { Panel, Plot } from "../api";
+import type { Line, Mark, Panel, Plot } from "../api";
 import type { Drawn, Pointed } from "./axes";
-import { byRun, lineEntry, markEntry, type Reading } from "./entries";
+import { byRun, lineEntry, markEntry, runEntries, type Reading } from "./entries";
 import { isResidual } from "./layout";
 import { Legend } from "./Legend";
 import { axisExponent, axisLabel } from "./numbers";
 import { verticalRange } from "./range";
 import type { Colouring } from "./strokes";
-import { styledPanel, type StyledPanel } from "./styled";
+import { styledPanel, type Styled, type StyledPanel } from "./styled";
 import { panelSummary } from "./summary";
 import { useAxes } from "./useAxes";
 import { useColours } from "./useColours";
@@ -23,7 +23,9 @@ interface Props {
   /** Whether numbers stand at the horizontal axis. */
   numbered: boolean;
   colouring: Colouring;
-  /** Keys of what is not drawn. */
+  /** Whether the legend has one entry per run. */
+  legendByRun: boolean;
+  /** Keys and runs that are not drawn. */
   hidden: ReadonlySet<string>;
   /** Place on the horizontal axis that is read. */
   at: number | null;
@@ -34,7 +36,8 @@ interface Props {
 }
 
 /** One vertical axis of a plot with its legend. */
-export function PanelView({ panel, x, view, height, numbered, colouring, hidden, at, sync, pointed, onToggle }: Props) {
+export function PanelView(props: Props) {
+  const { panel, x, view, height, numbered, colouring, legendByRun, hidden, at, sync, pointed, onToggle } = props;
   const colour = useColours();
   const styled = useMemo(() => styledPanel(panel, colouring, colour), [panel, colouring, colour]);
   const drawn = useMemo<Drawn>(() => {
@@ -46,7 +49,10 @@ export function PanelView({ panel, x, view, height, numbered, colouring, hidden,
   }, [panel, styled, hidden, colour, view, height, numbered]);
 
   const head = useTallest(panel);
-  const groups = groupsOf(styled, colouring, hidden, { at, view, unit: 10 ** drawn.exponent });
+  const reading = { at, view, unit: 10 ** drawn.exponent };
+  const groups = legendByRun
+    ? [{ run: "", entries: runEntries(styled, hidden, reading) }]
+    : groupsOf(styled, colouring, hidden, reading);
 
   return (
     <div className="plot-panel">
@@ -74,8 +80,8 @@ const Axes = memo(function Axes({ drawn, pointed, sync, label }: AxesProps) {
 
 const isShown =
   (hidden: ReadonlySet<string>) =>
-  ({ key }: { key: string }): boolean =>
-    !hidden.has(key);
+  ({ key, thing }: Styled<Line | Mark>): boolean =>
+    !hidden.has(key) && !hidden.has(thing.run);
 
 function groupsOf({ lines, marks }: StyledPanel, colouring: Colouring, hidden: ReadonlySet<string>, reading: Reading) {
   const entries = [

@@ -3,14 +3,18 @@ import "./plot.css";
 
 import { useCallback, useId, useMemo, useState, type KeyboardEvent } from "react";
 
-import type { Plot } from "../api";
+import type { Panel, Plot } from "../api";
 import type { Pointed } from "./axes";
+import { kindEntries } from "./entries";
 import { stepOf } from "./keys";
 import { heights } from "./layout";
 import { read } from "./numbers";
 import { PanelView } from "./PanelView";
-import { colouringOf } from "./strokes";
+import { Sample } from "./Sample";
+import { colouringOf, type Colouring } from "./strokes";
+import { styledPanel } from "./styled";
 import { sizeText } from "./summary";
+import { useColours } from "./useColours";
 import { useView } from "./useView";
 import { ZoomTools } from "./ZoomTools";
 
@@ -22,6 +26,8 @@ interface Props {
   height?: number;
   /** What colours tell apart; runs, where there are several. */
   colourBy?: "role" | "run";
+  /** Whether the legend has one entry per run instead of one per line. */
+  legendByRun?: boolean;
   /** Runs in the order of their colours; as they come in the plot by default. */
   runs?: string[];
 }
@@ -29,7 +35,7 @@ interface Props {
 export const HEIGHT = 380;
 
 /** A plot: panels on one horizontal axis, zoomed by dragging, keys and buttons. */
-export default function PlotView({ plot, onZoom, height = HEIGHT, colourBy, runs }: Props) {
+export default function PlotView({ plot, onZoom, height = HEIGHT, colourBy, legendByRun = false, runs }: Props) {
   const { view, zoom, step } = useView(plot, onZoom);
   const [at, point] = useState<number | null>(null);
   const [hidden, toggle] = useToggles();
@@ -56,6 +62,7 @@ export default function PlotView({ plot, onZoom, height = HEIGHT, colourBy, runs
         <span className="soft">{sizeText(plot)}</span>
         <ZoomTools title={plot.title} onStep={step} />
       </div>
+      {legendByRun && <LineKinds panels={panels} colouring={colouring} />}
       <div
         className="plot-panels"
         role="group"
@@ -73,6 +80,7 @@ export default function PlotView({ plot, onZoom, height = HEIGHT, colourBy, runs
             height={tall[place]!}
             numbered={place === panels.length - 1}
             colouring={colouring}
+            legendByRun={legendByRun}
             hidden={hidden}
             at={at}
             sync={sync}
@@ -90,6 +98,22 @@ export default function PlotView({ plot, onZoom, height = HEIGHT, colourBy, runs
         </p>
       </div>
     </div>
+  );
+}
+
+/** What thin, solid and dashed lines are, for all runs at once. */
+function LineKinds({ panels, colouring }: { panels: Panel[]; colouring: Colouring }) {
+  const colour = useColours();
+  const kinds = kindEntries(panels.map((panel) => styledPanel(panel, colouring, colour)));
+  return (
+    <ul className="plot-kinds" aria-label="Kinds of lines">
+      {kinds.map(({ key, name, stroke, kind }) => (
+        <li key={key}>
+          <Sample stroke={stroke} kind={kind} />
+          {name}
+        </li>
+      ))}
+    </ul>
   );
 }
 

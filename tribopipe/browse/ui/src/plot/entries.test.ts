@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 
-import { byRun, lineEntry, markEntry, type Entry } from "./entries";
+import { byRun, kindEntries, lineEntry, markEntry, runEntries, type Entry } from "./entries";
 import { styledPanel } from "./styled";
 import { lineOf, markOf, panelOf } from "./testing";
 
@@ -59,5 +59,38 @@ describe("styledPanel", () => {
   it("names every line and mark by a key of its own", () => {
     const keys = [...styled.lines, ...styled.marks].map(({ key }) => key);
     expect(new Set(keys).size).toBe(3);
+  });
+});
+
+describe("entries of several runs", () => {
+  const fit = { ...line, role: "fit" as const };
+  const runs = panelOf({
+    lines: [
+      { ...line, name: "a: wear", run: "a" },
+      { ...fit, name: "a: Archard, fitted", run: "a" },
+      { ...fit, name: "b: Archard, fitted", run: "b" },
+    ],
+    marks: [markOf({ name: "c: end", run: "c", value: "1 µm" })],
+  });
+  const several = styledPanel(runs, { runs: ["a", "b", "c"] }, (variable) => variable);
+
+  it("are one per run, with the first value that is there", () => {
+    const entries = runEntries(several, new Set(["b"]), { ...reading, at: 1, unit: 1e-9 });
+    expect(entries.map(({ key, value, shown }) => [key, value, shown])).toEqual([
+      ["a", "1", true],
+      ["b", "1", false],
+      ["c", "", true],
+    ]);
+    expect(new Set(entries.map(({ stroke }) => stroke.colour)).size).toBe(3);
+  });
+
+  it("are told once per kind of line, in one color", () => {
+    const kinds = kindEntries([several]);
+    expect(kinds.map(({ name, kind }) => [name, kind])).toEqual([
+      ["wear", "line"],
+      ["Archard, fitted", "line"],
+      ["end", "mark"],
+    ]);
+    expect(new Set(kinds.map(({ stroke }) => stroke.colour))).toEqual(new Set(["--ink"]));
   });
 });

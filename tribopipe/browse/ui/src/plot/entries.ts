@@ -1,9 +1,9 @@
 import type { Line, Mark } from "../api";
 import { nearest } from "./nearest";
 import { read } from "./numbers";
-import type { Styled } from "./styled";
+import type { Styled, StyledPanel } from "./styled";
 import type { Stroke } from "./strokes";
-import type { View } from "./view";
+import { ANYWHERE, type View } from "./view";
 
 /** A line or mark in the legend. */
 export interface Entry {
@@ -51,6 +51,36 @@ export function lineEntry({ key, thing, stroke }: Styled<Line>, shown: boolean, 
   const value = at === null ? null : thing.y[nearest(thing, at, view)];
   const kind = thing.lower && thing.upper ? "band" : "line";
   return { key, name: thing.name, stroke, kind, value: value == null ? "" : read(value / unit), shown };
+}
+
+/** One entry per run, which stands for all its lines and marks: its color, figure, and first value to read. */
+export function runEntries({ lines, marks }: StyledPanel, hidden: ReadonlySet<string>, reading: Reading): Entry[] {
+  const runs = new Set([...lines, ...marks].map(({ thing }) => thing.run));
+  return [...runs].map((run) => {
+    const shown = !hidden.has(run);
+    const own = lines.filter(({ thing }) => thing.run === run);
+    const value = own.map((line) => lineEntry(line, shown, reading).value).find((text) => text !== "") ?? "";
+    const { colour, shape } = (own[0] ?? marks.find(({ thing }) => thing.run === run))!.stroke;
+    return { key: run, name: run, stroke: { colour, shape, width: 2, dash: [], alpha: 1 }, kind: "line", value, shown };
+  });
+}
+
+/** What each kind of line and mark of several runs is, in one color for all: "Archard, fitted". */
+export function kindEntries(panels: StyledPanel[]): Entry[] {
+  const found = new Map<string, Entry>();
+  const reading = { at: null, view: ANYWHERE, unit: 1 };
+  for (const { lines, marks } of panels) {
+    const all = [
+      ...lines.map((line) => ({ run: line.thing.run, entry: lineEntry(line, true, reading) })),
+      ...marks.map((mark) => ({ run: mark.thing.run, entry: { ...markEntry(mark, true), value: "" } })),
+    ];
+    for (const { run, entry } of all) {
+      const name = withoutRun(entry.name, run);
+      const stroke = { ...entry.stroke, colour: "--ink", shape: null };
+      if (!found.has(name)) found.set(name, { ...entry, key: name, name, stroke });
+    }
+  }
+  return [...found.values()];
 }
 
 /** A mark with its value and standard uncertainty. */
