@@ -119,6 +119,7 @@ def test_from_the_table_to_a_file(page, site, folder, tmp_path):
 
     page.goto(site.of(f"/runs/{RUN}"))
     settle(page)
+    page.get_by_role("heading", name="Source files").click()
     with page.expect_download() as started:
         page.get_by_role("link", name="signals.csv").click()
     started.value.save_as(tmp_path / "signals.csv")
@@ -193,6 +194,23 @@ def test_twelve_runs_are_compared_by_what_differs(page, site, folder):
     expect(legend.get_by_role("button")).to_have_count(len(pins))
     legend.get_by_role("button", name=pins[0]).click()
     expect(legend.get_by_role("button", name=pins[0])).to_have_attribute("aria-pressed", "false")
+
+
+@pytest.mark.parametrize("run_id", [OTHER, "si3n4-twin-disc-4pct-1000k"])
+def test_run_page_has_three_screens_until_its_parts_are_opened(page, site, run_id):
+    page.set_viewport_size({"width": 1440, "height": 900})
+    page.goto(site.of(f"/runs/{run_id}"))
+    settle(page)
+    expect(page.locator(".uplot").first).to_be_visible()
+    assert page.evaluate("document.documentElement.scrollHeight") <= 3 * 900
+    assert page.locator("main").inner_text().count("k_D") <= 3
+    expect(page.get_by_text("Status: wear coefficient identified")).to_be_visible()
+
+    archard = "Wear coefficient by Archard's law"
+    page.get_by_role("navigation", name="On this page").get_by_role("link", name=archard).click()
+    expect(page.get_by_role("table", name=re.compile("budget of k_D")).first).to_be_visible()
+    page.evaluate("window.dispatchEvent(new Event('beforeprint'))")
+    assert page.locator("details.folded:not([open])").count() == 0
 
 
 def test_h5web_opens_on_the_wear_curve(page, site):

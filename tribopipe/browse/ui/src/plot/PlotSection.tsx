@@ -19,10 +19,12 @@ interface Props {
   file: string;
   offer: PlotOffer;
   height?: number;
+  /** Texts elsewhere on the page; the words of the plot are not repeated. */
+  said?: string[];
 }
 
 /** A plot with its heading; asked for once it comes into sight. Range and axis stand in the address. */
-export default function PlotSection({ base, file, offer, height = HEIGHT }: Props) {
+export default function PlotSection({ base, file, offer, height = HEIGHT, said = [] }: Props) {
   const heading = useId();
   const section = useRef<HTMLElement>(null);
   const seen = useSeen(section);
@@ -48,7 +50,9 @@ export default function PlotSection({ base, file, offer, height = HEIGHT }: Prop
       {error && <Failure error={error} />}
       {answer ? (
         <div className={waiting ? "is-stale" : undefined}>
-          {answer.words && <p className="plot-words">{answer.words}</p>}
+          {answer.words && !said.some((text) => text.includes(answer.words)) && (
+            <p className="plot-words">{answer.words}</p>
+          )}
           <PlotView plot={answer} onZoom={zoom} height={height} />
         </div>
       ) : (

@@ -1,5 +1,8 @@
 import type { Run } from "../api";
 import { Chip } from "../components/Chip";
+import { FoldedCard } from "./FoldedCard";
+import { isFitted } from "./glance";
+import { problems } from "./status";
 
 type Finding = Run["findings"][number];
 
@@ -7,7 +10,16 @@ const SIGNS = { error: "✕", warning: "!", note: "i" } as const;
 const TONES = { error: "bad", warning: "warn", note: "plain" } as const;
 
 /** What a person should know of a run before trusting it, the gravest first. */
-export function Findings({ findings }: { findings: Finding[] }) {
+export function Findings({ run }: { run: Run }) {
+  const open = !isFitted(run.stages) || run.findings.some(({ severity }) => severity === "error");
+  return (
+    <FoldedCard title={`Findings: ${problems(run)}`} id="findings" open={open}>
+      {() => <FindingList findings={run.findings} />}
+    </FoldedCard>
+  );
+}
+
+function FindingList({ findings }: { findings: Finding[] }) {
   if (findings.length === 0) return <p className="soft">No problems found by the checks or the fits.</p>;
   const grave = Object.keys(SIGNS);
   const ordered = [...findings].sort((a, b) => grave.indexOf(a.severity) - grave.indexOf(b.severity));

@@ -3,6 +3,7 @@ import { Card } from "../components/Card";
 import PlotSection from "../plot/PlotSection";
 import { apiOf, stageId } from "./places";
 import { isFitted, tiles, type Tile } from "./glance";
+import { unmeasured } from "./status";
 
 /** The results of a run, and the curve that they are about. */
 export function Glance({ run }: { run: Run }) {
@@ -18,7 +19,10 @@ export function Glance({ run }: { run: Run }) {
           ))}
         </ul>
       )}
-      {wear && <PlotSection base={apiOf(run.id)} file={run.file} offer={wear} />}
+      <NotMeasured run={run} />
+      {wear && (
+        <PlotSection base={apiOf(run.id)} file={run.file} offer={wear} said={run.findings.map(({ text }) => text)} />
+      )}
     </Card>
   );
 }
@@ -37,6 +41,24 @@ function Result({ tile }: { tile: Tile }) {
     </li>
   );
 }
+
+function NotMeasured({ run }: { run: Run }) {
+  const missing = unmeasured(run);
+  if (missing.length === 0) return null;
+  return (
+    <ul className="not-measured" aria-label="Not measured">
+      {missing.map(({ what, remedy }) => (
+        <li key={what}>
+          <strong>{what}:</strong> not measured; {withCode(remedy)}.
+        </li>
+      ))}
+    </ul>
+  );
+}
+
+/** A text with its parts in backticks as code. */
+const withCode = (text: string) =>
+  text.split("`").map((part, place) => (place % 2 ? <code key={place}>{part}</code> : part));
 
 function Unfitted({ run }: { run: Run }) {
   return (

@@ -1,25 +1,29 @@
 import type { Run, Stage } from "../api";
-import { Card } from "../components/Card";
 import { Disclosure } from "./Disclosure";
+import { FoldedCard } from "./FoldedCard";
 import { Fingerprint } from "./Fingerprint";
 import { Origin } from "./Origin";
 
 /** Which program made each result, when, of what, and how it was told to. */
 export function Provenance({ run }: { run: Run }) {
   return (
-    <Card title="Provenance" id="provenance">
-      <dl className="origin">
-        <dt>Signals as ingested</dt>
-        <dd>
-          <Fingerprint sha256={run.raw_sha256} of="the signals as ingested" />
-        </dd>
-      </dl>
-      <ol className="origins">
-        {run.stages.map((stage) => (
-          <StageOrigin key={stage.name} stage={stage} />
-        ))}
-      </ol>
-    </Card>
+    <FoldedCard title="Provenance" id="provenance">
+      {() => (
+        <>
+            <dl className="origin">
+              <dt>Signals as ingested</dt>
+              <dd>
+                <Fingerprint sha256={run.raw_sha256} of="the signals as ingested" />
+              </dd>
+            </dl>
+            <ol className="origins">
+              {run.stages.map((stage) => (
+                <StageOrigin key={stage.name} stage={stage} />
+              ))}
+            </ol>
+        </>
+      )}
+    </FoldedCard>
   );
 }
 

@@ -1,7 +1,7 @@
 import type { PlotOffer, Run } from "../api";
-import { Card } from "../components/Card";
 import PlotSection from "../plot/PlotSection";
 import { Disclosure } from "./Disclosure";
+import { FoldedCard } from "./FoldedCard";
 import { isWear } from "./Glance";
 import { apiOf } from "./places";
 
@@ -20,13 +20,17 @@ export function Recorded({ run, offers }: { run: Run; offers: PlotOffer[] }) {
     <PlotSection key={offer.name} base={apiOf(run.id)} file={run.file} offer={offer} />
   );
   return (
-    <Card title="As recorded" id="recorded">
-      {offers.filter((offer) => !isOther(offer)).map(plot)}
-      {others.length > 0 && (
-        <Disclosure title={`Columns without an assigned signal (${others.length})`}>
-          {() => others.map(plot)}
-        </Disclosure>
+    <FoldedCard title="As recorded" id="recorded">
+      {() => (
+        <>
+          {offers.filter((offer) => !isOther(offer)).map(plot)}
+          {others.length > 0 && (
+            <Disclosure title={`Columns without an assigned signal (${others.length})`}>
+              {() => others.map(plot)}
+            </Disclosure>
+          )}
+        </>
       )}
-    </Card>
+    </FoldedCard>
   );
 }

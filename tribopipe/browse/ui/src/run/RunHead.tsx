@@ -2,6 +2,7 @@ import type { Run } from "../api";
 import { Chip } from "../components/Chip";
 import { Link, studyHref } from "../shell/router";
 import { Actions } from "./Actions";
+import { problems, progress } from "./status";
 import { summary } from "./summary";
 import { moment } from "./words";
 
@@ -23,11 +24,23 @@ export function RunHead({ run }: { run: Run }) {
             ))}
           </p>
         )}
+        <Status run={run} />
         <Studies ids={run.studies} />
       </div>
       <Actions run={run} />
       <Bad run={run} />
     </div>
+  );
+}
+
+function Status({ run }: { run: Run }) {
+  return (
+    <p className="subject-line">
+      <span>
+        Status: {progress(run)}; <a href="#findings">{problems(run)}</a>
+        {run.bad !== null && "; marked bad"}
+      </span>
+    </p>
   );
 }
 

@@ -5,6 +5,7 @@ import { Failure } from "../components/Failure";
 import { useAnswer } from "../shell/useAnswer";
 import { useTitle } from "../shell/useTitle";
 import { Contents, type Section } from "./Contents";
+import { Findings } from "./Findings";
 import { Glance } from "./Glance";
 import { Measured } from "./Measured";
 import { NotThere } from "./NotThere";
@@ -44,13 +45,14 @@ function Parts({ run }: { run: Run }) {
   return (
     <div className="parts">
       <Glance run={run} />
+      <Findings run={run} />
+      {run.remarks.length > 0 && <Remarks remarks={run.remarks} />}
       <Measured run={run} />
       {offers.length > 0 && <Recorded run={run} offers={offers} />}
       {run.stages.map((stage) => (
         <StageSection key={stage.name} run={run} stage={stage} />
       ))}
       <Provenance run={run} />
-      {run.remarks.length > 0 && <Remarks remarks={run.remarks} />}
       <Sources run={run} />
     </div>
   );
@@ -59,11 +61,12 @@ function Parts({ run }: { run: Run }) {
 function sections(run: Run): Section[] {
   return [
     { id: "result", title: "Result" },
+    { id: "findings", title: "Findings" },
+    ...(run.remarks.length > 0 ? [{ id: "remarks", title: "Remarks" }] : []),
     { id: "measured", title: "Test and measurements" },
     ...(recorded(run).length > 0 ? [{ id: "recorded", title: "As recorded" }] : []),
     ...run.stages.map(({ name, title }) => ({ id: stageId(name), title })),
     { id: "provenance", title: "Provenance" },
-    ...(run.remarks.length > 0 ? [{ id: "remarks", title: "Remarks" }] : []),
     { id: "sources", title: "Source files" },
   ];
 }

@@ -1,8 +1,8 @@
 import type { PlotOffer, Run, Stage } from "../api";
-import { Card } from "../components/Card";
 import { Facts } from "../components/Facts";
 import PlotSection from "../plot/PlotSection";
 import { fileHref, Link } from "../shell/router";
+import { FoldedCard } from "./FoldedCard";
 import { isWear } from "./Glance";
 import { apiOf, stageId } from "./places";
 import { StageTable } from "./StageTable";
@@ -12,25 +12,26 @@ import { TextList } from "./TextList";
 export function StageSection({ run, stage }: { run: Run; stage: Stage }) {
   const offers = run.plots.filter((offer) => offer.stage === stage.name);
   return (
-    <Card
-      title={stage.title}
-      id={stageId(stage.name)}
-      actions={
-        <Link className="small" href={fileHref(run.file, stage.path)} aria-label={`${stage.title}, in viewer`}>
-          In viewer
-        </Link>
-      }
-    >
-      {stage.sentence && <p className="sentence">{stage.sentence}</p>}
-      <TextList texts={stage.notes} kind="notes" />
-      {offers.map((offer) => (
-        <StagePlot key={offer.name} run={run} offer={offer} />
-      ))}
-      {stage.facts.length > 0 && <Facts facts={stage.facts} />}
-      {stage.tables.map((table, place) => (
-        <StageTable key={place} table={table} />
-      ))}
-    </Card>
+    <FoldedCard title={stage.title} id={stageId(stage.name)}>
+      {() => (
+        <>
+          {stage.sentence && <p className="sentence">{stage.sentence}</p>}
+          <TextList texts={stage.notes} kind="notes" />
+          {offers.map((offer) => (
+            <StagePlot key={offer.name} run={run} offer={offer} />
+          ))}
+          {stage.facts.length > 0 && <Facts facts={stage.facts} />}
+          {stage.tables.map((table, place) => (
+            <StageTable key={place} table={table} />
+          ))}
+          <p>
+            <Link className="small" href={fileHref(run.file, stage.path)} aria-label={`${stage.title}, in viewer`}>
+              In viewer
+            </Link>
+          </p>
+        </>
+      )}
+    </FoldedCard>
   );
 }
 

@@ -60,17 +60,26 @@ describe("tiles", () => {
     expect(more.get("Specific wear rate of both")).toBe("");
   });
 
-  it("give each disc's coefficient its own interval, and the law to names without one", () => {
+  it("give both discs one tile per law, each disc with its own interval", () => {
     const discs = stageOf("wear_fit_sarkar", "Wear coefficient by Sarkar's law", {
       "k_D of the curved disc": "1",
       "95 % interval, curved disc": "0.9 to 1.1",
       "k_D of the flat disc": "2",
       pressure: "even",
     });
-    expect(tiles([discs]).map(({ label, more }) => [label, more])).toEqual([
-      ["k_D of the curved disc, Sarkar's law", "95 % interval 0.9 to 1.1"],
-      ["k_D of the flat disc, Sarkar's law", ""],
+    expect(tiles([discs])).toEqual([
+      {
+        label: "k_D by Sarkar's law",
+        value: "curved disc: 1\nflat disc: 2",
+        more: "curved disc: 95 % interval 0.9 to 1.1",
+        stage: "wear_fit_sarkar",
+      },
     ]);
+  });
+
+  it("give the law to names without one", () => {
+    const pin = stageOf("wear_fit_sarkar", "Wear coefficient by Sarkar's law", { "k_D of the pin": "1" });
+    expect(tiles([pin]).map(({ label }) => label)).toEqual(["k_D of the pin, Sarkar's law"]);
   });
 
   it("say nothing of what was not found", () => {

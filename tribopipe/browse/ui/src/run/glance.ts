@@ -37,15 +37,22 @@ export const isFitted = (stages: Stage[]): boolean => stages.some(({ name }) => 
 const valueOf = (stage: Stage, name: string): string | undefined =>
   stage.facts.find((fact) => fact.name === name)?.value;
 
-/** Each k_D with the interval that is told after it, before the next. */
+/** The k_D of a law, of each body in a line of its own, with the interval that is told after it, before the next. */
 function coefficients(stage: Stage): Said[] {
   const law = stage.title.split(" by ").at(-1) ?? "";
-  return stage.facts.flatMap(({ name, value }, place) => {
-    if (!name.startsWith("k_D")) return [];
-    const label = name.includes(law) ? name : `${name}, ${law}`;
-    return [tile(label, value, interval(stage.facts.slice(place + 1)))];
-  });
+  const found = stage.facts.flatMap(({ name, value }, place) =>
+    name.startsWith("k_D") ? [{ name, value, more: interval(stage.facts.slice(place + 1)) }] : [],
+  );
+  if (found.length > 1) {
+    const lines = (text: (one: (typeof found)[number]) => string) =>
+      found.map((one) => text(one) && `${bodyOf(one.name)}: ${text(one)}`).filter(Boolean).join("\n");
+    return [tile(`k_D by ${law}`, lines(({ value }) => value), lines(({ more }) => more))];
+  }
+  return found.map(({ name, value, more }) => tile(name.includes(law) ? name : `${name}, ${law}`, value, more));
 }
+
+/** "curved disc" of "k_D of the curved disc by Archard's law" */
+const bodyOf = (name: string): string => name.replace(/^k_D of the /, "").replace(/( by|,) .*$/, "");
 
 function interval(after: Fact[]): string {
   const next = after.find(({ name }) => /^(k_D|95 % interval)/.test(name));
