@@ -56,7 +56,7 @@ def test_the_archive_says_what_it_is(lasting):
     assert told["revision"] == client.get("api", "revision").json["revision"]
     columns = {column["name"]: column for column in told["columns"]}
     assert columns["load"]["unit"] == "mN"
-    assert {"name", "label", "unit", "help", "kind", "shown"} == set(columns["id"])
+    assert {"name", "label", "unit", "help", "kind", "shown", "joint"} == set(columns["id"])
     units = {name: (columns[name]["factor"], columns[name]["offset"]) for name in ("load", "temperature", "k_d")}
     assert units == {"load": (1e3, 0), "temperature": (1, -273.15), "k_d": (1e6, 0)}
 

@@ -35,7 +35,7 @@ def archive_answer(archive: Archive, catalogue: Catalogue) -> dict[str, Any]:
 
 
 def _column(column: ListedColumn) -> dict[str, Any]:
-    told = ("name", "label", "unit", "help", "kind", "shown")
+    told = ("name", "label", "unit", "help", "kind", "shown", "joint")
     answer = {name: getattr(column, name) for name in told}
     if column.kind == "number":
         answer |= {"factor": shown_number(column, spread=True)(1.0), "offset": shown_number(column)(0.0)}

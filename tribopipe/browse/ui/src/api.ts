@@ -26,6 +26,8 @@ export interface Column {
   kind: "number" | "text" | "date";
   /** Whether it is shown before the user chooses. */
   shown: boolean;
+  /** What is between several texts of one run; null where there is one at most. */
+  joint?: string | null;
   /** A number in the unit is `factor` times that in SI, plus `offset`; numbers only. */
   factor?: number;
   offset?: number;

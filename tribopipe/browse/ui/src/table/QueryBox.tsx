@@ -1,7 +1,10 @@
-import { useState, type FormEvent } from "react";
+import { useMemo, useState, type FormEvent } from "react";
 
-import type { ApiError, Column } from "../api";
+import type { ApiError, Column, Runs } from "../api";
 import { setQuery } from "../shell/router";
+import { useAnswer } from "../shell/useAnswer";
+import { completions } from "./completions";
+import { rowsOf } from "./listing";
 
 interface Props {
   columns: Column[];
@@ -14,6 +17,9 @@ interface Props {
 export function QueryBox({ columns, where, error }: Props) {
   const [text, setText] = useState(where);
   const [before, setBefore] = useState(where);
+  const [typing, setTyping] = useState(false);
+  const { answer: all } = useAnswer<Runs>(typing ? "runs" : null, { where: "" });
+  const rows = useMemo(() => (all ? rowsOf(all) : []), [all]);
   if (where !== before) {
     setBefore(where);
     setText(where);
@@ -38,10 +44,11 @@ export function QueryBox({ columns, where, error }: Props) {
         value={text}
         aria-invalid={error !== null}
         aria-describedby={error ? "where-error" : undefined}
+        onFocus={() => setTyping(true)}
         onChange={(event) => setText(event.target.value)}
       />
       <datalist id="completions">
-        {completions(text, columns).map(({ value, label }) => (
+        {completions(text, columns, rows).map(({ value, label }) => (
           <option key={value} value={value}>
             {label}
           </option>
@@ -57,13 +64,4 @@ export function QueryBox({ columns, where, error }: Props) {
       )}
     </form>
   );
-}
-
-/** The text with its last word completed to a name of a column. */
-function completions(text: string, columns: Column[]): { value: string; label: string }[] {
-  const begun = /[^\s!]*$/.exec(text)?.[0] ?? "";
-  const ahead = text.slice(0, text.length - begun.length);
-  return columns
-    .filter(({ name }) => name.startsWith(begun) && name !== begun)
-    .map(({ name, label, unit }) => ({ value: ahead + name, label: unit ? `${label}, ${unit}` : label }));
 }
