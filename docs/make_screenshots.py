@@ -23,6 +23,7 @@ PAGES = {
     "tutorial-runs": ("", 1320, 340),
     "tutorial-run": (f"runs/{RUN}", 1200, 1100),
     "tutorial-study": (f"studies/{STUDY}", 1200, 1266),
+    "scatter": ("scatter?x=load&y=k_d", 1200, 800),
     "compare": (f"compare?runs={RUN},{OTHER}", 1200, 880),
     "viewer": (f"file?file={RUN}.h5", 1200, 750),
 }

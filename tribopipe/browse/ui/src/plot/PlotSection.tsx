@@ -4,6 +4,7 @@ import { useId, useRef } from "react";
 
 import type { Plot, PlotOffer } from "../api";
 import { Failure } from "../components/Failure";
+import { usePrinting } from "../shell/printing";
 import { fileHref, Link, setQuery, useAddress } from "../shell/router";
 import { useAnswer } from "../shell/useAnswer";
 import { AxisChoice } from "./AxisChoice";
@@ -28,10 +29,11 @@ export default function PlotSection({ base, file, offer, height = HEIGHT, said =
   const heading = useId();
   const section = useRef<HTMLElement>(null);
   const seen = useSeen(section);
+  const printing = usePrinting();
   const width = useColumns(section);
   const { query } = useAddress();
   const range = rangeFor(offer, query);
-  const path = seen && width > 0 ? `${base}/plots/${encodeURIComponent(offer.name)}` : null;
+  const path = (seen || printing) && width > 0 ? `${base}/plots/${encodeURIComponent(offer.name)}` : null;
   const { answer, error, stale } = useAnswer<Plot>(path, { ...range, width });
   const waiting = path !== null && stale && error === null;
 

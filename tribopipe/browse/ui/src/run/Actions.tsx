@@ -1,5 +1,6 @@
 import type { Run } from "../api";
 import { Menu } from "../components/Menu";
+import { printWhole } from "../shell/printing";
 import { addressOf, fileHref, Link } from "../shell/router";
 import { apiOf } from "./places";
 
@@ -17,6 +18,9 @@ export function Actions({ run }: { run: Run }) {
       <Link className="button" href={fileHref(run.file, "")}>
         Open in viewer
       </Link>
+      <button type="button" className="button" onClick={() => void printWhole()}>
+        Print
+      </button>
       <Menu label="Download">
         <ul className="downloads">
           <Download href={`${api}/file`} name={run.file} meaning="all of it, HDF5" />

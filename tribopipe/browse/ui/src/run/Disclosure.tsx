@@ -1,5 +1,7 @@
 import { useState, type ReactNode } from "react";
 
+import { usePrinting } from "../shell/printing";
+
 interface Props {
   title: ReactNode;
   /** Made only once it is opened. */
@@ -8,9 +10,10 @@ interface Props {
 
 /** What is shown when it is asked for. */
 export function Disclosure({ title, children }: Props) {
-  const [open, setOpen] = useState(false);
+  const [chosen, setOpen] = useState(false);
+  const open = usePrinting() || chosen;
   return (
-    <details className="disclosure" onToggle={(event) => setOpen(event.currentTarget.open)}>
+    <details className="disclosure" open={open} onToggle={(event) => setOpen(event.currentTarget.open)}>
       <summary>{title}</summary>
       {open && children()}
     </details>

@@ -1,5 +1,6 @@
 import { useEffect, useRef, useState, type ReactNode } from "react";
-import { flushSync } from "react-dom";
+
+import { usePrinting } from "../shell/printing";
 
 interface Props {
   title: string;
@@ -14,25 +15,18 @@ interface Props {
 /** A titled part of a page that is opened by its title, by an address that leads to it, and for printing. */
 export function FoldedCard({ title, id, open: atFirst = false, children }: Props) {
   const card = useRef<HTMLDetailsElement>(null);
-  const [made, make] = useState(atFirst);
+  const [chosen, choose] = useState(atFirst);
+  const open = usePrinting() || chosen;
 
   useEffect(() => {
-    const open = () => {
-      flushSync(() => make(true));
-      card.current!.open = true;
-    };
     const openIfAsked = () => {
       if (location.hash !== `#${id}`) return;
-      open();
+      choose(true);
       card.current!.scrollIntoView();
     };
     openIfAsked();
     window.addEventListener("hashchange", openIfAsked);
-    window.addEventListener("beforeprint", open);
-    return () => {
-      window.removeEventListener("hashchange", openIfAsked);
-      window.removeEventListener("beforeprint", open);
-    };
+    return () => window.removeEventListener("hashchange", openIfAsked);
   }, [id]);
 
   return (
@@ -40,13 +34,13 @@ export function FoldedCard({ title, id, open: atFirst = false, children }: Props
       className="card folded"
       id={id}
       ref={card}
-      open={atFirst}
-      onToggle={(event) => event.currentTarget.open && make(true)}
+      open={open}
+      onToggle={(event) => choose(event.currentTarget.open)}
     >
       <summary className="folded-head">
         <h2>{title}</h2>
       </summary>
-      {made && children()}
+      {open && children()}
     </details>
   );
 }

@@ -25,10 +25,14 @@ const current = (): Theme => (document.documentElement.dataset.theme === "dark" 
 
 const wanted = (): Theme => chosen() ?? (system.matches ? "dark" : "light");
 
-/** Dress the page, and follow the system while the user has not chosen. */
-export function dress(): void {
-  apply(wanted());
-  system.addEventListener("change", () => apply(wanted()));
+/** Dress the page in a theme, or in what is wanted. */
+export function dress(theme: Theme | null = null): void {
+  apply(theme ?? wanted());
+}
+
+/** Follow the system while the user has not chosen. */
+export function followSystem(): void {
+  system.addEventListener("change", () => dress());
 }
 
 /** Choose; choosing what the system says follows the system again. */

@@ -2,6 +2,7 @@ import { useVirtualizer } from "@tanstack/react-virtual";
 import { useEffect, useMemo, useRef } from "react";
 
 import type { Column } from "../api";
+import { usePrinting } from "../shell/printing";
 import { useKeptScroll } from "../shell/scroll";
 import { Heading } from "./Heading";
 import type { Row, Sort } from "./listing";
@@ -40,9 +41,10 @@ export function RunsTable({ columns, all, rows, sort, stale, selected, onSort, o
     useFlushSync: false,
   });
   useEffect(() => virtual.measure(), [virtual, height]);
-  const inSight = virtual.getVirtualItems();
+  const printing = usePrinting();
+  const inSight = printing ? rows.map((_, index) => ({ index, start: 0, end: 0 })) : virtual.getVirtualItems();
   const above = inSight[0]?.start ?? 0;
-  const below = virtual.getTotalSize() - (inSight.at(-1)?.end ?? 0);
+  const below = printing ? 0 : virtual.getTotalSize() - (inSight.at(-1)?.end ?? 0);
 
   return (
     <div className="runs-box" ref={box} onScroll={(event) => keepScroll(event.currentTarget.scrollTop)} tabIndex={0} role="region" aria-label="Runs">
