@@ -185,6 +185,7 @@ def test_twelve_runs_are_compared_by_what_differs(page, site, folder):
     page.get_by_label("Differences only").uncheck()
     expect(table.locator("tbody tr.is-same").first).to_be_visible()
     assert rows.count() > few
+    table.locator("thead").scroll_into_view_if_needed()
     table.evaluate("box => box.scrollTo(1e6, 0)")
     expect(table.get_by_role("link", name=runs[-1])).to_be_in_viewport(ratio=1)
     expect(table.get_by_role("rowheader").first).to_be_in_viewport()
