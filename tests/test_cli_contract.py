@@ -24,7 +24,7 @@ FLAGS = {
     "formats list": {"--json"},
     "formats detect": {"--reader", "--sheet", "--json"},
     "new": {"--into", "--id", "--template", "--reader", "--set", "--profile", "--json"}
-    | {"--sheet", "--each-sheet", "--split", "--accept", "--ends"},
+    | {"--sheet", "--each-sheet", "--each-row", "--split", "--accept", "--ends"},
     "check": {"--json"},
     "ingest": COMMON | MANY | {"--force", "--amend", "--shard"},
     "process": STEP

@@ -1,11 +1,13 @@
 """The command that makes a run folder from an instrument's files: new."""
 
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from tribopipe.base.errors import ManifestError
 from tribopipe.cli.formats import ReaderName, SheetName
 from tribopipe.cli.options import AsJson
 from tribopipe.cli.output import PARTLY_FAILED, print_json, say
@@ -46,6 +48,13 @@ def new(
     each_sheet: Annotated[
         bool, typer.Option("--each-sheet", help="Make a run folder of each sheet of a workbook that holds a test.")
     ] = False,
+    each_row: Annotated[
+        bool,
+        typer.Option(
+            "--each-row",
+            help="Make a run folder of each row of a table of finished tests, .csv or .xlsx, without recordings.",
+        ),
+    ] = False,
     split: Annotated[
         str | None,
         typer.Option(
@@ -73,13 +82,14 @@ def new(
 
     Of a folder it makes a run folder of each export, and names duplicates, tests that are much shorter than the others,
     and what is no export. With --each-sheet or --split it makes a folder of each test in the file, each with its own
-    copy of it.
+    copy of it. With --each-row it makes one of each row of a table of tests that were not recorded.
 
     On a terminal it asks for what only the lab knows; elsewhere, and where nothing is answered, run.toml has a
     commented line for it. The files themselves stay as they are.
     """
     from tribopipe.pipeline.output_paths import require_folder
     from tribopipe.readers.draft.export_folder import are_many, make_each
+    from tribopipe.readers.draft.finished_tests import make_of_rows
     from tribopipe.readers.draft.folder import Wanted, make_runs
 
     require_folder(into)
@@ -93,11 +103,18 @@ def new(
         profiles or (),
         sheet,
         each_sheet=each_sheet,
+        each_row=each_row,
         split=split,
         accept=accept,
     )
     many = are_many(files) or ends is not None
-    if many:
+    if each_row:
+        _refuse_next_to_rows(
+            {"--ends": ends, "--id": run_id, "--reader": reader, "--profile": profiles, "--sheet": sheet}
+            | {"--each-sheet": each_sheet, "--split": split}
+        )
+        made, left_out = make_of_rows(wanted, _somebody_to_ask(), say), []
+    elif many:
         made, left_out = make_each(wanted, ends, _somebody_to_ask(), say)
     else:
         made, left_out = make_runs(wanted, _somebody_to_ask(), say), []
@@ -109,9 +126,18 @@ def new(
         documents = [_document(one) for one in made]
         outside = [{"file": file.file, "why": file.why} for file in left_out]
         both = {"runs": documents, "left_out": outside}
-        print_json(both if many else {"runs": documents} if each_sheet or split else documents[0])
+        print_json(both if many else {"runs": documents} if each_sheet or split or each_row else documents[0])
     if any(file.is_broken for file in left_out):
         raise typer.Exit(PARTLY_FAILED)
+
+
+def _refuse_next_to_rows(options: Mapping[str, object]) -> None:
+    given = [name for name, value in options.items() if value]
+    if given:
+        raise ManifestError(
+            f"--each-row: found {given[0]} with it; expected one table alone, of which each row is a run; remove "
+            f"{given[0]}"
+        )
 
 
 def _document(made: "NewRun") -> dict[str, Any]:

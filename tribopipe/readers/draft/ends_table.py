@@ -1,4 +1,6 @@
-"""Tables of what was measured in many tests: one row per run, one column per key of run.toml, read for `new --ends`.
+"""Tables of what was measured in many tests: one row per run, one column per key of run.toml.
+
+`new --ends` reads them for runs that were recorded, and `new --each-row` for tests of which the row is all there is.
 
     run;normal load [N];pin_scar_diameter [um];u(pin_scar_diameter) [um]
     test_01;5;412;3
@@ -23,9 +25,11 @@ from tribopipe.readers.header_facts import key_of
 from tribopipe.readers.registry import is_sure
 from tribopipe.readers.text import Row, decode, sampled_rows
 
-_RUN = frozenset(
-    map(plain, ("run", "id", "file", "test", "Versuch", "Lauf", "Datei", "essai", "ensayo", "próba", "试验", "試験"))
+_RUN_NAMES = (
+    "run, run id, id, file, test, test id, specimen, specimen id, sample id, Versuch, Lauf, Datei, Probekörper, essai, "
+    "ensayo, próba, 试验, 試験"
 )
+_RUN = frozenset(map(plain, _RUN_NAMES.split(", ")))
 _SCARS = {
     "end_values.pin_scar_diameter": (
         "scar diameter, wear scar diameter, ball scar diameter, Kalottendurchmesser, diamètre d'usure, "
@@ -40,6 +44,7 @@ _SCARS = {
 }
 _SYNONYMS = {plain(name): key for key, names in _SCARS.items() for name in names.split(", ")}
 _OF_TWO = ("wearvolume", "volume", "massloss", "verschleissvolumen", "masseverlust")
+_BALL_SIZES = ("contact.pin.diameter", "contact.pin.radius")
 _UNCERTAINTY = re.compile(r"(?:u\s*\((?P<inner>.+)\)|[u±][ _](?P<behind>.+))", re.DOTALL)
 _NUMBER = re.compile(r"[+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?", re.ASCII)
 _SEPARATORS = "\t;|,"
@@ -53,6 +58,10 @@ class EndsRow(NamedTuple):
     line: int
     values: Mapping[str, Given]
     """By key of run.toml, each with its source."""
+    other: Mapping[str, str]
+    """Fields of columns that are no key of run.toml, by the names of these columns."""
+    is_ball: bool
+    """Whether the row states the size of a ball, so that the pin is spherical."""
 
 
 class _Column(NamedTuple):
@@ -63,6 +72,7 @@ class _Column(NamedTuple):
     key: str
     unit: str | None
     is_uncertainty: bool
+    is_ball: bool
 
 
 class EndsTable(NamedTuple):
@@ -111,8 +121,16 @@ def read_ends(path: Path) -> EndsTable:
                 f"{path.name}, line {row.line}: found the run {run!r} a second time, after line {before.line}; "
                 "expected each once; delete one of the rows"
             )
-        found[run.casefold()] = EndsRow(run, row.line, _values(path.name, row, columns))
-    return EndsTable(path.name, tuple(found.values()), tuple(unused))
+        found[run.casefold()] = _row(path.name, run, row, columns, unused)
+    return EndsTable(path.name, tuple(found.values()), tuple(unused.values()))
+
+
+def is_of_tests(names: Sequence[str]) -> bool:
+    """Return whether columns are those of a table of tests, by their names: runs first, then a specimen or its wear."""
+    if not names or plain(names[0]) not in _RUN:
+        return False
+    keys = [_key(_bare(split_name(name)[0])[0]) for name in names[1:]]
+    return any(key is not None and key.startswith(("end_values.", "contact.")) for key in keys)
 
 
 def _rows(path: Path) -> list[Row]:
@@ -132,7 +150,20 @@ def _rows(path: Path) -> list[Row]:
     return rows
 
 
-def _columns(file: str, head: Row) -> tuple[list[_Column], list[str]]:
+def _row(file: str, run: str, row: Row, columns: Sequence[_Column], unused: Mapping[int, str]) -> EndsRow:
+    cells = {place: cell for place, cell in enumerate(row.cells) if cell}
+    nameless = cells.keys() - {0, *unused, *(column.place for column in columns)}
+    if nameless:
+        raise ManifestError(
+            f"{file}, line {row.line}: found {cells[min(nameless)]!r} in a column without a name; expected a name "
+            "above each column; add it, or put quotes around a field that contains the column separator"
+        )
+    other = {name: cells[place] for place, name in unused.items() if place in cells}
+    is_ball = any(column.is_ball and column.place in cells for column in columns)
+    return EndsRow(run, row.line, _values(file, row, columns), other, is_ball)
+
+
+def _columns(file: str, head: Row) -> tuple[list[_Column], dict[int, str]]:
     """Report what the columns behind the first are. Raises ``ManifestError`` where that is unclear."""
     if plain(head.cells[0]) not in _RUN:
         raise ManifestError(
@@ -140,11 +171,10 @@ def _columns(file: str, head: Row) -> tuple[list[_Column], list[str]]:
             "of each run or the name of its file below; rename it, or put that column first"
         )
     columns: list[_Column] = []
-    unused = []
+    unused = {}
     for place, written in enumerate(head.cells[1:], 1):
         name, unit = split_name(written)
-        uncertain = _UNCERTAINTY.fullmatch(name)
-        bare = (uncertain["inner"] or uncertain["behind"]) if uncertain else name
+        bare, is_uncertainty = _bare(name)
         if plain(bare) in _OF_TWO:
             raise ManifestError(
                 f"{file}, line {head.line}: found the column {written!r}, which may be of the pin or the disc; "
@@ -152,20 +182,26 @@ def _columns(file: str, head: Row) -> tuple[list[_Column], list[str]]:
             )
         key = _key(bare)
         if key is None:
-            unused += [written] if written else []
-        elif any((one.key, one.is_uncertainty) == (key, uncertain is not None) for one in columns):
+            unused |= {place: written} if written else {}
+        elif any((one.key, one.is_uncertainty) == (key, is_uncertainty) for one in columns):
             raise ManifestError(
                 f"{file}, line {head.line}: found a second column for {key}, {written!r}; expected one; delete one"
             )
         else:
-            columns.append(_Column(place, written, key, unit, uncertain is not None))
+            columns.append(_Column(place, written, key, unit, is_uncertainty, key_of(bare) in _BALL_SIZES))
     return columns, unused
+
+
+def _bare(name: str) -> tuple[str, bool]:
+    """Return what a column is about, and whether it holds the standard uncertainty of that."""
+    uncertain = _UNCERTAINTY.fullmatch(name)
+    return (uncertain["inner"] or uncertain["behind"], True) if uncertain else (name, False)
 
 
 def _key(name: str) -> str | None:
     """Return the key of run.toml that a column is named after."""
     tables = sections()
-    table, _, last = name.strip().rpartition(".")
+    table, _, last = "_".join(name.split()).rpartition(".")
     for where in (table,) if table else ("", "conditions", "end_values"):
         if where in tables and last in {rules.alias or one for one, rules in tables[where].model_fields.items()}:
             key = f"{where}.{last}" if where else last

@@ -13,10 +13,11 @@ from typing import Any
 
 from tribopipe.base.errors import ManifestError, ReaderError
 from tribopipe.base.interrupts import undone_by
-from tribopipe.documents.manifest import MANIFEST_NAME, MANIFEST_SCHEMA, RunManifest, is_described
+from tribopipe.documents.manifest import MANIFEST_NAME, MANIFEST_SCHEMA, EndValues, RunManifest, is_described
 from tribopipe.documents.record import read_document
 from tribopipe.documents.template import read_template
 from tribopipe.readers.draft.columns import friction_left_open
+from tribopipe.readers.draft.ends_table import is_of_tests
 from tribopipe.readers.draft.gathering import gather, take_radius
 from tribopipe.readers.draft.grouping import Group, grouped
 from tribopipe.readers.draft.hints import doubt_names
@@ -34,6 +35,10 @@ from tribopipe.results.run import SourceFile
 _LONGEST_ID = 100
 _SUFFIX = re.compile(r"\.[A-Za-z][A-Za-z0-9]{0,9}$")
 _DEVICE = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
+_NOTHING_MEASURED = (
+    "found no post-test measurement; expected one, since nothing was recorded; add a scar, a mass loss or a volume "
+    "under [end_values] in run.toml"
+)
 _DIALECT = ("encoding", "separator", "decimal")
 
 
@@ -56,6 +61,8 @@ class Wanted:
     """Sheet of a workbook."""
     each_sheet: bool = False
     """Whether each sheet of a workbook is a run."""
+    each_row: bool = False
+    """Whether each row of a table is a run of which nothing was recorded."""
     split: str | None = None
     """Column that numbers the steps of a file, each of which is a run."""
     accept: bool = False
@@ -169,6 +176,8 @@ def planned(wanted: Wanted) -> list[RunPlan]:
     defaults = _defaults(wanted)
     wanted = replace(wanted, sheet=wanted.sheet or defaults.signals.get("sheet"))
     exports = [defaults.read(path, wanted.sheet) for path in wanted.files]
+    for export in exports:
+        _refuse_tests(export)
     measured = [read_profile(written) for written in wanted.profiles]
     if wanted.split is None:
         return [_plan(wanted, defaults, exports, measured)]
@@ -180,6 +189,14 @@ def planned(wanted: Wanted) -> list[RunPlan]:
     return plans
 
 
+def _refuse_tests(export: Export) -> None:
+    if is_of_tests([column.name for column in export.table.columns]):
+        raise ReaderError(
+            f"{export.name}: found a table of finished tests, one in each row; expected the recording of one test; add "
+            "--each-row to make a run folder of each row, or name the table with --ends and the recordings as files"
+        )
+
+
 def _plan(
     wanted: Wanted,
     defaults: _Defaults,
@@ -187,7 +204,7 @@ def _plan(
     measured: list[Measured],
     step: tuple[str, int] | None = None,
 ) -> RunPlan:
-    draft = replace(_drafted(wanted, defaults, exports, measured), sheet=wanted.sheet)
+    draft = replace(_drafted(wanted, defaults, exports, measured), sheet=wanted.sheet, is_recorded=not wanted.each_row)
     propose_recorded(draft.known, exports, step)
     described = [open_export(defaults.description)] if defaults.description else []
     sources = [export.source for export in [*exports, *(one.export for one in measured)]] + described
@@ -202,8 +219,8 @@ def refuse_places(plans: Sequence[RunPlan]) -> None:
         _refuse_taken(plan.target)
         if plan.target in taken:
             raise ManifestError(
-                f"{plan.target}: found two runs of that id; expected one each; rename the sheets, or make a run of "
-                "each with --sheet and --id"
+                f"{plan.target}: found two runs of that id; expected one each; rename the sheets or rows, or make a "
+                "run of each with --sheet and --id"
             )
         taken.add(plan.target)
 
@@ -227,6 +244,8 @@ def _new_run(plan: RunPlan, problem: str | None, accepted: Sequence[str]) -> New
     if draft.step is None:
         notes |= dict.fromkeys(note for export in plan.exports if (note := steps_left_together(export)))
     lacks, bodies_lack = draft.known.lacks, draft.known.bodies_lack
+    if not draft.is_recorded:  # there is no friction to be evaluated without the bodies
+        lacks, bodies_lack = [*lacks, *bodies_lack], []
     return NewRun(
         plan.target, tuple(draft.groups), tuple(lacks), tuple(bodies_lack), problem, tuple(notes), tuple(accepted)
     )
@@ -241,6 +260,8 @@ def _one_test(group: Group) -> str:
 
 def _defaults(wanted: Wanted) -> _Defaults:
     template = read_template(wanted.template) if wanted.template else {}
+    if wanted.each_row:
+        template.pop("signals", None)  # it is about recordings
     name = wanted.template.name if wanted.template else ""
     told = template.get("signals", {}).get("reader")
     reader = wanted.reader or told
@@ -321,12 +342,12 @@ def _fill(part: Path, draft: Draft, sources: Sequence[SourceFile]) -> str | None
             file.writelines(source.pieces())
     manifest = part / MANIFEST_NAME
     manifest.write_bytes(manifest_text(replace(draft, known=draft.known.completed())).encode())
-    problem = _problem(part)
+    problem = _problem(part, is_recorded=draft.is_recorded)
     manifest.write_bytes(manifest_text(draft).encode())
     return problem
 
 
-def _problem(folder: Path) -> str | None:
+def _problem(folder: Path, *, is_recorded: bool) -> str | None:
     """Report what is in the way of processing a run."""
     try:
         run = read_run(folder)
@@ -334,6 +355,8 @@ def _problem(folder: Path) -> str | None:
         return str(error).removeprefix(f"{folder}: ")
     if "friction_coefficient" in run.columns or "depth" in run.columns:
         return None
+    if not is_recorded:
+        return None if run.manifest.end_values != EndValues() else _NOTHING_MEASURED
     measured = [signal for signal, origin in run.origins.items() if origin == "measured"]
     return (
         f"found {', '.join(measured)} among the signals, but neither friction nor depth; expected one of them; map "

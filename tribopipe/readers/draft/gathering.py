@@ -60,7 +60,9 @@ def take_radius(known: Known) -> None:
             return
         origin += f"; {before.origin.removeprefix('from ')} gives {before.value}"
     stated = half if whole.standard_uncertainty is None else {"value": half, "standard_uncertainty": unsure}
-    known.take(_RADIUS, stated, origin)
+    problem = known.take(_RADIUS, stated, origin)
+    if problem is not None:
+        known.dissent.append(f"the radius of the pin is not taken from its diameter of {whole.shown('mm')}: {problem}")
 
 
 def _set(known: Known, setting: str) -> None:

@@ -43,6 +43,8 @@ class Draft:
     """Sheet of a workbook."""
     step: StepOfFiles | None = None
     """Step of which the run is made."""
+    is_recorded: bool = True
+    """Whether the files are a recording, and not only start and end of a test."""
 
 
 class _Line(NamedTuple):

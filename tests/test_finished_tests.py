@@ -1,0 +1,157 @@
+"""`tribopipe new --each-row`: tables of finished tests, of which nothing was recorded."""
+
+import json
+import math
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+from built_files import xlsx
+
+HEAD = (
+    "specimen;normal load [N];sliding speed [m/s];sliding distance [m];ball diameter [mm];scar diameter [um];"
+    "u(scar diameter) [um];disc mass loss [mg];mean friction;lab book"
+)
+ROWS = ("A1;5;0,1;500;6;412;3;1,2;0,62;page 12", "A 2;10;0,1;500;6;530;3;;0,60;")
+BODIES = """schema = "tribopipe.template/1"
+[contact]
+kind = "pin-on-disc"
+[contact.pin]
+material = "100Cr6"
+youngs_modulus = "210 GPa"
+poisson_ratio = 0.3
+[contact.disc]
+material = "Al10Cu"
+youngs_modulus = "72 GPa"
+poisson_ratio = 0.33
+density = "2.8 g/cm^3"
+[signals]
+separator = "\\t"
+decimal = ","
+reader = "ducom-winducom"
+"""
+
+
+@pytest.fixture
+def lab(tmp_path, monkeypatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab.toml").write_text(BODIES, encoding="utf-8")
+    return tmp_path
+
+
+def table(lab: Path, *rows: str, head: str = HEAD) -> None:
+    (lab / "tests.csv").write_text("\n".join([head, *rows, ""]), encoding="utf-8")
+
+
+def run_toml(name: str) -> dict:
+    return tomllib.loads((Path(name) / "run.toml").read_text(encoding="utf-8"))
+
+
+def test_each_row_is_a_run_with_its_wear_rate(run_cli, lab):
+    table(lab, *ROWS)
+    made = run_cli("new", "tests.csv", "--each-row", "--template", "lab.toml", "--json")
+    assert made.exit_code == 0, made.stderr
+    runs = json.loads(made.stdout)["runs"]
+    assert [(run["id"], run["still_to_be_filled_in"], run["problem"]) for run in runs] == [
+        ("A1", [], None),
+        ("A-2", [], None),
+    ]
+    first, second = run_toml("A1"), run_toml("A-2")
+    assert first["contact"]["pin"]["shape"] == "spherical"
+    assert first["contact"]["pin"]["radius"] == "3 mm"
+    assert first["end_values"] == {
+        "pin_scar_diameter": {"value": "412 um", "standard_uncertainty": "3 um"},
+        "disc_mass_loss": "1.2 mg",
+    }
+    assert first["comment"] == "mean friction: 0,62; lab book: page 12"
+    assert second["comment"] == "mean friction: 0,60"
+    assert (lab / "A1" / "signals.csv").read_text() == "time [s],sliding distance [m]\n0,0\n5000,500\n"
+    assert "column 'lab book' is no key of run.toml and is kept in the comment of each run" in made.stderr
+    done = run_cli("process", "A1", "--no-figures", "--json")
+    assert done.exit_code == 0, done.stderr
+    height = 3.0 - math.sqrt(3.0**2 - 0.206**2)
+    rates = json.loads(run_cli("show", "A1", "--json").stdout)["specific_wear"]
+    volume = math.pi * height**2 * (9.0 - height) / 3
+    assert rates["pin"]["specific_wear_rate"]["value"] == pytest.approx(volume * 1e-9 / (5 * 500), rel=1e-3)
+    assert rates["disc"]["specific_wear_rate"]["value"] == pytest.approx(1.2e-6 / 2800 / (5 * 500), rel=1e-3)
+
+
+def test_a_scar_wider_than_the_ball_is_named(run_cli, lab):
+    table(lab, "A1;5;0.1;500;6;7000")
+    made = run_cli("new", "tests.csv", "--each-row")
+    assert "the radius of the pin is not taken from its diameter of 6 mm: end_values.pin_scar_diameter" in made.stderr
+    assert "contact.pin.radius" in made.stderr.rpartition("still to be filled in")[2]
+
+
+def test_a_workbook_tells_the_same(run_cli, lab):
+    head, row = (line.split(";") for line in (HEAD, ROWS[0].replace(",", ".")))
+    (lab / "tests.xlsx").write_bytes(xlsx({"2026": [head, [float(c) if c[0].isdigit() else c for c in row]]}))
+    assert run_cli("new", "tests.xlsx", "--each-row", "--template", "lab.toml").exit_code == 0
+    assert run_toml("A1")["end_values"]["disc_mass_loss"] == "1.2 mg"
+
+
+def test_what_is_missing_is_named(run_cli, lab):
+    table(lab, "A1;;0.1;500;6;;;;0.6;")
+    made = run_cli("new", "tests.csv", "--each-row", "--json")
+    (run,) = json.loads(made.stdout)["runs"]
+    assert run["still_to_be_filled_in"] == [
+        *("conditions.normal_load", "contact.pin.material", "contact.pin.youngs_modulus", "contact.pin.poisson_ratio"),
+        *("contact.disc.material", "contact.disc.youngs_modulus", "contact.disc.poisson_ratio"),
+    ]
+    assert run["problem"].startswith("found no post-test measurement; expected one")
+
+
+@pytest.mark.parametrize(
+    ("rows", "head", "told"),
+    [
+        ((ROWS[0], ROWS[0]), HEAD, "line 3: found the run 'A1' a second time, after line 2"),
+        (("A 2;5;1;9;6;400", "A-2;5;1;9;6;400"), HEAD, "A-2: found two runs of that id"),
+        (("A1;5;0.1;500;400",), "run;normal load [N];sliding speed [m/s];sliding distance [m];scar diameter", "unit"),
+        (
+            ("A1;5;0.1;500;4",),
+            "run;normal load [N];sliding speed [m/s];sliding distance [m];wear volume [mm^3]",
+            "may be",
+        ),
+        (("A1;5;;500;6;400",), HEAD, "line 2: found no sliding_speed .*; expected distance and speed of each test"),
+        (("A1;5;1;;6;400",), HEAD, "line 2: found no sliding_distance"),
+        (("A1;5;1;9;6;400;3;1;;;7",), HEAD, "line 2: found '7' in a column without a name"),
+        (
+            ("A1;5;0.1;500;6;4;400",),
+            "run;normal load [N];sliding speed [m/s];sliding distance [m];ball diameter [mm];ball radius [mm];"
+            "scar diameter [um]",
+            "line 2: found a ball of 6 mm in diameter with a radius of 4 mm",
+        ),
+        (
+            ("A1;5;0.1;500;100;5;400",),
+            "run;normal load [N];sliding speed [m/s];sliding distance [m];rotational_speed [rpm];track_radius [mm];"
+            "scar diameter [um]",
+            "line 2: found a sliding_speed of 100 mm/s, but 52.36 mm/s from rotational_speed and track_radius",
+        ),
+    ],
+)
+def test_a_row_that_cannot_be_is_refused_and_nothing_is_made(run_cli, lab, rows, head, told):
+    table(lab, *rows, head=head)
+    refused = run_cli("new", "tests.csv", "--each-row")
+    assert refused.exit_code == 1
+    assert re.search(told, refused.stderr), refused.stderr
+    assert sorted(path.name for path in lab.iterdir()) == ["lab.toml", "tests.csv"]
+
+
+def test_a_table_of_tests_is_not_taken_for_a_recording(run_cli, lab):
+    table(lab, *(row.replace(",", ".") for row in ROWS))
+    refused = run_cli("new", "tests.csv")
+    assert refused.exit_code == 1
+    assert "found a table of finished tests, one in each row" in refused.stderr
+    assert not (lab / "tests").exists()
+    (lab / "log.csv").write_text("Test;Time [s];Friction force [N]\n1;0;2\n1;1;2\n1;2;3\n", encoding="utf-8")
+    assert run_cli("new", "log.csv").exit_code == 0
+
+
+@pytest.mark.parametrize("option", [("--ends", "tests.csv"), ("--id", "x"), ("--sheet", "x"), ("--split", "Step")])
+def test_options_for_recordings_are_refused(run_cli, lab, option):
+    table(lab, *ROWS)
+    refused = run_cli("new", "tests.csv", "--each-row", *option)
+    assert refused.exit_code == 1
+    assert f"--each-row: found {option[0]} with it" in refused.stderr
+    assert "found 2 files" in run_cli("new", "tests.csv", "lab.toml", "--each-row").stderr
