@@ -44,6 +44,7 @@ def test_all_readers_are_listed_with_what_they_need(run_cli):
     shown = run_cli("formats", "list")
     assert shown.stderr == ""
     assert "tribopipe[excel]" in shown.stdout
+    assert "Optimol SRV" in shown.stdout
 
 
 def test_a_format_is_told_with_what_is_in_the_file(run_cli, files):

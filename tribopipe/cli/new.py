@@ -13,6 +13,7 @@ from tribopipe.cli.options import AsJson
 from tribopipe.cli.output import PARTLY_FAILED, print_json, say
 
 if TYPE_CHECKING:
+    from tribopipe.readers.draft.export_folder import LeftOut
     from tribopipe.readers.draft.folder import NewRun
     from tribopipe.readers.draft.questions import Ask
 
@@ -108,16 +109,17 @@ def new(
         accept=accept,
     )
     many = are_many(files) or ends is not None
+    left_out: list[LeftOut] = []
     if each_row:
         _refuse_next_to_rows(
             {"--ends": ends, "--id": run_id, "--reader": reader, "--profile": profiles, "--sheet": sheet}
             | {"--each-sheet": each_sheet, "--split": split}
         )
-        made, left_out = make_of_rows(wanted, _somebody_to_ask(), say), []
+        made = make_of_rows(wanted, _somebody_to_ask(), say)
     elif many:
         made, left_out = make_each(wanted, ends, _somebody_to_ask(), say)
     else:
-        made, left_out = make_runs(wanted, _somebody_to_ask(), say), []
+        made = make_runs(wanted, _somebody_to_ask(), say)
     for one in made:
         _tell(one)
     for file in left_out:

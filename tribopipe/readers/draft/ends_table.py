@@ -171,7 +171,7 @@ def _columns(file: str, head: Row) -> tuple[list[_Column], dict[int, str]]:
             "of each run or the name of its file below; rename it, or put that column first"
         )
     columns: list[_Column] = []
-    unused = {}
+    unused: dict[int, str] = {}
     for place, written in enumerate(head.cells[1:], 1):
         name, unit = split_name(written)
         bare, is_uncertainty = _bare(name)

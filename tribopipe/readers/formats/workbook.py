@@ -59,7 +59,7 @@ class WorkbookReader:
     """Spreadsheets."""
 
     name = "workbook"
-    title = "Spreadsheet (.xlsx, .xls, .ods)"
+    title = "Spreadsheet (.xlsx, .xls, .ods), also of an Optimol SRV"
     holds: Holds = "signals"
     suffixes = (".xlsx", ".xls", ".ods")
 
