@@ -28,10 +28,10 @@ def test_citation_says_what_the_package_says():
     assert cited("authors").removeprefix("- name: ") == PROJECT["authors"][0]["name"]
 
 
-def test_changelog_begins_with_what_is_not_released_or_with_this_version():
+def test_changelog_begins_with_this_version():
     text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     heading = re.search(r"(?m)^## (.*)$", text)[1]
-    assert heading == "Unreleased" or re.fullmatch(rf"{re.escape(VERSION)} \(\d{{4}}-\d\d-\d\d\)", heading)
+    assert re.fullmatch(rf"{re.escape(VERSION)} \((unreleased|\d{{4}}-\d\d-\d\d)\)", heading)
 
 
 def test_oldest_python_is_the_same_everywhere():

@@ -32,6 +32,9 @@ def test_the_conda_recipe_needs_what_the_package_and_its_server_need():
 def test_the_version_is_the_same_everywhere():
     assert loaded("recipe/recipe.yaml")["context"]["version"] == VERSION
     assert str(loaded("CITATION.cff")["version"]) == VERSION
+    assert json.loads((ROOT / ".zenodo.json").read_text(encoding="utf-8"))["version"] == VERSION
+    # The image is made of the clone, and so of its version; a number of its own could only be another one.
+    assert not re.search(r"tribopipe[=:]+[\d.]+", (ROOT / "Dockerfile").read_text(encoding="utf-8"))
 
 
 def test_zenodo_and_citation_name_who_the_package_names():
