@@ -3,6 +3,7 @@
 import json
 import re
 import tomllib
+from datetime import datetime
 
 import pytest
 import yaml
@@ -60,6 +61,17 @@ def test_the_paper_has_what_joss_asks_for():
     ]
     bib = (ROOT / said["bibliography"]).read_text(encoding="utf-8")
     assert set(re.findall(r"@(\w+)[\];]", text)) == set(re.findall(r"(?m)^@\w+\{(\w+),", bib))
+    assert {one["affiliation"] for one in said["authors"]} <= {one["index"] for one in said["affiliations"]}
+    datetime.strptime(said["date"], "%d %B %Y")  # noqa: DTZ007
+    assert 250 <= len(text.split()) <= 1750
+
+
+def test_each_reference_of_the_paper_is_complete():
+    entries = re.split(r"(?m)^@", (ROOT / "paper.bib").read_text(encoding="utf-8"))[1:]
+    for entry in entries:
+        assert entry.rstrip().endswith("\n}")
+        assert entry.count("{") == entry.count("}")
+        assert {"author", "title", "year"} <= set(re.findall(r"(?m)^  (\w+) = \{", entry)), entry
 
 
 @pytest.mark.parametrize("name", ["ISSUE_TEMPLATE/bug.yml", "ISSUE_TEMPLATE/format.yml"])
