@@ -21,6 +21,7 @@ sys.path.insert(0, str(HERE))
 from site_parts.mathml import as_mathml  # noqa: E402
 from site_parts.offline import refuse_network  # noqa: E402
 from site_parts.pages import write_reference  # noqa: E402
+from site_parts.questions import questions_json  # noqa: E402
 from site_parts.screenshots import as_far_as_taken  # noqa: E402
 
 if TYPE_CHECKING:
@@ -63,6 +64,7 @@ html_theme = "furo"
 html_title = f"tribopipe {VERSION}"
 html_static_path = ["_static"]
 html_css_files = ["tribopipe.css"]
+html_context = {"questions": questions_json()}
 html_math_renderer = "mathml"
 html_copy_source = False
 html_show_sourcelink = False
@@ -88,6 +90,12 @@ def with_screenshots(app: "Sphinx", _page: str, text: list[str]) -> None:
     text[0] = as_far_as_taken(text[0], Path(app.srcdir))
 
 
+def with_questions(app: "Sphinx", page: str, _template: str, _context: object, _tree: object) -> None:
+    """Have the page of search results put those pages first that answer a question."""
+    if page == "search":
+        app.add_js_file("questions.js")
+
+
 def load_nothing(app: "Sphinx", error: Exception | None) -> None:
     """Raise ``ExtensionError`` where a built page would load something from the network."""
     if error is None:
@@ -100,5 +108,6 @@ def setup(app: "Sphinx") -> None:
     app.connect("source-read", with_titles)
     app.connect("source-read", with_screenshots)
     app.connect("autodoc-process-signature", with_plain_signatures)
+    app.connect("html-page-context", with_questions)
     app.connect("build-finished", load_nothing)
     as_mathml(app)

@@ -1,10 +1,11 @@
 """The page of questions, by which the site's search finds pages that use other words."""
 
+import json
 from collections.abc import Iterator
 
 from site_parts.markdown import code, plain, titled
 from tribopipe.cli.manual import title
-from tribopipe.cli.questions import Entry, entries
+from tribopipe.cli.questions import ENDINGS, PASSED_OVER, SHORTEST, Entry, entries, weights
 
 
 def questions_page() -> str:
@@ -18,3 +19,10 @@ def _answers(name: str, one: Entry) -> Iterator[str]:
         yield titled(2, plain(question))
         yield f"{plain(one.answer)}{command}\n\nRead [{plain(title(name))}](../{name}.md).\n\n"
     yield f"Also: {plain(one.words)}.\n\n"
+
+
+def questions_json() -> str:
+    """Return by what the site's search finds the page that answers a question, for _static/questions.js_t."""
+    return json.dumps(
+        {"weights": weights(), "endings": ENDINGS, "shortest": SHORTEST, "passed_over": sorted(PASSED_OVER)}
+    )

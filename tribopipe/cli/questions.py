@@ -16,10 +16,10 @@ from tribopipe.shipped import shipped
 
 _FILE = "docs/questions.toml"
 _WORD = re.compile(r"±|[^\W_]+(?:_[^\W_]+)*")
-_ENDINGS = ("ing", "ed", "es", "s", "e")
-_SHORTEST = 3
+ENDINGS = ("ing", "ed", "es", "s", "e")
+SHORTEST = 3
 """As many letters of a word are left when its ending is removed."""
-_PASSED_OVER = frozenset(
+PASSED_OVER = frozenset(
     [
         "a",
         "about",
@@ -134,15 +134,15 @@ def has_words_of(topic: str) -> bool:
 
 def stems(text: str) -> list[str]:
     """Return the words of a text that count, without their endings."""
-    return [stem(word) for word in _WORD.findall(text.lower()) if word not in _PASSED_OVER]
+    return [stem(word) for word in _WORD.findall(text.lower()) if word not in PASSED_OVER]
 
 
 def stem(word: str) -> str:
     """Return a word in small letters without its ending: "spik" of "spike" and of "spikes"."""
-    for ending in _ENDINGS:
+    for ending in ENDINGS:
         left = word.removesuffix(ending)
-        if left != word and len(left) >= _SHORTEST:
-            return left[:-1] if ending in ("ing", "ed") and left[-1] == left[-2] and len(left) > _SHORTEST else left
+        if left != word and len(left) >= SHORTEST:
+            return left[:-1] if ending in ("ing", "ed") and left[-1] == left[-2] and len(left) > SHORTEST else left
     return word
 
 
