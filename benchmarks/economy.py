@@ -57,7 +57,7 @@ class EngineCurve:
 
     name: str
     rotations: Column
-    """Of the curved disc."""
+    """Of the crowned disc."""
     depth: Column
     """m."""
     pressure: Column

@@ -72,7 +72,7 @@ def say_what_counting_does(report: Report) -> None:
     asked = volumes(discs(PUBLISHED), ROTATIONS, np.array([CURVED, FLAT]))
     report.say("## What each way of counting does to k_D")
     report.say(
-        f"By *{PUBLISHED}*, the paper's k_D give volumes of {asked[0] * 1e9:.4g} mm³ on the curved disc and "
+        f"By *{PUBLISHED}*, the paper's k_D give volumes of {asked[0] * 1e9:.4g} mm³ on the crowned disc and "
         f"{asked[1] * 1e9:.4g} mm³ on the flat one after 10⁶ rotations at {100 * SLIP:.0f} % slip. With the k_D below, "
         "mm³/(N mm), the other two give the same. n is that of V ∝ Nⁿ over the last decade of rotations; the last "
         f"column is the volume at {100 * HIGHER_SLIP:.0f} % slip over that at {100 * SLIP:.0f} %, with the same k_D."
@@ -84,12 +84,12 @@ def say_what_counting_does(report: Report) -> None:
             [f"{1e6 * k:.4g}", f"{ratio:.4g}", f"{n:.4f}", f"{more:.3f}"]
             for k, ratio, n, more in zip(one.coefficients, times, one.exponents, one.at_higher_slip, strict=True)
         ]
-        rows += [[name, disc, *cell] for disc, cell in zip(("curved", "flat"), cells, strict=True)]
+        rows += [[name, disc, *cell] for disc, cell in zip(("crowned", "flat"), cells, strict=True)]
     report.table(["counting", "disc", "k_D", f"over that by {PUBLISHED}", "n", "volume at higher slip"], rows)
     report.say(
         "By *volume-conserving* k_D compares with a pin's, which is 13.5e-09 in Section 2.1.1. *contact-width* removes "
         "(π²/2)·r·k·F_N in each turn of a disc, whatever the slip, as *volume-conserving* does at a slip of π/4: its "
-        f"k_D is 4/π times the slip, {4 / np.pi * SLIP:.4f}, of the curved disc's by *volume-conserving*, and "
+        f"k_D is 4/π times the slip, {4 / np.pi * SLIP:.4f}, of the crowned disc's by *volume-conserving*, and "
         f"{4 / np.pi * SLIP / (1 + SLIP):.4f} of the flat one's, which turns the more often; and it foresees no more "
         "wear at a higher slip but for those turns. *full-slip* tends to N^(6/5) where the elastic part is small, "
         "since the wider the flat, the more volume a unit of depth is, and the pressure falls more slowly than that."

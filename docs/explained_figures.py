@@ -166,7 +166,7 @@ def plot_disc_model(scenarios: Mapping[str, Scenario], rotations: float, steps: 
     axes = list(figure.subplots(2, 2, sharex=True).flat)
     several = len(scenarios) > 1
     share = np.geomspace(_LEAST_SHARE, 1.0, _MOST_PLACES) if several else np.linspace(0.0, 1.0, _MOST_PLACES) ** 1.5
-    along, label = (share * rotations, "rotations of the curved disc") if several else turned(share * rotations)
+    along, label = (share * rotations, "rotations of the crowned disc") if several else turned(share * rotations)
     for number, (name, scenario) in enumerate(scenarios.items()):
         look = {"color": PALETTE[number % len(PALETTE)], "ls": _STYLES[number % len(_STYLES)], "label": name}
         _draw_states(axes, along, scenario.worn(share * rotations), **look)

@@ -85,7 +85,7 @@ def local_wear() -> "dict[str, Figure]":
     pin = local_scenario(manifest, [Quantity(value=13.5e-15, unit="m^2/N")])
     places = [0.01, 0.1, 1.0, 10.0, 100.0, 500.0]
     discs = table_3("volume-conserving")
-    turns = [1e4, 1e5, 1e6, 1e7, 2e7]  # of the curved disc, at a slip of 10 %
+    turns = [1e4, 1e5, 1e6, 1e7, 2e7]  # of the crowned disc, at a slip of 10 %
     return {
         "local-wear-pin.svg": plot_local_wear(wear_locally(pin, places), "Si₃N₄, 200 mN"),
         "local-wear-discs.svg": plot_local_wear(wear_locally(discs, turns), "Table 3"),

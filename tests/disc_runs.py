@@ -62,7 +62,7 @@ def recipe(convention: str = "full-slip", *, drawn: bool = False, **changes) -> 
 
 
 def known_pair(first: Quantity, second: Quantity | None = None, **how) -> KnownWear:
-    """k_D of the curved disc, and of the flat one where it wears."""
+    """k_D of the crowned disc, and of the flat one where it wears."""
     return KnownWear({"curved_disc": first} | ({} if second is None else {"flat_disc": second}), **how)
 
 

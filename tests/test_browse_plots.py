@@ -364,7 +364,7 @@ def test_two_discs_have_volumes_contact_and_marks(disc_archive):
     run = RunFile(disc_archive, DISC_RUNS[0], Kept())
     assert [offer.name for offer in run_plots(run)][:4] == ["wear", "contact", "depth", "friction"]
     curved, flat = answer(run, "wear")["panels"]
-    assert curved["label"] == "curved disc, wear volume / mm³"
+    assert curved["label"] == "crowned disc, wear volume / mm³"
     assert answer(run, "wear")["x"]["name"] == "rotations"
     for panel, disc in ((curved, "curved_disc"), (flat, "flat_disc")):
         (end,) = panel["marks"]
@@ -398,7 +398,7 @@ def test_runs_are_compared_on_one_axis(samples):
         mixed = client.get("api", "compare", "wear", runs=f"{RUN},{DISC_RUNS[0]}", with_="fit", x="time").json
         assert [panel["label"].partition(" /")[0] for panel in mixed["panels"]] == [
             "pin wear depth",
-            "curved disc, wear volume",
+            "crowned disc, wear volume",
             "flat disc, wear volume",
         ]
         assert mixed["x"]["name"] == "time"

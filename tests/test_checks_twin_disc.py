@@ -16,7 +16,7 @@ from tribopipe.results.run import Profile, RawRun
 TURNS = np.linspace(0, 10_000, 501)
 AROUND = 2 * math.pi * 10e-3
 DEPTH = 0.6e-6
-"""h₁ + h₂ at the end, two thirds of it on the curved disc."""
+"""h₁ + h₂ at the end, two thirds of it on the crowned disc."""
 
 
 def sure(text):

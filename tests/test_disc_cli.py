@@ -57,10 +57,10 @@ def test_commands_lead_from_a_folder_of_discs_to_a_prediction(run_cli, tmp_path)
         (("ingest", SAMPLES / RUN), (RUN,)),
         (("ls",), (RUN, "twin-disc", "Si3N4", "air", "250", "ingested")),
         (("correct-drift",), (RUN,)),
-        (("fit", "--model", "sarkar"), ("sarkar", "curved disc k_D = ", "flat disc k_D = ")),
+        (("fit", "--model", "sarkar"), ("sarkar", "crowned disc k_D = ", "flat disc k_D = ")),
         (("predict", RUN, "--law", "sarkar", "--at", "1e6"), ("sarkar, exact, full-slip", " rotations")),
         (("ls", "--columns", "id,steps"), ("drift, friction, specific wear, Sarkar",)),
-        (("show", RUN, "-v"), ("wear_fit_sarkar", "budget of k_D of the curved disc", "curved disc wear volume")),
+        (("show", RUN, "-v"), ("wear_fit_sarkar", "budget of k_D of the crowned disc", "crowned disc wear volume")),
     ):
         result = run_cli(*command, cwd=tmp_path)
         assert result.exit_code == 0, (command, result.stdout)
@@ -295,7 +295,7 @@ def test_study_is_drafted_run_and_shown(run_cli, home):
     assert "Archard's law" in ran.stdout
     shown = run_cli("study", "show", study.id, cwd=home)
     assert shown.exit_code == 0, shown.stderr
-    for words in ("curved disc", "flat disc", RUN, FAST):
+    for words in ("crowned disc", "flat disc", RUN, FAST):
         assert words in shown.stdout
     document = document_of(run_cli("study", "show", study.id, "--json", cwd=home))
     assert '"twin-disc"' in json.dumps(document)
@@ -305,7 +305,7 @@ def test_study_is_drafted_run_and_shown(run_cli, home):
 def test_plan_tells_of_both_discs(run_cli, home):
     result = run_cli("plan", RUN, "--interval", "15 %", "--json", cwd=home)
     assert "k_D of the flat disc" in json.dumps(document_of(result))
-    assert "curved disc" in result.stdout
+    assert "crowned disc" in result.stdout
     assert "flat disc" in result.stdout
 
 

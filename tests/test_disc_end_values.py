@@ -105,7 +105,7 @@ def test_all_ways_of_measuring_give_the_same_depth(convention):
     for kept in (("wear_depth",), ("wear_volume",), ("track_width",)):
         out = {name: None for name in ALL if not name.endswith(kept)}
         wear = disc_end_wear(with_ends(run, **out), how)
-        # Of the volumes only their sum is taken, as if the curved disc alone wore.
+        # Of the volumes only their sum is taken, as if the crowned disc alone wore.
         assert wear.total.value == pytest.approx(depth, rel=2e-3), kept
 
 
@@ -216,7 +216,7 @@ def test_run_without_depth_or_end_value_passes_through():
     no_depth = correct_drift(type(run)(run.manifest, blind, run.origins, {}, {}, ()))
     assert (no_depth.correction.outcome, no_depth.correction.lacks) == ("uncorrected", ("a depth signal",))
     no_end = correct_drift(with_ends(run, curved_disc_wear_volume=None, flat_disc_wear_volume=None))
-    assert no_end.correction.lacks == ("a post-test measurement of the curved disc (depth, track width or volume)",)
+    assert no_end.correction.lacks == ("a post-test measurement of the crowned disc (depth, track width or volume)",)
     assert no_end.wear_depth is None
 
 

@@ -134,9 +134,9 @@ def test_wear_of_each_disc_stands_beside_the_laws_and_what_was_measured(run):
     figure = plot_wear(correct_drift(run), curves)
     assert_printable(figure)
     assert labels(figure) == ["Archard, fitted", "Sarkar, fitted", "measured, 95 %"]
-    assert [ax.texts[0].get_text() for ax in figure.axes] == ["(a) curved disc", "(b) flat disc"]
+    assert [ax.texts[0].get_text() for ax in figure.axes] == ["(a) crowned disc", "(b) flat disc"]
     assert figure.axes[0].get_ylabel() == "wear volume / $10^{-3}$ mm³"
-    assert {ax.get_xlabel() for ax in figure.axes} == {"rotations of the curved disc / $10^{6}$"}
+    assert {ax.get_xlabel() for ax in figure.axes} == {"rotations of the crowned disc / $10^{6}$"}
     ends = run.manifest.end_values
     for ax, disc, end in zip(
         figure.axes, ("curved", "flat"), (ends.curved_disc_wear_volume, ends.flat_disc_wear_volume), strict=True
@@ -157,7 +157,7 @@ def test_wear_figure_says_both_coefficients_of_each_law(run):
     (curves,) = curves_of(run)
     words = plot_wear(correct_drift(run), [curves]).axes[0].texts[-1].get_text()
     assert words.startswith("Archard, full-slip:\n$k_\\mathrm{D}$ / mm³/(N·mm) = ")
-    for found, disc in zip(curves.result.bodies.values(), ("curved disc", "flat disc"), strict=True):
+    for found, disc in zip(curves.result.bodies.values(), ("crowned disc", "flat disc"), strict=True):
         assert f"{found.wear_coefficient.shown('mm^3/(N*mm)').removesuffix(' mm³/(N·mm)')} ({disc})" in words
 
 
@@ -211,9 +211,9 @@ def test_flat_disc_that_counts_as_unworn_is_not_drawn(run):
     (curves,) = curves_of(alone)
     wear = plot_wear(correct_drift(alone), [curves])
     assert len(wear.axes) == 1
-    assert wear.axes[0].get_title(loc="left") == f"{run.id}: wear of the curved disc"
+    assert wear.axes[0].get_title(loc="left") == f"{run.id}: wear of the crowned disc"
     contact = plot_contact(correct_drift(alone), curves)
-    assert labels(contact) == ["depth signal, corrected", "curved disc", "Archard, fitted"]
+    assert labels(contact) == ["depth signal, corrected", "crowned disc", "Archard, fitted"]
 
 
 def test_contact_figure_has_the_four_panels_of_figure_9(run):
@@ -227,8 +227,8 @@ def test_contact_figure_has_the_four_panels_of_figure_9(run):
         "half length $a_z$ / µm",
     ]
     assert [ax.texts[0].get_text() for ax in figure.axes] == ["(a)", "(b)", "(c)", "(d)"]
-    assert {ax.get_xlabel() for ax in figure.axes[2:]} == {"rotations of the curved disc / $10^{6}$"}
-    depths = {"both discs": "depth", "curved disc": "curved_depth", "flat disc": "flat_depth"}
+    assert {ax.get_xlabel() for ax in figure.axes[2:]} == {"rotations of the crowned disc / $10^{6}$"}
+    depths = {"both discs": "depth", "crowned disc": "curved_depth", "flat disc": "flat_depth"}
     assert labels(figure) == ["depth signal, corrected", *depths, "Archard, fitted"]
     first, *others = figure.axes
     signal = line(first, "depth signal, corrected")
@@ -248,7 +248,7 @@ def test_contact_without_depth_signal_keeps_the_law(run):
     columns = {name: column for name, column in run.columns.items() if name != "depth"}
     bare = replace(run, columns=columns)
     figure = plot_contact(correct_drift(bare), curves_of(bare)[0])
-    assert labels(figure) == ["both discs", "curved disc", "flat disc", "Archard, fitted"]
+    assert labels(figure) == ["both discs", "crowned disc", "flat disc", "Archard, fitted"]
 
 
 @pytest.mark.slow
@@ -264,7 +264,7 @@ def test_run_without_depth_signal_has_no_depth_figure(tmp_path):
 
 def test_depth_is_drawn_against_rotations_and_friction_against_slip(run):
     depth = plot_depth(correct_drift(run))
-    assert depth.axes[0].get_xlabel() == "rotations of the curved disc / $10^{6}$"
+    assert depth.axes[0].get_xlabel() == "rotations of the crowned disc / $10^{6}$"
     assert depth.axes[0].get_xlim()[1] == pytest.approx(1.01, abs=0.01)
     assert "corrected wear, both discs" in labels(depth)
     assert plot_friction(run, fit_friction(run)).axes[1].get_xlabel() == "slip distance s / m"
@@ -324,7 +324,7 @@ def test_scenarios_that_wear_at_different_rates_share_logarithmic_axes():
     assert labels(figure) == list(cases)
     assert {ax.get_xscale() for ax in figure.axes} == {"log"}
     assert [ax.get_yscale() for ax in figure.axes] == ["log", "linear", "log", "linear"]
-    assert figure.axes[2].get_xlabel() == "rotations of the curved disc"
+    assert figure.axes[2].get_xlabel() == "rotations of the crowned disc"
     for name, case in cases.items():
         assert line(figure.axes[0], name).get_ydata()[-1] == pytest.approx(
             case.worn(np.asarray(2e6))["curved_depth"] / MICRO
@@ -344,7 +344,7 @@ def test_study_has_a_panel_for_each_slip_with_the_law_along_its_longest_run(stud
     assert [ax.get_title(loc="left") for ax in upper] == ["(a) 250 mN, 4 % slip", "(b) 250 mN, 10 % slip"]
     assert upper[0].get_ylabel() == "wear volume / $10^{-3}$ mm³"
     assert lower[0].get_ylabel() == "measured\nover law"
-    assert {ax.get_xlabel() for ax in lower} == {"rotations of the curved disc / $10^{6}$"}
+    assert {ax.get_xlabel() for ax in lower} == {"rotations of the crowned disc / $10^{6}$"}
     assert len({(ax.get_xlim(), ax.get_ylim()) for ax in upper}) == 1
     for ax, run_id, last in zip(upper, (LONG, FAST[0]), (2.0, 1.0), strict=True):
         curves = {one.body: one for one in stored.curves if one.run_id == run_id}
@@ -415,7 +415,7 @@ def test_study_figure_says_both_coefficients(studied):
     figure, stored = study_figure(studied)
     words = figure.get_suptitle()
     assert words.startswith("Archard's law, full-slip, fitted to 4 runs\n")
-    for found, disc in zip(stored.result.law("archard").bodies.values(), ("curved disc", "flat disc"), strict=True):
+    for found, disc in zip(stored.result.law("archard").bodies.values(), ("crowned disc", "flat disc"), strict=True):
         number = found.wear_coefficient.value / 1e-6 * 1e12
         spread = found.wear_coefficient.standard_uncertainty / 1e-6 * 1e12
         shown = Quantity(value=number, unit="1", standard_uncertainty=spread)

@@ -157,7 +157,7 @@ def test_budget_holds_where_the_elastic_contact_is_most_of_the_track():
 
 @pytest.mark.parametrize("mixture", ["volumes"])
 def test_budget_holds_where_wear_changes_the_slip(mixture):
-    """Curved disc 0.1 mm deep, slip from 4 % to 5.3 %."""
+    """Crowned disc 0.1 mm deep, slip from 4 % to 5.3 %."""
     assert_budget(exact_run(MIXTURES[mixture], first=300 * K_1, second=300 * K_2))
 
 
@@ -238,7 +238,7 @@ def test_defaults_stand_in_for_uncertainties_that_nobody_stated_and_are_named():
     assert line.source == "default"
     assert line.relative == pytest.approx(0.3, rel=0.35)
     (note,) = (note for note in fit.notes if note.startswith("default uncertainty"))
-    assert "curved disc wear volume" in note
+    assert "crowned disc wear volume" in note
     assert "flat disc wear volume" in note
 
 
@@ -347,7 +347,7 @@ def test_run_without_an_end_value_of_the_curved_disc_passes_through(ends):
     fit = fit_discs(exact_run(ends), recipe=recipe())
     assert fit.outcome == "not fitted"
     assert fit.bodies == {}
-    assert fit.lacks == ("a post-test measurement of the curved disc (depth, track width or volume)",)
+    assert fit.lacks == ("a post-test measurement of the crowned disc (depth, track width or volume)",)
 
 
 def test_run_without_friction_passes_through_under_sarkar():
@@ -361,7 +361,7 @@ def test_run_without_friction_passes_through_under_sarkar():
 @pytest.mark.parametrize("drawn", [False, True])
 def test_curved_disc_without_wear_is_refused_in_one_sentence(spread, drawn):
     run = with_ends(exact_run(VOLUMES), curved_disc_wear_volume=volume(0.0, spread))
-    with pytest.raises(FitError, match="no wear of the curved disc"):
+    with pytest.raises(FitError, match="no wear of the crowned disc"):
         fit_discs(run, recipe=recipe(drawn=drawn))
 
 
@@ -462,6 +462,6 @@ def test_worn_flat_of_half_the_crown_radius_is_noted():
 
 def test_fit_says_itself_in_words():
     fit = fit_discs(exact_run(VOLUMES), recipe=recipe())
-    assert str(fit).startswith("archard, full-slip: curved disc k_D = (4.6")
+    assert str(fit).startswith("archard, full-slip: crowned disc k_D = (4.6")
     assert "flat disc k_D = (2.0" in str(fit)
     assert isinstance(fit.bodies["curved_disc"].wear_coefficient, Quantity)

@@ -322,7 +322,7 @@ def test_depth_that_is_none_is_refused(depth):
 
 def test_depth_of_a_curved_disc_that_does_not_wear_is_refused():
     known = known_pair(Quantity(value=0.0, unit="m^2/N"), k_d(K_2, 0.1))
-    with pytest.raises(FitError, match="a curved disc that does not wear"):
+    with pytest.raises(FitError, match="a crowned disc that does not wear"):
         predict_wear(scenario(known=known), depths=[1e-6])
 
 

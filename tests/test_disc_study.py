@@ -208,7 +208,7 @@ def test_flat_disc_measured_in_some_fitted_runs_only_is_refused():
 def test_run_without_end_values_is_refused_by_name():
     members = {"a": exact_member("a"), "b": exact_member("b", wanted={})}
     for study in (Study(id="s", fit=("a",), predict=("b",)), Study(id="s", fit=("b",))):
-        with pytest.raises(FitError, match="b: found a run without a post-test measurement of the curved disc"):
+        with pytest.raises(FitError, match="b: found a run without a post-test measurement of the crowned disc"):
             evaluate(study.model_copy(update={"laws": ("archard",)}), members)
 
 

@@ -153,8 +153,8 @@ def test_page_needs_no_curve(archive, monkeypatch):
 
 def test_page_of_two_discs_has_both(short_discs):
     page = run_page(short_discs, short_discs.ids()[0])
-    assert [group.title for group in page.facts][:2] == ["Curved disc", "Flat disc"]
-    assert facts_of(page, "Curved disc")["crown radius"].endswith(" mm")
+    assert [group.title for group in page.facts][:2] == ["Crowned disc", "Flat disc"]
+    assert facts_of(page, "Crowned disc")["crown radius"].endswith(" mm")
     assert facts_of(page, "Conditions")["slip"].endswith(" %")
     assert facts_of(page, "Recorded")["rotations"]
     assert page.tribometer == "twin-disc"
@@ -383,13 +383,13 @@ def test_disc_fit_tells_both_discs():
     page = stage(DISC_FIT, "wear_fit_archard")
     told = facts_of(page, "")
     assert (
-        told["k_D of the curved disc by Archard's law"]
+        told["k_D of the crowned disc by Archard's law"]
         == told["k_D of the flat disc by Archard's law"]
         == "(1.350 ± 0.030)×10⁻⁸ mm³/(N·mm)"
     )
     assert (told["correlation of both k_D"], told["peak pressure of the unworn contact"]) == ("0.25", "500 MPa")
     volume, width = table(page, "measured values and the fitted law")
-    assert volume == ("curved disc wear volume", "1,000,000", "0.001 mm³", "0.001 mm³")
+    assert volume == ("crowned disc wear volume", "1,000,000", "0.001 mm³", "0.001 mm³")
     assert width[2:] == ("100 µm", "110 µm")
     assert table(page, "k_D with other conventions of sliding distance")[0][0] == "line-load"
 
@@ -583,11 +583,11 @@ def test_study_page_of_discs_has_a_row_for_each():
         StudyResult(id="discs", title="Discs", tribometer="twin-disc", laws=(law,)), "0.1.0", DATE, "f"
     )
     (told,) = page.laws
-    assert told.title.startswith("Archard's law, full-slip: curved disc k_D = ")
+    assert told.title.startswith("Archard's law, full-slip: crowned disc k_D = ")
     curved, flat = told.tables[0].rows
-    disc = ("curved disc", "0.001 mm³", "0.0011 mm³", "0.001 to 0.0012")
+    disc = ("crowned disc", "0.001 mm³", "0.0011 mm³", "0.001 to 0.0012")
     assert curved[:9] == ("d", "fitted", "250 mN", "4 %", "1,000,000", *disc)
     assert flat[:9] == ("", "", "", "", "", "flat disc", "100 µm", "100 µm", "90 to 110")
-    assert told.sentences[0].startswith("d: its curved disc reaches 1 µm after 5×10⁵ rotations (95 % interval 4")
+    assert told.sentences[0].startswith("d: its crowned disc reaches 1 µm after 5×10⁵ rotations (95 % interval 4")
     assert (page.title, page.date, page.inputs_sha256) == ("Discs", DATE, "f")
     assert asdict(page)["laws"][0]["verdicts"][0]["sentence"] == "It holds."

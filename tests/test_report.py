@@ -278,7 +278,7 @@ def test_two_discs_have_their_own_items_and_equations(disc_archive):
     page = Page(run_report(disc_archive, ["si3n4-twin-disc-4pct-100k"]))
     assert_inert(page)
     assert_readable(page)
-    assert "wear volume of the curved disc" in page.text
+    assert "wear volume of the crowned disc" in page.text
     assert "(Eq. 14 a)" in page.text
     assert "(Eq. 11)" not in page.text
 

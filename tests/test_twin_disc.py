@@ -473,7 +473,7 @@ def test_depths_are_as_coefficients_and_turns_where_the_points_slide_the_same_wa
 @few
 @given(worn_discs(["contact-width", "volume-conserving"]))
 def test_discs_may_change_places(discs):
-    # Either counts its own turns; the curved disc's radius along the track is all that makes it different. By
+    # Either counts its own turns; the crowned disc's radius along the track is all that makes it different. By
     # full-slip both count the slip distance of a turn of disc 1, which is not symmetric.
     pair = discs.pair
     turns = (1 + pair.slip) * pair.curved_radius / pair.flat_radius
@@ -778,7 +778,7 @@ def test_rotations_that_are_no_number_do_not_pass_for_none(turns):
 VANISHING = {
     # At a depth of h = r·(1 − 1/(1 + slip)) of the faster disc, whose wear alone counts here.
     "flat disc faster": Case(0.3, 4e-3, 4e-3, 4e-3, ZRO2, 1e-4, 0.0, 1e-16, 0.0),
-    "curved disc faster": Case(0.3, 4e-3, 4e-3, 4e-3, ZRO2, -1e-3, 1e-16, 0.0, 0.0),
+    "crowned disc faster": Case(0.3, 4e-3, 4e-3, 4e-3, ZRO2, -1e-3, 1e-16, 0.0, 0.0),
 }
 TIMES = {"full-slip": [1e7, 3e7, 1e8, 3e8], "volume-conserving": [1e10, 3e10, 1e11, 3e11]}
 vanishing = pytest.mark.parametrize("case", VANISHING.values(), ids=list(VANISHING))
@@ -827,7 +827,7 @@ def test_rotations_are_found_where_half_of_the_slip_is_left(case, convention, sl
         found = pair.worn(turns, case.k_1).curved_depth
         alone = [float(pair.worn(one, case.k_1).curved_depth) for one in turns[::10]]
     else:
-        # Against a depth of the curved disc that is a millionth of the flat one's.
+        # Against a depth of the crowned disc that is a millionth of the flat one's.
         ratio = (1 + case.slip) if convention == "full-slip" else 1.0
         turns = pair.rotations(1e-6 * depth / ratio, 1e-6 * case.k_2, case.k_2)
         found = pair.worn(turns, 1e-6 * case.k_2, case.k_2).flat_depth
@@ -838,7 +838,7 @@ def test_rotations_are_found_where_half_of_the_slip_is_left(case, convention, sl
 
 @slides
 def test_depths_at_which_slip_has_vanished_are_never_reached(convention):
-    turns = discs_of(VANISHING["curved disc faster"], convention).rotations([3.9e-6, 4.0001e-6, 1e-3], 1e-16)
+    turns = discs_of(VANISHING["crowned disc faster"], convention).rotations([3.9e-6, 4.0001e-6, 1e-3], 1e-16)
     assert np.isfinite(turns[0])
     assert np.all(np.isinf(turns[1:]))
 
@@ -858,7 +858,7 @@ def test_working_precision_of_mpmath_is_left_alone():
 
 
 def test_depth_of_an_area_does_not_end_with_the_slip():
-    # The curved disc is faster: by itself it would wear by 0.1 % of its radius, 4 µm, until the slip is gone.
+    # The crowned disc is faster: by itself it would wear by 0.1 % of its radius, 4 µm, until the slip is gone.
     pair = discs_of(TABLE_3, "full-slip", slip=-1e-3)
     lasting = discs_of(TABLE_3, "contact-width", slip=-1e-3)
     assert float(pair.depth_of_area(4e-8)) == float(lasting.depth_of_area(4e-8)) > 4e-5

@@ -29,6 +29,7 @@ from tribopipe.documents.study import Study
 from tribopipe.physics.laws import law_heading
 from tribopipe.results.agreement import StudyResult
 from tribopipe.results.study_curves import MeasuredCurve, StudyCurve
+from tribopipe.results.wear_fit import spoken
 from tribopipe.version import VERSION
 
 _RESULT: TypeAdapter[StudyResult] = TypeAdapter(StudyResult)
@@ -94,7 +95,7 @@ def _write_curve(entry: h5py.Group, name: str, curve: StudyCurve) -> None:
     data = nexus.group(entry, name, "NXdata", signal=first, axes=[curve.along])
     data.attrs["auxiliary_signals"] = others
     data.attrs[f"{curve.along}_indices"] = 0
-    body, law = curve.body.replace("_", " "), law_heading(curve.model)
+    body, law = spoken(curve.body), law_heading(curve.model)
     nexus.field(data, "title", f"{curve.run_id}, {body}: {curve.role} by {law}")
     for told in _TOLD:
         nexus.field(data, told, getattr(curve, told))

@@ -58,15 +58,15 @@ def umeshmotion(
     wear_coefficient: Annotated[
         str | None,
         typer.Option(
-            help='k_D of the pin or the curved disc, such as "13.5e-9 mm^3/(N*mm)"; by default the archived fit\'s.'
+            help='k_D of the pin or the crowned disc, such as "13.5e-9 mm^3/(N*mm)"; by default the archived fit\'s.'
         ),
     ] = None,
     friction: Annotated[
         str | None, typer.Option(help='μ(s) for Sarkar\'s law, such as "A=0.226 b=0.496 c=32.877 m".')
     ] = None,
-    speed: Annotated[str | None, typer.Option(help="Another speed of sliding, or of the curved disc.")] = None,
+    speed: Annotated[str | None, typer.Option(help="Another speed of sliding, or of the crowned disc.")] = None,
     until: Annotated[
-        str | None, typer.Option(help='Sliding distance to wear to, "500 m", or rotations of the curved disc, "1e6".')
+        str | None, typer.Option(help='Sliding distance to wear to, "500 m", or rotations of the crowned disc, "1e6".')
     ] = None,
     element_size: Annotated[
         str | None,
@@ -195,7 +195,7 @@ def _case(subject: _Subject, speed: str | None, until: str | None, element_size:
 
 
 def _slip(manifest: "RunManifest") -> float:
-    """Return |V₁ − V₂| over the curved disc's speed; 1 for a pin."""
+    """Return |V₁ − V₂| over the crowned disc's speed; 1 for a pin."""
     from tribopipe.documents.slip import stated_slip
 
     slip = stated_slip(manifest)
@@ -203,7 +203,7 @@ def _slip(manifest: "RunManifest") -> float:
 
 
 def _speed(manifest: "RunManifest", given: str | None) -> float:
-    """Return the speed of sliding, or of the curved disc, m/s. Raises ``ContactError`` where it is not known."""
+    """Return the speed of sliding, or of the crowned disc, m/s. Raises ``ContactError`` where it is not known."""
     from tribopipe.base.errors import ContactError
 
     if given is not None:
@@ -218,7 +218,7 @@ def _speed(manifest: "RunManifest", given: str | None) -> float:
 
 
 def _end(manifest: "RunManifest", given: str | None, own: float | None) -> float:
-    """Return how far to wear: m, or rotations of the curved disc."""
+    """Return how far to wear: m, or rotations of the crowned disc."""
     if given is not None:
         return float(quantity("--until", given, manifest.progress.kind).value)
     if own is None:

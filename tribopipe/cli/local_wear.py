@@ -69,7 +69,7 @@ def local_wear(
     wear_coefficient: Annotated[
         list[str] | None,
         typer.Option(
-            help='k_D to use, such as "13.5e-9 mm^3/(N*mm)"; of two discs once for the curved and once for the flat '
+            help='k_D to use, such as "13.5e-9 mm^3/(N*mm)"; of two discs once for the crowned and once for the flat '
             "one, as V = k_D·F_N·s has it. By default the archived fit's."
         ),
     ] = None,

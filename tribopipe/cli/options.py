@@ -177,7 +177,7 @@ def place(option: str, text: str, progress: "Progress") -> float:
         turns = -1.0
     if turns < 0:
         raise UnitError(
-            f"{option}: found {text!r}; expected {progress.words} of the curved disc, zero or more, such as "
+            f"{option}: found {text!r}; expected {progress.words} of the crowned disc, zero or more, such as "
             f"{progress.example!r}"
         )
     return turns

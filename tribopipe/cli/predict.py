@@ -115,7 +115,7 @@ def predict(
         list[str] | None, typer.Option(help='Wear depth to find the distance of, "30 um"; may be repeated.')
     ] = None,
     load: Annotated[str | None, typer.Option(help='Another normal load, "400 mN".')] = None,
-    speed: Annotated[str | None, typer.Option(help="Another speed of sliding, or of the curved disc.")] = None,
+    speed: Annotated[str | None, typer.Option(help="Another speed of sliding, or of the crowned disc.")] = None,
     source: Annotated[
         list[str] | None,
         typer.Option("--from", help="Archived run that identifies k_D; may be repeated.", autocompletion=archived_ids),
@@ -126,7 +126,7 @@ def predict(
     ] = None,
     radius: Annotated[str | None, typer.Option(help='Another pin radius, "2 mm".')] = None,
     slip: Annotated[str | None, typer.Option(help='Another slip of two discs, "10 %".')] = None,
-    crown_radius: Annotated[str | None, typer.Option(help='Another crown radius of the curved disc, "8 mm".')] = None,
+    crown_radius: Annotated[str | None, typer.Option(help='Another crown radius of the crowned disc, "8 mm".')] = None,
     distance: Annotated[
         Convention | None,
         typer.Option("--distance-per-rotation", help="Sliding distance per rotation of discs; overrides a recipe."),
@@ -305,7 +305,7 @@ def _changed(manifest: "RunManifest", asked: _Asked) -> "RunManifest":
     if asked.speed is not None:
         changed[contact.progress.speed] = quantity("--speed", asked.speed, "speed")
     if manifest.rolls:
-        _refuse(asked.radius, "--radius", "of a pin", "of the curved disc it is --crown-radius")
+        _refuse(asked.radius, "--radius", "of a pin", "of the crowned disc it is --crown-radius")
         _refuse(asked.engine, "--engine", "of a pin", "two discs are predicted by the GIWM")
         body, size, option, radius = "curved_disc", "crown_radius", "--crown-radius", asked.crown_radius
         changed |= {"slip": _slip(asked.slip) if asked.slip is not None else slip(manifest), "flat_disc_speed": None}
@@ -325,6 +325,7 @@ def _known(subject: _Subject, asked: _Asked) -> "KnownWear":
     """Return the k_D given, or that of the run's fit, with the engine and the way of counting it is right with."""
     from tribopipe.base.errors import FitError
     from tribopipe.evaluation.wear.known import given_wear, known_wear
+    from tribopipe.results.wear_fit import spoken
 
     manifest = subject.manifest
     fitted = None if subject.fit is None else known_wear(subject.fit)

@@ -174,13 +174,13 @@ def simulate(
         _show_discs(title if not pins else "", discs)
 
 
-_DISCS = ("curved", "flat")
+_DISCS = {"curved": "crowned", "flat": "flat"}
 
 
 def _show_discs(title: str, truths: "Sequence[TwinDiscTruth]") -> None:
     from tribopipe.base.units import WEAR_COEFFICIENT
 
-    names = [truth.id for truth in truths for _ in _DISCS]
+    names, discs = [truth.id for truth in truths for _ in _DISCS], [*_DISCS.values()] * len(truths)
     laws = [truth.law if truth.fatigue is None else f"{truth.law}, fatigue" for truth in truths for _ in _DISCS]
     columns = [
         _column(head, [getattr(truth, key.format(disc)) for truth in truths for disc in _DISCS], unit)
@@ -190,7 +190,7 @@ def _show_discs(title: str, truths: "Sequence[TwinDiscTruth]") -> None:
             ("true volume at the end", "end_{}_wear_volume", "mm^3"),
         )
     ]
-    rows = zip(names, laws, [disc for _ in truths for disc in _DISCS], *(one.cells for one in columns), strict=True)
+    rows = zip(names, laws, discs, *(one.cells for one in columns), strict=True)
     table(title, ["run", "law", "disc", *(one.heading for one in columns)], list(rows))
 
 

@@ -55,7 +55,7 @@ def show_summaries(archive: Archive, ids: list[str]) -> None:
         columns = _columns(("run", "drift, nm/min", "A", "b", "c, m"), "end depth, µm")
         table(title, columns, pins)
     if discs:
-        title = "Two discs: k_D in mm³/(N·mm) and wear volume in mm³, of the curved and the flat disc"
+        title = "Two discs: k_D in mm³/(N·mm) and wear volume in mm³, of the crowned and the flat disc"
         columns = _columns(("run", "slip", "rotations", "drift, nm/min", "b", "disc"), "measured")
         table(title, columns, discs)
     if worn:
@@ -73,7 +73,7 @@ def _wear_rows(run: RunOutline) -> list[list[str]]:
     return [
         [
             run.manifest.id,
-            run.manifest.described.body_name(name).replace("_", " "),
+            spoken(run.manifest.described.body_name(name)),
             _cell(body.depth, "um"),
             _cell(body.volume, "mm^3"),
             run.manifest.worded(body.volume_by or "–"),

@@ -38,7 +38,7 @@ _SLIP_LOST = 0.25
 
 @dataclass(frozen=True)
 class TwinDiscWear:
-    """Wear of two discs at a nominal slip, by rotations of the curved one."""
+    """Wear of two discs at a nominal slip, by rotations of the crowned one."""
 
     contact: TwinDisc
     slip: Quantity
@@ -57,7 +57,7 @@ class TwinDiscWear:
 
     @property
     def slid(self) -> float:
-        """Slip distance in one rotation of the unworn curved disc, m."""
+        """Slip distance in one rotation of the unworn crowned disc, m."""
         return 2 * math.pi * self.contact.curved_disc.rolling_radius.value * abs(self.slip.value)
 
     @property
@@ -91,7 +91,7 @@ class TwinDiscWear:
         return TwinDiscCourse(self.pair(values))
 
     def progress_to(self, values: Values, depth: float) -> Column:
-        """Return the effective rotations after which the curved disc has worn by a depth, m; infinite if never.
+        """Return the effective rotations after which the crowned disc has worn by a depth, m; infinite if never.
 
         Raises ``ContactError`` past the crown.
         """
@@ -139,7 +139,7 @@ class TwinDiscWear:
     def guess(self, values: Values, last: Mapping[str, Noticed]) -> Column:
         """Return k₁ and k₂ of about the right size, m²/N, also of a disc on which no wear was found.
 
-        As if the last thing measured on the curved disc were all its wear.
+        As if the last thing measured on the crowned disc were all its wear.
         """
         discs, curved, flat = self.pair(values), last["curved_disc"], last.get("flat_disc")
         depth = {

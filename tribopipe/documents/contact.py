@@ -130,6 +130,8 @@ class Contact(Record):
     """Whether the bodies roll on each other and slip, so that rotations count."""
     both: ClassVar[str]
     """Both bodies in words."""
+    body_words: ClassVar[Mapping[str, str]] = {}
+    """Names for readers of bodies whose name in run.toml is different."""
     slid: ClassVar[str] = "sliding distance"
     """What the distance is called that the bodies slide on each other."""
     sensor_tells: ClassVar[bool] = False
@@ -429,12 +431,13 @@ class TwinDisc(Contact):
     shown: ClassVar[tuple[str, ...]] = ("wear_depth", "wear_volume")
     rolls: ClassVar[bool] = True
     both: ClassVar[str] = "both discs"
+    body_words: ClassVar[Mapping[str, str]] = {"curved_disc": "crowned disc"}
     slid: ClassVar[str] = "slip distance"
     title: ClassVar[str] = "two discs that roll on each other and slip"
 
     @property
     def travel(self) -> float:
-        """Distance, m, that the surface of the curved disc goes in a rotation."""
+        """Distance, m, that the surface of the crowned disc goes in a rotation."""
         return 2 * math.pi * self.curved_disc.rolling_radius.value
 
     @property
@@ -465,7 +468,7 @@ class TwinDisc(Contact):
         """What else than the materials runs must have in common for one k_D, by its name."""
         return {
             "crown radius in m": self.curved_disc.crown_radius.value,
-            "curved disc's radius in m": self.curved_disc.rolling_radius.value,
+            "crowned disc's radius in m": self.curved_disc.rolling_radius.value,
             "flat disc's radius in m": self.flat_disc.rolling_radius.value,
         }
 

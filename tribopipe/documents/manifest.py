@@ -124,7 +124,7 @@ class Conditions(Record):
     sliding_distance: Distance | None = None
     """Planned sliding distance."""
     curved_disc_speed: Speed | None = None
-    """Tangential speed v₁ of the curved disc; needed where only one of time and rotations was recorded."""
+    """Tangential speed v₁ of the crowned disc; needed where only one of time and rotations was recorded."""
     flat_disc_speed: Speed | None = None
     """Tangential speed v₂ of the flat disc; or give slip."""
     track_radius: Length | None = None
@@ -138,7 +138,7 @@ class Conditions(Record):
     slip: Slip | None = None
     """(v₂ − v₁)/v₁: "4 %" where the flat disc is faster, "-4 %" where it is slower."""
     rotations: Rotations | None = None
-    """Planned rotations of the curved disc."""
+    """Planned rotations of the crowned disc."""
     medium: str | None = None
     """What surrounds the contact: "air", "water"…"""
     temperature: Temperature | None = None
@@ -324,13 +324,13 @@ class EndValues(Record):
     disc_profile: Profiles = ()
     """Profiles across the track of the disc a pin rubs on, at several places, from which depth and volume are taken."""
     curved_disc_wear_depth: MeasuredDepth | None = None
-    """Wear height of the crown of a curved disc."""
+    """Wear height of the crown of a crowned disc."""
     curved_disc_track_width: MeasuredLength | None = None
-    """Width of the flat worn on a curved disc."""
+    """Width of the flat worn on a crowned disc."""
     curved_disc_wear_volume: MeasuredVolume | None = None
-    """Wear volume of a curved disc."""
+    """Wear volume of a crowned disc."""
     curved_disc_profile: Profiles = ()
-    """Profiles across the track of a curved disc, from which its volume is taken."""
+    """Profiles across the track of a crowned disc, from which its volume is taken."""
     flat_disc_wear_depth: MeasuredDepth | None = None
     """Depth of the track on a flat disc."""
     flat_disc_track_width: MeasuredLength | None = None
@@ -382,13 +382,13 @@ class Interruption(EndValues):
     sliding_distance: Distance | None = None
     """Distance that a pin had covered until then."""
     rotations: Rotations | None = None
-    """Rotations that a curved disc had done until then."""
+    """Rotations that a crowned disc had done until then."""
     remounted: bool = False
     """Whether the specimens were taken out, so that the depth sensor started again from another offset."""
 
     @property
     def place(self) -> float:
-        """Where the test was interrupted: m for a pin, rotations for a curved disc."""
+        """Where the test was interrupted: m for a pin, rotations for a crowned disc."""
         return self.sliding_distance.value if self.sliding_distance is not None else self.rotations or 0.0
 
 

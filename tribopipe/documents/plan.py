@@ -194,9 +194,9 @@ class TwinDiscVirtualRun(Record):
     slip: Annotated[Slip, AfterValidator(_discs_that_slip)]
     """(v₂ − v₁)/v₁ of the unworn discs."""
     rotations: Rotations
-    """Rotations of the curved disc."""
+    """Rotations of the crowned disc."""
     curved_wear_coefficient: WearCoefficient
-    """True k_D of the curved disc."""
+    """True k_D of the crowned disc."""
     flat_wear_coefficient: WearCoefficient
     """True k_D of the flat disc."""
     fatigue: Fatigue | None = None
@@ -239,7 +239,7 @@ class TwinDiscSeries(Record):
     """Whether load, radii, moduli, slip and sensor scale are off by errors drawn once per run within their stated
     uncertainty, or are just what the manifest states. The counter of rotations counts right."""
     curved_disc_speed: Speed
-    """Nominal tangential speed v₁ of the curved disc."""
+    """Nominal tangential speed v₁ of the crowned disc."""
     normal_load: Force | None = None
     """F_N of the runs that give none of their own."""
     sensors: TwinDiscSensors = TwinDiscSensors()
@@ -335,7 +335,7 @@ class TwinDiscTruth(Record):
     distance_per_rotation: DistanceConvention
     """What counts as the distance that a point of a disc slides in one rotation."""
     curved_wear_coefficient: WearCoefficient
-    """k_D of the curved disc."""
+    """k_D of the crowned disc."""
     flat_wear_coefficient: WearCoefficient
     """k_D of the flat disc."""
     fatigue: Fatigue | None = None
@@ -347,11 +347,11 @@ class TwinDiscTruth(Record):
     drift_rate: DriftRate
     """Drift of the depth sensor."""
     end_curved_wear_depth: Quantity
-    """Wear depth of the curved disc at the end, without any error."""
+    """Wear depth of the crowned disc at the end, without any error."""
     end_flat_wear_depth: Quantity
     """Wear depth of the flat disc at the end, without any error."""
     end_curved_wear_volume: Quantity
-    """Worn volume of the curved disc at the end, without any error."""
+    """Worn volume of the crowned disc at the end, without any error."""
     end_flat_wear_volume: Quantity
     """Worn volume of the flat disc at the end, without any error."""
     end_track_width: Quantity

@@ -24,5 +24,5 @@ def stated_slip(manifest: RunManifest) -> Quantity | None:
 
 
 def slip_per_rotation(manifest: RunManifest) -> float:
-    """Return the slip distance 2π·r₁·|slip| in one rotation of the unworn curved disc, m."""
+    """Return the slip distance 2π·r₁·|slip| in one rotation of the unworn crowned disc, m."""
     return 2 * math.pi * manifest.twin_disc.curved_disc.rolling_radius.value * abs(slip(manifest).value)

@@ -48,7 +48,7 @@ class Study(Record):
     """Inputs that are off by the same error in all runs, such as the moduli of one material or one load cell; those
     that a run's tribometer does not have are passed over. What a recipe gives of a wear law is always shared."""
     end_of_life: Length | None = None
-    """Wear depth, of the pin or the curved disc, whose distance or rotations are wanted for every run."""
+    """Wear depth, of the pin or the crowned disc, whose distance or rotations are wanted for every run."""
 
     @model_validator(mode="after")
     def _each_run_has_one_place(self) -> Self:

@@ -30,13 +30,13 @@ class Predictions(Record):
     folder: str | None = None
     """Run folder to predict in its place, next to this document."""
     wear_coefficient: WearCoefficient | None = None
-    """k_D of the pin, or of the curved disc; left out, what the archived fit found under the law."""
+    """k_D of the pin, or of the crowned disc; left out, what the archived fit found under the law."""
     flat_wear_coefficient: WearCoefficient | None = None
     """k_D of the flat disc next to it; left out, it does not wear."""
     at: tuple[str, ...] = ()
     """Sliding distances to predict at, "500 m", or rotations of discs, "1e6"; left out, the run's own end."""
     depth: tuple[Length, ...] = ()
-    """Wear depths of the pin, or the curved disc, whose distance or rotations, its life, are wanted."""
+    """Wear depths of the pin, or the crowned disc, whose distance or rotations, its life, are wanted."""
 
     @model_validator(mode="after")
     def _one_run(self) -> Self:

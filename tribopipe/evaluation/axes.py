@@ -85,7 +85,7 @@ def _speed(columns: Columns, manifest: RunManifest, samples: int) -> tuple[Colum
 def _complete_rolling(columns: Columns, origins: Origins, manifest: RunManifest, discs: TwinDisc) -> None:
     """Derive time, rotations and slip distance of two discs from one another, by nominal speed and slip.
 
-    The curved disc does v₁/(2πr₁) rotations a second and slips by 2πr₁·|slip| in each.
+    The crowned disc does v₁/(2πr₁) rotations a second and slips by 2πr₁·|slip| in each.
     """
     if "time" not in columns and "rotations" not in columns and "sliding_distance" not in columns:
         raise ReaderError(

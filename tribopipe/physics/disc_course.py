@@ -305,7 +305,7 @@ class Course:
         return np.asarray(depth * mine), np.asarray(depth * other)
 
     def _mobilities(self, contact: Contact) -> tuple[Column, Column]:
-        """Return how easily the curved disc recedes, and both together, were k₁ + k₂ one."""
+        """Return how easily the crowned disc recedes, and both together, were k₁ + k₂ one."""
         if self.discs.distance != "volume-conserving":
             return self.curved_share, self.curved_share + self.flat_share * self.discs.rotation_ratio
         _, _, curved, flat, _, _ = self.discs.inputs
@@ -367,7 +367,7 @@ class _Nodes(NamedTuple):
     weights: Column
 
     def curved_volume(self) -> Column:
-        """Return what the curved disc loses, m³."""
+        """Return what the crowned disc loses, m³."""
         radius = self.course.discs.inputs[2] - self.contact.curved_depth
         return np.asarray(4 * np.pi * radius * self.contact.half_width * self.recession * self.part)
 

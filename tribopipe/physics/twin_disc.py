@@ -6,7 +6,7 @@ half length a_z along the direction of rolling (Eq. 10, 12, 15):
     cap(a) = h₁ + h₂ + u,   cap(a) = r₁ₓ − √(r₁ₓ² − a²),   u = F_N / (2 E_c √(a·a_z)),   a_z = κ·√(4 F' r_eq / (π E_c)),
     F' = F_N/(2a),   1/r_eq = 1/(r₁ − h₁) + 1/(r₂ − h₂),   κ = π/4 as printed
 
-and the mean pressure is p = (π/4)·√(F' E_c/(π r_eq)) (Eq. 13, 16). A rotation of the curved disc wears off, with
+and the mean pressure is p = (π/4)·√(F' E_c/(π r_eq)) (Eq. 13, 16). A rotation of the crowned disc wears off, with
 ν = n₂/n₁ rotations of the flat disc and the slip distance s = 2π·|ν(r₂ − h₂) − (r₁ − h₁)| in it,
 
     contact-width (Eq. 11)       dh₁/dN = k₁·p·2a_z = (π/4)·k₁·F'         dh₂/dN = (π/4)·k₂·F'·ν
@@ -26,7 +26,7 @@ that the number of rotations is one integral over ln c, taken by Gauss and Legen
 inverted by Newton's method. The number of rotations itself has no cost.
 
 What the paper leaves open, and is taken so: the motors hold n₁ and n₂, so that speeds and slip change with the radii;
-n counts revolutions; slip is that over the curved disc's speed, positive where the flat disc is faster; the crown
+n counts revolutions; slip is that over the crowned disc's speed, positive where the flat disc is faster; the crown
 radius r₁ₓ stays next to the flat; a starts where the elastic contact alone has it (h = 0 above), which is not quite
 Hertz's ellipse, since the equations above are not Hertz's; the volume lost is that of a flat of width 2a receding by
 dh, dV₁ = 2π(r₁ − h₁)·2a·dh₁, and likewise on the flat disc.
@@ -47,7 +47,7 @@ from tribopipe.physics.geometry import cap_height
 
 @dataclass(frozen=True)
 class DiscWear:
-    """State of two discs after a number of rotations of the curved one, SI."""
+    """State of two discs after a number of rotations of the crowned one, SI."""
 
     curved_depth: Column
     """h₁, m."""
@@ -94,7 +94,7 @@ class DiscPair(Discs):
     """Two discs that wear. Raises ``ContactError`` where they do not touch, or touch over all of the crown."""
 
     def worn(self, rotations: ArrayLike, curved_coefficient: ArrayLike, flat_coefficient: ArrayLike = 0.0) -> DiscWear:
-        """Return the discs after rotations of the curved one, for k₁ and k₂ in m²/N.
+        """Return the discs after rotations of the crowned one, for k₁ and k₂ in m²/N.
 
         Raises ``ContactError`` where the crown would be worn away before that.
         """
@@ -161,7 +161,7 @@ class DiscPair(Discs):
     def rotations(
         self, curved_depth: ArrayLike, curved_coefficient: ArrayLike, flat_coefficient: ArrayLike = 0.0
     ) -> Column:
-        """Return the rotations of the curved disc after which it has worn by a depth, m; infinite where it never has.
+        """Return the rotations of the crowned disc after which it has worn by a depth, m; infinite where it never has.
 
         Raises ``ContactError`` where the crown would be worn away before that.
         """

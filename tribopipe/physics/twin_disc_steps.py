@@ -77,7 +77,7 @@ def _work(
     r_2: float,
     ratio: float,
 ) -> tuple[float, float]:
-    """Return pressure times the sliding distance in one rotation of the curved disc, for both discs, N/m."""
+    """Return pressure times the sliding distance in one rotation of the crowned disc, for both discs, N/m."""
     if distance == "volume-conserving":
         through = load / (2 * a_x) * abs(slip) / (2 * math.pi)
         return through / r_1, through / r_2

@@ -50,10 +50,10 @@ class LocalPinPoint(LocalPoint):
 
 
 class LocalDiscPoint(LocalPoint):
-    """Two discs after some rotations of the curved one."""
+    """Two discs after some rotations of the crowned one."""
 
     rotations: Quantity
-    """Of the curved disc."""
+    """Of the crowned disc."""
     slip_rotations: Quantity
     """Of one disc against the other (Eq. 9): rotations times slip."""
     half_width: Quantity
@@ -61,11 +61,11 @@ class LocalDiscPoint(LocalPoint):
     half_length: Quantity
     """a_z: half its length along it."""
     curved_disc_wear_depth: Quantity
-    """The curved disc's part of the depth."""
+    """The crowned disc's part of the depth."""
     flat_disc_wear_depth: Quantity
     """The flat disc's part of it."""
     curved_disc_wear_volume: Quantity
-    """Wear volume of the curved disc."""
+    """Wear volume of the crowned disc."""
     flat_disc_wear_volume: Quantity
     """Wear volume of the flat disc."""
 
@@ -88,7 +88,7 @@ class LocalWearResult(Record):
     """Whether pressure at the end of a step wears the surface, or that before it as in the paper; or, by economy, that
     of a contact that is corrected rather than solved again."""
     wear_coefficient: SquareMetresPerNewton
-    """k_D of the pin, or of the curved disc, as V = k_D·F_N·s has it."""
+    """k_D of the pin, or of the crowned disc, as V = k_D·F_N·s has it."""
     flat_disc_wear_coefficient: SquareMetresPerNewton | None = None
     """k_D of the flat disc; none for a pin."""
     reference: str | None = None
@@ -117,7 +117,7 @@ class LocalWearResult(Record):
 
     def __str__(self) -> str:
         flat = self.flat_disc_wear_coefficient
-        both = "" if flat is None else f" (curved disc), {flat.shown(WEAR_COEFFICIENT)} (flat disc)"
+        both = "" if flat is None else f" (crowned disc), {flat.shown(WEAR_COEFFICIENT)} (flat disc)"
         head = (
             f"{self.model}, {self.engine}, {self.scheme}: k_D = {self.wear_coefficient.shown(WEAR_COEFFICIENT)}{both}, "
             f"F_N = {force(self.normal_load)}"

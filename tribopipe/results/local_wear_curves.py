@@ -28,7 +28,7 @@ class LocalCurves:
 
     result: LocalWearResult
     along: Column
-    """Sliding distance, m, or rotations of the curved disc; the first is 0."""
+    """Sliding distance, m, or rotations of the crowned disc; the first is 0."""
     course: LocalWear
     gap: Column
     """Distance of each point of the unworn surface from the plane that touches it, m."""

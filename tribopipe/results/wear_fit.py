@@ -7,6 +7,7 @@ from pydantic import Field
 
 from tribopipe.base.errors import FitError
 from tribopipe.base.units import WEAR_COEFFICIENT
+from tribopipe.documents.contact import contacts
 from tribopipe.documents.quantity import (
     Metres,
     Pascals,
@@ -266,7 +267,10 @@ def by(engine: WearEngine) -> str:
 
 
 def spoken(name: str) -> str:
-    """Write a key as words: "curved disc"."""
+    """Write a key as words: "crowned disc" for ``curved_disc``."""
+    for kind in contacts().values():
+        for body, words in kind.body_words.items():
+            name = name.replace(body, words)
     return name.replace("_", " ")
 
 

@@ -126,9 +126,9 @@ def _rolling(run: RawRun) -> Iterator[ReportingItem]:
     speed = shown(conditions.curved_disc_speed, "mm/s")
     turned = f"{np.nanmax(run.columns['rotations']):,.0f}"
     yield ReportingItem("test", "normal load", load, "conditions.normal_load")
-    yield ReportingItem("test", "speed of the curved disc", speed, "conditions.curved_disc_speed")
+    yield ReportingItem("test", "speed of the crowned disc", speed, "conditions.curved_disc_speed")
     yield ReportingItem("test", "slip", slip(run.manifest).shown("%"), "conditions.slip")
-    yield ReportingItem("test", "rotations of the curved disc", turned, "conditions.rotations")
+    yield ReportingItem("test", "rotations of the crowned disc", turned, "conditions.rotations")
     yield ReportingItem("test", "slip distance", _last(run, "sliding_distance"), "conditions.curved_disc_speed")
 
 

@@ -7,6 +7,7 @@ from tribopipe.base.units import WEAR_COEFFICIENT, force_unit, from_si, pretty
 from tribopipe.documents.manifest import ProfileSource, StatedFriction
 from tribopipe.documents.quantity import EndValue, Quantity, between
 from tribopipe.documents.record import Record
+from tribopipe.results.wear_fit import spoken
 from tribopipe.views.page import Fact
 
 NOTHING = "–"
@@ -51,7 +52,7 @@ _FIELDS = {
     "film_thickness": _Field("thickness of the coating"),
     "normal_load": _Field("normal load"),
     "sliding_speed": _Field("sliding speed"),
-    "curved_disc_speed": _Field("speed of the curved disc"),
+    "curved_disc_speed": _Field("speed of the crowned disc"),
     "flat_disc_speed": _Field("speed of the flat disc"),
     "slip": _Field("slip", "%"),
     "rotational_speed": _Field("rotational speed"),
@@ -131,7 +132,7 @@ def listed(words: Iterable[str]) -> str | None:
 
 
 def _label(name: str) -> str:
-    return _FIELDS[name].label if name in _FIELDS else name.replace("_", " ")
+    return _FIELDS[name].label if name in _FIELDS else spoken(name)
 
 
 def _stated(name: str, value: Any) -> str | None:

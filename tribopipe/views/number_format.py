@@ -57,11 +57,11 @@ def slid(run: RawRun) -> str:
 def turned(rotations: Column) -> tuple[Column, str]:
     """Return rotations without a power of a thousand, and the label of an axis that has it."""
     power = power_of(float(np.nanmax(rotations)))
-    return rotations / 10.0**power, powered_axis("rotations of the curved disc", power)
+    return rotations / 10.0**power, powered_axis("rotations of the crowned disc", power)
 
 
 def course(run: RawRun) -> tuple[Column, str]:
-    """Return what wear is drawn against, and its label: sliding distance, or rotations of the curved disc."""
+    """Return what wear is drawn against, and its label: sliding distance, or rotations of the crowned disc."""
     return turned(run.progress) if run.manifest.progress.kind == "count" else slide(run)
 
 

@@ -35,7 +35,7 @@ COEFFICIENT = Unit("m^2/N", WEAR_COEFFICIENT)
 _AXES: dict[str, tuple[str, str]] = {
     "sliding_distance": ("sliding distance s", "m"),
     "time": ("time", "s"),
-    "rotations": ("rotations of the curved disc", "1"),
+    "rotations": ("rotations of the crowned disc", "1"),
     "sample": ("sample", "1"),
     "friction": ("friction coefficient μ", "1"),
 }

@@ -138,5 +138,5 @@ def _local_discs(points: Sequence[LocalDiscPoint]) -> TextTable:
         )
         for one in points
     ]
-    sizes = ("half width", "half length", "curved disc, volume", "flat disc, volume")
+    sizes = ("half width", "half length", "crowned disc, volume", "flat disc, volume")
     return TextTable("local wear of both discs, and pressure", ("rotations", *_LOCAL, *sizes), tuple(rows))

@@ -58,7 +58,7 @@ def _of_other_laws() -> Iterator[ListedColumn]:
     for entry in added("tribopipe.laws"):
         if entry.name.isidentifier():
             law, by = entry.name, entry.name.replace("_", " ")
-            of_one = "of the pin or the curved disc."
+            of_one = "of the pin or the crowned disc."
             yield _number(f"k_d_{law}", f"k_D by {by}", f"Wear coefficient by {by}, {of_one}", "wear coefficient", _K_D)
             yield _number(
                 f"k_d_{law}_disc",
@@ -98,15 +98,15 @@ _ALL = (
     _text("material", "materials", "Materials of the bodies.", joint=" / ", shown=True),
     _text("pin_material", "pin material", "Material of the pin."),
     _text("disc_material", "disc material", "Material of the disc under the pin."),
-    _text("curved_disc_material", "curved disc material", "Material of the curved disc."),
+    _text("curved_disc_material", "crowned disc material", "Material of the crowned disc."),
     _text("flat_disc_material", "flat disc material", "Material of the flat disc."),
     _text("shape", "shape", "Shape of the pin."),
-    _number("radius", "radius", "Radius of the pin, or of the curved disc's crown.", "length", "mm"),
+    _number("radius", "radius", "Radius of the pin, or of the crowned disc's crown.", "length", "mm"),
     _text("medium", "medium", "Environment or lubricant.", shown=True),
     _number("load", "load", "Nominal normal load.", "force", "mN", shown=True),
-    _number("speed", "speed", "Nominal sliding speed, or speed of the curved disc.", "speed", "mm/s"),
+    _number("speed", "speed", "Nominal sliding speed, or speed of the crowned disc.", "speed", "mm/s"),
     _number("distance", "distance", "Sliding distance at the end, recorded or planned.", "distance", "m"),
-    _number("rotations", "rotations", "Rotations of the curved disc, recorded or planned.", "count"),
+    _number("rotations", "rotations", "Rotations of the crowned disc, recorded or planned.", "count"),
     _number("slip", "slip", "Nominal slip of two discs.", "percentage", "%"),
     _number("temperature", "temperature", "Room temperature.", "temperature", "°C"),
     _number("humidity", "humidity", "Relative humidity of the surrounding air.", "percentage", "%"),
@@ -119,7 +119,7 @@ _ALL = (
     _number(
         "k_d",
         "k_D",
-        "Wear coefficient by Archard's law, of the pin or the curved disc.",
+        "Wear coefficient by Archard's law, of the pin or the crowned disc.",
         "wear coefficient",
         _K_D,
         shown=True,
@@ -127,7 +127,7 @@ _ALL = (
     _number(
         "k_d_sarkar",
         "k_D by Sarkar",
-        "Wear coefficient by Sarkar's law, of the pin or the curved disc.",
+        "Wear coefficient by Sarkar's law, of the pin or the crowned disc.",
         "wear coefficient",
         _K_D,
     ),
@@ -150,9 +150,9 @@ _ALL = (
     _number(
         "predicted_depth_sarkar", "predicted depth by Sarkar", "The same as predicted by Sarkar's law.", "length", "µm"
     ),
-    _number("wear_volume", "wear volume", "Wear volume of the pin or the curved disc.", "volume", "mm³"),
+    _number("wear_volume", "wear volume", "Wear volume of the pin or the crowned disc.", "volume", "mm³"),
     _number("disc_wear_volume", "disc wear volume", "Wear volume of the disc or the flat disc.", "volume", "mm³"),
-    _number("wear_rate", "wear rate", "Specific wear rate of the pin or curved disc.", "wear coefficient", _RATE),
+    _number("wear_rate", "wear rate", "Specific wear rate of the pin or crowned disc.", "wear coefficient", _RATE),
     _number(
         "disc_wear_rate", "disc wear rate", "Specific wear rate of the disc or flat disc.", "wear coefficient", _RATE
     ),

@@ -184,7 +184,7 @@ def _predicted(points: Iterable[Any] | None) -> Quantity | None:
 
 
 def _worn(result: Record | None) -> tuple[BodyWearRate | None, BodyWearRate | None]:
-    """Return the wear of the pin or the curved disc, and that of the other disc."""
+    """Return the wear of the pin or the crowned disc, and that of the other disc."""
     if not isinstance(result, SpecificWear):
         return None, None
     return result.pin or result.curved_disc, result.disc or result.flat_disc

@@ -155,7 +155,7 @@ def _needed_of_discs(run: RawRun) -> Iterator[Trouble]:
     if not any(name.startswith("curved_disc_") for name in measured):
         yield Trouble(
             "end_values",
-            "found no wear of the curved disc; expected its depth, track width, volume or profile for a wear "
+            "found no wear of the crowned disc; expected its depth, track width, volume or profile for a wear "
             "coefficient",
             "add one if it was measured",
         )

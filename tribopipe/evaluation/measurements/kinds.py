@@ -34,6 +34,6 @@ _FAMILIES: dict[type[Contact], Measurements] = {
         "a post-test measurement of the pin (depth, scar, volume, mass or profile)",
     ),
     TwinDisc: Measurements(
-        twin_disc_wear, disc_end_wear, "a post-test measurement of the curved disc (depth, track width or volume)"
+        twin_disc_wear, disc_end_wear, "a post-test measurement of the crowned disc (depth, track width or volume)"
     ),
 }

@@ -24,7 +24,7 @@ Measured = Literal["wear_volume", "wear_depth", "track_width"]
 
 @dataclass(frozen=True)
 class DiscMeasurement:
-    """One thing measured on one disc, after so many rotations of the curved one."""
+    """One thing measured on one disc, after so many rotations of the crowned one."""
 
     disc: DiscName
     what: Measured
@@ -48,7 +48,7 @@ class DiscEndWear:
     total: Quantity
     """h₁ + h₂, m: what a displacement sensor has seen."""
     names: tuple[str, ...]
-    """Names of the post-test measurements it was taken from, that of the curved disc first."""
+    """Names of the post-test measurements it was taken from, that of the crowned disc first."""
 
     @property
     def anchor(self) -> str:
@@ -127,7 +127,7 @@ def twin_disc_wear(run: RawRun, defaults: DefaultUncertainty, interruption: int 
 def disc_end_wear(run: RawRun, recipe: Recipe) -> DiscEndWear | None:
     """Return the wear of both discs at the end of a run, by the most certain of what was measured; none without any.
 
-    A disc on which nothing was measured counts as unworn, but for the curved one.
+    A disc on which nothing was measured counts as unworn, but for the crowned one.
     """
     found = [one for one in disc_totals(run, recipe) if re.match("curved_disc|.*track_width", one.names[0])]
     return min(found, key=lambda wear: wear.total.standard_uncertainty or 0.0, default=None)

@@ -83,7 +83,7 @@ def local_scenario(
 ) -> Scenario:
     """Return what a run is worn under: its own contact, load and slip, a law, and k_D as Archard has it.
 
-    Of discs that is the curved one's, and the flat one's where it wears. Raises ``FitError`` for more of them.
+    Of discs that is the crowned one's, and the flat one's where it wears. Raises ``FitError`` for more of them.
     """
     bodies = manifest.described.fitted_bodies
     if not 1 <= len(coefficients) <= len(bodies):
@@ -103,7 +103,7 @@ def wear_locally(
     *,
     reference: str | None = None,
 ) -> LocalCurves:
-    """Wear a pin to sliding distances, m, or two discs to rotations of the curved one.
+    """Wear a pin to sliding distances, m, or two discs to rotations of the crowned one.
 
     ``reference`` names the run that k_D was identified from. Raises ``FitError`` where a place is not above zero, and
     ``ContactError`` past the tip or crown, where no contact is found, or explicit steps are too many.

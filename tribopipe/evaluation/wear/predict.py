@@ -26,14 +26,14 @@ def predict_wear(
     steps: int | None = None,
     reference: str | None = None,
 ) -> WearPrediction:
-    """Predict wear of a contact, and where its first body, the pin or the curved disc, reaches given depths.
+    """Predict wear of a contact, and where its first body, the pin or the crowned disc, reaches given depths.
 
     Parameters
     ----------
     scenario
         What wear is predicted for.
     at
-        Places to predict at: sliding distances, m, or rotations of the curved disc.
+        Places to predict at: sliding distances, m, or rotations of the crowned disc.
     depths
         Wear depths, m, whose place is wanted; found by the exact scheme in either case.
     scheme

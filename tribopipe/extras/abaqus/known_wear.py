@@ -19,7 +19,7 @@ _PRESSURES = {
 
 @dataclass(frozen=True)
 class KnownWear:
-    """k_D of a run's pin or curved disc."""
+    """k_D of a run's pin or crowned disc."""
 
     run_id: str
     coefficient: Quantity
@@ -52,7 +52,7 @@ def fitted_wear(run_id: str, fit: WearFit) -> KnownWear:
 
 
 def _of_eq_9(run_id: str, fit: WearFit) -> tuple[Quantity, str]:
-    """Return the curved disc's k_D as Eq. 9 has it, which counts distance as Archard's law does, and how it was had."""
+    """Return k_D of the crowned disc for Eq. 9, with distance counted as in Archard's law, and how it was obtained."""
     own, same = known_wear(fit), archards_wear(fit)
     if own is None or same is None:
         raise FitError(

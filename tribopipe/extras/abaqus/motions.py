@@ -111,7 +111,7 @@ class Rolling(Sliding):
         return (
             f"Eq. 9: n = |V1 - V2|/(2 pi r) = {self.turns:.6g} slip rotations per second, with the slip speed "
             f"{in_mm(self.speed, 'm/s'):.6g} mm/s and the radius r = {in_mm(self.travel / (2 * math.pi), 'm'):.6g} mm "
-            "of the curved disc, which wears; k_D counts what a point slides while it is in contact. Pressures are "
+            "of the crowned disc, which wears; k_D counts what a point slides while it is in contact. Pressures are "
             "those of the increment itself: the utility routines are called for all nodes of all streamlines at the "
             "first call in an increment."
         )

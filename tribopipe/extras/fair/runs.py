@@ -21,6 +21,7 @@ from tribopipe.extras.fair.parts import CSV, Part, run_parts, study_parts
 from tribopipe.extras.fair.provenance import Placed, amendments, archive_action, step_action, study_action, test_action
 from tribopipe.extras.fair.quantities import Told, told
 from tribopipe.extras.fair.terms import UNITS, term
+from tribopipe.results.wear_fit import spoken
 
 HDF5 = "application/x-hdf5"
 _RFC4180 = "https://www.rfc-editor.org/rfc/rfc4180"
@@ -223,7 +224,7 @@ def _property(graph: Graph, run_id: str, one: Told, meant: str | None = None) ->
     return graph.thing(
         local(run_id, one.key),
         "PropertyValue",
-        name=one.key.replace("_", " ").replace(".", ", "),
+        name=spoken(one.key).replace(".", ", "),
         propertyID=one.key,
         description=one.meaning,
         identifier=term(meant or one.key),

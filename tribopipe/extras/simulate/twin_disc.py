@@ -1,7 +1,7 @@
 """A virtual twin-disc tribometer.
 
 Depth is the wear of both discs by the exact model, offset, linear drift and correlated noise, digitised; rotations are
-counted on the curved disc. Worn volumes, depths and track widths are drawn about their true values with their stated
+counted on the crowned disc. Worn volumes, depths and track widths are drawn about their true values with their stated
 uncertainty; so are load, radii, moduli, slip and sensor scale where a series has systematic errors, its manifests
 stating what was meant. Under Sarkar's law a rotation counts S(s)/s times, s being the slip distance. What two discs go
 through depends on k_D and rotations by their product alone, so a rotation under fatigue counts as often as fatigue

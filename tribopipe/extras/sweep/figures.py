@@ -17,6 +17,7 @@ from tribopipe.extras.sweep.subject import Cell
 from tribopipe.extras.sweep.virtual_tests import TRUTH
 from tribopipe.physics.uncertainty import TAILS
 from tribopipe.results.evaluation import COVERAGE_FACTOR
+from tribopipe.results.wear_fit import spoken
 from tribopipe.views.number_format import power_of, powered_axis
 from tribopipe.views.run_figures import BLACK, PALETTE, styled
 
@@ -217,7 +218,7 @@ def _scale(points: Sequence[_Point]) -> tuple[str, float]:
         power = power_of(most * shown)
         return powered_axis("$k_\\mathrm{D}$", power, WEAR_COEFFICIENT), 10.0**power / shown
     unit = "um" if si == "m" and most < _SMALL else si
-    return axis(points[0].quantity.replace("_", " "), unit), 1 / float(from_si(1.0, si, unit))
+    return axis(spoken(points[0].quantity), unit), 1 / float(from_si(1.0, si, unit))
 
 
 def _text(head: Head, cell: Cell) -> str:

@@ -41,7 +41,7 @@ class Condition(Record):
     recipe: Recipe
     """Recipe."""
     wear_coefficient: WearCoefficient | None = None
-    """k_D of the pin or the curved disc; none for what the archived fit found under the law."""
+    """k_D of the pin or the crowned disc; none for what the archived fit found under the law."""
     flat_wear_coefficient: WearCoefficient | None = None
     """k_D of the flat disc next to it."""
 

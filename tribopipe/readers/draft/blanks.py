@@ -68,10 +68,10 @@ BLANKS: dict[str, Blank] = {
         '"5 Hz"', "cycles there and back a second; with stroke in the place of sliding_speed"
     ),
     "conditions.sliding_distance": Blank('"500 m"', "planned sliding distance"),
-    "conditions.curved_disc_speed": Blank('"800 mm/s"', "tangential speed of the curved disc"),
+    "conditions.curved_disc_speed": Blank('"800 mm/s"', "tangential speed of the crowned disc"),
     "conditions.flat_disc_speed": Blank('"832 mm/s"', "tangential speed of the flat disc; or give slip"),
-    "conditions.slip": Blank('"4 %"', "(v2 - v1)/v1 of the flat disc against the curved one"),
-    "conditions.rotations": Blank("1e6", "planned rotations of the curved disc"),
+    "conditions.slip": Blank('"4 %"', "(v2 - v1)/v1 of the flat disc against the crowned one"),
+    "conditions.rotations": Blank("1e6", "planned rotations of the crowned disc"),
     "conditions.medium": Blank('"air"', "what surrounds the contact"),
     "conditions.temperature": Blank('"23 degC"', "room temperature"),
     "conditions.relative_humidity": Blank('"45 %"', "relative humidity of the air"),

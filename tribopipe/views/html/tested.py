@@ -45,7 +45,7 @@ def _course(runs: Sequence[RunOutline]) -> str:
             (run for run in runs if run.manifest.id in slips), key=lambda run: run.ends.get("rotations", 0.0)
         )
         turned = _several(map(_rotations, rolled))
-        return f", at {_several(map(_shown, slips.values()))} slip, over {turned} rotations of the curved disc"
+        return f", at {_several(map(_shown, slips.values()))} slip, over {turned} rotations of the crowned disc"
     far = _several(show(run.ends["sliding_distance"], None, "m") for run in runs if "sliding_distance" in run.ends)
     speeds = [run.manifest.conditions.nominal_speed for run in runs]
     fast = _several(show(speed.value, None, "m/s", "mm/s") for speed in speeds if speed is not None)

@@ -62,16 +62,16 @@ describe("tiles", () => {
 
   it("give both discs one tile per law, each disc with its own interval", () => {
     const discs = stageOf("wear_fit_sarkar", "Wear coefficient by Sarkar's law", {
-      "k_D of the curved disc": "1",
-      "95 % interval, curved disc": "0.9 to 1.1",
+      "k_D of the crowned disc": "1",
+      "95 % interval, crowned disc": "0.9 to 1.1",
       "k_D of the flat disc": "2",
       pressure: "even",
     });
     expect(tiles([discs])).toEqual([
       {
         label: "k_D by Sarkar's law",
-        value: "curved disc: 1\nflat disc: 2",
-        more: "curved disc: 95 % interval 0.9 to 1.1",
+        value: "crowned disc: 1\nflat disc: 2",
+        more: "crowned disc: 95 % interval 0.9 to 1.1",
         stage: "wear_fit_sarkar",
       },
     ]);
