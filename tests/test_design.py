@@ -17,6 +17,7 @@ from tribopipe.evaluation.study.member import Member, PosedRun
 from tribopipe.evaluation.wear.budget import budget
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
 from tribopipe.results.evaluation import COVERAGE_FACTOR
+from tribopipe.results.input_quantities import input_label
 
 TWO_STEP = Recipe(wear=WearRecipe(correction="two-step"))
 WC_CO, SI3N4 = "wc-co-water-400mN", "si3n4-air-200mN"
@@ -204,7 +205,7 @@ def test_levers_share_the_variance_and_the_first_pays_most(run_id, law):
         others = [value for name, value in lines.items() if name != lever.name]
         assert lever.if_halved == pytest.approx(COVERAGE_FACTOR * math.hypot(*others, lines[lever.name] / 2))
         assert plan.levers[0].if_halved <= lever.if_halved <= plan.half_width
-    assert f"{plan.levers[0].name} pays most to reduce" in str(plan)
+    assert f"largest contribution: {input_label(plan.levers[0].name)}, " in str(plan)
 
 
 def test_halved_lever_is_what_half_the_uncertainty_gives(si3n4):

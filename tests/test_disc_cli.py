@@ -60,7 +60,10 @@ def test_commands_lead_from_a_folder_of_discs_to_a_prediction(run_cli, tmp_path)
         (("fit", "--model", "sarkar"), ("sarkar", "crowned disc k_D = ", "flat disc k_D = ")),
         (("predict", RUN, "--law", "sarkar", "--at", "1e6"), ("sarkar, exact, full-slip", " rotations")),
         (("ls", "--columns", "id,steps"), ("drift, friction, specific wear, Sarkar",)),
-        (("show", RUN, "-v"), ("wear_fit_sarkar", "budget of k_D of the crowned disc", "crowned disc wear volume")),
+        (
+            ("show", RUN, "-v"),
+            ("wear_fit_sarkar", "budget of k_D of the crowned disc", "wear volume of the crowned disc"),
+        ),
     ):
         result = run_cli(*command, cwd=tmp_path)
         assert result.exit_code == 0, (command, result.stdout)

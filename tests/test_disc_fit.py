@@ -238,8 +238,8 @@ def test_defaults_stand_in_for_uncertainties_that_nobody_stated_and_are_named():
     assert line.source == "default"
     assert line.relative == pytest.approx(0.3, rel=0.35)
     (note,) = (note for note in fit.notes if note.startswith("default uncertainty"))
-    assert "crowned disc wear volume" in note
-    assert "flat disc wear volume" in note
+    assert "wear volume of the crowned disc" in note
+    assert "wear volume of the flat disc" in note
 
 
 def coverage(count: int) -> list[int]:

@@ -286,7 +286,9 @@ def test_defaults_are_named():
         }
     }
     said = notes(1e6, contact=RunManifest.model_validate(document).twin_disc)
-    assert said.startswith("default uncertainty used for crown radius 4.0000 ± 0.0080 mm, curved radius")
+    assert said.startswith(
+        "default uncertainty used for crown radius 4.0000 ± 0.0080 mm, rolling radius of the crowned disc"
+    )
 
 
 @pytest.mark.parametrize("at", [[-1.0], [float("nan")], [1e5, float("inf")]])

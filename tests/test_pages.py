@@ -310,7 +310,7 @@ def test_wear_fit_tells_budget_draws_and_what_k_d_is_by_each_way():
     assert table(page, "budget of k_D of the pin") == (
         ("normal load", "200.0 ± 2.0 mN", "run.toml", "normal", "−1.00", "1.00 %", "99.4 %"),
         ("noise of the depth signal", "–", "fit", "normal", "–", "0.08 %", "0.6 %"),
-        ("disc modulus", "304 GPa", "default", "normal", "–", "0.00 %", "0.0 %"),
+        ("Young's modulus of the disc", "304 GPa", "default", "normal", "–", "0.00 %", "0.0 %"),
     )
     narrow = next(one for one in page.tables if one.title == "budget of k_D of the pin").without_spare()
     assert narrow.columns == ("input", "value", "stated by", "contribution", "share of variance")
@@ -389,7 +389,7 @@ def test_disc_fit_tells_both_discs():
     )
     assert (told["correlation of both k_D"], told["peak pressure of the unworn contact"]) == ("0.25", "500 MPa")
     volume, width = table(page, "measured values and the fitted law")
-    assert volume == ("crowned disc wear volume", "1,000,000", "0.001 mm³", "0.001 mm³")
+    assert volume == ("wear volume of the crowned disc", "1,000,000", "0.001 mm³", "0.001 mm³")
     assert width[2:] == ("100 µm", "110 µm")
     assert table(page, "k_D with other conventions of sliding distance")[0][0] == "line-load"
 

@@ -153,7 +153,7 @@ def test_result_is_archived_and_done_once(sample_run, tmp_path, run_cli):
         assert fields["pin_volume_errors"][()] == kept.pin.volume.standard_uncertainty
     shown = run_cli("show", run_id, "-v", "--archive", store.folder)
     assert "mm³/(N·m)" in shown.output
-    assert "pin_scar_diameter" in shown.output
+    assert "from the scar diameter" in shown.output
     document = json.loads(run_cli("show", run_id, "--archive", store.folder, "--json").stdout)
     assert document["specific_wear"]["pin"]["volume_by"] == "pin_scar_diameter"
 

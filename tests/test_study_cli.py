@@ -20,6 +20,7 @@ from tribopipe.extras.simulate import simulate_plan
 from tribopipe.pipeline.stages import ingest
 from tribopipe.pipeline.studies import run_study, study_toml
 from tribopipe.results.agreement import StudyResult
+from tribopipe.results.input_quantities import input_label
 from tribopipe.results.test_design import Design
 from tribopipe.results.wear_prediction import WearPrediction
 
@@ -446,11 +447,11 @@ def test_plan_of_a_run_says_what_pays_and_what_would_do(run_cli, home):
     found = Design.model_validate(json.loads(result.stdout))
     assert (found.id, found.model, found.wanted, found.scatter) == (LIGHT, "archard", 0.05, None)
     assert str(found) in result.output
-    assert "pays most to reduce" in result.stderr
+    assert "largest contribution: " in result.stderr
     assert "tests like this one would do" in result.stderr
     table = plain(result.stderr)
     for lever in found.levers:
-        assert f"\n {lever.name} " in table or f"\n{lever.name} " in table
+        assert f"\n {input_label(lever.name)} " in table or f"\n{input_label(lever.name)} " in table
     text = run_cli("plan", LIGHT, "--interval", "5 %", cwd=home)
     assert (text.stdout, text.stderr) == (result.stderr, "")
     assert tree_bytes(home) == before

@@ -49,7 +49,7 @@ from tribopipe.base.environment import environment
 from tribopipe.base.errors import ArchiveError, NotInstalledError
 from tribopipe.base.units import from_si
 from tribopipe.documents.annotation import Annotation
-from tribopipe.documents.contact import Specimen, contacts
+from tribopipe.documents.contact import Specimen, contacts, spoken
 from tribopipe.documents.manifest import RunManifest, unknown_kind
 from tribopipe.documents.mark import Mark
 from tribopipe.documents.preprocessing import CleanUp
@@ -107,7 +107,7 @@ def _write_people_and_things(entry: h5py.Group, run: RawRun) -> None:
 
 def _write_specimen(entry: h5py.Group, name: str, body: Specimen) -> None:
     sample = nexus.group(entry, name, "NXsample")
-    nexus.field(sample, "name", f"{body.material} {name.replace('_', ' ')}")
+    nexus.field(sample, "name", f"{body.material} {spoken(name)}")
     properties = nexus.group(sample, "properties", "NXcollection")
     nexus.summary(properties, body)
 

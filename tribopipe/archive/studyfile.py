@@ -24,12 +24,12 @@ from tribopipe.archive.definitions.names import STUDY, write_definition
 from tribopipe.archive.formats import STUDY_FORMAT
 from tribopipe.base.arrays import Column
 from tribopipe.base.units import from_si, to_si
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.signals import SIGNALS
 from tribopipe.documents.study import Study
 from tribopipe.physics.laws import law_heading
 from tribopipe.results.agreement import StudyResult
 from tribopipe.results.study_curves import MeasuredCurve, StudyCurve
-from tribopipe.results.wear_fit import spoken
 from tribopipe.version import VERSION
 
 _RESULT: TypeAdapter[StudyResult] = TypeAdapter(StudyResult)

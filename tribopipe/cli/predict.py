@@ -324,8 +324,8 @@ def _changed(manifest: "RunManifest", asked: _Asked) -> "RunManifest":
 def _known(subject: _Subject, asked: _Asked) -> "KnownWear":
     """Return the k_D given, or that of the run's fit, with the engine and the way of counting it is right with."""
     from tribopipe.base.errors import FitError
+    from tribopipe.documents.contact import spoken
     from tribopipe.evaluation.wear.known import given_wear, known_wear
-    from tribopipe.results.wear_fit import spoken
 
     manifest = subject.manifest
     fitted = None if subject.fit is None else known_wear(subject.fit)

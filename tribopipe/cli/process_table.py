@@ -9,13 +9,14 @@ from tribopipe.cli.output import line_width, print_result, say, table
 from tribopipe.cli.problems import Problems, by_kind, short_lines
 from tribopipe.cli.quantity_columns import number
 from tribopipe.cli.run_columns import Cells, chosen_columns, rows_of
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.physics.laws import law_heading, law_label
 from tribopipe.results.agreement import AGREEMENT, tally
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.finding import Finding, findings_of
 from tribopipe.results.specific_wear import SpecificWear
-from tribopipe.results.wear_fit import fits_of, spoken
+from tribopipe.results.wear_fit import fits_of
 
 if TYPE_CHECKING:
     from tribopipe.archive.outline import RunOutline

@@ -9,6 +9,7 @@ from tribopipe.base.errors import ArchiveError
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT
 from tribopipe.cli.output import print_result
 from tribopipe.cli.pages import heading, paragraph, show_facts, show_head
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.quantity import between
 from tribopipe.physics.laws import law_heading, law_title
@@ -16,7 +17,7 @@ from tribopipe.results.agreement import AGREEMENT
 from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.finding_titles import title
 from tribopipe.results.specific_wear import SpecificWear
-from tribopipe.results.wear_fit import WearFit, by, fits_of, spoken
+from tribopipe.results.wear_fit import WearFit, by, fits_of
 from tribopipe.results.wear_prediction import WearPrediction
 from tribopipe.views.page import Fact, RunPage
 from tribopipe.views.run_page import run_page

@@ -272,9 +272,10 @@ def plan(
 ) -> None:
     """Plan tests for a wanted uncertainty of k_D.
 
-    Shows which uncertainty pays most to reduce, and how far to slide or how often to repeat.
+    Shows which input contributes most to the uncertainty, and how far to slide or how often to repeat.
     """
     from tribopipe.pipeline.studies import plan_archived
+    from tribopipe.results.input_quantities import input_label
 
     store, wanted = load_archive(archive), parsed("--interval", interval, "percentage")
     designs = plan_archived(store, name, model, wanted, load_recipe(recipe))
@@ -285,7 +286,7 @@ def plan(
             ["input", "value", "u of k_D", "of the variance", "95 % if halved"],
             [
                 [
-                    lever.name,
+                    input_label(lever.name),
                     lever.value.shown(lever.shown_in) if lever.value else "–",
                     f"{lever.relative:.2%}",
                     f"{lever.share:.0%}",

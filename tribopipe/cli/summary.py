@@ -8,13 +8,14 @@ from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, StepName
 from tribopipe.archive.store import Archive
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, pretty, show
 from tribopipe.cli.output import record_json, table
-from tribopipe.documents.contact import DISCS
+from tribopipe.documents.contact import DISCS, spoken
 from tribopipe.documents.quantity import Quantity, force
 from tribopipe.documents.slip import slip
 from tribopipe.physics.laws import law_label
 from tribopipe.results.evaluation import DriftCorrection, FrictionFit
+from tribopipe.results.measurement_words import measured_quantity
 from tribopipe.results.specific_wear import SpecificWear
-from tribopipe.results.wear_fit import WearFit, spoken
+from tribopipe.results.wear_fit import WearFit
 from tribopipe.results.wear_prediction import WearPrediction
 
 
@@ -62,7 +63,7 @@ def show_summaries(archive: Archive, ids: list[str]) -> None:
         table("Specific wear rate, from post-test measurements", _WEAR_COLUMNS, worn)
 
 
-_WEAR_COLUMNS = ("run", "body", "depth, µm", "volume, mm³", "by", "load", "distance, m", "rate, mm³/(N·m)")
+_WEAR_COLUMNS = ("run", "body", "depth, µm", "volume, mm³", "measured", "load", "distance, m", "rate, mm³/(N·m)")
 
 
 def _wear_rows(run: RunOutline) -> list[list[str]]:
@@ -76,7 +77,7 @@ def _wear_rows(run: RunOutline) -> list[list[str]]:
             spoken(run.manifest.described.body_name(name)),
             _cell(body.depth, "um"),
             _cell(body.volume, "mm^3"),
-            run.manifest.worded(body.volume_by or "–"),
+            measured_quantity(body.volume_by) if body.volume_by else "–",
             "–" if found.normal_load is None else force(found.normal_load),
             _cell(found.sliding_distance, "m"),
             _cell(body.specific_wear_rate, SPECIFIC_WEAR_RATE),

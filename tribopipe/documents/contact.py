@@ -578,6 +578,14 @@ def contact_named(kind: object) -> type[Contact] | None:
     return SHIPPED.get(kind) or ADDED.get(kind)
 
 
+def spoken(name: str) -> str:
+    """Write a key as words: "crowned disc" for ``curved_disc``."""
+    for kind in contacts().values():
+        for body, words in kind.body_words.items():
+            name = name.replace(body, words)
+    return name.replace("_", " ")
+
+
 class _OfItsKind:
     """Has a contact read as the class of its kind, and written with all its fields."""
 

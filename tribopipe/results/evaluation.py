@@ -13,6 +13,7 @@ from tribopipe.documents.recipe import Correction
 from tribopipe.documents.record import Record
 from tribopipe.results.finding import Finding
 from tribopipe.results.interactive import FitRecord
+from tribopipe.results.measurement_words import measured_quantities
 
 COVERAGE_FACTOR = 1.959963984540054
 """Half width of a 95 % interval in standard uncertainties of a normal distribution."""
@@ -94,7 +95,7 @@ class DriftCorrection(Record):
         both = "" if self.model is None else f" (two-step {_in(self.two_step_rate, 'nm/min')})"
         return (
             f"drift {_in(self.drift_rate, 'nm/min')}{both}, discrepancy {_in(self.discrepancy, 'um')} against "
-            f"{self.anchor}, wear depth at the end {_in(self.end_wear_depth, 'um')}"
+            f"the {measured_quantities(self.anchor)}, wear depth at the end {_in(self.end_wear_depth, 'um')}"
         )
 
 

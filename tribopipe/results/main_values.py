@@ -4,10 +4,11 @@ from collections.abc import Iterator, Mapping
 from typing import TypeAlias
 
 from tribopipe.base.units import KINDS, WEAR_COEFFICIENT
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.quantity import Quantity, change
 from tribopipe.documents.record import Record
 from tribopipe.results.evaluation import DriftCorrection
-from tribopipe.results.wear_fit import WearFit, spoken
+from tribopipe.results.wear_fit import WearFit
 
 Headline: TypeAlias = Mapping[str, Quantity | None]
 """By the name of the value; none where the run did not give it."""

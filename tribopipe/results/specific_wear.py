@@ -3,8 +3,10 @@
 from typing import Literal
 
 from tribopipe.base.units import SPECIFIC_WEAR_RATE
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.quantity import CubicMetres, Metres, Newtons, Quantity, SquareMetresPerNewton
 from tribopipe.documents.record import Record
+from tribopipe.results.measurement_words import measured_quantity
 
 
 class MeasuredWear(Record):
@@ -61,7 +63,8 @@ class BodyWearRate(Record):
         rate = self.specific_wear_rate.shown(SPECIFIC_WEAR_RATE)
         depth = "" if self.depth is None else f", {self.depth.shown('um')} deep"
         steady = "" if self.steady_rate is None else f", steady {self.steady_rate.shown(SPECIFIC_WEAR_RATE)}"
-        return f"{rate}{steady}, {self.volume.shown('mm^3')} by {self.volume_by}{depth}"
+        by = "" if self.volume_by is None else f" from the {measured_quantity(self.volume_by)}"
+        return f"{rate}{steady}, {self.volume.shown('mm^3')}{by}{depth}"
 
 
 class SpecificWear(Record):
@@ -95,7 +98,7 @@ class SpecificWear(Record):
         return {name: body for name, body in found.items() if body is not None}
 
     def __str__(self) -> str:
-        told = [f"{name.replace('_', ' ')}: {body}" for name, body in self.bodies.items()]
+        told = [f"{spoken(name)}: {body}" for name, body in self.bodies.items()]
         if self.total is not None:
             told.append(f"both: {self.total.shown(SPECIFIC_WEAR_RATE)}")
         return "; ".join(["specific wear rate", *told, *self.notes] if told else ["no specific wear rate", *self.notes])

@@ -3,6 +3,7 @@
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName
 from tribopipe.documents.record import Record
+from tribopipe.results.input_quantities import input_label
 
 
 class Lever(Record):
@@ -52,9 +53,10 @@ class Design(Record):
 
     def __str__(self) -> str:
         best = self.levers[0]
+        label = input_label(best.name)
         lines = [
             f"{self.id}, {self.model}: {self.of} is known to ±{self.half_width:.1%}, wanted ±{self.wanted:.1%} (95 %)",
-            f"  {best.name} pays most to reduce: {best.share:.0%} of the variance; halved, ±{best.if_halved:.1%}",
+            f"  largest contribution: {label}, {best.share:.0%} of the variance; halved, ±{best.if_halved:.1%}",
         ]
         if self.half_width <= self.wanted:
             return "\n".join([*lines, "  nothing more is needed"])

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from tribopipe.base.errors import FitError
 from tribopipe.base.units import WEAR_COEFFICIENT
-from tribopipe.documents.contact import contacts
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.quantity import (
     Metres,
     Pascals,
@@ -264,14 +264,6 @@ def fits_of(results: Iterable[object]) -> Iterator[WearFit]:
 def by(engine: WearEngine) -> str:
     """Give the engine that a k_D was found by, after its law; nothing of the GIWM."""
     return {"giwm": "", "volume": ", by volume", "local": ", local pressure"}[engine]
-
-
-def spoken(name: str) -> str:
-    """Write a key as words: "crowned disc" for ``curved_disc``."""
-    for kind in contacts().values():
-        for body, words in kind.body_words.items():
-            name = name.replace(body, words)
-    return name.replace("_", " ")
 
 
 def _parameters(parameters: tuple[LawValue, ...] | None) -> str:

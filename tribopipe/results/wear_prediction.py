@@ -5,11 +5,12 @@ from typing import Literal
 from pydantic import Field
 
 from tribopipe.base.units import WEAR_COEFFICIENT
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.quantity import Newtons, Quantity, SquareMetresPerNewton, force
 from tribopipe.documents.recipe import LawName
 from tribopipe.documents.record import Record
 from tribopipe.physics.conventions import DistanceConvention, WearEngine
-from tribopipe.results.wear_fit import HertzStart, LawValue, by, spoken
+from tribopipe.results.wear_fit import HertzStart, LawValue, by
 
 Outcome = Literal[
     "depth",

@@ -11,15 +11,15 @@ import numpy as np
 
 from tribopipe.archive.store import Archive
 from tribopipe.base.units import KINDS, show, show_force
-from tribopipe.documents.contact import CurvedDisc, FlatDisc, Pin, Specimen
+from tribopipe.documents.contact import CurvedDisc, FlatDisc, Pin, Specimen, spoken
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import EndValue
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.documents.slip import slip
 from tribopipe.results.evaluation import FrictionFit
+from tribopipe.results.measurement_words import measured_quantity
 from tribopipe.results.run import RawRun
 from tribopipe.results.specific_wear import BodyWearRate, SpecificWear
-from tribopipe.results.wear_fit import spoken
 from tribopipe.views.labeled_values import shown
 
 _BODIES = ("pin", "disc")
@@ -155,7 +155,7 @@ def _volume(manifest: RunManifest, worn: BodyWearRate | None) -> str | None:
     by = worn.volume_by or ""
     measured = getattr(manifest.end_values, by, None)
     method = measured.method if isinstance(measured, EndValue) else None
-    return f"{worn.volume.shown('mm^3')} by {spoken(manifest.worded(by))}" + (f", {method}" if method else "")
+    return f"{worn.volume.shown('mm^3')} from the {measured_quantity(by)}" + (f", {method}" if method else "")
 
 
 def _volume_key(manifest: RunManifest, name: str) -> str:

@@ -19,12 +19,13 @@ from tribopipe.archive.store import Archive
 from tribopipe.base.errors import FitError, NotInstalledError, unknown_name
 from tribopipe.base.files import replacing
 from tribopipe.base.units import KINDS
+from tribopipe.documents.contact import spoken
 from tribopipe.pipeline.output_paths import require_free
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.interactive import UnitColumn
 from tribopipe.results.run import CorrectedRun, RawRun
 from tribopipe.results.wear_curves import WearCurves
-from tribopipe.results.wear_fit import WearFit, spoken
+from tribopipe.results.wear_fit import WearFit
 from tribopipe.views.archived_figures import run_figures
 from tribopipe.views.csv_files import csv_columns, csv_kinds, csv_of, head_of
 from tribopipe.views.labeled_values import shown

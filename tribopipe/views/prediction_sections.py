@@ -3,9 +3,9 @@
 from collections.abc import Iterator, Sequence
 
 from tribopipe.base.units import WEAR_COEFFICIENT
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.results.local_wear import LocalDiscPoint, LocalPinPoint, LocalWearResult
-from tribopipe.results.wear_fit import spoken
 from tribopipe.results.wear_prediction import PredictedPoint, WearPrediction
 from tribopipe.views.labeled_values import NOTHING, duration, facts, shown, signed_share
 from tribopipe.views.page import TextTable

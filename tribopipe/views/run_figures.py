@@ -21,6 +21,7 @@ from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ArchiveError
 from tribopipe.base.files import clear_leftovers_of, replacing
 from tribopipe.base.units import WEAR_COEFFICIENT, from_si, pretty
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName
@@ -30,7 +31,7 @@ from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.finding import first_of_each_code
 from tribopipe.results.run import CorrectedRun, RawRun
 from tribopipe.results.wear_curves import WearCurves
-from tribopipe.results.wear_fit import WearFit, spoken
+from tribopipe.results.wear_fit import WearFit
 from tribopipe.views.decimation import thinned
 from tribopipe.views.number_format import course, power_of, powered_axis, slide
 from tribopipe.views.plot import VOLUME, Curve, Mark, Panel

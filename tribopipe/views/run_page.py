@@ -4,12 +4,13 @@ from collections.abc import Iterator
 
 from tribopipe.archive.outline import RunOutline
 from tribopipe.archive.store import Archive
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.manifest import Conditions, EndValues, RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.slip import stated_slip
 from tribopipe.results.evaluation import DriftCorrection
 from tribopipe.results.finding import Finding, first_of_each_code
-from tribopipe.results.wear_fit import WearFit, spoken
+from tribopipe.results.wear_fit import WearFit
 from tribopipe.views.labeled_values import duration, facts, listed, record_facts, shown
 from tribopipe.views.page import Fact, FactGroup, Remark, RunPage, SourceEntry
 from tribopipe.views.step_sections import stage_pages

@@ -8,16 +8,17 @@ import numpy as np
 
 from tribopipe.archive.steps import PREDICTIONS, WEAR_FITS
 from tribopipe.base.arrays import Column
-from tribopipe.documents.contact import DISCS, DiscName
+from tribopipe.documents.contact import DISCS, DiscName, spoken
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.signals import SignalName
 from tribopipe.evaluation.friction_paths import fitted_path
 from tribopipe.evaluation.measurements.twin_disc import Measured
 from tribopipe.physics.laws import law_label
 from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit
+from tribopipe.results.measurement_words import measured_quantities
 from tribopipe.results.run import CorrectedRun, RawRun
 from tribopipe.results.wear_curves import WearCurves
-from tribopipe.results.wear_fit import FittedValue, WearFit, spoken
+from tribopipe.results.wear_fit import FittedValue, WearFit
 from tribopipe.results.wear_prediction import Outcome, WearPrediction
 from tribopipe.views.plot import MICRONS, RATIO, VOLUME, Curve, Mark, Panel, Role, Unit, mark, signal_unit
 
@@ -68,8 +69,8 @@ def depth_panels(x: Column, corrected: CorrectedRun, clean_up: CleanUp | None = 
         curves.append(Curve(f"corrected wear, {both}", "measured", x, wear, MICRONS, run.id, path=CORRECTED))
     if corrected.wander is not None:
         curves.append(Curve(WANDER_NAME, "wander", x, corrected.wander, MICRONS, run.id, path=WANDER))
-    anchor = f" ({corrected.correction.anchor})".replace("_", " ") if corrected.correction.anchor else ""
-    name = f"measured, 95 %{anchor}"
+    anchor = corrected.correction.anchor
+    name = "measured, 95 %" + (f" ({measured_quantities(anchor)})" if anchor else "")
     marks = mark(name, run.id, x, corrected.correction.end_wear_depth, MICRONS)
     return (Panel("depth", MICRONS, tuple(curves), marks),)
 

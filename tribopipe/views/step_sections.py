@@ -6,14 +6,16 @@ from typing import Any
 from tribopipe.archive.outline import StepOutline
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, StepName
 from tribopipe.base.units import SPECIFIC_WEAR_RATE
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.record import Record
 from tribopipe.physics.laws import law_title
 from tribopipe.results.evaluation import DepthModel, DriftCorrection, FrictionFit
 from tribopipe.results.local_wear import LocalWearResult
+from tribopipe.results.measurement_words import measured_quantities, measured_quantity
 from tribopipe.results.specific_wear import BodyWearRate, SpecificWear
-from tribopipe.results.wear_fit import WearFit, spoken
+from tribopipe.results.wear_fit import WearFit
 from tribopipe.results.wear_prediction import WearPrediction
 from tribopipe.views.labeled_values import NOTHING, duration, facts, interval, listed, shown
 from tribopipe.views.page import StagePage, TextTable
@@ -81,7 +83,7 @@ def _drift_correction_told(result: DriftCorrection, _: Steps) -> Told:
             ("drift rate by two-step correction", _by_two_steps(result)),
             ("zero offset", shown(result.zero_offset)),
             ("discrepancy at the end", shown(result.discrepancy)),
-            ("anchored on", result.anchor),
+            ("anchored on", result.anchor and measured_quantities(result.anchor)),
             ("wear depth at the end", shown(result.end_wear_depth)),
             ("of that, pin", shown(result.pin_wear_depth)),
             ("of that, disc", shown(result.disc_wear_depth)),
@@ -133,7 +135,7 @@ def _friction_told(result: FrictionFit, _: Steps) -> Told:
 def _specific_wear_told(result: SpecificWear, _: Steps) -> Told:
     load, bodies = result.normal_load, {spoken(name): body for name, body in result.bodies.items()}
     rows = [
-        (name, one.by, shown(one.depth) or NOTHING, shown(one.volume) or NOTHING)
+        (name, measured_quantity(one.by), shown(one.depth) or NOTHING, shown(one.volume) or NOTHING)
         for name, body in bodies.items()
         for one in body.measured
     ]
@@ -156,7 +158,7 @@ def _specific_wear_told(result: SpecificWear, _: Steps) -> Told:
             ("under a normal load of", None if load is None else f"{shown(load)}, {result.load}"),
         ),
         result.notes,
-        (TextTable("wear by measurement", ("body", "by", "depth", "volume"), tuple(rows)), *_intervals(bodies)),
+        (TextTable("wear by measurement", ("body", "measured", "depth", "volume"), tuple(rows)), *_intervals(bodies)),
     )
 
 
@@ -185,7 +187,7 @@ def _intervals(bodies: Mapping[str, BodyWearRate]) -> Iterator[TextTable]:
 
 
 def _found_by(quantity: Quantity | None, by: str | None) -> str | None:
-    return None if quantity is None else f"{shown(quantity)}, by {by}"
+    return None if quantity is None or by is None else f"{shown(quantity)}, from the {measured_quantity(by)}"
 
 
 _TOLD: Mapping[type[Record], Callable[[Any, Steps], Told]] = {

@@ -17,6 +17,7 @@ import numpy as np
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.units import WEAR_COEFFICIENT, axis, from_si, show, show_force
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName
 from tribopipe.documents.slip import stated_slip
@@ -26,7 +27,6 @@ from tribopipe.physics.laws import law_heading
 from tribopipe.results.agreement import AGREEMENT, LawResult, RunVerdict, StudyResult, Verdict
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.study_curves import StudyCurve
-from tribopipe.results.wear_fit import spoken
 from tribopipe.views.decimation import thinned
 from tribopipe.views.layout import ONE_COLUMN, TWO_COLUMNS, grid, in_columns, label_outer, letter, rows_and_columns
 from tribopipe.views.number_format import (

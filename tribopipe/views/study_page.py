@@ -5,6 +5,7 @@ from itertools import chain
 
 from tribopipe.archive.store import Archive
 from tribopipe.base.units import WEAR_COEFFICIENT, pretty, signed
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.physics.laws import law_heading, law_title
 from tribopipe.results.agreement import (
@@ -16,7 +17,7 @@ from tribopipe.results.agreement import (
     StudiedBody,
     StudyResult,
 )
-from tribopipe.results.wear_fit import by, spoken
+from tribopipe.results.wear_fit import by
 from tribopipe.version import VERSION
 from tribopipe.views.labeled_values import NOTHING, bare, interval, shown
 from tribopipe.views.page import LawPage, StudyPage, TextTable, VerdictLine

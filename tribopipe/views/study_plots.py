@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tribopipe.base.arrays import Column
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName
 from tribopipe.evaluation.study.effective import EffectiveCoefficient
@@ -19,7 +20,6 @@ from tribopipe.physics.laws import law_label, law_title
 from tribopipe.results.agreement import LawResult
 from tribopipe.results.evaluation import COVERAGE_FACTOR
 from tribopipe.results.study_curves import CurveQuantity, StudyCurve
-from tribopipe.results.wear_fit import spoken
 from tribopipe.views.plot import COEFFICIENT, MICRONS, RATIO, VOLUME, Curve, Mark, Panel, Role, Unit, mark
 
 BY_FRICTION = ("archard", "sarkar")

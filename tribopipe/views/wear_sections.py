@@ -3,10 +3,12 @@
 from collections.abc import Iterator, Sequence
 
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.recipe import Correction
 from tribopipe.physics.conventions import WearEngine
 from tribopipe.physics.laws import law_title
-from tribopipe.results.wear_fit import BodyWear, Contribution, WearFit, spoken
+from tribopipe.results.input_quantities import input_label
+from tribopipe.results.wear_fit import BodyWear, Contribution, WearFit
 from tribopipe.views.labeled_values import NOTHING, facts, interval, shown
 from tribopipe.views.page import TextTable
 from tribopipe.views.result_summary import Steps, Told, cells
@@ -77,7 +79,7 @@ def _budget(what: str, budget: Sequence[Contribution]) -> TextTable:
     variance = sum(line.relative**2 for line in budget)
     rows = [
         (
-            line.name,
+            input_label(line.name),
             line.value.shown(line.shown_in) if line.value else NOTHING,
             "run.toml" if line.source == "manifest" else line.source,
             line.distribution,
@@ -146,7 +148,7 @@ def _ways(what: str, fit: WearFit, body: BodyWear) -> TextTable:
 
 def _fitted_values(fit: WearFit) -> TextTable:
     rows = [
-        (spoken(one.name), f"{one.place:,.0f}", *cells((one.measured, unit), (one.fitted, unit)))
+        (input_label(one.name), f"{one.place:,.0f}", *cells((one.measured, unit), (one.fitted, unit)))
         for one in fit.measurements
         for unit in ["mm^3" if one.measured.unit == "m^3" else "um"]
     ]

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, show
-from tribopipe.documents.contact import Contact, Pin, Specimen
+from tribopipe.documents.contact import Contact, Pin, Specimen, spoken
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import Recipe
@@ -194,9 +194,7 @@ def _softer(run: RawRun) -> _Softer | None:
     for name, body in run.manifest.bodies.items():
         known = expected_of(body.material)
         if body.vickers_hardness is not None:
-            found.append(
-                _Softer(body.vickers_hardness * HARDNESS_UNIT, f"the hardness of the {name.replace('_', ' ')}")
-            )
+            found.append(_Softer(body.vickers_hardness * HARDNESS_UNIT, f"the hardness of the {spoken(name)}"))
         elif known is not None and known.hardness is not None:
             found.append(_Softer(known.hardness[1] * HARDNESS_UNIT, f"the highest hardness of {known.title}"))
     return min(found, key=lambda one: one.hardness, default=None)
@@ -230,7 +228,7 @@ def overall_rate_is_the_steady_one(run: RawRun, cleaned: CleanedRun) -> Iterator
         overall, steady = body.specific_wear_rate, body.steady_rate
         if overall is not None and steady is not None and abs(body.steady_deviation or 0.0) > CLEARLY:
             yield Trouble(
-                f"interruptions, end_values of the {name.replace('_', ' ')}",
+                f"interruptions, end_values of the {spoken(name)}",
                 f"found an overall specific wear rate of {overall.shown(SPECIFIC_WEAR_RATE)} and a steady one of "
                 f"{steady.shown(SPECIFIC_WEAR_RATE)}; expected them to agree after a short running-in",
                 "report the steady rate for long tests; the overall rate and k_D apply to this distance only",

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping
 import numpy as np
 
 from tribopipe.contacts.inputs import stated_or_default
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.evaluation.applied_load import applied_load, recorded_load
@@ -44,9 +45,7 @@ def specific_wear(run: RawRun, recipe: Recipe | None = None) -> SpecificWear:
     rates = {name: _rate(ways, load, distance) for name, ways in worn.items()}
     rates = {name: rate.model_copy(update=interval_wear(run, recipe, name)) for name, rate in rates.items()}
     volumes = [rate.volume for rate in rates.values() if rate.volume is not None]
-    lacking = [
-        f"nothing was measured on the {name.replace('_', ' ')}" for name, rate in rates.items() if not rate.measured
-    ]
+    lacking = [f"nothing was measured on the {spoken(name)}" for name, rate in rates.items() if not rate.measured]
     found = SpecificWear(
         outcome="evaluated" if volumes else "not evaluated",
         notes=(*lacking, *notes, *_running_in(rates)),
@@ -97,7 +96,7 @@ def _running_in(rates: Mapping[str, BodyWearRate]) -> Iterator[str]:
         overall, steady = rate.specific_wear_rate, rate.steady_rate
         if overall is not None and steady is not None and abs(rate.steady_deviation or 0.0) > CLEARLY:
             times = overall.value / steady.value
-            yield f"the overall rate of the {name.replace('_', ' ')} is {times:.2g} times its steady rate: running-in"
+            yield f"the overall rate of the {spoken(name)} is {times:.2g} times its steady rate: running-in"
 
 
 def _together(volumes: Iterable[Quantity], load: Quantity, distance: Quantity) -> Quantity:

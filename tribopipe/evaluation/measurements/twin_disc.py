@@ -10,7 +10,7 @@ import numpy as np
 
 from tribopipe.contacts.inputs import Source, stated_or_default
 from tribopipe.contacts.twin_disc import nominal_pair
-from tribopipe.documents.contact import DISCS, DiscName, TwinDisc
+from tribopipe.documents.contact import DISCS, DiscName, TwinDisc, spoken
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
@@ -117,7 +117,7 @@ def twin_disc_wear(run: RawRun, defaults: DefaultUncertainty, interruption: int 
             volume = one.quantity if one.what == "wear_volume" else None
             worn[one.disc] = (*worn[one.disc], BodyWear(f"{one.disc}_{one.what}", one.source, depth, volume))
     notes = (
-        f"no volume of the {name.replace('_', ' ')} was measured"
+        f"no volume of the {spoken(name)} was measured"
         for name, ways in worn.items()
         if ways and surest(ways, "volume") is None
     )

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from tribopipe.base.errors import FitError
-from tribopipe.documents.contact import Contact
+from tribopipe.documents.contact import Contact, spoken
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.slip import slip
 
@@ -27,7 +27,7 @@ def bodies(manifest: RunManifest) -> tuple[object, ...]:
 
 def _alike(contact: Contact, manifest: RunManifest) -> dict[str, object]:
     """Return what runs must have in common for one k_D, by its name."""
-    materials = {f"{name.replace('_', ' ')} material": body.material for name, body in contact.bodies.items()}
+    materials = {f"{spoken(name)} material": body.material for name, body in contact.bodies.items()}
     return {"contact": contact.kind, "medium": manifest.conditions.medium, **materials, **contact.alike}
 
 

@@ -10,13 +10,14 @@ from functools import cache, partial
 import numpy as np
 
 from tribopipe.base.errors import ContactError, FitError
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.recipe import LawName
 from tribopipe.evaluation.study.measured_runs import MeasuredRun
 from tribopipe.evaluation.study.member import PosedRun
 from tribopipe.physics.laws import law_named
 from tribopipe.results.evaluation import COVERAGE_FACTOR
 from tribopipe.results.test_design import Design, Lever
-from tribopipe.results.wear_fit import Contribution, spoken
+from tribopipe.results.wear_fit import Contribution
 
 _LENGTHS = np.geomspace(1.0, 100.0, 61)
 """Test lengths looked at, in lengths of the run."""

@@ -11,6 +11,7 @@ from numpy.random import Generator
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError, FitError
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
@@ -27,7 +28,6 @@ from tribopipe.physics.laws import law_named
 from tribopipe.physics.uncertainty import propagate_together
 from tribopipe.results.agreement import LawComparison, LawResult, LeftOut, Role, RunVerdict, StudiedBody, StudyResult
 from tribopipe.results.study_curves import Evaluation, StudyCurve
-from tribopipe.results.wear_fit import spoken
 
 
 def evaluate(

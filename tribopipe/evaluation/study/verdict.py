@@ -20,6 +20,7 @@ import numpy as np
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError
 from tribopipe.base.units import show, show_force, signed
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.quantity import Quantity, wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.study import Study
@@ -28,7 +29,6 @@ from tribopipe.physics.uncertainty import TAILS
 from tribopipe.results.agreement import BodyVerdict, EndOfLife, Role, RunVerdict, Verdict, WornQuantity
 from tribopipe.results.finding import Finding
 from tribopipe.results.study_curves import StudyCurve
-from tribopipe.results.wear_fit import spoken
 
 DECISIVE = 0.005
 """Probability, at the end and along the curve each, of rejecting a valid law."""

@@ -7,8 +7,9 @@ import numpy as np
 
 from tribopipe.base.arrays import Column
 from tribopipe.contacts.inputs import Inputs
-from tribopipe.evaluation.wear.inputs import FRICTION_INPUTS, shown_unit
+from tribopipe.evaluation.wear.inputs import FRICTION_INPUTS
 from tribopipe.evaluation.wear.problem import WearProblem
+from tribopipe.results.input_quantities import shown_unit
 from tribopipe.results.wear_fit import FRICTION_FIT, Contribution
 
 NOISE = "noise of the depth signal"

@@ -16,6 +16,7 @@ from numpy.random import Generator
 from tribopipe.base.arrays import Column
 from tribopipe.base.units import WEAR_COEFFICIENT
 from tribopipe.contacts.inputs import Inputs
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.quantity import between, wear_coefficient
 from tribopipe.documents.recipe import FrictionSource, LawName, MonteCarloRecipe, Recipe
 from tribopipe.documents.slip import stated_slip
@@ -31,7 +32,7 @@ from tribopipe.physics.laws import law_named
 from tribopipe.physics.uncertainty import Distribution, first_order_holds, propagate_together
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.run import CorrectedRun, RawRun
-from tribopipe.results.wear_fit import BodyWear, MonteCarlo, WearFit, spoken
+from tribopipe.results.wear_fit import BodyWear, MonteCarlo, WearFit
 from tribopipe.results.wording import reworded
 
 

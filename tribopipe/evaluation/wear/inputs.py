@@ -1,8 +1,8 @@
 """Everything uncertain that wear depends on: each input with its standard uncertainty and who stated it.
 
 What is systematic is drawn once per run: load, tip radius, moduli, sliding speed, sensor scale, post-test
-measurements, zero offset,
-end reading, and the friction fit by its covariance (JCGM 101:2008, 6.4: normal about the best estimate).
+measurements, zero offset, final reading, and the friction fit by its covariance (JCGM 101:2008, 6.4: normal about the
+best estimate).
 """
 
 from collections.abc import Mapping
@@ -13,10 +13,8 @@ import numpy as np
 from numpy.random import Generator
 
 from tribopipe.base.arrays import Column, Numbers, Values
-from tribopipe.base.units import WEAR_COEFFICIENT, force_unit
 from tribopipe.contacts.inputs import Input, Inputs, relative_input
 from tribopipe.contacts.kinds import Terms, wear_of
-from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import FrictionSource, LawName, Recipe
 from tribopipe.documents.slip import stated_slip
 from tribopipe.evaluation.applied_load import applied_load
@@ -26,6 +24,7 @@ from tribopipe.evaluation.wear.given_parameters import given_parameters
 from tribopipe.physics.friction_path import ExponentialFriction, FrictionPath
 from tribopipe.physics.laws import WearLaw, law_named
 from tribopipe.results.evaluation import FrictionFit
+from tribopipe.results.input_quantities import input_label, shown_unit
 from tribopipe.results.run import RawRun
 
 FRICTION_INPUTS = ("friction_amplitude", "friction_steady_state", "running_in_distance")
@@ -44,40 +43,6 @@ DISC_INPUTS = (
     "flat_modulus",
 )
 """Of two discs, with their slip."""
-SHOWN_UNITS = {
-    "pin_radius": "mm",
-    "pin_modulus": "GPa",
-    "disc_modulus": "GPa",
-    "crown_radius": "mm",
-    "curved_radius": "mm",
-    "flat_radius": "mm",
-    "curved_modulus": "GPa",
-    "flat_modulus": "GPa",
-    "slip": "%",
-    "wear_volume": "mm^3",
-    "wear_depth": "um",
-    "track_width": "um",
-    "sliding_speed": "mm/s",
-    "track_radius": "mm",
-    "track_length": "mm",
-    "depth_scale": "1",
-    "pin_end_value": "um",
-    "disc_end_value": "nm",
-    "zero_offset": "um",
-    "end_reading": "um",
-    "running_in_distance": "m",
-    "wear_coefficient": WEAR_COEFFICIENT,
-}
-
-
-def shown_unit(name: str, quantity: Quantity) -> str | None:
-    """Return the unit in which people read an input; of a post-test measurement by what was measured."""
-    if quantity.unit == "m^3":
-        return SHOWN_UNITS["wear_volume"]
-    if quantity.unit == "N":
-        return force_unit(quantity.value)
-    ends = (unit for measured, unit in SHOWN_UNITS.items() if measured in name)
-    return SHOWN_UNITS.get(name) or next(ends, None)
 
 
 def load_input(run: RawRun, recipe: Recipe) -> Input:
@@ -199,7 +164,7 @@ def _draw_friction(inputs: Inputs, covariance: Column, rng: Generator, count: in
 def default_notes(inputs: Inputs) -> tuple[str, ...]:
     """Name the inputs whose uncertainty is a default, in one sentence; nothing where all were stated."""
     named = [
-        f"{name.replace('_', ' ')} {given.quantity.shown(shown_unit(name, given.quantity))}"
+        f"{input_label(name)} {given.quantity.shown(shown_unit(name, given.quantity))}"
         for name, given in inputs.items()
         if given.source == "default"
     ]

@@ -22,6 +22,7 @@ from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
 from tribopipe.contacts.surfaces import surface_of, usual_engine
 from tribopipe.contacts.wear import State
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
@@ -35,7 +36,7 @@ from tribopipe.physics.local.economy import Elastic, wear_economically
 from tribopipe.physics.local.surface import Surface
 from tribopipe.results.local_wear import LocalDiscPoint, LocalPinPoint, LocalWearResult
 from tribopipe.results.local_wear_curves import GlobalWear, LocalCurves
-from tribopipe.results.wear_fit import WearFit, spoken
+from tribopipe.results.wear_fit import WearFit
 
 ARCHARDS: DistanceConvention = "volume-conserving"
 """The way of counting distance by which the k_D of discs is Archard's."""

@@ -15,6 +15,7 @@ from numpy.random import Generator
 
 from tribopipe.base.arrays import Column
 from tribopipe.contacts.inputs import Input
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.quantity import Quantity, wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.wear.budget import budget_lines, input_covariance
@@ -22,7 +23,7 @@ from tribopipe.evaluation.wear.measurement_problem import MeasurementProblem, me
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit
 from tribopipe.results.run import CorrectedRun
-from tribopipe.results.wear_fit import BodyWear, Contribution, ConventionCoefficients, FittedValue, WearFit, spoken
+from tribopipe.results.wear_fit import BodyWear, Contribution, ConventionCoefficients, FittedValue, WearFit
 
 _SURE = 0.01
 """Probability under the law below which disagreement is worth a word."""

@@ -18,7 +18,7 @@ from tribopipe.base.errors import FitError
 from tribopipe.contacts.inputs import Input, best_values
 from tribopipe.contacts.kinds import Terms, wear_of
 from tribopipe.contacts.wear import ExplicitWear, MeasuredWear, Noticed, Row, State
-from tribopipe.documents.contact import Contact
+from tribopipe.documents.contact import Contact, spoken
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.slip import stated_slip
 from tribopipe.evaluation.measurements.twin_disc import DiscMeasurement, disc_measurements
@@ -31,7 +31,6 @@ from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import WearLaw, law_named
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.run import RawRun
-from tribopipe.results.wear_fit import spoken
 
 _MOST_ITERATIONS = 60
 _CONVERGED = 1e-12

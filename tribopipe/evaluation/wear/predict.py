@@ -7,11 +7,12 @@ import numpy as np
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.evaluation.wear.given_parameters import given_parameters
 from tribopipe.evaluation.wear.inputs import default_notes
 from tribopipe.evaluation.wear.scenario import Scenario
-from tribopipe.results.wear_fit import LawValue, spoken
+from tribopipe.results.wear_fit import LawValue
 from tribopipe.results.wear_prediction import PredictedPoint, UsedCoefficient, WearPrediction
 
 _NOTABLE_STEP_ERROR = 1e-3

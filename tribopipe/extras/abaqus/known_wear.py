@@ -3,10 +3,11 @@
 from dataclasses import dataclass
 
 from tribopipe.base.errors import FitError
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.evaluation.wear.known import known_wear
 from tribopipe.evaluation.wear.local import ARCHARDS, archards_wear
-from tribopipe.results.wear_fit import WearFit, spoken
+from tribopipe.results.wear_fit import WearFit
 
 _MEASURED = "k_D was identified with friction as measured; the subroutine takes the fit of Eq. 7."
 _OTHER_WEARS = "in the test the {} wore too, which this leaves out: it wears the {} alone."

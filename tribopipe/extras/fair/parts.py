@@ -13,6 +13,7 @@ import orjson
 from tribopipe.archive.earlier_manifests import EarlierManifest
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, Step, StepName, Table
 from tribopipe.archive.store import Archive
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.record import Record
 from tribopipe.physics.laws import law_title
 from tribopipe.results.json_schema import SCHEMAS
@@ -98,7 +99,7 @@ def study_parts(archive: Archive, study_id: str) -> Iterator[Part]:
         unit = {"rotations": "1"} if "rotations" in columns else {}
         other = "m^3" if "rotations" in columns else "m"
         heads = [f"{name} [{unit.get(name, other)}]" for name in columns]
-        disc = f", {curve.disc.replace('_', ' ')}" if hasattr(curve, "disc") else ""
+        disc = f", {spoken(curve.disc)}" if hasattr(curve, "disc") else ""
         meaning = f"{curve.run_id}{disc}: measured wear with {law_title(curve.model)}, {curve.role}"
         yield Part(f"tables/curve-{number:03}.csv", _rows(heads, list(columns.values())), meaning, CSV, tuple(heads))
     history = {

@@ -10,6 +10,7 @@ from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT, Format
 from tribopipe.archive.outline import RunOutline
 from tribopipe.archive.store import Archive
 from tribopipe.documents.annotation import Annotation
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.dataset import Dataset
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.study import Study
@@ -21,7 +22,6 @@ from tribopipe.extras.fair.parts import CSV, Part, run_parts, study_parts
 from tribopipe.extras.fair.provenance import Placed, amendments, archive_action, step_action, study_action, test_action
 from tribopipe.extras.fair.quantities import Told, told
 from tribopipe.extras.fair.terms import UNITS, term
-from tribopipe.results.wear_fit import spoken
 
 HDF5 = "application/x-hdf5"
 _RFC4180 = "https://www.rfc-editor.org/rfc/rfc4180"
@@ -189,7 +189,7 @@ def _bodies(graph: Graph, manifest: RunManifest) -> Iterator[Ref]:
         yield graph.thing(
             local(manifest.id, name),
             "IndividualProduct",
-            name=f"{body.material} {name.replace('_', ' ')}",
+            name=f"{body.material} {spoken(name)}",
             material=body.material,
             additionalProperty=properties,
         )

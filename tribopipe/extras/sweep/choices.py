@@ -7,6 +7,7 @@ from pathlib import Path
 from tribopipe.archive.digest import digest
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.record import Record
@@ -19,7 +20,7 @@ from tribopipe.extras.sweep.grid import combinations, label_heads, refuse_endles
 from tribopipe.extras.sweep.rows import Case, Ensemble, Head, Row
 from tribopipe.extras.sweep.subject import Subject, parameters
 from tribopipe.results.run import RawRun
-from tribopipe.results.wear_fit import BodyWear, WearFit, spoken
+from tribopipe.results.wear_fit import BodyWear, WearFit
 from tribopipe.version import VERSION
 
 COEFFICIENT = Head("wear_coefficient", "m^2/N", uncertain=True)

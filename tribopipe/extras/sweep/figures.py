@@ -9,6 +9,7 @@ import numpy as np
 
 from tribopipe.base.errors import ManifestError
 from tribopipe.base.units import WEAR_COEFFICIENT, axis, from_si
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.sweep import Sweep
 from tribopipe.extras.sweep.choices import COEFFICIENT
 from tribopipe.extras.sweep.predicted import asked_for
@@ -17,7 +18,6 @@ from tribopipe.extras.sweep.subject import Cell
 from tribopipe.extras.sweep.virtual_tests import TRUTH
 from tribopipe.physics.uncertainty import TAILS
 from tribopipe.results.evaluation import COVERAGE_FACTOR
-from tribopipe.results.wear_fit import spoken
 from tribopipe.views.number_format import power_of, powered_axis
 from tribopipe.views.run_figures import BLACK, PALETTE, styled
 

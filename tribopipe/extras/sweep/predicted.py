@@ -6,6 +6,7 @@ from typing import Any
 
 from tribopipe.base.errors import FitError
 from tribopipe.base.units import show
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity, WearCoefficient
 from tribopipe.documents.recipe import LawName, Recipe
@@ -18,7 +19,6 @@ from tribopipe.evaluation.wear.predict import predict_wear
 from tribopipe.extras.sweep.rows import Head, Row
 from tribopipe.extras.sweep.subject import Settings, Subject
 from tribopipe.physics.friction_path import FrictionPath
-from tribopipe.results.wear_fit import spoken
 from tribopipe.results.wear_prediction import PredictedBody, PredictedPoint
 
 _HEADS = {

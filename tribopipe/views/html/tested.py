@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 
 from tribopipe.archive.outline import RunOutline
 from tribopipe.base.units import show, show_force
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.slip import stated_slip
 
@@ -34,7 +35,7 @@ def load_of(run: RunOutline) -> str:
 
 
 def _bodies(run: RunOutline) -> list[str]:
-    return [f"a {name.replace('_', ' ')} of {body.material}" for name, body in run.manifest.bodies.items()]
+    return [f"a {spoken(name)} of {body.material}" for name, body in run.manifest.bodies.items()]
 
 
 def _course(runs: Sequence[RunOutline]) -> str:

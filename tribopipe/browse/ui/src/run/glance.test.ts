@@ -34,7 +34,7 @@ const friction = stageOf("friction_fit", "Friction", { "b, steady state": "0.61"
 const rates = stageOf("specific_wear", "Specific wear rate", {
   "rate of the pin": "3",
   "rate of both": "4",
-  "volume of the pin": "0.1 mm³, by profile",
+  "volume of the pin": "0.1 mm³, from the profile",
 });
 
 describe("tiles", () => {

@@ -79,7 +79,7 @@ function rates(stage: Stage): Said[] {
     .filter(({ name }) => name.startsWith("rate of "))
     .map(({ name, value }) => {
       const body = name.slice("rate of ".length);
-      const volume = valueOf(stage, `volume of ${body}`)?.split(", by ")[0];
+      const volume = valueOf(stage, `volume of ${body}`)?.split(", from ")[0];
       return tile(`Specific wear rate of ${body}`, value, volume && `volume ${volume}`);
     });
 }

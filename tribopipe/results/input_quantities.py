@@ -1,0 +1,77 @@
+"""Labels and units of the input quantities of k_D, as tables, reports and notes show them.
+
+Results keep the names of inputs, such as ``pin end value``; only what people read has the labels.
+"""
+
+import re
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from tribopipe.base.units import WEAR_COEFFICIENT, force_unit
+from tribopipe.documents.contact import spoken
+from tribopipe.documents.quantity import Quantity
+
+
+class InputQuantity(NamedTuple):
+    """How an input quantity is shown."""
+
+    label: str
+    unit: str | None = None
+    """None for forces, whose unit depends on their size, and for inputs without a value."""
+
+
+_QUANTITIES: Mapping[str, InputQuantity] = {
+    "normal_load": InputQuantity("normal load"),
+    "pin_radius": InputQuantity("radius of the pin", "mm"),
+    "crown_radius": InputQuantity("crown radius", "mm"),
+    "curved_radius": InputQuantity("rolling radius of the crowned disc", "mm"),
+    "flat_radius": InputQuantity("rolling radius of the flat disc", "mm"),
+    "curved_modulus": InputQuantity("Young's modulus of the crowned disc", "GPa"),
+    "flat_modulus": InputQuantity("Young's modulus of the flat disc", "GPa"),
+    "slip": InputQuantity("slip", "%"),
+    "sliding_speed": InputQuantity("sliding speed", "mm/s"),
+    "track_radius": InputQuantity("radius of the wear track", "mm"),
+    "track_length": InputQuantity("sliding distance between two passages", "mm"),
+    "depth_scale": InputQuantity("scale factor of the depth sensor", "1"),
+    "pin_end_value": InputQuantity("post-test measurement of the pin", "um"),
+    "disc_end_value": InputQuantity("post-test measurement of the disc", "nm"),
+    "unseen_groove": InputQuantity("unmeasured wear of the disc"),
+    "zero_offset": InputQuantity("zero offset of the depth sensor", "um"),
+    "end_reading": InputQuantity("final depth reading", "um"),
+    "friction_fit": InputQuantity("fitted friction coefficient"),
+    "running_in_distance": InputQuantity("running-in distance", "m"),
+    "wear_coefficient": InputQuantity("wear coefficient", WEAR_COEFFICIENT),
+}
+_PATTERNS: Mapping[str, InputQuantity] = {
+    r"(?P<body>.+)_modulus": InputQuantity("Young's modulus of the {body}", "GPa"),
+    r"(?P<body>.+)_end_value": InputQuantity("post-test measurement of the {body}", "um"),
+    r"(?P<body>.+)_value(?P<at>_at_interruption_\d+)": InputQuantity("measurement of the {body}{at}", "um"),
+    r"(?P<body>.+)_wear_volume(?P<at>_at_interruption_\d+)?": InputQuantity("wear volume of the {body}{at}", "mm^3"),
+    r"(?P<body>.+)_wear_depth(?P<at>_at_interruption_\d+)?": InputQuantity("wear depth of the {body}{at}", "um"),
+    r"(?P<body>.+)_track_width(?P<at>_at_interruption_\d+)?": InputQuantity("track width of the {body}{at}", "um"),
+    r"law_(?P<parameter>.+)": InputQuantity("law parameter {parameter}"),
+}
+"""Inputs named after a body, of any contact, or after a parameter of any wear law."""
+
+
+def input_label(name: str) -> str:
+    """Return the label of an input of k_D: "post-test measurement of the pin" for ``pin end value``."""
+    return _quantity(name).label
+
+
+def shown_unit(name: str, value: Quantity) -> str | None:
+    """Return the unit in which people read an input; for a post-test measurement, it depends on what was measured."""
+    if value.unit == "m^3":
+        return "mm^3"
+    return force_unit(value.value) if value.unit == "N" else _quantity(name).unit
+
+
+def _quantity(name: str) -> InputQuantity:
+    key = name.replace(" ", "_")
+    if key in _QUANTITIES:
+        return _QUANTITIES[key]
+    for pattern, quantity in _PATTERNS.items():
+        if match := re.fullmatch(pattern, key):
+            parts = {part: spoken(text or "") for part, text in match.groupdict().items()}
+            return quantity._replace(label=quantity.label.format(**parts))
+    return InputQuantity(spoken(key))
