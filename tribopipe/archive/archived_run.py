@@ -87,7 +87,7 @@ class ArchivedRun(Tabular):
         return (self.corrected if corrected else self.run).unit_columns()
 
     def to_datatree(self) -> Any:
-        """Return what `tribopipe export csv` writes of the run as an xarray DataTree, a group for each table.
+        """Return the tables of `tribopipe export csv` as an xarray DataTree, one group per table.
 
         Takes the package xarray: pip install "tribopipe[xarray]".
         """
@@ -112,7 +112,7 @@ class ArchivedRun(Tabular):
 
 
 def archived_curves(step: Step | None) -> WearCurves | None:
-    """Return fitted or predicted wear along a run as a step holds it; none where it has no such curves."""
+    """Return the fitted or predicted wear curves of a step; none if the step has no curves."""
     if step is None or not step.curves or not isinstance(step.result, WearFit | WearPrediction):
         return None
     names = [name for name in step.curves if f"{name}_lower" in step.curves]

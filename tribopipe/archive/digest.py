@@ -43,7 +43,7 @@ def raw_digest(run: RawRun) -> str:
 
 
 def columns_and_sources(run: RawRun) -> list[Part]:
-    """Return what a fingerprint of a run as ingested shows with its manifest."""
+    """Return the parts of the fingerprint of an ingested run, in addition to its manifest."""
     parts: list[Part] = []
     for name, values in run.columns.items():
         parts += [name, run.origins[name], values]

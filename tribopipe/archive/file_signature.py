@@ -48,7 +48,7 @@ def _may_be_ours(name: str) -> bool:
 
 
 def _stamp(entry: "os.DirEntry[str]") -> Stamp | None:
-    """Return the stamp of a file; none of a folder, or of what was removed just now."""
+    """Return the stamp of a file; none for a folder, or for a file that has just been removed."""
     try:
         seen = entry.stat() if entry.is_file() else None
     except FileNotFoundError:

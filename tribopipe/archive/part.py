@@ -83,7 +83,7 @@ def _member(part: Part, name: str) -> Part | h5py.SoftLink | NoPart:
 
 
 def link_at(group: h5py.Group, name: str) -> Link | None:
-    """Return a link without following it; none where there is none, or it is of a kind that HDF5 does not define."""
+    """Return a link without following it; none if it does not exist or is of a kind that HDF5 does not define."""
     try:
         return group.get(name, getlink=True)
     except TypeError:

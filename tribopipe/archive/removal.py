@@ -67,7 +67,7 @@ def restore(archive: Archive, name: str, *, study: bool = False, by: str | None 
 
 
 def removed_ids(archive: Archive, *, study: bool = False) -> list[str]:
-    """Return the ids of the runs or studies that can be put back."""
+    """Return the ids of the runs or studies that can be restored."""
     inside = _path(archive, "*", study=study).relative_to(archive.folder)
     return sorted({kept.stem for kept in (archive.folder / REMOVED).glob(f"*/{inside.as_posix()}")})
 

@@ -72,7 +72,7 @@ def _write(sources: Sequence[SourceFile], folder: Path) -> None:
 
 
 def _sources(path: Path) -> tuple[list[SourceFile], tuple[str, ...], bool]:
-    """Return the source files that are whole, the names of the others, and whether these are all."""
+    """Return the intact source files, the names of the damaged ones, and whether this list is complete."""
     try:
         size = stored_size(path)
     except OSError as error:

@@ -125,7 +125,7 @@ class Archive:
         return self.ids()
 
     def values(self) -> Iterator[ArchivedRun]:
-        """Give each run, in natural order of their ids."""
+        """Yield all runs in natural order of their ids."""
         return (ArchivedRun(self, run_id) for run_id in self.ids())
 
     def items(self) -> Iterator[tuple[str, ArchivedRun]]:
@@ -195,7 +195,7 @@ class Archive:
         return "amended" if amended else "rewritten" if there else "added"
 
     def _is_other(self, run: RawRun, *, amend: bool) -> bool:
-        """Return whether a run has another run.toml than archived; ``ArchiveError`` where that or more must not be."""
+        """Return whether run.toml differs from the archived one. Raises ``ArchiveError`` for forbidden changes."""
         with self.open(run.id) as file:
             if text(file, "entry/archived/raw_sha256") == raw_digest(run):
                 return False
@@ -224,7 +224,7 @@ class Archive:
             return text(file, "entry/archived/raw_sha256")
 
     def environment(self, run_id: str) -> dict[str, str]:
-        """Return what a run was ingested with; empty where its file does not state it."""
+        """Return the options with which a run was ingested; empty if its file has none."""
         with self.open(run_id) as file:
             return read_environment(file["entry"])
 
@@ -239,7 +239,7 @@ class Archive:
             return read_cleaned(file)
 
     def outline(self, run_id: str) -> RunOutline:
-        """Return all that is known of a run but its columns and curves, which takes no longer for a long run."""
+        """Return everything about a run except columns and curves, in a time that is independent of its length."""
         with self.open(run_id) as file:
             return read_outline(file)
 
@@ -478,7 +478,7 @@ class Archive:
 
     @contextmanager
     def _rewriting(self, run_id: str) -> Iterator[tuple[h5py.File, h5py.File]]:
-        """Give a run's file as it is, and the one that takes its place; no other writer comes in between."""
+        """Yield the file of a run and the file that will replace it, with a lock against other writers."""
         with self._writing(self.path(run_id)) as new, self.open(run_id) as old:
             yield old, new
 
@@ -572,7 +572,7 @@ def _read_back(part: Path, path: Path) -> None:
 
 
 def _found_in(error: ArchiveError) -> str:
-    """Return what an error found, without the name of the file and what to do about it."""
+    """Return the problem that an error states, without file name and remedy."""
     sentence = str(error)
     return sentence[max(sentence.find("found "), 0) :].partition(";")[0]
 

@@ -13,7 +13,7 @@ _THREADS = min(os.cpu_count() or 1, 4)
 
 
 def in_turn(work: Callable[[Item], Answer], items: Iterable[Item]) -> Iterator[Answer]:
-    """Yield what comes of each item, in their order; a few of them are worked on at once, one alone in this thread."""
+    """Yield the result of each item in order; several items run in parallel, a single one in this thread."""
     coming = iter(items)
     first = list(islice(coming, 2))
     if len(first) < 2:

@@ -34,7 +34,7 @@ def unpacked(dataset: h5py.Dataset, last: int | None = None) -> NDArray[Any]:
 
 
 def unpacked_pieces(dataset: h5py.Dataset) -> Iterator[NDArray[Any]]:
-    """Give the values of a column in pieces, of which few are in memory at once. Raises as ``unpacked`` does."""
+    """Yield the values of a column in chunks, to limit memory. Raises the same errors as ``unpacked``."""
     if not _is_packed(dataset):
         yield np.asarray(dataset[()])
         return
@@ -44,7 +44,7 @@ def unpacked_pieces(dataset: h5py.Dataset) -> Iterator[NDArray[Any]]:
 
 
 def _chunks(dataset: h5py.Dataset, offsets: Sequence[tuple[int, ...]]) -> Iterator[NDArray[Any]]:
-    """Give the values of some chunks."""
+    """Yield the values of some chunks."""
     kind, shape = dataset.dtype, dataset.chunks
     size = prod(shape) * kind.itemsize
     packed = (dataset.id.read_direct_chunk(offset) for offset in offsets)

@@ -31,7 +31,7 @@ _WAITS = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2)
 
 
 def read_file(path: Path) -> bytes:
-    """Return a file's bytes; the halves of a large one are read at once, as taking the memory is what takes time.
+    """Return the bytes of a file; both halves of a large file are read in parallel because memory allocation is slow.
 
     Raises ``OSError`` where the file cannot be read, is a pipe or a device, or became shorter meanwhile.
     """

@@ -33,7 +33,7 @@ NOT_BUILT = (
 
 
 def is_built() -> bool:
-    """Return whether the client is there."""
+    """Return whether the web client is installed."""
     return (BUNDLE / _PAGE).is_file()
 
 

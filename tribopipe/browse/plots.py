@@ -104,7 +104,7 @@ def _first_step(run: RunFile, *steps: StepName) -> str:
 
 
 def _group(run: RunFile, stage: str) -> str:
-    """Return the group that a viewer plots for a step."""
+    """Return the HDF5 group to plot for a step: its curves, else the raw signals."""
     return (
         f"/entry/{stage}/data"
         if any(path.startswith(f"/entry/{stage}/data/") for path in run.datasets)

@@ -47,7 +47,7 @@ def raw_run(run: RunFile, *, recorded: bool = False) -> RawRun:
 
 
 def corrected_run(run: RunFile) -> CorrectedRun:
-    """Return a run as it was corrected for drift, or without any wear where it was not."""
+    """Return a run with its drift-corrected wear; without wear if drift was not corrected."""
     correction = run.result("drift_correction", DriftCorrection) or DriftCorrection(outcome="uncorrected")
     return CorrectedRun(raw_run(run), correction, run.curve(CORRECTED), run.curve(WANDER))
 

@@ -43,7 +43,7 @@ class Kept:
         self._lock = Lock()
 
     def get(self, key: tuple[object, ...], read: Callable[[], T]) -> T:
-        """Return what ``read`` returned for a key, read now or earlier."""
+        """Return the result of ``read`` for a key, from the cache if possible."""
         with self._lock:
             there = self._found.get(key)
             if there is None:
@@ -141,7 +141,7 @@ class RunFile(ArchivedFile):
         return step.result if step is not None and isinstance(step.result, record) else None
 
     def signal_path(self, name: SignalName) -> str | None:
-        """Return where a signal stands as it was preprocessed, or else as recorded; none where it has none."""
+        """Return the path of a preprocessed signal, else of the recorded one; none if the run has no such signal."""
         paths = (f"/entry/clean_up/data/{name}", f"/entry/raw/{name}")
         return next((path for path in paths if path in self.datasets), None)
 
@@ -155,7 +155,7 @@ class RunFile(ArchivedFile):
         return self.sampled(path) if path in self.datasets else None
 
     def sampled(self, path: str) -> Column:
-        """Return a value at each sample. Raises ``ArchiveError`` where there are not as many as samples."""
+        """Return one value per sample. Raises ``ArchiveError`` if the number of values differs from that of samples."""
         values, samples = self.column(path), self.outline.samples
         if len(values) != samples:
             raise ArchiveError(

@@ -76,7 +76,7 @@ def running(archive: Path) -> Iterator[Site]:
 
 @contextmanager
 def _ready(archive: Path, key: Key) -> Iterator[uvicorn.Server]:
-    """Give a server whose library reads ahead for as long as it runs."""
+    """Yield a server whose library reads ahead while it runs."""
     app = create_app(archive, key)
     app.state.library.aside.submit(_get_ready, app.state.library)
     config = uvicorn.Config(

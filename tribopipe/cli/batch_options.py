@@ -26,7 +26,7 @@ class Part(NamedTuple):
     of: int
 
     def chosen(self, items: Sequence[T]) -> list[T]:
-        """Return every n-th, from the one that is this part's first."""
+        """Return every n-th run, starting with the first of this part."""
         return list(items[self.number - 1 :: self.of])
 
 
@@ -77,5 +77,5 @@ def seen_by(who: "Crew", path: Path) -> Path:
 
 
 def _cores() -> int:
-    """Return how many cores this process may use, as a queueing system has set it."""
+    """Return the number of cores that the queueing system allows for this process."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

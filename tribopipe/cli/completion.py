@@ -85,7 +85,7 @@ def _split(text: str) -> list[str]:
 
 
 def choices(root: Any, line: Line) -> list[Choice]:
-    """Return how the word that is begun may end; nothing where the shell should offer files."""
+    """Return the completions of a word; none if the shell should complete file names."""
     place = _place(root, line.words)
     if place.open_option is not None:
         return _values(place.open_option, place.context, line.begun)

@@ -110,7 +110,7 @@ def umeshmotion(
 
 
 def _of_folder(folder: Path, law: Law, coefficient: str | None, friction: str | None) -> _Subject:
-    """Take what run.toml states, and k_D from the command line."""
+    """Return the conditions of run.toml with k_D from the command line."""
     from tribopipe.documents.manifest import manifest_path, read_manifest
     from tribopipe.evaluation.friction_paths import stated_path
 

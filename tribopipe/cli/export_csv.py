@@ -90,7 +90,7 @@ def _chosen(text: str) -> list[tuple[str, ...]]:
 def _jobs(
     store: "Archive", run_id: str, wanted: "Sequence[tuple[str, ...]] | None", folder: Path
 ) -> "tuple[list[_Job], list[TribopipeError]]":
-    """Return what is to be written of a run, and what prevents: of each word, one kind has to be there."""
+    """Return the tables of a run to write, and an error for each requested kind that is missing."""
     from tribopipe.base.errors import TribopipeError
     from tribopipe.views.csv_files import csv_kinds, lacking
 

@@ -98,7 +98,7 @@ def export_dataset(
 
 
 def _path(ro_crate: Path | None, eln: Path | None) -> Path:
-    """Return what is to be written."""
+    """Return the path of the data set to write."""
     if (ro_crate is None) == (eln is None):
         raise typer.BadParameter("state the file to write: --ro-crate OUT, or --eln OUT.eln")
     if eln is not None and eln.suffix.lower() != ".eln":

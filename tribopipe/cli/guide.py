@@ -95,7 +95,7 @@ def _text_of(topic: str, context: typer.Context) -> str | None:
 
 
 def _plain(name: str) -> str:
-    """Return a name by which it does not matter whether it is written with - or _."""
+    """Return a name with - in place of _, for comparison."""
     return name.replace("_", "-")
 
 

@@ -58,7 +58,7 @@ def part_json(store: "Archive", run_id: str, path: str) -> dict[str, Any]:
 
 
 def _document(part: "Part", depth: int) -> dict[str, Any]:
-    """Return what is stated about a part but columns of values, and of the members of a group."""
+    """Return the description of a part and of the members of a group, without columns of values."""
     import h5py
 
     told: dict[str, Any] = {"attributes": {name: _json(value) for name, value in part.attrs.items()}}
@@ -100,7 +100,7 @@ def _columns(part: "Part") -> "dict[str, h5py.Dataset]":
 
 
 def _tree(group: "h5py.Group", depth: int) -> Iterator[str]:
-    """Return a line for each member of a group, those beneath it moved to the right."""
+    """Return one line per member of a group, indented by level."""
     import h5py
 
     for name in group:
@@ -173,7 +173,7 @@ def _names(group: "h5py.Group", attribute: str) -> list[str]:
 
 
 def _value_lines(dataset: "h5py.Dataset", rows: int) -> Iterator[str]:
-    """Return a text whole, and of an array with several dimensions the first and last along one."""
+    """Yield the lines of a value: a text in full, an array by its first and last rows."""
     import h5py
     import numpy as np
 
@@ -202,7 +202,7 @@ def _cells(columns: "Sequence[h5py.Dataset]", rows: int) -> list[list[str]]:
 
 
 def _ends(length: int, rows: int) -> Iterator[int | None]:
-    """Return the numbers of the first and last rows, and none for those between."""
+    """Yield the indices of the first and last rows, and none for the gap between them."""
     if length <= 2 * rows + 1:
         yield from range(length)
         return

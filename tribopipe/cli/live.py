@@ -96,7 +96,7 @@ def _known(
     given: tuple[str | None, str | None],
     archives: tuple[Path | None, Path | None],
 ) -> "Known":
-    """Return what is known of the drift, the disc's wear and k_D, and by which runs. What is given wins."""
+    """Return drift, disc wear and k_D, and the runs they come from. Values on the command line take precedence."""
     from tribopipe.base.units import WEAR_COEFFICIENT
     from tribopipe.extras.live.priors import archived_coefficient, archived_drift, quantity_given
     from tribopipe.extras.live.problem import Known

@@ -16,7 +16,7 @@ _NEXT_PART = re.compile(r"^## ", re.MULTILINE)
 
 @cache
 def sections() -> dict[str, str]:
-    """Return what is stated about each error and finding by its code, as Markdown.
+    """Return the manual entry of each error and finding code, as Markdown.
 
     Raises ``InternalError`` where the pages were not installed.
     """

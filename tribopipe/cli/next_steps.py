@@ -78,7 +78,7 @@ def _counting(found: Whereabouts) -> "list[ListedRun]":
 
 
 def _as_archived(found: Whereabouts) -> "list[ListedRun]":
-    """Return the runs that count and whose run.toml has not changed since."""
+    """Return the runs that are not marked bad and whose run.toml has not changed since."""
     _, amended = _not_as_archived(found)
     return [run for run in _counting(found) if found.folder_of(run) not in amended]
 
@@ -175,7 +175,7 @@ def _was_measured(run: "ListedRun") -> bool:
 
 
 def _to_be_added(run: "ListedRun") -> list[str]:
-    """Return what a run.toml may add for a wear coefficient: a scar gives one without a recorded depth, too."""
+    """Return the keys of run.toml that would allow a k_D; a scar is sufficient even without a depth signal."""
     lacks = [lack for lack in run.texts("lacks") if lack not in _SIGNALS]
     return lacks or ([_END_VALUE] if _DEPTH in run.texts("lacks") and not _was_measured(run) else [])
 

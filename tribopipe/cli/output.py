@@ -54,7 +54,7 @@ def _put(text: str, *, on_stderr: bool) -> None:
 
 
 def line_width(*, on_stderr: bool | None = None) -> int | None:
-    """Return how wide lines may be, as COLUMNS states or the terminal itself; none where they go to a file or a pipe.
+    """Return the maximum line width, from COLUMNS or the terminal; none for output to a file or a pipe.
 
     By default that of results.
     """
@@ -143,7 +143,7 @@ _GAP, _NARROW_GAP = "   ", "  "
 
 
 def seen(text: str) -> str:
-    """Return a text on one line in which every character can be seen, so that none steers the terminal."""
+    """Return a text on one line without control characters, so that it cannot control the terminal."""
     if text.isprintable():
         return text
     return re.sub(_UNSEEN, _escaped, " ".join(text.split()))
@@ -190,7 +190,7 @@ def _total(widths: Sequence[int], gap: str) -> int:
 
 
 def _narrowed(shown: Sequence[Sequence[str]], room: int) -> list[int] | None:
-    """Return widths of columns that fit into a room, heads broken before cells are; none where they cannot."""
+    """Return column widths that fit the available width, wrapping headers before cells; none if none fit."""
     heads, *rows = shown
     natural = _widths(heads, shown)
     bodies = [max([_least(head), *map(_width, cells)]) for head, cells in _columns_of(heads, rows)]
@@ -226,7 +226,7 @@ _WITHIN_WORD = re.compile(r"(?<=[./:])(?=\w)")
 
 
 def _pieces(cell: str) -> Iterator[tuple[str, str]]:
-    """Give the parts of a cell that stay on one line, each with what stands before it on the same line."""
+    """Yield the unbreakable parts of a cell, each with the text before it on the same line."""
     for word in _BREAK.split(cell):
         parts = _WITHIN_WORD.split(word) if len(word) > _LONG_WORD and "±" not in word else [word]
         yield from ((part, "" if at else " ") for at, part in enumerate(parts))
@@ -323,7 +323,7 @@ def progress(what: str, total: int | None) -> Iterator[Advance]:
 
 
 def _clear_line() -> None:
-    """Take a bar off a terminal, and show the cursor that it hid; by no stream, for one may be half-way through."""
+    """Remove a progress bar from a terminal and show the cursor; writes without a stream, which may be in use."""
     os.write(sys.stderr.fileno(), b"\r\x1b[K\x1b[?25h")
 
 

@@ -232,7 +232,7 @@ def _show_predictions(subjects: list[tuple[_Subject, str | None]], asked: _Asked
 
 
 def _folder(run: Path, asked: _Asked) -> _Subject:
-    """Take a run folder; its signals are only read where friction has to be found in them."""
+    """Return the subject for a run folder; signals are read only if friction must be fitted."""
     from tribopipe.documents.manifest import manifest_path, read_manifest
 
     if not asked.coefficients:
@@ -322,7 +322,7 @@ def _changed(manifest: "RunManifest", asked: _Asked) -> "RunManifest":
 
 
 def _known(subject: _Subject, asked: _Asked) -> "KnownWear":
-    """Return the k_D given, or that of the run's fit, with the engine and the way of counting it is right with."""
+    """Return the k_D given, else that of the fit, with its engine and its distance convention."""
     from tribopipe.base.errors import FitError
     from tribopipe.documents.contact import spoken
     from tribopipe.evaluation.wear.known import given_wear, known_wear
@@ -362,7 +362,7 @@ def _coefficients(contact: "Contact", texts: Iterable[str]) -> "dict[str, Quanti
 
 
 def _places(subject: _Subject, asked: _Asked) -> tuple[list[float], list[float]]:
-    """Return where to predict, and the depths, m, whose place is wanted; the run's own end where neither is stated."""
+    """Return the places to predict wear at, and the depths, m, to find; by default, the end of the run."""
     progress = subject.manifest.progress
     at = [place("--at", text, progress) for text in asked.at]
     depths = [_depth(text) for text in asked.depth]

@@ -100,7 +100,7 @@ def _taken(
     force: bool,
     amend: bool,
 ) -> "Iterator[Outcome]":
-    """Take runs through all that needs no other run where they are alone, else through the whole line."""
+    """Process run folders: each on its own if ``alone``, else with the steps that need other runs."""
     from tribopipe.pipeline import stages
 
     if alone:

@@ -52,7 +52,7 @@ class RunRow(NamedTuple):
 
 
 def run_row(outline: "RunOutline", studies: "Sequence[StudyResult]", failed: Iterable[str] = ()) -> RunRow:
-    """Return a run in one line."""
+    """Return one line about a run."""
     results = {name: step.result for name, step in outline.steps.items()}
     fit = next((one for one in fits_of(results.values()) if one.bodies), None)
     friction, cleaned, contact = results.get("friction_fit"), results.get("clean_up"), outline.manifest.contact
@@ -128,7 +128,7 @@ def show_processed(
 
 
 def _room(families: int, studies: "Sequence[StudyResult]", problems: int) -> int | None:
-    """Return how many runs there is room for on a terminal; none where there is no end to the room."""
+    """Return the number of runs that fit on a terminal; none if there is no limit."""
     if line_width() is None:
         return None
     others = (3 + min(len(studies), _STUDIES + 1) if studies else 0) + min(problems, _PROBLEMS)
@@ -236,6 +236,6 @@ def _problems(rows: Sequence[RunRow]) -> Problems:
 
 
 def say_problems(rows: Sequence[RunRow]) -> None:
-    """Give the problems of runs in short, a line for each: what it is, and which runs have it."""
+    """Yield one line per problem: the problem, and the runs that have it."""
     for line in short_lines(_problems(rows), line_width(on_stderr=True), _PROBLEMS):
         say(line)

@@ -55,7 +55,7 @@ def reproduce(
 
 
 def _chosen(store: "Archive", ids: "Sequence[str]") -> "list[tuple[str, Callable[[Archive, str], Reproduction]]]":
-    """Return what is to be computed again, and how.
+    """Return the runs and studies to compute again, each with its function.
 
     Raises ``ArchiveError`` for an id that is not in the archive, or where there is nothing.
     """

@@ -95,7 +95,7 @@ def _columns(about: Sequence[str], measured: str) -> list[str]:
 
 
 def _disc_rows(run: RunOutline) -> list[list[str]]:
-    """Return a row for each disc; what belongs to the run stands in the first."""
+    """Return one row per disc; only the first has the values of the run."""
     steps, manifest = run.steps, run.manifest
     drift, friction = _result(steps, "drift_correction"), _result(steps, "friction_fit")
     fits = [_result(steps, name) for name in WEAR_FITS.values()]

@@ -94,7 +94,7 @@ def _in(folder: Path) -> tuple[list[Path], list[Path]]:
 
 
 def ids_in(documents: Iterable[Path]) -> dict[Path, str]:
-    """Return the id that each document states; those that cannot be read are left out."""
+    """Return the id of each document; documents that cannot be read are skipped."""
     import tomllib
 
     from tribopipe.base.files import read_file

@@ -79,7 +79,7 @@ class TwinDiscWear:
         }
 
     def pair(self, values: Values) -> DiscPair:
-        """Return the discs of values of the inputs."""
+        """Return the pair of discs for values of the inputs."""
         return disc_pair(self.contact, values, self.distance)
 
     def worn(self, values: Values, progress: Column) -> State:

@@ -151,7 +151,7 @@ class Contact(Record):
 
     @classmethod
     def body_name(cls, role: str) -> str:
-        """Return what the body in a role is called."""
+        """Return the name of the body in a role."""
         return dict(zip(cls.roles, cls.body_names, strict=True))[role]
 
     @property
@@ -288,7 +288,7 @@ class SlidingPin(Contact):
 
     @property
     def worn_radius(self) -> tuple[str, Quantity]:
-        """Return what the radius that is worn flat is called, and the radius, m."""
+        """Return the name of the radius that is worn flat, and the radius, m."""
         return "pin radius", self.pin.radius
 
     def refuse_wear(self, where: str, measured: Any) -> None:
@@ -460,7 +460,7 @@ class TwinDisc(Contact):
 
     @property
     def worn_radius(self) -> tuple[str, Quantity]:
-        """Return what the radius that is worn flat is called, and the radius, m."""
+        """Return the name of the radius that is worn flat, and the radius, m."""
         return "crown radius", self.curved_disc.crown_radius
 
     @property
@@ -528,7 +528,7 @@ _SHIPPED: tuple[type[Contact], ...] = (PinOnDisc, TwinDisc)
 
 
 def family_of(contact: "Contact", answers: Mapping[type["Contact"], Answer]) -> Answer:
-    """Return the answer of the family of kinds that a contact belongs to."""
+    """Return the answer for the family of a contact."""
     return next(answers[family] for family in type(contact).__mro__ if family in answers)
 
 

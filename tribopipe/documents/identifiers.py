@@ -47,7 +47,7 @@ def ror(text: str) -> str:
 
 
 def doi(text: str) -> str:
-    """Return a DOI as "10.5281/zenodo.5720626"; it may be written as a link. Raises ``ValueError`` for another text."""
+    """Return a DOI as "10.5281/zenodo.5720626", also from a link. Raises ``ValueError`` for any other text."""
     matched = _DOI.fullmatch(text.strip())
     if matched is None:
         raise ValueError(f"found {text!r}; expected a DOI such as '10.1038/s41597-022-01429-9'; copy it from the paper")

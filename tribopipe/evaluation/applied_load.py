@@ -58,7 +58,7 @@ def load_path(run: RawRun, distances: Column) -> Column:
 
 
 def applied_load(run: RawRun, recipe: Recipe) -> Quantity:
-    """Return the load that wear is evaluated with, N: the recorded one, else the nominal one.
+    """Return the load for the evaluation of wear, N: recorded, else nominal.
 
     Parameters
     ----------

@@ -324,7 +324,7 @@ def worn_away(volume: Column, most: Column) -> ContactError:
 
 
 def no_such_depth(depth: ArrayLike, height: ArrayLike) -> ContactError:
-    """Return the refusal of a wear depth that a tip cannot have."""
+    """Return the error for a wear depth that the pin tip cannot have."""
     return ContactError(
         f"contact: found a wear depth of {show(np.max(np.abs(depth)), None, 'm', 'um')}; expected one between "
         f"0 and the tip's height of {show(np.min(height), None, 'm', 'um')}; check the depth and its unit"

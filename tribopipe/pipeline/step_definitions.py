@@ -205,7 +205,7 @@ def _curves(curves: WearCurves | None) -> Curves:
 
 
 def _convention(archive: Archive, run_id: str, recipe: Recipe) -> dict[str, Any]:
-    """Return what steps of bodies that roll are given in addition: what counts as sliding distance in a rotation."""
+    """Return the extra argument of steps for rolling bodies: the sliding distance counted per rotation."""
     slides = stated_slip(archive.manifest(run_id)) is None
     return {} if slides else {"distance_per_rotation": recipe.wear.distance_per_rotation}
 

@@ -403,7 +403,7 @@ def _agree(part: ReadTable, whole: ReadTable, fits: Callable[[NDArray[Any], NDAr
 
 
 def _begins(part: ReadTable, whole: ReadTable, *, but: int = 0) -> bool:
-    """Return whether a table is the beginning of another one, but for some rows at its end."""
+    """Return whether a table is the beginning of another one, except for some rows at its end."""
 
     def fits(values: NDArray[Any], full: NDArray[Any]) -> bool:
         count = max(0, len(values) - but)

@@ -57,7 +57,7 @@ class Catalogue:
         return int(self._asked("SELECT count(*) FROM listed")[0][0])
 
     def runs(self, where: str = "", sort: str = "id") -> list[ListedRun]:
-        """Return the runs that a query chooses, in the order of columns such as "material,-k_d".
+        """Return the runs that match a query, sorted by columns such as "material,-k_d".
 
         Raises ``QueryError`` where query or order cannot be understood.
         """

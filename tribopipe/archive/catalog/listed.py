@@ -45,7 +45,7 @@ class ListedRun:
         return shown_number(COLUMNS[name], spread=True)(self.uncertainty(name))
 
     def value(self, name: str) -> float | None:
-        """Return a number in SI; none where nothing is known."""
+        """Return a number in SI; none if it is unknown."""
         found: float | None = self[name]
         return found
 

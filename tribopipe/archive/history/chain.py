@@ -84,7 +84,7 @@ def append(archive: Path, entries: Sequence[Entry]) -> None:
 
 
 def known_head(archive: Path) -> str | None:
-    """Return the hash of the last line as it is kept next to the history; none where it is not."""
+    """Return the hash of the last line that is stored next to the history; none if there is none."""
     try:
         kept = (archive / LOCKS / _HEAD).read_bytes()[:64].decode("ascii", "replace")
     except OSError:

@@ -57,7 +57,7 @@ class Entry(Record):
 
 
 def entry(event: Event, file: str = "", **more: State | int) -> Entry:
-    """Return a line of now, which is not chained yet."""
+    """Return a history line with the current time, not yet chained."""
     return Entry(date=datetime.now(UTC).isoformat(timespec="seconds"), event=event, file=file, **more)  # type: ignore[arg-type]
 
 

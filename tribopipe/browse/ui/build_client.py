@@ -38,7 +38,7 @@ def sources_sha256(ui: Path) -> str:
 
 
 def is_built(ui: Path, static: Path) -> bool:
-    """Return whether ``static`` holds the client as the sources in ``ui`` are now."""
+    """Return whether the client in ``static`` is up to date with the sources in ``ui``."""
     seal = static / SEAL
     return seal.is_file() and seal.read_text(encoding="ascii").strip() == sources_sha256(ui)
 
@@ -93,7 +93,7 @@ def _source_files(ui: Path) -> list[Path]:
 
 
 def _npm() -> Npm:
-    """Return the system's npm, or else the one that comes as a Python package. Raises ``BuildError``."""
+    """Return the npm of the system, else that of the Python package. Raises ``BuildError`` if there is neither."""
     command = shutil.which("npm")
     if command is not None and has_node():
         return lambda arguments, **options: subprocess.run([command, *arguments], **options)  # noqa: PLW1510, S603

@@ -97,7 +97,7 @@ def _apart(parts: Sequence[Column]) -> bool:
 
 
 def _drifts(values: Column, parts: Sequence[Column]) -> bool:
-    """Return whether a straight line is as near to the values as levels are."""
+    """Return whether a straight line fits the values as well as levels do."""
     place = np.arange(len(values))
     from_line = values - np.polyval(np.polyfit(place, values, 1), place)
     from_levels = np.concatenate([part - np.median(part) for part in parts])
@@ -305,7 +305,7 @@ def strokes_are_used(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
 
 
 def _other_forces(run: RawRun) -> Iterator[tuple[str, Column]]:
-    """Give the columns of forces along the surface that no signal is made of."""
+    """Yield the columns of tangential forces that are not assigned to a signal."""
     for name, extra in run.extras.items():
         lateral = name.casefold().removeprefix("daq.")[:2] in ("fx", "fy", "ft", "ff")
         if lateral and extra.values.dtype.kind == "f":

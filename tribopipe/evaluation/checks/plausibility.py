@@ -57,7 +57,7 @@ def _properties(body: Specimen, known: Expected) -> Iterator[_Property]:
 
 
 def _unlikely(run: RawRun) -> Iterator[tuple[float, Trouble]]:
-    """Yield each property that is not its material's, after the factor by which it is beyond the range."""
+    """Yield each property outside the range of its material, after the factor by which it is outside."""
     for name, body in run.manifest.bodies.items():
         known = expected_of(body.material)
         for one in () if known is None else _properties(body, known):

@@ -254,7 +254,7 @@ def _in_another_unit(run: RawRun, cleaned: CleanedRun) -> bool:
 
 
 def _load_where_it_is_on(run: RawRun, mended: RawRun) -> Column:
-    """Return the load after preprocessing, or a channel that it leaves out as it is, by the samples under load."""
+    """Return the samples under load of the preprocessed normal force, else of the recorded one."""
     cleaned, recorded = mended.columns.get("normal_force"), run.columns.get("normal_force")
     load = recorded if cleaned is None else cleaned
     if load is None or not np.any(np.isfinite(load)):

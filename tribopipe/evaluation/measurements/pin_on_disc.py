@@ -163,7 +163,7 @@ class _Found:
         return cls(pair, pins, tuple(disc_wear(run, where, readings, pair)))
 
     def with_best_track(self, readings: Iterable[EndValueUsed]) -> "_Found":
-        """Return the same with the reading of the track that gives its depth most certainly."""
+        """Return a copy with the track measurement that gives the smallest uncertainty of the depth."""
         way = surest(self.disc, "depth")
         name = None if way is None else way.name
         disc = next((one for one in readings if one.name == name), _NO_TRACK)

@@ -154,7 +154,7 @@ class Fit:
         return self._off(x, weights, self.unworn.by_crown_radius(x))
 
     def _off(self, x: Column, weights: Column, form: Column) -> float:
-        """Return how far Σ weights·(unworn − measured) is off by a form, less what the fit takes of it."""
+        """Return the error of Σ weights·(unworn − measured) due to a form, minus the part that the fit absorbs."""
         follows = self.unworn.gradients(x) @ (self.solver(x) @ form[self.shoulders])
         return float(weights @ (form - follows))
 

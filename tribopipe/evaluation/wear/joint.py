@@ -138,7 +138,7 @@ class JointProblem(WearProblem):
         return np.hstack([super().draw_noise(rng, count), np.zeros((count, len(self.anchors)))])
 
     def stretches(self, nodes: int) -> NDArray[np.intp]:
-        """Return the numbers of the stretches into which samples are pooled, none across a remounting."""
+        """Return the number of the block of each sample; no block spans a remounting."""
         within: NDArray[np.intp] = super().stretches(nodes)
         return within + nodes * self.segments.astype(np.intp)
 

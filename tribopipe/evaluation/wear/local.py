@@ -210,7 +210,7 @@ def archards_wear(fit: WearFit) -> KnownWear | None:
 
 
 def _as_uncertain(coefficient: Quantity, fitted: Quantity) -> Quantity:
-    """Return a coefficient with the relative uncertainty of another: both make of the run the same wear."""
+    """Return a coefficient with the relative uncertainty of another one that gives the same wear."""
     if not (fitted.value and fitted.standard_uncertainty):
         return coefficient
     return _quantity(coefficient.value, coefficient.unit, fitted.standard_uncertainty / fitted.value)

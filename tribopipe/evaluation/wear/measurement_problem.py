@@ -219,7 +219,7 @@ class MeasurementProblem:
         return found
 
     def _solve_explicitly(self, values: dict[str, Column], start: Column) -> Column:
-        """Return k_D of draws by the explicit course of wear; NaN where there is none, or a draw does not settle."""
+        """Return k_D of Monte Carlo draws by explicit integration; NaN for draws without a converged solution."""
         wearing, measured, free = self.wearing, self.rows(values), self.unknowns
         none = np.full((len(measured), len(start)), np.nan)
         if not isinstance(wearing, ExplicitWear) or not np.all(start[:free] > 0):

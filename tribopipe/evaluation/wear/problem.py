@@ -118,7 +118,7 @@ class WearProblem:
         return self.end.pin_depth_of(values["pin_end_value"], values["pin_radius"])
 
     def effective_distance(self, values: Values, distance: Column | None = None) -> Column:
-        """Return the law's S(s), m, longer or shorter as speed or track radius is above or below its best estimate."""
+        """Return S(s) of the law, m, scaled by sliding speed or track radius over its best estimate."""
         friction = friction_along(self.friction, values, self.values)
         effective = self.law.at(values).effective_distance(self.distance if distance is None else distance, friction)
         return np.asarray(effective * distance_scale(values, self.values))
@@ -399,7 +399,7 @@ class WearProblem:
 
 
 def _projected(rows: Column, free: Column) -> Column:
-    """Return rows without what the columns of ``free``, orthonormal, can describe."""
+    """Return rows with their projection on the orthonormal columns of ``free`` subtracted."""
     return rows - (rows @ free) @ free.T if free.shape[1] else rows
 
 

@@ -54,7 +54,7 @@ def _changed(problem: DepthProblem, change: float, ratio: float) -> DepthReading
 
 
 def _evidence(reading: DepthReading, reference: float) -> float:
-    """Return ln of the evidence of a reading as wear by its course, a line and noise."""
+    """Return the log evidence for a depth reading that is the sum of wear, a straight line and noise."""
     plain = regressions_of(reading, reference)[0]
     plain = replace(plain, alternatives=plain.alternatives[:1])
     return float(np.logaddexp.reduce(ways([plain], []).log_anchored))

@@ -264,7 +264,7 @@ class Scenario:
 
 
 def _shares(most: int) -> Column:
-    """Return shares of a test, more of them at its start."""
+    """Return fractions of the test length, denser at its start."""
     return np.unique(np.concatenate([np.linspace(0.0, 1.0, most // 2) ** power for power in (1, 3)]))
 
 

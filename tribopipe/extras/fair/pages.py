@@ -46,7 +46,7 @@ def preview(metadata: bytes, texts: Mapping[str, Markup]) -> str:
     graph = {entity["@id"]: entity for entity in document["@graph"]}
 
     def of(entity: _Entity, name: str) -> Sequence[Any]:
-        """Give what an entity states under a name: texts, and the entities that it refers to."""
+        """Yield the values of a property of an entity: texts, and the entities that it refers to."""
         said = entity.get(name, [])
         return [
             graph[one["@id"]] if isinstance(one, dict) else one for one in (said if isinstance(said, list) else [said])

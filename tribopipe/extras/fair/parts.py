@@ -148,7 +148,7 @@ def media_type(name: str) -> str:
 
 
 def _table(path: str, parts: Iterator[bytes], meaning: str, made_by: StepName | None) -> Part:
-    """Return a table; its first part holds its heads."""
+    """Return a table; its first part is the header."""
     first = next(parts)
     heads = next(csv.reader([first.decode("utf-8")]))
     return Part(path, chain([first], parts), meaning, CSV, tuple(heads), made_by=made_by)

@@ -79,7 +79,7 @@ _TERMS: Mapping[str, str] = {
 
 
 def term(name: str) -> str | None:
-    """Return the identifier in TriboDataFAIR of what we call so; none where it has none."""
+    """Return the TriboDataFAIR identifier of a term of tribopipe; none if there is none."""
     found = _TERMS.get(name)
     return None if found is None else f"{_TRIBODATAFAIR}{found}"
 

@@ -103,7 +103,7 @@ def recursive_residuals(design: Column, measured: Column) -> tuple[list[int], Co
 
 
 def _crossing(distance: Column, residuals: Column, whole: int) -> Departure | None:
-    """Return where the sum of residuals crosses its bound in a test of so many of them; none where it does not."""
+    """Return the departure from the law where the sum of residuals crosses its bound; none if it does not."""
     total, number = np.cumsum(residuals), np.arange(1, len(residuals) + 1)
     crossed = np.flatnonzero(np.abs(total) > _BOUND * (math.sqrt(whole) + 2 * number / math.sqrt(whole)))
     if not len(crossed):

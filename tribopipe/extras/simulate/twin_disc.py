@@ -69,7 +69,7 @@ class VirtualTwinDiscTest:
         return self.rotations * self.slip_per_rotation
 
     def _effective(self, rotations: Column) -> Column:
-        """Return the rotations in which Archard's law without fatigue would wear as much."""
+        """Return the rotations after which Archard's law without fatigue gives the same wear."""
         fatigue = self.run.fatigue
         if fatigue is None:
             return self._under_law(rotations)

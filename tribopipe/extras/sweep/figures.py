@@ -178,7 +178,7 @@ def _draw(ax: "Axes", layout: _Layout, points: Sequence[_Point]) -> None:
 
 
 def _along(places: Sequence[Cell], mine: Sequence[_Point], beside: float) -> list[float]:
-    """Return where points stand along the axis; lines that would hide each other stand side by side."""
+    """Return the positions of points along the axis; overlapping lines are drawn side by side."""
     if not _are_numbers(places):
         return [places.index(point.key.place) + _APART * beside for point in mine]
     values = [float(place) for place in places]

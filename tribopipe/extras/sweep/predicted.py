@@ -60,7 +60,7 @@ class Wanted:
     """As the run has it."""
 
     def outcomes(self, unit: str) -> list[str]:
-        """Return what each row shows: the state at a place, or where a depth is worn to."""
+        """Return the label of each row: a place, or a depth to reach."""
         return [
             *(f"at {place:g} {unit}" for place in self.at),
             *(f"{_WORN}{show(h, None, 'm', 'um')}" for h in self.depths),

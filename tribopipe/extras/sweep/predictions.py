@@ -88,7 +88,7 @@ def _archived(archive: Archive, run_id: str, recipe: Recipe, *, frictional: bool
 
 
 def _in_folder(folder: Path, recipe: Recipe, *, frictional: bool) -> _Source:
-    """Take a run folder; its signals are only read where friction has to be found in them."""
+    """Return the subject for a run folder; signals are read only if friction must be fitted."""
     manifest, _ = read_manifest(manifest_path(folder))
     conditions, end = manifest.conditions, manifest.planned
     if not frictional:

@@ -66,7 +66,7 @@ def _stamp(seen: Mapping[Path, os.stat_result]) -> str:
 
 
 def moves(drop: Drop) -> bool:
-    """Return whether files were changed since they were looked at, or have gone."""
+    """Return whether files were changed or removed since they were last read."""
     try:
         return stamp_of(drop.files) != drop.stamp
     except OSError:

@@ -32,7 +32,7 @@ class Event:
     """Further JSON."""
 
     def as_json(self) -> dict[str, Any]:
-        """Return it as JSON types, as of now."""
+        """Return the event as JSON types, with the current time."""
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
         told = {"event": self.kind, "time": now, "file": self.file, "id": self.run, "text": self.text}
         return told | {"details": list(self.details)} | dict(self.more)

@@ -46,7 +46,7 @@ class Lab:
             read_template(self.template)
 
     def run(self, entry: Entry) -> Path:
-        """Return the folder of a run: one that was made, or one that was dropped as such."""
+        """Return the folder of a run, created or dropped."""
         return self.folder / entry.name if entry.run is None else self.runs / entry.run
 
     def manifest(self, entry: Entry) -> Path:

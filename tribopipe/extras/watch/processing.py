@@ -111,7 +111,7 @@ def _event(entry: Entry, outcomes: tuple[Outcome, ...]) -> Event:
 
 
 def _details(outcome: Outcome) -> Iterator[str]:
-    """Return what was fitted, and what a person should look at."""
+    """Yield the fitted values and the warnings."""
     if outcome.dropped is not None:
         yield "run.toml amended; the earlier one is kept"
     if outcome.stage in ("friction_fit", "wear_fit") and outcome.result is not None:

@@ -97,7 +97,7 @@ def _plans(archive: Archive, run_id: str, step: Step) -> Iterator[PlannedStep]:
 
 
 def _known_under(archive: Archive, reference: str, law: LawName) -> Iterator[KnownWear]:
-    """Yield k_D under a law as the run of that name has it, and as every study does that predictions call by it."""
+    """Yield k_D under a law from the run of that name, and from each study that a prediction refers to by it."""
     if reference in archive.ids() and WEAR_FITS[law] in archive.step_names(reference):
         known = known_wear(archived_fit(archive, reference, law))
         if known is not None:

@@ -201,7 +201,7 @@ def read_segments(text: Text, segments: Sequence[Segment], *, numbered: bool = T
 
 
 def _line_of(tables: Sequence[ReadTable], row: int) -> int:
-    """Give the line of a row of tables that stand one below the other."""
+    """Return the line number of a row in tables that follow each other in one file."""
     first, *others = tables
     rows = len(first.columns[0].values)
     if row >= rows and others:

@@ -88,7 +88,7 @@ def run_report(archive: Archive, ids: Sequence[str], go_on: GoOn = _go_on, addre
 
 
 def study_report(archive: Archive, study_id: str, go_on: GoOn = _go_on, addressed: Addressed = NOBODY) -> str:
-    """Return a report of a study as one HTML document, the same for the same content of the archive.
+    """Return a report of a study as one HTML document; the same archive gives the same document.
 
     ``addressed`` holds the particulars of the report. ``go_on`` is called before each figure; whatever it raises ends
     the work.
