@@ -365,7 +365,9 @@ def test_command_tells_the_truth_of_both_discs(run_cli, tmp_path):
     assert "si3n4-twin-disc-4pct-2000k" in result.stderr
     assert "archard, fatigue" in result.stderr
     assert "true k_D, 10⁻¹² mm³/(N·mm)" in result.stderr
-    assert [line.split()[-3] for line in result.stderr.splitlines() if " curved " in line] == ["4.6"] * len(SERIES.runs)
+    assert [line.split()[-3] for line in result.stderr.splitlines() if " crowned " in line] == ["4.6"] * len(
+        SERIES.runs
+    )
     assert len(json.loads(result.stdout)["runs"]) == len(SERIES.runs)
 
 

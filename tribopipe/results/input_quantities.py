@@ -31,10 +31,10 @@ _QUANTITIES: Mapping[str, InputQuantity] = {
     "slip": InputQuantity("slip", "%"),
     "sliding_speed": InputQuantity("sliding speed", "mm/s"),
     "track_radius": InputQuantity("radius of the wear track", "mm"),
-    "track_length": InputQuantity("sliding distance between two passages", "mm"),
-    "depth_scale": InputQuantity("scale factor of the depth sensor", "1"),
+    "track_length": InputQuantity("length of the wear track", "mm"),
+    "depth_scale": InputQuantity("scale of the depth sensor", "1"),
     "pin_end_value": InputQuantity("post-test measurement of the pin", "um"),
-    "disc_end_value": InputQuantity("post-test measurement of the disc", "nm"),
+    "disc_end_value": InputQuantity("wear depth of the disc", "nm"),
     "unseen_groove": InputQuantity("unmeasured wear of the disc"),
     "zero_offset": InputQuantity("zero offset of the depth sensor", "um"),
     "end_reading": InputQuantity("final depth reading", "um"),
@@ -44,14 +44,14 @@ _QUANTITIES: Mapping[str, InputQuantity] = {
 }
 _PATTERNS: Mapping[str, InputQuantity] = {
     r"(?P<body>.+)_modulus": InputQuantity("Young's modulus of the {body}", "GPa"),
-    r"(?P<body>.+)_end_value": InputQuantity("post-test measurement of the {body}", "um"),
+    r"(?P<body>.+)_end_value": InputQuantity("wear depth of the {body}", "nm"),
     r"(?P<body>.+)_value(?P<at>_at_interruption_\d+)": InputQuantity("measurement of the {body}{at}", "um"),
     r"(?P<body>.+)_wear_volume(?P<at>_at_interruption_\d+)?": InputQuantity("wear volume of the {body}{at}", "mm^3"),
     r"(?P<body>.+)_wear_depth(?P<at>_at_interruption_\d+)?": InputQuantity("wear depth of the {body}{at}", "um"),
     r"(?P<body>.+)_track_width(?P<at>_at_interruption_\d+)?": InputQuantity("track width of the {body}{at}", "um"),
     r"law_(?P<parameter>.+)": InputQuantity("law parameter {parameter}"),
 }
-"""Inputs named after a body, of any contact, or after a parameter of any wear law."""
+"""Inputs named after a body, of any contact, or after a parameter of any wear law; of a counterbody, the wear depth."""
 
 
 def input_label(name: str) -> str:

@@ -63,7 +63,7 @@ class GrowingText:
         self._tail = (self._tail + piece)[-_KNOWN_BY:]
 
     def _taken(self, piece: bytes) -> Iterator[dict[SignalName, Column]]:
-        """Yield the signals of complete lines; an incomplete line, or lines before a known header, are kept for later."""
+        """Yield the signals of complete lines; incomplete lines, or lines before a known header, are kept for later."""
         self._waiting += piece
         whole = self._waiting[: self._waiting.rfind(b"\n") + 1]
         layout = self._layout or self._understood(whole)
