@@ -46,7 +46,7 @@ DOCUMENTS = {
     "recipe": Document(
         "recipe.toml",
         "How runs are processed: `--recipe recipe.toml` for `correct-drift`, `fit`, `predict`, `process` and others. "
-        "[Clean-up](../clean_up.md) and [How sure is k_D?](../uncertainty.md) say what stands behind it.",
+        "[Preprocessing](../clean_up.md) and [How sure is k_D?](../uncertainty.md) explain the settings.",
     ),
     "study": Document(
         "study.toml",

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from tribopipe.archive.steps import PREDICTIONS, WEAR_FITS, Step, StepsByLaw
+from tribopipe.archive.steps import PREDICTIONS, WEAR_FITS, Step, StepsByLaw, step_in_words
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.finding import Finding
@@ -97,7 +97,7 @@ class ArchivedRun(Tabular):
         return self.archive.outline(self.id).samples
 
     def __str__(self) -> str:
-        steps = ", ".join(step.replace("_", " ") for step in self.archive.step_names(self.id))
+        steps = ", ".join(map(step_in_words, self.archive.step_names(self.id)))
         return f"run {self.id}: {steps or 'ingested'}"
 
     def __repr__(self) -> str:

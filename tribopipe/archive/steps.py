@@ -129,6 +129,11 @@ class _Steps(Mapping[StepName, StepKind]):
 STEPS = _Steps()
 
 
+def step_in_words(name: str) -> str:
+    """Return a step or stage in words: "preprocessing" for ``clean_up``."""
+    return "preprocessing" if name == "clean_up" else name.replace("_", " ")
+
+
 def method_number(name: StepName) -> int:
     """Return the number of the method by which a step is done now."""
     return next(number for step, number in METHODS.items() if name == step or name.startswith(f"{step}_"))

@@ -43,7 +43,7 @@ from tribopipe.archive.runfile import (
     write_wear_plot,
 )
 from tribopipe.archive.seal import SEAL_SIZE, know, seal_file
-from tribopipe.archive.steps import STEPS, Fingerprints, Step, StepName, steps_among
+from tribopipe.archive.steps import STEPS, Fingerprints, Step, StepName, step_in_words, steps_among
 from tribopipe.archive.studyfile import (
     StoredStudy,
     StudyOutline,
@@ -258,7 +258,7 @@ class Archive:
         if result is None or isinstance(result, record):
             return result
         raise ArchiveError(
-            f"{self.path(run_id)}: found a {name.replace('_', ' ')} of the kind {type(result).__name__}; expected "
+            f"{self.path(run_id)}: found {type(result).__name__} as result of {step_in_words(name)}; expected "
             f"{record.__name__}; name a run on another tribometer"
         )
 
@@ -267,7 +267,7 @@ class Archive:
         result = self.result(run_id, name, record)
         if result is None:
             raise ArchiveError(
-                f"{self.path(run_id)}: found no {name.replace('_', ' ')}; expected the run to have been through it; do "
+                f"{self.path(run_id)}: found no {step_in_words(name)}; expected the run to have been through it; do "
                 "that step first, or `tribopipe process` the run"
             )
         return result
@@ -326,7 +326,7 @@ class Archive:
         for base in STEPS[step.name].stands_on:
             there = read_fingerprints(entry, base)
             if base in step.stands_on and step.stands_on[base] != ("" if there is None else there.result):
-                made, other = step.name.replace("_", " "), base.replace("_", " ")
+                made, other = step_in_words(step.name), step_in_words(base)
                 raise ArchiveError(
                     f"{self.path(run_id)}: found another {other} than the {made} was made from, as another tribopipe "
                     "has worked on the run meanwhile; expected one at a time; run this again"

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 _NAMED = 3
 """As many are named one by one."""
-_BEFORE_A_FIT = {"ingested", "cleaned", "corrected", "friction", "wear rate"}
+_BEFORE_A_FIT = {"ingested", "preprocessed", "corrected", "friction", "wear rate"}
 """How far runs are, as the catalog calls it, that were not fitted."""
 
 _DEPTH = "a depth signal"

@@ -115,10 +115,12 @@ def _followed(coming: "Iterable[Outcome]", advance: "Advance", *, in_full: bool)
     ``in_full`` shows every finding as a sentence; otherwise they are given in short at the end. Results of thousands of
     runs would fill the memory, and are in the archive.
     """
+    from tribopipe.archive.steps import step_in_words
+
     kept: list[Outcome] = []
     warned: set[tuple[str, str, str]] = set()
     for outcome in coming:
-        advance(f"{outcome.run_id}: {outcome.stage.replace('_', ' ')}", by=int(outcome.stage == "ingest"))
+        advance(f"{outcome.run_id}: {step_in_words(outcome.stage)}", by=int(outcome.stage == "ingest"))
         say_amended(outcome)
         if in_full:
             say_warnings(_less_repeated(outcome, warned))

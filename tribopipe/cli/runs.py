@@ -131,11 +131,13 @@ def ingest(
 
 
 def say_amended(outcome: "Outcome") -> None:
-    """Report which steps stood on the run.toml before it was amended."""
+    """Report the steps that were removed because they depend on the earlier run.toml."""
     if outcome.dropped is None:
         return
-    names = ", ".join(name.replace("_", " ") for name in outcome.dropped)
-    dropped = f"; steps that stood on it are dropped: {names}" if names else ""
+    from tribopipe.archive.steps import step_in_words
+
+    names = ", ".join(map(step_in_words, outcome.dropped))
+    dropped = f"; steps that depend on it are removed: {names}" if names else ""
     say(f"{outcome.run_id}: run.toml amended, the earlier one is kept{dropped}")
 
 

@@ -122,13 +122,14 @@ _Steps = Callable[[str], "Iterator[Outcome]"]
 
 
 def _each(ids: list[str], stage: _Stage, steps: _Steps, who: "Crew") -> "list[Outcome]":
-    """Take each run further, and show how; one that fails does not stop the others. Clean-ups are given alone."""
+    """Process each run, and report it; a run that fails does not stop the others. Omits outcomes of preprocessing."""
+    from tribopipe.archive.steps import step_in_words
     from tribopipe.base.errors import TribopipeError
     from tribopipe.base.executor import as_done
     from tribopipe.pipeline.stages import Outcome
 
     found: dict[str, list[Outcome]] = {}
-    with progress(stage.replace("_", " "), len(ids)) as moved:
+    with progress(step_in_words(stage), len(ids)) as moved:
         for run_id, answer in as_done(partial(_taken, stage=stage, steps=steps), ids, who):
             outcomes = [Outcome.failed(run_id, stage, answer)] if isinstance(answer, TribopipeError) else answer
             for outcome in outcomes:
@@ -169,12 +170,14 @@ def say_change(outcome: "Outcome") -> None:
 
 
 def tell(outcome: "Outcome") -> None:
-    """Report what became of a step."""
+    """Report the outcome of a step."""
+    from tribopipe.archive.steps import step_in_words
+
     say_change(outcome)
     if outcome.stage == "clean_up":
         say_clean_up(outcome)
     elif outcome.status == "unchanged":
-        say(f"{outcome.run_id}: {outcome.stage.replace('_', ' ')} unchanged, nothing to do")
+        say(f"{outcome.run_id}: {step_in_words(outcome.stage)} unchanged, nothing to do")
     elif outcome.result is not None:
         print_result(f"{outcome.run_id}: {outcome.worded(str(outcome.result))}")
         for note in getattr(outcome.result, "notes", ()) if outcome.stage == "wear_fit" else ():

@@ -24,7 +24,7 @@ from tribopipe.views.result_summary import Steps, Told
 from tribopipe.views.wear_sections import wear_fit_told
 
 _TITLES: Mapping[StepName, str] = {
-    "clean_up": "Clean-up",
+    "clean_up": "Preprocessing",
     "drift_correction": "Drift correction",
     "friction_fit": "Friction",
     "specific_wear": "Specific wear rate",

@@ -237,7 +237,7 @@ def _nearest(name: str) -> str:
 
 
 _STEP_WORDS: Mapping[str, str] = {
-    "clean_up": "clean-up",
+    "clean_up": "preprocessing",
     "drift_correction": "drift",
     "friction_fit": "friction",
     "specific_wear": "specific wear",

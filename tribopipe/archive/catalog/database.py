@@ -20,7 +20,7 @@ from tribopipe.version import VERSION
 T = TypeVar("T")
 Work = Callable[[sqlite3.Connection], T]
 FILE_NAME = "catalogue.sqlite"
-_EDITION = 3
+_EDITION = 4
 """Goes up when the same run is noted in another way."""
 _WAIT = 20.0
 """How long another process may write, s."""

@@ -31,7 +31,7 @@ _STAGES: Mapping[str, str] = {
     "specific_wear": "wear rate",
     "friction_fit": "friction",
     "drift_correction": "corrected",
-    "clean_up": "cleaned",
+    "clean_up": "preprocessed",
 }
 """How far a run is by the steps it has been through, the furthest first."""
 

@@ -5,7 +5,7 @@ from datetime import timedelta
 
 from tribopipe.archive.earlier_manifests import EarlierManifest
 from tribopipe.archive.outline import RunOutline, StepOutline
-from tribopipe.archive.steps import STEPS, StepName
+from tribopipe.archive.steps import STEPS, StepName, step_in_words
 from tribopipe.extras.fair.graph import Graph, Ref, local
 from tribopipe.extras.fair.parts import Part, earlier_path
 from tribopipe.extras.fair.terms import term
@@ -85,7 +85,7 @@ def step_action(graph: Graph, run: RunOutline, name: StepName, step: StepOutline
     return graph.thing(
         local(run.manifest.id, name),
         "CreateAction",
-        name=f"{name.replace('_', ' ').capitalize()} of {run.manifest.id}",
+        name=f"{step_in_words(name).capitalize()} of {run.manifest.id}",
         description=f"tribopipe {step.program_version}; options and libraries are in history.json.",
         additionalType=term("evaluation"),
         instrument=software(graph, step.program_version),
