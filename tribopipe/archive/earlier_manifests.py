@@ -40,7 +40,7 @@ class EarlierManifest:
 
 
 def changed_file(entry: h5py.Group, run: RawRun) -> str | None:
-    """Name a file of the instrument that a run has not as it was archived; none where it has all of them."""
+    """Return the name of an instrument file that differs from the archived one; none if all are unchanged."""
     there = {(source.name, source.sha256) for source in run.sources[1:]}
     _, *archived = members(entry["source_files"])
     was = ((nexus.text(note, "file_name"), nexus.text(note, "checksum")) for note in archived)

@@ -175,7 +175,7 @@ class _Look:
         self._shapes[path] = dataset.shape
 
     def _texts(self, path: str, dataset: h5d.DatasetID) -> int:
-        """Return how many bytes the texts of a dataset take in memory."""
+        """Return the memory, in bytes, that the texts of a dataset need."""
         try:
             lengths = self._raw.text_lengths(dataset)
         except ValueError as error:

@@ -59,7 +59,7 @@ class RawFile:
         return found
 
     def stamp(self) -> Stamp:
-        """Return how the file looks from outside."""
+        """Return size and time stamps of the file."""
         return stamp_of(os.fstat(self._handle) if hasattr(os, "pread") else self._path.stat())
 
     def text_lengths(self, dataset: h5py.h5d.DatasetID) -> Lengths:

@@ -70,7 +70,7 @@ def _names(entry: h5py.Group) -> list[SignalName]:
 
 
 def _blocks(path: Path, names: list[SignalName]) -> Iterator[Mapping[SignalName, Column]]:
-    """Give every sample of a run, signal by signal. Raises ``ArchiveError`` where the file is not whole."""
+    """Yield all samples of a run, signal by signal. Raises ``ArchiveError`` for a damaged file."""
     with opened(path) as file:
         for name in names:
             for piece in unpacked_pieces(file["entry"][RECORDED][name]):

@@ -88,7 +88,7 @@ def _packed(
 
 
 def _told_of(made: h5py.Dataset, unit: str | None, attributes: Mapping[str, Any]) -> h5py.Dataset:
-    """Give a field its unit and what else is stated about it."""
+    """Set the unit and the other attributes of a field."""
     if unit is not None:
         made.attrs["units"] = unit
     made.attrs.update(attributes)

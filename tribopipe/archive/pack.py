@@ -26,7 +26,7 @@ _COUNTS = np.arange(1 << 16, 0, -1, dtype=np.float64)
 
 
 def chunk_shape(shape: tuple[int, ...], kind: np.dtype[Any]) -> tuple[int, ...]:
-    """Return the shape of the chunks of an array: as many whole rows as have half a megabyte, at least one."""
+    """Return the chunk shape of an array: complete rows of about half a megabyte, at least one."""
     row = max(int(np.prod(shape[1:])) * kind.itemsize, 1)
     return (max(1, min(shape[0], CHUNK_BYTES // row)), *shape[1:])
 

@@ -17,7 +17,7 @@ REMOVED = "removed"
 
 
 def remove(archive: Archive, name: str, *, study: bool = False, force: bool = False, by: str | None = None) -> Path:
-    """Take a run or a study out of an archive; return where it is kept.
+    """Remove a run or a study from an archive; return the path where it is kept.
 
     Raises ``ArchiveError`` where there is none of that id, or a study names the run, but for ``force``; or where the
     archive cannot be written.
@@ -42,7 +42,7 @@ def remove(archive: Archive, name: str, *, study: bool = False, force: bool = Fa
 
 
 def restore(archive: Archive, name: str, *, study: bool = False, by: str | None = None) -> Path:
-    """Put a run or a study back that was removed, the last one of its id; return where it is then.
+    """Restore the last removed run or study with an id; return its path.
 
     Raises ``ArchiveError`` where none of that id was removed, another one is there by now, or the removed one is
     damaged; or where the archive cannot be written.

@@ -35,7 +35,7 @@ class Rescued(NamedTuple):
 
 
 def rescue(path: Path, into: Path) -> Rescued:
-    """Write the source files of an archived run that are whole into a run folder, named after the file.
+    """Write the intact source files of an archived run to a run folder named after the file.
 
     The archived file is only read. Raises ``TribopipeError`` where it cannot be opened any more, no source is whole,
     or the run folder is there already or cannot be written.

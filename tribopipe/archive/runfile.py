@@ -207,7 +207,7 @@ def read_raw(file: h5py.File) -> RawRun:
 
 
 def members(group: h5py.Group) -> Iterator[Any]:
-    """Give what is in a group; ``values`` of h5py gives None where the system does not give HDF5 a part of the file."""
+    """Yield the members of a group; ``values`` of h5py gives None for parts of the file that cannot be read."""
     return (group[name] for name in group)
 
 

@@ -59,7 +59,7 @@ class OneRun(Archive):
         self._to_come.append(step)
 
     def store(self) -> None:
-        """Put the steps to come into the run's file. Raises ``ArchiveError`` as ``Archive.put_step`` does."""
+        """Write the following steps to the file of the run. Raises ``ArchiveError`` as ``Archive.put_step`` does."""
         steps, self._to_come = self._to_come, []
         if self._shown is not None:
             self._shown.close()

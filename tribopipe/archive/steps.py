@@ -135,12 +135,12 @@ def step_in_words(name: str) -> str:
 
 
 def method_number(name: StepName) -> int:
-    """Return the number of the method by which a step is done now."""
+    """Return the current method number of a step."""
     return next(number for step, number in METHODS.items() if name == step or name.startswith(f"{step}_"))
 
 
 def steps_among(names: Iterable[str]) -> list[StepName]:
-    """Return which names are steps, in order; last those under laws that are not installed here."""
+    """Return the names that are steps, in order; steps under laws that are not installed come last."""
     there = {name for name in names if name in STEPS}
     known = [name for name in STEPS if name in there]
     return [*known, *sorted(there.difference(known))]

@@ -234,7 +234,7 @@ class Archive:
             return read_raw(file)
 
     def cleaned(self, run_id: str) -> RawRun:
-        """Return a run with its preprocessed signals; as ingested where they were not."""
+        """Return a run with its preprocessed signals, else as ingested."""
         with self.open(run_id) as file:
             return read_cleaned(file)
 
@@ -273,7 +273,7 @@ class Archive:
         return result
 
     def fingerprints(self, run_id: str, name: StepName) -> Fingerprints | None:
-        """Return what a step was made from and what it found; none where the run has not been through it."""
+        """Return the fingerprints of inputs and result of a step; none if the run does not have the step."""
         with self.open(run_id) as file:
             return read_fingerprints(file["entry"], name)
 

@@ -48,7 +48,7 @@ def read_file(path: Path) -> bytes:
 
 
 def pieces_of(path: Path, size: int) -> Iterator[bytes]:
-    """Give the bytes of a file in pieces of so many, the last shorter. Raises ``OSError`` as ``read_file`` does."""
+    """Yield the bytes of a file in pieces of equal size, the last shorter. Raises ``OSError`` as ``read_file`` does."""
     _refuse_endless(path.stat())
     with path.open("rb") as file:
         while piece := file.read(size):
@@ -95,7 +95,7 @@ def beside(path: Path) -> list[str]:
 
 
 def found_below(folder: Path, *patterns: str) -> list[Path]:
-    """Give what lies in a folder and below it whose name matches one of the patterns, however deep folders lie.
+    """Return everything below a folder whose name matches one of the patterns.
 
     Folders that links lead to are not looked into, nor are those that cannot be read.
     """

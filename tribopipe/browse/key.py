@@ -22,7 +22,7 @@ class Key:
         self._once: set[str] = set()
 
     def address(self, base: str) -> str:
-        """Return an address of the server with the key."""
+        """Return a URL of the server with the key."""
         return _with_key(base, self._secret)
 
     def address_for_once(self, base: str) -> str:

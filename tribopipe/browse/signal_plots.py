@@ -31,7 +31,7 @@ def draw_clean_up(run: RunFile, x: Column) -> tuple[Panel, ...]:
 
 
 def extras(run: RunFile) -> dict[str, str]:
-    """Return the columns without a meaning that hold numbers: their paths by what the file calls them."""
+    """Return the paths of numeric columns that are no signals, by their names in the file."""
     with run.archive.open(run.id) as file:
         kept = file["entry"].get("extra_columns", {})
         numbers = {column.name: column for column in kept.values() if column.dtype.kind in "fiu"}

@@ -122,7 +122,7 @@ _PLAIN = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−–μ·…─", "-01234
 
 
 def _plainly(error: UnicodeError) -> tuple[str, int]:
-    """Write powers as ^-8 and Greek in Latin letters where the console's encoding does not have them."""
+    """Write powers as ^-8 and Greek letters in Latin if the encoding of the console does not have them."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     text = error.object[error.start : error.end]

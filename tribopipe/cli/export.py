@@ -124,7 +124,7 @@ def _of_folder(folder: Path, law: Law, coefficient: str | None, friction: str | 
 
 
 def _of_archive(store: "Archive", run_id: str, law: Law, coefficient: str | None, friction: str | None) -> _Subject:
-    """Take an archived run with its own fit, unless a k_D is given."""
+    """Return the subject for an archived run, with its own fit unless a k_D is given."""
     from tribopipe.evaluation.friction_paths import fitted_path
     from tribopipe.pipeline.archived_results import archived_friction
 

@@ -107,7 +107,7 @@ def _path(ro_crate: Path | None, eln: Path | None) -> Path:
 
 
 def _said(path: Path | None, archive: Path) -> "tuple[Dataset, bytes | None]":
-    """Return what dataset.toml states, and its bytes; nothing where none is named and none lies next to the archive."""
+    """Return the content of dataset.toml and its bytes; nothing if none is named or next to the archive."""
     from tribopipe.documents.dataset import DATASET_NAME, NOTHING_SAID, Dataset
     from tribopipe.documents.record import read_document
     from tribopipe.documents.toml import parse_toml, read_bytes

@@ -14,7 +14,7 @@ _ALSO = 2
 
 
 def topics() -> list[str]:
-    """Name all that there is help on, for shells to complete."""
+    """Return all help topics, for shell completion."""
     from tribopipe.cli.manual import pages, sections
 
     return [*pages(), *sections()]

@@ -158,7 +158,7 @@ def _plotted(group: "h5py.Group") -> "dict[str, h5py.Dataset]":
 
 
 def _beside(group: "h5py.Group") -> "dict[str, h5py.Dataset]":
-    """Return those of a plot that make a table with its signal; nothing where that is no column."""
+    """Return the datasets of a plot that form a table with its signal; none if the signal is not a column."""
     plotted = _plotted(group)
     signal = next((plotted[name] for name in _names(group, "signal") if name in plotted), None)
     if signal is None or signal.ndim != 1:
@@ -185,7 +185,7 @@ def _value_lines(dataset: "h5py.Dataset", rows: int) -> Iterator[str]:
 
 
 def _laid_out(text: str) -> str:
-    """Return JSON as people read it, and any other text as it is."""
+    """Return JSON with indentation, and any other text unchanged."""
     try:
         document = json.loads(text)
     except ValueError:

@@ -144,7 +144,7 @@ def _wait(seconds: float, goes_on: Callable[[], bool]) -> None:
 
 @contextmanager
 def _until_interrupted() -> Iterator[Callable[[], bool]]:
-    """Give a function that shows whether to go on: Ctrl-C ends after the present update, a second one at once."""
+    """Yield a function that returns whether to go on: Ctrl-C ends after the current update, a second Ctrl-C at once."""
     interrupts: list[int] = []
     before = signal.getsignal(signal.SIGINT)
 

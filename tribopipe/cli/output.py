@@ -37,7 +37,7 @@ def safe(text: str) -> str:
 
 
 def say(text: str) -> None:
-    """Put a message on stderr, no line wider than the terminal. No name of a file within it steers the terminal."""
+    """Print a message to stderr, wrapped to the terminal; control characters in file names are escaped."""
     _put(text, on_stderr=True)
 
 
@@ -117,7 +117,7 @@ def print_json(document: Any, *, indent: int | None = 2) -> None:
 
 
 def print_file(content: bytes) -> None:
-    """Put the content of a text file on stdout: its very bytes, but on a terminal lines that can be seen."""
+    """Print a text file to stdout: unchanged bytes, or escaped lines on a terminal."""
     if not sys.stdout.isatty():
         typer.echo(content, nl=False)
         return

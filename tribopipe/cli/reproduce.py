@@ -103,7 +103,7 @@ def _row(name: str, steps: "Sequence[Redone]") -> list[str]:
 
 
 def _told(step: "Redone") -> Iterator[str]:
-    """Report for a step that is not the same what is different, the most different first."""
+    """Yield the differences of a step, the largest first."""
     if step.why is not None:
         yield f"not compared: {step.why}"
     if step.outcome != "different":

@@ -88,7 +88,7 @@ def _number(run: "ListedRun", column: "ListedColumn") -> "Number | None":
 
 
 def _in_unit(unit: str, numbers: "list[Number | None]") -> "tuple[str, list[Number | None]]":
-    """Return loads in N where none is below 1 N, and all else as it is."""
+    """Return loads in N if none is below 1 N, and other columns unchanged."""
     known = [number for number in numbers if number is not None]
     if unit != "mN" or not known or min(value for value, _ in known) < _MILLI:
         return unit, numbers

@@ -82,7 +82,7 @@ def _below(folder: Path, archive: Path) -> Iterator[list[Path]]:
 
 
 def _in(folder: Path) -> tuple[list[Path], list[Path]]:
-    """Return the files and folders in a folder that are not hidden, by name; none where it cannot be read."""
+    """Return the visible files and folders in a folder, sorted by name; none if it cannot be read."""
     try:
         with os.scandir(folder) as entries:
             seen = [entry for entry in entries if not entry.name.startswith(".")]

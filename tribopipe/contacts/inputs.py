@@ -41,5 +41,5 @@ def stated_or_default(quantity: Quantity, default: float) -> tuple[Quantity, Sou
 
 
 def relative_input(quantity: Quantity, share: float, *, above_zero: bool = False) -> Input:
-    """Return a quantity as an input, with a share of it as standard uncertainty where none was stated."""
+    """Return a quantity as an input; a missing standard uncertainty is set to a fraction of the value."""
     return Input(*stated_or_default(quantity, share * abs(quantity.value)), above_zero)

@@ -188,7 +188,7 @@ class TwinDiscWear:
         return first, second
 
     def usual_steps(self, end: float) -> int:
-        """Return one step a rotation, as the paper takes."""
+        """Return one step per rotation, as in the paper."""
         return max(1, math.ceil(end))
 
     def published(self, values: Values, steps: Steps, places: Column) -> State:

@@ -212,7 +212,7 @@ class Contact(Record):
 
     @classmethod
     def worded(cls, text: str) -> str:
-        """Return a text about the family's bodies in the names of this contact."""
+        """Return a text with the body names of this contact in place of those of its family."""
         return text
 
     @classmethod
@@ -317,7 +317,7 @@ class SlidingPin(Contact):
             )
 
     def with_bodies(self, pin: Pin, counterbody: Specimen) -> Self:
-        """Return the contact of other bodies."""
+        """Return a copy of the contact with other bodies."""
         return self.model_copy(update={"pin": pin, self.counterbody_name(): counterbody})
 
     @property

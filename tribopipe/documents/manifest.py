@@ -594,7 +594,7 @@ _ALONG: Mapping[str, tuple[str, ...]] = {
 
 
 def foreign_keys(contact: type[Contact]) -> tuple[str, ...]:
-    """Return the keys of conditions and post-test measurements that make no sense on a contact."""
+    """Return the keys of conditions and post-test measurements that do not apply to a contact."""
     return _ALONG[(SLIDING if contact.progress is ROTATIONS else ROTATIONS).signal]
 
 

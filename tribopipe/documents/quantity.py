@@ -220,7 +220,7 @@ def between(ends: tuple[Quantity, Quantity], unit: str) -> str:
 
 
 def change(before: Quantity | None, after: Quantity | None, unit: str) -> str:
-    """Write what a value was and what it is now, the unit once: "13 → 15 µm"."""
+    """Format a change of a value, with one unit: "13 → 15 µm"."""
     old, new = ("none" if one is None else one.shown(unit) for one in (before, after))
     return f"{old if after is None else old.removesuffix(f' {units.pretty(unit)}')} → {new}"
 

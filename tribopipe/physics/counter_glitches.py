@@ -58,7 +58,7 @@ def _leaps(counter: Column) -> NDArray[np.intp]:
 
 
 def _wrong_readings(counter: Column, fault: int) -> NDArray[np.intp]:
-    """Return those that fell below the reading before, or those before that leapt above the fall, if they are fewer."""
+    """Return the samples that fall below the previous reading, or those before that jump above it, if fewer."""
     seen = np.flatnonzero(np.isfinite(counter))
     before, after = seen[seen < fault], seen[seen >= fault]
     back = counter[after] >= counter[before[-1]]

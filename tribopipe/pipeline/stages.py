@@ -381,7 +381,7 @@ def _take_same(take: Callable[[Path], Answer], same: Sequence[tuple[int, Path]])
 
 
 def _id_said(path: Path) -> str:
-    """Return the id in a run.toml; what cannot be read counts as a run of its own."""
+    """Return the id in a run.toml; a file that cannot be read counts as a separate run."""
     try:
         where = manifest_path(path)
         return str(parse_toml(where, read_bytes(where))["id"])

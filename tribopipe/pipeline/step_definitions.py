@@ -82,7 +82,7 @@ class PlannedStep:
         return inputs_digest(VERSION, self.name, self.options, self.stands_on)
 
     def take(self) -> Step:
-        """Take the step. Raises ``TribopipeError``, which names the run, where that cannot be done."""
+        """Run the step. Raises ``TribopipeError``, with the name of the run, if it fails."""
         try:
             found = self.compute()
         except TribopipeError as error:

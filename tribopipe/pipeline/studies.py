@@ -208,7 +208,7 @@ def known_by(law: LawResult) -> KnownWear:
 
 
 def _complete(archive: Archive, run_id: str, recipe: Recipe) -> Iterator[Outcome]:
-    """Take the steps that a run of a study still needs for its figures and its prediction; existing ones stay."""
+    """Run the steps that a run of a study still needs for its figures and prediction; existing steps are kept."""
     done = archive.step_names(run_id)
     if "drift_correction" not in done:
         yield correct_archived_drift(archive, run_id, recipe)

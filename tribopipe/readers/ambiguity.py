@@ -16,7 +16,7 @@ _ASK_FOR_SEPARATOR = (
 
 
 def find_doubt(text: Text, hints: Hints, table: Table) -> str | None:
-    """Report what makes the table ambiguous, where something does."""
+    """Return the reason why a table is ambiguous, if it is."""
     doubt = _second_table(table)
     if doubt is None and hints.separator is None and table.separator == ",":
         doubt = _comma_doubt(table)

@@ -145,7 +145,7 @@ def _by_own_name(column: ReadColumn) -> SignalName | None:
 
 
 def _by_synonym(column: ReadColumn) -> SignalName | None:
-    """Give the signal that a column's name stands for: one that its unit fits, where there is one."""
+    """Return the signal for the name of a column, preferably one that fits its unit."""
     return _meant(column, _NAMED)
 
 
@@ -174,7 +174,7 @@ def _add_named(
 
 
 def _other_sense(column: ReadColumn, signal: SignalName) -> str:
-    """Report what else a column may be: "Weg [um]" and "distance [mm]" are what displacement sensors read."""
+    """Return another meaning of a column: "Weg [um]" and "distance [mm]" can be readings of a displacement sensor."""
     distant = signal == "sliding_distance" and column.unit not in ("m", "km")
     return "it may as well be a displacement" if distant and _by_own_name(column) is None else ""
 
@@ -184,7 +184,7 @@ def _taken(signal: SignalName, found: dict[str, Meaning]) -> bool:
 
 
 def _fits(unit: str | None, signal: SignalName) -> bool:
-    """Return whether a unit is one of the signal; 45 for a humidity without a unit might be 45 % or 4500 %."""
+    """Return whether a unit fits a signal; without a unit, a humidity of 45 could be 45 % or 4500 %."""
     kind = SIGNALS[signal].kind
     if kind == "percentage":
         return unit is not None and "%" in unit

@@ -48,7 +48,7 @@ def with_file(
 
 
 def find_column(table: ReadTable, wanted: str, meaning: str, file: str) -> ReadColumn:
-    """Return the column of a name, with or without its unit. Raises ``ReaderError`` where none or several have it."""
+    """Return the column with a name, with or without unit. Raises ``ReaderError`` if there is none or more than one."""
     exact = [column for column in table.columns if column.name == wanted.strip()]
     found = exact or [column for column in table.columns if bare_name(column.name) == wanted.strip()]
     if len(found) == 1:
@@ -70,7 +70,7 @@ def needs_unit(kind: str) -> bool:
 
 
 def unit_of(column: ReadColumn, source: ColumnSource | None) -> str | None:
-    """Return the unit of a column by the manifest's word, or else by the file's own."""
+    """Return the unit of a column from the manifest, else from the file."""
     return (source.unit if source else None) or column.unit
 
 

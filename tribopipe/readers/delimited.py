@@ -312,7 +312,7 @@ class _Stream:
 
 
 def _options(text: Text, layout: Layout, textual: set[int], *, guess: bool = False) -> dict[str, Any]:
-    """Report how pandas is to read the body; ``guess`` lets it find the types of columns not known to be text."""
+    """Return the options for pandas; with ``guess``, it infers the types of columns that need not be text."""
     numeric = [number for number in range(layout.width) if number not in textual]
     blanks = layout.separator == BLANKS
     dtypes = dict.fromkeys(textual, object) | ({} if guess else dict.fromkeys(numeric, np.float64))

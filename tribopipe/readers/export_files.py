@@ -167,7 +167,7 @@ def _opened(path: Path, read: Callable[[Path], T]) -> T:
 
 
 def chosen_reader(named: str, folder: Path = Path()) -> Reader:
-    """Give the reader of a name, or the one that a file (our-rig.toml, next to the folder's) describes.
+    """Return the reader with a name, or the reader that a file describes (our-rig.toml, next to the run folder).
 
     Raises ``ReaderError`` or ``ManifestError`` where there is no such reader.
     """

@@ -42,7 +42,7 @@ _ALIKE = 10
 
 
 def head_lines(source: SourceFile, encoding: str | None = None) -> list[str]:
-    """Give the first lines of a file; ``ReaderError`` where it is no text."""
+    """Return the first lines of a file. Raises ``ReaderError`` if it is not text."""
     head = SourceFile(source.name, source.content[:SAMPLE_BYTES])
     return sample_lines(decode(head, encoding, partial=len(source.content) > SAMPLE_BYTES))
 

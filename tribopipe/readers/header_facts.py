@@ -229,7 +229,7 @@ def _half(diameter: str) -> str:
 
 
 def _of_a_ball(line: str) -> Iterator[tuple[str, str | None]]:
-    """Give what a line states that begins with a ball: its shape, material and size."""
+    """Return the facts of a line that begins with a ball: shape, material and size."""
     matched = _BALL.match(_bare(line))
     if matched is None:
         return

@@ -70,7 +70,7 @@ def _layout(table: Table, lines: list[str], decimal: Decimal, doubt: str | None)
 
 
 def _least(table: Table) -> int:
-    """Return how many fields a whole row has: the named ones, and empty ones that nearly every row ends in."""
+    """Return the number of fields of a complete row: the named ones, and empty ones at the end of nearly every row."""
     named, body = len(trimmed(table.names)), table.rows[table.body :]
     padded = Counter(len(row.cells) for row in body if len(row.cells) > named and not any(row.cells[named:]))
     usual, times = padded.most_common(1)[0] if padded else (named, 0)

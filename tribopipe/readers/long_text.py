@@ -220,7 +220,7 @@ class LongText:
         return Text(self.source.name, content, partial=partial)
 
     def _blocks(self) -> Iterator[tuple[bytes, bool]]:
-        """Give the body in whole lines, and whether it is the last block, in which the tail of the file is whole."""
+        """Yield the body in complete lines, and whether the block is the last one, with the end of the file."""
         rest, before, left = b"", self.start, self.source.size
         for piece in self.source.pieces():
             left -= len(piece)

@@ -150,7 +150,7 @@ class Row(NamedTuple):
 
 
 def sample_lines(text: Text) -> list[str]:
-    """Give the first lines with their ends, whole ones only, up to a few hundred.
+    """Return the first complete lines with their line ends, up to a few hundred.
 
     Raises ``ReaderError`` where there is nothing but blanks, or a line too long for a table.
     """

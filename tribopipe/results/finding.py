@@ -46,5 +46,5 @@ def first_of_each_code(findings: Iterable[Finding]) -> tuple[Finding, ...]:
 
 
 def findings_of(results: Iterable[object]) -> tuple[Finding, ...]:
-    """Return what speaks against the results of a run, each code at each place once."""
+    """Return the findings against the results of a run, without duplicates of code and place."""
     return first_of_each_code(finding for result in results for finding in getattr(result, "findings", ()))

@@ -143,7 +143,7 @@ def plot_study_wear(
 
 
 def _looks_of_runs(runs: Sequence[RunVerdict]) -> dict[str, _Look]:
-    """Return how runs are drawn, the most severe first: those that identify k_D in full lines."""
+    """Return the line styles of runs, the most severe first; runs that identify k_D have solid lines."""
     dashes = cycle(_DASHES)
     looks = {}
     for number, (run, (words, below)) in enumerate(zip(runs, _names(runs).values(), strict=True)):

@@ -32,7 +32,7 @@ class ListedRun:
         return _shown_text(COLUMNS[name])(self)
 
     def texts(self, name: str) -> list[str]:
-        """Return the texts in a column that may hold several, such as the tags."""
+        """Return the texts of a column that can hold several, such as the tags."""
         held = self[name]
         return held.split(ITEM) if held else []
 

@@ -42,7 +42,7 @@ def columns(units: Mapping[str, str], *, required: bool = True) -> Iterator[Fiel
 
 
 def banded(units: Mapping[Name, str]) -> dict[str, str]:
-    """Return curves by their names with their units, and the two ends of the 95 % interval of each."""
+    """Return the fields of curves with their units, and of both ends of their 95 % intervals."""
     return {f"{name}{end}": unit for name, unit in units.items() for end in ("", "_lower", "_upper")}
 
 

@@ -33,7 +33,7 @@ def steps(tribometer: str | None) -> Iterator[GroupPart]:
 
 
 def _law(name: StepName) -> str | None:
-    """Return the law that a step is under; none of other steps."""
+    """Return the wear law of a step; none for steps without a law."""
     return next((law for under in _UNDER_LAWS if (law := under.law_of(name)) is not None), None)
 
 

@@ -22,7 +22,7 @@ class _Type(NamedTuple):
 
 
 def shown_fields(record: type[Record], prefix: str = "", *, always: bool = True) -> Iterator[FieldPart]:
-    """Return the fields that show records of a type; none is required of one that is not there ``always``."""
+    """Return the fields of a record type; they are optional unless it is ``always`` present."""
     for name, told in record.model_fields.items():
         units = tuple(said.si for said in told.metadata if isinstance(said, Unit))
         found = _taken_apart(told.annotation, units)

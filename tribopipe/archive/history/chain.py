@@ -41,7 +41,7 @@ _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
 @contextmanager
 def placed(archive: Path, path: Path, event: Change) -> Iterator[Path]:
-    """Give a temporary file that takes the place of a file of the archive, as the history states before and after.
+    """Yield a temporary file that replaces a file of the archive, recorded in the history before and after.
 
     Whoever calls it holds the lock of the file's writers. Raises ``OSError`` and ``ArchiveError`` where the file or the
     history cannot be written; the file is then as it was.

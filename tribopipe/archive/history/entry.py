@@ -62,7 +62,7 @@ def entry(event: Event, file: str = "", **more: State | int) -> Entry:
 
 
 def can_be_named(file: str) -> bool:
-    """Return whether a line can name a file; nobody but people would call one otherwise."""
+    """Return whether a file name is allowed in the history; tribopipe itself writes no others."""
     return re.search(_NAME, file) is not None
 
 

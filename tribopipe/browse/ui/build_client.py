@@ -119,7 +119,7 @@ def _run(npm: Npm, arguments: list[str], folder: Path) -> None:
 
 
 def _complaint(said: str) -> str:
-    """Return the first line of what npm printed that names an error; where none does, the first line."""
+    """Return the first line of the output of npm with an error, else its first line."""
     lines = [line.removeprefix("npm error ").strip() for line in said.splitlines() if _tells(line)]
     telling = [line for line in lines if "error" in line.lower() or "failed" in line.lower() or "not found" in line]
     return (telling or lines or ["it failed and said nothing"])[0]

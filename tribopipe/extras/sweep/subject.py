@@ -96,7 +96,7 @@ class Parameter:
 
 
 def generator(seed: int, repeat: int, name: str) -> Generator:
-    """Return the stream of random numbers of something by its name in one repeat."""
+    """Return the random number generator for a name in one repeat."""
     words = np.frombuffer(hashlib.sha256(name.encode()).digest()[:16], dtype="<u4")
     return Generator(PCG64(SeedSequence([seed, repeat, *words.tolist()])))
 

@@ -65,7 +65,7 @@ def _through_the_line(run: Path, archive: Path, recipe: Recipe, *, figures: bool
 
 
 def _outcomes(folder: Path, answer: tuple[Outcome, ...] | TribopipeError) -> tuple[Outcome, ...]:
-    """Return what became of the steps of a run; where the process that took them was lost, that is its outcome."""
+    """Return the outcomes of the steps of a run; if its process was lost, one outcome that reports this."""
     return answer if isinstance(answer, tuple) else (Outcome.failed(str(folder), "ingest", answer),)
 
 

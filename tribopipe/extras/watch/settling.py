@@ -15,13 +15,13 @@ class Settling:
         self._seen: dict[tuple[Path, ...], tuple[str, float]] = {}
 
     def settled(self, drops: Iterable[Drop], now: float) -> list[Drop]:
-        """Return those that have looked the same for so long; all others that are known are forgotten."""
+        """Return the drops that have not changed for the settling time, and forget those that are gone."""
         drops = list(drops)
         self._seen = {drop.files: (drop.stamp, self._since(drop, now)) for drop in drops}
         return [drop for drop in drops if now - self._seen[drop.files][1] >= self.seconds]
 
     def forget(self, drop: Drop) -> None:
-        """Take something for dealt with."""
+        """Remove a drop that was processed."""
         self._seen.pop(drop.files, None)
 
     @property

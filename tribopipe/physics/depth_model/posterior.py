@@ -383,7 +383,7 @@ class DepthPosterior:
         return grid, top + np.log(np.sum(terms, axis=1))
 
     def _grid(self) -> Column:
-        """Return places that resolve every way in which H may have come about."""
+        """Return a grid of H that resolves all alternatives."""
         found = []
         for means, covariances in (self._anchored, (self.ways.mean, self.ways.covariance)):
             typical = self._typical()

@@ -61,7 +61,7 @@ class OptionalTerms:
 
 
 def settling(time: Column, constant: float) -> Column:
-    """Return 1 − exp(−t/τ) from the first sample on, with t and τ as shares of the test."""
+    """Return 1 − exp(−t/τ) from the first sample on, with t and τ as fractions of the test."""
     return np.asarray(-np.expm1(-(time - time[0]) / constant))
 
 

@@ -83,7 +83,7 @@ def _check_sources(sources: h5py.Group, look: Look) -> None:
 
 
 def _checked_earlier(entry: h5py.Group, look: Look) -> Iterator[str]:
-    """Give the fingerprint of the run as it was ingested with each earlier run.toml."""
+    """Yield the fingerprint of the ingested run with each earlier run.toml."""
     for one in read_earlier(entry):
         if one.source.sha256 != one.checksum:
             message = f"found other bytes than {one.source.name} had; expected those of its SHA-256"

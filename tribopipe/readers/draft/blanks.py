@@ -104,7 +104,7 @@ BLANKS: dict[str, Blank] = {
 
 @cache
 def blanks_of(kind: str) -> Mapping[str, Blank]:
-    """Return the keys that may be left open on a type of tribometer, those of other packages' bodies included."""
+    """Return the keys that may be left open for a type of tribometer, including bodies from other packages."""
     added: dict[str, Blank] = {}
     for table in bodies_of(kind):
         if f"{table}.material" not in BLANKS:

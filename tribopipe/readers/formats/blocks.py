@@ -104,7 +104,7 @@ def _rows_between(text: Text, start: int, end: int) -> tuple[int, int] | None:
 
 
 def line_at(text: Text, offset: int) -> int:
-    """Give the number of the line that starts at a byte."""
+    """Return the number of the line that starts at a byte."""
     return 1 + _line_ends(text.content, text.start, offset)
 
 

@@ -195,7 +195,7 @@ def _told(runs: Sequence[_RunCard]) -> dict[str, Mapping[str, Any]]:
 
 
 def _checks(runs: Sequence[_RunCard]) -> list[_Check]:
-    """Return the items customary in reports, by what the runs state of them."""
+    """Return the customary items of reports, with the values that the runs state."""
     stated = {run.page.id: [Stated(one.subject, one.name, one.value) for one in run.reporting] for run in runs}
     everything = sorted((one for run in runs for one in run.reporting), key=_is_missing)
     items = {(one.subject, one.name): one for one in everything}

@@ -78,7 +78,7 @@ class Addressed:
         return STANDARDS[asked or ("g133" if all(strokes) else "g99")]
 
     def particulars(self, runs: Sequence[RunOutline]) -> list[Particular]:
-        """Return what is stated of the report and, unless it goes to a customer, what is missing.
+        """Return the entries of the report and, unless it is for a customer, the missing ones.
 
         Nothing is stated, and nothing missed, without details.
         """

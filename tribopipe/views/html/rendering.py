@@ -51,7 +51,7 @@ def _symbols(text: str) -> Markup:
 
 
 def _moment(date: str) -> str:
-    """Write a date of ISO 8601 as people read it; as it is where it is none."""
+    """Format an ISO 8601 date for readers; other texts are unchanged."""
     try:
         return f"{datetime.fromisoformat(date):%Y-%m-%d %H:%M %Z}".strip()
     except ValueError:

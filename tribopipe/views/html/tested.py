@@ -62,6 +62,6 @@ def _rotations(run: RunOutline) -> str:
 
 
 def _several(words: Iterable[str | None]) -> str:
-    """Write each once: "a, b and c"."""
+    """Join distinct words: "a, b and c"."""
     each = [word for word in dict.fromkeys(words) if word]
     return " and ".join([", ".join(each[:-1]), each[-1]]) if len(each) > 1 else "".join(each)
