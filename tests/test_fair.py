@@ -414,7 +414,7 @@ def test_another_run_of_the_same_id_stays(exported, tmp_path, run_cli):
     done = run_cli("import", exported / "crate", "--json", cwd=tmp_path)
     assert done.exit_code == 3
     assert f"{AMENDED}: run archived\n" in done.stderr
-    assert "found another file there than the one to be taken in" in done.stderr
+    assert "found a different file with this name" in done.stderr
     assert (tmp_path / f"archive/{RUN}.h5").read_bytes() == before
     assert [(one["id"], one["status"]) for one in json.loads(done.stdout)["files"]] == [
         (AMENDED, "added"),

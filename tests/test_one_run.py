@@ -36,7 +36,7 @@ def test_source_files_of_another_run_by_now_are_refused(store):
     old = store.raw(RUN)
     store.path(RUN).unlink()
     store.add(replace(old, sources=(SourceFile("run.toml", b"#"), SourceFile("b.csv", b"b;c"))))
-    with pytest.raises(ArchiveError, match="found another file at /entry/source_files/file_1 than"):
+    with pytest.raises(ArchiveError, match="found that /entry/source_files/file_1 has changed"):
         old.sources[1].content  # noqa: B018
 
 

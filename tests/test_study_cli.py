@@ -448,7 +448,7 @@ def test_plan_of_a_run_says_what_pays_and_what_would_do(run_cli, home):
     assert (found.id, found.model, found.wanted, found.scatter) == (LIGHT, "archard", 0.05, None)
     assert str(found) in result.output
     assert "largest contribution: " in result.stderr
-    assert "tests like this one would do" in result.stderr
+    assert "tests like this one would be sufficient" in result.stderr
     table = plain(result.stderr)
     for lever in found.levers:
         assert f"\n {input_label(lever.name)} " in table or f"\n{input_label(lever.name)} " in table
@@ -469,7 +469,7 @@ def test_plan_of_a_study_counts_with_its_scatter(run_cli, evaluated):
 def test_plan_of_what_is_good_enough_says_so(run_cli, home):
     result = run_cli("plan", LIGHT, "--interval", "90 %", cwd=home)
     assert result.exit_code == 0
-    assert "nothing more is needed" in result.stdout
+    assert "no further test is needed" in result.stdout
 
 
 INTERVALS = {

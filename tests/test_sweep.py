@@ -355,7 +355,7 @@ def test_another_table_is_not_overwritten_unasked(swept, tmp_path):
     path.write_text("mine\n", encoding="utf-8")
     told = swept(LIFE, "-o", "table.csv")
     assert told.exit_code == 1
-    assert "found another table" in told.stderr
+    assert "found a table that is not of this sweep" in told.stderr
     assert path.read_text(encoding="utf-8") == "mine\n"
     assert swept(LIFE, "-o", "table.csv", "--force").exit_code == 0
 

@@ -223,7 +223,7 @@ def _source_again(path: Path, part: str, checksum: str) -> Iterator[bytes]:
     with opened(path) as file:
         if nexus.text(file, f"{part}/checksum") != checksum:
             raise ArchiveError(
-                f"{path}: found another file at {part} than a moment before; expected the run as it was read; run this "
+                f"{path}: found that {part} has changed since it was read; expected an unchanged file; run the command "
                 "again"
             )
         yield from source_pieces(file[part]["data"])

@@ -360,7 +360,7 @@ class Archive:
                 return "unchanged"
             if os.path.lexists(path):
                 raise ArchiveError(
-                    f"{path}: found another file there than the one to be taken in; expected the same one or none; "
+                    f"{path}: found a different file with this name; expected the same file or none; "
                     "move it away, or choose another archive with --archive"
                 )
             try:

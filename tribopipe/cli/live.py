@@ -110,11 +110,11 @@ def _known(
     if drift is None and drift_from is not None:
         found = archived_drift(drift_from, manifest)
         drift = found.quantity
-        notes.append(f"a drift of {drift.shown('nm/min')} is expected by {', '.join(found.runs)}")
+        notes.append(f"expected drift {drift.shown('nm/min')}, from {', '.join(found.runs)}")
     if wear_from is not None:
         found = archived_coefficient(wear_from, manifest, law)
         k = found.quantity
-        notes.append(f"k_D of {k.shown(WEAR_COEFFICIENT)} is expected by {', '.join(found.runs)}")
+        notes.append(f"expected k_D {k.shown(WEAR_COEFFICIENT)}, from {', '.join(found.runs)}")
     return Known(drift, disc, k, tuple(notes))
 
 

@@ -39,13 +39,13 @@ class Design(Record):
     levers: tuple[Lever, ...]
     """Inputs, the most rewarding first."""
     sliding_distance: Quantity | None = None
-    """How far one test would have to slide; none where no length gets there."""
+    """How far one test would have to slide; none if no length is sufficient."""
     rotations: Quantity | None = None
-    """How many rotations one test of two discs would take; none where no number gets there, or for a pin."""
+    """How many rotations one test of two discs would take; none if no number is sufficient, or for a pin."""
     by_distance: float
     """Half width that no longer test gets below."""
     replicates: int | None = None
-    """How many tests like this one it would take; none where no number gets there."""
+    """Number of tests like this one that would be sufficient; none if no number is."""
     by_replicates: float
     """Half width that no number of replicates gets below: what all runs share."""
     scatter: float | None = None
@@ -59,17 +59,17 @@ class Design(Record):
             f"  largest contribution: {label}, {best.share:.0%} of the variance; halved, ±{best.if_halved:.1%}",
         ]
         if self.half_width <= self.wanted:
-            return "\n".join([*lines, "  nothing more is needed"])
+            return "\n".join([*lines, "  no further test is needed"])
         if self.sliding_distance is not None:
-            lines.append(f"  one test of {self.sliding_distance.value:,.0f} m would do")
+            lines.append(f"  one test of {self.sliding_distance.value:,.0f} m would be sufficient")
         elif self.rotations is not None:
-            lines.append(f"  one test of {self.rotations.value:,.0f} rotations would do")
+            lines.append(f"  one test of {self.rotations.value:,.0f} rotations would be sufficient")
         else:
-            lines.append(f"  no longer test gets there: ±{self.by_distance:.1%} at best")
+            lines.append(f"  a longer test is not sufficient: at best ±{self.by_distance:.1%}")
         if self.replicates is not None:
-            lines.append(f"  {self.replicates} tests like this one would do")
+            lines.append(f"  {self.replicates} tests like this one would be sufficient")
         else:
-            lines.append(f"  no number of replicates gets there: runs share ±{self.by_replicates:.1%}")
+            lines.append(f"  replicates are not sufficient: all runs share ±{self.by_replicates:.1%}")
         if self.scatter is None:
-            lines.append("  the scatter between runs is not known and not counted: more replicates may be needed")
+            lines.append("  the scatter between runs is unknown and not included: more replicates may be needed")
         return "\n".join(lines)

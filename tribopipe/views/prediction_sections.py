@@ -42,7 +42,7 @@ def prediction_told(result: WearPrediction, _: Steps) -> Told:
             ("peak pressure of the unworn contact", None if start is None else shown(start.peak_pressure, "MPa")),
             ("scheme", result.scheme),
             ("steps of the scheme", None if result.steps is None else f"{result.steps:,}"),
-            ("relative error by its steps", None if result.step_error is None else signed_share(result.step_error)),
+            ("relative error of the steps", None if result.step_error is None else signed_share(result.step_error)),
         ),
         result.notes,
         (_points("predicted", result.prediction), _points("places where depths are reached", result.reached)),

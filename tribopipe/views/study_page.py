@@ -165,7 +165,7 @@ def _shapes(law: LawResult) -> TextTable:
     columns = (
         "run",
         "exponent n of h ∝ sⁿ",
-        "n by the law",
+        "n of the law",
         "residual trend",
         "possible change of rate at",
         "k_D after / before",

@@ -113,7 +113,7 @@ class Account:
         if one is None:
             return  # half of a line, by a writer that was killed; an edited one is told by the line after it
         if not self.begun and one.event != "begun":
-            self._doubt("found that its first lines are gone; expected it from when the archive was begun")
+            self._doubt("found a history without its first lines; expected one from the creation of the archive")
         self.begun = True
         if one.previous != before:
             self._doubt("found a line that does not follow the one before it; expected each as it was written")

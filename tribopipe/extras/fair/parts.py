@@ -110,7 +110,7 @@ def study_parts(archive: Archive, study_id: str) -> Iterator[Part]:
         "inputs_sha256": stored.inputs_sha256,
         "stands_on": stored.stands_on,
     }
-    yield Part("history.json", [_json(history)], "what the study stands on, and what computed it", JSON)
+    yield Part("history.json", [_json(history)], "inputs of the study, and the software that evaluated it", JSON)
 
 
 _MADE_BY: Mapping[str, StepName] = {

@@ -140,8 +140,8 @@ def read_rows(path: Path, ensemble: Ensemble) -> dict[str, list[Row]]:
 
 def _other_table(path: Path) -> ManifestError:
     return ManifestError(
-        f"{path}: found another table than this sweep makes; expected its own, begun before; name another file, or "
-        "--force replaces it"
+        f"{path}: found a table that is not of this sweep; expected its own table or none; name another file, or "
+        "replace it with --force"
     )
 
 
