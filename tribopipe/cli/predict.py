@@ -324,7 +324,6 @@ def _changed(manifest: "RunManifest", asked: _Asked) -> "RunManifest":
 def _known(subject: _Subject, asked: _Asked) -> "KnownWear":
     """Return the k_D given, else that of the fit, with its engine and its distance convention."""
     from tribopipe.base.errors import FitError
-    from tribopipe.documents.contact import spoken
     from tribopipe.evaluation.wear.known import given_wear, known_wear
 
     manifest = subject.manifest

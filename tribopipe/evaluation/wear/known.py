@@ -4,11 +4,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from tribopipe.base.errors import FitError
-from tribopipe.documents.contact import Contact
+from tribopipe.documents.contact import Contact, spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.physics.conventions import DistanceConvention, WearEngine
-from tribopipe.results.wear_fit import LawValue, WearFit, spoken
+from tribopipe.results.wear_fit import LawValue, WearFit
 
 _UNWORN = Quantity(value=0.0, unit="m^2/N")
 

@@ -14,6 +14,7 @@ from numpy.random import Generator
 
 from tribopipe.base.arrays import Column, Values
 from tribopipe.contacts.inputs import Input, best_values
+from tribopipe.documents.contact import spoken
 from tribopipe.documents.quantity import wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.measurements.body_wear import surest
@@ -34,7 +35,7 @@ from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import WearLaw, law_named
 from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit
 from tribopipe.results.run import RawRun
-from tribopipe.results.wear_fit import BodyWear, WearFit, spoken
+from tribopipe.results.wear_fit import BodyWear, WearFit
 
 _BY_VOLUME = (
     "k_D by wear volume alone, V/(F_N·S): it is that of the whole test, and does not show whether the law holds on the "
@@ -121,8 +122,8 @@ def volume_fit(
 ) -> VolumeFit | tuple[str, ...] | None:
     """Pose k_D of the bodies of a pin's run whose lost volume was measured.
 
-    None where no volume was, or without a sliding distance. Reports what else the law needs and the run does not have. Raises ``FitError`` for a mass without density, and for
-    profiles of which nothing can be taken.
+    None where no volume was, or without a sliding distance. Reports what else the law needs and the run does not have.
+    Raises ``FitError`` for a mass without density, and for profiles of which nothing can be taken.
     """
     slid, lost = run.columns.get("sliding_distance"), _lost(run, recipe)
     if slid is None or not np.any(slid > 0) or not lost:
