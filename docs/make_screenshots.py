@@ -21,10 +21,10 @@ SAMPLES = Path(__file__).parents[1] / "sample_runs"
 RUN, OTHER, STUDY = "si3n4-air-200mN", "si3n4-air-400mN", "si3n4-air"
 PAGES = {
     "tutorial-runs": ("", 1320, 340),
-    "tutorial-run": (f"runs/{RUN}", 1200, 1100),
+    "tutorial-run": (f"runs/{RUN}", 1200, 1144),
     "tutorial-study": (f"studies/{STUDY}", 1200, 1266),
-    "scatter": ("scatter?x=load&y=k_d", 1200, 800),
-    "compare": (f"compare?runs={RUN},{OTHER}", 1200, 880),
+    "scatter": ("scatter?x=load&y=k_d", 1200, 821),
+    "compare": (f"compare?runs={RUN},{OTHER}", 1200, 821),
     "viewer": (f"file?file={RUN}.h5", 1200, 750),
 }
 """Names of the pictures, what is on them, and how wide and high they are, in pixels: each ends where a card ends."""
