@@ -11,7 +11,7 @@ from built_files import xlsx
 
 HEAD = (
     "specimen;normal load [N];sliding speed [m/s];sliding distance [m];ball diameter [mm];scar diameter [um];"
-    "u(scar diameter) [um];disc mass loss [mg];mean friction;lab book"
+    "u(scar diameter) [um];Disc Mass Loss [mg];mean friction;lab book"
 )
 ROWS = ("A1;5;0,1;500;6;412;3;1,2;0,62;page 12", "A 2;10;0,1;500;6;530;3;;0,60;")
 BODIES = """schema = "tribopipe.template/1"

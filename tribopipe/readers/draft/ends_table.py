@@ -201,7 +201,7 @@ def _bare(name: str) -> tuple[str, bool]:
 def _key(name: str) -> str | None:
     """Return the key of run.toml that a column is named after."""
     tables = sections()
-    table, _, last = "_".join(name.split()).rpartition(".")
+    table, _, last = "_".join(name.casefold().split()).rpartition(".")
     for where in (table,) if table else ("", "conditions", "end_values"):
         if where in tables and last in {rules.alias or one for one, rules in tables[where].model_fields.items()}:
             key = f"{where}.{last}" if where else last
