@@ -326,8 +326,8 @@ def test_predict_from_a_folder_tells_what_was_promised(run_cli, sample_run, law,
     assert [point["sliding_distance"]["value"] for point in document["prediction"]] == [50.0, 10.0]
     for point in (*document["prediction"], *document["reached"]):
         assert_quantity(point["sliding_distance"], "m")
-        assert_quantity(point["wear_depth"], "m")
-    assert document["reached"][0]["wear_depth"]["value"] == 5e-6
+        assert_quantity(point["contact"]["approach"], "m")
+    assert document["reached"][0]["contact"]["approach"]["value"] == 5e-6
 
 
 def test_prediction_from_a_folder_needs_no_archive_and_leaves_none(run_cli, sample_run):

@@ -285,11 +285,19 @@ ASKED = {
     "depth beyond the crown": ((RUN, "--depth", "4 mm"), 1, ("crown",)),
     "wear beyond the crown": ((RUN, "--at", "1e13"), 1, ("crown", "check wear coefficients, load and rotations")),
     "radius of a pin": ((RUN, "--radius", "2 mm"), 2, ("--radius is of a pin", "--crown-radius")),
-    "three coefficients": ((RUN, *GIVEN, "--wear-coefficient", K_1), 2, ("found 3; expected at most 2",)),
+    "three coefficients": (
+        (RUN, *GIVEN, "--wear-coefficient", K_1),
+        2,
+        ("found one too many; expected one of the curved_disc and one of the flat_disc",),
+    ),
     "coefficient of zero": ((RUN, "--wear-coefficient", "0 mm^3/(N*mm)"), 1, ("--wear-coefficient", "above zero")),
     "slip of a pin": ((PIN, "--slip", "4 %"), 2, ("--slip is of two discs",)),
     "crown of a pin": ((PIN, "--crown-radius", "4 mm"), 2, ("--crown-radius is of two discs", "--radius")),
-    "two coefficients of a pin": ((PIN, *GIVEN), 2, ("found 2; expected at most 1, of the pin",)),
+    "two coefficients of a pin": (
+        (PIN, *GIVEN),
+        2,
+        ("found one too many; expected one of the pin and one of the disc",),
+    ),
     "rotations of a pin": ((PIN, "--at", "1e6"), 1, ("--at", "1e6")),
     "convention of a pin": ((PIN, "--distance-per-rotation", "full-slip"), 2, ("--distance-per-rotation",)),
     "another convention than the fit's": (

@@ -31,6 +31,7 @@ NOT_RUN = {
     "docs/cluster.md": 5,
     "docs/long_runs.md": 1,
     "docs/new_run.md": 2,
+    "docs/notebook.md": 2,
     "docs/process.md": 1,
     "docs/report.md": 2,
     "docs/sweep.md": 1,

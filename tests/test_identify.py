@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tribopipe.base.errors import FitError
-from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.manifest import EndValues, RunManifest
 from tribopipe.documents.plan import Plan, Series, VirtualRun
 from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import MonteCarloRecipe, Recipe, WearRecipe
@@ -230,7 +230,10 @@ def test_run_without_what_the_fit_needs_says_what_it_lacks():
     )
     assert (fit.outcome, fit.lacks) == ("not fitted", ("a friction signal",))
     no_depth = {name: column for name, column in raw.columns.items() if name != "depth"}
-    assert fit_wear(correct_drift(replace(raw, columns=no_depth))).lacks == ("a depth signal",)
+    no_end = raw.manifest.model_copy(update={"end_values": EndValues()})
+    nothing = replace(raw, manifest=no_end, columns=no_depth)
+    assert fit_wear(correct_drift(nothing)).lacks == ("a depth signal",)
+    assert fit_wear(correct_drift(replace(raw, columns=no_depth))).basis == "measurement"
 
 
 def test_missing_depth_samples_change_little():

@@ -42,14 +42,20 @@ _QUANTITIES: Mapping[str, InputQuantity] = {
     "running_in_distance": InputQuantity("running-in distance", "m"),
     "wear_coefficient": InputQuantity("wear coefficient", WEAR_COEFFICIENT),
 }
-_PATTERNS: Mapping[str, InputQuantity] = {
-    r"(?P<body>.+)_modulus": InputQuantity("Young's modulus of the {body}", "GPa"),
-    r"(?P<body>.+)_end_value": InputQuantity("wear depth of the {body}", "nm"),
-    r"(?P<body>.+)_value(?P<at>_at_interruption_\d+)": InputQuantity("measurement of the {body}{at}", "um"),
-    r"(?P<body>.+)_wear_volume(?P<at>_at_interruption_\d+)?": InputQuantity("wear volume of the {body}{at}", "mm^3"),
-    r"(?P<body>.+)_wear_depth(?P<at>_at_interruption_\d+)?": InputQuantity("wear depth of the {body}{at}", "um"),
-    r"(?P<body>.+)_track_width(?P<at>_at_interruption_\d+)?": InputQuantity("track width of the {body}{at}", "um"),
-    r"law_(?P<parameter>.+)": InputQuantity("law parameter {parameter}"),
+_PATTERNS: Mapping[re.Pattern[str], InputQuantity] = {
+    re.compile(r"(?P<body>.+)_modulus"): InputQuantity("Young's modulus of the {body}", "GPa"),
+    re.compile(r"(?P<body>.+)_end_value"): InputQuantity("wear depth of the {body}", "nm"),
+    re.compile(r"(?P<body>.+)_value(?P<at>_at_interruption_\d+)"): InputQuantity("measurement of the {body}{at}", "um"),
+    re.compile(r"(?P<body>.+)_wear_volume(?P<at>_at_interruption_\d+)?"): InputQuantity(
+        "wear volume of the {body}{at}", "mm^3"
+    ),
+    re.compile(r"(?P<body>.+)_wear_depth(?P<at>_at_interruption_\d+)?"): InputQuantity(
+        "wear depth of the {body}{at}", "um"
+    ),
+    re.compile(r"(?P<body>.+)_track_width(?P<at>_at_interruption_\d+)?"): InputQuantity(
+        "track width of the {body}{at}", "um"
+    ),
+    re.compile(r"law_(?P<parameter>.+)"): InputQuantity("law parameter {parameter}"),
 }
 """Inputs named after a body, of any contact, or after a parameter of any wear law; of a counterbody, the wear depth."""
 
@@ -71,7 +77,7 @@ def _quantity(name: str) -> InputQuantity:
     if key in _QUANTITIES:
         return _QUANTITIES[key]
     for pattern, quantity in _PATTERNS.items():
-        if match := re.fullmatch(pattern, key):
+        if match := pattern.fullmatch(key):
             parts = {part: spoken(text or "") for part, text in match.groupdict().items()}
             return quantity._replace(label=quantity.label.format(**parts))
     return InputQuantity(spoken(key))
