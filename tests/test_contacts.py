@@ -24,7 +24,12 @@ from tribopipe.base.plugins import declared
 from tribopipe.documents import contact
 from tribopipe.documents.contact import PinOnDisc, SlidingPin, TwinDisc, contacts
 from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.record import read_document
+from tribopipe.evaluation.wear.curves import wear_scenario
+from tribopipe.evaluation.wear.known import given_wear
+from tribopipe.evaluation.wear.predict import predict_wear
 from tribopipe.physics.hertz import hertz_radius
 from tribopipe.physics.hertz_ellipse import hertz_ellipse
 from tribopipe.readers.draft.blanks import blanks_of
@@ -268,6 +273,19 @@ def test_drum_that_is_too_small_is_warned_of():
     taken, warned = read(document).contact.limits
     assert "taken as one of 0.5928" in taken
     assert warned.startswith("warning: the pin's radius is 0.79 of the drum's")
+
+
+@pytest.mark.usefixtures("installed")
+def test_pin_and_drum_wear_together():
+    run = read(drum())
+    known = {name: Quantity(value=k, unit="m^2/N") for name, k in (("pin", 1e-14), ("drum", 4e-13))}
+    scenario = wear_scenario(run, given_wear(run.described, known, Recipe()))
+    (point,) = predict_wear(scenario, [500.0]).prediction
+    work = run.conditions.normal_load.value * 500.0
+    assert {name: body.wear_volume.value for name, body in point.bodies.items()} == pytest.approx(
+        {name: k.value * work for name, k in known.items()}, rel=1e-12
+    )
+    assert point.bodies["drum"].track_cross_section.value == pytest.approx(4e-13 * work / (2 * np.pi * 0.02), rel=1e-12)
 
 
 def branches() -> list[str]:
