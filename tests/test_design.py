@@ -162,7 +162,7 @@ def test_replicates_average_out_all_that_is_not_shared(wc_co, scatter, shared, w
     assert reached(plan.replicates) <= wanted * (1 + 1e-9)
     assert plan.replicates == 1 or reached(plan.replicates - 1) > wanted
     assert plan.scatter == scatter
-    assert ("scatter between runs is not known" in str(plan)) == (scatter is None)
+    assert ("scatter between runs is unknown" in str(plan)) == (scatter is None)
 
 
 def test_replicates_by_hand(si3n4):
