@@ -463,7 +463,7 @@ def test_plan_of_a_study_counts_with_its_scatter(run_cli, evaluated):
     found = Design.model_validate(json.loads(result.stdout))
     between = archived(evaluated).study("air").result.law("archard").first.between_runs
     assert (found.id, found.scatter) == (LIGHT, between.scatter)
-    assert "scatter between runs is not known" not in result.stderr
+    assert "scatter between runs is unknown" not in result.stderr
 
 
 def test_plan_of_what_is_good_enough_says_so(run_cli, home):
