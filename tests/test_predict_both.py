@@ -139,6 +139,12 @@ def test_engine_is_named_where_both_wear(manifest):
     assert any("by volume" in note for note in found.notes)
 
 
+def test_a_body_without_a_k_d_is_said_to_be_taken_as_unworn(manifest):
+    alone = predict_wear(scenario(manifest, pin=None), [500.0]).notes
+    assert any("the pin is taken as unworn" in note for note in alone)
+    assert not any("unworn" in note for note in predict_wear(scenario(manifest), [500.0]).notes)
+
+
 def test_first_order_uncertainty_is_that_of_draws(manifest):
     one = scenario(manifest)
     rng, at = np.random.default_rng(7), np.array([500.0])
