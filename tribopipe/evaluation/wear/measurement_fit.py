@@ -79,7 +79,7 @@ class MeasurementFit:
         bodies = {
             body: BodyWear(
                 wear_coefficient=wear_coefficient(found[place], spreads[place]),
-                interval=_interval(found[place], spreads[place]),
+                interval=first_order_interval(found[place], spreads[place]),
                 budget=lines[place] if found[place] > 0 else (),
             )
             for place, body in enumerate(problem.bodies)
@@ -154,7 +154,7 @@ def correlation(covariance: Column) -> float | None:
     return float(covariance[0, 1]) / product if product > 0 else None
 
 
-def _interval(value: float, spread: float) -> tuple[Quantity, Quantity]:
+def first_order_interval(value: float, spread: float) -> tuple[Quantity, Quantity]:
     """Return the 95 % interval by first-order propagation: measurements are normal, and k about in proportion."""
     half = COVERAGE_FACTOR * spread
     return wear_coefficient(max(0.0, value - half)), wear_coefficient(value + half)

@@ -30,10 +30,10 @@ from tribopipe.evaluation.wear.inputs import (
     law_inputs,
     load_input,
 )
-from tribopipe.evaluation.wear.measurement_fit import correlation
+from tribopipe.evaluation.wear.measurement_fit import correlation, first_order_interval
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import WearLaw, law_named
-from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit
+from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.run import RawRun
 from tribopipe.results.wear_fit import BodyWear, WearFit
 
@@ -92,10 +92,9 @@ class VolumeFit:
         bodies = {}
         for place, body in enumerate(self.bodies):
             mine = {name: float(both[place]) for name, both in sensitivities.items()}
-            half = COVERAGE_FACTOR * spreads[place]
             bodies[body] = BodyWear(
                 wear_coefficient=wear_coefficient(found[place], spreads[place]),
-                interval=(wear_coefficient(max(0.0, found[place] - half)), wear_coefficient(found[place] + half)),
+                interval=first_order_interval(found[place], spreads[place]),
                 budget=budget_lines(self.inputs, self.friction_covariance, mine),
             )
         return WearFit(
