@@ -200,6 +200,18 @@ def test_terms_change_with_the_scale_of_the_reading_as_if_it_were_fitted_anew(sp
     np.testing.assert_allclose([offset, drift], (high - low)[:2] / 2e-5, rtol=0.05, atol=0.02e-6)
 
 
+@pytest.mark.parametrize("beside", [0.0, 30e-9])
+def test_quantiles_of_the_drift_are_those_of_draws_from_all_ways(beside):
+    rng = np.random.default_rng(12)
+    posterior = depth_posterior(reading(rng, spread=0.2e-6))
+    means, covariances = posterior._anchored
+    way = rng.choice(len(posterior.weights), size=200_000, p=posterior.weights)
+    spread = np.hypot(np.sqrt(covariances[way, 2, 2]), beside)
+    drawn = means[way, 2] + spread * rng.standard_normal(len(way))
+    found = posterior.term_quantiles(1, np.array([0.025, 0.5, 0.975]), beside)
+    np.testing.assert_allclose(found, np.quantile(drawn, [0.025, 0.5, 0.975]), atol=0.02 * np.std(drawn))
+
+
 @pytest.mark.parametrize("spread", [10e-9, 0.2e-6])
 def test_drift_is_off_by_what_its_uncertainty_says_where_the_scale_is_off(spread):
     """The scale takes 100 nm of 20 µm, ten times what an exact measurement of the end may be off by."""

@@ -125,7 +125,7 @@ def outcome(recorded: Recorded, law: str, *, judged: bool) -> Outcome | str:
         interval=(pin.interval[0].value / true, pin.interval[1].value / true),
         flags=flags,
         friction=_friction_held(friction, recorded.truth),
-        drift=_holds(_drift_rate(corrected, fit), recorded.truth.drift),
+        drift=_drift_held(corrected, fit, recorded.truth.drift),
         against_rate=None if measured is None else _apart(pin.wear_coefficient, measured),
         verdict=verdict,
         cpu=cpu,
@@ -172,10 +172,12 @@ def _verdict(corrected: CorrectedRun, friction: FrictionFit, law: str, recipe: R
     return found.result.law(law).runs[0].outcome
 
 
-def _drift_rate(corrected: CorrectedRun, fit: WearFit) -> Quantity | None:
-    """Return the drift rate that belongs to the headline k_D."""
-    by_fit = fit.sensor is not None and fit.correction == "model"
-    return fit.sensor.drift_rate if by_fit and fit.sensor else corrected.correction.drift_rate
+def _drift_held(corrected: CorrectedRun, fit: WearFit, true: float) -> bool | None:
+    """Return whether the interval of the drift rate that belongs to the headline k_D holds the truth."""
+    if fit.sensor is None or fit.correction != "model":
+        return _holds(corrected.correction.drift_rate, true)
+    low, high = fit.sensor.drift_interval
+    return low.value <= true <= high.value
 
 
 def _friction_held(fit: FrictionFit, truth: Truth) -> dict[str, bool] | None:

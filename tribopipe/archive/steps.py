@@ -26,10 +26,10 @@ StepName: TypeAlias = str
 
 METHODS: dict[str, int] = {
     "clean_up": 1,
-    "drift_correction": 3,
+    "drift_correction": 4,
     "friction_fit": 2,
     "specific_wear": 2,
-    "wear_fit": 4,
+    "wear_fit": 5,
     "prediction": 3,
     "local_wear": 1,
     "study": 4,

@@ -8,6 +8,8 @@ from tribopipe.physics.depth_model.terms import SETTLING_TIMES
 from tribopipe.results.evaluation import DepthModel
 
 _PROBABLE = 0.5
+_COVERAGE = np.array([0.025, 0.975])
+"""Cumulative probabilities of the ends of a 95 % interval."""
 
 
 def depth_model(posterior: DepthPosterior, duration: float, scale: Quantity) -> DepthModel:
@@ -24,7 +26,8 @@ def depth_model(posterior: DepthPosterior, duration: float, scale: Quantity) -> 
         settling, since where the end of the wear is known, they take what the reading is too large or too small by.
     """
     reading, (mean, statistical) = posterior.reading, posterior.terms
-    deviation = np.hypot(statistical, (scale.standard_uncertainty or 0.0) / scale.value * posterior.terms_per_scale)
+    by_scale = (scale.standard_uncertainty or 0.0) / scale.value * np.abs(posterior.terms_per_scale)
+    deviation = np.hypot(statistical, by_scale)
     offsets = reading.offsets.shape[1]
     line = offsets + (0 if reading.free is None else reading.free.shape[1])
     first = line + 1 + len(reading.known)
@@ -32,11 +35,13 @@ def depth_model(posterior: DepthPosterior, duration: float, scale: Quantity) -> 
     amplitudes = mean[first:]
     settles = np.array([constant is not None for constant in constants])
     probability = posterior.settling_probability
+    low, high = posterior.term_quantiles(line, _COVERAGE, float(by_scale[line])) / duration
     return DepthModel(
         zero_offsets=tuple(_metres(mean[place], deviation[place]) for place in range(offsets)),
         drift_rate=Quantity(
             value=float(mean[line] / duration), unit="m/s", standard_uncertainty=float(deviation[line] / duration)
         ),
+        drift_interval=(Quantity(value=float(low), unit="m/s"), Quantity(value=float(high), unit="m/s")),
         settling_probability=probability,
         settling=_metres(float(np.sum(amplitudes[settles])), float(np.sqrt(np.sum(deviation[first:][settles] ** 2)))),
         settling_time=_settling_time(posterior, duration) if probability > _PROBABLE else None,

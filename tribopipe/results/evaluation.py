@@ -26,6 +26,8 @@ class DepthModel(Record):
     """Sensor reading at the start of sliding, and after each remounting or step less what drift had added."""
     drift_rate: MetresPerSecond
     """Slope against time of what the sensor reads in addition to wear."""
+    drift_interval: tuple[MetresPerSecond, MetresPerSecond]
+    """95 % interval of it, averaged over settling, temperature and slow wander, whose distribution is not normal."""
     settling_probability: float
     """Probability that the reading settles exponentially, a·(1 − exp(−t/τ))."""
     settling: Metres

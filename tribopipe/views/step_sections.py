@@ -8,7 +8,7 @@ from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, StepName
 from tribopipe.base.units import SPECIFIC_WEAR_RATE
 from tribopipe.documents.contact import spoken
 from tribopipe.documents.preprocessing import CleanUp
-from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.quantity import Quantity, between
 from tribopipe.documents.record import Record
 from tribopipe.physics.laws import law_title
 from tribopipe.results.evaluation import DepthModel, DriftCorrection, FrictionFit
@@ -98,6 +98,7 @@ def _by_two_steps(result: DriftCorrection) -> str | None:
 
 def _besides_wear(model: DepthModel) -> Iterator[tuple[str, str | None]]:
     """Yield what the model finds in a depth reading in addition to wear and a line."""
+    yield "95 % interval of the drift rate", between(model.drift_interval, "nm/min")
     yield "probability of settling", f"{model.settling_probability:.2f}"
     yield "amplitude of the settling", shown(model.settling)
     yield "time constant of the settling", duration(model.settling_time)

@@ -16,6 +16,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtr
 
 from tribopipe.base.arrays import Column
 from tribopipe.physics.depth_model.mixture import NO_WANDER, Anchor, Regression, Ways, noise_of_differences, ways
@@ -243,6 +244,25 @@ class DepthPosterior:
         if self.anchor is not None:
             means = means - self._gain * (self.anchor.value + self.reference)
         return self._by_column(self.weights[:, None] * means)[1:]
+
+    def term_quantiles(self, column: int, probability: Column, beside: float = 0.0) -> Column:
+        """Return the coefficient of a column other than settling at cumulative probabilities, averaged over all ways.
+
+        Parameters
+        ----------
+        column
+            Number of the column.
+        probability
+            Between 0 and 1, ascending.
+        beside
+            Standard uncertainty of the coefficient, m, that the reading knows nothing of.
+        """
+        means, covariances = (found[:, column + 1] for found in self._anchored)
+        deviations = np.sqrt(covariances[:, column + 1] + beside**2)
+        reach = means[:, None] + _REACH * deviations[:, None]
+        grid = np.unique(reach[self._typical()])
+        shares = self.weights @ ndtr((grid - means[:, None]) / deviations[:, None])
+        return np.asarray(np.interp(probability, shares, grid))
 
     def _by_column(self, found: Column) -> Column:
         """Add up what belongs to the coefficients of each way: those of each settling by themselves."""
