@@ -8,10 +8,10 @@ import numpy as np
 from explained_figures import plot_disc_model, plot_euler_steps, plot_told_apart
 
 from tribopipe.archive.store import Archive
-from tribopipe.documents.contact import CurvedDisc, FlatDisc, TwinDisc
 from tribopipe.documents.manifest import MANIFEST_NAME, read_manifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
+from tribopipe.documents.twin_disc import CurvedDisc, FlatDisc, TwinDisc
 from tribopipe.evaluation.profile.track import examined
 from tribopipe.evaluation.wear.known import KnownWear
 from tribopipe.evaluation.wear.local import local_scenario, wear_locally

@@ -22,11 +22,14 @@ from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError, ManifestError
 from tribopipe.base.plugins import declared
 from tribopipe.documents import contact
-from tribopipe.documents.contact import PinOnDisc, SlidingPin, TwinDisc, contacts
+from tribopipe.documents.contact import SlidingPin
+from tribopipe.documents.contact_kinds import contacts
 from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.pin_on_disc import PinOnDisc
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.record import read_document
+from tribopipe.documents.twin_disc import TwinDisc
 from tribopipe.evaluation.wear.curves import wear_scenario
 from tribopipe.evaluation.wear.known import given_wear
 from tribopipe.evaluation.wear.predict import predict_wear
@@ -228,7 +231,7 @@ class Taken(SlidingPin):
         ("gone = no_such_module:Contact", "contact 'gone' left out: no_such_module:Contact cannot be loaded"),
         ("no-class = broken_contact:Specimen", "expected a subclass of SlidingPin"),
         ("other-kind = broken_contact:OtherKind", "expected Literal\\['other-kind'\\]"),
-        ("no-body = broken_contact:NoBody", "expected the pin and the field of a specimen"),
+        ("no-body = broken_contact:NoBody", "expected two specimens, and what is the pin"),
         ("pin-on-disc = broken_contact:Taken", "the name is used by tribopipe itself"),
     ],
 )

@@ -11,11 +11,11 @@ from disc_runs import fit_discs, known_pair
 from folders import SAMPLES, replace_in
 
 from tribopipe.archive.store import Archive
-from tribopipe.documents.contact import CurvedDisc, FlatDisc, TwinDisc
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.study import Study
+from tribopipe.documents.twin_disc import CurvedDisc, FlatDisc, TwinDisc
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.study.member import Member

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.results.measurement_words import measured_quantities, measured_quantity
 
 

@@ -12,11 +12,12 @@ from tribopipe.archive.outline import StepOutline
 from tribopipe.archive.steps import STEPS
 from tribopipe.archive.store import Archive
 from tribopipe.documents.annotation import Annotation
-from tribopipe.documents.contact import CurvedDisc, FlatDisc, Pin
+from tribopipe.documents.contact import Pin
 from tribopipe.documents.manifest import Conditions, EndValues, Interruption, RunManifest, StatedFriction
 from tribopipe.documents.mark import Mark
 from tribopipe.documents.preprocessing import Change, CleanUp
 from tribopipe.documents.quantity import EndValue, Quantity
+from tribopipe.documents.twin_disc import CurvedDisc, FlatDisc
 from tribopipe.pipeline.stages import ingest
 from tribopipe.results.agreement import (
     BetweenRuns,

@@ -12,8 +12,8 @@ from scipy.optimize import brentq
 
 from tribopipe.base.errors import ContactError
 from tribopipe.contacts.pin_on_disc import pin_contact
-from tribopipe.documents.contact import PinOnDisc
 from tribopipe.documents.manifest import EndValues, RunManifest
+from tribopipe.documents.pin_on_disc import PinOnDisc
 from tribopipe.documents.plan import Plan
 from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import MonteCarloRecipe, Recipe, WearRecipe

@@ -35,6 +35,8 @@ class PinOnDrum(SlidingPin):
 
     kind: Literal["pin-on-drum"]
     """Type of tribometer."""
+    pin: Pin
+    """The pin."""
     drum: Drum
     """The drum."""
 

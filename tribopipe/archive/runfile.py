@@ -49,7 +49,8 @@ from tribopipe.base.environment import environment
 from tribopipe.base.errors import ArchiveError, NotInstalledError
 from tribopipe.base.units import from_si
 from tribopipe.documents.annotation import Annotation
-from tribopipe.documents.contact import Specimen, contacts, spoken
+from tribopipe.documents.contact import Specimen
+from tribopipe.documents.contact_kinds import contacts, spoken
 from tribopipe.documents.manifest import RunManifest, unknown_kind
 from tribopipe.documents.mark import Mark
 from tribopipe.documents.preprocessing import CleanUp

@@ -24,7 +24,7 @@ from tribopipe.archive.definitions.names import STUDY, write_definition
 from tribopipe.archive.formats import STUDY_FORMAT
 from tribopipe.base.arrays import Column
 from tribopipe.base.units import from_si, to_si
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.signals import SIGNALS
 from tribopipe.documents.study import Study
 from tribopipe.physics.laws import law_heading

@@ -33,6 +33,7 @@ KINDS: dict[str, Kind] = {
     "speed": Kind("m/s", "mm/s", "400 mm/s"),
     "time": Kind("s", "s", "1250 s"),
     "force": Kind("N", "mN", "200 mN"),
+    "torque": Kind("N*m", "mN*m", "50 mN*m"),
     "pressure": Kind("Pa", "GPa", "304 GPa"),
     "density": Kind("kg/m^3", "g/cm^3", "3.21 g/cm^3"),
     "toughness": Kind("Pa*m^0.5", "MPa*m^0.5", "7 MPa*m^0.5"),

@@ -307,18 +307,25 @@ def _changed(manifest: "RunManifest", asked: _Asked) -> "RunManifest":
     if manifest.rolls:
         _refuse(asked.radius, "--radius", "of a pin", "of the crowned disc it is --crown-radius")
         _refuse(asked.engine, "--engine", "of a pin", "two discs are predicted by the GIWM")
-        body, size, option, radius = "curved_disc", "crown_radius", "--crown-radius", asked.crown_radius
         changed |= {"slip": _slip(asked.slip) if asked.slip is not None else slip(manifest), "flat_disc_speed": None}
     else:
         _refuse(asked.slip, "--slip", "of two discs", "a pin has none")
         _refuse(asked.crown_radius, "--crown-radius", "of two discs", "for a pin it is --radius")
         _refuse(asked.distance, "--distance-per-rotation", "of two discs", "a pin slides all the way")
-        body, size, option, radius = "pin", "radius", "--radius", asked.radius
-    if radius is not None:
-        other = contact.bodies[body].model_copy(update={size: quantity(option, radius, "length")})
-        contact = contact.model_copy(update={body: other})
+    contact = _resized(contact, asked)
     conditions = manifest.conditions.model_copy(update=changed)
     return manifest.model_copy(update={"contact": contact, "conditions": conditions})
+
+
+def _resized(contact: Any, asked: _Asked) -> Any:
+    """Return a contact with the radius that is asked for instead: of a tip, or of a crown."""
+    if asked.radius is not None:
+        pin = contact.pin.model_copy(update={"radius": quantity("--radius", asked.radius, "length")})
+        return contact.with_bodies(pin, contact.counterbody)
+    if asked.crown_radius is not None:
+        crown = {"crown_radius": quantity("--crown-radius", asked.crown_radius, "length")}
+        return contact.model_copy(update={"curved_disc": contact.curved_disc.model_copy(update=crown)})
+    return contact
 
 
 def _known(subject: _Subject, asked: _Asked) -> "KnownWear":

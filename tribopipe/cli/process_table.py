@@ -9,7 +9,7 @@ from tribopipe.cli.output import line_width, print_result, say, table
 from tribopipe.cli.problems import Problems, by_kind, short_lines
 from tribopipe.cli.quantity_columns import number
 from tribopipe.cli.run_columns import Cells, chosen_columns, rows_of
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.physics.laws import law_heading, law_label
 from tribopipe.results.agreement import AGREEMENT, tally

@@ -9,7 +9,7 @@ from tribopipe.base.errors import ArchiveError
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT
 from tribopipe.cli.output import print_result
 from tribopipe.cli.pages import heading, paragraph, show_facts, show_head
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.quantity import between
 from tribopipe.physics.laws import law_heading, law_title

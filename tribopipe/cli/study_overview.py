@@ -10,7 +10,7 @@ from tribopipe.cli.pages import heading, paragraph
 from tribopipe.cli.problems import by_kind, short_lines
 from tribopipe.cli.quantity_columns import number
 from tribopipe.cli.run_columns import Cells, chosen_columns, rows_of
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import between
 from tribopipe.physics.laws import law_heading
 from tribopipe.results.agreement import AGREEMENT, BodyVerdict, LawResult, RunVerdict, StudyResult

@@ -8,9 +8,10 @@ from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, StepName
 from tribopipe.archive.store import Archive
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, pretty, show
 from tribopipe.cli.output import record_json, table
-from tribopipe.documents.contact import DISCS, spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity, force
 from tribopipe.documents.slip import slip
+from tribopipe.documents.twin_disc import DISCS
 from tribopipe.physics.laws import law_label
 from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.measurement_words import measured_quantity

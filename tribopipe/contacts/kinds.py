@@ -8,8 +8,10 @@ from tribopipe.contacts.pin_and_track import PinAndTrackWear
 from tribopipe.contacts.pin_on_disc import PinWear
 from tribopipe.contacts.twin_disc import TwinDiscWear
 from tribopipe.contacts.wear import ContactWear
-from tribopipe.documents.contact import Contact, SlidingPin, TwinDisc, family_of
+from tribopipe.documents.contact import Contact, SlidingPin
+from tribopipe.documents.contact_kinds import family_of
 from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.twin_disc import TwinDisc
 from tribopipe.physics.conventions import DistanceConvention, WearEngine
 
 _NO_SLIP = Quantity(value=0.0, unit="1")

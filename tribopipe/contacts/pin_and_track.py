@@ -65,13 +65,13 @@ class PinAndTrackWear:
     @property
     def conditions(self) -> dict[str, Quantity]:
         """The radius of the tip, and how long the track is."""
-        return {"pin_radius": self.contact.equivalent_pin.radius, "track_length": self.path}
+        return {"pin_radius": self.contact.pin.radius, "track_length": self.path}
 
     def inputs(self, normal_load: Quantity, recipe: Recipe) -> dict[str, Input]:
         """Return load, tip radius and track with the uncertainties stated, or else the recipe's defaults."""
         defaults = recipe.uncertainty
         return {
-            "normal_load": relative_input(normal_load, defaults.normal_load, above_zero=True),
+            "normal_load": relative_input(self.contact.pressed_by(normal_load), defaults.normal_load, above_zero=True),
             "pin_radius": relative_input(self.contact.equivalent_pin.radius, defaults.pin_radius, above_zero=True),
             "track_length": relative_input(self.path, defaults.track_radius, above_zero=True),
         }
@@ -90,6 +90,7 @@ class PinAndTrackWear:
         """Return both bodies after an effective sliding distance, m. Raises ``ContactError`` past the tip."""
         pin, track = (np.asarray(k * values["normal_load"] * progress) for k in _coefficients(values))
         section = track / values["track_length"]
+        track = self.contact.contacts_per_turn * track
         tip = self.tip(values)
         worn = tip.worn(pin, section)
         _refuse_beyond(tip, worn, pin)

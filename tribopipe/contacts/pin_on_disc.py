@@ -43,13 +43,13 @@ class PinWear:
     @property
     def conditions(self) -> dict[str, Quantity]:
         """The radius of the tip."""
-        return {"pin_radius": self.contact.equivalent_pin.radius}
+        return {"pin_radius": self.contact.pin.radius}
 
     def inputs(self, normal_load: Quantity, recipe: Recipe) -> dict[str, Input]:
         """Return load, tip radius and moduli with the uncertainties stated, or else the recipe's defaults."""
         defaults, contact = recipe.uncertainty, self.contact
         return {
-            "normal_load": relative_input(normal_load, defaults.normal_load, above_zero=True),
+            "normal_load": relative_input(contact.pressed_by(normal_load), defaults.normal_load, above_zero=True),
             "pin_radius": relative_input(contact.equivalent_pin.radius, defaults.pin_radius, above_zero=True),
             "pin_modulus": relative_input(contact.pin.youngs_modulus, defaults.youngs_modulus, above_zero=True),
             "disc_modulus": relative_input(

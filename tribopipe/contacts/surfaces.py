@@ -14,7 +14,9 @@ import numpy as np
 from tribopipe.base.arrays import Column, Values
 from tribopipe.base.errors import ContactError
 from tribopipe.contacts.pin_on_disc import pin_contact
-from tribopipe.documents.contact import Contact, SlidingPin, TwinDisc, family_of
+from tribopipe.documents.contact import Contact, SlidingPin
+from tribopipe.documents.contact_kinds import family_of
+from tribopipe.documents.twin_disc import TwinDisc
 from tribopipe.physics.conventions import Engine
 from tribopipe.physics.geometry import cap_height
 from tribopipe.physics.hertz import contact_modulus, hertz_radius

@@ -13,11 +13,11 @@ from tribopipe.base.errors import ContactError
 from tribopipe.base.units import show
 from tribopipe.contacts.inputs import Input, best_values, relative_input
 from tribopipe.contacts.wear import Noticed, Reached, Row, State, Steps
-from tribopipe.documents.contact import TwinDisc
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.slip import slip
+from tribopipe.documents.twin_disc import TwinDisc
 from tribopipe.physics.conventions import DistanceConvention
 from tribopipe.physics.hertz import HARDNESS_UNIT, contact_modulus
 from tribopipe.physics.hertz_ellipse import hertz_ellipse

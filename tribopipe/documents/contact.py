@@ -1,31 +1,23 @@
-"""The two bodies of a contact as they went into the test, and what wear grows along on each kind of tribometer.
+"""The two bodies of a contact as they went into the test, and what wear grows along.
 
-Another package adds a kind under the entry point ``tribopipe.contacts``; its class is a ``SlidingPin``.
+Each kind of tribometer is a class in a module of its own (tribopipe.documents.contact_kinds lists them).
 """
 
-import math
 import re
 from collections.abc import Mapping
-from importlib.metadata import EntryPoint
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, TypeVar, cast, get_args
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self, get_args
 
 from pydantic import (
     AfterValidator,
     Field,
-    GetCoreSchemaHandler,
-    ValidationInfo,
-    ValidatorFunctionWrapHandler,
     model_validator,
 )
-from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from tribopipe.base.plugins import Plugins
+from tribopipe.base.errors import UnitError
 from tribopipe.base.units import show
-from tribopipe.documents.quantity import Density, Length, Pressure, Quantity, Ratio, Toughness
+from tribopipe.documents.quantity import Density, Length, Pressure, Quantity, Ratio, Toughness, read_quantity, scaled
 from tribopipe.documents.record import Record
 from tribopipe.documents.signals import SignalName
-
-Answer = TypeVar("Answer")
 
 
 class Progress(NamedTuple):
@@ -134,6 +126,12 @@ class Contact(Record):
     """Names for readers of bodies whose name in run.toml is different."""
     slid: ClassVar[str] = "sliding distance"
     """What the distance is called that the bodies slide on each other."""
+    load_share: ClassVar[float] = 1.0
+    """Load on one contact over the load that is applied."""
+    contacts_per_turn: ClassVar[int] = 1
+    """Contacts that a place of the second body's track meets in one turn."""
+    depth_share: ClassVar[float] = 1.0
+    """Approach of the two bodies over the displacement that a sensor reads."""
     sensor_tells: ClassVar[bool] = False
     """Whether the depth reading of a test gives the wear without a measurement after it."""
     title: ClassVar[str]
@@ -153,6 +151,18 @@ class Contact(Record):
     def body_name(cls, role: str) -> str:
         """Return the name of the body in a role."""
         return dict(zip(cls.roles, cls.body_names, strict=True))[role]
+
+    def friction_arm(self, track_radius: float | None, /) -> float | None:
+        """Return friction torque over friction force, as it belongs to the load that is applied, m."""
+        return track_radius
+
+    def pressed_by(self, applied: Quantity) -> Quantity:
+        """Return the normal load on one contact under a load as it is applied, N."""
+        return scaled(applied, self.load_share)
+
+    def contacts_of(self, role: str) -> int:
+        """Return in how many contacts the body in a role wears."""
+        return self.contacts_per_turn if role == self.roles[1] else 1
 
     @property
     def in_roles(self) -> dict[str, Specimen]:
@@ -217,30 +227,53 @@ class Contact(Record):
 
     @classmethod
     def kinds(cls) -> "tuple[type[Record], ...]":
-        """Return the kinds that are installed, where the class itself is none."""
-        kinds = tuple(kind for kind in contacts().values() if issubclass(kind, cls))
-        return kinds if cls in (Contact, SlidingPin) else (cls,)
+        """Return the class itself if run.toml can name it, otherwise the kinds of its family that are loaded."""
+        if get_args(cls.model_fields["kind"].annotation):
+            return (cls,)
+        return tuple(kind for family in cls.__subclasses__() for kind in family.kinds())
 
 
-_OF_A_DISC = (
-    re.compile(
-        r"(?<![A-Za-z_])disc"
-        r"([_ ](?:wear[_ ]depth|wear[_ ]volume|track[_ ]width|mass[_ ]loss|profile|modulus|end[_ ]value)\b)"
-    ),
-    re.compile(r"(?:(?<=^)|(?<=; )|(?<=, ))disc(?=$|:)|(?<=\b[Tt]he )disc\b(?![._])"),
+_MEASURED = (
+    r"([_ ](?:wear[_ ]depth|wear[_ ]volume|track[_ ]width|scar[_ ](?:diameter|length|width)|mass[_ ]loss|profile"
+    r"|modulus|radius|end[_ ]value)\b)"
 )
-"""Keys of a disc and names of what belongs to it, and the disc itself where a text speaks of it."""
+
+
+class _Called(NamedTuple):
+    """Where a text means a body by the name that it has in its family: keys of what belongs to it, and the body."""
+
+    key: re.Pattern[str]
+    body: re.Pattern[str]
+
+    @classmethod
+    def by(cls, role: str) -> Self:
+        """Return where a text calls a body by its role."""
+        alone = rf"(?:(?<=^)|(?<=; )|(?<=, )){role}(?=$|:)|(?<=\b[Tt]he ){role}\b(?![._])"
+        return cls(re.compile(rf"(?<![A-Za-z_]){role}{_MEASURED}"), re.compile(alone))
+
+    def put(self, text: str, role: str, own: str) -> str:
+        """Return a text with the body's own name."""
+        words = own.replace("_", " ")
+        text = self.key.sub(lambda found: (words if found[1].startswith(" ") else own) + found[1], text)
+        text = self.body.sub(words, text)
+        return text.replace(f"contact.{role}.", f"contact.{own}.")
+
+
+_CALLED = {role: _Called.by(role) for role in ("pin", "disc")}
 
 
 class SlidingPin(Contact):
     """A pin or ball that stays in contact while a track of the counterbody passes it; the depth sensor reads its wear.
 
-    A subclass adds the field of its counterbody and names it in ``body_names``. Within tribopipe the counterbody has
-    the names of a disc; run.toml and messages have those of the contact.
+    A subclass adds the fields of its bodies and names them in ``body_names``, the one that stays in contact first.
+    Within tribopipe they have the names of a pin and a disc; run.toml and messages have those of the contact.
     """
 
-    pin: Pin
-    """The pin."""
+    if TYPE_CHECKING:
+
+        @property
+        def pin(self) -> Pin:
+            """The pin, or as which pin the body that stays in contact is taken: a field or a property."""
 
     progress: ClassVar[Progress] = SLIDING
     body_names: ClassVar[tuple[str, ...]] = ("pin", "disc")
@@ -248,6 +281,11 @@ class SlidingPin(Contact):
     fitted_bodies: ClassVar[tuple[str, ...]] = ("pin",)
     shown: ClassVar[tuple[str, ...]] = ("wear_depth", "mean_pressure")
     sensor_tells: ClassVar[bool] = True
+
+    @model_validator(mode="before")
+    @classmethod
+    def _a_ball_is_a_spherical_pin(cls, contact: Any) -> Any:
+        return _with_ball_as_pin(contact) if "pin" in cls.model_fields and isinstance(contact, Mapping) else contact
 
     @property
     def counterbody(self) -> Specimen:
@@ -327,304 +365,89 @@ class SlidingPin(Contact):
 
     @classmethod
     def completed(cls, document: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return a run.toml with its post-test measurements of the counterbody under the names of a disc's.
+        """Return a run.toml with its post-test measurements of both bodies under the names of a pin's and a disc's.
 
-        Raises ``ValueError`` where one of them is given by both names.
+        Raises ``ValueError`` where one of them is given by two names.
         """
         ends = document.get("end_values")
         stops = document.get("interruptions")
         named = dict(document)
         if isinstance(ends, Mapping):
-            named["end_values"] = cls._of_a_disc("end_values", ends)
+            named["end_values"] = cls._in_roles("end_values", ends)
         if isinstance(stops, list | tuple):
             named["interruptions"] = [
-                cls._of_a_disc(f"interruptions[{number}]", stop) if isinstance(stop, Mapping) else stop
+                cls._in_roles(f"interruptions[{number}]", stop) if isinstance(stop, Mapping) else stop
                 for number, stop in enumerate(stops)
             ]
         return named
 
     @classmethod
     def stated(cls, document: dict[str, Any]) -> dict[str, Any]:
-        """Return a run.toml with the contact's own names for post-test measurements of its counterbody."""
-        if cls.counterbody_name() == "disc":
+        """Return a run.toml with the contact's own names for post-test measurements of its bodies."""
+        if not cls._names():
             return document
         stops = document.get("interruptions") or ()
         return document | {
             name: ends
             for name, ends in (
-                ("end_values", cls._of_the_counterbody(document.get("end_values"))),
-                ("interruptions", [cls._of_the_counterbody(stop) for stop in stops]),
+                ("end_values", cls._in_own_names(document.get("end_values"))),
+                ("interruptions", [cls._in_own_names(stop) for stop in stops]),
             )
             if name in document
         }
 
     @classmethod
-    def _of_the_counterbody(cls, ends: Any) -> Any:
+    def _names(cls) -> dict[str, str]:
+        """Return the bodies' own names by those of their roles, where they are different."""
+        return {role: own for role, own in zip(cls.roles, cls.body_names, strict=True) if role != own}
+
+    @classmethod
+    def _in_own_names(cls, ends: Any) -> Any:
         return {cls.worded(key): value for key, value in ends.items()} if isinstance(ends, Mapping) else ends
 
     @classmethod
-    def _of_a_disc(cls, where: str, ends: Mapping[str, Any]) -> dict[str, Any]:
-        own = f"{cls.counterbody_name()}_"
-        names = {key: f"disc_{key.removeprefix(own)}" if str(key).startswith(own) else key for key in ends}
-        names = {key: name if _OF_A_DISC[0].fullmatch(str(name)) else key for key, name in names.items()}
+    def _in_roles(cls, where: str, ends: Mapping[str, Any]) -> dict[str, Any]:
+        names = {key: cls._role_key(str(key)) for key in ends}
         twice = next((key for key, name in names.items() if key != name and name in ends), None)
         if twice is not None:
-            raise ValueError(f"{where}.{twice}: found it twice, once by the name that it has on a disc; remove one")
+            raise ValueError(f"{where}.{twice}: found it twice, once as {names[twice]}; expected it once; remove one")
         return {names[key]: value for key, value in ends.items()}
 
     @classmethod
+    def _role_key(cls, key: str) -> str:
+        ball = {"pin": "ball"} if "pin" in cls.model_fields else {}
+        for role, own in (ball | cls._names()).items():
+            name = f"{role}_{key.removeprefix(f'{own}_')}"
+            if key.startswith(f"{own}_") and _CALLED[role].key.fullmatch(name):
+                return name
+        return key
+
+    @classmethod
     def worded(cls, text: str) -> str:
-        """Return a text that speaks of a disc in the names of this contact."""
-        own = cls.counterbody_name()
-        if own == "disc":
-            return text
-        key, body = _OF_A_DISC
-        return body.sub(own.replace("_", " "), key.sub(rf"{own}\1", text)).replace("contact.disc", f"contact.{own}")
+        """Return a text that speaks of a pin and a disc in the names of this contact."""
+        for role, own in cls._names().items():
+            text = _CALLED[role].put(text, role, own)
+        return text
 
 
-class PinOnDisc(SlidingPin):
-    """A pin pressed on a rotating disc."""
-
-    kind: Literal["pin-on-disc"]
-    """Type of tribometer."""
-    disc: Specimen
-    """The disc."""
-
-    both: ClassVar[str] = "pin + disc"
-    title: ClassVar[str] = "a pin on a disc"
-
-
-class CurvedDisc(Specimen):
-    """The disc with a crown."""
-
-    rolling_radius: Length
-    """r₁z: radius along the direction of rolling."""
-    crown_radius: Length
-    """r₁x: radius of its surface across the direction of rolling."""
-    width: Length | None = None
-    """Width of the running surface, beyond which a worn flat cannot widen."""
-
-
-class FlatDisc(Specimen):
-    """The disc whose running surface is flat across the direction of rolling."""
-
-    rolling_radius: Length
-    """r₂z: radius along the direction of rolling."""
-    width: Length | None = None
-    """Width of the running surface."""
-
-
-class TwinDisc(Contact):
-    """Two discs that roll on each other and slip."""
-
-    kind: Literal["twin-disc"]
-    """Type of tribometer."""
-    curved_disc: CurvedDisc
-    """The disc with a crown; rotations are counted on it."""
-    flat_disc: FlatDisc
-    """The flat disc."""
-
-    progress: ClassVar[Progress] = ROTATIONS
-    body_names: ClassVar[tuple[str, ...]] = ("curved_disc", "flat_disc")
-    roles: ClassVar[tuple[str, ...]] = ("curved_disc", "flat_disc")
-    fitted_bodies: ClassVar[tuple[str, ...]] = ("curved_disc", "flat_disc")
-    shown: ClassVar[tuple[str, ...]] = ("wear_depth", "wear_volume")
-    rolls: ClassVar[bool] = True
-    both: ClassVar[str] = "both discs"
-    body_words: ClassVar[Mapping[str, str]] = {"curved_disc": "crowned disc"}
-    slid: ClassVar[str] = "slip distance"
-    title: ClassVar[str] = "two discs that roll on each other and slip"
-
-    @property
-    def travel(self) -> float:
-        """Distance, m, that the surface of the crowned disc goes in a rotation."""
-        return 2 * math.pi * self.curved_disc.rolling_radius.value
-
-    @property
-    def inputs(self) -> dict[str, Quantity]:
-        """Radii and moduli of the discs, by their keys."""
-        radii = {f"{name}.rolling_radius": getattr(self, name).rolling_radius for name in self.body_names}
-        moduli = {f"{name}.youngs_modulus": body.youngs_modulus for name, body in self.bodies.items()}
-        return {"curved_disc.crown_radius": self.curved_disc.crown_radius, **radii, **moduli}
-
-    @property
-    def unworn_radii(self) -> tuple[float, float]:
-        """Radii of the gap before the test across the motion and along it, m."""
-        curved, flat = self.curved_disc.rolling_radius.value, self.flat_disc.rolling_radius.value
-        return self.curved_disc.crown_radius.value, curved * flat / (curved + flat)
-
-    @property
-    def round_surfaces(self) -> dict[str, Quantity]:
-        """Radius of the crown, m."""
-        return {"curved_disc": self.curved_disc.crown_radius}
-
-    @property
-    def worn_radius(self) -> tuple[str, Quantity]:
-        """Return the name of the radius that is worn flat, and the radius, m."""
-        return "crown radius", self.curved_disc.crown_radius
-
-    @property
-    def alike(self) -> dict[str, object]:
-        """What else than the materials runs must have in common for one k_D, by its name."""
-        return {
-            "crown radius in m": self.curved_disc.crown_radius.value,
-            "crowned disc's radius in m": self.curved_disc.rolling_radius.value,
-            "flat disc's radius in m": self.flat_disc.rolling_radius.value,
-        }
-
-    def refuse_conditions(self, conditions: Any) -> None:
-        """Raise ``ValueError`` for discs that do not slip, or whose slip is stated twice."""
-        slip = conditions.slip
-        curved, flat = (getattr(conditions, f"{disc}_speed") for disc in self.body_names)
-        if slip is None and None in (curved, flat):
+def _with_ball_as_pin(contact: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return [contact] with a ball of some diameter as a spherical pin of half of it."""
+    ball = contact.get("ball")
+    if not isinstance(ball, Mapping):
+        return contact
+    if "pin" in contact:
+        raise ValueError("ball: found one beside pin; expected one of the two; remove the other")
+    if "diameter" not in ball:
+        raise ValueError('ball.diameter: missing; add diameter = "6 mm" or the like')
+    for key in ("shape", "radius", "flat_radius"):
+        if key in ball:
             raise ValueError(
-                'conditions.slip: missing; expected the slip of the discs, or the speeds of both; add slip = "4 %", or '
-                "curved_disc_speed and flat_disc_speed"
+                f"ball.{key}: found one, which a ball has no need of; expected its diameter; remove {key}, or "
+                "write [contact.pin]"
             )
-        if slip is not None and flat is not None:
-            raise ValueError(
-                "conditions.slip: found it together with flat_disc_speed, which is equivalent; expected one of the "
-                "two; remove the other"
-            )
-        equal = slip is None and curved is not None and flat is not None and curved.value == flat.value
-        if equal or (slip is not None and slip.value == 0):
-            raise ValueError(
-                "conditions.slip: found none, both discs at the same speed; expected slip, since discs that only roll "
-                "do not wear by sliding; check both speeds"
-            )
-        if slip is not None and slip.value <= -1:
-            raise ValueError(
-                f"conditions.slip: found {slip.shown('%')}; expected more than -100 %, at which the flat disc would "
-                "stand still; write (v2 - v1)/v1"
-            )
-
-    def refuse_wear(self, where: str, measured: Any) -> None:
-        """Raise ``ValueError`` for a depth or a track beyond the crown, or a track wider than its disc."""
-        crown = self.curved_disc.crown_radius
-        for name, disc in (("curved_disc", self.curved_disc), ("flat_disc", self.flat_disc)):
-            depth, width = getattr(measured, f"{name}_wear_depth"), getattr(measured, f"{name}_track_width")
-            if depth is not None and depth.value >= crown.value:
-                raise ValueError(
-                    f"{where}.{name}_wear_depth: found {depth.shown('um')}, no less than the crown radius of "
-                    f"{crown.shown('mm')}; expected wear within the crown; check both units"
-                )
-            if width is not None and width.value >= 2 * crown.value:
-                raise ValueError(
-                    f"{where}.{name}_track_width: found {width.shown('mm')}, no less than twice the crown radius of "
-                    f"{crown.shown('mm')}; expected a track on the crown; check both units"
-                )
-            if width is not None and disc.width is not None and width.value > disc.width.value:
-                raise ValueError(
-                    f"{where}.{name}_track_width: found {width.shown('mm')} on a disc {disc.width.shown('mm')} wide; "
-                    "expected a track within the disc; check both units"
-                )
-
-
-DiscName = Literal["curved_disc", "flat_disc"]
-DISCS: tuple[DiscName, DiscName] = ("curved_disc", "flat_disc")
-"""In the order of k₁ and k₂."""
-GROUP = "tribopipe.contacts"
-_SHIPPED: tuple[type[Contact], ...] = (PinOnDisc, TwinDisc)
-
-
-def family_of(contact: "Contact", answers: Mapping[type["Contact"], Answer]) -> Answer:
-    """Return the answer for the family of a contact."""
-    return next(answers[family] for family in type(contact).__mro__ if family in answers)
-
-
-def kind_of(contact: type[Contact]) -> str:
-    """Return the kind that run.toml names a class by."""
-    return str(get_args(contact.model_fields["kind"].annotation)[0])
-
-
-SHIPPED: dict[str, type[Contact]] = {kind_of(contact): contact for contact in _SHIPPED}
-"""tribopipe's own kinds of contact by their names in run.toml."""
-
-
-def _load(entry: EntryPoint) -> type[Contact]:
-    contact = entry.load()
-    if not (isinstance(contact, type) and issubclass(contact, SlidingPin)):
-        raise TypeError(f"found {contact!r}; expected a subclass of SlidingPin")
-    kinds = get_args(contact.model_fields["kind"].annotation)
-    if kinds != (entry.name,):
-        raise TypeError(f"found the kind {contact.model_fields['kind'].annotation}; expected Literal['{entry.name}']")
-    if entry.name in SHIPPED:
-        raise ValueError("the name is used by tribopipe itself")
-    bodies = [
-        contact.model_fields[name].annotation if name in contact.model_fields else None for name in contact.body_names
-    ]
-    if (
-        len(bodies) != 2
-        or contact.body_names[0] != "pin"
-        or not all(isinstance(body, type) and issubclass(body, Specimen) for body in bodies)
-    ):
-        raise TypeError(f"found the bodies {contact.body_names}; expected the pin and the field of a specimen")
-    return contact
-
-
-ADDED: Plugins[type[Contact]] = Plugins(GROUP, "contact", _load, kind_of)
-"""Kinds that other packages add."""
-
-
-def contacts() -> dict[str, type[Contact]]:
-    """Return each kind of contact by its name in run.toml, tribopipe's own first."""
-    return SHIPPED | dict(ADDED)
-
-
-def contact_named(kind: object) -> type[Contact] | None:
-    """Return the class of a kind; none of a kind that is not installed."""
-    if not isinstance(kind, str):
-        return None
-    return SHIPPED.get(kind) or ADDED.get(kind)
-
-
-def spoken(name: str) -> str:
-    """Write a key as words: "crowned disc" for ``curved_disc``."""
-    for kind in contacts().values():
-        for body, words in kind.body_words.items():
-            name = name.replace(body, words)
-    return name.replace("_", " ")
-
-
-class _OfItsKind:
-    """Has a contact read as the class of its kind, and written with all its fields."""
-
-    def __init__(self, *shipped: type[Contact]) -> None:
-        self._shipped = shipped
-
-    def __get_pydantic_core_schema__(self, source: type[Contact], handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Return the schema of tribopipe's kinds, which reports what is missing in a document without a kind."""
-        union: Any = self._shipped[0]
-        for kind in self._shipped[1:]:
-            union |= kind
-        tagged = Annotated[union, Field(discriminator="kind")] if len(self._shipped) > 1 else union
-
-        def read(written: Any, own: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Contact:
-            kind = written.get("kind") if isinstance(written, Mapping) else None
-            if isinstance(written, source):
-                return written
-            if isinstance(kind, str):
-                return _of_family(source, kind).model_validate(written, context=info.context)
-            return cast("Contact", own(written))
-
-        anything = core_schema.simple_ser_schema("any")
-        return core_schema.with_info_wrap_validator_function(
-            read, handler.generate_schema(tagged), serialization=anything
-        )
-
-
-def _of_family(family: type[Contact], kind: str) -> type[Contact]:
-    """Return the class of a kind. Raises ``ValueError`` where none of the family is installed by that name."""
-    contact = contact_named(kind)
-    if contact is None or not issubclass(contact, family):
-        known = [name for name, other in contacts().items() if issubclass(other, family)]
-        raise PydanticCustomError(
-            "union_tag_invalid", "", {"discriminator": "'kind'", "expected_tags": ", ".join(map(repr, known))}
-        )
-    return contact
-
-
-AnyContact = Annotated[Contact, _OfItsKind(PinOnDisc, TwinDisc)]
-"""A contact of any installed kind."""
-AnySlidingPin = Annotated[SlidingPin, _OfItsKind(PinOnDisc)]
-"""A pin on a counterbody, of any installed kind."""
+    try:
+        radius = scaled(read_quantity(ball["diameter"], "length"), 0.5)
+    except (UnitError, ValueError) as error:
+        raise ValueError(f"ball.diameter: {error}") from error
+    pin = {"shape": "spherical", "radius": radius, **ball}
+    return {**{key: value for key, value in contact.items() if key != "ball"}, "pin": pin}

@@ -21,19 +21,8 @@ from pydantic import (
 
 from tribopipe.base.errors import ContactError, ManifestError, did_you_mean
 from tribopipe.base.files import leads_out
-from tribopipe.documents.contact import (
-    ROTATIONS,
-    SLIDING,
-    AnyContact,
-    Contact,
-    Pin,
-    Progress,
-    SlidingPin,
-    Specimen,
-    TwinDisc,
-    contact_named,
-    contacts,
-)
+from tribopipe.documents.contact import ROTATIONS, SLIDING, Contact, Pin, Progress, SlidingPin, Specimen
+from tribopipe.documents.contact_kinds import AnyContact, contact_named, contacts
 from tribopipe.documents.quantity import (
     Distance,
     EndValue,
@@ -51,10 +40,12 @@ from tribopipe.documents.quantity import (
     Slip,
     Speed,
     Temperature,
+    scaled,
 )
 from tribopipe.documents.record import Record, read_document
 from tribopipe.documents.signals import SignalName
 from tribopipe.documents.toml import parse_toml, read_bytes
+from tribopipe.documents.twin_disc import TwinDisc
 
 MANIFEST_NAME = "run.toml"
 MANIFEST_SCHEMA = "tribopipe.run/1"
@@ -537,6 +528,25 @@ class RunManifest(Record):
     def rolls(self) -> bool:
         """Whether two discs roll on each other, so that rotations count; a pin slides, and its distance counts."""
         return self.contact is not None and self.contact.rolls
+
+    @property
+    def path(self) -> Quantity | None:
+        """Sliding distance between two contacts that one place of a track meets, m; none where it is not known."""
+        path = self.conditions.path
+        return path if path is None or self.contact is None else scaled(path, 1 / self.contact.contacts_per_turn)
+
+    @property
+    def friction_arm(self) -> float | None:
+        """Friction torque over friction force, m; none where it is not known."""
+        radius = self.conditions.track_radius
+        arm = None if radius is None else radius.value
+        return arm if self.contact is None else self.contact.friction_arm(arm)
+
+    @property
+    def depth_scale(self) -> Quantity:
+        """Approach of the two bodies over what the depth sensor reads."""
+        scale = self.sensors.depth_scale
+        return scale if self.contact is None else scaled(scale, self.contact.depth_share)
 
     @property
     def pin(self) -> Pin | None:

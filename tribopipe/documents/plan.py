@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, Field, model_validator
 
 from tribopipe.base.errors import ContactError
-from tribopipe.documents.contact import AnySlidingPin, TwinDisc
+from tribopipe.documents.contact_kinds import AnySlidingPin
 from tribopipe.documents.manifest import Rotations, RunId, StatedFriction
 from tribopipe.documents.quantity import (
     Distance,
@@ -26,6 +26,7 @@ from tribopipe.documents.quantity import (
 )
 from tribopipe.documents.recipe import GivenParameter, LawName
 from tribopipe.documents.record import Record
+from tribopipe.documents.twin_disc import TwinDisc
 from tribopipe.physics.conventions import DistanceConvention
 
 
@@ -120,6 +121,8 @@ class Series(Record):
     """Nominal sliding speed."""
     sliding_distance: Distance
     """Sliding distance of each run."""
+    stroke: Length | None = None
+    """Length of one stroke of a pin that slides there and back."""
     sensors: Sensors = Sensors()
     """The instrument."""
     runs: tuple[VirtualRun, ...] = Field(min_length=1)

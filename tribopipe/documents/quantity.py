@@ -198,6 +198,15 @@ class Unit:
     si: str
 
 
+def scaled(quantity: Quantity, factor: float) -> Quantity:
+    """Return a quantity times an exact factor."""
+    if factor == 1.0:
+        return quantity
+    spread = quantity.standard_uncertainty
+    changed = {"value": factor * quantity.value, "standard_uncertainty": None if spread is None else factor * spread}
+    return quantity.model_copy(update=changed)
+
+
 def wear_coefficient(value: float, standard_uncertainty: float | None = None) -> Quantity:
     """Return a wear coefficient k_D, m²/N."""
     return Quantity(value=value, unit="m^2/N", standard_uncertainty=standard_uncertainty)

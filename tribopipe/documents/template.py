@@ -7,10 +7,11 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, create_model
 from pydantic.fields import FieldInfo
 
-from tribopipe.documents.contact import CurvedDisc, FlatDisc, Pin, Specimen
+from tribopipe.documents.contact import Pin, Specimen
 from tribopipe.documents.manifest import Conditions, EndValues, RunManifest, Sensors, SignalFile
 from tribopipe.documents.record import Record, read_document
 from tribopipe.documents.toml import parse_toml, read_bytes
+from tribopipe.documents.twin_disc import CurvedDisc, FlatDisc
 
 TEMPLATE_SCHEMA = "tribopipe.template/1"
 _OF_ONE_RUN = ("id", "started", "interruptions")

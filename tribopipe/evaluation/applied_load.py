@@ -1,5 +1,7 @@
 """The normal load that pressed the bodies together: as it was recorded, else as run.toml states it.
 
+Where the load that is applied rests on several contacts, as in a four-ball test, each takes its share.
+
 Wear is proportional to ∫F_N ds, so a recorded load counts by its mean over the sliding distance. How far its
 calibration may be off, nobody but the lab knows: it is taken to be as uncertain, relatively, as the nominal load is
 stated to be.
@@ -46,19 +48,25 @@ def recorded_load(run: RawRun) -> Quantity | None:
 
 
 def load_path(run: RawRun, distances: Column) -> Column:
-    """Return ∫F_N ds until these sliding distances, N·m: by the recorded load, else by the nominal one."""
+    """Return ∫F_N ds of one contact until these sliding distances, N·m: by the recorded load, else the nominal one."""
+    share = 1.0 if run.manifest.contact is None else run.manifest.contact.load_share
     force, slid = run.columns.get("normal_force"), run.columns["sliding_distance"]
     if force is None or recorded_load(run) is None:
-        return run.manifest.conditions.normal_load.value * distances
+        return share * run.manifest.conditions.normal_load.value * distances
     seen = np.isfinite(force) & np.isfinite(slid)
     # The first sample stands for what was slid before it.
     force, slid = np.append(force[seen][0], force[seen]), np.append(0.0, slid[seen])
     path = np.append(0.0, np.cumsum((force[1:] + force[:-1]) / 2 * np.diff(slid)))
-    return np.asarray(np.interp(distances, slid, path))
+    return np.asarray(share * np.interp(distances, slid, path))
+
+
+def contact_load(run: RawRun, recipe: Recipe) -> Quantity:
+    """Return the load on one contact for the evaluation of wear, N, as ``applied_load`` of a run with bodies."""
+    return run.manifest.described.pressed_by(applied_load(run, recipe))
 
 
 def applied_load(run: RawRun, recipe: Recipe) -> Quantity:
-    """Return the load for the evaluation of wear, N: recorded, else nominal.
+    """Return the load that is applied, N: recorded, else nominal.
 
     Parameters
     ----------

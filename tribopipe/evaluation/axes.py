@@ -9,10 +9,10 @@ import numpy as np
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ReaderError
-from tribopipe.documents.contact import TwinDisc
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.signals import SignalName
 from tribopipe.documents.slip import slip_per_rotation
+from tribopipe.documents.twin_disc import TwinDisc
 from tribopipe.physics.axis_restarts import continuous
 from tribopipe.physics.counter_glitches import mended
 from tribopipe.results.run import Origin

@@ -19,7 +19,7 @@ from tribopipe.documents.contact import Pin
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
-from tribopipe.evaluation.applied_load import applied_load
+from tribopipe.evaluation.applied_load import contact_load
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear
 from tribopipe.evaluation.measurements.twin_disc import DiscEndWear
 from tribopipe.evaluation.preprocessing.spikes import spikes
@@ -112,7 +112,7 @@ def depth_record(run: RawRun) -> DepthRecord:
     if temperature is not None and not np.all(np.isfinite(temperature[seen])):
         temperature = None
     share, progress = (time[seen] - start) / duration, np.maximum(distance[seen], 0.0)
-    depth = run.manifest.sensors.depth_scale.value * run.columns["depth"][seen]
+    depth = run.manifest.depth_scale.value * run.columns["depth"][seen]
     remounted = [stop.place for stop in run.manifest.interruptions if stop.remounted]
     # Samples before a step have the distance of the last of them at most.
     found = tuple(float(progress[at - 1]) for at in steps(share, progress, depth))
@@ -132,7 +132,7 @@ def depth_record(run: RawRun) -> DepthRecord:
 
 def sensor_scale(run: RawRun, recipe: Recipe) -> Quantity:
     """Return by how much the depth sensor's reading is to be multiplied, with its uncertainty."""
-    scale = run.manifest.sensors.depth_scale
+    scale = run.manifest.depth_scale
     return stated_or_default(scale, recipe.uncertainty.depth_scale * abs(scale.value))[0]
 
 
@@ -170,7 +170,7 @@ def best_pin(run: RawRun, end: EndWear | None, recipe: Recipe) -> PinContact:
     """
     contact = run.manifest.sliding_pin
     values = {
-        "normal_load": applied_load(run, recipe).value,
+        "normal_load": contact_load(run, recipe).value,
         "pin_radius": contact.equivalent_pin.radius.value,
         "pin_modulus": contact.pin.youngs_modulus.value,
         "disc_modulus": contact.counterbody.youngs_modulus.value,

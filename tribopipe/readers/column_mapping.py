@@ -5,14 +5,32 @@ from typing import NamedTuple
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ReaderError
-from tribopipe.base.units import is_rotational
-from tribopipe.documents.manifest import ColumnSource, SignalFile
+from tribopipe.base.units import is_rotational, is_unit_of
+from tribopipe.documents.manifest import ColumnSource, RunManifest, SignalFile
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.readers.column_aliases import Meaning, is_synonym, meanings_of
 from tribopipe.readers.columns import column_in_si, find_column, is_a_weight, unit_of
 from tribopipe.readers.fields import remarks
 from tribopipe.readers.reader import Hints, ReadColumn, ReadTable
 from tribopipe.results.run import ExtraColumn
+
+
+class Arms(NamedTuple):
+    """Lengths, m, by which what turns becomes what slides; none where run.toml does not state them."""
+
+    track: float | None = None
+    """Radius of the circle that is slid on."""
+    friction: float | None = None
+    """Friction torque over friction force."""
+
+    @classmethod
+    def of(cls, manifest: RunManifest) -> "Arms":
+        """Return the arms of a run."""
+        radius = manifest.conditions.track_radius
+        return cls(None if radius is None else radius.value, manifest.friction_arm)
+
+
+NO_ARMS = Arms()
 
 
 class Part(NamedTuple):
@@ -66,20 +84,23 @@ def doubts_on(table: ReadTable, signals: SignalFile, file: str) -> list[str]:
     ]
 
 
-def part_of(
-    table: ReadTable, meanings: Meanings, file: str, before: int = 0, track_radius: float | None = None
-) -> Part:
+def part_of(table: ReadTable, meanings: Meanings, file: str, before: int = 0, arms: Arms = NO_ARMS) -> Part:
     """Return the signals of a table in SI, and what no signal is made of; so many rows were read ``before`` it.
 
-    A rotational speed n that is given for the sliding speed is one on a track of radius R, m: v = 2πR·n.
+    A rotational speed n that is given for the sliding speed is one on a track of radius R, m: v = 2πR·n. A torque T
+    that is given for the friction force has an arm r: F = T/r.
 
     Raises ``ReaderError`` where a column does not hold what it should.
     """
     part = Part({}, {})
     for column in table.columns:
         for name, told in meanings.get(column.name, []):
-            if name == "sliding_speed" and is_rotational(unit_of(column, told) or "1"):
-                part.columns[name] = _on_track(column, told, file, before, track_radius)
+            unit = unit_of(column, told) or "1"
+            if name == "sliding_speed" and is_rotational(unit):
+                part.columns[name] = _on_track(column, told, file, before, arms.track)
+                continue
+            if name == "friction_force" and is_unit_of(unit, "torque"):
+                part.columns[name] = _on_arm(column, told, file, before, arms.friction)
                 continue
             part.columns[name] = column_in_si(column, told, name, SIGNALS[name].kind, file, before)
         if column.name not in meanings:
@@ -99,6 +120,16 @@ def _on_track(
     return track_radius * column_in_si(column, told, "sliding_speed", "rotational speed", file, before)
 
 
+def _on_arm(column: ReadColumn, told: ColumnSource | None, file: str, before: int, arm: float | None) -> Column:
+    """Return the friction force, N, of a friction torque. Raises ``ReaderError`` where run.toml states no arm."""
+    if arm is None:
+        raise ReaderError(
+            f"{file}, column {column.name!r}: found a torque for friction_force and no track radius in run.toml; "
+            'expected both, F = T/R; add conditions.track_radius = "6 mm" or the like'
+        )
+    return column_in_si(column, told, "friction_force", "torque", file, before) / arm
+
+
 def notes_on(table: ReadTable, meanings: Meanings, file: str) -> list[str]:
     """Return what a person should know of how a file was read and understood."""
     synonyms = [
@@ -113,7 +144,13 @@ def notes_on(table: ReadTable, meanings: Meanings, file: str) -> list[str]:
         for name, told in meanings.get(column.name, [])
         if is_a_weight(column, told, SIGNALS[name].kind)
     ]
-    return [f"{file}: {note}" for note in (*remarks(table), *synonyms, *weights)]
+    torques = [
+        f"{name} in {unit_of(column, told)} is taken as a torque about the axis"
+        for column in table.columns
+        for name, told in meanings.get(column.name, [])
+        if name == "friction_force" and is_unit_of(unit_of(column, told) or "1", "torque")
+    ]
+    return [f"{file}: {note}" for note in (*remarks(table), *synonyms, *weights, *torques)]
 
 
 def spoken(names: Sequence[str]) -> str:

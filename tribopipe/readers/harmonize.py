@@ -12,7 +12,17 @@ from tribopipe.base.errors import ReaderError
 from tribopipe.documents.manifest import RunManifest, SignalFile, is_described, manifest_path, read_manifest
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.evaluation.derived_columns import derive_missing
-from tribopipe.readers.column_mapping import Meanings, Part, doubts_on, hints_of, meanings_in, notes_on, part_of, spoken
+from tribopipe.readers.column_mapping import (
+    Arms,
+    Meanings,
+    Part,
+    doubts_on,
+    hints_of,
+    meanings_in,
+    notes_on,
+    part_of,
+    spoken,
+)
 from tribopipe.readers.columns import read_source
 from tribopipe.readers.friction_definitions import definitions_note
 from tribopipe.readers.profiles import read_profiles
@@ -84,12 +94,12 @@ def _read_files(manifest: RunManifest, folder: Path, written: SourceFile) -> Raw
 def _read_whole(manifest: RunManifest, folder: Path, sources: list[SourceFile], gathered: _Gathered) -> None:
     for signals in manifest.signals:
         reader = _named_reader(signals, folder, sources)
-        parts, radius = [], manifest.conditions.track_radius
+        parts, arms = [], Arms.of(manifest)
         for name in signals.names:
             sources.append(read_source(folder, name))
             # Files that continue each other are of one format, which the first may show better than a short one.
             reader = reader or detect(sources[-1], holds="signals")
-            parts.append(_read_part(gathered, sources[-1], reader, signals, radius.value if radius else None))
+            parts.append(_read_part(gathered, sources[-1], reader, signals, arms))
         _add(gathered, _joined(signals.names, parts, gathered.notes), spoken(signals.names))
 
 
@@ -125,9 +135,7 @@ def _named_reader(signals: SignalFile, folder: Path, sources: list[SourceFile]) 
         raise ReaderError(f"run.toml: signals.reader of {signals.names[0]}: {error}") from None
 
 
-def _read_part(
-    gathered: _Gathered, source: SourceFile, reader: Reader, signals: SignalFile, track_radius: float | None
-) -> Part:
+def _read_part(gathered: _Gathered, source: SourceFile, reader: Reader, signals: SignalFile, arms: Arms) -> Part:
     """Read one file: its signals in SI, and what no signal is made of; of the steps that run.toml chooses."""
     refuse_sheet(signals.sheet, reader, source.name)
     table = reader.read(source, hints_of(signals))
@@ -138,7 +146,7 @@ def _read_part(
     definitions = definitions_note(table.columns, _taken_for("friction_coefficient", meanings))
     gathered.notes += [f"{source.name}: {definitions}"] if definitions else []
     steps = Steps(signals, source.name)
-    part = steps.chosen(part_of(table, meanings, source.name, track_radius=track_radius), table.line_of)
+    part = steps.chosen(part_of(table, meanings, source.name, arms=arms), table.line_of)
     steps.refuse_missing()
     return part
 

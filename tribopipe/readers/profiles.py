@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ReaderError
 from tribopipe.base.units import is_unit_of, show
-from tribopipe.documents.contact import DISCS
 from tribopipe.documents.manifest import ColumnSource, EndValues, ProfileSource, RunManifest, is_described
+from tribopipe.documents.twin_disc import DISCS
 from tribopipe.readers.column_names import bare_name
 from tribopipe.readers.columns import column_in_si, find_column, read_source
 from tribopipe.readers.fields import remarks

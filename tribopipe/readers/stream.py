@@ -21,7 +21,17 @@ from tribopipe.documents.manifest import RunManifest, SignalFile
 from tribopipe.documents.signals import SignalName
 from tribopipe.readers import long_text
 from tribopipe.readers.block_means import Means, Places, samples_in_a_mean
-from tribopipe.readers.column_mapping import Meanings, Part, doubts_on, hints_of, meanings_in, notes_on, part_of
+from tribopipe.readers.column_mapping import (
+    NO_ARMS,
+    Arms,
+    Meanings,
+    Part,
+    doubts_on,
+    hints_of,
+    meanings_in,
+    notes_on,
+    part_of,
+)
 from tribopipe.readers.columns import with_file
 from tribopipe.readers.fields import together
 from tribopipe.readers.long_text import LongText, OtherWords, Words, changed
@@ -81,7 +91,7 @@ class _Seen:
 class _LongFile:
     text: LongText
     signals: SignalFile
-    track_radius: float | None = None
+    arms: Arms = NO_ARMS
     words: Words = field(default_factory=dict)
     """Columns that were found to hold words."""
 
@@ -92,7 +102,7 @@ class _LongFile:
         steps = Steps(self.signals, name)
         for table in self.text.tables(self.words):
             meanings = meanings or meanings_in(table, self.signals, name)
-            part = steps.chosen(part_of(table, meanings, name, before, self.track_radius), table.line_of)
+            part = steps.chosen(part_of(table, meanings, name, before, self.arms), table.line_of)
             before += len(table.columns[0].values)
             if len(next(iter(part.columns.values()))):
                 yield _Rows(table, meanings, part)
@@ -183,8 +193,7 @@ def long_run(manifest: RunManifest, folder: Path) -> LongRun | None:
         return None
     groups: list[list[_LongFile]] = []
     for signals in manifest.signals:
-        radius = manifest.conditions.track_radius
-        group = _opened(signals, folder, radius.value if radius else None)
+        group = _opened(signals, folder, Arms.of(manifest))
         if group is None:
             return None
         groups.append(group)
@@ -202,7 +211,7 @@ def _bytes(signals: SignalFile, folder: Path) -> int:
     return size
 
 
-def _opened(signals: SignalFile, folder: Path, track_radius: float | None) -> list[_LongFile] | None:
+def _opened(signals: SignalFile, folder: Path, arms: Arms) -> list[_LongFile] | None:
     """Go through files once each; none where one cannot be read block by block."""
     named = signals.reader or (long_text.READER if signals.separator is not None else None)
     if (named or with_file(folder, signals.names[0], _detected)) != long_text.READER:
@@ -212,7 +221,7 @@ def _opened(signals: SignalFile, folder: Path, track_radius: float | None) -> li
         text = with_file(folder, name, partial(long_text.long_text, name=name, hints=hints_of(signals)))
         if text is None:
             return None
-        files.append(_LongFile(text, signals, track_radius))
+        files.append(_LongFile(text, signals, arms))
     return files
 
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from tribopipe.base.units import WEAR_COEFFICIENT, force_unit
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity
 
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import TypeAlias
 
 from tribopipe.base.units import KINDS, WEAR_COEFFICIENT
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity, change
 from tribopipe.documents.record import Record
 from tribopipe.results.evaluation import DriftCorrection

@@ -2,7 +2,7 @@
 
 import re
 
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 
 _KEY = re.compile(
     r"(?P<body>\w+?)_"

@@ -3,7 +3,7 @@
 from typing import Literal
 
 from tribopipe.base.units import SPECIFIC_WEAR_RATE
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import CubicMetres, Metres, Newtons, Quantity, SquareMetresPerNewton
 from tribopipe.documents.record import Record
 from tribopipe.results.measurement_words import measured_quantity

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from tribopipe.base.errors import FitError
 from tribopipe.base.units import WEAR_COEFFICIENT
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import (
     Metres,
     Pascals,

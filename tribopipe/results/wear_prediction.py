@@ -5,7 +5,7 @@ from typing import Literal
 from pydantic import Field
 
 from tribopipe.base.units import WEAR_COEFFICIENT
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Newtons, Quantity, SquareMetresPerNewton, force
 from tribopipe.documents.recipe import LawName
 from tribopipe.documents.record import Record

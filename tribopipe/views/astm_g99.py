@@ -11,11 +11,13 @@ import numpy as np
 
 from tribopipe.archive.store import Archive
 from tribopipe.base.units import KINDS, show, show_force
-from tribopipe.documents.contact import CurvedDisc, FlatDisc, Pin, Specimen, spoken
+from tribopipe.documents.contact import Pin, Specimen
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import EndValue
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.documents.slip import slip
+from tribopipe.documents.twin_disc import CurvedDisc, FlatDisc
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.measurement_words import measured_quantity
 from tribopipe.results.run import RawRun

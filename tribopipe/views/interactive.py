@@ -19,7 +19,7 @@ from tribopipe.archive.store import Archive
 from tribopipe.base.errors import FitError, NotInstalledError, unknown_name
 from tribopipe.base.files import replacing
 from tribopipe.base.units import KINDS
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.pipeline.output_paths import require_free
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.interactive import UnitColumn

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
 from tribopipe.base.units import WEAR_COEFFICIENT, force_unit, from_si, pretty
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import ProfileSource, StatedFriction
 from tribopipe.documents.quantity import EndValue, Quantity, between
 from tribopipe.documents.record import Record

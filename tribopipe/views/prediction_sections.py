@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from tribopipe.base.units import WEAR_COEFFICIENT
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.results.local_wear import LocalDiscPoint, LocalPinPoint, LocalWearResult
 from tribopipe.results.wear_prediction import PredictedPoint, WearPrediction

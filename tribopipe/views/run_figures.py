@@ -21,7 +21,7 @@ from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ArchiveError
 from tribopipe.base.files import clear_leftovers_of, replacing
 from tribopipe.base.units import WEAR_COEFFICIENT, from_si, pretty
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName

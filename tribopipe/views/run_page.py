@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from tribopipe.archive.outline import RunOutline
 from tribopipe.archive.store import Archive
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import Conditions, EndValues, RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.slip import stated_slip

@@ -8,9 +8,10 @@ import numpy as np
 
 from tribopipe.archive.steps import PREDICTIONS, WEAR_FITS
 from tribopipe.base.arrays import Column
-from tribopipe.documents.contact import DISCS, DiscName, spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.signals import SignalName
+from tribopipe.documents.twin_disc import DISCS, DiscName
 from tribopipe.evaluation.friction_paths import fitted_path
 from tribopipe.evaluation.measurements.twin_disc import Measured
 from tribopipe.physics.laws import law_label

@@ -6,7 +6,7 @@ from typing import Any
 from tribopipe.archive.outline import StepOutline
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, StepName
 from tribopipe.base.units import SPECIFIC_WEAR_RATE
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.quantity import Quantity, between
 from tribopipe.documents.record import Record

@@ -17,7 +17,7 @@ import numpy as np
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.units import WEAR_COEFFICIENT, axis, from_si, show, show_force
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName
 from tribopipe.documents.slip import stated_slip

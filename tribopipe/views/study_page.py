@@ -5,7 +5,7 @@ from itertools import chain
 
 from tribopipe.archive.store import Archive
 from tribopipe.base.units import WEAR_COEFFICIENT, pretty, signed
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.physics.laws import law_heading, law_title
 from tribopipe.results.agreement import (

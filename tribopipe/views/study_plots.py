@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tribopipe.base.arrays import Column
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName
 from tribopipe.evaluation.study.effective import EffectiveCoefficient

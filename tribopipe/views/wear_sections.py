@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.recipe import Correction
 from tribopipe.physics.conventions import WearEngine
 from tribopipe.physics.laws import law_title

@@ -8,7 +8,7 @@ from tribopipe.archive.definitions.parts import FieldPart, GroupPart, Part
 from tribopipe.archive.definitions.summaries import shown_fields
 from tribopipe.archive.local_wear_tables import PLACES, local_wear_units
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, STEPS, WEAR_FITS, StepName
-from tribopipe.documents.contact import contacts
+from tribopipe.documents.contact_kinds import contacts
 from tribopipe.documents.record import Record
 from tribopipe.results.wear_prediction import OUTCOMES
 

@@ -6,7 +6,8 @@ from tribopipe.archive.definitions.common import defined, document, text
 from tribopipe.archive.definitions.names import run_name
 from tribopipe.archive.definitions.parts import FieldPart, GroupPart, Part
 from tribopipe.archive.definitions.summaries import shown_fields
-from tribopipe.documents.contact import SLIDING, Specimen, contacts
+from tribopipe.documents.contact import SLIDING, Specimen
+from tribopipe.documents.contact_kinds import contacts
 from tribopipe.documents.manifest import Conditions, EndValues, foreign_keys
 from tribopipe.documents.record import Record
 from tribopipe.documents.signals import SENSED, SIGNALS

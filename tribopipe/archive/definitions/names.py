@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import h5py
 
 from tribopipe.archive import nexus
-from tribopipe.documents.contact import SHIPPED
+from tribopipe.documents.contact_kinds import SHIPPED
 
 FRICTION = "NXtribometry_friction"
 """Of a run whose bodies are not described: friction alone is evaluated."""

@@ -6,7 +6,7 @@ from functools import cache
 from tribopipe.archive.definitions.parts import Definition
 from tribopipe.archive.definitions.run import run_definition
 from tribopipe.archive.definitions.study import study_definition
-from tribopipe.documents.contact import contacts
+from tribopipe.documents.contact_kinds import contacts
 
 
 @cache

@@ -8,7 +8,7 @@ from tribopipe.archive.definitions.ingested import as_ingested, axis_of, earlier
 from tribopipe.archive.definitions.names import run_name
 from tribopipe.archive.definitions.parts import Definition, GroupPart, Part
 from tribopipe.archive.formats import RUN_FORMAT
-from tribopipe.documents.contact import contacts
+from tribopipe.documents.contact_kinds import contacts
 
 _MORE = """
 

@@ -6,7 +6,7 @@ from tribopipe.archive.definitions.common import defined, document, process, tex
 from tribopipe.archive.definitions.names import STUDY
 from tribopipe.archive.definitions.parts import Definition, FieldPart, GroupPart
 from tribopipe.archive.formats import STUDY_FORMAT
-from tribopipe.documents.contact import contacts
+from tribopipe.documents.contact_kinds import contacts
 from tribopipe.documents.signals import SIGNALS
 
 _DOC = """Wear tests under one law: what some identify, others have to follow.

@@ -5,7 +5,7 @@ from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
 
 from tribopipe.archive.definitions.parts import FieldPart, Kind
-from tribopipe.documents.contact import contacts
+from tribopipe.documents.contact_kinds import contacts
 from tribopipe.documents.quantity import Quantity, Unit
 from tribopipe.documents.record import Record
 

@@ -60,6 +60,7 @@ def interval_wear(run: RawRun, recipe: Recipe, body: str) -> dict[str, Any]:
         return {}
     points = [_Lost(0.0, 0.0, 0.0, 0.0), *lost]
     path = load_path(run, np.array([point.distance for point in points]))
+    path = run.manifest.described.contacts_of(body) * path
     common = math.hypot(lost[-1].common, load_share(run, recipe.uncertainty))
     found: dict[str, Any] = {"intervals": tuple(_intervals(points, path, common))}
     line = _steady(points, path) if len(lost) >= _FEWEST else None

@@ -122,10 +122,11 @@ def pin_values(run: RawRun, where: str, end: EndValues, defaults: DefaultUncerta
 
 def known_density(run: RawRun, body: str, key: str, defaults: DefaultUncertainty) -> Quantity:
     """Return the density of a body. Raises ``FitError`` where run.toml does not state it."""
-    density = run.manifest.bodies[body].density
+    contact = run.manifest.described
+    density, name = contact.in_roles[body].density, contact.body_name(body)
     if density is None:
         raise FitError(
-            f"{run.id}: {key}: found a mass of a {body} without density; expected contact.{body}.density, by which it "
+            f"{run.id}: {key}: found a mass of a {body} without density; expected contact.{name}.density, by which it "
             'becomes a volume; add density = "3.21 g/cm^3" or the like'
         )
     known, _ = stated_or_default(density, defaults.density * density.value)

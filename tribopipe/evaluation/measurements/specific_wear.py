@@ -10,10 +10,10 @@ from collections.abc import Iterable, Iterator, Mapping
 import numpy as np
 
 from tribopipe.contacts.inputs import stated_or_default
-from tribopipe.documents.contact import spoken
-from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.contact_kinds import spoken
+from tribopipe.documents.quantity import Quantity, scaled
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
-from tribopipe.evaluation.applied_load import applied_load, recorded_load
+from tribopipe.evaluation.applied_load import contact_load, recorded_load
 from tribopipe.evaluation.combined_quantity import combined
 from tribopipe.evaluation.measurements.body_wear import BodyWear, surest
 from tribopipe.evaluation.measurements.disc_track import told_by
@@ -42,9 +42,11 @@ def specific_wear(run: RawRun, recipe: Recipe | None = None) -> SpecificWear:
     if distance is None:
         return SpecificWear(outcome="not evaluated", notes=(*notes, "no sliding distance"))
     load = _load(run, recipe)
-    rates = {name: _rate(ways, load, distance) for name, ways in worn.items()}
+    rates = {name: _rate(ways, scaled(load, contact.contacts_of(name)), distance) for name, ways in worn.items()}
     rates = {name: rate.model_copy(update=interval_wear(run, recipe, name)) for name, rate in rates.items()}
-    volumes = [rate.volume for rate in rates.values() if rate.volume is not None]
+    volumes = [
+        scaled(rate.volume, 1 / contact.contacts_of(name)) for name, rate in rates.items() if rate.volume is not None
+    ]
     lacking = [f"nothing was measured on the {spoken(name)}" for name, rate in rates.items() if not rate.measured]
     found = SpecificWear(
         outcome="evaluated" if volumes else "not evaluated",
@@ -69,8 +71,8 @@ def _distance(run: RawRun, defaults: DefaultUncertainty) -> Quantity | None:
 
 
 def _load(run: RawRun, recipe: Recipe) -> Quantity:
-    """Return the load over the distance, N, with its standard uncertainty, stated or by default."""
-    load = applied_load(run, recipe)
+    """Return the load on one contact over the distance, N, with its standard uncertainty, stated or by default."""
+    load = contact_load(run, recipe)
     known, _ = stated_or_default(load, recipe.uncertainty.normal_load * load.value)
     return known
 

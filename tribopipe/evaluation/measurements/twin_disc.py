@@ -10,10 +10,11 @@ import numpy as np
 
 from tribopipe.contacts.inputs import Source, stated_or_default
 from tribopipe.contacts.twin_disc import nominal_pair
-from tribopipe.documents.contact import DISCS, DiscName, TwinDisc, spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
+from tribopipe.documents.twin_disc import DISCS, DiscName, TwinDisc
 from tribopipe.evaluation.measurements.body_wear import BodyWear, WornBodies, surest
 from tribopipe.evaluation.measurements.measured import over_places, profiles_at, tracks_in
 from tribopipe.physics.twin_disc import DiscPair

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 
 from tribopipe.base.errors import FitError
-from tribopipe.documents.contact import Contact, spoken
+from tribopipe.documents.contact import Contact
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.slip import slip
 

@@ -10,7 +10,7 @@ from functools import cache, partial
 import numpy as np
 
 from tribopipe.base.errors import ContactError, FitError
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.recipe import LawName
 from tribopipe.evaluation.study.measured_runs import MeasuredRun
 from tribopipe.evaluation.study.member import PosedRun

@@ -11,7 +11,7 @@ from numpy.random import Generator
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError, FitError
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe

@@ -48,7 +48,7 @@ def wear_scenario(
     """
     load = normal_load or manifest.conditions.normal_load
     speed, slip = manifest.nominal_speed, stated_slip(manifest)
-    path = manifest.conditions.path
+    path = manifest.path
     return Scenario(manifest.described, load, known, law, friction, recipe or Recipe(), speed, slip, path)
 
 

@@ -16,7 +16,7 @@ from numpy.random import Generator
 from tribopipe.base.arrays import Column
 from tribopipe.base.units import WEAR_COEFFICIENT
 from tribopipe.contacts.inputs import Inputs
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import between, wear_coefficient
 from tribopipe.documents.recipe import FrictionSource, LawName, MonteCarloRecipe, Recipe
 from tribopipe.documents.slip import stated_slip

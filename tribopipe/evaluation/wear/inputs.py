@@ -17,7 +17,7 @@ from tribopipe.contacts.inputs import Input, Inputs, relative_input
 from tribopipe.contacts.kinds import Terms, wear_of
 from tribopipe.documents.recipe import FrictionSource, LawName, Recipe
 from tribopipe.documents.slip import stated_slip
-from tribopipe.evaluation.applied_load import applied_load
+from tribopipe.evaluation.applied_load import contact_load
 from tribopipe.evaluation.friction_paths import run_path
 from tribopipe.evaluation.measurements.disc_track import told_by
 from tribopipe.evaluation.wear.given_parameters import given_parameters
@@ -46,9 +46,9 @@ DISC_INPUTS = (
 
 
 def load_input(run: RawRun, recipe: Recipe) -> Input:
-    """Return the load of a run, recorded or nominal, and who stated how far its calibration may be off."""
+    """Return the load on one contact, recorded or nominal, and who stated how far its calibration may be off."""
     stated = run.manifest.conditions.normal_load.standard_uncertainty is not None
-    load = relative_input(applied_load(run, recipe), recipe.uncertainty.normal_load)
+    load = relative_input(contact_load(run, recipe), recipe.uncertainty.normal_load)
     return Input(load.quantity, "manifest" if stated else "default", above_zero=True)
 
 
@@ -61,7 +61,7 @@ def contact_inputs(run: RawRun, recipe: Recipe) -> dict[str, Input]:
 
 def instrument_inputs(run: RawRun, recipe: Recipe) -> dict[str, Input]:
     """Collect the sensor's scale, and the sliding speed or track radius where sliding distance was derived from it."""
-    found = {"depth_scale": relative_input(run.manifest.sensors.depth_scale, recipe.uncertainty.depth_scale)}
+    found = {"depth_scale": relative_input(run.manifest.depth_scale, recipe.uncertainty.depth_scale)}
     told = told_by(run, recipe.uncertainty)
     return found if told is None else found | {told.name: Input(told.quantity, told.source)}
 

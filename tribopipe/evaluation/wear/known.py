@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from tribopipe.base.errors import FitError
-from tribopipe.documents.contact import Contact, spoken
+from tribopipe.documents.contact import Contact
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.physics.conventions import DistanceConvention, WearEngine

@@ -15,7 +15,7 @@ from numpy.random import Generator
 
 from tribopipe.base.arrays import Column
 from tribopipe.contacts.inputs import Input
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity, wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.wear.budget import budget_lines, input_covariance

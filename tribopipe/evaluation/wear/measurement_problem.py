@@ -18,7 +18,8 @@ from tribopipe.base.errors import FitError
 from tribopipe.contacts.inputs import Input, best_values
 from tribopipe.contacts.kinds import Terms, wear_of
 from tribopipe.contacts.wear import ExplicitWear, MeasuredWear, Noticed, Row, State
-from tribopipe.documents.contact import Contact, spoken
+from tribopipe.documents.contact import Contact
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.slip import stated_slip
 from tribopipe.evaluation.measurements.twin_disc import DiscMeasurement, disc_measurements

@@ -7,13 +7,14 @@ import numpy as np
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.evaluation.wear.given_parameters import given_parameters
 from tribopipe.evaluation.wear.inputs import default_notes
 from tribopipe.evaluation.wear.scenario import Scenario
 from tribopipe.results.wear_fit import LawValue
 from tribopipe.results.wear_prediction import PredictedPoint, UsedCoefficient, WearPrediction
+from tribopipe.results.wording import reworded
 
 _NOTABLE_STEP_ERROR = 1e-3
 
@@ -64,7 +65,7 @@ def predict_wear(
         exact = float(scenario.first_depth(state)[last])
         state = scenario.published(places, taken)
         error = float(scenario.first_depth(state)[last]) / exact - 1 if exact else 0.0
-    return WearPrediction(
+    prediction = WearPrediction(
         model=scenario.model,
         engine=scenario.known.engine,
         scheme=scheme,
@@ -81,6 +82,7 @@ def predict_wear(
         reached=tuple(_reached(scenario, depth) for depth in depths),
         parameters=_law_values(scenario),
     )
+    return reworded(prediction, scenario.contact.worded)
 
 
 def _checked(scenario: Scenario, at: Sequence[float], depths: Sequence[float]) -> Column:

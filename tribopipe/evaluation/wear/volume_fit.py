@@ -14,8 +14,8 @@ from numpy.random import Generator
 
 from tribopipe.base.arrays import Column, Values
 from tribopipe.contacts.inputs import Input, best_values
-from tribopipe.documents.contact import spoken
-from tribopipe.documents.quantity import wear_coefficient
+from tribopipe.documents.contact_kinds import spoken
+from tribopipe.documents.quantity import scaled, wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.measurements.body_wear import surest
 from tribopipe.evaluation.measurements.disc_track import told_by
@@ -56,6 +56,8 @@ class VolumeFit:
     friction: FrictionPath | None = None
     friction_covariance: tuple[tuple[float, ...], ...] | None = None
     """Of (A, b, c), where Eq. 7 is the friction."""
+    limits: tuple[str, ...] = ()
+    """What is assumed of the contact."""
 
     @cached_property
     def values(self) -> dict[str, float]:
@@ -104,7 +106,7 @@ class VolumeFit:
             bodies=bodies,
             correlation=correlation(covariance) if len(bodies) > 1 else None,
             basis="measurement",
-            notes=(_BY_VOLUME,),
+            notes=(*self.limits, _BY_VOLUME),
         )
 
     def _sensitivity(self, name: str, found: Column) -> Column:
@@ -137,20 +139,21 @@ def volume_fit(
     if told := told_by(run, recipe.uncertainty):
         inputs[told.name] = Input(told.quantity, told.source)
     end = float(np.nanmax(slid))
-    return VolumeFit(model, law_as_given(model, recipe), end, tuple(lost), inputs, known.path, known.covariance)
+    law, limits = law_as_given(model, recipe), run.manifest.described.limits
+    return VolumeFit(model, law, end, tuple(lost), inputs, known.path, known.covariance, limits)
 
 
 def _lost(run: RawRun, recipe: Recipe) -> dict[str, Input]:
-    """Return the volume that each body has lost, by what gives it most certainly; none of one that has lost nothing.
+    """Return what each body has lost in one contact, m³, by what gives it most certainly; none of one that has not.
 
     Over a track of unknown length a counterbody wears by an unknown depth, and nothing could be predicted of it.
     """
     contact, found = run.manifest.sliding_pin, {}
     for role, ways in pin_on_disc_wear(run, recipe.uncertainty).bodies.items():
         best, body = surest(ways, "volume"), contact.body_name(role)
-        placed = body in contact.fitted_bodies or run.manifest.conditions.path is not None
+        placed = body in contact.fitted_bodies or run.manifest.path is not None
         if placed and best is not None and best.volume is not None and best.volume.value > 0:
-            found[body] = Input(best.volume, best.source)
+            found[body] = Input(scaled(best.volume, 1 / contact.contacts_of(role)), best.source)
     return found
 
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from tribopipe.base.errors import FitError
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.evaluation.wear.known import known_wear
 from tribopipe.evaluation.wear.local import ARCHARDS, archards_wear

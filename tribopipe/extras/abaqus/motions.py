@@ -5,7 +5,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
-from tribopipe.documents.contact import Contact, SlidingPin, TwinDisc, family_of
+from tribopipe.documents.contact import Contact, SlidingPin
+from tribopipe.documents.contact_kinds import family_of
+from tribopipe.documents.twin_disc import TwinDisc
 from tribopipe.extras.abaqus.example import Example, UnwornContact, along_a_radius, on_streamlines
 from tribopipe.extras.abaqus.fortran import in_mm
 

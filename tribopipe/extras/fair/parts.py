@@ -13,7 +13,7 @@ import orjson
 from tribopipe.archive.earlier_manifests import EarlierManifest
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, Step, StepName, Table
 from tribopipe.archive.store import Archive
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.record import Record
 from tribopipe.physics.laws import law_title
 from tribopipe.results.json_schema import SCHEMAS

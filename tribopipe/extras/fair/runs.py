@@ -10,7 +10,7 @@ from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT, Format
 from tribopipe.archive.outline import RunOutline
 from tribopipe.archive.store import Archive
 from tribopipe.documents.annotation import Annotation
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.dataset import Dataset
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.study import Study

@@ -21,6 +21,7 @@ def pin_run(series: Series, run: VirtualRun, test: VirtualTest) -> RawRun:
         "normal_load": run.normal_load.model_dump(),
         "sliding_speed": series.sliding_speed.model_dump(),
         "sliding_distance": series.sliding_distance.model_dump(),
+        "stroke": None if series.stroke is None else series.stroke.model_dump(),
     }
     columns, ends = test.record()
     slid: dict[SignalName, Column] = {"sliding_distance": series.sliding_speed.value * test.time}

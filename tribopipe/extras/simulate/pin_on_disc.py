@@ -13,7 +13,7 @@ import numpy as np
 from numpy.random import Generator
 
 from tribopipe.base.arrays import Column
-from tribopipe.documents.contact import SlidingPin
+from tribopipe.documents.contact import Pin, SlidingPin, Specimen
 from tribopipe.documents.plan import Sensors, Series, Truth, VirtualRun
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.record import quoted
@@ -81,7 +81,7 @@ class VirtualTest:
         run, sensors, rng = self.run, self.series.sensors, np.random.Generator(np.random.PCG64(self.run.seed))
         shown = (
             run.zero_offset.value
-            + (self.pin_wear + self.disc_wear) / self.depth_scale
+            + (self.pin_wear + self.disc_wear) / (self.depth_scale * self.series.contact.depth_share)
             + run.drift_rate.value * self.time
         )
         depth = read_depth(shown, self.time, sensors, rng)
@@ -138,26 +138,31 @@ def simulate_run(series: Series, run: VirtualRun, folder: Path) -> Truth:
 
 
 def _manifest(series: Series, run: VirtualRun, ends: dict[str, Quantity]) -> list[str]:
-    pin, other = series.contact.pin, series.contact.counterbody
+    bodies = [("", f"[contact.{name}]", *_body(body)) for name, body in series.contact.bodies.items()]
     return [
         *manifest_head(run.id, run.started, series.title, f"virtual micro {series.contact.kind} tribometer"),
         "[contact]",
         f"kind = {quoted(series.contact.kind)}",
-        "",
-        "[contact.pin]",
-        f"shape = {quoted(pin.shape)}",
-        f"radius = {written(pin.radius, 'mm')}",
-        *([] if pin.flat_radius is None else [f"flat_radius = {written(pin.flat_radius, 'um')}"]),
-        *specimen(pin),
-        "",
-        f"[contact.{series.contact.counterbody_name()}]",
-        *specimen(other),
+        *(line for lines in bodies for line in lines),
         "",
         "[conditions]",
         f"normal_load = {written(run.normal_load, 'mN')}",
         f"sliding_speed = {written(series.sliding_speed, 'mm/s')}",
         f"sliding_distance = {written(series.sliding_distance, 'm')}",
+        *([] if series.stroke is None else [f"stroke = {written(series.stroke, 'mm')}"]),
         f"medium = {quoted(series.medium)}",
         "",
         *manifest_tail(_WRITTEN, ends, _MEASURED_BY, series.depth_scale, series.contact.worded),
+    ]
+
+
+def _body(body: Specimen) -> list[str]:
+    """Return the lines of a body: the tip of a pin, and what is known of any specimen."""
+    if not isinstance(body, Pin):
+        return specimen(body)
+    return [
+        f"shape = {quoted(body.shape)}",
+        f"radius = {written(body.radius, 'mm')}",
+        *([] if body.flat_radius is None else [f"flat_radius = {written(body.flat_radius, 'um')}"]),
+        *specimen(body),
     ]

@@ -17,10 +17,10 @@ from numpy.random import Generator
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError
 from tribopipe.contacts.twin_disc import disc_pair
-from tribopipe.documents.contact import CurvedDisc, FlatDisc
 from tribopipe.documents.plan import TwinDiscSensors, TwinDiscSeries, TwinDiscTruth, TwinDiscVirtualRun
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.record import quoted
+from tribopipe.documents.twin_disc import CurvedDisc, FlatDisc
 from tribopipe.evaluation.friction_paths import stated_path
 from tribopipe.extras.simulate.drawing import measured, read_depth, read_forces, systematic_errors
 from tribopipe.extras.simulate.true_law import true_law, true_parameters

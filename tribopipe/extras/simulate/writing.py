@@ -10,10 +10,11 @@ from tribopipe.base.arrays import Column
 from tribopipe.base.errors import OutputError
 from tribopipe.base.files import write_file
 from tribopipe.base.units import from_si, interval_from_si
-from tribopipe.documents.contact import CurvedDisc, FlatDisc, Pin, Specimen
+from tribopipe.documents.contact import Pin, Specimen
 from tribopipe.documents.manifest import MANIFEST_NAME
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.record import Record, quoted
+from tribopipe.documents.twin_disc import CurvedDisc, FlatDisc
 
 SIGNALS_NAME, TRUTH_NAME = "signals.csv", "truth.json"
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from tribopipe.archive.digest import digest
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.record import Record

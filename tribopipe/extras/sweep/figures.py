@@ -9,7 +9,7 @@ import numpy as np
 
 from tribopipe.base.errors import ManifestError
 from tribopipe.base.units import WEAR_COEFFICIENT, axis, from_si
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.sweep import Sweep
 from tribopipe.extras.sweep.choices import COEFFICIENT
 from tribopipe.extras.sweep.predicted import asked_for

@@ -6,7 +6,7 @@ from typing import Any
 
 from tribopipe.base.errors import FitError
 from tribopipe.base.units import show
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity, WearCoefficient
 from tribopipe.documents.recipe import LawName, Recipe

@@ -10,8 +10,9 @@ from pydantic import TypeAdapter, ValidationError
 
 from tribopipe.base.errors import UnitError, did_you_mean
 from tribopipe.base.units import with_point
-from tribopipe.documents.contact import PinOnDisc, contact_named, contacts
+from tribopipe.documents.contact_kinds import contact_named, contacts
 from tribopipe.documents.manifest import MANIFEST_SCHEMA, Conditions, EndValues, RunManifest, Sensors, StatedFriction
+from tribopipe.documents.pin_on_disc import PinOnDisc
 from tribopipe.documents.record import Record, first_problem
 from tribopipe.readers.draft.toml import value_of
 

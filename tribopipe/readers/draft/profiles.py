@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from tribopipe.base.errors import ManifestError, ReaderError, did_you_mean
-from tribopipe.documents.contact import contacts
+from tribopipe.documents.contact_kinds import contacts
 from tribopipe.readers.draft.known_values import Known, run_key, shared_key
 from tribopipe.readers.draft.toml import toml
 from tribopipe.readers.export_files import Export, read_export

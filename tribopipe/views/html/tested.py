@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 
 from tribopipe.archive.outline import RunOutline
 from tribopipe.base.units import show, show_force
-from tribopipe.documents.contact import spoken
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.slip import stated_slip
 

@@ -1,0 +1,122 @@
+"""A pin or ball that slides there and back on a flat: its keys, its path, and a ball in the place of a pin."""
+
+import json
+
+import numpy as np
+import pytest
+from conftest import MANIFEST
+
+from tribopipe.base.errors import ManifestError
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import Recipe
+from tribopipe.documents.record import read_document
+from tribopipe.evaluation.wear.curves import wear_scenario
+from tribopipe.evaluation.wear.known import given_wear
+from tribopipe.evaluation.wear.predict import predict_wear
+
+STEEL = {"material": "100Cr6", "youngs_modulus": "210 GPa", "poisson_ratio": 0.3}
+MOTION = {"normal_load": "10 N", "stroke": "20 mm", "frequency": "1 Hz"}
+
+
+def to_and_fro(**changes: object) -> dict:
+    """Return a run.toml as a document."""
+    contact = {"kind": "reciprocating", "ball": {"diameter": "6 mm", **STEEL}, "flat": STEEL}
+    return {**MANIFEST, "contact": contact, "conditions": MOTION, "end_values": {}, **changes}
+
+
+def read(document: dict) -> RunManifest:
+    return read_document(document, RunManifest, where="run.toml")
+
+
+def test_a_ball_is_a_spherical_pin_of_half_its_diameter():
+    ball = {
+        "value": "6 mm",
+        "standard_uncertainty": "2 um",
+    }
+    contact = {"kind": "reciprocating", "ball": {"diameter": ball, **STEEL}, "flat": STEEL}
+    run = read(to_and_fro(contact=contact, end_values={"ball_scar_length": "1 mm", "flat_wear_depth": "10 um"}))
+    assert (run.contact.pin.shape, run.contact.pin.radius.value) == ("spherical", pytest.approx(3e-3))
+    assert run.contact.pin.radius.standard_uncertainty == pytest.approx(1e-6)
+    assert run.contact.pin.diameter.value == pytest.approx(6e-3)
+    assert run.end_values.pin_scar_length.value == pytest.approx(1e-3)
+    assert run.end_values.disc_wear_depth.value == pytest.approx(10e-6)
+    again = RunManifest.model_validate(json.loads(run.model_dump_json(by_alias=True)))
+    assert again == run
+
+
+def test_a_ball_stands_for_the_pin_on_a_disc_as_well():
+    contact = {"kind": "pin-on-disc", "ball": {"diameter": "6 mm", **STEEL}, "disc": STEEL}
+    assert read({**MANIFEST, "contact": contact, "end_values": {}}).contact.pin.radius.value == pytest.approx(3e-3)
+
+
+def test_both_wear_as_published():
+    """The check value of a reciprocating ball, L = stroke (mm): 10 N, 400 m, k 2e-8 and 5e-8 mm³/(N·mm)."""
+    run = read(to_and_fro())
+    known = {"pin": Quantity(value=2e-14, unit="m^2/N"), "flat": Quantity(value=5e-14, unit="m^2/N")}
+    (point,) = predict_wear(wear_scenario(run, given_wear(run.described, known, Recipe())), [400.0]).prediction
+    assert point.bodies["pin"].wear_depth.value == pytest.approx(0.0893282519e-3, rel=1e-6)
+    assert point.bodies["flat"].wear_depth.value == pytest.approx(0.0108507144e-3, rel=1e-6)
+    assert point.contact.half_width.value == pytest.approx(0.768789941e-3, rel=1e-6)
+    assert point.contact.half_length.value == pytest.approx(0.726629187e-3, rel=1e-6)
+
+
+def strokes(count: int, ratio: float, stroke: float, radius: float) -> tuple[float, float]:
+    """Return the depths of ball and groove, m, by cells of both that meet in the middle slice, stroke by stroke.
+
+    The pressure of a slice is what keeps its surfaces together: in each step of the approach, cells that overlap share
+    the overlap as k_1·ΔS to k_2·ΔS/L.
+    """
+    z = (np.arange(401) - 200) * 5e-6
+    ball, groove, dz = z**2 / (2 * radius), 0.0, z[1] - z[0]
+    for approach in np.linspace(0, 40e-6, count):
+        overlap = np.maximum(approach - groove - ball, 0.0)
+        # All cells of the ball that overlap pass each cell of the groove once: it wears by their sum over the path.
+        share = ratio * np.sum(overlap > 0) * dz / stroke
+        ball = ball + overlap / (1 + share)
+        groove += ratio * float(np.sum(overlap / (1 + share))) * dz / stroke
+    return float(ball[200]), groove
+
+
+def test_depths_in_the_middle_are_those_of_strokes_counted_one_by_one():
+    ratio, stroke, radius = 60.0, 0.02, 3e-3
+    ball, groove = strokes(4000, ratio, stroke, radius)
+    run = read(to_and_fro())
+    k = 1e-14
+    known = {"pin": Quantity(value=k, unit="m^2/N"), "flat": Quantity(value=ratio * k, unit="m^2/N")}
+    scenario = wear_scenario(run, given_wear(run.described, known, Recipe()))
+    place = scenario.place_at(ball)
+    (point,) = predict_wear(scenario, [float(place)]).prediction
+    assert point.bodies["flat"].wear_depth.value == pytest.approx(groove, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"conditions": {"normal_load": "10 N"}}, r"conditions\.stroke: missing"),
+        (
+            {"conditions": {"normal_load": "10 N", "track_radius": "5 mm"}},
+            r"conditions\.track_radius: found one in a reciprocating run",
+        ),
+        (
+            {"contact": {"kind": "reciprocating", "ball": STEEL, "flat": STEEL}},
+            r"contact: ball\.diameter: missing",
+        ),
+        (
+            {"contact": {"kind": "reciprocating", "ball": {"diameter": "6", **STEEL}, "flat": STEEL}},
+            r"contact: ball\.diameter: found",
+        ),
+        (
+            {"contact": {"kind": "reciprocating", "ball": {"diameter": "6 mm", "radius": "3 mm"}, "flat": STEEL}},
+            r"contact: ball\.radius: found one, which a ball has no need of",
+        ),
+        (
+            {"contact": {"kind": "reciprocating", "ball": {"diameter": "6 mm"}, "pin": STEEL, "flat": STEEL}},
+            "contact: ball: found one beside pin",
+        ),
+        ({"end_values": {"ball_scar_length": "1 mm", "pin_scar_length": "1 mm"}}, "found it twice"),
+    ],
+)
+def test_what_does_not_fit_is_refused_in_the_names_of_the_test(changes, words):
+    with pytest.raises(ManifestError, match=words):
+        read(to_and_fro(**changes))

@@ -1,0 +1,122 @@
+"""Kinds of contact by the names that run.toml gives them: tribopipe's own, and those that other packages add.
+
+Another package adds a kind under the entry point ``tribopipe.contacts``; its class is a ``SlidingPin``.
+"""
+
+from collections.abc import Mapping
+from importlib.metadata import EntryPoint
+from typing import Annotated, Any, TypeVar, cast, get_args
+
+from pydantic import Field, GetCoreSchemaHandler, ValidationInfo, ValidatorFunctionWrapHandler
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from tribopipe.base.plugins import Plugins
+from tribopipe.documents.contact import Contact, SlidingPin, Specimen
+from tribopipe.documents.four_ball import FourBall
+from tribopipe.documents.pin_on_disc import PinOnDisc
+from tribopipe.documents.reciprocating import Reciprocating
+from tribopipe.documents.twin_disc import TwinDisc
+
+Answer = TypeVar("Answer")
+GROUP = "tribopipe.contacts"
+_SHIPPED: tuple[type[Contact], ...] = (PinOnDisc, Reciprocating, FourBall, TwinDisc)
+
+
+def family_of(contact: Contact, answers: Mapping[type[Contact], Answer]) -> Answer:
+    """Return the answer for the family of a contact."""
+    return next(answers[family] for family in type(contact).__mro__ if family in answers)
+
+
+def kind_of(contact: type[Contact]) -> str:
+    """Return the kind that run.toml names a class by."""
+    return str(get_args(contact.model_fields["kind"].annotation)[0])
+
+
+SHIPPED: dict[str, type[Contact]] = {kind_of(contact): contact for contact in _SHIPPED}
+"""tribopipe's own kinds of contact by their names in run.toml."""
+
+
+def _load(entry: EntryPoint) -> type[Contact]:
+    contact = entry.load()
+    if not (isinstance(contact, type) and issubclass(contact, SlidingPin)):
+        raise TypeError(f"found {contact!r}; expected a subclass of SlidingPin")
+    kinds = get_args(contact.model_fields["kind"].annotation)
+    if kinds != (entry.name,):
+        raise TypeError(f"found the kind {contact.model_fields['kind'].annotation}; expected Literal['{entry.name}']")
+    if entry.name in SHIPPED:
+        raise ValueError("the name is used by tribopipe itself")
+    bodies = [
+        contact.model_fields[name].annotation if name in contact.model_fields else None for name in contact.body_names
+    ]
+    specimens = all(isinstance(body, type) and issubclass(body, Specimen) for body in bodies)
+    if len(bodies) != 2 or not specimens or not ("pin" in contact.model_fields or hasattr(contact, "pin")):
+        raise TypeError(f"found the bodies {contact.body_names}; expected two specimens, and what is the pin")
+    return contact
+
+
+ADDED: Plugins[type[Contact]] = Plugins(GROUP, "contact", _load, kind_of)
+"""Kinds that other packages add."""
+
+
+def contacts() -> dict[str, type[Contact]]:
+    """Return each kind of contact by its name in run.toml, tribopipe's own first."""
+    return SHIPPED | dict(ADDED)
+
+
+def contact_named(kind: object) -> type[Contact] | None:
+    """Return the class of a kind; none of a kind that is not installed."""
+    if not isinstance(kind, str):
+        return None
+    return SHIPPED.get(kind) or ADDED.get(kind)
+
+
+def spoken(name: str) -> str:
+    """Write a key as words: "crowned disc" for ``curved_disc``."""
+    for kind in contacts().values():
+        for body, words in kind.body_words.items():
+            name = name.replace(body, words)
+    return name.replace("_", " ")
+
+
+class _OfItsKind:
+    """Has a contact read as the class of its kind, and written with all its fields."""
+
+    def __init__(self, *shipped: type[Contact]) -> None:
+        self._shipped = shipped
+
+    def __get_pydantic_core_schema__(self, source: type[Contact], handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Return the schema of tribopipe's kinds, which reports what is missing in a document without a kind."""
+        union: Any = self._shipped[0]
+        for kind in self._shipped[1:]:
+            union |= kind
+        tagged = Annotated[union, Field(discriminator="kind")] if len(self._shipped) > 1 else union
+
+        def read(written: Any, own: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Contact:
+            kind = written.get("kind") if isinstance(written, Mapping) else None
+            if isinstance(written, source):
+                return written
+            if isinstance(kind, str):
+                return _of_family(source, kind).model_validate(written, context=info.context)
+            return cast(Contact, own(written))
+
+        anything = core_schema.simple_ser_schema("any")
+        return core_schema.with_info_wrap_validator_function(
+            read, handler.generate_schema(tagged), serialization=anything
+        )
+
+
+def _of_family(family: type[Contact], kind: str) -> type[Contact]:
+    """Return the class of a kind. Raises ``ValueError`` where none of the family is installed by that name."""
+    contact = contact_named(kind)
+    if contact is None or not issubclass(contact, family):
+        known = [name for name, other in contacts().items() if issubclass(other, family)]
+        raise PydanticCustomError(
+            "union_tag_invalid", "", {"discriminator": "'kind'", "expected_tags": ", ".join(map(repr, known))}
+        )
+    return contact
+
+
+AnyContact = Annotated[Contact, _OfItsKind(*_SHIPPED)]
+"""A contact of any installed kind."""
+AnySlidingPin = Annotated[SlidingPin, _OfItsKind(*(kind for kind in _SHIPPED if issubclass(kind, SlidingPin)))]
+"""A pin on a counterbody, of any installed kind."""

@@ -1,0 +1,151 @@
+"""Four balls, one of which rotates on three that stand still (ASTM D4172, D5183), as run.toml describes them.
+
+The centers of the balls, of radius R, are the corners of a regular tetrahedron. The line from the top ball to one below
+is inclined to the axis by θ with cos θ = √(2/3), and the balls touch in a circle of radius R/√3 about the axis. Hence
+
+    F_n = F/√6        normal load on each of the three contacts under the load F as it is applied
+    μ = T·√2/(R·F)    by the friction torque T about the axis
+    D = √(2/3)·d      approach of two balls where the top one sinks by d
+
+Two balls of radius R leave the gap of one of radius R/2 on a flat, so that a scar of diameter d on a ball means a
+volume of π·d⁴/(32·R). Every place of the track of the top ball meets three contacts a turn.
+"""
+
+import math
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import Any, ClassVar, Literal, Self
+
+from pydantic import model_validator
+
+from tribopipe.base.errors import UnitError
+from tribopipe.documents.contact import Pin, SlidingPin, Specimen
+from tribopipe.documents.quantity import Length, Quantity, read_quantity, scaled
+
+_SAME = 1e-3
+"""Relative difference of diameters up to which balls count as equal."""
+_GRADE = 1e-4
+"""Relative standard uncertainty of a diameter that states none: bearing balls are made to less."""
+
+
+class Ball(Specimen):
+    """A ball."""
+
+    diameter: Length
+    """Diameter of the ball."""
+
+
+class FourBall(SlidingPin):
+    """Three balls that stand still, and one that rotates on them."""
+
+    kind: Literal["four-ball"]
+    """Type of tribometer."""
+    ball: Ball
+    """The three balls that stand still."""
+    top_ball: Ball
+    """The ball that rotates; left out, it is like the others."""
+
+    body_names: ClassVar[tuple[str, ...]] = ("ball", "top_ball")
+    fitted_bodies: ClassVar[tuple[str, ...]] = ("ball",)
+    both: ClassVar[str] = "ball + top ball"
+    title: ClassVar[str] = "a ball that rotates on three others"
+    load_share: ClassVar[float] = 1 / math.sqrt(6)
+    depth_share: ClassVar[float] = math.sqrt(2 / 3)
+    contacts_per_turn: ClassVar[int] = 3
+
+    @model_validator(mode="before")
+    @classmethod
+    def _balls_are_alike_unless_stated(cls, contact: Any) -> Any:
+        known = isinstance(contact, Mapping) and "ball" in contact
+        return {"top_ball": contact["ball"], **contact} if known else contact
+
+    @model_validator(mode="after")
+    def _balls_are_equal(self) -> Self:
+        one, other = self.ball.diameter, self.top_ball.diameter
+        if not math.isclose(one.value, other.value, rel_tol=_SAME):
+            raise ValueError(
+                f"top_ball.diameter: found {other.shown('mm')} on balls of {one.shown('mm')}; expected four equal "
+                "balls, whose contacts share the load as computed here; correct one of them"
+            )
+        return self
+
+    @property
+    def pin(self) -> Pin:
+        """One of the balls that stand still, as a pin."""
+        stated = {name: getattr(self.ball, name) for name in Specimen.model_fields}
+        return Pin(shape="spherical", radius=scaled(self.ball.diameter, 0.5), **stated)
+
+    @property
+    def equivalent_pin(self) -> Pin:
+        """The pin of the radius R/2."""
+        return self.pin.model_copy(update={"radius": scaled(self.ball.diameter, 0.25)})
+
+    def friction_arm(self, _: float | None, /) -> float:
+        """Return R/√2, m, so that the force over the load applied is μ."""
+        return self.ball.diameter.value / (2 * math.sqrt(2))
+
+    @property
+    def inputs(self) -> dict[str, Quantity]:
+        """Diameter of the balls, and the moduli, by their keys."""
+        moduli = {f"{name}.youngs_modulus": body.youngs_modulus for name, body in self.bodies.items()}
+        return {"ball.diameter": self.ball.diameter, **moduli}
+
+    @property
+    def alike(self) -> dict[str, object]:
+        """What else than the materials runs must have in common for one k_D, by its name."""
+        return {"ball diameter in m": self.ball.diameter.value}
+
+    @property
+    def limits(self) -> tuple[str, ...]:
+        """State which load and which ball are taken."""
+        return (
+            f"each of the three contacts carries {self.load_share:.3f} of the load applied; wear is that of one ball "
+            f"below, taken as a ball of {self.equivalent_pin.radius.shown('mm')} radius on a flat",
+        )
+
+    def with_bodies(self, pin: Pin, counterbody: Specimen) -> Self:
+        """Return a copy of the contact with other bodies, the balls as large as the pin."""
+        diameter = scaled(pin.radius, 2.0)
+        bodies = {"ball": (self.ball, pin), "top_ball": (self.top_ball, counterbody)}
+        return self.model_copy(
+            update={
+                name: ball.model_copy(update={"diameter": diameter, "youngs_modulus": body.youngs_modulus})
+                for name, (ball, body) in bodies.items()
+            }
+        )
+
+    @classmethod
+    def completed(cls, document: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Add the circle on which the balls touch, by which rotations become distances.
+
+        Raises ``ValueError`` where that circle is stated as well.
+        """
+        named = dict(super().completed(document))
+        contact, conditions = named.get("contact"), named.get("conditions")
+        if not isinstance(contact, Mapping) or not isinstance(contact.get("ball"), Mapping):
+            return named
+        if not isinstance(conditions, Mapping):
+            return named
+        if "track_radius" in conditions:
+            raise ValueError(
+                "conditions.track_radius: found one beside contact.ball.diameter, from which it follows; expected the "
+                "diameter alone; remove track_radius"
+            )
+        with suppress(UnitError, ValueError):
+            diameter = read_quantity(contact["ball"].get("diameter"), "length")
+            named["conditions"] = {**conditions, "track_radius": _circle(diameter)}
+        return named
+
+    @classmethod
+    def stated(cls, document: dict[str, Any]) -> dict[str, Any]:
+        """Take that circle out again."""
+        conditions = {name: value for name, value in document["conditions"].items() if name != "track_radius"}
+        return super().stated(document) | {"conditions": conditions}
+
+
+def _circle(diameter: Quantity) -> Quantity:
+    """Return the radius of the circle on which four equal balls touch, R/√3."""
+    spread = diameter.standard_uncertainty
+    known = diameter.value * _GRADE if spread is None else spread
+    circle = Quantity(value=diameter.value, unit="m", standard_uncertainty=known)
+    return scaled(circle, 0.5 / math.sqrt(3))

@@ -1,0 +1,34 @@
+"""A pin or ball that slides there and back on a flat, as run.toml describes it (ASTM G133)."""
+
+from typing import Any, ClassVar, Literal
+
+from tribopipe.documents.contact import Pin, SlidingPin, Specimen
+
+
+class Reciprocating(SlidingPin):
+    """A pin or ball that slides there and back on a flat."""
+
+    kind: Literal["reciprocating"]
+    """Type of tribometer."""
+    pin: Pin
+    """The pin, or as [contact.ball] with its diameter a ball."""
+    flat: Specimen
+    """The flat."""
+
+    body_names: ClassVar[tuple[str, ...]] = ("pin", "flat")
+    both: ClassVar[str] = "pin + flat"
+    title: ClassVar[str] = "a pin that slides there and back on a flat"
+
+    def refuse_conditions(self, conditions: Any) -> None:
+        """Raise ``ValueError`` for a motion without a stroke, and for one in a circle."""
+        turning = next((name for name in ("track_radius", "rotational_speed") if getattr(conditions, name)), None)
+        if turning is not None:
+            raise ValueError(
+                f"conditions.{turning}: found one in a reciprocating run; expected stroke and frequency; remove it, "
+                'or write kind = "pin-on-disc"'
+            )
+        if conditions.stroke is None:
+            raise ValueError(
+                "conditions.stroke: missing; expected the length of one stroke, over which the flat wears; add "
+                'stroke = "10 mm" or the like'
+            )
