@@ -270,6 +270,12 @@ CASES = {
         "end_values.pin_scar_diameter",
         manifest(end_values__pin_scar_diameter="200 um"),
     ),
+    "scar_is_made_by_wear": (
+        "warning",
+        manifest(end_values__pin_scar_diameter="30 um"),
+        "end_values.pin_scar_diameter",
+        manifest(end_values__pin_scar_diameter="200 um"),
+    ),
     "film_is_not_worn_through": (
         "warning",
         manifest(contact__pin__film_thickness="3 um", end_values__pin_scar_diameter="200 um"),

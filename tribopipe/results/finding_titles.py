@@ -12,6 +12,7 @@ TITLES: Mapping[str, str] = {
     "contact_starts_elastic": "contact yields at the start",
     "overall_rate_is_the_steady_one": "overall and steady wear rate differ",
     "scar_is_no_radius": "scar size may be a radius",
+    "scar_is_made_by_wear": "scar partly elastic",
     "film_is_not_worn_through": "coating worn through",
     "sizes_and_speeds_are_plausible": "implausible size, load or speed",
     "start_is_in_the_past": "start date in the future",

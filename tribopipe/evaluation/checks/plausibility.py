@@ -7,11 +7,12 @@ from typing import NamedTuple
 
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, show
-from tribopipe.documents.contact import Contact, Pin, Specimen, spoken
+from tribopipe.documents.contact import Contact, Pin, Specimen
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import Recipe
-from tribopipe.evaluation.applied_load import applied_load
+from tribopipe.evaluation.applied_load import contact_load
 from tribopipe.evaluation.checks.materials import DENSEST_SOLID, LIGHTEST_SOLID, Expected, Range, expected_of
 from tribopipe.evaluation.checks.registry import Trouble, check, check_cleaned
 from tribopipe.evaluation.measurements.interval_wear import CLEARLY
@@ -29,6 +30,8 @@ _SAME = 0.01
 """Relative difference within which two lengths are one."""
 _NARROW, _WIDE = 0.6, 1.6
 """A track is as wide as the scar of the pin that made it; half or twice as wide, one of both is a radius."""
+_ELASTIC = 0.05
+"""Share of the volume under a scar that is elastic deflection, from which on it is named."""
 _BALLS = (
     *(0.3, 0.397, 0.5, 0.794, 1.0, 1.5, 1.588, 2.0, 2.381, 2.5, 3.0, 3.175, 3.969, 4.0, 4.763, 5.0, 5.5, 5.556, 6.0),
     *(6.35, 7.938, 8.0, 9.0, 9.525, 10.0, 12.7, 19.05, 25.4),
@@ -163,9 +166,10 @@ def _start_modulus(one: Specimen, other: Specimen) -> float:
 
 def _mean_pressure(run: RawRun) -> float | None:
     """Return the mean pressure at the start, Pa: by Hertz, or over a flat that is larger; none without bodies."""
-    contact, load = run.manifest.contact, applied_load(run, Recipe()).value
+    contact = run.manifest.contact
     if contact is None:
         return None
+    load = contact_load(run, Recipe()).value
     modulus, (across, along) = _start_modulus(*contact.bodies.values()), contact.unworn_radii
     if across == along:
         return load / (math.pi * _start_radius(contact, load, modulus) ** 2)
@@ -264,7 +268,7 @@ def scar_is_no_radius(run: RawRun) -> Iterator[Trouble]:
     if pin is None or scar is None or pin.shape == "flat":
         return
     contact = run.manifest.sliding_pin
-    load = applied_load(run, Recipe()).value
+    load = contact_load(run, Recipe()).value
     start = 2 * _start_radius(contact, load, _start_modulus(*contact.bodies.values()))
     if scar.value + 3 * (scar.standard_uncertainty or 0.0) < start:
         yield Trouble(
@@ -274,6 +278,30 @@ def scar_is_no_radius(run: RawRun) -> Iterator[Trouble]:
             "check that it is the diameter, and check its unit, the load and the radius of the pin",
         )
     yield from _track_beside(scar, end)
+
+
+@check("warning")
+def scar_is_made_by_wear(run: RawRun) -> Iterator[Trouble]:
+    """Find a scar not much wider than the contact without wear, under which elastic deflection counts as wear.
+
+    A contact of radius a rubs its scar while the bodies are deflected. Under Hertz's pressure with the radius a_H
+    without wear, (a_H/a)³ of the volume under the scar is deflection; local wear gives the same within 4 % of that
+    volume from a = 1.3·a_H on.
+    """
+    pin, scar = run.manifest.pin, run.manifest.end_values.pin_scar_diameter
+    if pin is None or scar is None or pin.shape != "spherical":
+        return
+    contact, load = run.manifest.sliding_pin, contact_load(run, Recipe()).value
+    start = 2 * _start_radius(contact, load, _start_modulus(*contact.bodies.values()))
+    share = (start / scar.value) ** 3 if scar.value > start else 0.0
+    if share > _ELASTIC:
+        yield Trouble(
+            "end_values.pin_scar_diameter",
+            f"found {scar.shown('um')}, where the elastic contact without wear is {show(start, None, 'm', 'um')} wide: "
+            f"about {share:.0%} of the volume under the scar is elastic deflection; expected a scar at least "
+            f"{_ELASTIC ** (-1 / 3):.1f} times as wide",
+            "take volume and k_D as too large by about that; give a profile or a depth instead, or test longer",
+        )
 
 
 def _track_beside(scar: EndValue, end: EndValues) -> Iterator[Trouble]:
