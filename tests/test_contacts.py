@@ -21,7 +21,7 @@ from tribopipe.archive.definitions.run import run_definition
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError, ManifestError
 from tribopipe.base.plugins import declared
-from tribopipe.documents import contact
+from tribopipe.documents import contact_kinds
 from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.contact_kinds import contacts
 from tribopipe.documents.manifest import RunManifest
@@ -40,6 +40,7 @@ from tribopipe.readers.draft.known_values import sections
 
 PACKAGE = Path(tribopipe.__file__).parent
 MOST_BRANCHES = 13
+OWN = ["pin-on-disc", "reciprocating", "block-on-ring", "four-ball", "twin-disc"]
 K_D = 13.5e-15
 """m²/N: the truth of the plan."""
 PLAN = """\
@@ -128,7 +129,7 @@ def declare(monkeypatch, site: Path, *entries: str) -> Path:
 def forget() -> None:
     """Have what is installed looked for again."""
     declared.cache_clear()
-    contact.ADDED.__dict__.pop("_loaded", None)
+    contact_kinds.ADDED.__dict__.pop("_loaded", None)
     for known in (sections, blanks_of, definitions, run_definition):
         known.cache_clear()
 
@@ -149,7 +150,7 @@ def read(document: dict) -> RunManifest:
 def test_run_toml_names_the_drum_and_goes_there_and_back():
     ends = {"pin_scar_diameter": "600 um", "drum_wear_depth": {"value": "120 nm", "standard_uncertainty": "20 nm"}}
     run = read(drum(end_values=ends))
-    assert list(contacts()) == ["pin-on-disc", "twin-disc", "pin-on-drum"]
+    assert list(contacts()) == [*OWN, "pin-on-drum"]
     assert list(run.bodies) == ["pin", "drum"]
     assert run.contact.counterbody.radius.value == 0.02
     assert run.end_values.disc_wear_depth.value == pytest.approx(120e-9)
@@ -199,8 +200,8 @@ def test_unknown_kind_is_refused_in_a_sentence_that_names_the_known_ones():
     with pytest.raises(ManifestError) as refused:
         read(drum())
     assert str(refused.value) == (
-        "run.toml: contact.kind: found 'pin-on-drum'; expected 'pin-on-disc', 'twin-disc', or a kind that an installed "
-        "package adds; did you mean 'pin-on-disc'?"
+        "run.toml: contact.kind: found 'pin-on-drum'; expected 'pin-on-disc', 'reciprocating', 'block-on-ring', "
+        "'four-ball', 'twin-disc', or a kind that an installed package adds; did you mean 'pin-on-disc'?"
     )
 
 
@@ -240,7 +241,7 @@ def test_contact_that_cannot_be_loaded_is_left_out_with_a_warning(monkeypatch, t
     try:
         declare(monkeypatch, tmp_path, entry)
         with pytest.warns(UserWarning, match=words):
-            assert list(contacts()) == ["pin-on-disc", "twin-disc"]
+            assert list(contacts()) == OWN
         assert contacts()["pin-on-disc"] is PinOnDisc
         assert read(MANIFEST).contact.kind == "pin-on-disc"
     finally:
@@ -396,7 +397,7 @@ def without_the_package(workspace: Path) -> None:
     folder = workspace / "archive"
     words = "found a run with the kind of contact 'pin-on-drum', which is not installed here"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(contact, "ADDED", {})
+        patch.setattr(contact_kinds, "ADDED", {})
         with pytest.raises(ArchiveError, match=f"drum-1.h5: {words}"):
             Archive(folder).manifest("drum-1")
         (folder / FILE_NAME).unlink()

@@ -25,6 +25,7 @@ from tribopipe.archive.definitions.registry import definitions
 from tribopipe.archive.definitions.run import run_definition
 from tribopipe.archive.store import Archive
 from tribopipe.documents.annotation import Annotation
+from tribopipe.documents.contact_kinds import contacts
 from tribopipe.documents.mark import Mark
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.study import Study
@@ -61,12 +62,12 @@ def test_definition_is_valid_nxdl(name):
 
 
 def test_each_contact_has_a_definition_that_requires_its_bodies():
-    bodies = {"pin", "disc", "curved_disc", "flat_disc"}
+    bodies = {name for kind in contacts().values() for name in kind.body_names}
     required = {
         tribometer: {part.name for part in run_definition(tribometer).entry.members if part.required} & bodies
         for tribometer in RUNS
     }
-    assert required == {"pin-on-disc": {"pin", "disc"}, "twin-disc": {"curved_disc", "flat_disc"}, None: set()}
+    assert required == {kind: set(contact.body_names) for kind, contact in contacts().items()} | {None: set()}
 
 
 def fields(part: GroupPart) -> Iterator[FieldPart]:

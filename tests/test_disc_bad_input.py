@@ -161,7 +161,7 @@ CASES = {
     "no crown radius": (sub("(?m)^crown_radius = .*\n", ""), ("contact", "crown_radius: missing", "add this key")),
     "crown radius of zero": (key("crown_radius", '"0 mm"'), ("crown_radius", "found 0 m", "check sign")),
     "rolling radius below zero": (key("rolling_radius", '"-4 mm"'), ("rolling_radius", "-0.004 m", "check sign")),
-    "unknown tribometer": (key("kind", '"four-ball"'), ("contact", "four-ball")),
+    "unknown tribometer": (key("kind", '"ball-cratering"'), ("contact", "ball-cratering")),
     **{
         f"rotations {written}": (key("rotations", written), ("conditions.rotations", "expected a number of rotations"))
         for written in ('"many"', "0", "-5", "2.5", "nan", "inf", "true", '"1e6"', "[1]")

@@ -270,7 +270,7 @@ def test_what_was_read_goes_there_and_back():
         ({"contact": {"kind": "four-ball", "ball": {"diameter": 12.7, **STEEL}}}, "found the bare number 12.7"),
         (
             {"conditions": {"normal_load": "392 N", "rotational_speed": "1200 rpm", "track_radius": "3.67 mm"}},
-            r"conditions\.track_radius: found one beside contact\.ball\.diameter",
+            r"conditions\.track_radius: found one in addition to contact\.ball\.diameter",
         ),
         (
             {"end_values": {"ball_scar_diameter": "14 mm"}},

@@ -13,6 +13,7 @@ from own_patterns import LONGEST, Walked, own_patterns
 from tribopipe.archive.definitions.registry import definitions
 from tribopipe.base.errors import ManifestError
 from tribopipe.cli.options import friction_path
+from tribopipe.documents.contact import _CALLED
 from tribopipe.documents.toml import parse_toml
 from tribopipe.evaluation.checks import channels, materials
 from tribopipe.extras.live.priors import _GIVEN
@@ -44,6 +45,9 @@ def _partial_names() -> list[str]:
 BUILT = {
     "archive/definitions/parts.py": [(name, "fullmatch") for name in _partial_names()],
     "cli/manual.py": [(r"(?<!\w)two\ words(?!\w)", "findall")],
+    "documents/contact.py": [
+        (pattern, call) for one in _CALLED.values() for pattern, call in ((one.key, "sub"), (one.body, "sub"))
+    ],
     "documents/plugin_names.py": [(LAW_PATTERN, "fullmatch")],
     "evaluation/checks/channels.py": [(names, "fullmatch") for _, names in channels._EXTRAS.values()],
     "evaluation/checks/materials.py": [(one.names, "search") for one in materials.CLASSES],

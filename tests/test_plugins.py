@@ -21,7 +21,7 @@ from tribopipe.archive.definitions.run import run_definition
 from tribopipe.base.errors import FitError, ManifestError
 from tribopipe.base.plugins import Plugins, declared, own_first
 from tribopipe.cli.live import live
-from tribopipe.documents import contact
+from tribopipe.documents import contact_kinds
 from tribopipe.documents.plan import Plan
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe, WearRecipe
@@ -67,7 +67,7 @@ def forget() -> None:
     checks.load_checks.cache_clear()
     assert isinstance(laws.LAWS, Plugins)
     laws.LAWS.__dict__.pop("_loaded", None)
-    contact.ADDED.__dict__.pop("_loaded", None)
+    contact_kinds.ADDED.__dict__.pop("_loaded", None)
     for known in (sections, blanks_of, definitions, run_definition):
         known.cache_clear()
 

@@ -112,7 +112,7 @@ def test_depths_in_the_middle_are_those_of_strokes_counted_one_by_one():
         ),
         (
             {"contact": {"kind": "reciprocating", "ball": {"diameter": "6 mm"}, "pin": STEEL, "flat": STEEL}},
-            "contact: ball: found one beside pin",
+            "contact: ball: found one in addition to pin",
         ),
         ({"end_values": {"ball_scar_length": "1 mm", "pin_scar_length": "1 mm"}}, "found it twice"),
     ],

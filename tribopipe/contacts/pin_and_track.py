@@ -20,7 +20,7 @@ from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.physics.pin_on_disc import no_published_scheme
-from tribopipe.physics.pin_on_track import FlatOnTrack, SphereOnTrack, WornContact
+from tribopipe.physics.pin_on_track import BlockOnTrack, FlatOnTrack, OnTrack, SphereOnTrack, WornContact
 
 _SAME = 1e-6
 """Relative difference of volumes that are the same."""
@@ -76,8 +76,10 @@ class PinAndTrackWear:
             "track_length": relative_input(self.path, defaults.track_radius, above_zero=True),
         }
 
-    def tip(self, values: Values) -> SphereOnTrack | FlatOnTrack:
+    def tip(self, values: Values) -> OnTrack:
         """Return the unworn pin."""
+        if self.contact.pin.line:
+            return BlockOnTrack(values["pin_radius"], self.contact.pin.line)
         if self.contact.pin.shape == "flat":
             return FlatOnTrack(values["pin_radius"])
         return SphereOnTrack(values["pin_radius"], self._flat)
@@ -179,14 +181,14 @@ def _coefficients(values: Values) -> tuple[Column, Column]:
     return np.asarray(values["wear_coefficient"]), np.asarray(values["track_coefficient"])
 
 
-def _refuse_beyond(tip: SphereOnTrack | FlatOnTrack, worn: WornContact, pin_volume: Column) -> None:
+def _refuse_beyond(tip: OnTrack, worn: WornContact, pin_volume: Column) -> None:
     """Raise ``ContactError`` where the contact is as wide as the sphere, so that no shape has these volumes."""
     found = np.isclose(worn.pin_volume, pin_volume, rtol=_SAME, atol=0)
     if not np.all((worn.approach < tip.most) & found):
         raise _too_deep(worn, tip)
 
 
-def _too_deep(worn: WornContact, tip: SphereOnTrack | FlatOnTrack) -> ContactError:
+def _too_deep(worn: WornContact, tip: OnTrack) -> ContactError:
     return ContactError(
         f"contact: found a pin and a groove that are together {show(np.max(worn.approach), None, 'm', 'um')} deep or "
         f"more; expected less than the height of the tip, {show(np.min(tip.most), None, 'm', 'um')}; check wear "

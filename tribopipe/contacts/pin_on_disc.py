@@ -16,7 +16,7 @@ from tribopipe.documents.recipe import Recipe
 from tribopipe.physics.conventions import WearEngine
 from tribopipe.physics.hertz import contact_modulus
 from tribopipe.physics.local.sphere import LocalSphere
-from tribopipe.physics.pin_on_disc import FlatPin, PinContact, RigidSphere, SphericalPin, WornState
+from tribopipe.physics.pin_on_disc import BlockOnCylinder, FlatPin, PinContact, RigidSphere, SphericalPin, WornState
 
 _USUAL_STEPS = 50_000
 
@@ -105,9 +105,9 @@ def _state(values: Values, worn: WornState) -> State:
     load, coefficient = values["normal_load"], values["wear_coefficient"]
     return {
         "wear_depth": worn.depth,
-        "half_width": worn.radius,
+        "half_width": worn.half_width,
         "half_length": worn.radius,
-        "pressure": np.asarray(load / (np.pi * worn.radius**2)),
+        "pressure": np.asarray(load / worn.even_area),
         "rate": np.asarray(coefficient * load / worn.area),
     }
 
@@ -119,6 +119,8 @@ def pin_contact(contact: SlidingPin, values: Values) -> PinContact:
     """
     if contact.pin.shape == "flat":
         return FlatPin(values["pin_radius"])
+    if contact.pin.line:
+        return BlockOnCylinder(values["pin_radius"], contact.pin.line)
     modulus = contact_modulus(
         pin_modulus=values["pin_modulus"],
         pin_ratio=contact.pin.poisson_ratio.value,
@@ -133,12 +135,22 @@ def pin_contact(contact: SlidingPin, values: Values) -> PinContact:
     )
 
 
+def no_local_wear_of_a_block(contact: SlidingPin) -> ContactError:
+    """Return the refusal of local wear of a line contact."""
+    return ContactError(
+        f"local wear: found {contact.title}, which touch in a line; expected a pin or ball; fit and predict it by "
+        "volume"
+    )
+
+
 def pin_curve(contact: SlidingPin, values: Values, engine: WearEngine) -> PinContact:
     """Build the pin's curve by an engine, from the values that ``pin_contact`` takes.
 
     Raises ``ContactError`` for local wear of a truncated sphere, whose flat has an edge that Hertz's contact does not.
     """
     pin = pin_contact(contact, values)
+    if engine == "local" and contact.pin.line:
+        raise no_local_wear_of_a_block(contact)
     if engine == "giwm" or not isinstance(pin, SphericalPin):
         return pin
     if engine == "volume":

@@ -13,7 +13,7 @@ import numpy as np
 
 from tribopipe.base.arrays import Column, Values
 from tribopipe.base.errors import ContactError
-from tribopipe.contacts.pin_on_disc import pin_contact
+from tribopipe.contacts.pin_on_disc import no_local_wear_of_a_block, pin_contact
 from tribopipe.documents.contact import Contact, SlidingPin
 from tribopipe.documents.contact_kinds import family_of
 from tribopipe.documents.twin_disc import TwinDisc
@@ -83,6 +83,8 @@ def _pin_elements(contact: SlidingPin, values: Values, amount: float) -> Surface
 
 def _pin_edges(contact: SlidingPin, values: Values, amount: float) -> Column:
     load, radius, modulus = float(values["normal_load"]), float(values["pin_radius"]), _pin_modulus(contact, values)
+    if contact.pin.line:
+        raise no_local_wear_of_a_block(contact)
     if contact.pin.shape == "flat":
         return np.linspace(0.0, radius, _RINGS_OF_A_FLAT_PIN + 1)
     first = float(hertz_radius(normal_load=load, pin_radius=radius, modulus=modulus))

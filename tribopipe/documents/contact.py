@@ -77,7 +77,31 @@ class Specimen(Record):
     """Thickness of a coating on it: k_D of a test that wears through it is of no material."""
 
 
-class Pin(Specimen):
+Shape = Literal["spherical", "flat", "truncated-sphere", "block"]
+
+
+class Tip(Specimen):
+    """The end of a body that stays in contact, against a flat that passes it."""
+
+    shape: Shape
+    """How the gap to the flat widens: not over a flat end, along the sliding alone over a block on a ring."""
+    radius: Length
+    """Radius of the gap, or of a flat end."""
+    flat_radius: Length | None = None
+    """Radius of the flat that a sphere begins with."""
+
+    @property
+    def line(self) -> float:
+        """Length of a line contact across the sliding, m; 0 of any other."""
+        return 0.0
+
+    @property
+    def widens(self) -> bool:
+        """Whether wear makes the contact wider across the sliding, so that a groove shapes it."""
+        return self.shape in ("spherical", "truncated-sphere")
+
+
+class Pin(Tip):
     """The pin or ball that rubs on the disc."""
 
     shape: Literal["spherical", "flat", "truncated-sphere"]
@@ -272,8 +296,8 @@ class SlidingPin(Contact):
     if TYPE_CHECKING:
 
         @property
-        def pin(self) -> Pin:
-            """The pin, or as which pin the body that stays in contact is taken: a field or a property."""
+        def pin(self) -> Tip:
+            """The pin, or as which tip the body that stays in contact is taken: a field or a property."""
 
     progress: ClassVar[Progress] = SLIDING
     body_names: ClassVar[tuple[str, ...]] = ("pin", "disc")
@@ -298,7 +322,7 @@ class SlidingPin(Contact):
         return cls.body_names[1]
 
     @property
-    def equivalent_pin(self) -> Pin:
+    def equivalent_pin(self) -> Tip:
         """The pin that touches and wears on a flat counterbody as this one does on its own."""
         return self.pin
 
@@ -322,7 +346,7 @@ class SlidingPin(Contact):
     @property
     def round_surfaces(self) -> dict[str, Quantity]:
         """Radius of the tip, m; none of a flat pin."""
-        return {} if self.pin.shape == "flat" else {"pin": self.pin.radius}
+        return {"pin": self.pin.radius} if self.pin.widens else {}
 
     @property
     def worn_radius(self) -> tuple[str, Quantity]:
@@ -354,7 +378,7 @@ class SlidingPin(Contact):
                 f"{show(diameter, None, 'm', 'um')}; expected a scar on the tip; check both units"
             )
 
-    def with_bodies(self, pin: Pin, counterbody: Specimen) -> Self:
+    def with_bodies(self, pin: Tip, counterbody: Specimen) -> Self:
         """Return a copy of the contact with other bodies."""
         return self.model_copy(update={"pin": pin, self.counterbody_name(): counterbody})
 
@@ -436,7 +460,7 @@ def _with_ball_as_pin(contact: Mapping[str, Any]) -> Mapping[str, Any]:
     if not isinstance(ball, Mapping):
         return contact
     if "pin" in contact:
-        raise ValueError("ball: found one beside pin; expected one of the two; remove the other")
+        raise ValueError("ball: found one in addition to pin; expected one of the two; remove the other")
     if "diameter" not in ball:
         raise ValueError('ball.diameter: missing; add diameter = "6 mm" or the like')
     for key in ("shape", "radius", "flat_radius"):

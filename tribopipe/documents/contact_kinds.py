@@ -11,6 +11,7 @@ from pydantic import Field, GetCoreSchemaHandler, ValidationInfo, ValidatorFunct
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from tribopipe.base.plugins import Plugins
+from tribopipe.documents.block_on_ring import BlockOnRing
 from tribopipe.documents.contact import Contact, SlidingPin, Specimen
 from tribopipe.documents.four_ball import FourBall
 from tribopipe.documents.pin_on_disc import PinOnDisc
@@ -19,7 +20,7 @@ from tribopipe.documents.twin_disc import TwinDisc
 
 Answer = TypeVar("Answer")
 GROUP = "tribopipe.contacts"
-_SHIPPED: tuple[type[Contact], ...] = (PinOnDisc, Reciprocating, FourBall, TwinDisc)
+_SHIPPED: tuple[type[Contact], ...] = (PinOnDisc, Reciprocating, BlockOnRing, FourBall, TwinDisc)
 
 
 def family_of(contact: Contact, answers: Mapping[type[Contact], Answer]) -> Answer:

@@ -19,7 +19,7 @@ from typing import Any, ClassVar, Literal, Self
 from pydantic import model_validator
 
 from tribopipe.base.errors import UnitError
-from tribopipe.documents.contact import Pin, SlidingPin, Specimen
+from tribopipe.documents.contact import Pin, SlidingPin, Specimen, Tip
 from tribopipe.documents.quantity import Length, Quantity, read_quantity, scaled
 
 _SAME = 1e-3
@@ -103,7 +103,7 @@ class FourBall(SlidingPin):
             f"below, taken as a ball of {self.equivalent_pin.radius.shown('mm')} radius on a flat",
         )
 
-    def with_bodies(self, pin: Pin, counterbody: Specimen) -> Self:
+    def with_bodies(self, pin: Tip, counterbody: Specimen) -> Self:
         """Return a copy of the contact with other bodies, the balls as large as the pin."""
         diameter = scaled(pin.radius, 2.0)
         bodies = {"ball": (self.ball, pin), "top_ball": (self.top_ball, counterbody)}
@@ -128,8 +128,8 @@ class FourBall(SlidingPin):
             return named
         if "track_radius" in conditions:
             raise ValueError(
-                "conditions.track_radius: found one beside contact.ball.diameter, from which it follows; expected the "
-                "diameter alone; remove track_radius"
+                "conditions.track_radius: found one in addition to contact.ball.diameter, from which it follows; "
+                "expected the diameter alone; remove track_radius"
             )
         with suppress(UnitError, ValueError):
             diameter = read_quantity(contact["ball"].get("diameter"), "length")

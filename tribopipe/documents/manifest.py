@@ -21,7 +21,7 @@ from pydantic import (
 
 from tribopipe.base.errors import ContactError, ManifestError, did_you_mean
 from tribopipe.base.files import leads_out
-from tribopipe.documents.contact import ROTATIONS, SLIDING, Contact, Pin, Progress, SlidingPin, Specimen
+from tribopipe.documents.contact import ROTATIONS, SLIDING, Contact, Progress, SlidingPin, Specimen, Tip
 from tribopipe.documents.contact_kinds import AnyContact, contact_named, contacts
 from tribopipe.documents.quantity import (
     Distance,
@@ -549,7 +549,7 @@ class RunManifest(Record):
         return scale if self.contact is None else scaled(scale, self.contact.depth_share)
 
     @property
-    def pin(self) -> Pin | None:
+    def pin(self) -> Tip | None:
         """The pin that slides; none where there is none, or run.toml does not describe it."""
         return self.contact.pin if isinstance(self.contact, SlidingPin) else None
 

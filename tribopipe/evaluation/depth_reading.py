@@ -15,7 +15,7 @@ from tribopipe.base.errors import FitError
 from tribopipe.contacts.inputs import stated_or_default
 from tribopipe.contacts.pin_on_disc import pin_curve
 from tribopipe.contacts.twin_disc import nominal_pair
-from tribopipe.documents.contact import Pin
+from tribopipe.documents.contact import Tip
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
@@ -142,7 +142,7 @@ def remountings(manifest: RunManifest, distance: Column) -> Column:
     return np.asarray(np.searchsorted(stops, distance), dtype=float)
 
 
-def engine_of(pin: Pin, end: EndWear | None, recipe: Recipe) -> WearEngine:
+def engine_of(pin: Tip, end: EndWear | None, recipe: Recipe) -> WearEngine:
     """Return the engine that a recipe asks for, or else the one that fits what was measured on the disc.
 
     The GIWM is made for a disc that does not wear. Where one does, beyond what its measurement may be off by twice and
@@ -153,7 +153,7 @@ def engine_of(pin: Pin, end: EndWear | None, recipe: Recipe) -> WearEngine:
         return recipe.wear.engine
     if pin.shape == "flat":
         return "giwm"
-    if end is None or end.disc is None:
+    if end is None or end.disc is None or pin.line:
         return "volume"
     return "volume" if wears_beside(end.disc.quantity, end.pin_depth.value) else "giwm"
 
@@ -271,7 +271,7 @@ def _track(samples: DepthSamples, end: EndWear | None, course: Course) -> list[K
 
 def _depth_ratio(run: RawRun, end: EndWear | None) -> float:
     """Return the depth of the groove over that of the pin where that shapes the scar, and 0 where it does not."""
-    if end is None or end.disc is None or run.manifest.sliding_pin.pin.shape == "flat" or not end.pin_depth.value > 0:
+    if end is None or end.disc is None or not run.manifest.sliding_pin.pin.widens or not end.pin_depth.value > 0:
         return 0.0
     return max(end.disc.quantity.value, 0.0) / end.pin_depth.value
 

@@ -90,6 +90,25 @@ def segment_area(*, half_chord: ArrayLike, radius: ArrayLike) -> Column:
     return np.asarray(r**2 / 2 * _angle_less_sine(2 * np.arcsin(np.minimum(share, 1.0))))
 
 
+def segment_height(*, area: ArrayLike, radius: ArrayLike) -> Column:
+    """Return the height of the segment of a circle that has an area, at most half of it, by Newton's method, m.
+
+    An area below zero, as a draw may be, gives as much of a height below zero.
+    """
+    wanted, r = np.broadcast_arrays(np.asarray(area, dtype=float), np.asarray(radius, dtype=float))
+    target = np.minimum(np.abs(wanted), np.pi * r**2 / 2)
+    # A parabola, 4/3·h·√(2Rh), is too deep by a fifth at most.
+    height = np.minimum(np.cbrt(9 * target**2 / (32 * r)), r)
+    for _ in range(_MOST_ITERATIONS):
+        half_chord = cap_radius(height=height, sphere_radius=r)
+        excess = segment_area(half_chord=half_chord, radius=r) - target
+        step = np.divide(excess, 2 * half_chord, out=np.zeros_like(excess), where=half_chord > 0)
+        height = np.clip(height - step, 0.0, r)
+        if np.all(np.abs(step) <= _CONVERGED * height):
+            break
+    return np.asarray(np.copysign(height, wanted))
+
+
 def circle_volume(*, area: ArrayLike, track_radius: ArrayLike) -> Column:
     """Return the volume of a track around a circle, 2πR·A, m³: exact for a groove symmetric about R (Pappus)."""
     return np.asarray(2 * np.pi * np.asarray(track_radius, dtype=float) * np.asarray(area, dtype=float))

@@ -5,7 +5,7 @@ the worn volume v = k_D·F_N·S, where S is the law's effective distance. Each p
 master curve h(v), in closed form one way and inverted by Newton's method the other.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
 
@@ -15,7 +15,15 @@ from numpy.typing import ArrayLike
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError
 from tribopipe.base.units import show
-from tribopipe.physics.geometry import cap_height, cap_radius, scar_radius_at, worn_depth, worn_volume
+from tribopipe.physics.geometry import (
+    cap_height,
+    cap_radius,
+    scar_radius_at,
+    segment_area,
+    segment_height,
+    worn_depth,
+    worn_volume,
+)
 from tribopipe.physics.hertz import elastic_approach, hertz_radius
 
 _MOST_ITERATIONS = 60
@@ -37,6 +45,18 @@ class WornState:
     radius: Column
     area: Column
     """dv/dh, m², the load over the pressure where the pin wears deepest: πa² where pressure is even."""
+    width: float = 0.0
+    """Length of a line contact across the sliding, m, of which the radius is half the length along it; 0 of others."""
+
+    @property
+    def half_width(self) -> Column:
+        """Half the width across the sliding direction, m."""
+        return np.full_like(self.radius, self.width / 2) if self.width else self.radius
+
+    @property
+    def even_area(self) -> Column:
+        """Area of the contact, m²."""
+        return np.asarray(2 * self.width * self.radius if self.width else np.pi * self.radius**2)
 
 
 class PinContact(Protocol):
@@ -172,7 +192,10 @@ class SphericalPin:
         if v.ndim != 1 or v.size <= _BLOCK:
             return self._worn_by(self._growth_of_volume(v))
         blocks = [self.worn(v[first : first + _BLOCK]) for first in range(0, v.size, _BLOCK)]
-        return WornState(*(np.concatenate([getattr(one, f.name) for one in blocks]) for f in fields(WornState)))
+        depth, radius, area = (
+            np.concatenate([getattr(one, name) for one in blocks]) for name in ("depth", "radius", "area")
+        )
+        return WornState(depth, radius, area)
 
     def volume(self, depth: ArrayLike) -> Column:
         """Return the volume, m³, lost by wear at a depth, m."""
@@ -312,6 +335,44 @@ class RigidSphere:
     def published_depth(self, volume_steps: ArrayLike) -> Column:
         """Refuse: the paper's Euler steps are the GIWM's."""
         raise no_published_scheme(volume_steps, "volumes by the shape alone")
+
+
+@dataclass(frozen=True)
+class BlockOnCylinder:
+    """A block that wears to a part of the cylinder on which it lies: V = width·(segment of its circle)."""
+
+    radius: ArrayLike
+    """Of the cylinder, m."""
+    width: float
+    """Of the block across the sliding direction, m."""
+
+    @property
+    def most_volume(self) -> Column:
+        """Volume, m³, of half a cylinder."""
+        return np.asarray(self.width * np.pi * np.square(self.radius) / 2)
+
+    def worn(self, volume: ArrayLike) -> WornState:
+        """Return depth, and half the length along the sliding, after wearing off a volume, m³.
+
+        Raises ``ContactError`` where more than half a cylinder would be gone.
+        """
+        v = np.asarray(volume, dtype=float)
+        if np.any(v > self.most_volume):
+            raise worn_away(v, self.most_volume)
+        depth = segment_height(area=v / self.width, radius=self.radius)
+        half = np.maximum(cap_radius(height=depth, sphere_radius=self.radius), _POINT * np.asarray(self.radius))
+        return WornState(depth=depth, radius=half, area=2 * half * self.width, width=self.width)
+
+    def volume(self, depth: ArrayLike) -> Column:
+        """Return the volume, m³, lost by wear at a depth, m. Raises ``ContactError`` beyond the cylinder's radius."""
+        if np.any(np.less(depth, 0)) or np.any(np.greater(depth, self.radius)):
+            raise no_such_depth(depth, self.radius)
+        half = cap_radius(height=depth, sphere_radius=self.radius)
+        return np.asarray(self.width * segment_area(half_chord=half, radius=self.radius))
+
+    def published_depth(self, volume_steps: ArrayLike) -> Column:
+        """Refuse: the paper's Euler steps are the GIWM's."""
+        raise no_published_scheme(volume_steps, "a block on a ring")
 
 
 def worn_away(volume: Column, most: Column) -> ContactError:

@@ -18,11 +18,12 @@ Everything is in SI, in arrays that are broadcast against each other. Cf. Kauzla
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tribopipe.physics.geometry import scar_depth, scar_radius_at, segment_area, worn_depth
+from tribopipe.physics.geometry import scar_depth, scar_radius_at, segment_area, segment_height, worn_depth
 
 Array = NDArray[np.float64]
 SHAPE_LEAST, SHAPE_MOST = 3 * np.pi / 16, 2 / 3
@@ -198,6 +199,57 @@ class FlatOnTrack:
         unit = self.at_depths(1.0, 2 * kappa * r)
         h_p = v / unit.pin_volume
         return self.at_depths(h_p, np.where(v > 0, 2 * kappa * r * h_p, s / (2 * r)))
+
+
+@dataclass(frozen=True)
+class BlockOnTrack:
+    """A block on a ring, both of which wear evenly across the sliding direction."""
+
+    radius: ArrayLike
+    """Of the ring, m."""
+    width: float
+    """Of the block, m."""
+
+    @property
+    def most(self) -> Array:
+        """Approach at which the scar would be as long as the ring, m."""
+        return _floats(self.radius)
+
+    def approach_at(self, half_width: ArrayLike) -> Array:
+        """Return NaN: the contact is as wide at any depth."""
+        return np.full(np.shape(half_width), np.nan)
+
+    def half_width_at(self, approach: ArrayLike) -> Array:
+        """Return half the length of the scar along the sliding direction, m, at a depth, m."""
+        return scar_radius_at(depth=approach, sphere_radius=self.radius)
+
+    def middle_slice(self, pin_depth: ArrayLike) -> Array:
+        """Return the area lost by the block in every slice, m²."""
+        return segment_area(half_chord=self.half_width_at(pin_depth), radius=self.radius)
+
+    def at_depths(self, pin_depth: ArrayLike, groove_depth: ArrayLike) -> WornContact:
+        """Return the contact worn to these depths, m; the ring is so little smaller that its radius stays."""
+        r, h_p, h_d = np.broadcast_arrays(*map(_floats, (self.radius, pin_depth, groove_depth)))
+        half = self.half_width_at(h_p)
+        return WornContact(
+            pin_depth=h_p,
+            groove_depth=h_d,
+            half_width=np.full(h_p.shape, self.width / 2),
+            half_length=half,
+            pin_volume=np.asarray(self.width * segment_area(half_chord=half, radius=r)),
+            groove_area=np.asarray(self.width * h_d),
+            groove_revolved=np.zeros(h_p.shape),
+            area=np.asarray(2 * self.width * half),
+            groove_slope=np.full(h_p.shape, self.width),
+        )
+
+    def worn(self, pin_volume: ArrayLike, groove_area: ArrayLike) -> WornContact:
+        """Return the contact whose block has lost V_1, m³, and whose ring a layer of the cross-section V_2/L, m²."""
+        depth = segment_height(area=_floats(pin_volume) / self.width, radius=self.radius)
+        return self.at_depths(depth, _floats(groove_area) / self.width)
+
+
+OnTrack: TypeAlias = SphereOnTrack | FlatOnTrack | BlockOnTrack
 
 
 @dataclass(frozen=True)

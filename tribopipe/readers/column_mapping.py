@@ -19,7 +19,7 @@ class Arms(NamedTuple):
     """Lengths, m, by which what turns becomes what slides; none where run.toml does not state them."""
 
     track: float | None = None
-    """Radius of the circle that is slid on."""
+    """Radius of the circle of the wear track."""
     friction: float | None = None
     """Friction torque over friction force."""
 

@@ -55,15 +55,17 @@ def _step(name: StepName, tribometer: str | None) -> GroupPart:
 
 def _own(record: type[Record], tribometer: str | None) -> tuple[FieldPart, ...]:
     """Declare what is shown of a result, but what is of the bodies of another tribometer."""
-    return tuple(part for part in shown_fields(record) if not part.name.startswith(_foreign(tribometer)))
-
-
-def _foreign(tribometer: str | None) -> tuple[str, ...]:
-    """Return how fields of results begin that are of bodies which wear along another progress."""
+    shown = shown_fields(record)
     if tribometer is None:
-        return ()
-    own = contacts()[tribometer].progress
-    return tuple(f"{name}_" for other in contacts().values() if other.progress is not own for name in other.body_names)
+        return tuple(shown)
+    own = {*contacts()[tribometer].body_names, *contacts()[tribometer].roles}
+    return tuple(part for part in shown if _body_of(part.name) in (None, *own))
+
+
+def _body_of(field: str) -> str | None:
+    """Return the body of which a field is, by the longest name that it begins with; none of a field of no body."""
+    bodies = {name for kind in contacts().values() for name in (*kind.body_names, *kind.roles)}
+    return max((name for name in bodies if f"{field}_".startswith(f"{name}_")), key=len, default=None)
 
 
 def _curves(name: StepName, tribometer: str | None) -> Iterator[GroupPart]:

@@ -45,7 +45,7 @@ def _shown(name: str, doc: str, found: _Type) -> Iterator[FieldPart]:
         yield FieldPart(name, doc, "NX_FLOAT", found.units, found.always)
         yield FieldPart(f"{name}_errors", f"Standard uncertainty of {name}.", "NX_FLOAT", found.units)
     elif get_origin(found.plain) is dict and name == "bodies":
-        for body in dict.fromkeys(name for contact in contacts().values() for name in contact.fitted_bodies):
+        for body in dict.fromkeys(name for contact in contacts().values() for name in contact.body_names):
             yield from _shown(body, "", _taken_apart(get_args(found.plain)[1])._replace(always=False))
     elif _is(found.plain, Record):
         yield from shown_fields(found.plain, f"{name}_", always=found.always)

@@ -53,11 +53,12 @@ def _masses_without_density(where: str, end: EndValues, contact: Contact) -> Ite
 def _impossible_on_the_pin(where: str, end: EndValues, contact: SlidingPin) -> Iterator[Trouble]:
     """Find more wear than half a sphere, a scar within the flat that was there, and profiles of what has no cap."""
     tip = PinTip.of(contact.equivalent_pin)
-    if tip.shape == "flat":
+    if not tip.widens:
         if end.pin_profile:
             yield Trouble(
                 f"{where}.pin_profile",
-                "found a profile of a flat pin, which has no unworn surface to level it on; expected a spherical tip",
+                "found a profile of a flat pin or block, which has no unworn surface to level it on; expected a "
+                "spherical tip",
                 "give pin_wear_depth or pin_mass_loss instead",
             )
         return
@@ -92,7 +93,7 @@ def _pin_volume(end: EndValues, contact: SlidingPin) -> Quantity | None:
 def _impossible_track(where: str, end: EndValues, manifest: RunManifest) -> Iterator[Trouble]:
     """Find tracks wider than the pin, or than the circle they lie on."""
     width, pin, circle = end.disc_track_width, manifest.sliding_pin.pin, manifest.conditions.track_radius
-    for name, radius in (("pin", None if pin.shape == "flat" else pin.radius), ("circle", circle)):
+    for name, radius in (("pin", pin.radius if pin.widens else None), ("circle", circle)):
         if width is not None and radius is not None and width.value >= 2 * radius.value:
             yield Trouble(
                 f"{where}.disc_track_width",

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, show
-from tribopipe.documents.contact import Contact, Pin, Specimen
+from tribopipe.documents.contact import Contact, Specimen, Tip
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import EndValue, Quantity
@@ -31,7 +31,7 @@ _SAME = 0.01
 _NARROW, _WIDE = 0.6, 1.6
 """A track is as wide as the scar of the pin that made it; half or twice as wide, one of both is a radius."""
 _ELASTIC = 0.05
-"""Share of the volume under a scar that is elastic deflection, from which on it is named."""
+"""Share of the volume under a scar that is elastic deflection, from which on it is named, if V is known as well."""
 _BALLS = (
     *(0.3, 0.397, 0.5, 0.794, 1.0, 1.5, 1.588, 2.0, 2.381, 2.5, 3.0, 3.175, 3.969, 4.0, 4.763, 5.0, 5.5, 5.556, 6.0),
     *(6.35, 7.938, 8.0, 9.0, 9.525, 10.0, 12.7, 19.05, 25.4),
@@ -98,7 +98,7 @@ def _is_ball(diameter: float) -> bool:
     return any(abs(diameter / (ball * 1e-3) - 1) < _SAME for ball in _BALLS)
 
 
-def _diameter_unless_radius(pin: Pin) -> Trouble | None:
+def _diameter_unless_radius(pin: Tip) -> Trouble | None:
     """Report a spherical tip whose radius is its stated diameter, or a radius usual only as the diameter of a ball."""
     radius, twice = pin.radius.value, 2 * pin.radius.value
     stated = None if pin.diameter is None else pin.diameter.value
@@ -120,13 +120,13 @@ def _diameter_unless_radius(pin: Pin) -> Trouble | None:
 def radius_is_no_diameter(run: RawRun) -> Iterator[Trouble]:
     """Find the diameter of a ball, or of a flat pin, written as its radius."""
     pin = run.manifest.pin
-    if pin is not None:
+    if pin is not None and not pin.line:
         trouble = _flat_wider_than_the_pin(pin) if pin.shape == "flat" else _diameter_unless_radius(pin)
         if trouble is not None:
             yield trouble
 
 
-def _flat_wider_than_the_pin(pin: Pin) -> Trouble | None:
+def _flat_wider_than_the_pin(pin: Tip) -> Trouble | None:
     if pin.diameter is None or 2 * pin.radius.value <= (1 + _SAME) * pin.diameter.value:
         return None
     return Trouble(
@@ -141,7 +141,7 @@ def _flat_wider_than_the_pin(pin: Pin) -> Trouble | None:
 def radius_can_be_compared(run: RawRun) -> Iterator[Trouble]:
     """Report which ball a radius stands for, where no diameter is stated to compare it with."""
     pin = run.manifest.pin
-    if pin is None or pin.diameter is not None:
+    if pin is None or pin.line or pin.diameter is not None:
         return
     what = "an end" if pin.shape == "flat" else "a ball"
     if _diameter_unless_radius(pin) is None or pin.shape == "flat":
@@ -171,6 +171,8 @@ def _mean_pressure(run: RawRun) -> float | None:
         return None
     load = contact_load(run, Recipe()).value
     modulus, (across, along) = _start_modulus(*contact.bodies.values()), contact.unworn_radii
+    if run.manifest.pin is not None and run.manifest.pin.line:
+        return math.sqrt(math.pi * load * modulus / (16 * run.manifest.pin.line * along))
     if across == along:
         return load / (math.pi * _start_radius(contact, load, modulus) ** 2)
     try:
@@ -294,7 +296,7 @@ def scar_is_made_by_wear(run: RawRun) -> Iterator[Trouble]:
     contact, load = run.manifest.sliding_pin, contact_load(run, Recipe()).value
     start = 2 * _start_radius(contact, load, _start_modulus(*contact.bodies.values()))
     share = (start / scar.value) ** 3 if scar.value > start else 0.0
-    if share > _ELASTIC:
+    if share > max(_ELASTIC, 4 * (scar.standard_uncertainty or 0.0) / scar.value):
         yield Trouble(
             "end_values.pin_scar_diameter",
             f"found {scar.shown('um')}, where the elastic contact without wear is {show(start, None, 'm', 'um')} wide: "

@@ -84,7 +84,7 @@ def _tracks(run: RawRun, where: str) -> list[Track]:
 
 def disc_wear(run: RawRun, where: str, readings: Sequence[EndValueUsed], pair: WornPair) -> Iterator[BodyWear]:
     """Yield depth and volume of the track by each reading, with that of the pin in ``pair``, or its own width."""
-    widths = [one for one in readings if one.name in WIDTHS and pair.tip.shape != "flat"]
+    widths = [one for one in readings if one.name in WIDTHS and pair.tip.widens]
     for one in readings:
         if one.name == "disc_profile":
             yield _by_profiles(_tracks(run, where), pair.path)
@@ -110,7 +110,7 @@ def _by_pair(pair: WornPair) -> BodyWear:
         known = None if pair.path is None else pair
         return replace(way, depth=depth, volume=quantity, assumed=frozenset({"depth"}), pair=known)
     if name in WIDTHS:
-        depth = None if pair.tip.shape == "flat" else pair.find("disc_depth")
+        depth = pair.find("disc_depth") if pair.tip.widens else None
         if depth is None or depth.value <= 0:
             return replace(way, pair=None)
     else:
@@ -145,7 +145,7 @@ def disc_notes(run: RawRun, end: EndValues, ways: Sequence[BodyWear]) -> Iterato
     if best is not None and "volume" in best.assumed and best.pair is not None:
         yield from _assumed(best.pair)
     for way in ways:
-        if way.name in WIDTHS and way.depth is None and run.manifest.sliding_pin.pin.shape != "flat":
+        if way.name in WIDTHS and way.depth is None and run.manifest.sliding_pin.pin.widens:
             yield f"{way.name} is no larger than the scar on the pin: it does not give the depth of the track"
     if 0 < len(end.disc_profile) < FEWEST_PLACES:
         yield (

@@ -95,7 +95,7 @@ def beside_unseen_groove(end: EndWear, share: float, *, by_sensor: bool) -> floa
         Whether the depth is what a displacement sensor has seen, the groove included, rather than that of the pin.
     """
     depth, tip = end.pin_depth.value, end.tip
-    if end.disc is not None or tip.shape == "flat" or not depth > 0:
+    if end.disc is not None or not tip.widens or not depth > 0:
         return 1.0
     contact = tip.on_track(tip.radius)
     if by_sensor:

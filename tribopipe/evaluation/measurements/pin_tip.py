@@ -7,7 +7,6 @@ is kept as it is, a scar as a scar, so that the radius of the tip can vary indep
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +14,7 @@ from numpy.typing import ArrayLike
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
 from tribopipe.contacts.inputs import stated_or_default
-from tribopipe.documents.contact import Pin
+from tribopipe.documents.contact import Shape, Tip
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
@@ -28,8 +27,16 @@ from tribopipe.evaluation.measurements.measured import (
     tracks_in,
     volume_of_mass,
 )
-from tribopipe.physics.geometry import cap_height, scar_depth, scar_radius_at, worn_depth, worn_volume
-from tribopipe.physics.pin_on_track import FlatOnTrack, SphereOnTrack
+from tribopipe.physics.geometry import (
+    cap_height,
+    scar_depth,
+    scar_radius_at,
+    segment_area,
+    segment_height,
+    worn_depth,
+    worn_volume,
+)
+from tribopipe.physics.pin_on_track import BlockOnTrack, FlatOnTrack, OnTrack, SphereOnTrack
 from tribopipe.results.run import Profile, RawRun
 
 SCARS = ("pin_scar_diameter", "pin_scar_length", "pin_scar_width")
@@ -41,16 +48,24 @@ _STEP = 1e-4
 class PinTip:
     """A pin's tip before the test."""
 
-    shape: Literal["spherical", "flat", "truncated-sphere"]
+    shape: Shape
     radius: float
     """Of the sphere, or of a flat pin's end, m."""
     flat_radius: float = 0.0
     """a₀ of a truncated sphere, m."""
+    line: float = 0.0
+    """Length of a line contact across the sliding, m; 0 of any other."""
+
+    @property
+    def widens(self) -> bool:
+        """Whether wear makes the contact wider across the sliding, so that a groove shapes it."""
+        return self.shape in ("spherical", "truncated-sphere")
 
     @classmethod
-    def of(cls, pin: Pin) -> "PinTip":
+    def of(cls, pin: Tip) -> "PinTip":
         """Return the tip that run.toml describes."""
-        return cls(pin.shape, pin.radius.value, 0.0 if pin.flat_radius is None else pin.flat_radius.value)
+        flat = 0.0 if pin.flat_radius is None else pin.flat_radius.value
+        return cls(pin.shape, pin.radius.value, flat, pin.line)
 
     def depth(self, used: EndValueUsed, value: ArrayLike, radius: ArrayLike) -> Column:
         """Return the wear depth, m, were this post-test measurement and the tip's radius these; odd about no wear."""
@@ -80,15 +95,21 @@ class PinTip:
         h, r = np.asarray(depth, dtype=float), np.asarray(radius, dtype=float)
         if self.shape == "flat":
             return np.asarray(np.pi * r**2 * h)
+        if self.line:
+            return np.asarray(self.line * segment_area(half_chord=self.scar_radius(h, r), radius=r))
         return worn_volume(depth=h, sphere_radius=r, flat_radius=self.flat_radius)
 
     def _depth_of_volume(self, volume: Column, radius: Column) -> Column:
         if self.shape == "flat":
             return np.asarray(volume / (np.pi * radius**2))
+        if self.line:
+            return segment_height(area=volume / self.line, radius=radius)
         return worn_depth(volume=volume, sphere_radius=radius, flat_radius=self.flat_radius)
 
-    def on_track(self, radius: float) -> SphereOnTrack | FlatOnTrack:
+    def on_track(self, radius: float) -> OnTrack:
         """Return the contact of such a tip, of this radius, m, with a track that wears as well."""
+        if self.line:
+            return BlockOnTrack(radius, self.line)
         return FlatOnTrack(radius) if self.shape == "flat" else SphereOnTrack(radius, self.flat_radius)
 
     def scar_radius(self, depth: ArrayLike, radius: ArrayLike) -> Column:
@@ -136,10 +157,10 @@ def known_density(run: RawRun, body: str, key: str, defaults: DefaultUncertainty
 def _profiled(run: RawRun, key: str, profiles: Mapping[str, Profile]) -> EndValueUsed:
     """Return the depth of the scar's middle below the sphere, m, and what the sphere's radius does to it."""
     tip = PinTip.of(run.manifest.sliding_pin.equivalent_pin)
-    if tip.shape == "flat":
+    if not tip.widens:
         raise FitError(
-            f"{run.id}: {key}: found a profile of a flat pin, which has no unworn surface to level it on; expected "
-            "one of a spherical tip; give pin_wear_depth or pin_mass_loss instead"
+            f"{run.id}: {key}: found a profile of a flat pin or block, which has no unworn surface to level it "
+            "on; expected one of a spherical tip; give pin_wear_depth or pin_mass_loss instead"
         )
     through = _through_the_middle(run, profiles, tip.radius)
 

@@ -21,7 +21,7 @@ from tribopipe.evaluation.combined_quantity import combined
 from tribopipe.evaluation.measurements.measured import EndValueUsed
 from tribopipe.evaluation.measurements.pin_tip import PinTip
 from tribopipe.physics.geometry import circle_volume, stroke_volume
-from tribopipe.physics.pin_on_track import SHAPE_LEAST, SHAPE_MOST, FlatOnTrack, SphereOnTrack, WornContact, power_root
+from tribopipe.physics.pin_on_track import SHAPE_LEAST, SHAPE_MOST, OnTrack, WornContact, power_root
 
 WIDTHS = ("disc_track_width", "pin_scar_width")
 UNKNOWN_SHARE = EndValueUsed(
@@ -146,7 +146,7 @@ class _Solver:
     """A pair with its contact, and what its readings and other inputs are taken to be."""
 
     pair: WornPair
-    contact: SphereOnTrack | FlatOnTrack
+    contact: OnTrack
     given: dict[str, float]
 
     @property

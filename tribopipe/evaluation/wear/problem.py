@@ -152,7 +152,7 @@ class WearProblem:
     def _depth_ratio(self, values: Values) -> Numbers:
         """Return the depth of the groove over that of the pin where that shapes the scar, and 0 where it does not."""
         depth = self.end.pin_depth.value
-        if "disc_end_value" not in values or self.contact.pin.shape == "flat" or not depth > 0:
+        if "disc_end_value" not in values or not self.contact.pin.widens or not depth > 0:
             return 0.0
         # A draw of a disc that has hardly worn may be below zero, and counts as what it is, lest the mean be off.
         return np.maximum(values["disc_end_value"] / depth, _LEAST_RATIO)
@@ -365,8 +365,8 @@ class WearProblem:
 
     @property
     def _power(self) -> float:
-        """Depth grows about as √s on a sphere, truncated or not, and as s on a flat pin."""
-        return 1.0 if self.contact.pin.shape == "flat" else 0.5
+        """Depth grows about as √s on a sphere, truncated or not, as s^⅔ on a block and as s on a flat pin."""
+        return {"flat": 1.0, "block": 2 / 3}.get(self.contact.pin.shape, 0.5)
 
     @property
     def _to_come(self) -> Column:

@@ -45,6 +45,7 @@ UNITS: Mapping[str, Unit] = {
     "kg": Unit("kg", "KiloGM"),
     "kg/m^3": Unit("kg.m-3", "KiloGM-PER-M3"),
     "N": Unit("N", "N"),
+    "N*m": Unit("N.m", "N-M"),
     "Pa": Unit("Pa", "PA"),
     "Pa*m^0.5": Unit(None, None),
     "K": Unit("K", "K"),

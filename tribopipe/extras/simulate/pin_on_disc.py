@@ -92,9 +92,10 @@ class VirtualTest:
 
     def _end_values(self, sensors: Sensors, rng: Generator) -> dict[str, Quantity]:
         pin, worn = self.series.contact.equivalent_pin, float(self.pin_wear[-1])
-        if pin.shape != "flat" and sensors.pin_end_value == "pin_scar_diameter":
+        if pin.line or (pin.widens and sensors.pin_end_value == "pin_scar_diameter"):
             scar = 2 * float(PinTip.of(pin).scar_radius(worn, self.pin_radius))
-            ends = {"pin_scar_diameter": measured(scar, sensors.scar_uncertainty.value, rng)}
+            name = "pin_scar_length" if pin.line else "pin_scar_diameter"
+            ends = {name: measured(scar, sensors.scar_uncertainty.value, rng)}
         else:
             ends = {"pin_wear_depth": measured(worn, sensors.height_loss_uncertainty.value, rng)}
         disc = self.run.disc_wear_depth
@@ -123,6 +124,7 @@ _WRITTEN: Layout = {
 }
 _MEASURED_BY = {  # end value -> unit in the file, method
     "pin_scar_diameter": ("um", "white-light"),
+    "pin_scar_length": ("um", "white-light"),
     "pin_wear_depth": ("um", "stylus"),
     "disc_wear_depth": ("nm", "stylus"),
 }

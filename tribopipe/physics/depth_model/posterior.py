@@ -245,7 +245,7 @@ class DepthPosterior:
             means = means - self._gain * (self.anchor.value + self.reference)
         return self._by_column(self.weights[:, None] * means)[1:]
 
-    def term_quantiles(self, column: int, probability: Column, beside: float = 0.0) -> Column:
+    def term_quantiles(self, column: int, probability: Column, more: float = 0.0) -> Column:
         """Return the coefficient of a column other than settling at cumulative probabilities, averaged over all ways.
 
         Parameters
@@ -254,11 +254,11 @@ class DepthPosterior:
             Number of the column.
         probability
             Between 0 and 1, ascending.
-        beside
-            Standard uncertainty of the coefficient, m, that the reading knows nothing of.
+        more
+            Standard uncertainty of the coefficient, m, in addition, that the reading knows nothing of.
         """
         means, covariances = (found[:, column + 1] for found in self._anchored)
-        deviations = np.sqrt(covariances[:, column + 1] + beside**2)
+        deviations = np.sqrt(covariances[:, column + 1] + more**2)
         reach = means[:, None] + _REACH * deviations[:, None]
         grid = np.unique(reach[self._typical()])
         shares = self.weights @ ndtr((grid - means[:, None]) / deviations[:, None])

@@ -1,0 +1,148 @@
+"""A block pressed on a rotating ring (ASTM G77), as run.toml describes it.
+
+The block touches the ring in a line and wears to a part of a cylinder. A scar of width b along the sliding, under a
+ring of radius r and over the width B of the block, has lost
+
+    V = B·(r²·arcsin(b/2r) − (b/4)·√(4r² − b²))
+
+The wear is even across the sliding, so that the volume defines the scar, and the ring loses a layer of equal depth.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any, ClassVar, Literal, Self
+
+from tribopipe.documents.contact import SlidingPin, Specimen, Tip
+from tribopipe.documents.quantity import Length, Quantity
+
+_SCAR = ("block_scar_width", "pin_scar_length")
+"""What the standard calls the width of the scar is its length along the sliding direction."""
+
+_NO_WIDTHS = ("pin_scar_diameter", "pin_scar_width")
+"""What is measured on scars that are round, or wider where the counterbody has worn."""
+
+
+class Block(Specimen):
+    """The block, which stays in contact."""
+
+    width: Length
+    """Width of the block across the sliding direction: length of the line in which it touches the ring."""
+
+
+class Ring(Specimen):
+    """The ring, which rotates."""
+
+    radius: Length
+    """Outer radius of the ring."""
+
+
+class BlockTip(Tip):
+    """A block as the tip whose gap to a flat is that to the ring."""
+
+    shape: Literal["block"]
+    width: float
+    """m."""
+
+    @property
+    def line(self) -> float:
+        """Width of the block, m."""
+        return self.width
+
+
+class BlockOnRing(SlidingPin):
+    """A block pressed on a rotating ring."""
+
+    kind: Literal["block-on-ring"]
+    """Type of tribometer."""
+    block: Block
+    """The block."""
+    ring: Ring
+    """The ring."""
+
+    body_names: ClassVar[tuple[str, ...]] = ("block", "ring")
+    fitted_bodies: ClassVar[tuple[str, ...]] = ("block",)
+    both: ClassVar[str] = "block + ring"
+    title: ClassVar[str] = "a block on a ring"
+
+    @property
+    def pin(self) -> BlockTip:
+        """The block as a tip."""
+        stated = {name: getattr(self.block, name) for name in Specimen.model_fields}
+        return BlockTip(shape="block", radius=self.ring.radius, width=self.block.width.value, **stated)
+
+    @property
+    def inputs(self) -> dict[str, Quantity]:
+        """Radius of the ring, and the moduli, by their keys."""
+        moduli = {f"{name}.youngs_modulus": body.youngs_modulus for name, body in self.bodies.items()}
+        return {"ring.radius": self.ring.radius, **moduli}
+
+    @property
+    def unworn_radii(self) -> tuple[float, float]:
+        """Radii of the gap before the test across the motion, where it is even, and along it, m."""
+        return math.inf, self.ring.radius.value
+
+    @property
+    def alike(self) -> dict[str, object]:
+        """What else than the materials runs must have in common for one k_D, by its name."""
+        return {"block width in m": self.block.width.value, "ring radius in m": self.ring.radius.value}
+
+    @property
+    def limits(self) -> tuple[str, ...]:
+        """State what is taken of the contact."""
+        return ("the block wears evenly over its width, and by the volume that the ring leaves in it",)
+
+    def with_bodies(self, pin: Tip, counterbody: Specimen) -> Self:
+        """Return a copy of the contact with other moduli, and the ring as large as the tip."""
+        block = self.block.model_copy(update={"youngs_modulus": pin.youngs_modulus})
+        ring = {"radius": pin.radius, "youngs_modulus": counterbody.youngs_modulus}
+        return self.model_copy(update={"block": block, "ring": self.ring.model_copy(update=ring)})
+
+    def refuse_wear(self, where: str, measured: Any) -> None:
+        """Raise ``ValueError`` for scars that are no width of a block's, and for more wear than the ring reaches."""
+        for name in _NO_WIDTHS:
+            if getattr(measured, name) is not None:
+                raise ValueError(
+                    f"{where}.{name}: found one on a block; expected block_scar_width, the width of the scar along "
+                    "the sliding direction; rename it"
+                )
+        super().refuse_wear(where, measured)
+
+    @classmethod
+    def completed(cls, document: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Add that the block slides on a track of the ring's radius, by which rotations become distances.
+
+        Raises ``ValueError`` where that radius is stated as well.
+        """
+        named = dict(super().completed(document))
+        contact, conditions = named.get("contact"), named.get("conditions")
+        ring = contact.get("ring") if isinstance(contact, Mapping) else None
+        if not isinstance(ring, Mapping) or "radius" not in ring or not isinstance(conditions, Mapping):
+            return named
+        if "track_radius" in conditions:
+            raise ValueError(
+                "conditions.track_radius: found one in addition to contact.ring.radius, which is that of the track; "
+                "expected it stated once; remove track_radius"
+            )
+        return named | {"conditions": {**conditions, "track_radius": ring["radius"]}}
+
+    @classmethod
+    def stated(cls, document: dict[str, Any]) -> dict[str, Any]:
+        """Take that radius out again."""
+        conditions = {name: value for name, value in document["conditions"].items() if name != "track_radius"}
+        return super().stated(document) | {"conditions": conditions}
+
+    @classmethod
+    def _role_key(cls, key: str) -> str:
+        return _SCAR[1] if key == _SCAR[0] else super()._role_key(key)
+
+    @classmethod
+    def _in_own_names(cls, ends: Any) -> Any:
+        known = isinstance(ends, Mapping)
+        return super()._in_own_names({key: ends[key] for key in ends if key not in _NO_WIDTHS} if known else ends)
+
+    @classmethod
+    def worded(cls, text: str) -> str:
+        """Return a text in the names of this contact."""
+        for written in (_SCAR[1], _SCAR[1].replace("_", " ")):
+            text = text.replace(written, _SCAR[0] if "_" in written else _SCAR[0].replace("_", " "))
+        return super().worded(text)
