@@ -5,6 +5,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, get_args
 
 import numpy as np
+from contact_drawings import draw_block_on_ring, draw_four_ball, draw_reciprocating
 from explained_figures import plot_disc_model, plot_euler_steps, plot_told_apart
 
 from tribopipe.archive.store import Archive
@@ -59,6 +60,9 @@ def main() -> None:
         "disc-track-profile.svg": draw_profile(across, examined(across, None), title),
         "euler-steps.svg": plot_euler_steps(),
         "drift-told-apart.svg": plot_told_apart(),
+        "reciprocating.svg": draw_reciprocating(),
+        "block-on-ring.svg": draw_block_on_ring(),
+        "four-ball.svg": draw_four_ball(),
         **local_wear(),
     }
     for name, figure in drawn.items():

@@ -25,7 +25,7 @@ ASKED = {
     "run without scar measured": "amend",
     "twin disc slip": "twin_disc",
     "units of wear coefficient": "published_values",
-    "reciprocating": "end_values",
+    "reciprocating": "reciprocating",
     "friction coefficient noisy": "friction_trace",
     "compare two laws": "studies",
     "where are results stored": "archive",

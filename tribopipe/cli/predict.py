@@ -224,8 +224,8 @@ def _subjects(
 
 def _show_predictions(subjects: list[tuple[_Subject, str | None]], asked: _Asked, *, as_json: bool) -> None:
     results = [_predict(subject, asked, reference) for subject, reference in subjects]
-    for result in results:
-        print_result(str(result))
+    for (subject, _), result in zip(subjects, results, strict=True):
+        print_result(subject.manifest.worded(str(result)))
     if as_json:
         documents = [record_json(result) for result in results]
         print_json(documents[0] if len(documents) == 1 else {"predictions": documents})

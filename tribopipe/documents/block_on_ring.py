@@ -145,4 +145,6 @@ class BlockOnRing(SlidingPin):
         """Return a text in the names of this contact."""
         for written in (_SCAR[1], _SCAR[1].replace("_", " ")):
             text = text.replace(written, _SCAR[0] if "_" in written else _SCAR[0].replace("_", " "))
-        return super().worded(text)
+        # The radius of the gap is the ring's.
+        worded = super().worded(text)
+        return worded.replace("radius of the block", "radius of the ring").replace("block radius", "ring radius")
