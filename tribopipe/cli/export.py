@@ -185,7 +185,7 @@ def _case(subject: _Subject, speed: str | None, until: str | None, element_size:
     end = _end(manifest, until, subject.end)
     return WearCase(
         contact=contact,
-        normal_load=manifest.conditions.normal_load.value,
+        normal_load=manifest.described.pressed_by(manifest.conditions.normal_load).value,
         known=subject.known,
         speed=nominal * _slip(manifest),
         duration=end * contact.travel / nominal,

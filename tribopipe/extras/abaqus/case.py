@@ -48,6 +48,11 @@ class WearCase:
     """Of the contact surface, across the direction of rolling, m; a tenth of that of the unworn contact by default."""
 
     def __post_init__(self) -> None:
+        if math.isinf(self.contact.unworn_radii[0]):
+            raise ContactError(
+                f"{self.known.run_id}: found {self.contact.title}, which touch in a line; expected a contact in a "
+                "point, for which the subroutine is written; compute the volume by k_D·F_N·s"
+            )
         if not self.known.coefficient.value > 0:
             raise ContactError(
                 f"{self.known.run_id}: found a k_D of {self.known.coefficient.shown(WEAR_COEFFICIENT)}; expected more "
