@@ -14,7 +14,7 @@ from tribopipe.base.units import KINDS, show, show_force
 from tribopipe.documents.contact import Pin, Specimen
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import RunManifest
-from tribopipe.documents.quantity import EndValue
+from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.documents.slip import slip
 from tribopipe.documents.twin_disc import CurvedDisc, FlatDisc
@@ -106,7 +106,8 @@ def _form(body: Specimen) -> str | None:
     elif isinstance(body, CurvedDisc | FlatDisc):
         own = [f"{label} {getattr(body, key).shown('mm')}" for key, label in _RADII.items() if hasattr(body, key)]
     else:
-        own = []
+        sizes = {key: getattr(body, key) for key in type(body).model_fields if key not in Specimen.model_fields}
+        own = [f"{spoken(key)} {value.shown('mm')}" for key, value in sizes.items() if isinstance(value, Quantity)]
     return ", ".join([*own, *([size] if size else [])]) or None
 
 
@@ -168,8 +169,9 @@ def _volume_key(manifest: RunManifest, name: str) -> str:
         return "conditions.track_radius"
     if name != "pin":
         return manifest.worded(f"end_values.{name}_wear_volume")
-    flat = manifest.pin is not None and manifest.pin.shape == "flat"
-    return "end_values.pin_wear_depth" if flat else "end_values.pin_scar_diameter"
+    pin = manifest.pin
+    measured = {"flat": "pin_wear_depth", "block": "pin_scar_length"}.get(pin.shape if pin else "")
+    return manifest.worded(f"end_values.{measured or 'pin_scar_diameter'}")
 
 
 def _friction(fit: FrictionFit | None) -> Iterator[ReportingItem]:

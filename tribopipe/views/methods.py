@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+from tribopipe.documents.contact import Contact
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.recipe import Correction, LawName
@@ -42,6 +43,8 @@ AKAIKE = (
 )
 MATERN = "M. L. Stein, Interpolation of Spatial Data: Some Theory for Kriging, Springer, New York, 1999, section 2.7."
 SCHWARZ = "G. Schwarz, “Estimating the dimension of a model”, Annals of Statistics 6 (1978) 461."
+G77 = "ASTM G77, Ranking resistance of materials to sliding wear using block-on-ring wear test."
+D4172 = "ASTM D4172, Wear preventive characteristics of lubricating fluid (four-ball method)."
 ISO_13528 = "ISO 13528, Statistical methods for use in proficiency testing by interlaboratory comparison (E_n number)."
 
 
@@ -107,12 +110,25 @@ class Evidence:
         """All by which wear of two discs was computed."""
         return [one for one in self.computed if one.distance_per_rotation is not None]
 
+    @property
+    def contacts(self) -> list[Contact]:
+        """Contacts of the runs that describe one."""
+        return [one.contact for one in self.manifests if one.contact is not None]
+
+    @cached_property
+    def tips(self) -> set[str]:
+        """Shapes of the pins."""
+        return {one.pin.shape for one in self.manifests if one.pin is not None}
+
+    @property
+    def rounded(self) -> bool:
+        """Whether some pin is wider the further it is worn."""
+        return any(one.pin is not None and one.pin.widens for one in self.manifests)
+
     @cached_property
     def shapes(self) -> set[str]:
         """Shapes of the pins whose wear was computed under uniform pressure."""
-        if all(one.engine != "giwm" for one in self.pins):
-            return set()
-        return {one.pin.shape for one in self.manifests if one.pin is not None}
+        return self.tips if any(one.engine == "giwm" for one in self.pins) else set()
 
     @cached_property
     def corrections(self) -> set[Correction]:
@@ -254,6 +270,25 @@ _BY_VOLUME = Method(
         Equation(r"g ( q ) = \frac{16}{π} ∫_0^1 t^2 \sqrt{1 − t^2 + q ( 1 − t^3 )} d t"),
     ),
     "f is 1 in Archard's law and √(1 + 3μ²) in Sarkar's.",
+)
+_BLOCK = Method(
+    "Volume of a block on a ring",
+    "The block, of width B, wears to a part of the cylinder of the ring, of radius r. With a scar of width b along the "
+    "sliding direction,",
+    (Equation(r"V = B ( r^2 \arcsin \frac{b}{2 r} − \frac{b}{4} \sqrt{4 r^2 − b^2} ) = k_D F_N S"),),
+    "S is the sliding distance weighted by the wear law.",
+    (G77,),
+)
+_FOUR_BALLS = Method(
+    "Contacts of four balls",
+    "The centers of the balls, of radius R, are the corners of a regular tetrahedron. Under a load F along the axis, "
+    "each contact carries F_n, lies R_t from the axis, and is that of a ball of radius R/2 on a flat:",
+    (
+        Equation(r"F_n = \frac{F}{\sqrt{6}} , \quad R_t = \frac{R}{\sqrt{3}}"),
+        Equation(r"μ = \frac{\sqrt{2} T}{R F}"),
+    ),
+    "T is the friction torque.",
+    (D4172,),
 )
 _BOTH_WEAR = Method(
     "Wear of a pin and of its track",
@@ -444,7 +479,9 @@ _METHODS: tuple[tuple[Callable[[Evidence], object], Method], ...] = (
     (lambda told: told.shapes & {"spherical", "truncated-sphere"}, _SPHERE),
     (lambda told: "truncated-sphere" in told.shapes, _TRUNCATED),
     (lambda told: "flat" in told.shapes, _FLAT),
-    (lambda told: any(one.engine == "volume" for one in told.pins), _BY_VOLUME),
+    (lambda told: any(one.contacts_per_turn > 1 for one in told.contacts), _FOUR_BALLS),
+    (lambda told: any(one.engine == "volume" for one in told.pins) and told.rounded, _BY_VOLUME),
+    (lambda told: "block" in told.tips, _BLOCK),
     (lambda told: any(len(one.bodies) > 1 for one in told.pins), _BOTH_WEAR),
     (_is_local, _LOCAL),
     (lambda told: told.discs, _DISCS),
