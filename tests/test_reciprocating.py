@@ -115,6 +115,7 @@ def test_depths_in_the_middle_are_those_of_strokes_counted_one_by_one():
             "contact: ball: found one in addition to pin",
         ),
         ({"end_values": {"ball_scar_length": "1 mm", "pin_scar_length": "1 mm"}}, "found it twice"),
+        ({"end_values": {"flat_track_widht": "1 mm"}}, r"flat_track_widht: unknown key; .*'flat_track_width'"),
     ],
 )
 def test_what_does_not_fit_is_refused_in_the_names_of_the_test(changes, words):

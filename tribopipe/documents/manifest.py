@@ -3,7 +3,7 @@
 import math
 import re
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from datetime import datetime
 from itertools import pairwise
 from pathlib import Path, PureWindowsPath
@@ -451,6 +451,14 @@ class RunManifest(Record):
         """Return a message about a run.toml in the names of its contact."""
         contact = _contact_of(document)
         return text if contact is None else contact.worded(text)
+
+    @classmethod
+    def known_in(cls, document: Mapping[str, Any], keys: Collection[str]) -> set[str]:
+        """Return those keys that make sense with the contact of a run.toml, in its names."""
+        contact = _contact_of(document)
+        if contact is None:
+            return set(keys)
+        return {contact.worded(key) for key in keys if key not in foreign_keys(contact)}
 
     @model_validator(mode="after")
     def _what_is_said_fits_the_tribometer(self) -> Self:

@@ -2,7 +2,8 @@
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping
+from functools import partial
 from pathlib import Path
 from types import UnionType
 from typing import TYPE_CHECKING, Any, TypeVar, Union, get_args, get_origin
@@ -58,6 +59,11 @@ class Record(BaseModel):
         """Return a message about a document in the names that it uses itself."""
         return text
 
+    @classmethod
+    def known_in(cls, document: Mapping[str, Any], keys: Collection[str]) -> set[str]:  # noqa: ARG003 - as above
+        """Return those keys that make sense in a document, in the names that it uses itself."""
+        return set(keys)
+
 
 _WIDEST = 160
 """Letters of a record in one line."""
@@ -83,12 +89,14 @@ def read_document(document: Mapping[str, Any], record: type[R], *, where: str) -
     try:
         return record.model_validate(document, context=WRITTEN_BY_PEOPLE)
     except ValidationError as error:
-        problem = record.worded_for(document, first_problem(error, record))
+        problem = record.worded_for(document, first_problem(error, record, partial(record.known_in, document)))
         raise ManifestError(f"{where}: {problem}") from None
 
 
-def first_problem(error: ValidationError, record: type[Record]) -> str:
-    """Put the first problem of a validation in one sentence."""
+def first_problem(
+    error: ValidationError, record: type[Record], known: Callable[[Collection[str]], set[str]] = set
+) -> str:
+    """Put the first problem of a validation in one sentence; ``known`` are the keys that it may offer."""
     problems = error.errors(include_url=False)
     # A mistyped key is both unknown and missing: the unknown one says more.
     first = next((problem for problem in problems if problem["type"] == "extra_forbidden"), problems[0])
@@ -97,7 +105,8 @@ def first_problem(error: ValidationError, record: type[Record]) -> str:
     if "discriminator" in first.get("ctx", {}):
         location += (first["ctx"]["discriminator"].strip("'"),)
     key = _dotted(location)
-    return f"{key}: {_sentence(first, location, record)}{more}" if key else _sentence(first, location, record)
+    said = _sentence(first, location, record, known)
+    return f"{key}: {said}{more}" if key else said
 
 
 def _dotted(location: tuple[int | str, ...]) -> str:
@@ -107,11 +116,14 @@ def _dotted(location: tuple[int | str, ...]) -> str:
     return text
 
 
-def _sentence(problem: Any, location: tuple[int | str, ...], record: type[Record]) -> str:
+def _sentence(
+    problem: Any, location: tuple[int | str, ...], record: type[Record], known_in: Callable[[Collection[str]], set[str]]
+) -> str:
     kind, found = problem["type"], problem["input"]
     if kind == "extra_forbidden":
         # A key that is none here may be one of another member of a union.
-        return f"unknown key; {did_you_mean(str(location[-1]), _keys_at(record, location[:-1]) - {location[-1]})}"
+        keys = known_in(_keys_at(record, location[:-1]))
+        return f"unknown key; {did_you_mean(str(location[-1]), keys - {str(location[-1])})}"
     if kind == "missing":
         return "missing; add this key"
     context = problem.get("ctx", {})
