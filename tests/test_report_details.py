@@ -10,6 +10,8 @@ from test_report import LOADING, Page
 
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ManifestError, TribopipeError
+from tribopipe.documents.block_on_ring import BlockOnRing
+from tribopipe.documents.four_ball import FourBall
 from tribopipe.documents.report_details import Customer, Laboratory, ReportDetails, Samples, Signatory, read_details
 from tribopipe.views import pdf
 from tribopipe.views.html.document import run_report
@@ -90,7 +92,7 @@ def test_of_a_key_in_two_files_the_later_counts(files, tmp_path):
     [
         ('labs = "x"', "labs"),
         ('issued = "yesterday"', "issued"),
-        ('standard = "g77"', "standard"),
+        ('standard = "g999"', "standard"),
         ('follows = "some"', "follows"),
         ('[lab]\naddress = "no name"', "lab.name"),
         ("[[signatories]]\nrole = 'x'", "signatories"),
@@ -196,6 +198,9 @@ def test_the_standard_is_that_of_the_motion_unless_it_is_named(tested):
     assert Addressed().standard_of([strokes]) is STANDARDS["g133"]
     assert Addressed().standard_of([circle, strokes]) is STANDARDS["g99"]
     assert Addressed(named).standard_of([circle]) is STANDARDS["g133"]
+    ring, balls = BlockOnRing.model_construct(kind="block-on-ring"), FourBall.model_construct(kind="four-ball")
+    for contact, standard in ((ring, "g77"), (balls, "d4172")):
+        assert Addressed().standard_of([circle.model_copy(update={"contact": contact})]) is STANDARDS[standard]
     assert replace(Addressed(named), standard="g99").standard_of([strokes]) is STANDARDS["g99"]
 
 

@@ -36,7 +36,7 @@ def report(
         typer.Option("--details", help="TOML file with laboratory, customer, samples, signatories; may be repeated."),
     ] = None,
     standard: Annotated[
-        Literal["g99", "g133"] | None,
+        Literal["g99", "g133", "g77", "d4172", "d5183"] | None,
         typer.Option("--standard", help="ASTM standard whose reporting items are listed."),
     ] = None,
     customer: Annotated[
@@ -49,8 +49,9 @@ def report(
 ) -> None:
     """Write a report of runs, or of a study, as one HTML or PDF file.
 
-    It contains figures, tables, methods with their equations, provenance, and the items customary under ASTM G99 or
-    G133 with what is missing of them. A file given with --details adds letterhead, customer, samples and signatures.
+    It contains figures, tables, methods with their equations, provenance, and the items customary under ASTM G99,
+    G133, G77 or D4172 with what is missing of them. A file given with --details adds letterhead, customer, samples and
+    signatures.
     """
     from tribopipe.base.files import write_file
     from tribopipe.pipeline.output_paths import require_free

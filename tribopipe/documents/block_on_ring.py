@@ -63,6 +63,7 @@ class BlockOnRing(SlidingPin):
     fitted_bodies: ClassVar[tuple[str, ...]] = ("block",)
     both: ClassVar[str] = "block + ring"
     title: ClassVar[str] = "a block on a ring"
+    standard: ClassVar[str] = "g77"
 
     @property
     def pin(self) -> BlockTip:

@@ -152,6 +152,8 @@ class Contact(Record):
     """What the distance is called that the bodies slide on each other."""
     load_share: ClassVar[float] = 1.0
     """Load on one contact over the load that is applied."""
+    standard: ClassVar[str] = "g99"
+    """Standard test method that reports name unless told otherwise."""
     contacts_per_turn: ClassVar[int] = 1
     """Contacts that a place of the second body's track meets in one turn."""
     depth_share: ClassVar[float] = 1.0

@@ -49,6 +49,7 @@ class FourBall(SlidingPin):
     fitted_bodies: ClassVar[tuple[str, ...]] = ("ball",)
     both: ClassVar[str] = "ball + top ball"
     title: ClassVar[str] = "a ball that rotates on three others"
+    standard: ClassVar[str] = "d4172"
     load_share: ClassVar[float] = 1 / math.sqrt(6)
     depth_share: ClassVar[float] = math.sqrt(2 / 3)
     contacts_per_turn: ClassVar[int] = 3

@@ -18,6 +18,7 @@ class Reciprocating(SlidingPin):
     body_names: ClassVar[tuple[str, ...]] = ("pin", "flat")
     both: ClassVar[str] = "pin + flat"
     title: ClassVar[str] = "a pin that slides there and back on a flat"
+    standard: ClassVar[str] = "g133"
 
     def refuse_conditions(self, conditions: Any) -> None:
         """Raise ``ValueError`` for a motion without a stroke, and for one in a circle."""

@@ -16,7 +16,7 @@ _Line = Annotated[str, Field(min_length=1, max_length=500)]
 _Text = Annotated[str, Field(min_length=1, max_length=5000)]
 _LOGO_TYPES = {".png": "image/png", ".svg": "image/svg+xml", ".jpg": "image/jpeg", ".jpeg": "image/jpeg"}
 _LARGEST_LOGO = 1 << 20
-StandardName = Literal["g99", "g133"]
+StandardName = Literal["g99", "g133", "g77", "d4172", "d5183"]
 
 
 class Laboratory(Record):
@@ -81,7 +81,7 @@ class ReportDetails(Record):
     issued: date | None = None
     """Date of issue."""
     standard: StandardName | None = None
-    """Standard test method; by default G133 for reciprocating tests, otherwise G99."""
+    """Standard test method; by default that of the contact: G99, G133, G77 or D4172."""
     follows: Literal["all particulars", "procedure"] = "procedure"
     """Whether the tests had the parameters of the standard, or followed its procedure with others."""
     deviations: _Text | None = None

@@ -24,7 +24,7 @@ class Standard:
     """What its own parameters are compared by."""
 
 
-STANDARDS: dict[StandardName, Standard] = {
+STANDARDS: dict[str, Standard] = {
     "g99": Standard(
         "ASTM G99",
         "Wear and Friction Testing with a Pin-on-Disk or Ball-on-Disk Apparatus",
@@ -32,6 +32,21 @@ STANDARDS: dict[StandardName, Standard] = {
     ),
     "g133": Standard(
         "ASTM G133", "Linearly Reciprocating Ball-on-Flat Sliding Wear", "results of its procedures A and B"
+    ),
+    "g77": Standard(
+        "ASTM G77",
+        "Ranking Resistance of Materials to Sliding Wear Using Block-on-Ring Wear Test",
+        "data of its interlaboratory study",
+    ),
+    "d4172": Standard(
+        "ASTM D4172",
+        "Wear Preventive Characteristics of Lubricating Fluid (Four-Ball Method)",
+        "results of its test conditions A and B",
+    ),
+    "d5183": Standard(
+        "ASTM D5183",
+        "Determination of the Coefficient of Friction of Lubricants Using the Four-Ball Wear Test Machine",
+        "results of its test conditions",
     ),
 }
 """Titles and the two ways of following G99 (section 5.2): the public pages of ASTM International."""
@@ -72,10 +87,12 @@ class Addressed:
         return Markup(re.sub(r"[^A-Za-z0-9-]", lambda found: f"\\{ord(found[0]):x} ", number))  # noqa: S704, escaped
 
     def standard_of(self, manifests: Sequence[RunManifest]) -> Standard:
-        """Return the standard asked for; otherwise G133 where all runs reciprocate, G99 where not."""
-        asked = self.standard or (self.details and self.details.standard)
-        strokes = [manifest.conditions.stroke or manifest.conditions.frequency for manifest in manifests]
-        return STANDARDS[asked or ("g133" if all(strokes) else "g99")]
+        """Return the standard asked for; otherwise that of the contact, or G133 where all runs reciprocate."""
+        if asked := self.standard or (self.details and self.details.standard):
+            return STANDARDS[asked]
+        if all(manifest.conditions.stroke or manifest.conditions.frequency for manifest in manifests):
+            return STANDARDS["g133"]
+        return STANDARDS[next((one.contact.standard for one in manifests if one.contact is not None), "g99")]
 
     def particulars(self, runs: Sequence[RunOutline]) -> list[Particular]:
         """Return the entries of the report and, unless it is for a customer, the missing ones.
