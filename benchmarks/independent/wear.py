@@ -142,3 +142,44 @@ def both_worn(radius: float, ratio: float, path: float, ball_volume: Column) -> 
     lost = 4 * b**4 / radius * np.mean(t**2 * np.sqrt(1 - t**2 + cubic), axis=1)
     half = np.interp(ball_volume, lost, b)
     return BothWorn(half**2 / (2 * radius), 2 * kappa / (3 * radius) * half**3)
+
+
+class Outline(NamedTuple):
+    """Half length along the sliding and half width across it of a ball's scar, m."""
+
+    length: float
+    width: float
+
+
+def scar_outline(radius: float, kappa: float, ball_volume: float) -> Outline:
+    """Return the scar of a sphere that has lost a volume, m³, on a track that it wears by κ times its slices' areas.
+
+    Each slice at x, a circle of the radius ρ, ρ² = R² − x², wears to a level w below the ball's lowest point with
+    w + κ·A(w) = D, both by bisection, and D follows from the volume.
+    """
+    most = 0.5 * radius
+    share = (np.arange(160) + 0.5) / 160
+
+    def slices(approach: float) -> tuple[float, float]:
+        width = np.sqrt(approach * (2 * radius - approach))
+        x = share * width
+        rho, lowest = np.sqrt(radius**2 - x**2), radius - np.sqrt(radius**2 - x**2)
+        low, high = lowest.copy(), np.full_like(x, approach)
+        for _ in range(50):
+            level = (low + high) / 2
+            over = level + kappa * _segment(rho, level - lowest) > approach
+            low, high = np.where(over, low, level), np.where(over, level, high)
+        area = _segment(rho, level - lowest)
+        middle = brentq(lambda w: w + kappa * float(_segment(radius, w)) - approach, 0.0, approach)
+        return float(2 * np.sum(area) * width / len(x)), float(np.sqrt(middle * (2 * radius - middle)))
+
+    approach = float(brentq(lambda d: slices(d)[0] - ball_volume, 1e-9, most, xtol=1e-13))
+    return Outline(slices(approach)[1], float(np.sqrt(approach * (2 * radius - approach))))
+
+
+def _segment(radius: Column | float, height: Column | float) -> Column:
+    """Return the area of a segment of a circle, m²."""
+    h = np.maximum(height, 0.0)
+    return np.asarray(
+        radius**2 * np.arccos(1 - h / radius) - (radius - h) * np.sqrt(np.maximum(2 * radius * h - h**2, 0.0))
+    )
