@@ -282,3 +282,31 @@ def test_what_was_read_goes_there_and_back():
 def test_what_does_not_fit_four_balls_is_refused_in_their_names(changes, words):
     with pytest.raises(ManifestError, match=words):
         read(four_balls(**changes))
+
+
+def test_new_run_folder_has_the_names_of_the_balls(run_cli, tmp_path):
+    rows = "".join(f"{60 * minute},{200 + minute % 3}\n" for minute in range(60))
+    (tmp_path / "oil.csv").write_text(f"time [s],friction torque [N*mm]\n{rows}", encoding="utf-8")
+    known = {f"contact.ball.{key}": value for key, value in {"diameter": "12.7 mm", **STEEL}.items()}
+    known |= {"contact.kind": "four-ball", "conditions.normal_load": "392 N", "conditions.rotational_speed": "1200 rpm"}
+    words = [word for key, value in known.items() for word in ("--set", f"{key}={value}")]
+    done = run_cli("new", "oil.csv", *words, cwd=tmp_path)
+    assert done.exit_code == 0, done.stderr
+    written = (tmp_path / "oil" / "run.toml").read_text(encoding="utf-8")
+    assert 'friction_force = "friction torque [N*mm]"' in written
+    assert "# ball_scar_diameter = " in written
+    assert "of the ball" in written
+    assert "pin_" not in written
+    assert "top_ball]" not in written
+    assert run_cli("check", "oil", cwd=tmp_path).exit_code == 0
+
+
+def test_torque_without_an_arm_is_kept_without_a_meaning(tmp_path):
+    (tmp_path / "t.csv").write_text(
+        "time [s],depth [um],friction torque [N*mm]\n0,1,2\n1,1,2\n2,1,2\n", encoding="utf-8"
+    )
+    document = {"schema": "tribopipe.run/1", "id": "t", "conditions": {"normal_load": "1 N", "sliding_speed": "1 m/s"}}
+    (tmp_path / "run.toml").write_text(as_toml({**document, "signals": [{"file": "t.csv"}]}), encoding="utf-8")
+    run = read_run(tmp_path)
+    assert "friction_force" not in run.columns
+    assert list(run.extras) == ["friction torque [N*mm]"]

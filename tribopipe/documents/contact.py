@@ -152,8 +152,10 @@ class Contact(Record):
     """What the distance is called that the bodies slide on each other."""
     load_share: ClassVar[float] = 1.0
     """Load on one contact over the load that is applied."""
+    like: ClassVar[Mapping[str, str]] = {}
+    """Bodies that may be left out of run.toml, and the body that each is like then."""
     standard: ClassVar[str] = "g99"
-    """Standard test method that reports name unless told otherwise."""
+    """Standard test method that reports name by default."""
     contacts_per_turn: ClassVar[int] = 1
     """Contacts that a place of the second body's track meets in one turn."""
     depth_share: ClassVar[float] = 1.0

@@ -50,6 +50,7 @@ class FourBall(SlidingPin):
     both: ClassVar[str] = "ball + top ball"
     title: ClassVar[str] = "a ball that rotates on three others"
     standard: ClassVar[str] = "d4172"
+    like: ClassVar[Mapping[str, str]] = {"top_ball": "ball"}
     load_share: ClassVar[float] = 1 / math.sqrt(6)
     depth_share: ClassVar[float] = math.sqrt(2 / 3)
     contacts_per_turn: ClassVar[int] = 3
@@ -57,8 +58,9 @@ class FourBall(SlidingPin):
     @model_validator(mode="before")
     @classmethod
     def _balls_are_alike_unless_stated(cls, contact: Any) -> Any:
-        known = isinstance(contact, Mapping) and "ball" in contact
-        return {"top_ball": contact["ball"], **contact} if known else contact
+        if not isinstance(contact, Mapping):
+            return contact
+        return {body: contact[other] for body, other in cls.like.items() if other in contact} | {**contact}
 
     @model_validator(mode="after")
     def _balls_are_equal(self) -> Self:

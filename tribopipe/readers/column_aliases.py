@@ -38,6 +38,7 @@ _SYNONYMS: dict[SignalName, str] = {
     ),
     "friction_force": (
         "ff ft fr friction frictionload frictionalforce tangentialforce lateralforce reibkraft reibungskraft "
+        "frictiontorque reibmoment reibungsmoment momenttarcia "
         "tangentialkraft tarcie silatarcia fuerza fuerzadefriccion fuerzaderozamiento friccion "
         "forcedefrottement forcetangentielle forzadiattrito fuerzatangencial frottement 摩擦力"
     ),
@@ -188,6 +189,8 @@ def _fits(unit: str | None, signal: SignalName) -> bool:
     kind = SIGNALS[signal].kind
     if kind == "percentage":
         return unit is not None and "%" in unit
+    if signal == "friction_force" and is_unit_of(unit or "1", "torque"):
+        return True
     return is_unit_of(unit or "1", kind) or (kind == "force" and is_unit_of(unit or "1", "mass"))
 
 

@@ -100,7 +100,10 @@ def part_of(table: ReadTable, meanings: Meanings, file: str, before: int = 0, ar
                 part.columns[name] = _on_track(column, told, file, before, arms.track)
                 continue
             if name == "friction_force" and is_unit_of(unit, "torque"):
-                part.columns[name] = _on_arm(column, told, file, before, arms.friction)
+                if told is None and arms.friction is None:
+                    part.extras[column.name] = ExtraColumn(column.values, column.unit)
+                else:
+                    part.columns[name] = _on_arm(column, told, file, before, arms.friction)
                 continue
             part.columns[name] = column_in_si(column, told, name, SIGNALS[name].kind, file, before)
         if column.name not in meanings:

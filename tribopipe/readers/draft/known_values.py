@@ -48,10 +48,23 @@ def bodies_of(kind: str) -> tuple[str, ...]:
     return () if contact is None else tuple(f"contact.{name}" for name in contact.body_names)
 
 
+def needed_bodies_of(kind: str) -> tuple[str, ...]:
+    """Return the tables of the bodies that a run.toml has to describe."""
+    contact = contact_named(kind)
+    like = () if contact is None else contact.like
+    return tuple(table for table in bodies_of(kind) if table.removeprefix("contact.") not in like)
+
+
 def run_key(key: str, kind: str) -> str:
     """Return a key as a run.toml of a type of tribometer has it."""
     contact = contact_named(kind)
     return key if contact is None or not key.startswith("end_values.") else contact.worded(key)
+
+
+def run_words(words: str, kind: str) -> str:
+    """Return words about the bodies of a type of tribometer in the names that it has for them."""
+    contact = contact_named(kind)
+    return words if contact is None else contact.worded(words)
 
 
 def shared_key(key: str) -> str:
@@ -272,7 +285,7 @@ def _kind(values: Values) -> str:
 def _needed_of_bodies(values: Values) -> list[str]:
     needed = [
         f"{body}.{name}"
-        for body in bodies_of(_kind(values))
+        for body in needed_bodies_of(_kind(values))
         for name, key in sections()[body].model_fields.items()
         if key.is_required()
     ]

@@ -9,7 +9,7 @@ from tribopipe.documents.manifest import MANIFEST_SCHEMA
 from tribopipe.readers.draft.blanks import blanks_of
 from tribopipe.readers.draft.columns import Mapped, mapped_columns, unmapped_columns
 from tribopipe.readers.draft.grouping import Group
-from tribopipe.readers.draft.known_values import Known, bodies_of, run_key, sections
+from tribopipe.readers.draft.known_values import Known, bodies_of, needed_bodies_of, run_key, run_words, sections
 from tribopipe.readers.draft.splitting import StepOfFiles
 from tribopipe.readers.draft.toml import comment, one_line, toml
 from tribopipe.readers.export_files import Export
@@ -76,7 +76,9 @@ def _has(known: Known, table: str) -> bool:
 def _bodies(known: Known) -> list[list[str]]:
     """Write the tables of the bodies: open where they are all described, since half of them are none."""
     whole = not known.bodies_lack
-    parts = [_table(known, table, open_=whole) for table in ("contact", *bodies_of(known.kind))]
+    needed = needed_bodies_of(known.kind)
+    bodies = (table for table in bodies_of(known.kind) if table in needed or _has(known, table))
+    parts = [_table(known, table, open_=whole) for table in ("contact", *bodies)]
     return parts if whole else [[*_WITHOUT_BODIES, *parts[0]], *parts[1:]]
 
 
@@ -114,7 +116,9 @@ def _lines_of(known: Known, key: str, table: str) -> Iterator[_Line]:
     elif key == "contact.kind" and not known.bodies_lack:
         yield _Line(f"{name} = {toml(known.kind)}")
     elif key in blanks and not doubts and known.fits(key, blanks[key].value):
-        yield _Line(f"# {name} = {blanks[key].example}", blanks[key].words)
+        own = run_key(key, known.kind)
+        words = run_words(blanks[key].words, known.kind)
+        yield _Line(f"# {own.removeprefix(f'{table}.') if table else own} = {blanks[key].example}", words)
 
 
 def _aligned(lines: Sequence[_Line]) -> list[str]:
