@@ -174,6 +174,7 @@ def test_run_toml_names_the_drum_and_goes_there_and_back():
             "track_radius: found one with c",
         ),
         ({"conditions": {**MANIFEST["conditions"], "slip": "4 %"}}, "conditions.slip: found one in a pin-on-drum run"),
+        ({"conditions": {**MANIFEST["conditions"], "weld_load": "4 N"}}, "weld_load: found one in a pin-on-drum run"),
     ],
 )
 @pytest.mark.usefixtures("installed")

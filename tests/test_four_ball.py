@@ -276,6 +276,10 @@ def test_what_was_read_goes_there_and_back():
             {"end_values": {"ball_scar_diameter": "14 mm"}},
             "ball_scar_diameter: found 1.4×10⁴ µm, no smaller than the ball's",
         ),
+        (
+            {"conditions": {"normal_load": "1600 N", "rotational_speed": "1200 rpm", "weld_load": "1569 N"}},
+            r"conditions\.normal_load: found 1600 N, no less than the weld load of 1569 N",
+        ),
         ({"end_values": {"ball_scar_diameter": "1 mm", "pin_scar_diameter": "1 mm"}}, "found it twice"),
     ],
 )

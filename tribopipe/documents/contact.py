@@ -152,6 +152,8 @@ class Contact(Record):
     """What the distance is called that the bodies slide on each other."""
     load_share: ClassVar[float] = 1.0
     """Load on one contact over the load that is applied."""
+    own_conditions: ClassVar[tuple[str, ...]] = ()
+    """Keys of conditions that make sense for this kind alone."""
     like: ClassVar[Mapping[str, str]] = {}
     """Bodies that may be left out of run.toml, and the body that each is like then."""
     standard: ClassVar[str] = "g99"

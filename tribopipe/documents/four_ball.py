@@ -50,6 +50,7 @@ class FourBall(SlidingPin):
     both: ClassVar[str] = "ball + top ball"
     title: ClassVar[str] = "a ball that rotates on three others"
     standard: ClassVar[str] = "d4172"
+    own_conditions: ClassVar[tuple[str, ...]] = ("weld_load",)
     like: ClassVar[Mapping[str, str]] = {"top_ball": "ball"}
     load_share: ClassVar[float] = 1 / math.sqrt(6)
     depth_share: ClassVar[float] = math.sqrt(2 / 3)
@@ -116,6 +117,15 @@ class FourBall(SlidingPin):
                 for name, (ball, body) in bodies.items()
             }
         )
+
+    def refuse_conditions(self, conditions: Any) -> None:
+        """Raise ``ValueError`` for a load at which the balls weld, so that nothing slides."""
+        load, weld = conditions.normal_load, conditions.weld_load
+        if weld is not None and load.value >= weld.value:
+            raise ValueError(
+                f"conditions.normal_load: found {load.shown('N')}, no less than the weld load of {weld.shown('N')}; "
+                "expected a load under which the balls slide; check both units"
+            )
 
     @classmethod
     def completed(cls, document: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -126,6 +126,8 @@ class Conditions(Record):
     """Length of one stroke of a pin that slides there and back."""
     frequency: Frequency | None = None
     """Cycles there and back a second; with stroke in the place of sliding_speed."""
+    weld_load: Force | None = None
+    """Load at which four balls weld, where it is known: a test under it is refused."""
     slip: Slip | None = None
     """(v₂ − v₁)/v₁: "4 %" where the flat disc is faster, "-4 %" where it is slower."""
     rotations: Rotations | None = None
@@ -613,7 +615,8 @@ _ALONG: Mapping[str, tuple[str, ...]] = {
 
 def foreign_keys(contact: type[Contact]) -> tuple[str, ...]:
     """Return the keys of conditions and post-test measurements that do not apply to a contact."""
-    return _ALONG[(SLIDING if contact.progress is ROTATIONS else ROTATIONS).signal]
+    others = {key for kind in contacts().values() for key in kind.own_conditions} - {*contact.own_conditions}
+    return (*_ALONG[(SLIDING if contact.progress is ROTATIONS else ROTATIONS).signal], *sorted(others))
 
 
 def _own_keys(part: Conditions | EndValues, contact: Contact) -> set[str]:
