@@ -9,11 +9,13 @@ from conftest import MANIFEST
 from tribopipe.base.errors import ManifestError
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
-from tribopipe.documents.recipe import Recipe
+from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
 from tribopipe.documents.record import read_document
 from tribopipe.evaluation.wear.curves import wear_scenario
+from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.evaluation.wear.known import given_wear
 from tribopipe.evaluation.wear.predict import predict_wear
+from tribopipe.results.run import RawRun
 
 STEEL = {"material": "100Cr6", "youngs_modulus": "210 GPa", "poisson_ratio": 0.3}
 MOTION = {"normal_load": "10 N", "stroke": "20 mm", "frequency": "1 Hz"}
@@ -121,3 +123,18 @@ def test_depths_in_the_middle_are_those_of_strokes_counted_one_by_one():
 def test_what_does_not_fit_is_refused_in_the_names_of_the_test(changes, words):
     with pytest.raises(ManifestError, match=words):
         read(to_and_fro(**changes))
+
+
+def test_the_same_as_a_pin_on_a_disc_with_a_stroke():
+    distance = np.linspace(0.0, 400.0, 50)
+    columns = {"time": distance / 0.04, "sliding_distance": distance}
+    found = []
+    for kind, other in (("reciprocating", "flat"), ("pin-on-disc", "disc")):
+        contact = {"kind": kind, "ball": {"diameter": "6 mm", **STEEL}, other: STEEL}
+        ends = {"ball_scar_length": "1.45 mm", f"{other}_track_width": "1.54 mm"}
+        manifest = read(to_and_fro(contact=contact, end_values=ends))
+        run = RawRun(manifest, columns, dict.fromkeys(columns, "measured"), {}, {}, ())
+        fit = fit_wear(run, "archard", recipe=Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0)))
+        found.append([body.wear_coefficient for body in fit.bodies.values()])
+    assert found[0] == found[1]
+    assert len(found[0]) == 2
