@@ -344,6 +344,16 @@ def test_schema_accepts_the_sample_runs(path):
     run_schema().validate(as_json(tomllib.loads(path.read_text(encoding="utf-8"))))
 
 
+@pytest.mark.parametrize("page", ["four_ball", "block_on_ring", "reciprocating"])
+def test_schema_accepts_the_run_of_a_page(page):
+    text = (ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8")
+    (written,) = re.findall(r"```toml\n(schema = .*?)```", text, re.DOTALL)
+    document = as_json(tomllib.loads(written))
+    assert list(run_schema().iter_errors(document)) == []
+    document["contact"]["pin" if page == "reciprocating" else "no"] = {}
+    assert list(run_schema().iter_errors(document)) != []
+
+
 def test_schema_accepts_the_plan():
     document = as_json(tomllib.loads((SAMPLES / "plan.toml").read_text(encoding="utf-8")))
     jsonschema.validate(document, json.loads(schema_text("plan")), jsonschema.Draft202012Validator)

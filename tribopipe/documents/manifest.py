@@ -195,6 +195,10 @@ def _column_by_name(written: Any) -> Any:
     return {"column": written} if isinstance(written, str) else written
 
 
+Source = Annotated[ColumnSource, BeforeValidator(_column_by_name, json_schema_input_type=str | ColumnSource)]
+"""A column by its name, or with its unit."""
+
+
 def _inside_run_folder(name: str) -> str:
     # Windows' rules also see what other systems would take for a folder or a root.
     path = PureWindowsPath(name)
@@ -241,7 +245,7 @@ class SignalFile(Record):
     """Numbers of the steps to be read, where a file holds several; left out, all rows are one test."""
     step_column: str | None = Field(default=None, min_length=1)
     """Column that numbers the steps, where it should not be recognized: "Step"."""
-    columns: dict[SignalName, Annotated[ColumnSource, BeforeValidator(_column_by_name)]] = Field(default_factory=dict)
+    columns: dict[SignalName, Source] = Field(default_factory=dict)
     """Signal → column. Left out, columns are recognised by their names."""
 
     @model_validator(mode="after")
@@ -275,9 +279,9 @@ class ProfileSource(Record):
     reader: Annotated[str, AfterValidator(_named_or_described)] | None = None
     """Format, where it should not be detected: "dektak", "points"…, or a reader described in a file of the run folder:
     "our-rig.toml"."""
-    position: Annotated[ColumnSource, BeforeValidator(_column_by_name)] | None = None
+    position: Source | None = None
     """Column of the position across the track, where the format does not state it."""
-    height: Annotated[ColumnSource, BeforeValidator(_column_by_name)] | None = None
+    height: Source | None = None
     """Column of the height, upwards out of the specimen, where the format does not state it."""
 
 
@@ -285,7 +289,10 @@ def _one_or_several(written: Any) -> Any:
     return (written,) if isinstance(written, Mapping | ProfileSource) else written
 
 
-Profiles = Annotated[tuple[ProfileSource, ...], BeforeValidator(_one_or_several)]
+Profiles = Annotated[
+    tuple[ProfileSource, ...],
+    BeforeValidator(_one_or_several, json_schema_input_type=ProfileSource | tuple[ProfileSource, ...]),
+]
 """One profile, or several at different places of a track."""
 
 

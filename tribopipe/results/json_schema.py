@@ -1,12 +1,15 @@
 """JSON Schemas of the records, for editors and other programs."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from tribopipe.base.files import write_file
+from tribopipe.documents.contact import Contact
+from tribopipe.documents.contact_kinds import SHIPPED
 from tribopipe.documents.dataset import Dataset
-from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.manifest import RunManifest, foreign_keys
 from tribopipe.documents.plan import Plan, Truth, TwinDiscTruth
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.reader_profile import ReaderProfile
@@ -55,7 +58,36 @@ def schema_text(name: str) -> str:
         "$comment": "Written by tribopipe schema export.",
     }
     schema |= SCHEMAS[name].model_json_schema(by_alias=True)
+    for title, part in schema.get("$defs", {}).items():
+        if title in ("EndValues", "Interruption"):
+            part["properties"] |= _in_names_of_contacts(title, part["properties"])
+    for kind in SHIPPED.values():
+        _leave_out(schema.get("$defs", {}), kind)
     return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
+
+
+def _in_names_of_contacts(title: str, properties: Mapping[str, Any]) -> dict[str, Any]:
+    """Return post-test measurements by the names that kinds of contact have for their bodies, and of a ball."""
+    named: dict[str, Any] = {}
+    for name in properties:
+        part = {"$ref": f"#/$defs/{title}/properties/{name}"}
+        own = [kind.worded(name) for kind in SHIPPED.values() if name not in foreign_keys(kind)]
+        ball = [f"ball{name.removeprefix('pin')}"] if name.startswith("pin_") else []
+        named |= {one: part for one in (*own, *ball) if one not in properties}
+    return named
+
+
+def _leave_out(definitions: Mapping[str, Any], kind: type[Contact]) -> None:
+    """Let an editor accept a ball in the place of a pin, and bodies that are like another where they are left out."""
+    part = definitions.get(kind.__name__)
+    if part is None:
+        return
+    required = [name for name in part["required"] if name not in kind.like]
+    if "pin" in required:
+        part["properties"]["ball"] = {"$ref": "#/$defs/Ball", "description": "A ball, in the place of pin."}
+        part["anyOf"] = [{"required": ["pin"]}, {"required": ["ball"]}]
+        required.remove("pin")
+    part["required"] = required
 
 
 def schema_files() -> dict[str, str]:
