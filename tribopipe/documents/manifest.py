@@ -467,6 +467,8 @@ class RunManifest(Record):
         contact = _contact_of(document)
         if contact is None:
             return set(keys)
+        if "kind" in keys:
+            return {key for key in keys if key in contact.model_fields}
         return {contact.worded(key) for key in keys if key not in foreign_keys(contact)}
 
     @model_validator(mode="after")
