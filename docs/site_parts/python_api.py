@@ -75,7 +75,9 @@ def _rendered(directives: Iterable[str]) -> str:
 def _directive(thing: Any, name: str) -> str:
     if not isinstance(thing, type):
         return f".. autofunction:: {name}\n\n"
-    place = place_of(thing) if issubclass(thing, Record) else None
+    # A family of records has the fields of its first member that documents hold.
+    records = [thing, *thing.__subclasses__()] if issubclass(thing, Record) else []
+    place = next((found for record in records if (found := place_of(record))), None)
     if place is not None:
         return f".. autoclass:: {name}\n\n   Its fields: :ref:`{place.replace('-', ' ')} <{place}>`.\n\n"
     return f".. autoclass:: {name}\n   :members:\n\n"
