@@ -83,9 +83,9 @@ def draw_four_ball() -> Figure:
     normal = np.array([away, -height]) / 2
     ax.plot([0, away], [height, 0], color=GREY, lw=0.6)
     _arrow(ax, tuple(touch - 0.75 * normal), tuple(touch - 0.05 * normal), "", (0, 0), "left")
-    ax.text(*(touch - 0.55 * normal + [0.14, 0.02]), r"$F/\sqrt{6}$", color=BLUE)
+    ax.text(*(touch - 0.55 * normal + [0.14, 0.02]), "F/√6", color=BLUE)
     ax.plot([0, touch[0]], [touch[1], touch[1]], color=RED, lw=1.2)
-    ax.text(0.3, touch[1] - 0.42, r"$R/\sqrt{3}$", color=RED, ha="left", va="center")
+    ax.text(0.3, touch[1] - 0.42, "R/√3", color=RED, ha="left", va="center")
     _arrow(ax, (0, 3.8), (0, 2.68), "normal_load F", (0.15, 3.5), "left")
     line = {"arrowstyle": "-", "color": GREY, "lw": 0.6}
     ax.annotate("ball_scar_diameter", tuple(touch), (1.4, 1.7), arrowprops=line)
