@@ -257,12 +257,19 @@ class DepthPosterior:
         more
             Standard uncertainty of the coefficient, m, in addition, that the reading knows nothing of.
         """
-        means, covariances = (found[:, column + 1] for found in self._anchored)
+        from scipy.optimize import brentq
+
+        some = self.weights > _NEGLIGIBLE / 100
+        means, covariances = (found[some, column + 1] for found in self._anchored)
         deviations = np.sqrt(covariances[:, column + 1] + more**2)
-        reach = means[:, None] + _REACH * deviations[:, None]
-        grid = np.unique(reach[self._typical()])
-        shares = self.weights @ ndtr((grid - means[:, None]) / deviations[:, None])
-        return np.asarray(np.interp(probability, shares, grid))
+        weights = self.weights[some] / np.sum(self.weights[some])
+        low, high = np.min(means + _REACH[0] * deviations), np.max(means + _REACH[-1] * deviations)
+
+        def excess(value: float, wanted: float) -> float:
+            return float(weights @ ndtr((value - means) / deviations)) - wanted
+
+        close = 1e-6 * float(np.min(deviations))
+        return np.array([brentq(excess, low, high, (wanted,), xtol=close) for wanted in probability.tolist()])
 
     def _by_column(self, found: Column) -> Column:
         """Add up what belongs to the coefficients of each way: those of each settling by themselves."""
