@@ -1,10 +1,12 @@
 """(i) The fit of k_D of one run beside that of an earlier commit, each in a process of its own, in turn.
 
     git worktree add --detach EARLIER 254266a
+    python -m venv EARLIER/.venv && EARLIER/.venv/bin/pip install -e EARLIER
     python benchmarks/performance --only i --earlier EARLIER
 
-Both fit the run of case (c), each with the packages of this environment. Ours is the fit by the whole reading under
-both laws; the earlier one, under one law or both, is the fit in two steps with its budget and that together with drift.
+Both fit the run of case (c), the earlier one with the packages of its own environment if it has one. Ours is the fit
+by the whole reading under both laws; the earlier one, under one law or both, is the fit in two steps with its budget
+and that together with drift.
 """
 
 import json
@@ -28,8 +30,12 @@ from pathlib import Path
 root = Path(sys.argv[1])
 sys.path[:0] = [str(root), str(root / "benchmarks"), str(root / "benchmarks" / "performance")]
 import fits, tribopipe
-from tribopipe.evaluation.friction import fit_friction
-from tribopipe.evaluation.wear.fit import fit_wear
+try:
+    from tribopipe.evaluation.friction import fit_friction
+    from tribopipe.evaluation.wear.fit import fit_wear
+except ModuleNotFoundError:  # the names of commit 254266a
+    from tribopipe.friction import fit_friction
+    from tribopipe.wear.identify import fit_wear
 if root not in Path(tribopipe.__file__).parents:
     sys.exit(f"{tribopipe.__file__} is not in {root}")
 run = fits.TestRun(fits.SAMPLES_A_RUN).corrected
@@ -57,13 +63,19 @@ def rows(setting: Setting) -> Iterator[Row]:
     yield Pair(work, both, partial(peer, _BOTH), "the same under both laws")
 
 
+def _python(root: Path) -> str:
+    """Return the interpreter of a work tree's own environment; that of this process where it has none."""
+    own = root / ".venv" / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
+    return str(own) if own.is_file() else sys.executable
+
+
 class Fitting:
     """A process that fits the run, with the code of one work tree, as often as it is asked to."""
 
     def __init__(self, root: Path) -> None:
         """Start it; it ends with this object."""
         self._process = subprocess.Popen(
-            [sys.executable, "-c", _SERVE, str(root)],
+            [_python(root), "-c", _SERVE, str(root)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
