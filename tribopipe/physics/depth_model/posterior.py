@@ -413,7 +413,7 @@ class DepthPosterior:
         """Return a grid of H that resolves all alternatives."""
         found = []
         for means, covariances in (self._anchored, (self.ways.mean, self.ways.covariance)):
-            typical = self._typical()
+            typical = self._typical
             spreads = zip(np.sqrt(covariances[typical, 0, 0]).tolist(), means[typical, 0].tolist(), strict=True)
             resolved: list[tuple[float, float]] = []
             for deviation, mean in sorted(spreads):
@@ -424,6 +424,7 @@ class DepthPosterior:
         grid = np.unique(np.concatenate(found)) + self.reference
         return np.asarray(grid[(grid >= 0) & (grid < self.reading.most)])
 
+    @cached_property
     def _typical(self) -> list[int]:
         """Return the most probable way with each process and each kind of terms."""
         kinds = np.array(

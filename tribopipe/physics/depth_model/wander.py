@@ -5,6 +5,7 @@ order 1/2 (Ornstein and Uhlenbeck) is not; both together describe settling, wobb
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -51,7 +52,13 @@ def wanders(time: Column, weights: Column) -> list[Wander]:
     weights
         Samples behind each block over their mean, shape (blocks,).
     """
-    root = np.sqrt(weights)
+    return list(_of_blocks(*(np.asarray(one, dtype=float).tobytes() for one in (time, weights))))
+
+
+@lru_cache(maxsize=4)
+def _of_blocks(time_bytes: bytes, weights_bytes: bytes) -> tuple[Wander, ...]:
+    """Return the processes of blocks; drift correction and the fit under each law ask for the same ones."""
+    time, root = np.frombuffer(time_bytes), np.sqrt(np.frombuffer(weights_bytes))
     found = []
     for order, lengths in LENGTHS.items():
         for length in lengths:
@@ -59,4 +66,4 @@ def wanders(time: Column, weights: Column) -> list[Wander]:
             powers, basis = np.linalg.eigh(correlation * np.outer(root, root))
             is_noise = order == 0.5 and length <= _NOISE_MEMORY
             found.append(Wander(np.maximum(powers, 0.0), basis, correlation, is_noise))
-    return found
+    return tuple(found)
