@@ -46,7 +46,9 @@ BUILT = {
     "archive/definitions/parts.py": [(name, "fullmatch") for name in _partial_names()],
     "cli/manual.py": [(r"(?<!\w)two\ words(?!\w)", "findall")],
     "documents/contact.py": [
-        (pattern, call) for one in _CALLED.values() for pattern, call in ((one.key, "sub"), (one.body, "sub"))
+        (pattern, call)
+        for one in _CALLED.values()
+        for pattern, call in ((one.key, "sub"), (one.body, "sub"), (one.table, "sub"))
     ],
     "documents/plugin_names.py": [(LAW_PATTERN, "fullmatch")],
     "evaluation/checks/channels.py": [(names, "fullmatch") for _, names in channels._EXTRAS.values()],

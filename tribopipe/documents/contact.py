@@ -270,23 +270,26 @@ _MEASURED = (
 
 
 class _Called(NamedTuple):
-    """Where a text means a body by the name that it has in its family: keys of what belongs to it, and the body."""
+    """Where a text means a body by the name that it has in its family."""
 
     key: re.Pattern[str]
+    """Keys of what belongs to it."""
     body: re.Pattern[str]
+    table: re.Pattern[str]
+    """Its table in run.toml."""
 
     @classmethod
     def by(cls, role: str) -> Self:
         """Return where a text calls a body by its role."""
         alone = rf"(?:(?<=^)|(?<=; )|(?<=, )){role}(?=$|:)|(?<=\b[Tt]he ){role}\b(?![._])"
-        return cls(re.compile(rf"(?<![A-Za-z_]){role}{_MEASURED}"), re.compile(alone))
+        key = rf"(?<![A-Za-z_]){role}{_MEASURED}"
+        return cls(re.compile(key), re.compile(alone), re.compile(rf"contact\.{role}\b"))
 
-    def put(self, text: str, role: str, own: str) -> str:
+    def put(self, text: str, own: str) -> str:
         """Return a text with the body's own name."""
         words = own.replace("_", " ")
         text = self.key.sub(lambda found: (words if found[1].startswith(" ") else own) + found[1], text)
-        text = self.body.sub(words, text)
-        return text.replace(f"contact.{role}.", f"contact.{own}.")
+        return self.table.sub(f"contact.{own}", self.body.sub(words, text))
 
 
 _CALLED = {role: _Called.by(role) for role in ("pin", "disc")}
@@ -456,7 +459,7 @@ class SlidingPin(Contact):
     def worded(cls, text: str) -> str:
         """Return a text that speaks of a pin and a disc in the names of this contact."""
         for role, own in cls._names().items():
-            text = _CALLED[role].put(text, role, own)
+            text = _CALLED[role].put(text, own)
         return text
 
 
