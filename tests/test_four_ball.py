@@ -314,3 +314,21 @@ def test_torque_without_an_arm_is_kept_without_a_meaning(tmp_path):
     run = read_run(tmp_path)
     assert "friction_force" not in run.columns
     assert list(run.extras) == ["friction torque [N*mm]"]
+
+
+def test_rates_between_measurements_are_those_of_one_contact(worn):
+    """Scars in between: the volume grows by k·F_n·s, and the diameter of the balls is one error for all of them."""
+    slid, force = 2 * np.pi * 20 * 3600 * RADIUS / np.sqrt(3), LOAD / np.sqrt(6)
+    shares = np.array([0.4, 0.6, 0.8, 1.0])
+    scars = (shares * 9e-18 * force * slid * 32 * RADIUS / np.pi) ** 0.25
+    stops = [
+        {"sliding_distance": f"{share * slid:.6f} m", "ball_scar_diameter": f"{1e6 * scar:.3f} um"}
+        for share, scar in zip(shares[:-1], scars[:-1], strict=True)
+    ]
+    ends = {"ball_scar_diameter": f"{1e6 * scars[-1]:.3f} um"}
+    document = four_balls(interruptions=stops, end_values=ends)
+    run = read_run(worn)
+    found = specific_wear(type(run)(read(document), run.columns, run.origins, {}, {}, ())).pin
+    rates = [one.specific_wear_rate.value for one in found.intervals]
+    assert rates == pytest.approx([9e-18] * 4, rel=5e-3)
+    assert found.steady_rate.value == pytest.approx(9e-18, rel=5e-3)

@@ -127,7 +127,7 @@ def _exact(manifest: RunManifest) -> RunManifest:
     if contact is None:
         return manifest
     bodies = {
-        name: body.model_copy(update=_exactly(body, "density", "radius", "crown_radius", "rolling_radius"))
+        name: body.model_copy(update=_exactly(body, "density", "radius", "diameter", "crown_radius", "rolling_radius"))
         for name, body in contact.bodies.items()
     }
     paths = conditions.model_copy(update=_exactly(conditions, "track_radius", "stroke"))
