@@ -60,6 +60,12 @@ describe("tiles", () => {
     expect(more.get("Specific wear rate of both")).toBe("");
   });
 
+  it("name the bodies of a depth as the contact does", () => {
+    const balls = { "wear depth at the end": "9 µm", "of that, ball": "8 µm", "of that, top ball": "1 µm" };
+    const [found] = tiles([stageOf("drift_correction", "Drift correction", balls)]);
+    expect(found?.more).toBe("ball 8 µm, top ball 1 µm");
+  });
+
   it("give both discs one tile per law, each disc with its own interval", () => {
     const discs = stageOf("wear_fit_sarkar", "Wear coefficient by Sarkar's law", {
       "k_D of the crowned disc": "1",

@@ -59,12 +59,16 @@ function interval(after: Fact[]): string {
   return next?.name.startsWith("95 %") ? `95 % interval ${next.value}` : "";
 }
 
+/** What is before the name of a body in the part of a depth that is its own. */
+const OF_THAT = "of that, ";
+
 function depth(stage: Stage): Said[] {
   const value = valueOf(stage, "wear depth at the end");
   if (value === undefined) return [];
-  const parts = ["pin", "disc"].map((body) => [body, valueOf(stage, `of that, ${body}`)]);
-  const known = parts.filter(([, part]) => part !== undefined);
-  return [tile("Wear depth at the end", value, known.map((part) => part.join(" ")).join(", "))];
+  const parts = stage.facts
+    .filter(({ name }) => name.startsWith(OF_THAT))
+    .map((fact) => `${fact.name.slice(OF_THAT.length)} ${fact.value}`);
+  return [tile("Wear depth at the end", value, parts.join(", "))];
 }
 
 function friction(stage: Stage): Said[] {
