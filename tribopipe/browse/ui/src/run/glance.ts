@@ -67,7 +67,7 @@ function depth(stage: Stage): Said[] {
   if (value === undefined) return [];
   const parts = stage.facts
     .filter(({ name }) => name.startsWith(OF_THAT))
-    .map((fact) => `${fact.name.slice(OF_THAT.length)} ${fact.value}`);
+    .map(({ name, value: part }) => [name.slice(OF_THAT.length), part].join(" "));
   return [tile("Wear depth at the end", value, parts.join(", "))];
 }
 
