@@ -15,7 +15,7 @@ import pytest
 from archived_files import edited, put, remove
 from built_files import archived
 from end_value_runs import measured
-from folders import DISC_IDS, SAMPLE_IDS, SAMPLES
+from folders import DISC_IDS, ROOT, SAMPLE_IDS, SAMPLES
 from lxml import etree
 
 from tribopipe.archive.definitions.names import RUNS, STUDY
@@ -113,7 +113,27 @@ def kinds(short_runs, tmp_path_factory) -> dict[str, Path]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("tribopipe.physics.uncertainty.BLOCK", 200)
         folder = tmp_path_factory.mktemp("kinds")
-        return {**processed_kinds(short_runs, folder / "archive"), **other_kinds(short_runs, folder)}
+        contacts_of_pages = runs_of_pages(folder / "pages")
+        return {
+            **processed_kinds(short_runs, folder / "archive"),
+            **other_kinds(short_runs, folder),
+            **contacts_of_pages,
+        }
+
+
+def runs_of_pages(folder: Path) -> dict[str, Path]:
+    """Process the run folders that the pages of further contacts show."""
+    archive, runs = Archive(folder / "archive"), []
+    for page in ("reciprocating", "block_on_ring", "four_ball"):
+        text = (ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8")
+        for name, content in re.findall(r"<!-- file: (\S+) -->\n```\w+\n(.*?)```", text, re.DOTALL):
+            file = folder / name
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(content, encoding="utf-8")
+        runs.append(file.parent)
+    outcomes = list(process(runs, archive))
+    assert [one.error for one in outcomes if one.status == "failed"] == []
+    return {run_id: archive.path(run_id) for run_id in archive.ids()}
 
 
 def processed_kinds(short_runs: Path, folder: Path) -> dict[str, Path]:
