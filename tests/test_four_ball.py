@@ -314,6 +314,8 @@ def test_torque_without_an_arm_is_kept_without_a_meaning(tmp_path):
     run = read_run(tmp_path)
     assert "friction_force" not in run.columns
     assert list(run.extras) == ["friction torque [N*mm]"]
+    assert any("is a friction torque and is not used" in note for note in run.notes)
+    assert not any("taken as a torque" in note for note in run.notes)
 
 
 def test_rates_between_measurements_are_those_of_one_contact(worn):

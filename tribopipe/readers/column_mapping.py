@@ -133,7 +133,7 @@ def _on_arm(column: ReadColumn, told: ColumnSource | None, file: str, before: in
     return column_in_si(column, told, "friction_force", "torque", file, before) / arm
 
 
-def notes_on(table: ReadTable, meanings: Meanings, file: str) -> list[str]:
+def notes_on(table: ReadTable, meanings: Meanings, file: str, arms: Arms = NO_ARMS) -> list[str]:
     """Return what a person should know of how a file was read and understood."""
     synonyms = [
         f"column {column.name!r} is taken as {name}, by its name"
@@ -149,6 +149,8 @@ def notes_on(table: ReadTable, meanings: Meanings, file: str) -> list[str]:
     ]
     torques = [
         f"{name} in {unit_of(column, told)} is taken as a torque about the axis"
+        if told is not None or arms.friction is not None
+        else f"column {column.name!r} is a friction torque and is not used: run.toml states no track radius"
         for column in table.columns
         for name, told in meanings.get(column.name, [])
         if name == "friction_force" and is_unit_of(unit_of(column, told) or "1", "torque")

@@ -141,7 +141,7 @@ def _read_part(gathered: _Gathered, source: SourceFile, reader: Reader, signals:
     table = reader.read(source, hints_of(signals))
     meanings = meanings_in(table, signals, source.name)
     gathered.headers[source.name] = table.header
-    gathered.notes += notes_on(table, meanings, source.name)
+    gathered.notes += notes_on(table, meanings, source.name, arms)
     gathered.unused += doubts_on(table, signals, source.name)
     definitions = definitions_note(table.columns, _taken_for("friction_coefficient", meanings))
     gathered.notes += [f"{source.name}: {definitions}"] if definitions else []

@@ -135,7 +135,7 @@ class _LongFile:
         }
         kept = Part({name: columns[name] for name in first.part.columns}, extras)
         name, whole = self.text.source.name, seen.table()
-        notes, unused = notes_on(whole, first.meanings, name), doubts_on(whole, self.signals, name)
+        notes, unused = notes_on(whole, first.meanings, name, self.arms), doubts_on(whole, self.signals, name)
         return Condensed(self.text.source, kept, starts, means.rows, first.table.header, tuple(notes), unused)
 
 
