@@ -84,7 +84,7 @@ def _samples(rows: int) -> Iterator[Column]:
         clock = np.arange(start, min(start + _AT_ONCE, rows)) / rate
         distance = clock * (test.distance[-1] / test.time[-1])
         # Depth is nearly straight over the root of the distance.
-        worn = np.interp(np.sqrt(distance), np.sqrt(test.distance), test.pin_wear + test.disc_wear)
+        worn = np.interp(np.sqrt(distance), np.sqrt(test.distance), test.worn.pin_depth + test.worn.disc_depth)
         noise = sensors.depth_noise.value * depth_noise.draw(len(clock))
         depth = SAMPLE.zero_offset.value + worn + SAMPLE.drift_rate.value * clock + noise
         mu = test.friction.coefficient(distance) + sensors.friction_noise.value * friction_noise.draw(len(clock))

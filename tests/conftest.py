@@ -10,7 +10,7 @@ from pathlib import Path
 import blas  # noqa: F401, before all that loads numpy
 import pytest
 import typer.main
-from folders import DISC_IDS, SAMPLE_IDS, SAMPLES
+from folders import DISC_IDS, FURTHER_IDS, SAMPLE_IDS, SAMPLES
 from hypothesis import settings
 from study_runs import fill, record_runs
 
@@ -186,6 +186,12 @@ def bare_run() -> RawRun:
 def sample_archive(tmp_path_factory) -> Archive:
     """All pin-on-disc samples taken through the whole line, with fewer draws; not to be written into."""
     return _taken_through(SAMPLE_IDS, tmp_path_factory.mktemp("samples"))
+
+
+@pytest.fixture(scope="session")
+def further_archive(tmp_path_factory) -> Archive:
+    """A sample of each further contact taken through the whole line, with fewer draws; not to be written into."""
+    return _taken_through(FURTHER_IDS, tmp_path_factory.mktemp("further-samples"))
 
 
 @pytest.fixture(scope="session")

@@ -15,6 +15,10 @@ SAMPLE_IDS = [run_id for run_id, kind in _KINDS.items() if kind == "pin-on-disc"
 """Of the pin-on-disc runs."""
 DISC_IDS = [run_id for run_id, kind in _KINDS.items() if kind == "twin-disc"]
 """Of the twin-disc runs."""
+FURTHER_IDS = [run_id for run_id in _KINDS if run_id not in {*SAMPLE_IDS, *DISC_IDS}]
+"""Of one run of each further contact."""
+ALL_IDS = [*SAMPLE_IDS, *DISC_IDS, *FURTHER_IDS]
+"""Of every sample run."""
 
 
 _PASSED_OVER = {"catalogue.sqlite", "processed.json", ".locks"}

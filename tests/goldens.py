@@ -20,7 +20,7 @@ from unittest import mock
 
 import blas  # noqa: F401, before all that loads numpy
 import numpy as np
-from folders import DISC_IDS, ROOT, SAMPLE_IDS, SAMPLES
+from folders import ALL_IDS, ROOT, SAMPLES
 
 from tribopipe.archive.store import Archive
 from tribopipe.cli.app import main
@@ -99,7 +99,7 @@ def made(runs: Sequence[str], commands: Sequence[str]) -> dict[str, Any]:
         shutil.copy(ROOT / "tests" / "pages" / "lab.toml", "lab.toml")
         shutil.copytree(SAMPLES / PIN, "exports", ignore=shutil.ignore_patterns("*.toml", "*.json"))
         folders = [f"sample_runs/{run_id}" for run_id in runs]
-        studied = ["sample_runs"] if set(runs) == {*SAMPLE_IDS, *DISC_IDS} else folders
+        studied = ["sample_runs"] if set(runs) == set(ALL_IDS) else folders
         processed = document("process", *studied, "--no-figures")
         archive = Archive(Path("archive"))
         goldens = {f"process-{run_id}": of_run(archive, run_id, processed) for run_id in runs}
@@ -239,7 +239,7 @@ def _main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--write", action="store_true", help="write the goldens anew")
     writes = parser.parse_args().write
-    goldens = made([*SAMPLE_IDS, *DISC_IDS], list(COMMANDS))
+    goldens = made(ALL_IDS, list(COMMANDS))
     print("\n".join(changes(goldens)))  # noqa: T201
     if writes:
         write(goldens)

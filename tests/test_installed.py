@@ -15,7 +15,7 @@ from zipfile import ZipFile
 import pytest
 from built_files import tdms, xlsx
 from filelock import FileLock
-from folders import DISC_IDS, ROOT, SAMPLE_IDS, SAMPLES
+from folders import ALL_IDS, ROOT, SAMPLES
 from test_cli_contract import FLAGS
 from test_surface_topography import SDF
 
@@ -213,7 +213,7 @@ def test_main_job_runs_without_extras(bare, tmp_path):
     done = called(bare / "tribopipe", "process", SAMPLES, cwd=tmp_path)
     assert "Warning" not in done.stderr
     archive = tmp_path / "archive"
-    assert {path.stem for path in archive.glob("*.h5")} == {*SAMPLE_IDS, *DISC_IDS}
+    assert {path.stem for path in archive.glob("*.h5")} == set(ALL_IDS)
     assert {path.stem for path in archive.glob("studies/*.h5")} == {"si3n4-air", "si3n4-twin-disc", "wc-co-water"}
     assert (archive / "figures" / "si3n4-air-wear-archard.svg").is_file()
 

@@ -74,7 +74,7 @@ def stop_at(truth: VirtualTest, distance: float, spread: float, *, remounted: bo
     return Interruption(
         sliding_distance=Quantity(value=distance, unit="m"),
         remounted=remounted,
-        pin_wear_depth=metres(np.interp(distance, truth.distance, truth.pin_wear), spread),
+        pin_wear_depth=metres(np.interp(distance, truth.distance, truth.worn.pin_depth), spread),
     )
 
 
@@ -116,13 +116,13 @@ def alike(found: float, expected: float, rel: float) -> bool:
 @pytest.mark.parametrize("run_id", CASES)
 def test_truth_comes_back_without_noise(run_id, disc_share):
     truth, raw = virtual(run_id, sensors=quiet())
-    worn = truth.pin_wear[-1]
+    worn = truth.worn.pin_depth[-1]
     ends = {"disc_wear_depth": metres(disc_share * worn, 20e-9)} if disc_share else {}
     # The simulator's disc wears as ∫ds/a, as a point of the track under the contact does.
     truth, raw = virtual(run_id, sensors=quiet(), **ends)
     raw = with_end(raw, pin_wear_depth=metres(worn, 250e-9), **ends)
     # The simulated pin wears as on a disc that does not: beside a groove it would be deeper on its way.
-    deeper = truth.pin_wear * (depth_growth(truth.distance / truth.distance[-1], disc_share) - 1)
+    deeper = truth.worn.pin_depth * (depth_growth(truth.distance / truth.distance[-1], disc_share) - 1)
     raw = with_depth(raw, raw.columns["depth"] + deeper)
     joint = joint_fit(raw)
     # An end value of ±250 nm says next to nothing of WC-Co: what is found, the law's shape has said.
@@ -141,7 +141,7 @@ def test_truth_comes_back_without_noise(run_id, disc_share):
 @pytest.mark.parametrize("run_id", CASES)
 def test_both_corrections_agree_where_the_end_value_is_exact(run_id):
     truth, raw = virtual(run_id, sensors=quiet())
-    corrected = correct_drift(with_end(raw, pin_wear_depth=metres(truth.pin_wear[-1], 1e-12)), GIWM)
+    corrected = correct_drift(with_end(raw, pin_wear_depth=metres(truth.worn.pin_depth[-1], 1e-12)), GIWM)
     fit = fit_wear(corrected, recipe=FIRST_ORDER)
     joint = fit_joint(joint_problem(wear_problem(corrected, "archard", None, GIWM), corrected, GIWM))
     assert alike(joint.wear_coefficient.value, fit.first.wear_coefficient.value, 3e-4)
@@ -152,7 +152,7 @@ def test_both_corrections_agree_where_the_end_value_is_exact(run_id):
 @pytest.mark.parametrize("run_id", CASES)
 def test_wrong_end_value_spoils_the_joint_fit_less(run_id):
     truth, raw = virtual(run_id)
-    corrected = correct_drift(with_end(raw, pin_wear_depth=metres(truth.pin_wear[-1] + 1e-6, 1e-6)))
+    corrected = correct_drift(with_end(raw, pin_wear_depth=metres(truth.worn.pin_depth[-1] + 1e-6, 1e-6)))
     fit = fit_wear(corrected, recipe=FIRST_ORDER)
     joint = fit_joint(joint_problem(wear_problem(corrected, "archard", None, GIWM), corrected, GIWM))
     k_two, k_joint = (coefficient_error(one.wear_coefficient, truth) for one in (fit.first, joint))
@@ -167,7 +167,7 @@ def without_the_last_fifth(run_id: str) -> tuple[VirtualTest, RawRun]:
     """A run whose depth signal stops at 400 m, whose end value was measured after 500 m all the same."""
     truth, raw = virtual(run_id, sensors=quiet())
     depth = np.where(truth.distance > 400, np.nan, raw.columns["depth"])
-    return truth, with_depth(with_end(raw, pin_wear_depth=metres(truth.pin_wear[-1], 1e-7)), depth)
+    return truth, with_depth(with_end(raw, pin_wear_depth=metres(truth.worn.pin_depth[-1], 1e-7)), depth)
 
 
 @pytest.mark.parametrize("run_id", ["si3n4-air-200mN", "wc-co-water-400mN"])
@@ -183,7 +183,7 @@ def test_depth_lost_at_the_end_leaves_the_end_value_where_it_was_measured(run_id
 def test_fitted_end_depth_is_that_at_the_end_of_the_run_where_depth_was_lost(run_id):
     truth, raw = without_the_last_fifth(run_id)
     fit = fit_wear(correct_drift(raw, GIWM), recipe=FIRST_ORDER)
-    assert alike(fit.first.fitted_end_depth.value, truth.pin_wear[-1], 0.02)
+    assert alike(fit.first.fitted_end_depth.value, truth.worn.pin_depth[-1], 0.02)
 
 
 # --- interruptions ---
@@ -193,14 +193,14 @@ def test_fitted_end_depth_is_that_at_the_end_of_the_run_where_depth_was_lost(run
 @pytest.mark.parametrize("run_id", ["si3n4-air-200mN", "wc-co-water-400mN", "wc-co-water-800mN"])
 def test_each_interruption_makes_the_coefficient_more_certain(run_id, spread):
     truth, raw = virtual(run_id)
-    raw = with_end(raw, pin_wear_depth=metres(truth.pin_wear[-1], spread))
+    raw = with_end(raw, pin_wear_depth=metres(truth.worn.pin_depth[-1], spread))
     stops = [stop_at(truth, distance, spread) for distance in (50.0, 150.0, 300.0)]
     fits = [joint_fit(with_stops(raw, *stops[:count])) for count in range(4)]
     assert [fit.anchors for fit in fits] == [1, 2, 3, 4]
     spreads = [relative(fit.wear_coefficient) for fit in fits]
     assert np.all(np.diff(spreads) < 0)
     # Depth grows at least as the root of k_D, so that this is what its measurements say without any curve.
-    depths = [truth.pin_wear[-1], *(stop.pin_wear_depth.value for stop in stops)]
+    depths = [truth.worn.pin_depth[-1], *(stop.pin_wear_depth.value for stop in stops)]
     systematic = 0.015
     assert spreads[-1] < 2 * spread / np.linalg.norm(depths) + systematic
     for fit in fits:
@@ -219,7 +219,7 @@ def started_anew(
     """A run whose depth signal has a step at 200 m, where the pin was measured."""
     truth, raw = virtual(run_id, sensors={"sampling_rate": sampling_rate})
     depth = raw.columns["depth"] + np.where(truth.distance > 200, step, 0)
-    raw = with_end(with_depth(raw, depth), pin_wear_depth=metres(truth.pin_wear[-1], 25e-9))
+    raw = with_end(with_depth(raw, depth), pin_wear_depth=metres(truth.worn.pin_depth[-1], 25e-9))
     return truth, with_stops(raw, stop_at(truth, 200.0, 25e-9, remounted=remounted))
 
 
@@ -301,7 +301,7 @@ def test_recipe_says_how_drift_is_corrected_for(run_id):
 def test_fitted_end_depth_is_that_at_the_end_of_the_run(run_id):
     truth, raw = virtual(run_id, sensors=quiet())
     fit = fit_wear(correct_drift(raw, GIWM), recipe=MODEL)
-    assert alike(fit.first.fitted_end_depth.value, truth.pin_wear[-1], 2e-3)
+    assert alike(fit.first.fitted_end_depth.value, truth.worn.pin_depth[-1], 2e-3)
 
 
 @pytest.mark.parametrize("run_id", SILICON_NITRIDE)
@@ -360,7 +360,7 @@ def test_uncertain_end_value_gives_an_interval_that_no_first_order_one_comes_nea
     pin = pin_contact(raw.manifest.contact, problems(raw)[0].values)
 
     def least_squares(end_value: float) -> float:
-        depth = truth.pin_wear + (end_value - truth.pin_wear[-1]) * truth.distance / truth.distance[-1]
+        depth = truth.worn.pin_depth + (end_value - truth.worn.pin_depth[-1]) * truth.distance / truth.distance[-1]
 
         def squares(log_ratio: float) -> float:
             volume = np.exp(log_ratio) * best * 0.4 * truth.distance
@@ -376,7 +376,7 @@ def test_uncertain_end_value_gives_an_interval_that_no_first_order_one_comes_nea
 @pytest.mark.parametrize("run_id", ["si3n4-air-200mN", "wc-co-water-400mN"])
 def test_draws_with_no_wear_left_have_a_coefficient_of_zero(run_id, disc):
     truth, raw = virtual(run_id, sensors={"sampling_rate": HERTZ})
-    worn = truth.pin_wear[-1]
+    worn = truth.worn.pin_depth[-1]
     raw = with_end(raw, pin_wear_depth=metres(worn, 250e-9), disc_wear_depth=disc)
     for problem in (problems(raw)[0].pooled(), problems(raw)[1]):
         ends = np.array([1.0, 0.3, -10.0, -20.0]) * worn
@@ -391,7 +391,7 @@ def test_draws_with_no_wear_left_have_a_coefficient_of_zero(run_id, disc):
 @pytest.mark.parametrize("end", [0.0, -0.25, -0.5, -1.0])
 def test_joint_coefficient_is_where_the_squares_are_least_however_low_the_end_value(end):
     truth, raw = virtual("wc-co-water-400mN")
-    worn = truth.pin_wear[-1]
+    worn = truth.worn.pin_depth[-1]
     _, joint = problems(with_end(raw, pin_wear_depth=metres(worn, 250e-9)))
     values = {**joint.values, "pin_end_value": end * worn}
     tried = np.geomspace(1e-3, 5.0, 300) * truth.run.wear_coefficient.value
@@ -489,7 +489,7 @@ def test_pooled_samples_give_the_coefficient_of_all_of_them_for_a_flat_pin():
 def test_wear_of_a_flat_pin_is_known_by_its_end_value_alone(sensors):
     # Its wear is as straight a line as drift is.
     truth, raw = flat_pin(sensors=sensors)
-    worn = truth.pin_wear[-1]
+    worn = truth.worn.pin_depth[-1]
     joint = joint_fit(with_end(raw, pin_wear_depth=metres(worn, 250e-9)))
     # The mean of the recorded load is that of the truth but for its noise.
     assert coefficient_error(joint.wear_coefficient, truth) == pytest.approx(0, abs=1e-5)

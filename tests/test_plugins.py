@@ -275,7 +275,7 @@ def test_the_architecture_is_drawn_as_it_is(monkeypatch):
 def test_virtual_run_wears_by_the_true_parameters_of_its_law():
     series = series_of(systematic_errors=False)
     test = VirtualTest(series, series.runs[0])
-    np.testing.assert_allclose(test.pin_wear, worn(laws.law_named("running_in"), test.distance), rtol=1e-12)
+    np.testing.assert_allclose(test.worn.pin_depth, worn(laws.law_named("running_in"), test.distance), rtol=1e-12)
     told = {name: (true.value, true.unit) for name, true in test.truth().law_parameters.items()}
     assert told == {"excess": (EXCESS, "1"), "length": (LENGTH, "m")}
     assert VirtualTest(series_of(law="archard", law_parameters={}), series.runs[0]).truth().law_parameters is None

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from folders import SAMPLE_IDS, SAMPLES
+from folders import FURTHER_IDS, SAMPLE_IDS, SAMPLES
 
 from tribopipe.documents.plan import Truth
 from tribopipe.pipeline.archived_results import archived_fit, archived_friction
@@ -59,3 +59,15 @@ def test_800_mn_is_over_predicted_from_200_mn(sample_archive):
 def test_800_mn_ends_only_slightly_deeper_than_400_mn():
     ratio = truth_of("si3n4-air-800mN").end_pin_wear_depth.value / truth_of("si3n4-air-400mN").end_pin_wear_depth.value
     assert 1.0 < ratio < 1.1
+
+
+@pytest.mark.parametrize("run_id", FURTHER_IDS)
+def test_k_d_of_both_bodies_comes_back_in_every_further_contact(further_archive, run_id):
+    truth, fit = truth_of(run_id), archived_fit(further_archive, run_id, "archard")
+    true = (truth.wear_coefficient, truth.disc_wear_coefficient)
+    assert len(fit.bodies) == 2
+    for known, body in zip(true, fit.bodies.values(), strict=True):
+        low, high = (end.value for end in body.interval)
+        assert low <= known.value <= high
+        assert high < 1.4 * low
+    assert [one.code for one in further_archive.findings(run_id) if one.severity != "note"] == []

@@ -4,10 +4,11 @@ import json
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 from test_identify import CASES
 
 from tribopipe.documents.manifest import read_manifest
-from tribopipe.documents.plan import Sensors
+from tribopipe.documents.plan import Sensors, Series, VirtualRun
 from tribopipe.documents.quantity import Quantity
 from tribopipe.extras.simulate import VirtualTest, simulate_run
 from tribopipe.physics.geometry import cap_radius
@@ -34,7 +35,7 @@ def friction_noise(test: VirtualTest) -> np.ndarray:
 
 def depth_noise(test: VirtualTest) -> np.ndarray:
     columns, _ = test.record()
-    true = (test.pin_wear + test.disc_wear) / test.depth_scale + test.run.drift_rate.value * test.time
+    true = (test.worn.pin_depth + test.worn.disc_depth) / test.depth_scale + test.run.drift_rate.value * test.time
     return columns["depth"] - true - test.run.zero_offset.value
 
 
@@ -122,8 +123,8 @@ def test_load_and_moduli_are_off_too():
     sure = {"sliding_speed": certain(SHORT.sliding_speed), "depth_scale": certain(SHORT.depth_scale)}
     radius = SHORT.contact.pin.model_copy(update={"radius": certain(SHORT.contact.pin.radius)})
     contact = SHORT.contact.model_copy(update={"pin": radius})
-    true = virtual(errors=False, contact=contact, **sure).pin_wear[-1]
-    off = [virtual(seed, contact=contact, **sure).pin_wear[-1] / true - 1 for seed in range(100)]
+    true = virtual(errors=False, contact=contact, **sure).worn.pin_depth[-1]
+    off = [virtual(seed, contact=contact, **sure).worn.pin_depth[-1] / true - 1 for seed in range(100)]
     # Depth goes about as the root of the load, whose standard uncertainty is 1 %.
     assert np.std(off) == pytest.approx(0.005, rel=0.3)
 
@@ -139,8 +140,8 @@ def test_manifest_states_what_was_meant_whatever_is_off(tmp_path, errors):
     assert manifest.sensors.depth_scale == SHORT.depth_scale
     told = json.loads((tmp_path / "truth.json").read_text(encoding="utf-8"))
     test = VirtualTest(series, RUN)
-    assert told["end_pin_wear_depth"]["value"] == pytest.approx(test.pin_wear[-1], rel=1e-12)
-    assert truth.end_pin_wear_depth.value == test.pin_wear[-1]
+    assert told["end_pin_wear_depth"]["value"] == pytest.approx(test.worn.pin_depth[-1], rel=1e-12)
+    assert truth.end_pin_wear_depth.value == test.worn.pin_depth[-1]
 
 
 # --- what is measured on a spherical pin afterwards ---
@@ -162,7 +163,7 @@ def test_height_loss_of_a_spherical_pin_is_measured_where_the_plan_says_so():
         ends = test.record()[1]
         assert set(ends) == {"pin_wear_depth", "disc_wear_depth"}
         assert ends["pin_wear_depth"].standard_uncertainty == spread
-        errors.append((ends["pin_wear_depth"].value - test.pin_wear[-1]) / spread)
+        errors.append((ends["pin_wear_depth"].value - test.worn.pin_depth[-1]) / spread)
     assert np.std(errors) == pytest.approx(1, abs=4 / np.sqrt(2 * len(errors)))
     assert np.mean(errors) == pytest.approx(0, abs=4 / np.sqrt(len(errors)))
 
@@ -171,7 +172,7 @@ def test_scar_is_that_of_the_true_tip_and_not_of_the_stated_one():
     exact = SHORT.sensors.model_copy(update={"scar_uncertainty": Quantity(value=1e-15, unit="m")})
     test = virtual(sensors=exact)
     scar = test.record()[1]["pin_scar_diameter"].value
-    worn = test.pin_wear[-1]
+    worn = test.worn.pin_depth[-1]
     assert scar == pytest.approx(2 * float(cap_radius(height=worn, sphere_radius=test.pin_radius)), rel=1e-9)
     assert scar != pytest.approx(
         2 * float(cap_radius(height=worn, sphere_radius=SHORT.contact.pin.radius.value)), rel=1e-5
@@ -185,3 +186,76 @@ def test_height_loss_is_written_into_the_manifest(tmp_path):
     assert manifest.end_values.pin_scar_diameter is None
     assert manifest.end_values.pin_wear_depth.value == pytest.approx(worn.value, rel=1e-5)
     assert manifest.end_values.pin_wear_depth.standard_uncertainty == pytest.approx(2.5e-7, rel=1e-6)
+
+
+# --- both bodies wear ---
+
+
+def on_flat(**changes) -> tuple[Series, VirtualRun]:
+    """The steel ball whose flat wears 400 times as fast, of which coordinates and quadrature gave the shape."""
+    series = {
+        "title": "a ball on a softer disc",
+        "medium": "air",
+        "sliding_speed": "1 m/s",
+        "sliding_distance": "1000 m",
+        "track_radius": "6 mm",
+        "contact": {
+            "kind": "pin-on-disc",
+            "ball": {"diameter": "6 mm", "material": "a", "youngs_modulus": "210 GPa", "poisson_ratio": 0.3},
+            "disc": {"material": "b", "youngs_modulus": "70 GPa", "poisson_ratio": 0.3},
+        },
+        "runs": [
+            {
+                "id": "both",
+                "started": "2026-01-05T09:00:00+01:00",
+                "seed": 5,
+                "normal_load": "5 N",
+                "wear_coefficient": "1e-9 mm^2/N",
+                "disc_wear_coefficient": "4e-7 mm^2/N",
+                "friction": {"amplitude": 0.1, "steady_state": 0.4, "running_in_distance": "20 m"},
+                "zero_offset": "1 um",
+                "drift_rate": "10 nm/min",
+            }
+        ],
+    }
+    made = Series.model_validate(series | changes)
+    return made, made.runs[0]
+
+
+def test_wear_of_both_bodies_has_the_shape_of_the_check_values():
+    series, run = on_flat()
+    test = VirtualTest(series, run)
+    truth = test.truth()
+    depths = [truth.end_pin_wear_depth.value, truth.end_disc_wear_depth.value]
+    assert depths == pytest.approx([0.0145437434e-3, 0.0607353411e-3], rel=1e-6)
+    assert truth.end_disc_wear_volume.value == pytest.approx(4e-13 * 5 * 1000, rel=1e-12)
+    assert test.worn.scars["pin_scar_width"] == pytest.approx(2 * 0.667837979e-3, rel=1e-6)
+    assert test.worn.scars["pin_scar_length"] == pytest.approx(2 * 0.295043963e-3, rel=1e-6)
+
+
+def test_scar_and_volume_of_both_bodies_are_measured(tmp_path):
+    simulate_run(*on_flat(), tmp_path / "both")
+    manifest, _ = read_manifest(tmp_path / "both" / "run.toml")
+    ends = manifest.end_values
+    volume = ends.disc_wear_volume
+    assert volume.standard_uncertainty == pytest.approx(0.05 * 2e-9, rel=1e-6)
+    assert abs(volume.value - 2e-9) < 4 * volume.standard_uncertainty
+    assert ends.pin_scar_width.value == pytest.approx(2 * 0.667837979e-3, abs=1e-5)
+    assert manifest.conditions.track_radius.value == pytest.approx(6e-3)
+    assert "Fn [N]" in (tmp_path / "both" / "signals.csv").read_text(encoding="ascii").splitlines()[0]
+
+
+def test_two_statements_of_the_wear_of_a_disc_are_refused():
+    _, run = on_flat()
+    with pytest.raises(ValidationError, match="disc_wear_depth: found one in addition to disc_wear_coefficient"):
+        VirtualRun.model_validate(run.model_dump() | {"disc_wear_depth": "100 nm"})
+
+
+def test_disc_that_wears_needs_the_length_of_its_track():
+    with pytest.raises(ValidationError, match=r"disc_wear_coefficient: found one, and neither track_radius nor stroke"):
+        on_flat(track_radius=None)
+
+
+def test_motion_that_the_contact_does_not_know_is_refused():
+    with pytest.raises(ValidationError, match=r"stroke: found it together with track_radius"):
+        on_flat(stroke="10 mm")

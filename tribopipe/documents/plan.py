@@ -2,14 +2,16 @@
 
 import math
 from collections import Counter
+from collections.abc import Mapping
 from datetime import datetime
+from types import MappingProxyType
 from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from tribopipe.base.errors import ContactError
 from tribopipe.documents.contact_kinds import AnySlidingPin
-from tribopipe.documents.manifest import Rotations, RunId, StatedFriction
+from tribopipe.documents.manifest import Rotations, RunId, RunManifest, StatedFriction
 from tribopipe.documents.quantity import (
     Distance,
     DriftRate,
@@ -25,9 +27,11 @@ from tribopipe.documents.quantity import (
     WearCoefficient,
 )
 from tribopipe.documents.recipe import GivenParameter, LawName
-from tribopipe.documents.record import Record
+from tribopipe.documents.record import Record, first_problem
 from tribopipe.documents.twin_disc import TwinDisc
 from tribopipe.physics.conventions import DistanceConvention
+
+_NOTHING: Mapping[str, Quantity] = MappingProxyType({})
 
 
 def _of(value: float, unit: str) -> Quantity:
@@ -74,6 +78,8 @@ class Sensors(RecordingSensors):
     """What is measured on a spherical pin after the test; on a flat one it is always the depth."""
     height_loss_uncertainty: Length = Field(default_factory=lambda: _of(2.5e-7, "m"))
     """Standard uncertainty of the height lost by a pin, drawn once per run where that is measured."""
+    disc_volume_uncertainty: Ratio = Field(default_factory=lambda: _of(0.05, "1"))
+    """Standard uncertainty of the counterbody's worn volume over that volume, drawn once per run where it has a k_D."""
 
 
 class VirtualRun(Record):
@@ -89,6 +95,8 @@ class VirtualRun(Record):
     """F_N."""
     wear_coefficient: WearCoefficient
     """True k_D of the pin."""
+    disc_wear_coefficient: WearCoefficient | None = None
+    """True k_D of the counterbody; where it is given, both bodies wear by volume, and its volume is measured."""
     friction: StatedFriction
     """True friction."""
     zero_offset: Length
@@ -97,6 +105,15 @@ class VirtualRun(Record):
     """Drift of the depth sensor."""
     disc_wear_depth: MeasuredDepth | None = None
     """Disc wear at the end of the run; left out where none could be measured."""
+
+    @model_validator(mode="after")
+    def _the_counterbody_wears_in_one_way(self) -> Self:
+        if self.disc_wear_coefficient is not None and self.disc_wear_depth is not None:
+            raise ValueError(
+                "disc_wear_depth: found one in addition to disc_wear_coefficient, from which it follows; expected one "
+                "of the two; remove the other"
+            )
+        return self
 
 
 class Series(Record):
@@ -123,6 +140,8 @@ class Series(Record):
     """Sliding distance of each run."""
     stroke: Length | None = None
     """Length of one stroke of a pin that slides there and back."""
+    track_radius: Length | None = None
+    """Radius of the circle on which a pin slides on a disc; needed where the disc has a k_D."""
     sensors: Sensors = Sensors()
     """The instrument."""
     runs: tuple[VirtualRun, ...] = Field(min_length=1)
@@ -132,6 +151,32 @@ class Series(Record):
     def _runs_end(self) -> Self:
         _refuse_endless(self.sliding_distance.value / self.sliding_speed.value, self.sensors)
         return self
+
+    @model_validator(mode="after")
+    def _the_contact_slides_like_this(self) -> Self:
+        for number, run in enumerate(self.runs):
+            try:
+                path = self.manifest(run).path
+            except ValidationError as error:
+                raise ValueError(first_problem(error, RunManifest)) from error
+            if run.disc_wear_coefficient is not None and path is None:
+                raise ValueError(
+                    f"runs[{number}].disc_wear_coefficient: found one, and neither track_radius nor stroke in the "
+                    f"series; expected one of them, over which the {self.contact.counterbody_name()} wears; add "
+                    'track_radius = "5 mm" or the like to the series'
+                )
+        return self
+
+    def manifest(self, run: VirtualRun, ends: Mapping[str, Quantity] = _NOTHING) -> RunManifest:
+        """Return the run.toml of a run, with these post-test measurements."""
+        conditions = {
+            "normal_load": run.normal_load,
+            "sliding_speed": self.sliding_speed,
+            "sliding_distance": self.sliding_distance,
+            "stroke": self.stroke,
+            "track_radius": self.track_radius,
+        }
+        return _manifest(self, run, conditions, ends)
 
 
 DiscEndValue = Literal["wear_depth", "track_width", "wear_volume"]
@@ -274,6 +319,37 @@ class TwinDiscSeries(Record):
             raise ContactError(f"{run.id}: found no normal_load in the run, nor in its series; expected one; add it")
         return load
 
+    def manifest(self, run: TwinDiscVirtualRun, ends: Mapping[str, Quantity] = _NOTHING) -> RunManifest:
+        """Return the run.toml of a run, with these post-test measurements."""
+        conditions: dict[str, Quantity | float | None] = {
+            "normal_load": self.load_of(run),
+            "curved_disc_speed": self.curved_disc_speed,
+            "slip": run.slip,
+            "rotations": run.rotations,
+        }
+        return _manifest(self, run, conditions, ends)
+
+
+def _manifest(
+    series: Series | TwinDiscSeries,
+    run: VirtualRun | TwinDiscVirtualRun,
+    conditions: Mapping[str, Quantity | float | None],
+    ends: Mapping[str, Quantity],
+) -> RunManifest:
+    given = {name: value for name, value in conditions.items() if value is not None}
+    return RunManifest.model_validate(
+        {
+            "schema": "tribopipe.run/1",
+            "id": run.id,
+            "started": run.started,
+            "contact": series.contact.model_dump(),
+            "conditions": given | {"medium": series.medium},
+            "signals": [{"file": "signals.csv"}],
+            "sensors": {"depth_scale": series.depth_scale},
+            "end_values": ends,
+        }
+    )
+
 
 class Plan(Record):
     """Series of virtual runs."""
@@ -320,6 +396,10 @@ class Truth(Record):
     """Pin wear at the end, without any error."""
     end_disc_wear_depth: Quantity
     """Disc wear at the end, without any error."""
+    disc_wear_coefficient: WearCoefficient | None = None
+    """k_D of the counterbody, where it has one."""
+    end_disc_wear_volume: Quantity | None = None
+    """Worn volume of the counterbody at the end, without any error, where it has a k_D."""
 
 
 class TwinDiscTruth(Record):

@@ -58,6 +58,6 @@ def correlated(rng: Generator, count: int, length: float) -> Column:
     return np.concatenate([white[:1], shaped])
 
 
-def measured(true: float, spread: float, rng: Generator) -> Quantity:
-    """Draw a length measured about its true value, m."""
-    return Quantity(value=true + spread * float(rng.standard_normal()), unit="m", standard_uncertainty=spread)
+def measured(true: float, spread: float, rng: Generator, unit: str = "m") -> Quantity:
+    """Draw a post-test measurement about its true value."""
+    return Quantity(value=true + spread * float(rng.standard_normal()), unit=unit, standard_uncertainty=spread)

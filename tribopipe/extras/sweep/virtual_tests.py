@@ -45,7 +45,9 @@ class PinTest(Record):
     def recorded(self) -> tuple[RawRun, dict[str, Quantity]]:
         """Return the run as ingested, and the true k_D of each body."""
         test = VirtualTest(self.series, self.run)
-        return pin_run(self.series, self.run, test), {"pin": self.run.wear_coefficient}
+        coefficients = (self.run.wear_coefficient, self.run.disc_wear_coefficient)
+        bodies = zip(self.series.contact.body_names, coefficients, strict=True)
+        return pin_run(self.series, self.run, test), {body: k for body, k in bodies if k is not None}
 
 
 class DiscTest(Record):
